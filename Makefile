@@ -1,0 +1,39 @@
+# make run: set up, then the main job on the simulated rig; make run RIG=configs/rigs/NAME.yaml: the paper's sweeps on that rig.  make test: set up, then every check that CI runs.
+PYTHON ?= python3
+BIN := .venv/bin
+
+export OPENBLAS_NUM_THREADS = 1
+
+.PHONY: run test lint bench lock clean
+
+run: .venv/run.stamp
+	$(if $(RIG),$(BIN)/pamrig run paper --rig $(RIG),$(BIN)/python -m rig.cli.tour)
+
+test: .venv/test.stamp lint
+	$(BIN)/python -m pytest -q -n 2 --dist loadgroup
+
+lint: .venv/test.stamp
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+bench: .venv/test.stamp
+	$(BIN)/pamrig bench
+
+.venv/run.stamp: requirements.lock pyproject.toml
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install -q --disable-pip-version-check --require-hashes -r requirements.lock
+	$(BIN)/python -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation -e .
+	touch $@
+
+.venv/test.stamp: .venv/run.stamp requirements-test.lock
+	$(BIN)/python -m pip install -q --disable-pip-version-check --require-hashes -r requirements-test.lock
+	touch $@
+
+lock:
+	uv pip compile pyproject.toml --group build --generate-hashes --no-header --no-emit-index-url --python-version 3.11 -o requirements.lock
+	uv pip compile pyproject.toml --all-extras --group build --group test -c requirements.lock --generate-hashes --no-header --no-emit-index-url --python-version 3.11 -o requirements-test.lock
+
+clean:
+	rm -rf .venv build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis

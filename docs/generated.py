@@ -1,0 +1,152 @@
+"""The parts of the reference that are drawn from the code: `python docs/generated.py` puts them into the pages.
+
+A page holds `<!-- generated: NAME -->` and `<!-- end -->`; what stands between is replaced. A test fails when a page is behind.
+"""
+
+import ast
+import dataclasses
+import inspect
+import re
+import textwrap
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+from rig.cli.fault_table import TABLE as FAULT_ROWS
+from rig.realtime.faults import EXPLANATIONS, Fault
+from rig.realtime.guard import Limits
+from rig.realtime.measures import Measures
+from rig.realtime.state import TABLE, Event, State
+from rig.rig_config import Safe
+from rig.sample import WIRES, Flag, Phase
+from rig.service.protocol import COMMANDS
+
+DOCS = Path(__file__).resolve().parent
+_BLOCK = re.compile(r"(<!-- generated: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
+
+
+def member_docs(kind: type) -> dict[str, str]:
+    """Member -> the string below it in the source; one string may stand below several members."""
+    body = ast.parse(textwrap.dedent(inspect.getsource(kind))).body[0]
+    assert isinstance(body, ast.ClassDef)
+    docs: dict[str, str] = {}
+    waiting: list[str] = []
+    for node in body.body:
+        if isinstance(node, ast.Assign | ast.AnnAssign):
+            target = node.targets[0] if isinstance(node, ast.Assign) else node.target
+            waiting.append(ast.unparse(target))
+        elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and waiting:
+            docs |= dict.fromkeys(waiting, " ".join(str(node.value.value).split()))
+            waiting = []
+    return docs
+
+
+def table(head: str, rows: Iterator[list[str]]) -> str:
+    """A Markdown table; `head` has its titles between bars."""
+    titles = [title.strip() for title in head.split("|")]
+    lines = [titles, ["---"] * len(titles), *rows]
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
+def sample_fields() -> str:
+    """Every field of a sample."""
+    return table(
+        "number | field | Protobuf type | unit | meaning",
+        ([str(n), f"`{name}`", w.kind, w.unit, w.meaning] for n, (name, w) in enumerate(WIRES.items(), 1)),
+    )
+
+
+def flags() -> str:
+    """Every flag of a sample."""
+    docs = member_docs(Flag)
+    return table(
+        "bit | value | flag | meaning", ([str(n), str(f.value), f"`{f.name}`", docs[f.name]] for n, f in enumerate(Flag))
+    )
+
+
+def phases() -> str:
+    """Every phase of an experiment."""
+    return table("value | phase", ([str(p.value), f"`{p.name}`"] for p in Phase))
+
+
+def state_diagram() -> str:
+    """The state table as a diagram. A fault is possible everywhere, and drawn once for each state that it leaves."""
+    moves = [f"    {state.name} --> {to.name}: {event.value}\n" for (state, event), to in TABLE.items() if state is not to]
+    return f"```mermaid\nstateDiagram-v2\n    [*] --> {State.DISARMED.name}\n{''.join(moves)}```\n"
+
+
+def states() -> str:
+    """Every state and what is possible in it."""
+    docs = member_docs(State)
+    possible = {s: [e.value for e in Event if (s, e) in TABLE and e is not Event.FAULT] for s in State}
+    rows = ([str(s.value), s.name, docs[s.name], ", ".join(possible[s])] for s in State)
+    return table("value | state | what the loop does | possible", rows)
+
+
+def faults() -> str:
+    """Every fault with cause and hint."""
+    return table("code | fault | cause | what to do", ([str(f.value), f"`{f.name}`", *EXPLANATIONS[f]] for f in Fault if f))
+
+
+def settings(kind: type[Any]) -> str:
+    """The keys of a config section."""
+    docs = member_docs(kind)
+    return table(
+        "key | default | unit | allowed | meaning", ([*_setting(f), docs.get(f.name, "")] for f in dataclasses.fields(kind))
+    )
+
+
+def _setting(item: Any) -> list[str]:
+    default = list(item.default) if isinstance(item.default, tuple) else item.default
+    shown = str(default).lower() if isinstance(default, bool) else f"{default}"
+    allowed = f"{item.metadata['low']:g} .. {item.metadata['high']:g}" if item.metadata else "true, false"
+    return [f"`{item.name}`", shown, item.metadata.get("unit", ""), allowed]
+
+
+def commands() -> str:
+    """Every command of the control protocol."""
+    rows = (
+        [f"`{name}`", ", ".join(f"`{key}`" for key in command.arguments), "yes" if command.looking else "", command.meaning]
+        for name, command in COMMANDS.items()
+    )
+    return table("command | arguments | over the network | what", rows)
+
+
+def fault_rows() -> str:
+    """Every row of the fault table."""
+    rows = (
+        [row.name, row.done, " or ".join(f"`{cause}`" for cause in row.causes), f"{row.bound_ms:g} ms" if row.causes else ""]
+        for row in FAULT_ROWS
+    )
+    return table("fault | what is done | cause reported | bound", rows)
+
+
+BLOCKS: dict[str, Callable[[], str]] = {
+    "sample_fields": sample_fields,
+    "flags": flags,
+    "phases": phases,
+    "state_diagram": state_diagram,
+    "states": states,
+    "faults": faults,
+    "commands": commands,
+    "fault_rows": fault_rows,
+    "safe": lambda: settings(Safe),
+    "limits": lambda: settings(Limits),
+    "realtime": lambda: settings(Measures),
+}
+"""Name of a block -> what belongs into it."""
+
+
+def filled(text: str) -> str:
+    """A page with every generated block as it should be."""
+    return _BLOCK.sub(lambda found: f"{found[1]}{BLOCKS[found[2]]()}{found[3]}", text)
+
+
+def pages() -> list[Path]:
+    """The pages that hold generated blocks."""
+    return [path for path in sorted(DOCS.rglob("*.md")) if _BLOCK.search(path.read_text(encoding="utf-8"))]
+
+
+if __name__ == "__main__":
+    for page in pages():
+        page.write_text(filled(page.read_text(encoding="utf-8")), encoding="utf-8")

@@ -1,0 +1,53 @@
+"""The drivers by name: kind -> where its class lives, imported when a rig asks for it.
+
+A driver's class has `Settings` (a dataclass, see rig.config) and is made by `Class(settings, context)`; making one touches no
+hardware. Stand-ins live in `hil` and are not listed here.
+"""
+
+import importlib
+from dataclasses import dataclass
+from typing import Any, Final, Protocol, cast
+
+from rig.config import suggest
+from rig.errors import ConfigError
+from rig.interfaces import Device, DeviceContext
+
+KINDS: Final[dict[str, str]] = {
+    "myrio": "drivers.myrio.device:MyRio",
+    "itv_serial": "drivers.itv_serial.device:ItvSerial",
+    "modbus_io": "drivers.modbus_io.device:ModbusIo",
+}
+"""Kind, as it stands in a rig's YAML -> 'module:Class'."""
+
+
+class Driver(Protocol):
+    """What the class of a driver offers beside the calls of a Device."""
+
+    Settings: type[Any]
+
+    def __call__(self, settings: Any, context: DeviceContext) -> Device:
+        """A closed device; nothing is opened and nothing moves."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One driver of the catalogue, imported."""
+
+    kind: str
+    driver: Driver
+
+    @property
+    def summary(self) -> str:
+        """The first line of the driver's docstring."""
+        return (self.driver.__doc__ or "").strip().partition("\n")[0]
+
+
+def entry(kind: str, where: str = "the rig's config") -> Entry:
+    """The driver called `kind`; ConfigError when there is none, or when its vendor's package is missing."""
+    if kind not in KINDS:
+        raise ConfigError(f"{where}: unknown kind of device {kind!r}; {suggest(kind, list(KINDS))}")
+    module, _, name = KINDS[kind].partition(":")
+    try:
+        return Entry(kind, cast(Driver, getattr(importlib.import_module(module), name)))
+    except ModuleNotFoundError as error:
+        raise ConfigError(f"{where}: the kind {kind!r} needs the Python package {error.name!r}, which is not installed") from None

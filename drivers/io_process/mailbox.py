@@ -1,0 +1,275 @@
+"""The mailbox between a device and its I/O process: one small file in shared memory, and the two notes that lie in it.
+
+The owner (the loop) leaves an `Order`, the I/O process leaves a `Report`; each note is published whole, the newest replaces the
+one before, and neither side ever waits for the other. A third process (the supervisor) may raise the alarm. Nothing here knows
+a wire or a device. Linux: the file lies in /dev/shm and lives as long as somebody holds its lock.
+"""
+
+import contextlib
+import fcntl
+import hashlib
+import mmap
+import os
+import struct
+import tempfile
+import zlib
+from enum import IntEnum
+from pathlib import Path
+from typing import Final, NamedTuple
+
+MAX_OUTPUTS: Final = 4
+MAX_VALUES: Final = 8
+_TEXT_BYTES: Final = 480
+_MAGIC: Final = b"PAMRIO02"
+
+
+class Mode(IntEnum):
+    """What the owner wants of the outputs."""
+
+    NONE = 0
+    """Nothing was ordered yet: the outputs stay as they are."""
+    DRIVE = 1
+    """Write these outputs; if the owner falls silent, the safe ones."""
+    SAFE = 2
+    """Write these outputs, which are the safe ones; the owner may then go."""
+    RELEASED = 3
+    """The owner let go on purpose: outputs stay as they are."""
+
+
+class LinkState(IntEnum):
+    """How the I/O process stands with its device."""
+
+    STARTING = 0
+    UP = 1
+    DOWN = 2
+    """Lost after it was up; the I/O process tries again by itself."""
+    REFUSED = 3
+    """It never came up; the I/O process has ended."""
+    ENDED = 4
+
+
+class Trip(IntEnum):
+    """Why the I/O process took the outputs to the safe values by itself; latched until it is started anew."""
+
+    NONE = 0
+    SILENCE = 1
+    ORPHANED = 2
+    OUTAGE = 3
+    ALARM = 4
+
+
+class Order(NamedTuple):
+    """From the owner: what to write, and when it last said so."""
+
+    number: int = 0
+    stamp_ns: int = 0
+    mode: Mode = Mode.NONE
+    outputs: tuple[float, ...] = ()
+
+
+class Report(NamedTuple):
+    """From the I/O process: what it did and what it measured. Values that were never measured have the stamp 0."""
+
+    heartbeat_ns: int = 0
+    state: LinkState = LinkState.STARTING
+    trip: Trip = Trip.NONE
+    order_done: int = 0
+    """Number of the newest order that the device has confirmed."""
+    alarm_done: int = 0
+    """The alarm count that the device has confirmed with safe outputs."""
+    sent_ns: int = 0
+    exchanges: int = 0
+    errors: int = 0
+    reconnects: int = 0
+    longest_ns: int = 0
+    values: tuple[float, ...] = (0.0,) * MAX_VALUES
+    stamps_ns: tuple[int, ...] = (0,) * MAX_VALUES
+    text: str = ""
+    """Facts as `key=value` lines while the link is up, else the newest error."""
+
+
+class _Note:
+    """Two slots and a number: the writer fills the slot that is not current and then turns the number."""
+
+    def __init__(self, view: memoryview, offset: int, layout: struct.Struct) -> None:
+        self._view = view
+        self._number = view[offset : offset + 8].cast("Q")
+        self._layout = layout
+        self._slots = offset + 8, offset + 8 + layout.size + 12
+
+    def put(self, *fields: object) -> int:
+        number = self._number[0] + 1
+        at = self._slots[number & 1]
+        self._layout.pack_into(self._view, at, *fields)
+        check = zlib.crc32(self._view[at : at + self._layout.size], number & 0xFFFFFFFF)
+        struct.pack_into("<QI", self._view, at + self._layout.size, number, check)
+        self._number[0] = number
+        return number
+
+    def get(self) -> tuple[int, tuple[object, ...]] | None:
+        """Number and fields; None when nothing was put yet, or when the writer overtook us eight times running."""
+        for _ in range(8):
+            number = self._number[0]
+            at = self._slots[number & 1]
+            data = bytes(self._view[at : at + self._layout.size + 12])
+            found, check = struct.unpack_from("<QI", data, self._layout.size)
+            if number and found == number and check == zlib.crc32(data[: self._layout.size], number & 0xFFFFFFFF):
+                return number, self._layout.unpack_from(data)
+        return None
+
+    def release(self) -> None:
+        self._number.release()
+
+
+_ORDER = struct.Struct(f"<qBB{MAX_OUTPUTS}d")
+_REPORT = struct.Struct(f"<qBBQQqQQQq{MAX_VALUES}d{MAX_VALUES}qH{_TEXT_BYTES}s")
+_ORDER_AT: Final = 64
+_REPORT_AT: Final = 512
+_ALARM_AT: Final = 16
+_SIZE: Final = 4096
+
+
+class Mailbox:
+    """A mapped mailbox file. The lock on its file tells whether an I/O process lives behind it."""
+
+    def __init__(self, descriptor: int) -> None:
+        """Maps an open file. The mapping keeps a copy of the descriptor, and with it whatever lock that descriptor carries."""
+        self._map = mmap.mmap(descriptor, _SIZE)
+        self._view = memoryview(self._map)
+        self._alarm = self._view[_ALARM_AT : _ALARM_AT + 8].cast("Q")
+        self._order = _Note(self._view, _ORDER_AT, _ORDER)
+        self._report = _Note(self._view, _REPORT_AT, _REPORT)
+        self._last_order, self._last_report = Order(), Report()
+
+    @property
+    def valid(self) -> bool:
+        """Whether this is a mailbox of this version at all."""
+        return bytes(self._view[:8]) == _MAGIC
+
+    def post_order(self, stamp_ns: int, mode: Mode, outputs: tuple[float, ...]) -> int:
+        """Replace the order; returns its number."""
+        padded = (*outputs, *(0.0,) * (MAX_OUTPUTS - len(outputs)))
+        return self._order.put(stamp_ns, mode, len(outputs), *padded)
+
+    def order(self) -> Order:
+        """The newest whole order."""
+        if found := self._order.get():
+            number, (stamp_ns, mode, count, *outputs) = found
+            self._last_order = Order(number, _int(stamp_ns), Mode(_int(mode)), tuple(outputs[: _int(count)]))  # type: ignore[arg-type]
+        return self._last_order
+
+    def post_report(self, report: Report) -> None:
+        """Replace the report."""
+        text = report.text.encode("utf-8", "replace")[:_TEXT_BYTES]
+        self._report.put(*report[:10], *report.values, *report.stamps_ns, len(text), text)
+
+    def report(self) -> Report:
+        """The newest whole report."""
+        if found := self._report.get():
+            fields = found[1]
+            head = [_int(field) for field in fields[:10]]
+            values, stamps = fields[10 : 10 + MAX_VALUES], fields[10 + MAX_VALUES : 10 + 2 * MAX_VALUES]
+            length, text = _int(fields[-2]), fields[-1]
+            assert isinstance(text, bytes)
+            self._last_report = Report(
+                head[0], LinkState(head[1]), Trip(head[2]), *head[3:], values, stamps, text[:length].decode("utf-8", "replace")  # type: ignore[arg-type, call-arg]
+            )  # fmt: skip
+        return self._last_report
+
+    def raise_alarm(self) -> int:
+        """Ask for the safe outputs from outside; returns the count to wait for in `Report.alarm_done`."""
+        self._alarm[0] += 1
+        return self._alarm[0]
+
+    @property
+    def alarm(self) -> int:
+        """How often the alarm was raised."""
+        return self._alarm[0]
+
+    def close(self) -> None:
+        """Unmap; the file stays."""
+        for part in (self._order, self._report, self._alarm, self._view, self._map):
+            part.close() if isinstance(part, mmap.mmap) else part.release()
+
+
+def _int(value: object) -> int:
+    assert isinstance(value, int)
+    return value
+
+
+def path_for(resource: str) -> Path:
+    """Where the mailbox of a wire lies: one file a user and a wire, so that a second process finds it."""
+    folder = Path("/dev/shm") if os.path.isdir("/dev/shm") else Path(tempfile.gettempdir())
+    name = hashlib.sha256(resource.encode()).hexdigest()[:16]
+    return folder / f"pamrigio-{os.getuid()}-{name}"
+
+
+def create(path: Path) -> int | None:
+    """A fresh, locked mailbox file; returns its descriptor, which carries the lock to whoever inherits it. None: the wire is in use."""
+    while True:
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            os.close(descriptor)
+            return None
+        if _is_at(descriptor, path):
+            break
+        os.close(descriptor)  # removed between open and lock
+    os.ftruncate(descriptor, 0)
+    os.ftruncate(descriptor, _SIZE)
+    os.pwrite(descriptor, _MAGIC, 0)
+    return descriptor
+
+
+def mapped(path: Path) -> Mailbox:
+    """The mailbox at `path` by a descriptor of its own, which carries no lock: the owner's view of what its I/O process holds."""
+    descriptor = os.open(path, os.O_RDWR | os.O_CLOEXEC | os.O_NOFOLLOW)
+    try:
+        return Mailbox(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def attach(path: Path) -> Mailbox | None:
+    """The mailbox of a living I/O process; None when there is none."""
+    try:
+        descriptor = os.open(path, os.O_RDWR | os.O_CLOEXEC | os.O_NOFOLLOW)
+    except FileNotFoundError:
+        return None
+    try:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except BlockingIOError:
+            mailbox = Mailbox(descriptor) if os.fstat(descriptor).st_size == _SIZE else None
+            return mailbox if mailbox and mailbox.valid else None
+        return None
+    finally:
+        os.close(descriptor)
+
+
+def remove_own(descriptor: int) -> None:
+    """Delete the file whose lock `descriptor` carries: for an I/O process whose owner is no more."""
+    path = Path(os.readlink(f"/proc/self/fd/{descriptor}"))
+    if _is_at(descriptor, path):
+        path.unlink()
+
+
+def remove(path: Path) -> None:
+    """Delete the file if nobody lives behind it."""
+    try:
+        descriptor = os.open(path, os.O_RDWR | os.O_CLOEXEC | os.O_NOFOLLOW)
+    except OSError:
+        return
+    with contextlib.suppress(OSError):  # in use again, or gone: both are fine
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        if _is_at(descriptor, path):
+            path.unlink()
+    os.close(descriptor)
+
+
+def _is_at(descriptor: int, path: Path) -> bool:
+    try:
+        return os.fstat(descriptor).st_ino == os.stat(path).st_ino
+    except FileNotFoundError:
+        return False

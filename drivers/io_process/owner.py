@@ -1,0 +1,230 @@
+"""The owner's side of an I/O process: start it, give it the newest outputs, see what it reports, let it go.
+
+No call but `start` and `stop` waits for a wire. A process that is not the owner reaches the same wire with `alarm`.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final
+
+from drivers.io_process.mailbox import LinkState, Mailbox, Mode, Report, Trip, attach, create, mapped, path_for, remove
+from drivers.io_process.worker import Job
+from rig.errors import DeviceError, DeviceLost
+
+_START_S: Final = 10.0
+_LOOK_S: Final = 0.0005
+_RESTART_NS: Final = 500_000_000
+_STUCK_NS: Final = 1_000_000_000
+"""An I/O process that has not moved for this long does not hear an alarm either."""
+_WHY: Final = {
+    Trip.SILENCE: "no call came in time, so the I/O process wrote the safe set-points; close and open again",
+    Trip.ORPHANED: "its owner was gone, so the I/O process wrote the safe set-points; close and open again",
+    Trip.OUTAGE: "the line was lost while driving; the safe set-points are written as soon as it is back; close and open again",
+    Trip.ALARM: "another process (the supervisor) took it to the safe set-points; close and open again",
+}
+
+
+class IoProcess:
+    """One wire served by a process of its own. `resource` names the wire (a device file, or host:port)."""
+
+    def __init__(self, resource: str, job: Job, hang_ns: int) -> None:
+        """`hang_ns`: an I/O process that has not moved for this long is stuck in the kernel, or starved."""
+        self.resource = resource
+        self._job, self._hang_ns = job, hang_ns
+        self._path: Path = path_for(resource)
+        self._process: subprocess.Popen[bytes] | None = None
+        self._mailbox: Mailbox | None = None
+        self._mode = Mode.NONE
+        self._seen_errors = 0
+        self._began_ns = 0
+
+    @property
+    def running(self) -> bool:
+        """Whether `start` succeeded and `stop` was not called."""
+        return self._process is not None
+
+    def start(self) -> Mapping[str, str]:
+        """Start the process and wait until it has the wire; its facts. DeviceLost says in one line why not."""
+        self.begin()
+        return self._await_start()
+
+    def begin(self) -> None:
+        """Start the process without waiting for it, which takes milliseconds; `safe` may be ordered at once."""
+        descriptor = create(self._path)
+        if descriptor is None:
+            raise DeviceLost(f"{self.resource}: in use by another I/O process of this user; stop the other pamrig first")
+        try:
+            self._mailbox = mapped(self._path)
+            self._mode, self._seen_errors = Mode.NONE, 0
+            self._began_ns = time.monotonic_ns()
+            self._process = subprocess.Popen(
+                [sys.executable, "-P", "-m", "drivers.io_process", str(descriptor)],
+                stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, pass_fds=[descriptor],
+                env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}, start_new_session=True,
+            )  # fmt: skip
+        finally:
+            os.close(descriptor)  # the child holds the lock now
+        assert self._process.stdin
+        os.set_blocking(self._process.stdin.fileno(), False)
+        os.write(self._process.stdin.fileno(), json.dumps(self._job._asdict()).encode() + b"\n")
+
+    def restart_safe(self, patience_s: float) -> None:
+        """Replace a process that is dead or stuck, without waiting, by one that writes the safe outputs.
+
+        DeviceError: not confirmed yet, look again with `safe`. Not more often than twice a second.
+        """
+        if time.monotonic_ns() - self._began_ns < _RESTART_NS:
+            raise DeviceLost(f"{self.resource}: its I/O process ended; another one is started in a moment")
+        self.stop(patience_s)
+        self.begin()
+        self.safe(0.0)
+
+    def _await_start(self) -> Mapping[str, str]:
+        assert self._process
+        assert self._mailbox
+        deadline = time.monotonic() + _START_S
+        while time.monotonic() < deadline:
+            ended = self._process.poll() is not None
+            report = self._mailbox.report()
+            if report.state is LinkState.UP:
+                return dict(line.split("=", 1) for line in report.text.splitlines() if "=" in line)
+            if report.state is LinkState.REFUSED or ended:
+                why = report.text or self._last_words()
+                self.stop()
+                raise DeviceLost(why)
+            time.sleep(_LOOK_S)
+        self.stop()
+        raise DeviceLost(f"{self.resource}: the I/O process did not get its line within {_START_S:g} s")
+
+    def _last_words(self) -> str:
+        assert self._process
+        assert self._process.stderr
+        lines = self._process.stderr.read().decode("utf-8", "replace").strip().splitlines()
+        return f"{self.resource}: the I/O process ended: {lines[-1] if lines else f'status {self._process.returncode}'}"
+
+    @property
+    def alive(self) -> bool:
+        """Whether the process is there and moving; its line may be down, then it tries by itself."""
+        if self._process is None or self._mailbox is None or self._process.poll() is not None:
+            return False
+        report, now_ns = self._mailbox.report(), time.monotonic_ns()
+        if report.state is LinkState.STARTING:
+            return now_ns - self._began_ns <= _START_S * 1e9
+        return now_ns - report.heartbeat_ns <= self._hang_ns
+
+    def report(self) -> Report:
+        """What the I/O process last said; DeviceLost when it is gone, stuck, has lost its line, or took over."""
+        if self._mailbox is None or self._process is None:
+            raise DeviceLost(f"{self.resource}: not open")
+        report = self._mailbox.report()
+        if report.trip is not Trip.NONE:
+            raise DeviceLost(f"{self.resource}: {_WHY[report.trip]}")
+        if report.state is LinkState.DOWN:
+            raise DeviceLost(f"{self.resource}: the line is lost: {report.text}")
+        if time.monotonic_ns() - report.heartbeat_ns > self._hang_ns:
+            if self._process.poll() is not None:
+                raise DeviceLost(f"{self.resource}: the I/O process is gone (status {self._process.returncode})")
+            raise DeviceLost(f"{self.resource}: the I/O process has not moved for {self._hang_ns / 1e6:.0f} ms")
+        return report
+
+    def check_errors(self, report: Report) -> None:
+        """DeviceError once for exchanges that failed since the last look: the next one may work."""
+        if report.errors != self._seen_errors:
+            self._seen_errors = report.errors
+            raise DeviceError(f"{self.resource}: {report.text}")
+
+    def touch(self) -> None:
+        """Say that the owner lives, without ordering anything new."""
+        if self._mode is Mode.DRIVE:
+            self._order(Mode.DRIVE, self._outputs)
+
+    def drive(self, outputs: tuple[float, ...]) -> None:
+        """Order new outputs; they replace any that were not written yet."""
+        self.report()
+        self._order(Mode.DRIVE, outputs)
+
+    def _order(self, mode: Mode, outputs: tuple[float, ...]) -> int:
+        assert self._mailbox
+        assert self._process
+        assert self._process.stdin
+        self._mode, self._outputs = mode, outputs
+        number = self._mailbox.post_order(time.monotonic_ns(), mode, outputs)
+        try:
+            os.write(self._process.stdin.fileno(), b".")
+        except BlockingIOError:
+            pass  # it is awake anyway
+        except OSError:
+            raise DeviceLost(f"{self.resource}: the I/O process is gone") from None
+        return number
+
+    def safe(self, patience_s: float) -> None:
+        """Order the safe outputs and wait up to `patience_s` for the device to confirm them.
+
+        A living I/O process with its line up finishes the order even if the owner dies now, so that is success as well.
+        DeviceLost when nobody is there to write them.
+        """
+        if self._mailbox is None or self._process is None:
+            raise DeviceLost(f"{self.resource}: not open")
+        errors = self._mailbox.report().errors
+        number = self._order(Mode.SAFE, self._job.safe)
+        deadline = time.monotonic() + patience_s
+        while (report := self._mailbox.report()).order_done < number and time.monotonic() < deadline:
+            if self._process.poll() is not None:
+                break
+            time.sleep(_LOOK_S)
+        if report.order_done < number and (report.state is LinkState.DOWN or not self.alive):
+            raise DeviceLost(f"{self.resource}: the safe set-points could not be written: {report.text}")
+        if report.order_done < number and (report.errors != errors or report.state is LinkState.STARTING):
+            raise DeviceError(
+                f"{self.resource}: the safe set-points are not confirmed yet{': ' if report.text else ''}{report.text}"
+            )
+
+    def stop(self, patience_s: float = 3.0) -> None:
+        """Let go: outputs stay; a safe order still on its way is finished first, if its line is up. Idempotent; never raises."""
+        process, mailbox = self._process, self._mailbox
+        self._process = self._mailbox = None
+        if mailbox is not None and (self._mode is Mode.DRIVE or mailbox.report().state is LinkState.DOWN):
+            mailbox.post_order(time.monotonic_ns(), Mode.RELEASED, ())
+        if process is not None:
+            assert process.stdin
+            assert process.stderr
+            process.stdin.close()
+            try:
+                process.wait(patience_s)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+            process.stderr.close()
+        if mailbox is not None:
+            mailbox.close()
+        remove(self._path)
+        self._mode = Mode.NONE
+
+
+def alarm(resource: str, patience_s: float) -> bool:
+    """Tell the I/O process behind `resource`, whoever owns it, to write its safe outputs and to keep to them.
+
+    True: it lives and has the line (the outputs are confirmed, or on their way after `patience_s`). False: there is no such
+    process, or none that moves, so the caller has to open the wire itself. DeviceLost when it lives and cannot reach the device.
+    """
+    mailbox = attach(path_for(resource))
+    if mailbox is None:
+        return False
+    try:
+        count = mailbox.raise_alarm()
+        deadline = time.monotonic() + patience_s
+        while (report := mailbox.report()).alarm_done < count and time.monotonic() < deadline:
+            time.sleep(_LOOK_S)
+        stuck = time.monotonic_ns() - report.heartbeat_ns > _STUCK_NS
+        if report.state is LinkState.ENDED or (stuck and report.alarm_done < count):
+            return False
+        if report.alarm_done < count and report.state is not LinkState.UP:
+            raise DeviceLost(f"{resource}: the safe set-points could not be written: {report.text}")
+        return True
+    finally:
+        mailbox.close()

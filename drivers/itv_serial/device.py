@@ -1,0 +1,188 @@
+"""Two SMC ITV regulators over RS-232C as a Device of the loop: each port in an I/O process of its own, nothing here waits for a wire."""
+
+import contextlib
+import dataclasses
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from math import isfinite
+from typing import Final
+
+from drivers.calibration import Calibration, curve, for_role, inverse
+from drivers.io_process.owner import IoProcess, alarm
+from drivers.io_process.worker import Job
+from drivers.itv_serial.codec import Codec, Dialect, Pace, pace
+from drivers.itv_serial.link import LinkSettings, Port
+from rig.errors import ConfigError, DeviceError, DeviceLost
+from rig.fields import bounded
+from rig.interfaces import NAN, DeviceContext, Measurement, Role
+from rig.sample import Flag
+
+_VALVES: Final = ((Role.VALVE_1, Role.MONITOR_1), (Role.VALVE_2, Role.MONITOR_2))
+_ABSENT: Final = (Flag.P1_ABSENT.value, Flag.P2_ABSENT.value)
+_STALE: Final = Flag.STALE.value
+
+
+@dataclass(frozen=True)
+class ItvSettings:
+    """The serial valves of a rig."""
+
+    valve_1: Port | None = None
+    valve_2: Port | None = None
+    dialect: Dialect = field(default_factory=Dialect)
+    monitor: bool = True
+    """Read the pressure back; without it every exchange is a set-point."""
+    patience_s: float = bounded(0.001, 5.0, "s", default=0.03)
+    """How long a reply may take beyond its wire time."""
+    silence_periods: int = bounded(2, 1000, "periods", default=5)
+    """An owner that drives and makes no call for this many periods is taken for dead: the safe set-points are written."""
+
+
+class _Valve:
+    """One regulator: its process, and counts <-> MPa."""
+
+    def __init__(self, number: int, port: Port, settings: ItvSettings, context: DeviceContext) -> None:
+        valve, monitor = _VALVES[number]
+        self.name = valve.value
+        self.device = port.device
+        self.drives, self.reads = valve in context.roles, monitor in context.roles
+        self.codec = Codec(settings.dialect)
+        self.pace: Pace = pace(settings.dialect, port.baud, port.bits_per_byte, self.reads and settings.monitor)
+        scale = Calibration(
+            [(0.0, 0.0), (float(settings.dialect.full_scale_counts), settings.dialect.full_scale_mpa)], raw_unit="counts"
+        )
+        self._to_counts = inverse(for_role(context, valve, scale).knots)
+        self.to_mpa = curve(for_role(context, monitor, scale).knots)
+        self.speed = self.pace.summary(port.baud, context.period_ns / 1e9)
+        safe = (self.counts(context.safe_p1_mpa if number == 0 else context.safe_p2_mpa),)
+        link = LinkSettings(self.name, port, settings.dialect, self.reads and settings.monitor, settings.patience_s)
+        job = Job("drivers.itv_serial.link", dataclasses.asdict(link), safe, settings.silence_periods * context.period_ns)
+        worst_s = self.pace.set_s + self.pace.monitor_s + 2 * settings.patience_s
+        self.safe_bound_s = self.pace.set_s + max(self.pace.set_s, self.pace.monitor_s)
+        """From the alarm to the last byte of the reply: the exchange under way, then the safe set-point. C."""
+        self.max_age_ns = int(4e9 * worst_s)
+        self.io = IoProcess(port.device, job, hang_ns=int(4e9 * worst_s) + 100_000_000)
+
+    def counts(self, pressure_mpa: float) -> float:
+        """The set-point as the wire carries it, inside the regulator's range."""
+        return float(self.codec.to_count(self._to_counts(pressure_mpa)))
+
+
+class ItvSerial:
+    """SMC ITV regulators on RS-232C ports: set-points and monitors, newest set-point wins, ages recorded.
+
+    A port is held by an I/O process, which writes the safe set-points by itself when the loop dies or falls silent. `safe`
+    from a second instance in another process reaches the same I/O process. The valves are written one after the other
+    or side by side as their wires allow, never strictly together.
+    """
+
+    Settings = ItvSettings
+    second_path = True
+
+    def __init__(self, settings: ItvSettings, context: DeviceContext) -> None:
+        ports = settings.valve_1, settings.valve_2
+        offered = {role for pair, port in zip(_VALVES, ports, strict=True) if port for role in pair}
+        if wrong := sorted(context.roles - offered):
+            raise ConfigError(f"itv_serial: the role {wrong[0].value!r} needs the port of its valve, or another device")
+        if settings.valve_1 and settings.valve_2 and settings.valve_1.device == settings.valve_2.device:
+            raise ConfigError(
+                f"itv_serial: both valves on {settings.valve_1.device}: RS-232C joins two ends, so each valve needs its own port"
+            )
+        self.roles = context.roles
+        self._period_ns = context.period_ns
+        self._valves = [
+            _Valve(number, port, settings, context) if port and context.roles & set(_VALVES[number]) else None
+            for number, port in enumerate(ports)
+        ]
+
+    def _used(self) -> list[_Valve]:
+        return [valve for valve in self._valves if valve]
+
+    def open(self) -> Mapping[str, str]:
+        """Start the I/O processes; each proves its valve by a monitor reading, which moves nothing. Takes some tenths of a second."""
+        facts: dict[str, str] = {}
+        self.close()
+        try:
+            for valve in self._used():
+                facts |= {f"{valve.name}.{key}": text for key, text in valve.io.start().items()}
+                facts[f"{valve.name}.pace"] = valve.speed
+                facts[f"{valve.name}.set_rate_hz"] = f"{valve.pace.rate_hz:.1f}"
+                facts[f"{valve.name}.safe_within_s"] = f"{valve.safe_bound_s:.4f}"
+        except DeviceError:
+            self.close()
+            raise
+        return facts
+
+    def read(self) -> Measurement:
+        """The newest monitor values with their ages. DeviceError once for each failed exchange on the wire."""
+        flags = Flag.ANGLE_ABSENT.value
+        pressures, raws, ages = [NAN, NAN], [NAN, NAN], [0, 0]
+        for number, valve in enumerate(self._valves):
+            if valve is None:
+                flags |= _ABSENT[number]
+                continue
+            valve.io.touch()
+            report = valve.io.report()
+            valve.io.check_errors(report)
+            taken_ns = report.stamps_ns[0]
+            if not valve.reads or not taken_ns:
+                flags |= _ABSENT[number]
+                continue
+            ages[number] = time.monotonic_ns() - taken_ns
+            if ages[number] > valve.max_age_ns:
+                raise DeviceError(f"{valve.name} on {valve.device}: no pressure for {ages[number] / 1e6:.0f} ms")
+            raws[number] = report.values[0]
+            pressures[number] = valve.to_mpa(raws[number])
+            if ages[number] > self._period_ns:
+                flags |= _STALE
+        return Measurement(pressures[0], pressures[1], NAN, raws[0], raws[1], NAN, NAN, ages[0], ages[1], 0, flags)
+
+    def write(self, p1_mpa: float, p2_mpa: float) -> None:
+        """Hand the set-points to the I/O processes: microseconds. What a busy wire has not sent yet is replaced."""
+        if not (isfinite(p1_mpa) and isfinite(p2_mpa)):
+            raise DeviceError(f"itv_serial: set-points of {p1_mpa} and {p2_mpa} MPa cannot be written")
+        for valve, pressure_mpa in zip(self._valves, (p1_mpa, p2_mpa), strict=True):
+            if valve and valve.drives:
+                valve.io.drive((valve.counts(pressure_mpa),))
+
+    def safe(self) -> None:
+        """Order the safe set-points on every valve; returns within a period, the wire takes `safe_within_s`.
+
+        Through its own I/O processes when open, else through those of whoever is, else by opening the port for just this.
+        """
+        problems: list[DeviceError] = []
+        for valve in self._used():
+            if valve.drives and valve.io.running:
+                with contextlib.suppress(DeviceError):
+                    valve.io.safe(0.0)  # every wire gets its order before the first is waited for
+        for valve in self._used():
+            if valve.drives:
+                try:
+                    self._make_safe(valve)
+                except DeviceError as error:
+                    problems.append(error)
+        if problems:
+            raise problems[0]
+
+    def _make_safe(self, valve: _Valve) -> None:
+        patience_s = self._period_ns / 2e9 / len(self._used())
+        if valve.io.running:
+            try:
+                return valve.io.safe(patience_s)
+            except DeviceLost:
+                if valve.io.alive:
+                    raise  # its line is down: it writes the safe set-point as soon as it is back
+                return valve.io.restart_safe(patience_s)  # the loop must not wait for it, but call again
+        elif alarm(valve.device, patience_s):
+            return None
+        valve.io.start()
+        try:
+            valve.io.safe(2 * valve.safe_bound_s + 1.0)
+        finally:
+            valve.io.stop()
+        return None
+
+    def close(self) -> None:
+        """End the I/O processes; the valves keep their set-points. A safe order on its way is finished first."""
+        for valve in self._used():
+            valve.io.stop()

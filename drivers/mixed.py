@@ -1,0 +1,140 @@
+"""A rig made of several devices: each role is filled by one of them, and the whole is again one device."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Final
+
+from rig.errors import ConfigError, DeviceError, DeviceLost
+from rig.interfaces import Clock, Device, Measurement, Role
+from rig.sample import Flag
+
+_FIELDS: Final = {
+    Role.MONITOR_1: ("p1_mpa", "p1_raw", "p1_age_ns"),
+    Role.MONITOR_2: ("p2_mpa", "p2_raw", "p2_age_ns"),
+    Role.ANGLE: ("angle_deg", "angle_raw", "excitation_raw", "angle_age_ns"),
+}
+_PLACES: Final = {role: tuple(Measurement._fields.index(name) for name in names) for role, names in _FIELDS.items()}
+"""Role -> where its values stand in a Measurement; its age is the last."""
+_ABSENT: Final = {Role.MONITOR_1: int(Flag.P1_ABSENT), Role.MONITOR_2: int(Flag.P2_ABSENT), Role.ANGLE: int(Flag.ANGLE_ABSENT)}
+_EMPTY: Final = tuple(Measurement())
+_FLAGS: Final = Measurement._fields.index("flags")
+
+
+class MixedRig:
+    """Several devices with the roles divided among them.
+
+    Set-points go to the devices one after the other, so the two valves change together only within the slower device's time.
+    Every call reaches every device, also when one of them fails; then the worst error is raised, with the others' beside it.
+    """
+
+    def __init__(self, parts: Sequence[Device], clock: Clock, period_ns: int = 5_000_000) -> None:
+        """ConfigError when two of the devices claim one role."""
+        self._parts = list(parts)
+        self._now = clock.now_ns
+        self._period_ns = period_ns
+        claimed = [role for part in parts for role in part.roles]
+        for role in claimed:
+            if claimed.count(role) > 1:
+                raise ConfigError(f"roles: {role.value} is filled by two devices")
+        self.roles = frozenset(claimed)
+        self._writers = [part for part in parts if part.roles & {Role.VALVE_1, Role.VALVE_2}]
+        self._readers = [_reader(part) for part in parts if part.roles & set(_FIELDS)]
+        self._absent = sum(flag for role, flag in _ABSENT.items() if role not in self.roles)
+
+    @property
+    def second_path(self) -> bool:
+        """Whether another process can make the rig safe by instances of its own; all devices must allow it."""
+        return all(getattr(part, "second_path", True) for part in self._writers)
+
+    def open(self) -> Mapping[str, str]:
+        """Open all; when one cannot be opened, none stays open."""
+        facts: dict[str, str] = {}
+        try:
+            for index, part in enumerate(self._parts, 1):
+                facts |= {f"{index}.{key}": value for key, value in part.open().items()}
+        except BaseException:
+            self.close()
+            raise
+        return facts
+
+    def read(self) -> Measurement:
+        """The newest values of all; an age counts to the return of this call, not of the part's own."""
+        began = self._now()
+        values: list[float] = [*_EMPTY]
+        flags = self._absent
+        taken: list[tuple[int, int]] = []
+        errors: list[DeviceError] = []
+        for part, places, ages, mine in self._readers:
+            try:
+                now = part.read()
+            except DeviceError as error:
+                errors.append(error)
+                continue
+            flags |= now.flags & mine
+            for place in places:
+                values[place] = now[place]
+            returned = self._now()
+            taken += [(place, returned) for absent, place in ages if not now.flags & absent]
+        ended = self._now()
+        _raise_worst(errors)
+        self._check_time(began, ended, "reading")
+        for place, returned in taken:
+            values[place] += ended - returned
+        values[_FLAGS] = flags
+        return Measurement(*values)  # type: ignore[arg-type]  # ages and flags are whole numbers among the floats
+
+    def write(self, p1_mpa: float, p2_mpa: float) -> None:
+        """Both set-points to every device with a valve; each takes its own. One that is not finite reaches none of them."""
+        if not (math.isfinite(p1_mpa) and math.isfinite(p2_mpa)):
+            raise DeviceError("mixed rig: a set-point is not finite; nothing was written")
+        began = self._now()
+        self._every(self._writers, lambda part: part.write(p1_mpa, p2_mpa))
+        self._check_time(began, self._now(), "writing")
+
+    def safe(self) -> None:
+        """Every device's own safe state, whatever happens to the others."""
+        self._every(self._writers, lambda part: part.safe())
+
+    def stand_by(self) -> None:
+        """Let every device with a valve get ready for `safe`, where it knows how."""
+        for part in self._writers:
+            ready = getattr(part, "stand_by", None)
+            if ready is not None:
+                ready()
+
+    def close(self) -> None:
+        """Let go of all."""
+        self._every(self._parts, lambda part: part.close())
+
+    def _check_time(self, began_ns: int, ended_ns: int, doing: str) -> None:
+        if ended_ns - began_ns > self._period_ns:
+            took, period = (ended_ns - began_ns) / 1e6, self._period_ns / 1e6
+            raise DeviceError(f"mixed rig: {doing} all devices took {took:.1f} ms, longer than the period of {period:g} ms")
+
+    @staticmethod
+    def _every(parts: Sequence[Device], call: Callable[[Device], None]) -> None:
+        errors: list[DeviceError] = []
+        for part in parts:
+            try:
+                call(part)
+            except DeviceError as error:
+                errors.append(error)
+        _raise_worst(errors)
+
+
+def _reader(part: Device) -> tuple[Device, tuple[int, ...], list[tuple[int, int]], int]:
+    """A part, where its values stand, the flag and the place of each age, and the flags that are its own to set."""
+    roles = [role for role in _FIELDS if role in part.roles]
+    places = tuple(place for role in roles for place in _PLACES[role])
+    ages = [(_ABSENT[role], _PLACES[role][-1]) for role in roles]
+    not_mine = sum(flag for role, flag in _ABSENT.items() if role not in roles)
+    return part, places, ages, ~not_mine
+
+
+def _raise_worst(errors: Sequence[DeviceError]) -> None:
+    """One error for all: lost when any device is lost."""
+    if not errors:
+        return
+    lost = any(isinstance(error, DeviceLost) for error in errors)
+    text = "; ".join(str(error) for error in errors)
+    raise (DeviceLost if lost else DeviceError)(text) from None

@@ -1,0 +1,47 @@
+"""The module's own watchdog, and whether it is the module that the map describes. Register writes from the map, nothing more."""
+
+from collections.abc import Mapping, Sequence
+
+from drivers.modbus_io.maps import Failsafe, Identity, ModuleMap
+from drivers.modbus_io.session import Session
+from rig.errors import DeviceLost
+
+
+def identify(session: Session, module: ModuleMap, unit: int) -> str:
+    """What the module says it is; DeviceLost when that is something else. Maps without an identity are believed."""
+    wanted = module.identity
+    if wanted is None:
+        return f"{module.name} (cannot be told apart from others)"
+    registers = session.read(wanted.function, wanted.address, wanted.count, unit)
+    found = _text(registers) if wanted.text else ", ".join(map(str, registers))
+    if not _fits(wanted, registers):
+        raise DeviceLost(f"{session.where} unit {unit}: says {found!r}, but the map is for {module.name}")
+    return f"{module.name} ({found})"
+
+
+def _fits(wanted: Identity, registers: Sequence[int]) -> bool:
+    return wanted.text in _text(registers) if wanted.text else list(registers) == wanted.registers
+
+
+def _text(registers: Sequence[int]) -> str:
+    data = b"".join(register.to_bytes(2, "big") for register in registers)
+    return data.decode("ascii", "replace").strip("\0 ")
+
+
+def arm(session: Session, module: ModuleMap, unit: int, watchdog_s: float, safe_numbers: Mapping[int, int]) -> Mapping[str, str]:
+    """Arm the watchdog where there is one; facts for the log, with a warning where there is none."""
+    failsafe = module.failsafe
+    if failsafe is None:
+        return {"failsafe": "none", "warning": f"{module.name} holds its outputs when the host is gone: {module.about_failsafe}"}
+    ticks = max(1, round(watchdog_s / failsafe.tick_s))
+    for step in failsafe.arm:
+        value = ticks if step.timeout else step.value if step.safe is None else safe_numbers.get(step.safe - 1, 0)
+        session.write(step.address, [value], unit)
+    outcome = "0" if failsafe.safe_is == "zero" else "the safe set-points"
+    return {"failsafe": f"armed: outputs to {outcome} after {ticks * failsafe.tick_s:g} s without a request"}
+
+
+def disarm(session: Session, failsafe: Failsafe | None, unit: int) -> None:
+    """Stop the watchdog, so that the outputs keep what was written last."""
+    for step in failsafe.disarm if failsafe else ():
+        session.write(step.address, [step.value], unit)

@@ -1,0 +1,156 @@
+"""A Modbus line as its I/O process drives it, going round as fast as the modules answer. RTU, or TCP that is too slow for the loop.
+
+On RTU the asyncio client is used, one exchange at a time: the synchronous one polls with sleeps and would add 2 to 8 ms.
+"""
+
+import asyncio
+import contextlib
+import termios
+import time
+from collections.abc import Awaitable, Mapping
+from typing import Any
+
+from pymodbus.client import AsyncModbusSerialClient
+
+from drivers.io_process.worker import Exchange
+from drivers.modbus_io.codec import rtu_silence_s
+from drivers.modbus_io.plan import Plan, make_plan
+from drivers.modbus_io.session import Session, hush, never_give_up
+from drivers.modbus_io.settings import ModbusSettings, SerialLine
+from drivers.modbus_io.stations import Stations, rebuild
+from rig.errors import DeviceError, DeviceLost
+from rig.interfaces import Role
+
+
+class ModbusLink:
+    """A `drivers.io_process.worker.Link`: outputs are counts by place, values are counts by place (see plan)."""
+
+    def __init__(self, settings: ModbusSettings, roles: frozenset[Role], safe_numbers: dict[int, int]) -> None:
+        self._settings, self._safe = settings, safe_numbers
+        self._plan: Plan = make_plan(settings, roles)
+        self._loop = asyncio.new_event_loop()
+        self._stations: Stations | None = None
+        self._failed = self._was_up = self._arm_owed = False
+        self._read_next = False
+        line = settings.serial
+        self._silence_s = rtu_silence_s(line.baud, line.bits_per_byte) if line else 0.0
+        self._quiet_s = 0.0
+        """Until then the line is to be silent."""
+        self._busy = line is not None  # a serial line is worth keeping busy; on TCP every order wakes us anyway
+
+    def connect(self) -> Mapping[str, str]:
+        """Open the line, prove the modules, arm their fail-safe; after an outage the outputs come first, then the fail-safe."""
+        self._stations = self._open()
+        self._failed = False
+        if self._was_up:
+            self._arm_owed = True
+            return self._stations.prove()
+        facts = self._stations.prove_and_arm(self._settings.watchdog_s, self._safe)
+        self._was_up = True
+        return facts
+
+    def _open(self) -> Stations:
+        settings = self._settings
+        if settings.serial is None:
+            return Stations.on_tcp(settings, self._plan, settings.patience_s)
+        session = self._open_serial()
+        return Stations(session, session, self._plan)
+
+    def _open_serial(self) -> Session:
+        hush()
+        line = self._settings.serial
+        assert line
+        reply_s = self._plan.round_s(line) + self._settings.patience_s
+        try:
+            client, opened = self._loop.run_until_complete(_connected(line, reply_s))
+        except (OSError, ValueError, termios.error) as error:
+            raise DeviceError(f"{line.device}: cannot be opened: {error}") from None
+        if not opened:
+            raise DeviceError(f"{line.device}: cannot be opened: no such port, in use by another program, or not allowed")
+        never_give_up(client.ctx)
+        return Session(client, line.device, self._paced)
+
+    def exchange(self, outputs: tuple[float, ...] | None, fresh: bool, urgent: bool) -> Exchange:
+        """Function 23 where there is one; else outputs when they are new, and inputs in between unless it is urgent."""
+        self._read_next = self._read_next and not urgent
+        stations = self._stations
+        if stations is None:
+            raise DeviceLost(f"{self._settings.resource}: not connected")
+        line = self._settings.serial
+        if line is not None:
+            self._settle(line)
+        numbers = {place: outputs[place] for place in self._plan.driven} if outputs else None
+        try:
+            done = self._round(stations, numbers, fresh)
+            self._pay_arming(stations)
+            return done
+        except DeviceError:
+            self._failed = True
+            self._pay_arming(stations)  # it may have tripped meanwhile, and refuse writes until it is armed anew
+            raise
+
+    def _pay_arming(self, stations: Stations) -> None:
+        if self._arm_owed:
+            stations.arm(self._settings.watchdog_s, self._safe)
+            self._arm_owed = False
+
+    def _round(self, stations: Stations, numbers: dict[int, float] | None, fresh: bool) -> Exchange:
+        asked_ns = time.monotonic_ns()
+        if numbers is not None and self._plan.can_combine:
+            return Exchange(True, _stamped(stations.read_write(numbers), asked_ns), self._busy)
+        if numbers is not None and (fresh or not self._plan.registers) and not self._read_next:
+            stations.write(numbers)
+            self._read_next = self._plan.registers > 0
+            return Exchange(sent=True, busy=self._read_next)
+        self._read_next = False
+        if not self._plan.registers:
+            return Exchange(busy=False)
+        return Exchange(values=_stamped(stations.read(), asked_ns), busy=self._busy)
+
+    def _paced(self, response: Awaitable[Any]) -> Any:
+        """One exchange, after the silence that parts two frames. asyncio would round that up to whole milliseconds."""
+        if (left_s := self._quiet_s - time.monotonic()) > 0:
+            time.sleep(left_s)
+        try:
+            return self._loop.run_until_complete(response)
+        finally:
+            self._quiet_s = time.monotonic() + self._silence_s
+
+    def _settle(self, line: SerialLine) -> None:
+        """RTU replies have no number: after a failure, wait until a late one has come and been thrown away."""
+        if self._failed:
+            self._loop.run_until_complete(asyncio.sleep(self._plan.round_s(line) + self._settings.patience_s / 2))
+        self._failed = False
+
+    def close(self) -> None:
+        """Let go of the line; a fail-safe that would change the outputs later is stopped, if the line still works."""
+        stations, self._stations = self._stations, None
+        if stations is not None:
+            with contextlib.suppress(DeviceError):
+                stations.close(disarm=not self._failed)
+            self._loop.run_until_complete(asyncio.sleep(0))
+
+
+async def _connected(line: SerialLine, reply_s: float) -> tuple[AsyncModbusSerialClient, bool]:
+    """The client wants to be made where its event loop runs."""
+    client = AsyncModbusSerialClient(
+        line.device,
+        baudrate=line.baud,
+        parity=line.parity,
+        stopbits=line.stop_bits,
+        timeout=reply_s,
+        retries=0,
+        reconnect_delay=0,
+    )
+    return client, await client.connect()
+
+
+def _stamped(numbers: Mapping[int, float], asked_ns: int) -> dict[int, tuple[float, int]]:
+    """Values with the time of the request: the module sampled after it, so they are a little younger than they are said to be."""
+    return {place: (number, asked_ns) for place, number in numbers.items()}
+
+
+def link(settings: dict[str, Any]) -> ModbusLink:
+    """The link from plain JSON data, as the owner sends it."""
+    safe = {int(place): number for place, number in settings["safe"].items()}
+    return ModbusLink(rebuild(settings["device"]), frozenset(Role(role) for role in settings["roles"]), safe)

@@ -1,0 +1,169 @@
+"""Which registers of which unit a tick reads and writes, worked out once from the settings, the maps and the wanted roles."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from drivers.modbus_io.codec import decode, encode, rtu_exchange_s
+from drivers.modbus_io.maps import Block, ModuleMap, load_map
+from drivers.modbus_io.session import Session
+from drivers.modbus_io.settings import ModbusSettings, SerialLine
+from rig.errors import ConfigError
+from rig.interfaces import Role
+
+VALVES: Final = (Role.VALVE_1, Role.VALVE_2)
+MONITORS: Final = (Role.MONITOR_1, Role.MONITOR_2)
+WIPER: Final = 2
+EXCITATION: Final = 3
+"""Places in the list of input numbers: monitor 1, monitor 2, wiper, excitation."""
+
+
+@dataclass(frozen=True)
+class Write:
+    """One run of outputs that lie side by side: which set-points, at which register."""
+
+    address: int
+    places: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The exchanges of one tick."""
+
+    module: ModuleMap
+    input_module: ModuleMap
+    unit: int
+    input_unit: int
+    driven: tuple[int, ...]
+    """Of the set-points 0 and 1, those that this device writes."""
+    writes: tuple[Write, ...]
+    first_register: int
+    registers: int
+    """How many registers the inputs that are wanted span; 0: none is wanted."""
+    picks: dict[int, int]
+    """Place in the input numbers -> channel after the first one read."""
+    one_station: bool
+    """Inputs and outputs belong to the same module."""
+
+    @property
+    def outputs(self) -> Block:
+        """The output block; only asked for when something is driven."""
+        assert self.module.outputs is not None
+        return self.module.outputs
+
+    @property
+    def inputs(self) -> Block:
+        """The input block; only asked for when something is read."""
+        assert self.input_module.inputs is not None
+        return self.input_module.inputs
+
+    @property
+    def can_combine(self) -> bool:
+        """One exchange by function 23 does it all."""
+        return self.module.read_write and self.one_station and len(self.writes) == 1 and self.registers > 0
+
+    def encode(self, write: Write, numbers: Sequence[float]) -> list[int]:
+        """The registers of one run of outputs."""
+        return encode(self.outputs, [numbers[place] for place in write.places])
+
+    def pick(self, registers: Sequence[int]) -> dict[int, float]:
+        """Place -> number of each wanted input."""
+        numbers = decode(self.inputs, registers)
+        return {place: numbers[offset] for place, offset in self.picks.items()}
+
+    def read(self, session: Session) -> dict[int, float]:
+        """All wanted inputs in one exchange."""
+        return self.pick(session.read(self.inputs.function, self.first_register, self.registers, self.input_unit))
+
+    def write(self, session: Session, numbers: Sequence[float]) -> None:
+        """All outputs; side by side they change together, otherwise one after the other."""
+        for write in self.writes:
+            session.write(write.address, self.encode(write, numbers), self.unit)
+
+    def read_write(self, session: Session, numbers: Sequence[float]) -> dict[int, float]:
+        """Outputs and inputs in one exchange."""
+        (write,) = self.writes
+        registers = self.encode(write, numbers)
+        return self.pick(session.read_write(self.first_register, self.registers, write.address, registers, self.unit))
+
+    def round_s(self, line: SerialLine) -> float:
+        """Wire time on RTU of one round of set-points and inputs. C: the module's own time comes on top."""
+
+        def exchange(sent: int, answered: int) -> float:
+            return rtu_exchange_s(line.baud, line.bits_per_byte, sent, answered)
+
+        answer = 5 + 2 * self.registers
+        if self.can_combine:
+            return exchange(13 + 2 * len(self.writes[0].places) * self.outputs.type.registers, answer)
+        total = exchange(8, answer) if self.registers else 0.0
+        return total + sum(exchange(9 + 2 * len(write.places) * self.outputs.type.registers, 8) for write in self.writes)
+
+
+def make_plan(settings: ModbusSettings, roles: frozenset[Role]) -> Plan:
+    """ConfigError, one line, when a role is not wired, or wired to what the module does not have."""
+    module = load_map(settings.map)
+    input_module = load_map(settings.input_map) if settings.input_map else module
+    driven = tuple(place for place, role in enumerate(VALVES) if role in roles)
+    for role in roles:
+        _check(role, settings, module, input_module)
+    inputs = input_module.inputs
+    channels = _input_channels(settings, roles)
+    first = min(channels.values(), default=0)
+    width = inputs.type.registers if inputs else 1
+    one_station = settings.input_map is None
+    unit = module.unit if settings.unit is None else settings.unit
+    own_unit = input_module.unit if settings.input_unit is None else settings.input_unit
+    return Plan(
+        module,
+        input_module,
+        unit,
+        unit if one_station else own_unit,
+        driven,
+        _runs(settings, module, driven),
+        (inputs.address if inputs else 0) + first * width,
+        (max(channels.values()) - first + 1) * width if channels else 0,
+        {place: channel - first for place, channel in channels.items()},
+        one_station,
+    )
+
+
+def _check(role: Role, settings: ModbusSettings, module: ModuleMap, input_module: ModuleMap) -> None:
+    wired = getattr(settings, role.value)
+    if wired is None:
+        raise ConfigError(f"modbus_io: {role.value} is wanted from {settings.resource}, but its channel is not set")
+    if role is Role.ANGLE:
+        inputs = input_module.inputs
+        for channel in (wired.wiper, wired.excitation):
+            if channel is not None and (inputs is None or channel >= inputs.channels):
+                raise ConfigError(f"modbus_io: angle: {input_module.name} has no input channel {channel}")
+        return
+    output = role in VALVES
+    owner = module if output else input_module
+    if complaint := wired.complaint(owner.outputs if output else owner.inputs, output):
+        raise ConfigError(f"modbus_io: {role.value} on {owner.name}: {complaint}")
+
+
+def _input_channels(settings: ModbusSettings, roles: frozenset[Role]) -> dict[int, int]:
+    channels = {place: getattr(settings, role.value).channel for place, role in enumerate(MONITORS) if role in roles}
+    if Role.ANGLE in roles and settings.angle:
+        channels[WIPER] = settings.angle.wiper
+        if settings.angle.excitation is not None:
+            channels[EXCITATION] = settings.angle.excitation
+    return channels
+
+
+def _runs(settings: ModbusSettings, module: ModuleMap, driven: tuple[int, ...]) -> tuple[Write, ...]:
+    """Outputs side by side go in one write; a gap belongs to somebody else and is never written."""
+    if not driven:
+        return ()
+    assert module.outputs is not None
+    block = module.outputs
+    at = sorted((getattr(settings, VALVES[place].value).channel, place) for place in driven)
+    if len({channel for channel, _ in at}) < len(at):
+        raise ConfigError(f"modbus_io: both valves on output channel {at[0][0]} of {module.name}: each needs its own")
+
+    def run(*members: tuple[int, int]) -> Write:
+        return Write(block.address + members[0][0] * block.type.registers, tuple(place for _, place in members))
+
+    side_by_side = len(at) == 2 and at[1][0] == at[0][0] + 1
+    return (run(*at),) if side_by_side or len(at) == 1 else tuple(run(member) for member in at)

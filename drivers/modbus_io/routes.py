@@ -1,0 +1,129 @@
+"""The two ways in which a tick's exchanges are made: in the loop itself, or by an I/O process that goes round by itself."""
+
+import time
+from collections.abc import Mapping
+from typing import Final, Protocol
+
+from drivers.io_process.owner import IoProcess
+from drivers.io_process.worker import Job
+from drivers.modbus_io.plan import make_plan
+from drivers.modbus_io.settings import ModbusSettings
+from drivers.modbus_io.stations import Numbers, Stations
+from rig.config import unstructure
+from rig.errors import DeviceError
+from rig.interfaces import DeviceContext
+
+_PROBES: Final = 200
+
+
+class Route(Protocol):
+    """One way to make the exchanges of a tick."""
+
+    def read(self) -> tuple[Numbers, int]:
+        """Inputs and their age (ns)."""
+
+    def write(self, numbers: Numbers) -> None:
+        """Set-points in counts."""
+
+    def safe(self, numbers: Numbers) -> None:
+        """The safe set-points, now."""
+
+    def close(self) -> None:
+        """Let go."""
+
+
+def round_trip(stations: Stations) -> tuple[float, float]:
+    """Median and 99th percentile of one exchange, in seconds; zero when there is nothing to read."""
+    if not stations.plan.registers:
+        return 0.0, 0.0
+    times = []
+    for _ in range(_PROBES):
+        began = time.perf_counter()
+        stations.read()
+        times.append(time.perf_counter() - began)
+    times.sort()
+    return times[_PROBES // 2], times[-_PROBES // 100]
+
+
+class Direct:
+    """Exchanges made in the loop itself, each bounded by a share of the period."""
+
+    def __init__(self, stations: Stations, context: DeviceContext, combined: bool, watchdog_s: float) -> None:
+        self._stations, self._now = stations, context.clock.now_ns
+        self._combined, self._watchdog_s = combined, watchdog_s
+        self._brought: tuple[Numbers, int] | None = None
+
+    def read(self) -> tuple[Numbers, int]:
+        brought, self._brought = self._brought, None
+        if brought is None:
+            if not self._stations.plan.registers:
+                return {}, 0
+            asked_ns = self._now()
+            brought = self._stations.read(), asked_ns
+        numbers, asked_ns = brought
+        return numbers, self._now() - asked_ns
+
+    def write(self, numbers: Numbers) -> None:
+        if self._combined:
+            asked_ns = self._now()
+            self._brought = self._stations.read_write(numbers), asked_ns
+        else:
+            self._stations.write(numbers)
+
+    def safe(self, numbers: Numbers) -> None:
+        self._brought = None
+        self._stations.write_safe(numbers, self._watchdog_s)
+
+    def close(self) -> None:
+        self._stations.close()
+
+
+class Process:
+    """Exchanges made by an I/O process; here only its newest report is looked at."""
+
+    def __init__(self, settings: ModbusSettings, context: DeviceContext, safe: Numbers) -> None:
+        plan = make_plan(settings, context.roles)
+        self._plan = plan
+        whole = {str(place): round(number) for place, number in safe.items()}
+        job = Job(
+            "drivers.modbus_io.link",
+            {"device": unstructure(settings), "roles": sorted(context.roles), "safe": whole},
+            tuple(safe.get(place, 0.0) for place in (0, 1)) if safe else (),
+            settings.silence_periods * context.period_ns,
+        )
+        round_s = plan.round_s(settings.serial) if settings.serial else 0.0
+        worst_ns = int(1e9 * (2 * round_s + 2 * settings.patience_s))
+        self._max_age_ns = 4 * worst_ns
+        self._patience_s = context.period_ns / 2e9
+        self.io = IoProcess(settings.resource, job, hang_ns=4 * worst_ns + 100_000_000)
+
+    def start(self) -> Mapping[str, str]:
+        """Start the process; its facts."""
+        return self.io.start()
+
+    def read(self) -> tuple[Numbers, int]:
+        self.io.touch()
+        report = self.io.report()
+        self.io.check_errors(report)
+        if not self._plan.picks:
+            return {}, 0
+        taken_ns = min(report.stamps_ns[place] for place in self._plan.picks)
+        age_ns = time.monotonic_ns() - taken_ns
+        if not taken_ns:
+            return {}, 0
+        if age_ns > self._max_age_ns:
+            raise DeviceError(f"{self.io.resource}: no value for {age_ns / 1e6:.0f} ms")
+        return {place: report.values[place] for place in self._plan.picks}, age_ns
+
+    def write(self, numbers: Numbers) -> None:
+        self.io.drive(tuple(numbers.get(place, 0.0) for place in (0, 1)))
+
+    def safe(self, numbers: Numbers) -> None:
+        self.io.safe(self._patience_s)
+
+    def restart_safe(self) -> None:
+        """The process is dead or stuck: another one, for which the loop must not wait, but call again."""
+        self.io.restart_safe(self._patience_s)
+
+    def close(self) -> None:
+        self.io.stop()

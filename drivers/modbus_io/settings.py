@@ -1,0 +1,136 @@
+"""What a rig's YAML says about its Modbus module: where it is, its map, and which channel is wired to what. Nothing is opened."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+
+from drivers.modbus_io.maps import Block
+from drivers.signals import Signal, Span
+from rig.fields import bounded
+
+
+class Mode(StrEnum):
+    """How the exchanges of a tick are made."""
+
+    AUTO = "auto"
+    """By the round trip measured when opening: separate if two fit the period, else combined, else process."""
+    SEPARATE = "separate"
+    """Read the inputs, later write the outputs: two exchanges a tick, values fresh."""
+    COMBINED = "combined"
+    """Function 23: write and read in one exchange; the values are then one period old at the next read."""
+    PROCESS = "process"
+    """An I/O process goes round as fast as the module answers. The only way on RTU."""
+
+
+@dataclass(frozen=True)
+class PressureChannel:
+    """A regulator's input or monitor on one channel of the module."""
+
+    channel: int = bounded(0, 59)
+    signal: Signal = Signal.V_0_10
+    low_mpa: float = bounded(-0.1, 1.0, "MPa", default=0.0)
+    high_mpa: float = bounded(0.001, 1.0, "MPa", default=0.5)
+    """Pressures at the two ends of the signal."""
+
+    def __post_init__(self) -> None:
+        _ = self.span
+
+    @property
+    def span(self) -> Span:
+        """Signal and pressure range."""
+        return Span(self.signal, self.low_mpa, self.high_mpa)
+
+    def complaint(self, block: Block | None, output: bool) -> str | None:
+        """Why this channel cannot be on `block`; None when it can."""
+        kind = "output" if output else "input"
+        if block is None:
+            return f"the module has no {kind}s"
+        if self.channel >= block.channels:
+            return f"{kind} channel {self.channel} does not exist; allowed: 0 .. {block.channels - 1}"
+        low, high = block.signal
+        if self.signal.unit != block.signal_unit or self.signal.low < low or self.signal.high > high:
+            return f"a signal of {self.signal.value} does not fit an {kind} of {low:g} .. {high:g} {block.signal_unit}"
+        return None
+
+
+@dataclass(frozen=True)
+class AngleChannel:
+    """The potentiometer: its wiper, and either its excitation read as well, or a fixed reference voltage."""
+
+    wiper: int = bounded(0, 59)
+    excitation: int | None = bounded(0, 59, default=None)
+    reference_v: float | None = bounded(0.1, 30.0, "V", default=None)
+
+    def __post_init__(self) -> None:
+        if (self.excitation is None) == (self.reference_v is None):
+            raise ValueError("set either excitation (the channel that reads it) or reference_v (a fixed voltage)")
+
+
+@dataclass(frozen=True)
+class SerialLine:
+    """The RS-485 port of an RTU bus."""
+
+    device: str
+    baud: int = bounded(300, 4_000_000, "baud", default=19200)
+    parity: str = "E"
+    """Modbus asks for even parity, or none with two stop bits."""
+    stop_bits: int = bounded(1, 2, "bit", default=1)
+
+    def __post_init__(self) -> None:
+        if self.parity not in ("N", "E", "O"):
+            raise ValueError(f"parity {self.parity!r} is unknown; allowed: N, E, O")
+
+    @property
+    def bits_per_byte(self) -> int:
+        """Start, eight data, parity and stop bits."""
+        return 9 + (self.parity != "N") + self.stop_bits
+
+
+@dataclass(frozen=True)
+class ModbusSettings:
+    """A device of the kind modbus_io: one module, or an output module paired with an input module."""
+
+    map: Path
+    """YAML of the module; of the output module when there are two."""
+    host: str = ""
+    port: int = bounded(1, 65535, default=502)
+    serial: SerialLine | None = None
+    """RTU instead of TCP."""
+    unit: int | None = bounded(0, 247, default=None)
+    """Unit id; the map's when not set."""
+    input_map: Path | None = None
+    """YAML of a second module that has the inputs."""
+    input_host: str = ""
+    """Its address on TCP; the same host when not set (a gateway)."""
+    input_port: int | None = bounded(1, 65535, default=None)
+    input_unit: int | None = bounded(0, 247, default=None)
+    valve_1: PressureChannel | None = None
+    valve_2: PressureChannel | None = None
+    monitor_1: PressureChannel | None = None
+    monitor_2: PressureChannel | None = None
+    angle: AngleChannel | None = None
+    mode: Mode = Mode.AUTO
+    watchdog_s: float = bounded(0.1, 60.0, "s", default=0.5)
+    """Silence after which the module's own fail-safe acts, where it has one."""
+    connect_s: float = bounded(0.05, 10.0, "s", default=1.0)
+    patience_s: float = bounded(0.002, 2.0, "s", default=0.05)
+    """How long a reply may take where nobody waits for it: in the I/O process, when opening, and when making safe from outside."""
+    reply_s: float | None = bounded(0.0002, 10.0, "s", default=None)
+    """How long a reply may take in the loop (modes separate and combined); 40 % of the period when not set."""
+    silence_periods: int = bounded(2, 1000, "periods", default=5)
+    """In process mode: an owner that drives and makes no call for this many periods is taken for dead."""
+
+    def __post_init__(self) -> None:
+        if bool(self.host) == (self.serial is not None):
+            raise ValueError("set either host (TCP) or serial (RTU)")
+        if self.serial and self.mode not in (Mode.AUTO, Mode.PROCESS):
+            raise ValueError(f"mode {self.mode.value} is not possible on RTU; allowed: auto, process")
+        if self.serial and (self.input_host or self.input_port):
+            raise ValueError("input_host and input_port are for TCP; on RTU set input_unit")
+        if not self.input_map and (self.input_host or self.input_port or self.input_unit is not None):
+            raise ValueError("input_host, input_port and input_unit need input_map")
+
+    @property
+    def resource(self) -> str:
+        """Names the line, for messages and for the mailbox of its I/O process."""
+        return self.serial.device if self.serial else f"{self.host}:{self.port}"

@@ -1,0 +1,106 @@
+"""The one or two modules of a device as open lines: connect, prove, arm; shared by the direct device and by its I/O process."""
+
+import contextlib
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from drivers.modbus_io import failsafe
+from drivers.modbus_io.codec import to_counts
+from drivers.modbus_io.plan import Plan
+from drivers.modbus_io.session import Session, connect_tcp
+from drivers.modbus_io.settings import ModbusSettings
+from rig.errors import DeviceError
+
+Numbers = dict[int, float]
+
+
+class Stations:
+    """Sessions of the output and the input module; on RTU, and for a module that is both, they are the same one."""
+
+    def __init__(self, outputs: Session, inputs: Session, plan: Plan) -> None:
+        self.outputs, self.inputs, self.plan = outputs, inputs, plan
+
+    @classmethod
+    def on_tcp(cls, settings: ModbusSettings, plan: Plan, reply_s: float, connect_s: float | None = None) -> "Stations":
+        """Connect to both modules."""
+        connect_s = connect_s or settings.connect_s
+        outputs = connect_tcp(settings.host, settings.port, connect_s, reply_s)
+        if plan.one_station or not (settings.input_host or settings.input_port):
+            return cls(outputs, outputs, plan)
+        try:
+            port = settings.input_port or settings.port
+            inputs = connect_tcp(settings.input_host or settings.host, port, connect_s, reply_s)
+        except DeviceError:
+            outputs.close()
+            raise
+        return cls(outputs, inputs, plan)
+
+    def prove(self) -> dict[str, str]:
+        """Check that the modules are those of the maps."""
+        plan = self.plan
+        facts = {"module": failsafe.identify(self.outputs, plan.module, plan.unit)} if plan.writes or plan.one_station else {}
+        if not plan.one_station and plan.registers:
+            facts["input_module"] = failsafe.identify(self.inputs, plan.input_module, plan.input_unit)
+        return facts
+
+    def arm(self, watchdog_s: float, safe_numbers: Mapping[int, int]) -> Mapping[str, str]:
+        """Arm the output module's fail-safe, where it has one. Outputs stay."""
+        if not self.plan.writes:
+            return {}
+        return failsafe.arm(self.outputs, self.plan.module, self.plan.unit, watchdog_s, safe_numbers)
+
+    def prove_and_arm(self, watchdog_s: float, safe_numbers: Mapping[int, int]) -> dict[str, str]:
+        """Both, and one reading in between: the map's inputs are there."""
+        facts = self.prove()
+        if self.plan.registers:
+            self.read()
+        return {**facts, **self.arm(watchdog_s, safe_numbers)}
+
+    def read(self) -> Numbers:
+        """Place -> counts of each wanted input."""
+        return self.plan.read(self.inputs)
+
+    def write(self, numbers: Numbers) -> None:
+        """The outputs, in counts by place."""
+        self.plan.write(self.outputs, _listed(numbers))
+
+    def read_write(self, numbers: Numbers) -> Numbers:
+        """Both, in one exchange."""
+        return self.plan.read_write(self.outputs, _listed(numbers))
+
+    def write_safe(self, numbers: Numbers, watchdog_s: float) -> None:
+        """The safe outputs, past a fail-safe that has tripped and refuses writes until it is armed anew."""
+        try:
+            self.write(numbers)
+        except DeviceError:
+            if self.plan.module.failsafe is None:
+                raise
+            failsafe.arm(
+                self.outputs, self.plan.module, self.plan.unit, watchdog_s, {place: round(n) for place, n in numbers.items()}
+            )
+            self.write(numbers)
+
+    def close(self, disarm: bool = True) -> None:
+        """Let go; outputs stay, hence a watchdog that would change them is stopped first, unless the line is known to be dead."""
+        if disarm and self.plan.writes:
+            with contextlib.suppress(DeviceError):
+                failsafe.disarm(self.outputs, self.plan.module.failsafe, self.plan.unit)
+        self.outputs.close()
+        self.inputs.close()
+
+
+def _listed(numbers: Numbers) -> list[float]:
+    return [numbers.get(place, 0.0) for place in (0, 1)]
+
+
+def set_point_numbers(plan: Plan, signals: Mapping[int, Callable[[float], float]], pressures_mpa: tuple[float, float]) -> Numbers:
+    """Counts of each driven set-point, clamped into what the block can give."""
+    low, high = plan.outputs.counts
+    return {place: min(max(to_counts(plan.outputs, signals[place](pressures_mpa[place])), low), high) for place in plan.driven}
+
+
+def rebuild(settings: Any) -> ModbusSettings:
+    """Settings that travelled as JSON."""
+    from rig.config import structure
+
+    return structure(settings, ModbusSettings, "modbus_io")

@@ -1,0 +1,262 @@
+"""NI myRIO-1900 as a device of the rig: two set-points, two monitors and the potentiometer through one FPGA session."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from drivers.calibration import Potentiometer, for_role, nominal
+from drivers.myrio.channels import AngleChannel, PressureInput, PressureOutput
+from drivers.myrio.rescue import Rescue
+from drivers.myrio.session import VENDOR_ERRORS, FpgaSession, explain, load_bitfile
+from drivers.myrio.settings import MyRioSettings
+from rig.errors import DeviceError, DeviceLost
+from rig.interfaces import NAN, DeviceContext, Measurement, Role
+from rig.sample import Flag
+
+PROBE_CALLS: Final = 200
+RESCUE_SHARE: Final = 0.3
+"""Of a period: how long `safe` waits for a new session before it says: not yet."""
+RESCUE_PATIENCE_S: Final = 3.0
+
+# plain numbers: an IntFlag costs half a microsecond an operation, as much as a call into the FPGA
+_P1_ABSENT: Final = int(Flag.P1_ABSENT)
+_P2_ABSENT: Final = int(Flag.P2_ABSENT)
+_ANGLE_ABSENT: Final = int(Flag.ANGLE_ABSENT)
+
+
+@dataclass
+class _Channels:
+    """What an open session offers; None where the rig asked for no such role."""
+
+    session: FpgaSession
+    outputs: tuple[PressureOutput | None, PressureOutput | None]
+    strobe: Callable[[int], None] | None
+    monitor_1: PressureInput | None
+    monitor_2: PressureInput | None
+    angle: AngleChannel | None
+    heartbeat: Callable[[int], None] | None
+    calls: int
+    """Calls into the FPGA of one tick."""
+    limited: bool = False
+    """The FPGA has been given its limits in this session."""
+
+
+class MyRio:
+    """NI myRIO-1900 through nifpga, local or over the network.
+
+    `open` lets a running FPGA run on, so its outputs stay; an FPGA that did not run is started and its outputs are then those
+    of the VI's defaults (0 V). `close` leaves the outputs at their last values. A second instance in another process is a
+    second session on the same FPGA and may call `safe` at any time; open it beforehand, opening takes 0.1 s and more.
+    """
+
+    Settings = MyRioSettings
+    second_path = True
+    """Another process may open a session of its own and call `safe`."""
+
+    def __init__(self, settings: MyRioSettings, context: DeviceContext) -> None:
+        self.roles = context.roles
+        self._settings, self._context = settings, context
+        self._clock, self._now = context.clock, context.clock.now_ns
+        self._period_ns = context.period_ns
+        self._lines = {
+            role: (getattr(settings, role.value), for_role(context, role, nominal(getattr(settings, role.value).span)))
+            for role in (Role.VALVE_1, Role.VALVE_2, Role.MONITOR_1, Role.MONITOR_2)
+        }
+        self._potentiometer = for_role(context, Role.ANGLE, Potentiometer())
+        absent = {Role.MONITOR_1: _P1_ABSENT, Role.MONITOR_2: _P2_ABSENT, Role.ANGLE: _ANGLE_ABSENT}
+        self._absent = sum(flag for role, flag in absent.items() if role not in self.roles)
+        self._open: _Channels | None = None
+        self._rescue: Rescue | None = None
+        """Once the device has been open: somebody ticks, and `safe` must not make him wait for a new session."""
+        self._beat = 0
+
+    def open(self) -> Mapping[str, str]:
+        """Open the session, find every register, wait until ready; a remote one is refused when it is too slow.
+
+        Raises ConfigError for a wrong bitfile or a missing register, DeviceLost when there is no session to be had.
+        """
+        self.close()
+        channels = self._connect()
+        session = channels.session
+        facts = {
+            "device": f"myRIO {session.resource}",
+            "bitfile": self._settings.bitfile.name,
+            "signature": session.signature,
+            "fpga_found": session.state_found,
+            "heartbeat": self._settings.heartbeat or "none in this bitfile: no watchdog in the FPGA",
+        }
+        if self._settings.is_remote:
+            facts |= self._check_remote(channels)
+        self._open = channels
+        self._rescue = Rescue(facts["device"], self._safe_by_new_session)
+        return facts
+
+    def read(self) -> Measurement:
+        """Both monitors, wiper and excitation; raw values are volts (or mA, by units_per_volt).
+
+        Every age is the time since just before the first of them was read: the FPGA converts each terminal within 10 us.
+        """
+        channels = self._channels()
+        now = self._now
+        flags: int = self._absent
+        p1_raw = p1_mpa = p2_raw = p2_mpa = angle_raw = excitation = angle_deg = NAN
+        began = now()
+        try:
+            if channels.heartbeat:
+                self._beat = (self._beat + 1) & 0x7FFF
+                channels.heartbeat(self._beat)
+            if channels.monitor_1:
+                p1_raw, p1_mpa, flag = channels.monitor_1.take()
+                flags |= flag
+            if channels.monitor_2:
+                p2_raw, p2_mpa, flag = channels.monitor_2.take()
+                flags |= flag
+            if channels.angle:
+                angle_raw, excitation, angle_deg, flag = channels.angle.take()
+                flags |= flag
+        except VENDOR_ERRORS as error:
+            raise self._failed(error, "reading") from None
+        ended = now()
+        age = ended - began
+        if age > self._period_ns:
+            raise self._late(began, ended, "reading")
+        return Measurement(
+            p1_mpa, p2_mpa, angle_deg, p1_raw, p2_raw, angle_raw, excitation,
+            0 if flags & _P1_ABSENT else age, 0 if flags & _P2_ABSENT else age, 0 if flags & _ANGLE_ABSENT else age, flags,
+        )  # fmt: skip
+
+    def write(self, p1_mpa: float, p2_mpa: float) -> None:
+        """Stage both set-points and strobe once: the terminals change together."""
+        channels = self._channels()
+        began = self._now()
+        self._put(channels, p1_mpa, p2_mpa)
+        ended = self._now()
+        if ended - began > self._period_ns:
+            raise self._late(began, ended, "writing")
+
+    def safe(self) -> None:
+        """Write the safe set-points through the open session or, when that is lost or not there, through one opened for this.
+
+        Once the device has been open, a new session is opened in the background, and DeviceError means: not yet, ask again.
+        """
+        if not self.roles & {Role.VALVE_1, Role.VALVE_2}:
+            return
+        if self._open is not None:
+            try:
+                self._put(self._open, self._context.safe_p1_mpa, self._context.safe_p2_mpa)
+                return
+            except DeviceError as error:
+                if isinstance(error, DeviceLost):
+                    self._let_go()
+        if self._rescue is None:
+            self._safe_by_new_session()
+        else:
+            self._rescue.attempt(self._period_ns * RESCUE_SHARE / 1e9)
+
+    def _safe_by_new_session(self) -> None:
+        channels = self._connect()
+        try:
+            self._put(channels, self._context.safe_p1_mpa, self._context.safe_p2_mpa)
+        finally:
+            channels.session.close()
+
+    def stand_by(self) -> None:
+        """Hold a session open, so that `safe` is a matter of microseconds; for whoever may need it, the supervisor. Moves nothing."""
+        self.open()
+
+    def close(self) -> None:
+        """Close the session; the FPGA runs on and its outputs stay. A safe write that is under way is waited for."""
+        if self._rescue is not None:
+            self._rescue.finish(RESCUE_PATIENCE_S)
+            self._rescue = None
+        self._let_go()
+
+    def _let_go(self) -> None:
+        if self._open is not None:
+            self._open.session.close()
+            self._open = None
+
+    def _channels(self) -> _Channels:
+        if self._open is None:
+            raise DeviceLost(f"myRIO {self._settings.resource}: the session is not open")
+        return self._open
+
+    def _connect(self) -> _Channels:
+        settings = self._settings
+        session = FpgaSession(settings, self._clock, load_bitfile(settings.bitfile))
+        try:
+            channels = self._find(session)
+        except BaseException:
+            session.close()
+            raise
+        return channels
+
+    def _find(self, session: FpgaSession) -> _Channels:
+        settings, roles = self._settings, self.roles
+        out = {role: PressureOutput(session, *self._lines[role]) for role in (Role.VALVE_1, Role.VALVE_2) if role in roles}
+        absent = {Role.MONITOR_1: _P1_ABSENT, Role.MONITOR_2: _P2_ABSENT}
+        monitors = {role: PressureInput(session, *self._lines[role], flag) for role, flag in absent.items() if role in roles}
+        angle = AngleChannel(session, settings.angle, self._potentiometer) if Role.ANGLE in roles else None
+        strobe = session.writer(settings.strobe) if out else None
+        heartbeat = session.writer(settings.heartbeat) if settings.heartbeat else None
+        reads = len(monitors) + (0 if angle is None else 2 if settings.angle.excitation else 1)
+        calls = reads + len(out) + bool(strobe) + bool(heartbeat)
+        outputs = out.get(Role.VALVE_1), out.get(Role.VALVE_2)
+        return _Channels(
+            session, outputs, strobe, monitors.get(Role.MONITOR_1), monitors.get(Role.MONITOR_2), angle, heartbeat, calls
+        )
+
+    def _put(self, channels: _Channels, p1_mpa: float, p2_mpa: float) -> None:
+        if channels.strobe is None:
+            return
+        first, second = channels.outputs
+        try:
+            bits_1 = first.bits(p1_mpa) if first else 0
+            bits_2 = second.bits(p2_mpa) if second else 0
+            if not channels.limited:
+                self._limit(channels)
+            if first:
+                first.stage(bits_1)
+            if second:
+                second.stage(bits_2)
+            channels.strobe(1)
+        except ValueError as error:
+            raise DeviceError(f"myRIO {self._settings.resource}: {error}; nothing was written") from None
+        except VENDOR_ERRORS as error:
+            raise self._failed(error, "writing") from None
+
+    def _limit(self, channels: _Channels) -> None:
+        """Give the FPGA its limits before the first output of a session, where the bitfile has registers for them."""
+        for role, output in zip((Role.VALVE_1, Role.VALVE_2), channels.outputs, strict=True):
+            line = self._lines[role][0]
+            for register, counts in zip((line.limit_min, line.limit_max), output.count_range if output else (), strict=False):
+                if register:
+                    channels.session.writer(register)(counts)
+        channels.limited = True
+
+    def _failed(self, error: BaseException, doing: str) -> DeviceError:
+        return explain(error, self._settings.resource, doing)
+
+    def _late(self, began_ns: int, ended_ns: int, doing: str) -> DeviceError:
+        took, period = (ended_ns - began_ns) / 1e6, self._period_ns / 1e6
+        return DeviceError(
+            f"myRIO {self._settings.resource}: {doing} took {took:.1f} ms, longer than the period of {period:g} ms"
+        )
+
+    def _check_remote(self, channels: _Channels) -> dict[str, str]:
+        """Time single reads, the only call that moves nothing, and refuse when a tick of them does not fit."""
+        read = channels.session.reader(self._settings.ready or self._settings.angle.wiper)
+        times = []
+        for _ in range(PROBE_CALLS):
+            began = self._now()
+            read()
+            times.append((self._now() - began) * channels.calls)
+        times.sort()
+        p50, p99 = times[PROBE_CALLS // 2], times[PROBE_CALLS * 99 // 100]
+        if p99 > self._settings.remote_share * self._period_ns:
+            channels.session.close()
+            raise DeviceLost(
+                f"myRIO {self._settings.resource}: too slow for a period of {self._period_ns / 1e6:g} ms: the {channels.calls} calls "
+                f"of a tick take {p99 / 1e6:.1f} ms at p99; run the loop on the myRIO itself (resource RIO0)"
+            )
+        return {"remote_tick_p50_us": f"{p50 / 1e3:.0f}", "remote_tick_p99_us": f"{p99 / 1e3:.0f}"}

@@ -1,0 +1,61 @@
+"""The safe write through a new session, in the background: opening one takes longer than a period, and the loop must go on ticking."""
+
+import contextlib
+import os
+import sys
+import threading
+from collections.abc import Callable
+from typing import Final
+
+from rig.errors import DeviceError, DeviceLost, RigError
+
+SWITCH_INTERVAL_S: Final = 0.0002
+"""How long the interpreter lets this thread go on when the loop wants to; its usual 5 ms is a whole period."""
+
+
+class Rescue:
+    """Runs `write` on a thread of its own until it has worked; whoever asks waits only as long as he likes."""
+
+    def __init__(self, name: str, write: Callable[[], None]) -> None:
+        self._name, self._write = name, write
+        self._thread: threading.Thread | None = None
+        self._error: DeviceError | None = None
+
+    def attempt(self, patience_s: float) -> None:
+        """Start the write unless it is under way, and wait for it; DeviceError when it is not done yet, or has failed."""
+        if self._thread is None:
+            self._error = None
+            self._thread = threading.Thread(target=self._run, name="myrio-rescue", daemon=True)
+            self._thread.start()
+        self._thread.join(patience_s)
+        if self._thread.is_alive():
+            raise DeviceError(f"{self._name}: the safe set-points are not written yet: a new session is being opened")
+        self._thread = None
+        if self._error is not None:
+            raise self._error
+
+    def finish(self, patience_s: float) -> None:
+        """Wait for a write that is under way, before the process may end."""
+        if self._thread is not None:
+            self._thread.join(patience_s)
+            self._thread = None
+
+    def _run(self) -> None:
+        _step_back()
+        usual_s = sys.getswitchinterval()
+        sys.setswitchinterval(SWITCH_INTERVAL_S)
+        try:
+            self._write()
+        except DeviceError as error:
+            self._error = error
+        except RigError as error:
+            self._error = DeviceLost(str(error))
+        finally:
+            sys.setswitchinterval(usual_s)
+
+
+def _step_back() -> None:
+    """Out of the loop's real-time class and off its core, which threads and the helpers of nifpga would inherit."""
+    with contextlib.suppress(OSError, AttributeError):
+        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+        os.sched_setaffinity(0, range(os.cpu_count() or 1))

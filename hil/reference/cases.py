@@ -1,0 +1,251 @@
+"""Cases of the blind check: which unit, day, excitation, effect and strength. Drawn from a seed; nothing here is stored.
+
+Development and scoring cases come from different roots of the random tree, so that no seed of one gives a case of the other.
+A development case in three lines:
+
+    sheet = draw_sheet(Purpose.DEVELOPMENT, seed=1, n=40)
+    made = realise(sheet[0], bench_of(sheet[0]))
+    made.records, made.effects, made.ratio_angle   # and bench_of(...).baselines
+
+A `Case` is what chance decided (the label), a `Bench` the unit with its healthy baseline days, which ten cases share, and
+a `Made` the case's records with the sizes that give the wanted gap.
+"""
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict, dataclass, field
+from enum import StrEnum
+from functools import lru_cache
+from typing import Any, Final
+
+import numpy as np
+from numpy.random import Generator, SeedSequence
+
+from hil.reference.excitations import Excitation, draw_set, draw_untouched
+from hil.reference.knobs import HEALTHY, Disturbance
+from hil.reference.physics import Session
+from hil.reference.plant import Columns, Plant, make_plant, run
+from hil.reference.twins import FOREIGN, TWINS, Twin, merged
+
+CASES_PER_UNIT: Final = 10
+BASELINE_DAYS: Final = 6
+RECORDS: Final = 7
+SIZED_ON: Final = 4
+"""Excitations on which the size of an effect is found."""
+RATIO_RANGE: Final = (0.6, 12.0)
+"""Gap over floor of single effects, log-uniform: from below the floor to more than ten times above."""
+CLEAR_RANGE: Final = (3.0, 10.0)
+"""Of each part of a pair, and of effects outside the library."""
+SHARES: Final = {"none": 0.30, "foreign": 0.15, "pair": 0.15}
+"""Of all cases; the rest are single effects. 400 cases: 120, 60, 60, 160."""
+
+Named = dict[str, Columns]
+"""Record name -> its columns."""
+
+
+class Purpose(StrEnum):
+    DEVELOPMENT = "development"
+    SCORING = "scoring"
+
+
+_ROOT: Final = {Purpose.DEVELOPMENT: 11_210_011, Purpose.SCORING: 77_300_947}
+
+
+@dataclass(frozen=True)
+class Case:
+    """One case as drawn."""
+
+    purpose: Purpose
+    seed: int
+    number: int
+    kind: str
+    """none, single, pair or foreign."""
+    effects: tuple[str, ...]
+    signs: tuple[int, ...]
+    wanted_ratios: tuple[float, ...]
+    """Gap over floor each effect shall have by itself."""
+    baselines: int
+    """How many baseline days the diagnosis gets: 3 or 6."""
+
+    @property
+    def unit(self) -> int:
+        """Number of the rig it is recorded on, within the sheet."""
+        return self.number // CASES_PER_UNIT
+
+    def label(self) -> dict[str, Any]:
+        """The case as plain data for sealing."""
+        return asdict(self) | {"purpose": self.purpose.value}
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A unit with its healthy days; every case on it is recorded under the same excitations."""
+
+    plant: Plant
+    drift: float
+    excitations: tuple[Excitation, ...]
+    untouched: tuple[Excitation, ...]
+    days: tuple[Session, ...]
+    baselines: tuple[Named, ...]
+    floor_deg: float
+    """Root mean square by which a healthy day's angle differs from the mean of the other days."""
+    floor_mpa: float
+    """The same of p1 and p2."""
+
+
+@dataclass(frozen=True)
+class Made:
+    """A case carried out: a new day on the bench with the effect switched on."""
+
+    case: Case
+    effects: dict[str, dict[str, Any]] = field(repr=False)
+    """Effect -> stage, size, unit, library_parameter and its own ratio."""
+    disturbance: Disturbance = field(repr=False)
+    day: Session = field(repr=False)
+    records: Named = field(repr=False)
+    ratio_angle: float = 0.0
+    ratio_pressure: float = 0.0
+    """Gap over floor reached, of the angle and of the monitors."""
+
+
+def draw_sheet(purpose: Purpose, seed: int, n: int) -> list[Case]:
+    """n cases in an order that tells nothing; the same arguments give the same sheet."""
+    random = _random(purpose, seed, 0)
+    kinds = [kind for kind, share in SHARES.items() for _ in range(round(share * n))]
+    kinds += ["single"] * (n - len(kinds))
+    singles, foreign, pairs = (_endless(random, items) for items in (_alone(TWINS), _alone(FOREIGN), _pairs()))
+    drawn = {"none": _endless(random, [()]), "single": singles, "foreign": foreign, "pair": pairs}
+    rows = [(kind, next(drawn[kind])) for kind in kinds]
+    order = random.permutation(n)
+    return [_draw_case(purpose, seed, number, *rows[int(order[number])], random) for number in range(n)]
+
+
+@lru_cache(maxsize=4)
+def _bench(purpose: Purpose, seed: int, unit: int) -> Bench:
+    random = _random(purpose, seed, 1, unit)
+    plant = make_plant(int(random.integers(2**31)))
+    drift = float(np.exp(random.uniform(math.log(0.004), math.log(0.02))))
+    p0_mpa = round(float(random.uniform(0.18, 0.25)), 3)
+    excitations, untouched = tuple(draw_set(random, RECORDS, p0_mpa)), tuple(draw_untouched(random, p0_mpa))
+    days = tuple(plant.session(int(random.integers(2**31)), drift) for _ in range(BASELINE_DAYS))
+    baselines = tuple(record_day(plant, day, excitations) for day in days)
+    floors = [
+        _floor([np.concatenate([r[column] for r in day.values()]) for day in baselines])
+        for column in ("angle_deg", "p1_mpa", "p2_mpa")
+    ]
+    return Bench(plant, drift, excitations, untouched, days, baselines, floors[0], math.hypot(floors[1], floors[2]))
+
+
+def bench_of(case: Case) -> Bench:
+    """The unit and its baselines on which the case is recorded."""
+    return _bench(case.purpose, case.seed, case.unit)
+
+
+def record_day(plant: Plant, day: Session, excitations: tuple[Excitation, ...], disturbance: Disturbance = HEALTHY) -> Named:
+    """Every excitation once on that day, each with noise of its own; names are unique."""
+    named: Named = {}
+    for number, excitation in enumerate(excitations):
+        name = excitation.name if excitation.name not in named else f"{excitation.name}_{number}"
+        named[name] = run(excitation, plant, day, disturbance, noise_seed=number)
+    return named
+
+
+def realise(case: Case, bench: Bench, sizes: Mapping[str, float] | None = None) -> Made:
+    """The case's records, its effects sized so that each has its wanted gap over the floor (or the largest it can have).
+
+    `sizes` from an earlier call spare the search.
+    """
+    random = _random(case.purpose, case.seed, 2, case.number)
+    day = bench.plant.session(int(random.integers(2**31)), bench.drift)
+    parts: list[Disturbance] = []
+    effects: dict[str, dict[str, Any]] = {}
+    for effect, sign, wanted in zip(case.effects, case.signs, case.wanted_ratios, strict=True):
+        twin, detail = (TWINS | FOREIGN)[effect], int(random.integers(2**31))
+        size, ratio = _size_for(twin, sign, wanted, detail, day, bench) if sizes is None else (sizes[effect], wanted)
+        parts.append(twin.law(size, np.random.default_rng(detail)))
+        effects[effect] = {
+            "stage": twin.stage, "size": size, "unit": twin.unit, "library_parameter": twin.library_parameter, "ratio": ratio
+        }  # fmt: skip
+    disturbance = merged(parts)
+    records = record_day(bench.plant, day, bench.excitations, disturbance)
+    angle, pressure = _ratios(records, record_day(bench.plant, day, bench.excitations), bench)
+    return Made(case, effects, disturbance, day, records, angle, pressure)
+
+
+def _draw_case(purpose: Purpose, seed: int, number: int, kind: str, effects: tuple[str, ...], random: Generator) -> Case:
+    low, high = RATIO_RANGE if kind == "single" else CLEAR_RANGE
+    ratios = np.exp(random.uniform(math.log(low), math.log(high), len(effects))).tolist()
+    signs = [int(random.choice((-1, 1))) if (TWINS | FOREIGN)[effect].signed else 1 for effect in effects]
+    return Case(purpose, seed, number, kind, effects, tuple(signs), tuple(ratios), int(random.choice((3, 6))))
+
+
+def _size_for(twin: Twin, sign: int, wanted: float, detail: int, day: Session, bench: Bench) -> tuple[float, float]:
+    """The signed size whose gap is `wanted` floors on some of the excitations, and the ratio it has."""
+    some = bench.excitations[:SIZED_ON]
+    healthy = record_day(bench.plant, day, some)
+
+    def ratio(log_size: float) -> float:
+        law = twin.law(sign * math.exp(log_size), np.random.default_rng(detail))
+        return _ratios(record_day(bench.plant, day, some, law), healthy, bench)[0]
+
+    weak, strong = math.log(twin.low), math.log(twin.high)
+    if twin.falling:
+        weak, strong = strong, weak
+    size, reached = _reach(ratio, wanted, weak, strong)
+    return sign * math.exp(size), reached
+
+
+def _reach(ratio: Callable[[float], float], wanted: float, weak: float, strong: float) -> tuple[float, float]:
+    """Where between `weak` and `strong` the rising `ratio` is `wanted` within 5 %, by false position of logarithms, halved when it
+    creeps; `strong` itself when even that is less.
+    """
+    place, reached = strong, ratio(strong)
+    if reached <= wanted:
+        return place, reached
+    low, high = -3.0, math.log(reached / wanted)
+    for turn in range(10):
+        share = 0.5 if turn % 3 == 2 else min(0.9, max(0.1, -low / (high - low)))
+        place = weak + share * (strong - weak)
+        reached = ratio(place)
+        off = math.log(max(reached, 1e-9) / wanted)
+        if abs(off) < 0.05:
+            break
+        if off > 0.0:
+            strong, high = place, off
+        else:
+            weak, low = place, off
+    return place, reached
+
+
+def _ratios(records: Named, healthy: Named, bench: Bench) -> tuple[float, float]:
+    """(angle, monitors): root mean square change of all records over the bench's floor."""
+    change = {column: math.sqrt(float(np.mean([np.mean((records[name][column] - healthy[name][column]) ** 2) for name in records])))
+              for column in ("angle_deg", "p1_mpa", "p2_mpa")}  # fmt: skip
+    return change["angle_deg"] / bench.floor_deg, math.hypot(change["p1_mpa"], change["p2_mpa"]) / bench.floor_mpa
+
+
+def _floor(days: list[Any]) -> float:
+    total = np.sum(days, axis=0)
+    return math.sqrt(float(np.mean([np.mean((day - (total - day) / (len(days) - 1)) ** 2) for day in days])))
+
+
+def _alone(twins: dict[str, Twin]) -> list[tuple[str, ...]]:
+    return [(effect,) for effect in twins]
+
+
+def _pairs() -> list[tuple[str, ...]]:
+    """One valve-side and one joint-side effect."""
+    return [
+        (valve, joint) for valve in TWINS if TWINS[valve].stage == "valve" for joint in TWINS if TWINS[joint].stage == "joint"
+    ]
+
+
+def _endless(random: Generator, items: list[tuple[str, ...]]) -> Iterator[tuple[str, ...]]:
+    """The items in random order, each once before any comes again."""
+    while True:
+        for index in random.permutation(len(items)):
+            yield items[int(index)]
+
+
+def _random(purpose: Purpose, *path: int) -> Generator:
+    return np.random.default_rng(SeedSequence((_ROOT[purpose], *path)))

@@ -1,0 +1,84 @@
+"""The physics plant as a source of cases for the blind check: labels in, columns out.
+
+Fits the protocol of `rig.gap.blind.source` by its shape; knows nothing of records, files or diagnosis.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hil.reference.cases import Case, Named, Purpose, bench_of, draw_sheet, realise, record_day
+from hil.reference.compiling import Array
+from hil.reference.knobs import HEALTHY, Disturbance
+from hil.reference.physics import Session
+from hil.reference.plant import Plant, simulate
+
+Commands = Mapping[str, tuple[Array, Array, float]]
+UNTOUCHED_DAYS = 3
+
+
+@dataclass(frozen=True)
+class Bench:
+    """See rig.gap.blind.source.BenchData."""
+
+    p0_mpa: float
+    baselines: list[Named]
+    untouched: list[Named]
+
+
+@dataclass(frozen=True)
+class Carried:
+    """See rig.gap.blind.source.CaseData."""
+
+    records: Named
+    untouched: Named
+    facts: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class PhysicsSource:
+    """Cases of one purpose; a development source never gives a scoring case."""
+
+    purpose: Purpose = Purpose.SCORING
+
+    def sheet(self, seed: int, cases: int) -> list[dict[str, Any]]:
+        return [case.label() for case in draw_sheet(self.purpose, seed, cases)]
+
+    def bench_key(self, label: dict[str, Any]) -> str:
+        case = _case(label)
+        return f"{case.seed}-{case.unit}"
+
+    def bench(self, label: dict[str, Any]) -> Bench:
+        bench = bench_of(_case(label))
+        untouched = [record_day(bench.plant, day, bench.untouched) for day in bench.days[:UNTOUCHED_DAYS]]
+        return Bench(bench.excitations[0].p0_mpa, list(bench.baselines), untouched)
+
+    def case(self, label: dict[str, Any]) -> Carried:
+        case = _case(label)
+        bench = bench_of(case)
+        made = realise(case, bench)
+        facts = {"effects": made.effects, "ratio_angle": made.ratio_angle, "ratio_pressure": made.ratio_pressure}
+        facts |= {"floor_deg": bench.floor_deg, "drift": bench.drift}
+        return Carried(made.records, record_day(bench.plant, made.day, bench.untouched, made.disturbance), facts)
+
+    def repeat(self, label: dict[str, Any], facts: Mapping[str, Any], commands: Commands) -> tuple[Named, list[Named]]:
+        case = _case(label)
+        bench = bench_of(case)
+        made = realise(case, bench, {effect: fact["size"] for effect, fact in facts["effects"].items()})
+        days = [_played(bench.plant, day, HEALTHY, commands) for day in bench.days[: case.baselines]]
+        return _played(bench.plant, made.day, made.disturbance, commands), days
+
+
+def _case(label: dict[str, Any]) -> Case:
+    lists = {name: tuple(label[name]) for name in ("effects", "signs", "wanted_ratios")}
+    return Case(**label | lists | {"purpose": Purpose(label["purpose"])})
+
+
+def _played(plant: Plant, day: Session, disturbance: Disturbance, commands: Commands) -> Named:
+    """Given set-points on that day; noise differs from that of any excitation of the bench."""
+    return {
+        name: simulate(np.asarray(p1), np.asarray(p2), period_s, plant, day, disturbance, noise_seed=1000 + number)
+        for number, (name, (p1, p2, period_s)) in enumerate(commands.items())
+    }

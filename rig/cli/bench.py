@@ -1,0 +1,67 @@
+"""`pamrig bench`: the project's own benchmarks, each beside its peer in the same run.
+
+A benchmark is a module of rig.cli.benchmarks with a function `bench_NAME() -> {figure: {value, unit, peer, peer_value, ratio}}`.
+"""
+
+import importlib
+from typing import Any
+
+import click
+
+from rig.cli.common import console, emit, json_option, progress
+
+BENCHMARKS = {
+    "loop": "rig.cli.benchmarks.loop:bench_loop",
+    "record": "rig.cli.benchmarks.record:bench_record",
+    "identify": "rig.cli.benchmarks.identify:bench_identify",
+    "log": "rig.cli.benchmarks.log:bench_log",
+    "devices": "rig.cli.benchmarks.devices:bench_devices",
+    "safety": "rig.cli.benchmarks.safety:bench_safety",
+    "gap": "rig.cli.benchmarks.gap:bench_gap",
+}
+"""Name -> where it lives; imported when it is run."""
+
+
+@click.command()
+@click.argument("names", nargs=-1, type=click.Choice(list(BENCHMARKS)))
+@json_option
+def bench(names: tuple[str, ...], json_to: str | None) -> None:
+    """Run the benchmarks NAMES, or all. Quote the ratios: absolute times are this machine's."""
+    chosen = names or tuple(BENCHMARKS)
+    results: dict[str, Any] = {"machine": _machine()}
+    with progress("benchmarks", len(chosen)) as update:
+        for done, name in enumerate(chosen):
+            update(done, name)
+            module, function = BENCHMARKS[name].split(":")
+            results[name] = getattr(importlib.import_module(module), function)()
+    for name in chosen:
+        _show(name, results[name], json_to)
+    emit(results, json_to)
+
+
+def _machine() -> dict[str, Any]:
+    import os
+    import platform
+
+    model = ""
+    try:
+        with open("/proc/cpuinfo", encoding="utf-8") as file:
+            model = next((line.split(":", 1)[1].strip() for line in file if line.startswith("model name")), "")
+    except OSError:
+        pass  # not Linux
+    return {
+        "cpu": model or platform.processor(),
+        "cores": os.cpu_count(),
+        "system": platform.platform(),
+        "python": platform.python_version(),
+    }
+
+
+def _show(name: str, figures: dict[str, Any], json_to: str | None) -> None:
+    from rich.table import Table
+
+    table = Table(name, "value", "unit", "peer", "peer's value", "ratio", box=None, pad_edge=False)
+    for figure, row in figures.items():
+        cells = (row.get("value"), row.get("unit", ""), row.get("peer", ""), row.get("peer_value"), row.get("ratio"))
+        table.add_row(figure, *(f"{cell:.4g}" if isinstance(cell, int | float) else str(cell or "") for cell in cells))
+    console(json_to).print(table)

@@ -1,0 +1,240 @@
+"""A device at the end of a leash: ticked by a thread of its own while somebody types, for probing and calibrating.
+
+The rig is held at its period without a program, set-points go at a gentle rate, and every way out ends in the safe state.
+"""
+
+import math
+import threading
+import time
+from collections import Counter, deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from statistics import fmean, pstdev
+from types import TracebackType
+from typing import Final, Self
+
+from rig.errors import DeviceError, DeviceLost, NotSo
+from rig.interfaces import Device, Measurement
+from rig.realtime.clock import MonotonicClock
+from rig.sample import Flag
+
+SLEW_MPA_S: Final = 0.1
+LOOK_S: Final = 0.2
+"""Measurements over this time are averaged before and after a step."""
+MAKE_SAFE_TRIES: Final = 100
+PATIENCE: Final = 20
+"""Failed ticks in a row before the leash lets go."""
+
+
+class Leash:
+    """Opens the device, ticks it in the background, and leaves it safe (when it was moved) and closed."""
+
+    def __init__(self, device: Device, period_ns: int, safe_mpa: tuple[float, float]) -> None:
+        self.facts: dict[str, str] = {}
+        self._device, self._period_ns, self._safe = device, period_ns, safe_mpa
+        self._goal: tuple[float, float] | None = None
+        self._at: tuple[float, float] | None = None
+        self._history: deque[Measurement] = deque(maxlen=2000)
+        self._quit = threading.Event()
+        self._error: DeviceError | None = None
+        self._thread = threading.Thread(target=self._ticks, name="leash", daemon=True)
+
+    def __enter__(self) -> Self:
+        try:
+            self.facts = dict(self._device.open())
+        except BaseException:
+            let_go(self._device)
+            raise
+        self._thread.start()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self._quit.set()
+        self._thread.join()
+        try:
+            if self._at is not None:
+                self._make_safe()
+        finally:
+            let_go(self._device)
+
+    def _make_safe(self) -> None:
+        """Ask until it is done; a device whose connection was lost needs a moment."""
+        for _ in range(MAKE_SAFE_TRIES - 1):
+            try:
+                return self._device.safe()
+            except DeviceError:
+                time.sleep(0.02)
+        return self._device.safe()
+
+    def go_to(self, p1_mpa: float, p2_mpa: float, settle_s: float = 0.0) -> None:
+        """Bring both set-points there at SLEW_MPA_S, then wait. The first call starts from the safe pressures."""
+        self._at = self._at or self._safe
+        self._goal = (p1_mpa, p2_mpa)
+        while self._at != self._goal:
+            self._alive()
+            time.sleep(0.01)
+        self.wait(settle_s)
+
+    @property
+    def device(self) -> Device:
+        """The device at its end."""
+        return self._device
+
+    def loosen(self) -> None:
+        """Write no more set-points, only read, until the next `go_to`."""
+        self._goal = None
+
+    def wait(self, seconds: float) -> None:
+        """Keep ticking for a while."""
+        until = time.monotonic() + seconds
+        while time.monotonic() < until:
+            self._alive()
+            time.sleep(0.01)
+
+    def collect(self, seconds: float) -> list[Measurement]:
+        """What is measured from now on, for so long; DeviceError when nothing comes."""
+        self._history.clear()
+        self.wait(seconds)
+        found = list(self._history)
+        if not found:
+            raise DeviceError("the device gave no measurement")
+        return found
+
+    def _alive(self) -> None:
+        if self._error is not None:
+            raise self._error
+
+    def _ticks(self) -> None:
+        clock, failed = MonotonicClock(), 0
+        due_ns = clock.now_ns()
+        while not self._quit.is_set():
+            due_ns = max(due_ns + self._period_ns, clock.now_ns())
+            clock.wait_until_ns(due_ns)
+            try:
+                self._history.append(self._device.read())
+                self._step()
+                failed = 0
+            except DeviceError as error:
+                failed += 1
+                if failed >= PATIENCE or isinstance(error, DeviceLost):
+                    self._error = error
+                    return
+
+    def _step(self) -> None:
+        if self._goal is None or self._at is None:
+            return
+        step = SLEW_MPA_S * self._period_ns / 1e9
+        a, b = (at + min(max(goal - at, -step), step) for at, goal in zip(self._at, self._goal, strict=True))
+        self._device.write(a, b)
+        self._at = (a, b)
+
+
+def let_go(device: Device) -> None:
+    """Close a device; a stand-in's emulators end too."""
+    device.close()
+    shut_down = getattr(device, "shut_down", None)
+    if shut_down is not None:
+        shut_down()
+
+
+def mean(found: list[Measurement], field: str) -> tuple[float, float]:
+    """Mean and standard deviation of one field over measurements that have it; NaN when none has."""
+    values = [value for now in found if math.isfinite(value := getattr(now, field))]
+    return (fmean(values), pstdev(values)) if values else (math.nan, math.nan)
+
+
+@dataclass(frozen=True)
+class Timing:
+    """How a device answers when nothing is written."""
+
+    ticks: int
+    failed: int
+    read_p50_us: float
+    read_p99_us: float
+    age_p50_ms: float
+    age_p99_ms: float
+    flags: dict[str, int]
+    last_error: str
+    last: Measurement | None
+
+    def holds(self, period_ns: int) -> bool:
+        """Every read answered within the period, but for one in a hundred."""
+        return self.failed <= max(self.ticks // 100, 1) and self.read_p99_us * 1e3 < period_ns
+
+    def fresh(self, period_ns: int) -> bool:
+        """Values are no older than a period, but for one in a hundred."""
+        return self.age_p99_ms * 1e6 <= period_ns
+
+
+def time_reads(device: Device, period_ns: int, ticks: int, tick_done: Callable[[int], None] = lambda _: None) -> Timing:
+    """Read an open device `ticks` times on the period's grid; nothing is written."""
+    clock = MonotonicClock()
+    took, ages, flags = [], [], Counter[str]()
+    failed, last_error, last = 0, "", None
+    due_ns = clock.now_ns()
+    for tick in range(ticks):
+        due_ns = max(due_ns + period_ns, clock.now_ns())
+        clock.wait_until_ns(due_ns)
+        began_ns = clock.now_ns()
+        try:
+            last = device.read()
+        except DeviceError as error:
+            failed, last_error = failed + 1, str(error)
+            if isinstance(error, DeviceLost):
+                raise
+            continue
+        took.append(clock.now_ns() - began_ns)
+        ages.append(max(last.p1_age_ns, last.p2_age_ns, last.angle_age_ns))
+        flags.update(flag.name or "" for flag in Flag if flag & last.flags)
+        tick_done(tick + 1)
+    if not took:
+        raise NotSo(f"no answer in {ticks} ticks; last: {last_error}")
+    took.sort()
+    ages.sort()
+    share = len(took) - 1
+    return Timing(
+        ticks, failed, took[share // 2] / 1e3, took[share * 99 // 100] / 1e3, ages[share // 2] / 1e6, ages[share * 99 // 100] / 1e6,
+        dict(flags), last_error, last,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class StepResult:
+    """What moved when one valve was stepped."""
+
+    valve: int
+    step_mpa: float
+    moved_1_mpa: float
+    moved_2_mpa: float
+    moved_deg: float
+
+    def finding(self) -> str:
+        """One line when the wiring is not as the config says; empty when it is."""
+        own, other = (self.moved_1_mpa, self.moved_2_mpa) if self.valve == 1 else (self.moved_2_mpa, self.moved_1_mpa)
+        if math.isnan(own):
+            return f"valve {self.valve}: its monitor gives no value, so the step could not be seen"
+        least = abs(self.step_mpa) / 2
+        if abs(own) < least and abs(other) >= least:
+            return f"valve {self.valve} moves monitor {3 - self.valve}: the valves or their monitors are swapped"
+        if abs(own) < least:
+            return f"valve {self.valve}: stepped by {self.step_mpa:g} MPa, its monitor moved {own:.3f} MPa; is the air on?"
+        if own * self.step_mpa < 0:
+            return f"valve {self.valve}: its monitor moves against the step; is its signal inverted?"
+        if abs(other) >= least:
+            return f"valve {self.valve} moves both monitors; are the muscles or the monitor wires joined?"
+        return ""
+
+
+def step_valves(leash: Leash, safe_mpa: tuple[float, float], step_mpa: float, settle_s: float) -> list[StepResult]:
+    """Step each valve alone, up from the safe pressures and back, and see what moves."""
+    results = []
+    leash.go_to(*safe_mpa, settle_s)
+    for valve in (1, 2):
+        before = leash.collect(LOOK_S)
+        stepped = [p + (step_mpa if n == valve else 0.0) for n, p in enumerate(safe_mpa, 1)]
+        leash.go_to(stepped[0], stepped[1], settle_s)
+        after = leash.collect(LOOK_S)
+        moved = (mean(after, field)[0] - mean(before, field)[0] for field in ("p1_mpa", "p2_mpa", "angle_deg"))
+        results.append(StepResult(valve, step_mpa, *moved))
+        leash.go_to(*safe_mpa, settle_s)
+    return results

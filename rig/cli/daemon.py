@@ -1,0 +1,135 @@
+"""`pamrig daemon` and its clients: status, arm, start, stop, estop, reset."""
+
+import functools
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+
+from rig.cli.common import F, console, emit, json_option
+
+
+def socket_option(command: F) -> F:
+    """Adds `--socket PATH`, passed on as `socket`."""
+    text = "The daemon's socket; default: $PAMRIG_SOCKET, /run/pamrig, or the user's runtime folder."
+    return click.option("--socket", "socket", type=click.Path(path_type=Path), help=text)(command)
+
+
+@click.command()
+@click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig to keep; default: the simulated rig.")
+@click.option("--config", type=click.Path(path_type=Path), help="The daemon's own YAML: logs, group, live view, ...")
+@click.option("--logs", type=click.Path(path_type=Path), help="Folder for the records; overrides the config.")
+@click.option("--state", type=click.Path(path_type=Path), help="Folder for queue and black boxes; overrides the config.")
+@click.option("--clock", type=click.Choice(["real", "virtual"]), default="real", show_default=True, help="Virtual: for soaking.")
+@socket_option
+def daemon(
+    rig_path: Path | None, config: Path | None, logs: Path | None, state: Path | None, clock: str, socket: Path | None
+) -> None:
+    """Keep a rig as a service: loop, recorder and supervisor, commanded over a socket. Ends safe on SIGTERM and Ctrl-C."""
+    import asyncio
+    import dataclasses
+    import logging
+    import logging.handlers
+    import queue
+
+    from rig.cli import compose
+    from rig.cli.supervise import parts_of
+    from rig.errors import RigError
+    from rig.service import live, metrics
+    from rig.service.daemon import Daemon
+    from rig.service.settings import load_settings
+
+    settings = load_settings(config)
+    given: dict[str, Any] = {"logs": logs, "state": state, "socket": socket}
+    settings = dataclasses.replace(settings, **{key: value for key, value in given.items() if value is not None})
+    if settings.live.port:
+        live.check_available()
+    if settings.metrics is not None:
+        metrics.check_available()
+    rig = compose.load(rig_path)
+    lines: queue.SimpleQueue[logging.LogRecord] = queue.SimpleQueue()
+    writer = logging.StreamHandler()
+    writer.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
+    logging.getLogger().addHandler(logging.handlers.QueueHandler(lines))
+    logging.getLogger("pamrig").setLevel(logging.INFO)
+    listener = logging.handlers.QueueListener(lines, writer)  # a log that blocks must not hold up the heartbeat
+    if clock == "virtual" and not compose.is_simulated(rig):
+        raise RigError(f"{rig.path}: a real rig runs in real time; --clock virtual needs a simulated one")
+    listener.start()
+    try:
+        asyncio.run(Daemon(parts_of(rig, virtual=clock == "virtual"), settings).serve())
+    finally:
+        listener.stop()
+
+
+def _client_command(name: str) -> Callable[[Callable[..., None]], click.Command]:
+    """A click command that gets a connected client and is named `name`."""
+
+    def decorate(function: Callable[..., None]) -> click.Command:
+        @functools.wraps(function)
+        def call(socket: Path | None, **options: Any) -> None:
+            from rig.service.client import Client
+
+            with Client(socket) as client:
+                function(client, **options)
+
+        return click.command(name)(socket_option(call))
+
+    return decorate
+
+
+@_client_command("status")
+@json_option
+def status(client: Any, json_to: str | None) -> None:
+    """What the daemon is doing."""
+    from rig.cli.picture import status_lines
+
+    now = client.status()
+    if json_to is None:
+        console().print("\n".join(status_lines(now)))
+    emit(now, json_to)
+
+
+@_client_command("arm")
+def arm(client: Any) -> None:
+    """Let the daemon command the rig; nothing moves yet."""
+    client.arm()
+    console().print("armed: the rig follows `pamrig start`; `pamrig stop` disarms")
+
+
+@_client_command("start")
+@click.argument("sweeps", nargs=-1, type=click.Path(path_type=Path))
+@click.option(
+    "--pause", "pause_s", type=click.FloatRange(0), default=0.0, show_default=True, help="Seconds of rest after each sweep."
+)
+def start(client: Any, sweeps: tuple[Path, ...], pause_s: float) -> None:
+    """Queue SWEEPS and work on the queue; without any, go on with what is in it."""
+    from rig.cli import compose
+
+    jobs = client.start(*(compose.find_config(sweep, "sweeps") for sweep in sweeps), pause_s=pause_s)
+    for job in jobs:
+        console().print(f"job {job['id']}: {job['sweep']}, {job['records']} records, {job['seconds']:.0f} s")
+    if not jobs:
+        console().print("going on with the queue")
+
+
+@_client_command("stop")
+@click.option("--after-current", is_flag=True, help="Let the record that runs come to its end.")
+def stop(client: Any, after_current: bool) -> None:
+    """Ramp down and hold the queue; while nothing runs, disarm."""
+    console().print(client.call("stop", after_current=after_current)["did"])
+
+
+@_client_command("estop")
+def estop(client: Any) -> None:
+    """Safe state at once."""
+    client.estop()
+    console().print("emergency stop: `pamrig reset` when the rig may move again")
+
+
+@_client_command("reset")
+def reset(client: Any) -> None:
+    """Clear a fault whose cause is gone; does not arm."""
+    client.reset()
+    console().print("reset: disarmed")

@@ -1,0 +1,119 @@
+"""`pamrig devices`: what is configured, does it answer and how fast, and what do its readings mean."""
+
+from pathlib import Path
+
+import click
+
+from rig.cli.common import console, emit, json_option, progress
+
+_RIG = click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig to look at; default: the simulated rig.")
+
+
+@click.group()
+def devices() -> None:
+    """List, probe and calibrate devices."""
+
+
+@devices.command("list")
+@_RIG
+@json_option
+def list_devices(rig_path: Path | None, json_to: str | None) -> None:
+    """What the rig's YAML says: devices, roles, calibrations and their age. Nothing is opened."""
+    from rig.cli import compose, inventory
+
+    rig = compose.load(rig_path)
+    found = inventory.inventory(rig)
+    screen = console(json_to)
+    screen.print(inventory.table(found))
+    for warning in found["warnings"]:
+        screen.print(f"[yellow]warning:[/] {warning}")
+    emit(found, json_to)
+
+
+@devices.command()
+@_RIG
+@click.option("--ticks", type=click.IntRange(20, 100_000), default=400, show_default=True, help="Reads to time.")
+@click.option("--step", is_flag=True, help="Also step each valve alone and see which monitor moves. MOVES THE RIG.")
+@click.option("--step-mpa", type=click.FloatRange(0.005, 0.1), default=0.03, show_default=True, help="Size of that step.")
+@click.option("--settle", type=click.FloatRange(0.1, 30.0), default=1.0, show_default=True, help="Seconds to wait after a step.")
+@click.option("--yes", is_flag=True, help="Do not ask before moving the rig.")
+@json_option
+def probe(rig_path: Path | None, ticks: int, step: bool, step_mpa: float, settle: float, yes: bool, json_to: str | None) -> None:
+    """Does each device answer, how fast, and can it hold the period? Moves nothing unless --step is given.
+
+    Exit status 1 when a device does not answer, cannot hold the period, or its wiring is not as the config says.
+    """
+    from rig.cli import compose, inventory, probing
+
+    rig = compose.load(rig_path)
+    screen = console(json_to)
+    if step and not yes:
+        inventory.ask_to_move(rig, f"steps each valve by {step_mpa:g} MPa")
+    with progress("probing", ticks * len(rig.devices)) as update:
+        result = probing.probe(rig, ticks, update)
+    if step and not result["findings"]:
+        result |= probing.steps(rig, step_mpa, settle)
+    screen.print(probing.table(result))
+    screen.print("\n".join(probing.facts(result)), markup=False)
+    for warning in result["warnings"]:
+        screen.print(f"[yellow]warning:[/] {warning}")
+    emit(result, json_to)
+    probing.judge(result)
+
+
+@devices.command()
+@click.argument("what", type=click.Choice(["angle", "pressures"]), required=False)
+@_RIG
+@click.option("--points", type=click.Path(path_type=Path), help="Take the points from this YAML file; nothing is opened.")
+@click.option(
+    "-o", "--out", type=click.Path(path_type=Path), required=True, help="Calibration file to write; other roles in it stay."
+)
+@click.option("--form", type=click.Choice(["linear", "pieces"]), default="linear", show_default=True)
+@click.option(
+    "--reference-uncertainty", type=click.FloatRange(0.0), default=0.0, help="Of the gauge (MPa) or protractor (deg), k = 1."
+)
+@click.option(
+    "--reference-v", type=click.FloatRange(0.1, 30.0), help="Excitation of the potentiometer when the rig does not read it."
+)
+@click.option(
+    "--serial", "serials", multiple=True, metavar="PART=NUMBER", help="Serial number of a part or an instrument; repeatable."
+)
+@click.option(
+    "--levels", default="0.05,0.15,0.25,0.35,0.45,0.35,0.25,0.15,0.05", show_default=True, help="Pressures to visit, MPa."
+)
+@click.option("--settle", type=click.FloatRange(0.1, 60.0), default=2.0, show_default=True, help="Seconds to wait at each point.")
+@click.option("--yes", is_flag=True, help="Do not ask before moving the rig.")
+@json_option
+def calibrate(
+    what: str | None, rig_path: Path | None, points: Path | None, out: Path, form: str, reference_uncertainty: float,
+    reference_v: float | None, serials: tuple[str, ...], levels: str, settle: float, yes: bool, json_to: str | None,
+) -> None:  # fmt: skip
+    """Calibrate the potentiometer (angle) or regulators and monitors (pressures), guided on the terminal or from --points FILE.
+
+    Guided, `angle` moves nothing: you turn the joint. `pressures` MOVES THE RIG through --levels, both muscles alike; you read a gauge.
+    """
+    from rig.cli import calibrating, compose, inventory
+    from rig.errors import ConfigError, RigError
+
+    if (what is None) == (points is None):
+        raise RigError("devices calibrate: say either what to calibrate (angle, pressures) or give --points FILE")
+    wishes = calibrating.Wishes(form, reference_uncertainty, calibrating.parse_serials(serials), settle, reference_v)
+    calibrating.kept_in(out)
+    if points is not None:
+        measured = calibrating.read_points(points)
+    elif what == "angle":
+        measured = calibrating.guided_angle(compose.load(rig_path), wishes)
+    else:
+        rig = compose.load(rig_path)
+        visits = calibrating.parse_levels(levels, rig)
+        if not yes:
+            inventory.ask_to_move(rig, f"brings both muscles to {max(visits):g} MPa")
+        measured = calibrating.guided_pressures(rig, visits, wishes)
+    try:
+        result = calibrating.write(out, measured, str(points or "the points"))
+    except ConfigError as error:
+        if points is None and any(channel.points for channel in measured.values()):
+            raise RigError(f"{error}; the points are kept in {calibrating.keep_points(out, measured)}") from None
+        raise
+    console(json_to).print(calibrating.table(result))
+    emit(result, json_to)

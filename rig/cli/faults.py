@@ -1,0 +1,119 @@
+"""`pamrig faults`: the whole fault table on a simulated rig of this machine, printed."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rig.cli.common import console, emit, json_option, progress
+
+if TYPE_CHECKING:
+    from rig.cli.fault_trial import Finding
+
+
+_WIDTH = 150
+
+
+@click.command()
+@click.argument("names", nargs=-1)
+@click.option("--list", "listing", is_flag=True, help="Only say what would be done.")
+@click.option("--soak", "soak_hours", type=click.FloatRange(0.01, 1000), help="Instead: so many hours of sweeps in virtual time.")
+@click.option("--real", is_flag=True, help="With --soak: in real time.")
+@click.option("--keep", type=click.Path(path_type=Path), help="With --soak: folder for the records; default: a temporary one.")
+@json_option
+def faults(
+    names: tuple[str, ...], listing: bool, soak_hours: float | None, real: bool, keep: Path | None, json_to: str | None
+) -> None:
+    """Inject every fault of the table (or those NAMES) into a simulated rig, and say what followed and how fast.
+
+    Starts a daemon of its own in a temporary folder; nothing of yours is touched. Takes about a minute and a half.
+    """
+    import tempfile
+
+    from rig.cli.fault_bench import FaultBench
+    from rig.cli.fault_table import TABLE
+    from rig.cli.fault_trial import try_row
+    from rig.config import suggest
+    from rig.errors import NotSo, RigError
+
+    if soak_hours is not None:
+        _soak(soak_hours, real, keep, json_to)
+        return
+    known = [row.name for row in TABLE]
+    if unknown := next((name for name in names if name not in known), None):
+        raise RigError(f"no fault {unknown!r}; {suggest(unknown, known)}")
+    rows = [row for row in TABLE if not names or row.name in names]
+    findings: list[Finding] = []
+    if not listing:
+        with (
+            tempfile.TemporaryDirectory(prefix="pamrig-") as folder,
+            FaultBench(Path(folder)) as bench,
+            progress("faults", len(rows)) as update,
+        ):
+            for row in rows:
+                update(len(findings), row.name)
+                findings.append(try_row(bench, row))
+    _show([(row.name, row.done, row.causes, row.bound_ms) for row in rows], findings, json_to)
+    emit({"faults": [_plain(finding) for finding in findings]}, json_to)
+    wrong = [finding for finding in findings if finding.problem]
+    if wrong:
+        raise NotSo(
+            f"{len(wrong)} of {len(findings)} faults did not end as they must; first: {wrong[0].row.name}: {wrong[0].problem}"
+        )
+
+
+def _soak(hours: float, real: bool, keep: Path | None, json_to: str | None) -> None:
+    """Sweeps for hours; NotSo when a record is not valid or the rig did not get through."""
+    import tempfile
+
+    from rig.cli.soak import soak
+    from rig.errors import NotSo
+
+    with tempfile.TemporaryDirectory(prefix="pamrig-") as temporary, progress("soak", None) as update:
+        folder = keep or Path(temporary)
+        folder.mkdir(parents=True, exist_ok=True)
+        result = soak(folder, hours, not real, update)
+    terminal = console(json_to)
+    for key, value in result.items():
+        terminal.print(f"{key}: {value}")
+    emit({"soak": result}, json_to)
+    if result["done"] != result["records"] or result["not_valid"]:
+        raise NotSo(f"{result['done']} of {result['records']} records, {result['not_valid']} not valid; {result['error']}")
+
+
+def _show(rows: list[tuple[str, str, tuple[str, ...], float]], findings: "list[Finding]", json_to: str | None) -> None:
+    from rich.table import Table
+
+    table = Table("fault", "what is done", "cause reported", "ms to safe", "bound", "evidence", box=None, pad_edge=False)
+    for index, (name, done, causes, bound_ms) in enumerate(rows):
+        bound = f"{bound_ms:g}" if causes else "-"
+        if not findings:
+            table.add_row(name, done, " or ".join(causes) or "none, the rig goes on", "", bound, "")
+            continue
+        finding = findings[index]
+        ms = "-" if finding.ms is None else f"{finding.ms:.1f}"
+        table.add_row(
+            name,
+            done,
+            finding.cause or "none, the rig goes on",
+            ms,
+            bound,
+            f"[red]{finding.problem}[/]" if finding.problem else finding.evidence,
+        )
+    terminal = console(json_to)
+    terminal.width = max(terminal.width, _WIDTH)
+    terminal.print(table)
+
+
+def _plain(finding: "Finding") -> dict[str, Any]:
+    row = finding.row
+    return {
+        "name": row.name,
+        "done": row.done,
+        "causes": list(row.causes),
+        "bound_ms": row.bound_ms,
+        "cause": finding.cause,
+        "ms": finding.ms,
+        "evidence": finding.evidence,
+        "problem": finding.problem,
+    }

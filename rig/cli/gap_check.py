@@ -1,0 +1,184 @@
+"""`pamrig gap check`: the blind check, as a whole or in its three steps."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rig.cli.common import console, emit, json_option, progress
+
+if TYPE_CHECKING:
+    from rig.gap.blind.folder import CheckFolder
+
+_folder = click.argument("folder", type=click.Path(path_type=Path))
+_cases = click.option("--cases", type=click.IntRange(4, 100_000), default=40, show_default=True, help="How many cases.")
+_seed = click.option("--seed", type=click.IntRange(0), help="Seed of the labels; default: a secret one, told after the score.")
+_development = click.option("--development", is_flag=True, help="Development cases: never the same as any scored ones.")
+_dask = click.option("--dask", metavar="ADDRESS", help="Use the Dask cluster at ADDRESS; its workers must see the same folder.")
+_workers = click.option("--workers", type=click.IntRange(1), help="Local processes; default: one a core.")
+_html = click.option(
+    "--html", "html_to", type=click.Path(path_type=Path), help="Write the page to FILE; a .md gets the table of goals."
+)
+
+
+@click.group(invoke_without_command=True)
+@_cases
+@_seed
+@_development
+@_dask
+@_workers
+@click.option(
+    "--out", type=click.Path(path_type=Path), help="Folder of the check; one that is there is resumed. Default: new, under logs/."
+)
+@click.option("--keep", is_flag=True, help="Keep the questions' records after they are scored.")
+@_html
+@json_option
+@click.pass_context
+def check(
+    context: click.Context, cases: int, seed: int | None, development: bool, dask: str | None, workers: int | None, out: Path | None,
+    keep: bool, html_to: Path | None, json_to: str | None,
+) -> None:  # fmt: skip
+    """Diagnose cases whose labels are withheld, then open the labels and score.
+
+    The hash of the labels is printed first. Without a step, all three are done: make, answer, score.
+    """
+    if context.invoked_subcommand is not None:
+        return
+    import time
+    from functools import partial
+
+    from rig.gap.blind.check import make_answer_score, result_of
+    from rig.gap.blind.folder import CheckFolder
+    from rig.gap.blind.make import units
+
+    begun, source = time.monotonic(), _source(development)
+    folder = CheckFolder(out or _new_folder())
+    _draw(source, folder, cases, seed, json_to)
+    _spread(partial(make_answer_score, keep=keep), units(source, folder), cases, "cases", dask, workers)
+    _report(folder, result_of(folder) | {"seconds_of_this_run": time.monotonic() - begun}, html_to, json_to)
+
+
+@check.command()
+@_folder
+@_cases
+@_seed
+@_development
+@_dask
+@_workers
+def make(folder: Path, cases: int, seed: int | None, development: bool, dask: str | None, workers: int | None) -> None:
+    """Draw and seal the labels, then write the questions into FOLDER.
+
+    Whoever answers gets sealed.json and the folder questions; labels and key stay in the folder maker.
+    """
+    from rig.gap.blind.folder import CheckFolder
+    from rig.gap.blind.make import make_unit, units
+
+    source, place = _source(development), CheckFolder(folder)
+    _draw(source, place, cases, seed, None)
+    work = units(source, place)
+    _spread(make_unit, work, len(work), "units", dask, workers)
+    console().print(f"{folder}: {cases} questions", markup=False)
+
+
+@check.command()
+@_folder
+@_dask
+@_workers
+def answer(folder: Path, dask: str | None, workers: int | None) -> None:
+    """Answer the questions in FOLDER, each in a process that sees nothing but them.
+
+    A question of your own is a folder questions/NAME with records/, baselines/day_1/ ... and model.yaml.
+    """
+    from functools import partial
+
+    from rig.errors import RecordError
+    from rig.gap.blind.check import CHUNK, answer_chunk
+    from rig.gap.blind.folder import CheckFolder
+
+    place = CheckFolder(folder)
+    tokens = sorted(path.name for path in place.questions.iterdir() if path.is_dir()) if place.questions.is_dir() else []
+    if not tokens:
+        raise RecordError(f"{place.questions}: no questions; `pamrig gap check make {folder}` writes them")
+    chunks = [tokens[start : start + CHUNK] for start in range(0, len(tokens), CHUNK)]
+    _spread(partial(answer_chunk, place), chunks, len(tokens), "answers", dask, workers)
+    console().print(f"{folder}: {len(tokens)} answers", markup=False)
+
+
+@check.command()
+@_folder
+@click.option("--labels", type=click.Path(path_type=Path), help="Labels of your own records as JSON, in place of sealed ones.")
+@_development
+@_dask
+@_workers
+@_html
+@json_option
+def score(
+    folder: Path, labels: Path | None, development: bool, dask: str | None, workers: int | None, html_to: Path | None, json_to: str | None
+) -> None:  # fmt: skip
+    """Open the labels of FOLDER and score its answers; recommended experiments are carried out first."""
+    from rig.gap.blind.check import result_of, score_unit
+    from rig.gap.blind.folder import CheckFolder
+    from rig.gap.blind.make import units
+    from rig.gap.blind.own import score_own
+
+    place = CheckFolder(folder)
+    if labels is not None:
+        _report(place, score_own(place, labels), html_to, json_to)
+        return
+    work = units(_source(development), place)
+    _spread(score_unit, work, sum(len(unit.tokens) for unit in work), "cases", dask, workers)
+    _report(place, result_of(place), html_to, json_to)
+
+
+def _source(development: bool) -> Any:
+    """The generator: this is the only place that knows both it and the check."""
+    from hil.reference.cases import Purpose
+    from hil.reference.source import PhysicsSource
+
+    return PhysicsSource(Purpose.DEVELOPMENT if development else Purpose.SCORING)
+
+
+def _new_folder() -> Path:
+    from datetime import datetime
+
+    return Path("logs") / f"check_{datetime.now().astimezone():%Y%m%d_%H%M%S}"
+
+
+def _draw(source: Any, folder: "CheckFolder", cases: int, seed: int | None, json_to: str | None) -> None:
+    """Seal the labels, or go on with those that are there, and print the hash before anything is computed."""
+    import secrets
+
+    from rig.gap.blind.make import draw, open_labels
+
+    if seed is None:
+        seed = open_labels(folder)[1] if folder.sealed.exists() else secrets.randbits(48)
+    sha256 = draw(source, folder.root, seed, cases)
+    terminal = console(json_to)
+    terminal.print(f"sealed labels, SHA-256: {sha256}", markup=False)
+    terminal.print(f"folder: {folder.root}", markup=False)
+
+
+def _spread(work: Any, pieces: Sequence[Any], total: int, what: str, dask: str | None, workers: int | None) -> None:
+    """Do the pieces over processes or a cluster; each returns how many of `total` it was worth."""
+    from rig.gap.jobs import each, executor
+
+    done = 0
+    with executor(dask, workers) as pool, progress(what, total) as update:
+        for count in each(pool, work, pieces):
+            done += count if isinstance(count, int) else 1
+            update(done, f"{done} of {total} {what}")
+
+
+def _report(folder: "CheckFolder", result: dict[str, Any], html_to: Path | None, json_to: str | None) -> None:
+    """Keep the result, write the page, print the table."""
+    from rig.gap.blind.check import write_result
+    from rig.report.check_page import check_table, write_page
+
+    kept = write_result(folder, result)
+    page = html_to or folder.root / "result.html"
+    write_page(result, page)
+    terminal = console(json_to)
+    terminal.print(check_table(result))
+    terminal.print(f"{kept}\n{page}", markup=False)
+    emit(result, json_to)

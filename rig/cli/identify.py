@@ -1,0 +1,262 @@
+"""`pamrig identify` and `pamrig validate`: a model from logs, and how well a model predicts logs."""
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rig.cli.common import console, emit, json_option
+
+if TYPE_CHECKING:
+    from rig.identify.fit import Identified
+    from rig.identify.stability import SweepRange
+    from rig.log.record import Record
+    from rig.model.parameters import Model
+
+_LOGS = click.argument("logs", nargs=-1, required=True, metavar="LOG...", type=click.Path(path_type=Path))
+
+
+def _shared(command: Any) -> Any:
+    """Options that both commands have."""
+    for option in (
+        click.option(
+            "--sweep-range",
+            default="0.2-0.8",
+            show_default=True,
+            metavar="LOW-HIGH",
+            help="Hz over which the model has to stay bounded.",
+        ),
+        click.option(
+            "--amplitude", type=click.FloatRange(0.001, 1.0), help="MPa over which it has to; default: the records' own."
+        ),
+        click.option("--resample", is_flag=True, help="Put records of another sampling period onto the model's."),
+        click.option("--trust-units", is_flag=True, help="Take numbers that look like another unit as they stand."),
+        click.option(
+            "--skip", "skip_s", default=0.0, show_default=True, help="Seconds at the start of each record that do not count."
+        ),
+        click.option(
+            "--until", "until_s", type=click.FloatRange(0.1), help="Seconds of each record after which nothing is looked at."
+        ),
+        click.option("--figures", type=click.Path(path_type=Path), metavar="DIR", help="Write figures and tables there."),
+        json_option,
+    ):
+        command = option(command)
+    return command
+
+
+@click.command()
+@_LOGS
+@click.option(
+    "-o", "--output", required=True, type=click.Path(path_type=Path), metavar="MODEL.yaml", help="Where the model goes."
+)
+@click.option(
+    "--kind",
+    type=click.Choice(["mbw", "bw", "bw_continuous"]),
+    default="mbw",
+    show_default=True,
+    help="Modified Bouc-Wen (11), Bouc-Wen (8), or (1).",
+)
+@click.option(
+    "--input",
+    "drive",
+    type=click.Choice(["command", "pressure"]),
+    default="command",
+    show_default=True,
+    help="What drives the muscles.",
+)
+@click.option("--optimizer", type=click.Choice(["pso", "cma-es", "de"]), default="pso", show_default=True)
+@click.option("--seed", default=1, show_default=True, type=click.IntRange(0))
+@click.option(
+    "--seeds", default=3, show_default=True, type=click.IntRange(1, 100), help="Searches from so many seeds, the best is kept."
+)
+@click.option("--particles", default=60, show_default=True, type=click.IntRange(2, 100_000))
+@click.option("--iterations", default=1000, show_default=True, type=click.IntRange(1, 1_000_000))
+@click.option("--early-stop", type=click.IntRange(1), metavar="ROUNDS", help="End a search after so many rounds without gain.")
+@click.option("--polish/--no-polish", default=True, show_default=True, help="Least squares from where each search ended.")
+@click.option("--bounded/--unbounded", default=True, show_default=True, help="Keep the model bounded over the sweep range.")
+@click.option(
+    "--start",
+    type=click.Path(path_type=Path),
+    metavar="MODEL.yaml",
+    help="Search what is `free` in this model, within its bounds.",
+)
+@click.option(
+    "--joint",
+    type=click.Choice(["rigid", "second_order"]),
+    default="rigid",
+    show_default=True,
+    help="second_order: inertia on the muscles' stiffness.",
+)
+@click.option("--free-offset", is_flag=True, help="The angle's zero is not known: identify it.")
+@click.option(
+    "--mean-exponent",
+    default=0.0,
+    show_default=True,
+    type=click.FloatRange(0.0, 2.0),
+    help="1: the pressure difference counts over the mean.",
+)
+@click.option("--p0", "p0_mpa", type=click.FloatRange(0.0, 0.5), help="Pressure at rest in MPa; default: what the records say.")
+@click.option(
+    "--u-unit", "u_unit_mpa", default=0.2, show_default=True, type=click.FloatRange(0.001, 1.0), help="Unit of u in MPa."
+)
+@click.option(
+    "--sample-time",
+    "sample_time_s",
+    default=0.005,
+    show_default=True,
+    type=click.FloatRange(1e-4, 1.0),
+    help="Of the model, in s.",
+)
+@_shared
+def identify(logs: tuple[Path, ...], output: Path, json_to: str | None, **wish: Any) -> None:
+    """Fit the model to LOGs (.mcap, .csv, .csv.gz or folders) by particle swarm, and write it to MODEL.yaml.
+
+    The defaults are the paper's (Table II): 60 particles, 1000 iterations, inertia 0.9 to 0.2; a least-squares polish follows.
+    """
+    _one_blas_thread()
+    from rig.cli.identify_show import identified_json, show_identified, show_worst, write_fit_figures
+    from rig.identify.fit import Settings
+    from rig.identify.fit import identify as fit
+    from rig.identify.swarm import SwarmSettings
+    from rig.model.parameters import save_model
+
+    records = _read(logs)
+    settings = Settings(
+        optimizer=wish["optimizer"],
+        seeds=tuple(range(wish["seed"], wish["seed"] + wish["seeds"])),
+        swarm=SwarmSettings(particles=wish["particles"], iterations=wish["iterations"]),
+        patience=wish["early_stop"],
+        polish=wish["polish"],
+        bounded=wish["bounded"],
+        sweep=_sweep(wish["sweep_range"], wish["amplitude"], records),
+    )
+    start = _start_model(wish, records)
+    found = _with_progress(lambda report: fit(records, start, settings, _options(wish), report))
+    save_model(found.model, output)
+    terminal = console(json_to)
+    show_identified(found, output, terminal)
+    show_worst(found.model, records, found.scores, _options(wish), terminal)
+    if wish["figures"] is not None:
+        write_fit_figures(found, records, wish["figures"])
+        terminal.print(f"figures and tables: {wish['figures']}")
+    emit(identified_json(found, output), json_to)
+
+
+@click.command()
+@click.argument("model", type=click.Path(path_type=Path), metavar="MODEL.yaml")
+@_LOGS
+@click.option(
+    "--beside", multiple=True, type=click.Path(path_type=Path), metavar="MODEL.yaml", help="Another model to show beside it."
+)
+@_shared
+def validate(model: Path, logs: tuple[Path, ...], beside: tuple[Path, ...], json_to: str | None, **wish: Any) -> None:
+    """How well MODEL predicts LOGs it was not fitted to: RMSE, NRMSE, fit and maximum of each record (Table IV).
+
+    Exit status 1 when the model is not bounded over the sweep range.
+    """
+    _one_blas_thread()
+    from rig.cli.compose import find_config
+    from rig.cli.identify_show import show_validation, show_worst, validation_json, write_validation
+    from rig.errors import NotSo
+    from rig.identify.validate import validate as judge
+    from rig.model.parameters import load_model
+
+    models = {path: load_model(find_config(path, "models")) for path in (model, *beside)}
+    records, options = _read(logs), _options(wish)
+    sweep = _sweep(wish["sweep_range"], wish["amplitude"], records)
+    results = {path: judge(each, records, sweep, options) for path, each in models.items()}
+    result = results[model]
+    terminal = console(json_to)
+    show_validation(result, {path.stem: each for path, each in results.items() if path != model}, terminal)
+    show_worst(models[model], records, result.scores, options, terminal)
+    if wish["figures"] is not None:
+        write_validation({path.stem: each for path, each in models.items()}, records, result, options, wish["figures"])
+        terminal.print(f"figures and tables: {wish['figures']}")
+    others = {"beside": {str(path): validation_json(each) for path, each in results.items() if path != model}} if beside else {}
+    emit(validation_json(result) | others, json_to)
+    if not result.verdict.bounded:
+        verdict = result.verdict
+        reached = f"{verdict.worst} reaches {verdict.peak_deg:.3g} deg, allowed {verdict.limit_deg:.3g}"
+        raise NotSo(f"{model}: not bounded over the sweep range: {reached}")
+
+
+def _one_blas_thread() -> None:
+    """Before numpy is loaded: the searches already run one on each core, and threads of BLAS beside them cost a factor of ten."""
+    for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
+
+
+def _read(logs: Sequence[Path]) -> "list[Record]":
+    from rig.log.reader import read_all
+
+    return read_all(logs)
+
+
+def _options(wish: dict[str, Any]) -> Any:
+    from rig.identify.data import Options
+
+    return Options(wish["resample"], wish["trust_units"], wish["skip_s"], wish["until_s"])
+
+
+def _sweep(text: str, amplitude_mpa: float | None, records: "Sequence[Record]") -> "SweepRange":
+    """LOW-HIGH in Hz and the amplitude; by default the largest command of the records."""
+    import numpy as np
+
+    from rig.identify.stability import SweepRange
+
+    try:
+        low, high = (float(part) for part in text.split("-"))
+    except ValueError:
+        raise click.BadParameter(f"{text!r}: expected LOW-HIGH in Hz, for example 0.2-0.8", param_hint="--sweep-range") from None
+    if not 0.01 <= low < high <= 20.0:
+        raise click.BadParameter(f"{text!r}: allowed is 0.01 to 20 Hz, the lower one first", param_hint="--sweep-range")
+    largest = max(float(np.nanmax(np.abs(record.dp_cmd_mpa))) for record in records)
+    return SweepRange(low, high, amplitude_mpa or round(min(max(largest, 0.01), 1.0), 3))
+
+
+def _start_model(wish: dict[str, Any], records: "list[Record]") -> "Model":
+    """The model at the start: the given one, or the template of the kind with bounds that fit the records."""
+    from rig.cli.compose import find_config
+    from rig.identify.data import cut
+    from rig.identify.templates import Template, input_gain, rest_pressure, template_model
+    from rig.model.parameters import Input, load_model
+
+    if wish["start"] is not None:
+        return load_model(find_config(wish["start"], "models"))
+    template: Template = Template(
+        kind=wish["kind"],
+        drive=Input(wish["drive"]),
+        sample_time_s=wish["sample_time_s"],
+        p0_mpa=wish["p0_mpa"] if wish["p0_mpa"] is not None else rest_pressure(records),
+        u_unit_mpa=wish["u_unit_mpa"],
+        joint=wish["joint"],
+        free_offset=wish["free_offset"],
+        mean_exponent=wish["mean_exponent"],
+    )
+    shown = [cut(record, _options(wish)) for record in records]
+    return template_model(template, input_gain(shown, template.u_unit_mpa))
+
+
+def _with_progress(work: Any) -> "Identified":
+    """Run the identification with a bar for each of its steps; nothing in a pipe."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn
+
+    terminal = Console(stderr=True)
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.percentage:>3.0f} %  best {task.fields[best]:.4g} deg"),
+    )
+    with Progress(*columns, console=terminal, transient=True, disable=not terminal.is_terminal) as bars:
+        tasks: dict[str, Any] = {}
+
+        def report(title: str, share: float, best: float) -> None:
+            if title not in tasks:
+                tasks[title] = bars.add_task(title, total=1.0, best=best)
+            bars.update(tasks[title], completed=min(share, 1.0), best=best)
+
+        found: Identified = work(report if terminal.is_terminal else None)
+        return found

@@ -1,0 +1,188 @@
+"""What `pamrig identify` and `pamrig validate` show and write: tables, JSON, figures."""
+
+import csv
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from rig.errors import RigError
+from rig.identify.data import Options, prepare
+from rig.identify.fit import Identified
+from rig.identify.objective import predict
+from rig.identify.validate import Score, Validation
+from rig.log.record import Record
+from rig.model.parameters import Input, Model
+from rig.report.fit_figures import comparison_figure, convergence_figure, save_figure, terminal_comparison
+
+
+def identified_json(found: Identified, output: Path) -> dict[str, Any]:
+    """The result of `identify` in the shape of the commands' reference, and more."""
+    spread = found.seed_spread()
+    parameters = {
+        place.name: {
+            "value": (now := found.model.stages()[place.slot].parameters[place.name]).value,
+            "unit": now.unit,
+            "std": now.std,
+            "at_bound": now.at_bound,
+            "low": now.low,
+            "high": now.high,
+            "seed_spread": spread[place.name],
+        }
+        for place in found.space.places
+    }
+    return {
+        "model": str(output),
+        "rmse_deg": found.rmse_deg,
+        "search_rmse_deg": found.search_rmse_deg,
+        "unbounded_rmse_deg": found.unbounded_rmse_deg,
+        "evaluations": found.evaluations,
+        "seconds": found.seconds,
+        "bounded": found.verdict.bounded,
+        "peak_deg": found.verdict.peak_deg,
+        "parameters": parameters,
+        "correlation": {"names": found.space.names, "matrix": found.uncertainty.correlation.tolist()},
+        "records": [score_json(each) for each in found.scores],
+        "seeds": {
+            str(seed): {"score": each.score, "evaluations": each.evaluations, "seconds": each.seconds, "history": each.history}
+            for seed, each in found.seeds.items()
+        },
+        "valves": None
+        if found.valves is None
+        else {"rmse_mpa": found.valves.rmse_mpa, "dead_time_s": found.valves.dead_time_s, "notes": found.valves.notes},
+        "warnings": found.warnings,
+    }
+
+
+def score_json(row: Score) -> dict[str, Any]:
+    """One row of Table IV; an angle that diverged counts as off by a fixed large number."""
+    plain = {"log": row.log, "rmse_deg": row.rmse_deg, "nrmse": row.nrmse, "fit_percent": row.fit_percent, "max_deg": row.max_deg}
+    return (
+        plain | {"diverged": row.diverged} | ({} if row.command_rmse_deg is None else {"command_rmse_deg": row.command_rmse_deg})
+    )
+
+
+def validation_json(result: Validation) -> dict[str, Any]:
+    """The result of `validate`."""
+    verdict = result.verdict
+    return {
+        "bounded": verdict.bounded,
+        "worst": verdict.worst,
+        "peak_deg": verdict.peak_deg,
+        "limit_deg": verdict.limit_deg,
+        "records": [score_json(row) for row in result.scores],
+        "warnings": result.warnings,
+    }
+
+
+def show_identified(found: Identified, output: Path, terminal: Console) -> None:
+    """The parameters, the error and what limits them."""
+    table = Table("parameter", "value", "std", "unit", "between seeds", "", box=None)
+    spread = found.seed_spread()
+    for place in found.space.places:
+        now = found.model.stages()[place.slot].parameters[place.name]
+        std = "-" if now.std is None else f"{now.std:.2g}"
+        table.add_row(
+            place.name, f"{now.value:.6g}", std, now.unit, f"{spread[place.name]:.2g}", "at its bound" if now.at_bound else ""
+        )
+    terminal.print(table)
+    swarm = f"RMSE {found.rmse_deg:.3f} deg ({found.search_rmse_deg:.3f} before the polish)"
+    terminal.print(f"{swarm} after {found.evaluations} evaluations in {found.seconds:.1f} s")
+    if found.unbounded_rmse_deg is not None:
+        terminal.print(f"staying bounded over the sweep range costs {found.rmse_deg - found.unbounded_rmse_deg:.3f} deg of it")
+    verdict = found.verdict
+    state = "bounded" if verdict.bounded else "[red]NOT bounded[/]"
+    terminal.print(f"{state} over the sweep range: largest angle {verdict.peak_deg:.1f} deg in {verdict.worst}")
+    if found.valves is not None:
+        dead = f", dead time {1e3 * found.valves.dead_time_s:.0f} ms" if found.valves.dead_time_s else ""
+        terminal.print("regulators: RMSE " + ", ".join(f"{1e3 * error:.2f} kPa" for error in found.valves.rmse_mpa) + dead)
+    alike = found.uncertainty.alike(found.space.names)
+    if alike:
+        first = ", ".join(f"{a}~{b} ({r:+.3f})" for a, b, r in alike[:4])
+        terminal.print(
+            f"hardly told apart by these records: {first}" + (f" and {len(alike) - 4} more pairs" if len(alike) > 4 else "")
+        )
+    _warn(found.warnings, terminal)
+    terminal.print(f"model: {output}")
+
+
+def show_validation(result: Validation, beside: Mapping[str, Validation], terminal: Console) -> None:
+    """Table IV, with a column for the RMSE of each model beside it."""
+    chain = any(row.command_rmse_deg is not None for row in result.scores)
+    head = ["record", "RMSE deg", "NRMSE", "fit %", "max deg", *(["RMSE from command"] if chain else [])]
+    table = Table(*head, *(f"RMSE {name}" for name in beside), box=None)
+    for index, row in enumerate(result.scores):
+        cells = _cells(row)
+        others = [f"{each.scores[index].rmse_deg:.3f}" for each in beside.values()]
+        table.add_row(Path(row.log).name, *(cells if chain else cells[:4]), *others)
+    terminal.print(table)
+    verdict = result.verdict
+    state = "bounded" if verdict.bounded else "NOT bounded"
+    reached = f"{verdict.peak_deg:.1f} deg in {verdict.worst} (limit {verdict.limit_deg:.1f})"
+    terminal.print(f"{state} over the sweep range: largest angle {reached}")
+    _warn(result.warnings, terminal)
+
+
+def show_worst(model: Model, records: Sequence[Record], scores: Sequence[Score], options: Options, terminal: Console) -> None:
+    """The record with the largest error as a picture, on a terminal."""
+    if not terminal.is_terminal:
+        return
+    worst = max(range(len(scores)), key=lambda index: scores[index].rmse_deg)
+    data = prepare(records[worst], model, options)
+    size = (min(terminal.width, 110), 16)
+    angle = np.clip(predict(model, data), -180.0, 180.0)
+    terminal.print(terminal_comparison(records[worst].name, data.grid.t_s, data.angle_deg, angle, *size), markup=False)
+
+
+def write_fit_figures(found: Identified, records: Sequence[Record], folder: Path) -> None:
+    """Figs. 4 to 6 of each identification record, the convergence, and the scores as a table."""
+    histories = {f"seed {seed}": each.history for seed, each in found.seeds.items()}
+    save_figure(convergence_figure("convergence", histories), folder / "convergence.png")
+    _write_comparisons({found.model.muscle.kind.upper(): found.model}, records, Options(resample=True, trust_units=True), folder)
+    write_scores(found.scores, folder)
+
+
+def write_validation(
+    models: Mapping[str, Model], records: Sequence[Record], result: Validation, options: Options, folder: Path
+) -> None:
+    """Figs. 4 to 6 of each record with every model, and Table IV of the first."""
+    _write_comparisons(models, records, options, folder)
+    write_scores(result.scores, folder)
+
+
+def write_scores(scores: Sequence[Score], folder: Path) -> None:
+    """Table IV as scores.csv and scores.md."""
+    head = ["record", "rmse_deg", "nrmse", "fit_percent", "max_deg", "command_rmse_deg"]
+    rows = [[Path(row.log).name, *_cells(row)] for row in scores]
+    lines = [" | ".join(cells) for cells in (head, ["---"] * len(head), *rows)]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "scores.md").write_text("".join(f"| {line} |\n" for line in lines), encoding="utf-8")
+        with (folder / "scores.csv").open("w", encoding="utf-8", newline="") as file:
+            csv.writer(file).writerows([head, *rows])
+    except OSError as error:
+        raise RigError(f"{folder}: cannot be written: {error.strerror}") from None
+
+
+def _write_comparisons(models: Mapping[str, Model], records: Sequence[Record], options: Options, folder: Path) -> None:
+    for record in records:
+        data = {name: prepare(record, model, options) for name, model in models.items()}
+        first_model, first = next(iter(models.values())), next(iter(data.values()))
+        source = "commanded" if first_model.muscle.input is Input.COMMAND else "measured"
+        angles = {name: predict(model, data[name]) for name, model in models.items()}
+        u = first.p1_mpa - first.p2_mpa
+        figure = comparison_figure(record.name, first.grid.t_s, u, first.angle_deg, angles, f"p1 - p2 {source} [MPa]")
+        save_figure(figure, folder / f"{record.name}.png")
+
+
+def _cells(row: Score) -> list[str]:
+    whole = "" if row.command_rmse_deg is None else f"{row.command_rmse_deg:.3f}"
+    return [f"{row.rmse_deg:.3f}", f"{row.nrmse:.4f}", f"{row.fit_percent:.1f}", f"{row.max_deg:.2f}", whole]
+
+
+def _warn(warnings: Sequence[str], terminal: Console) -> None:
+    for text in warnings:
+        terminal.print(f"[yellow]warning:[/] {text}")

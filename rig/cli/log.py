@@ -1,0 +1,180 @@
+"""`pamrig log`: look into logs, check them, rescue them, and carry them to and from other tools."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rig.cli.common import console, emit, json_option
+
+if TYPE_CHECKING:
+    from rig.log.convert import LogContent
+
+_FILES = click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path))
+_FILE = click.argument("log_file", metavar="LOG", type=click.Path(path_type=Path))
+
+
+@click.group(name="log")
+def log() -> None:
+    """Look into logs: .mcap, .csv, .csv.gz or .tdms files, or folders of them."""
+
+
+@log.command()
+@_FILES
+@json_option
+def info(logs: tuple[Path, ...], json_to: str | None) -> None:
+    """What LOGS hold: records, duration, rate, columns, run facts, log lines."""
+    from rig.cli.logs import describe, found_files
+
+    descriptions = [describe(file) for file in found_files(logs)]
+    terminal = console(json_to)
+    for item in descriptions:
+        terminal.print(f"[bold]{item['file']}[/]")
+        for key, value in item.items():
+            if key not in ("file", "log"):
+                terminal.print(f"  {key}: {value}", markup=False)
+        for time_s, level, message in item.get("log", []):
+            terminal.print(f"  {time_s:9.3f} s  {level}: {message}", markup=False)
+    emit({"files": descriptions}, json_to)
+
+
+@log.command()
+@_FILES
+@json_option
+def check(logs: tuple[Path, ...], json_to: str | None) -> None:
+    """Are LOGS whole and true: CRCs, schema, ticks, time, values, `valid`? One line a finding; exit status 1 if there is any."""
+    from rig.cli.logs import found_files
+    from rig.errors import NotSo
+    from rig.log.check import check as check_file
+
+    findings = {str(file): check_file(file) for file in found_files(logs)}
+    for file, lines in findings.items():
+        for line in lines or ["ok"]:
+            console(json_to).print(f"{file}: {line}", markup=False)
+    emit({"files": [{"file": file, "ok": not lines, "findings": lines} for file, lines in findings.items()]}, json_to)
+    bad = sum(bool(lines) for lines in findings.values())
+    if bad:
+        raise NotSo(f"{bad} of {len(findings)} logs not in order")
+
+
+@log.command()
+@_FILE
+@click.option("-o", "--out", type=click.Path(path_type=Path), help="Default: NAME.recovered.mcap beside LOG.")
+@json_option
+def recover(log_file: Path, out: Path | None, json_to: str | None) -> None:
+    """Save what proves itself of a cut or damaged LOG into a new file, and say what was lost. LOG stays as it is."""
+    from rig.log.recover import recover as rescue
+
+    result = rescue(log_file, out)
+    terminal = console(json_to)
+    if not result.damages and result.file == log_file:
+        terminal.print(f"{log_file}: whole, with {result.records} samples; nothing was written", markup=False)
+    else:
+        terminal.print(f"{result.file}: {result.records} samples saved, every one verified by its CRC", markup=False)
+        for damage in result.damages:
+            terminal.print(f"  bytes {damage.start} to {damage.end}: {damage.what}", markup=False)
+        for gap in result.gaps:
+            terminal.print(f"  lost: {gap.records} samples between {gap.from_s:.3f} s and {gap.to_s:.3f} s", markup=False)
+        if result.lost_at_the_ends:
+            terminal.print(f"  lost: {result.lost_at_the_ends} samples before the first or after the last", markup=False)
+        if result.unsaved_bytes:
+            terminal.print(
+                f"  {result.unsaved_bytes} bytes after the last saved sample prove nothing; what they held is not known"
+            )
+    emit(_recovery_json(result), json_to)
+
+
+def _recovery_json(result: Any) -> dict[str, Any]:
+    return {
+        "file": str(result.file),
+        "records": result.records,
+        "lost_records": result.lost_records,
+        "lost_seconds": result.lost_seconds,
+        "lost_spans_s": [[gap.from_s, gap.to_s] for gap in result.gaps],
+        "unsaved_bytes": result.unsaved_bytes,
+        "damages": [damage._asdict() for damage in result.damages],
+        "verified": True,
+    }
+
+
+@log.command("import")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--mapping", "mapping_path", type=click.Path(path_type=Path), help="YAML: which column is which, in which unit.")
+@click.option("-o", "--out", type=click.Path(path_type=Path), help="Default: NAME.mcap in the current folder.")
+@json_option
+def import_(file: Path, mapping_path: Path | None, out: Path | None, json_to: str | None) -> None:
+    """Make an MCAP log of FILE: CSV, TDMS from LabVIEW, another program's MCAP, or what `export` wrote.
+
+    Columns with our names and units need no mapping; anything ambiguous is refused.
+    """
+    from rig.cli.logs import import_content
+    from rig.log.convert import write_content
+    from rig.log.reader import stem
+
+    content, unkept = import_content(file, mapping_path)
+    target = write_content(content, out or Path(f"{stem(file)}.mcap"))
+    terminal = console(json_to)
+    terminal.print(f"{target}: {len(content.samples)} rows", markup=False)
+    if unkept:
+        terminal.print(f"  not kept, for our format has no field for them: {', '.join(unkept)}", markup=False)
+    emit({"file": str(target), "records": len(content.samples), "not_kept": unkept}, json_to)
+
+
+@log.command()
+@_FILES
+@click.option("--to", "kind", type=click.Choice(["csv", "csv.gz", "parquet", "mat"]), default="csv", show_default=True)
+@click.option(
+    "-o", "--out", type=click.Path(path_type=Path), help="A file, or a folder for several logs; default: beside each log."
+)
+@click.option(
+    "--resample",
+    "period_s",
+    type=float,
+    metavar="SECONDS",
+    help="Put the sweep onto a regular grid (commands held, measurements interpolated).",
+)
+@json_option
+def export(logs: tuple[Path, ...], kind: str, out: Path | None, period_s: float | None, json_to: str | None) -> None:
+    """Write LOGS for other tools, with units and run facts; every tick and field, unless --resample is given."""
+    from rig.cli.logs import contents_of, export_target, found_files
+    from rig.log.exchange import export as write
+
+    contents: list[tuple[Path, LogContent]] = [item for file in found_files(logs) for item in contents_of(file, period_s)]
+    written = [write(content, export_target(name, kind, out, len(contents) > 1), kind) for name, content in contents]
+    for (_, content), files in zip(contents, written, strict=True):
+        note = f", resampled to {period_s:g} s" if period_s else ""
+        console(json_to).print(f"{files[0]}: {len(content.samples)} rows{note}", markup=False)
+    emit({"files": [str(file) for files in written for file in files]}, json_to)
+
+
+@log.command()
+@_FILE
+@click.option(
+    "-o", "--out", type=click.Path(path_type=Path), help="PNG, SVG or PDF by its suffix; without it, a small picture here."
+)
+@click.option("--all", "whole", is_flag=True, help="All phases of the run, not the sweep alone.")
+@click.option("--from", "from_s", type=float, default=0.0, help="Seconds from the first row shown.")
+@click.option("--to", "to_s", type=float, default=float("inf"), help="Seconds from the first row shown.")
+def plot(log_file: Path, out: Path | None, whole: bool, from_s: float, to_s: float) -> None:
+    """Draw LOG: command, pressures and angle over time with missed ticks marked, and the hysteresis loop."""
+    import shutil
+
+    from rig.errors import RecordError
+    from rig.log.reader import SWEEP_ONLY, read
+    from rig.report import log_figures
+
+    for record in read(log_file, None if whole else SWEEP_ONLY):
+        part = record.rows((record.t_s >= from_s) & (record.t_s <= to_s))
+        if len(part) < 2:
+            raise RecordError(
+                f"{log_file}: {record.name} has {len(part)} rows between {from_s:g} s and {to_s:g} s; it lasts {record.t_s[-1]:g} s"
+            )
+        if out is None:
+            size = shutil.get_terminal_size((100, 30))
+            click.echo(log_figures.terminal_picture(part, min(size.columns, 120), min(size.lines - 2, 25)))
+            continue
+        target = out if not log_file.is_dir() else out / f"{record.name}.svg"
+        log_figures.save(log_figures.run_figure(part), target)
+        console().print(f"{target}", markup=False)
+    sys.stdout.flush()

@@ -1,0 +1,55 @@
+"""The status of the daemon as lines for a terminal: shared by `status` and `watch`."""
+
+from collections.abc import Iterator
+from typing import Any
+
+COLOURS = {"disarmed": "white", "armed": "yellow", "running": "green", "done": "cyan", "fault": "bold red"}
+
+
+def status_lines(status: dict[str, Any]) -> Iterator[str]:
+    """Rig, state, fault with its hint, what runs, the queue, the loop: with rich's markup."""
+    colour = COLOURS[status["state"]]
+    yield f"{status['rig']}: [{colour}]{status['state'].upper()}[/]   session {status['session'] or '-'}   up {status['uptime_s']:.0f} s"
+    if fault := status["fault"]:
+        yield f"[bold red]{fault['name']}[/]: {fault['cause']}" + (f" ({fault['said']})" if fault["said"] else "")
+        yield f"  what to do: {fault['hint']}"
+    if record := status["record"]:
+        yield f"record {record['name']}: {record['done']:.0%}, {record['left_s']:.0f} s left"
+    if status["pause_s"] > 0:
+        yield f"the muscle rests, {status['pause_s']:.0f} s left"
+    yield from queue_lines(status)
+    if loop := status["loop"]:
+        yield from loop_lines(loop)
+    dead = [name for name, process in status["processes"].items() if not process["alive"]]
+    if dead:
+        yield f"[red]not running: {', '.join(dead)}[/]"
+    denied = [f"{name} {answer}" for name, answer in status["realtime"].items() if answer != "granted"]
+    if denied:
+        yield f"[yellow]real-time measures: {'; '.join(denied)}[/]"
+    yield f"disk {status['disk_free_gb']:.1f} GB free, logs in {status['logs']}"
+
+
+def queue_lines(status: dict[str, Any]) -> Iterator[str]:
+    """The jobs that are not over, and how long they take."""
+    left = [job for job in status["queue"] if job["state"] in ("waiting", "running", "stopped")]
+    for job in left:
+        why = f" ({job['error']})" if job["error"] else ""
+        yield f"job {job['id']} {job['name']}: {job['state']}, {job['done']} of {job['total']} records{why}"
+    if left:
+        yield f"{status['left_s']:.0f} s of work left" + ("" if status["working"] else "; held: `pamrig start` goes on")
+
+
+def loop_lines(loop: dict[str, Any]) -> Iterator[str]:
+    """Set-points, measurements and punctuality."""
+    if "tick" in loop:
+        yield (
+            f"set-points {_number(loop['p1_cmd_mpa'])} {_number(loop['p2_cmd_mpa'])} MPa, "
+            f"measured {_number(loop['p1_mpa'])} {_number(loop['p2_mpa'])} MPa, angle {_number(loop['angle_deg'], '+7.2f')} deg"
+        )
+    if late := loop["lateness_us"]:
+        lateness = ", ".join(f"{name} {late[name]:.0f}" for name in ("p50", "p99", "max"))
+        yield f"late {lateness} us; missed {loop['missed']}; ring {loop['ring_fill']:.0%} full"
+
+
+def _number(value: float | None, form: str = ".3f") -> str:
+    return "-" if value is None else format(value, form)

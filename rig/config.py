@@ -1,0 +1,297 @@
+"""Configs: YAML in, plain dataclasses out, strictly. Pure Python throughout, so that it runs on the controller.
+
+A dataclass is the schema: its field names are the keys, its annotations the types, and `bounded` adds a range. Whatever is
+wrong ends in one ConfigError line: the file, the path of the key, what stands there and what is allowed.
+"""
+
+import dataclasses
+import difflib
+import errno
+import math
+import re
+from collections.abc import Mapping
+from enum import Enum
+from pathlib import Path
+from typing import Any, TypeVar, cast, get_args, get_origin
+
+import cattrs
+import yaml
+from cattrs.errors import ClassValidationError, ForbiddenExtraKeysError, IterableValidationError
+from cattrs.gen import make_dict_structure_fn
+
+from rig.errors import ConfigError
+from rig.fields import bounded
+
+__all__ = ["bounded", "load", "read_yaml", "structure", "suggest", "unstructure"]
+
+T = TypeVar("T")
+MOST_BYTES = 4 * 1024 * 1024
+"""No config is longer; what is, was meant for another program."""
+
+
+def load(path: Path, schema: type[T]) -> T:
+    """The config at `path` as a `schema`; ConfigError when it cannot be read or does not fit."""
+    return structure(read_yaml(path), schema, str(path))
+
+
+def structure(raw: object, schema: type[T], where: str) -> T:
+    """Plain YAML data as a `schema`. `where` opens the message of an error: a file, or a file and a key."""
+    if get_origin(schema) is dict and not isinstance(raw, dict):
+        raise ConfigError(f"{where}: expected a mapping, got {_shown(raw)}")
+    try:
+        value = _CONVERTER.structure(raw, schema)
+    except (ClassValidationError, IterableValidationError) as error:
+        path, leaf = _first_leaf(error)
+        raise ConfigError(f"{where}: {_join(path)}{_explain(leaf)}") from None
+    except (ValueError, TypeError, KeyError) as error:
+        raise ConfigError(f"{where}: {_explain(error)}") from None
+    _check_bounds(value, where, "")
+    return value
+
+
+def read_yaml(path: Path) -> object:
+    """The YAML at `path` as plain data; ConfigError names the line when it is broken."""
+    try:
+        text = _text(path)
+    except FileNotFoundError:
+        raise ConfigError(f"{path}: no such file{_nearest_file(path)}") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or 'it is not UTF-8 text'}") from None
+    try:
+        return yaml.load(text, Loader=_StrictLoader)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark
+        line = f", line {mark.line + 1}" if mark else ""
+        raise ConfigError(f"{path}{line}: not valid YAML: {error.problem}") from None
+    except (yaml.YAMLError, ValueError) as error:
+        raise ConfigError(f"{path}: not valid YAML: {' '.join(str(error).split())}") from None
+    except RecursionError:
+        raise ConfigError(f"{path}: not valid YAML: nested too deeply") from None
+
+
+def _text(path: Path) -> str:
+    """What stands in a file. A pipe may never end and a device is endless: neither is opened, a daemon would hang on it."""
+    if path.exists() and not path.is_file() and not path.is_dir():
+        raise OSError(errno.EINVAL, "it is not a regular file")
+    if path.is_file() and (size := path.stat().st_size) > MOST_BYTES:
+        raise OSError(errno.EFBIG, f"it has {size} bytes, allowed are {MOST_BYTES}")
+    return path.read_text(encoding="utf-8")
+
+
+def unstructure(value: object) -> Any:
+    """A config as plain data for YAML or JSON; paths and enums become text."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {f.name: unstructure(getattr(value, f.name)) for f in dataclasses.fields(value)}
+    if isinstance(value, Enum):
+        return value.value
+    if isinstance(value, Mapping):
+        return {str(key): unstructure(item) for key, item in value.items()}
+    if isinstance(value, list | tuple | set | frozenset):
+        return [unstructure(item) for item in value]
+    return str(value) if isinstance(value, Path) else value
+
+
+def suggest(name: str, allowed: list[str]) -> str:
+    """The end of a message about an unknown name: the nearest known one, or all of them."""
+    near = difflib.get_close_matches(name, allowed, n=1, cutoff=0.6)
+    return f"did you mean {near[0]!r}?" if near else f"allowed: {', '.join(sorted(allowed))}"
+
+
+class _StrictLoader(yaml.SafeLoader):
+    """SafeLoader that refuses duplicate keys, and whose numbers are what they look like.
+
+    YAML 1.1 reads 010 as 8, 1:30 as 90 and 1e-3 as text; here the first two are text, which no number field takes, and the
+    third is a number. A date is text as well.
+    """
+
+
+def _mapping_without_duplicates(loader: _StrictLoader, node: yaml.MappingNode) -> dict[Any, Any]:
+    seen: set[str] = set()
+    for key, _ in node.value:
+        if not isinstance(key, yaml.ScalarNode):
+            raise yaml.constructor.ConstructorError(None, None, "a key must be a single word", key.start_mark)
+        if key.value in seen:
+            raise yaml.constructor.ConstructorError(None, None, f"the key {key.value!r} stands twice", key.start_mark)
+        seen.add(key.value)
+    loader.flatten_mapping(node)
+    return loader.construct_mapping(node, deep=True)
+
+
+_StrictLoader.add_constructor(yaml.resolver.BaseResolver.DEFAULT_MAPPING_TAG, _mapping_without_duplicates)
+_StrictLoader.yaml_implicit_resolvers = {
+    first: [(tag, pattern) for tag, pattern in resolvers if tag.rpartition(":")[2] not in ("int", "float", "timestamp")]
+    for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
+}
+_StrictLoader.add_implicit_resolver(
+    "tag:yaml.org,2002:int", re.compile(r"^[-+]?(0|[1-9][0-9]*)$|^0x[0-9a-fA-F]+$"), list("-+0123456789")
+)
+_StrictLoader.add_implicit_resolver(
+    "tag:yaml.org,2002:float",
+    re.compile(r"^[-+]?([0-9]+\.[0-9]*|\.[0-9]+|[0-9]+(?=[eE]))([eE][-+]?[0-9]+)?$|^[-+]?\.(inf|Inf|INF)$|^\.(nan|NaN|NAN)$"),
+    list("-+0123456789."),
+)
+
+
+def _structure_float(raw: object, _: type) -> float:
+    if isinstance(raw, bool) or not isinstance(raw, int | float):
+        raise ValueError(f"expected a number, got {_shown(raw)}")
+    if not math.isfinite(raw):
+        raise ValueError(f"expected a finite number, got {raw}")
+    return float(raw)
+
+
+def _structure_int(raw: object, _: type) -> int:
+    if isinstance(raw, bool) or not isinstance(raw, int):
+        raise ValueError(f"expected a whole number, got {_shown(raw)}")
+    return raw
+
+
+def _structure_bool(raw: object, _: type) -> bool:
+    if not isinstance(raw, bool):
+        raise ValueError(f"expected true or false, got {_shown(raw)}")
+    return raw
+
+
+def _structure_str(raw: object, kind: type) -> str:
+    if issubclass(kind, Enum):  # the converter comes here for a StrEnum too
+        return cast(str, _structure_enum(raw, kind))
+    if not isinstance(raw, str):
+        raise ValueError(f"expected text, got {_shown(raw)}")
+    return raw
+
+
+def _structure_path(raw: object, _: type) -> Path:
+    return Path(_structure_str(raw, str))
+
+
+def _structure_enum(raw: object, kind: type[Enum]) -> Enum:
+    try:
+        return kind(raw)
+    except ValueError:
+        raise ValueError(f"unknown value {_shown(raw)}; {suggest(str(raw), [str(m.value) for m in kind])}") from None
+
+
+def _is_sequence(kind: Any) -> bool:
+    return get_origin(kind) in (list, tuple)
+
+
+def _structure_sequence(raw: object, kind: Any) -> Any:
+    if not isinstance(raw, list):
+        raise ValueError(f"expected a list, got {_shown(raw)}")
+    args = get_args(kind)
+    if get_origin(kind) is list or args[-1] is Ellipsis:
+        types = [args[0]] * len(raw)
+    else:
+        types = list(args)
+        if len(raw) != len(types):
+            raise ValueError(f"expected {len(types)} values, got {len(raw)}")
+    items = []
+    for index, (item, item_type) in enumerate(zip(raw, types, strict=True)):
+        try:
+            items.append(_CONVERTER.structure(item, item_type))
+        except Exception as error:
+            error.__notes__ = [*getattr(error, "__notes__", []), _Step(f"[{index}]")]
+            raise
+    return items if get_origin(kind) is list else tuple(items)
+
+
+class _Step(str):
+    """A step of a key's path, attached to an error on its way up."""
+
+
+def _dataclass_hook(kind: type) -> Any:
+    def hook(raw: object, _: type) -> Any:
+        if not isinstance(raw, dict):
+            names = ", ".join(f.name for f in dataclasses.fields(kind))
+            raise ValueError(f"expected a mapping with the keys {names}; got {_shown(raw)}")
+        return inner(raw, kind)
+
+    inner = make_dict_structure_fn(cast(Any, kind), _CONVERTER, _cattrs_forbid_extra_keys=True)
+    return hook
+
+
+_CONVERTER = cattrs.Converter(detailed_validation=True)
+_CONVERTER.register_structure_hook(float, _structure_float)
+_CONVERTER.register_structure_hook(int, _structure_int)
+_CONVERTER.register_structure_hook(bool, _structure_bool)
+_CONVERTER.register_structure_hook(str, _structure_str)
+_CONVERTER.register_structure_hook(Path, _structure_path)
+_CONVERTER.register_structure_hook_func(_is_sequence, _structure_sequence)
+_CONVERTER.register_structure_hook_func(lambda kind: isinstance(kind, type) and issubclass(kind, Enum), _structure_enum)
+_CONVERTER.register_structure_hook_factory(
+    lambda kind: isinstance(kind, type) and dataclasses.is_dataclass(kind), _dataclass_hook
+)
+
+
+def _first_leaf(error: BaseException) -> tuple[list[str], BaseException]:
+    """The path of keys to the first thing that is wrong, and that thing."""
+    path: list[str] = []
+    while True:
+        path += [_step(note) for note in reversed(getattr(error, "__notes__", []))]
+        if not isinstance(error, ClassValidationError | IterableValidationError):
+            break
+        # a misspelt key also leaves its right spelling missing: name what was written
+        error = next((e for e in error.exceptions if isinstance(e, ForbiddenExtraKeysError)), error.exceptions[0])
+    if isinstance(error, KeyError) and path and path[-1] == error.args[0]:
+        path.pop()  # the message names the missing key itself
+    return path, error
+
+
+def _step(note: str) -> str:
+    """One step of the path from a note of cattrs (which carries a name or an index) or of ours."""
+    if isinstance(note, _Step):
+        return note
+    if (name := getattr(note, "name", None)) is not None:
+        return str(name)
+    index = getattr(note, "index", note)
+    return f"[{index}]" if isinstance(index, int) else str(index)
+
+
+def _join(path: list[str]) -> str:
+    text = ".".join(path).replace(".[", "[")
+    return f"{text}: " if text else ""
+
+
+def _explain(error: BaseException) -> str:
+    if isinstance(error, ForbiddenExtraKeysError):
+        unknown = min(error.extra_fields, key=str)
+        return f"unknown key {unknown!r}; {suggest(str(unknown), [f.name for f in dataclasses.fields(cast(Any, error.cl))])}"
+    if isinstance(error, KeyError):
+        return f"the key {error.args[0]!r} is missing"
+    return str(error)
+
+
+def _check_bounds(value: object, where: str, path: str) -> None:
+    if not dataclasses.is_dataclass(value):
+        for key, item in (
+            value.items() if isinstance(value, Mapping) else enumerate(value) if isinstance(value, list | tuple) else ()
+        ):
+            _check_bounds(item, where, f"{path}.{key}" if isinstance(value, Mapping) else f"{path}[{key}]")
+        return
+    for item in dataclasses.fields(value):
+        inner = getattr(value, item.name)
+        here = f"{path}.{item.name}".lstrip(".")
+        if "low" in item.metadata:
+            _check_range(inner, item.metadata, where, here)
+        _check_bounds(inner, where, here)
+
+
+def _check_range(inner: object, allowed: Mapping[str, Any], where: str, path: str) -> None:
+    for number in inner if isinstance(inner, list | tuple) else (inner,):
+        if isinstance(number, int | float) and not allowed["low"] <= number <= allowed["high"]:
+            unit = f" {allowed['unit']}" if allowed["unit"] else ""
+            raise ConfigError(f"{where}: {path}: {number:g}{unit} is outside {allowed['low']:g} .. {allowed['high']:g}{unit}")
+
+
+def _shown(raw: object) -> str:
+    kind = {dict: "a mapping", list: "a list", type(None): "nothing"}.get(type(raw))
+    return kind or f"{raw!r}"
+
+
+def _nearest_file(path: Path) -> str:
+    try:
+        names = [p.name for p in path.parent.iterdir()]
+    except OSError:
+        return f" (nor a folder {path.parent})"
+    near = difflib.get_close_matches(path.name, names, n=1)
+    return f"; did you mean {path.parent / near[0]}?" if near else ""

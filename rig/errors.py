@@ -1,0 +1,41 @@
+"""The few errors of pamrig, each with the moment it is for.
+
+Every message is one line that says what is wrong, where, and what is allowed: the command line prints it as it stands.
+Errors of vendors' packages are wrapped at the edge, in the driver that called them.
+"""
+
+
+class RigError(Exception):
+    """Anything that a user can put right; ends a command with exit status 2."""
+
+
+class ConfigError(RigError):
+    """A config file is missing, broken, or says something unknown: `rig.yaml: devices.main.kind: 'simulatd' ...`."""
+
+
+class EnvelopeError(RigError):
+    """A sweep would leave the envelope: refused before anything moves, with signal, time and value."""
+
+
+class RecordError(RigError):
+    """A log cannot be read, or does not hold what the command needs."""
+
+
+class StateError(RigError):
+    """A command does not fit the state of the rig, for example `start` while disarmed."""
+
+
+class ModelError(RigError):
+    """A model file or a parameter set cannot be used: unknown stage, wrong input, diverging."""
+
+
+class NotSo(RigError):
+    """The thing asked about is not so (a check that fails, a run that ended in a fault): exit status 1."""
+
+
+class DeviceError(RigError):
+    """One exchange with a device failed and the next may work: a time-out, a garbled reply. Fills the leaky bucket."""
+
+
+class DeviceLost(DeviceError):
+    """The device is gone until somebody acts: port closed, session lost, wrong signature. Faults at once."""

@@ -1,0 +1,66 @@
+"""The check of a whole run against the rig's envelope, before anything moves. The guard repeats it tick by tick."""
+
+import itertools
+from collections.abc import Iterable, Iterator
+from typing import Protocol
+
+from rig.errors import EnvelopeError
+from rig.excite.experiment import RunPlan
+
+ROUNDING_MPA = 1e-9
+"""Set-points closer than this to a limit count as on it."""
+
+
+class Envelope(Protocol):
+    """What the rig allows its set-points; rig.realtime.guard.Limits is one."""
+
+    @property
+    def pressure_mpa(self) -> tuple[float, float]:
+        """Lowest and highest set-point."""
+
+    @property
+    def slew_mpa_s(self) -> float:
+        """Fastest change of a set-point."""
+
+
+def check(plan: RunPlan, envelope: Envelope, period_ns: int) -> None:
+    """EnvelopeError with record, set-point, time and value when some tick of `plan` would leave the envelope.
+
+    The settle phase starts wherever the pressures are, which only the loop knows: there the guard limits the slew.
+    """
+    check_setpoints(plan.name, _setpoints(plan), (plan.p0_mpa, plan.p0_mpa), envelope, period_ns)
+
+
+def check_setpoints(
+    name: str,
+    setpoints: Iterable[tuple[str, float, float]],
+    start: tuple[float, float],
+    envelope: Envelope,
+    period_ns: int,
+) -> None:
+    """The same for any sequence of (part of the run, p1, p2), one a tick, that begins at the set-points `start`."""
+    low, high = envelope.pressure_mpa
+    step = envelope.slew_mpa_s * period_ns * 1e-9
+    before, part, first = start, "", 0
+    for tick, (here, *now) in enumerate(setpoints):
+        if here != part:
+            part, first = here, tick
+        where = f"({part}, at {(tick - first) * period_ns * 1e-9:.3f} s)"
+        for valve in (0, 1):
+            signal = f"{name}: set-point p{valve + 1}"
+            if not low - ROUNDING_MPA <= now[valve] <= high + ROUNDING_MPA:
+                raise EnvelopeError(f"{signal} would be {now[valve]:.4g} MPa; allowed is {low:g} .. {high:g} MPa {where}")
+            if abs(now[valve] - before[valve]) > step + ROUNDING_MPA:
+                rate = abs(now[valve] - before[valve]) / (period_ns * 1e-9)
+                raise EnvelopeError(f"{signal} would change by {rate:.4g} MPa/s; allowed is {envelope.slew_mpa_s:g} {where}")
+        before = now[0], now[1]
+
+
+def _setpoints(plan: RunPlan) -> Iterator[tuple[str, float, float]]:
+    """Part, p1, p2 of every tick from P0 through ramp in, sweep and ramp out back to P0."""
+    first, last = plan.dp_mpa[0], plan.dp_mpa[-1]
+    ramp_in = (first * tick / plan.ramp_in_ticks for tick in range(plan.ramp_in_ticks))
+    ramp_out = (last * (1 - (tick + 1) / plan.ramp_out_ticks) for tick in range(plan.ramp_out_ticks))
+    for part, dps in (("ramp in", ramp_in), ("sweep", plan.dp_mpa), ("ramp out", itertools.chain(ramp_out, (0.0,)))):
+        for dp in dps:
+            yield part, plan.p0_mpa + dp / 2, plan.p0_mpa - dp / 2

@@ -1,0 +1,191 @@
+"""A sweep as its YAML has it, and the list of runs it stands for.
+
+The experiment follows the paper: both muscles to P0 and wait (settle), take that angle as zero (zero), move dp to where the
+signal starts (ramp in), the signal itself (sweep), and back to P0 (ramp out). p1 = P0 + dp/2, p2 = P0 - dp/2.
+Whether a run fits the rig is envelope.py; carrying it out tick by tick is rig.realtime.
+"""
+
+import itertools
+from array import array
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any, cast
+
+from rig.config import read_yaml, structure, suggest
+from rig.errors import ConfigError
+from rig.excite.signals import Chirp, Mixed, Multisine, Signal, Sine, Triangle, amount, sampled
+from rig.excite.steps import Hold, Prbs, Staircase
+from rig.excite.table import Waveform
+from rig.fields import bounded
+
+SIGNALS: dict[str, type] = {
+    "sine": Sine,
+    "triangle": Triangle,
+    "mixed": Mixed,
+    "multisine": Multisine,
+    "chirp": Chirp,
+    "staircase": Staircase,
+    "prbs": Prbs,
+    "hold": Hold,
+    "waveform": Waveform,
+}
+"""The name in a sweep's YAML -> the signal."""
+
+TICKS_PER_CYCLE = 4
+"""A frequency that gets fewer ticks than this in a cycle is refused: the rig would see another signal."""
+
+
+@dataclass(frozen=True)
+class Timing:
+    """How long the parts of a run last; a sweep's defaults, and what one of its records may change."""
+
+    settle_s: float = bounded(0.0, 3600.0, "s", default=2.0)
+    zero_s: float = bounded(0.0, 60.0, "s", default=0.5)
+    ramp_in_s: float = bounded(0.0, 60.0, "s", default=0.5)
+    duration_s: float = bounded(0.01, 86400.0, "s", default=10.0)
+    ramp_out_s: float = bounded(0.0, 60.0, "s", default=1.0)
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Everything a sweep's YAML says. Runs come in the order repeat, P0, record: a repeat is the whole programme again."""
+
+    name: str
+    signals: tuple[tuple[Signal, Timing], ...]
+    p0_mpa: tuple[float, ...] = (0.2,)
+    repeats: int = 1
+
+
+@dataclass(frozen=True)
+class RunPlan:
+    """One record to be made: what the loop needs to know of it, in ticks of its own period."""
+
+    name: str
+    """Unique within the sweep and the same in every session, for example sine_0.5hz_0.20mpa_r2."""
+    p0_mpa: float
+    dp_mpa: "array[float]"
+    """dp of each tick of the sweep."""
+    settle_ticks: int
+    zero_ticks: int
+    ramp_in_ticks: int
+    ramp_out_ticks: int
+    facts: Mapping[str, Any] = field(default_factory=dict)
+    """What the log says of it: signal and its parameters, P0, repeat."""
+
+    @property
+    def ticks(self) -> int:
+        """Length of the whole run."""
+        return self.settle_ticks + self.zero_ticks + self.ramp_in_ticks + len(self.dp_mpa) + self.ramp_out_ticks
+
+
+@dataclass(frozen=True)
+class _Head(Timing):
+    """The keys of a sweep's YAML beside its records; a record may have a `Timing` of its own."""
+
+    name: str = ""
+    p0_mpa: tuple[float, ...] = bounded(0.0, 1.0, "MPa", default=(0.2,))
+    repeats: int = bounded(1, 10_000, default=1)
+
+
+def load_sweep(path: Path) -> Sweep:
+    """The sweep at `path`; ConfigError names the key when it does not fit. Any parameter of a signal may be a list."""
+    raw = read_yaml(path)
+    if not isinstance(raw, dict):
+        raise ConfigError(f"{path}: expected a mapping with the keys records, {', '.join(f.name for f in fields(_Head))}")
+    keys = dict(raw)
+    records = keys.pop("records", None)
+    if not isinstance(records, list) or not records:
+        example = "- sine: {frequency_hz: 0.5, amplitude_mpa: 0.2}"
+        raise ConfigError(f"{path}: records: expected a list of signals, for example `{example}`")
+    if "p0_mpa" in keys and not isinstance(keys["p0_mpa"], list):
+        keys["p0_mpa"] = [keys["p0_mpa"]]
+    head = structure(keys, _Head, str(path))
+    shared = {f.name: keys[f.name] for f in fields(Timing) if f.name in keys}
+    signals = tuple(pair for index, record in enumerate(records) for pair in _record(record, shared, path, f"records[{index}]"))
+    return Sweep(head.name or path.stem, signals, head.p0_mpa, head.repeats)
+
+
+def _record(raw: object, shared: Mapping[str, Any], path: Path, where: str) -> Iterator[tuple[Signal, Timing]]:
+    """One entry of `records`: the product of every list in it."""
+    names = [key for key in raw if key in SIGNALS] if isinstance(raw, dict) else []
+    if not isinstance(raw, dict) or len(names) != 1:
+        shown = next(iter(raw), "") if isinstance(raw, dict) and raw else ""
+        raise ConfigError(f"{path}: {where}: expected one signal; {suggest(str(shown), list(SIGNALS))}")
+    own = {key: value for key, value in raw.items() if key != names[0]}
+    settings = raw[names[0]]
+    if names[0] == "waveform" and isinstance(settings, dict) and "file" in settings:
+        settings = settings | {"file": str(path.parent / str(settings["file"]))}
+    for chosen in _product(settings):
+        signal: Any = structure(chosen, SIGNALS[names[0]], f"{path}: {where}.{names[0]}")
+        whole = {"duration_s": signal.length_s} if isinstance(signal, Waveform) else {}
+        yield signal, structure(dict(shared) | whole | own, Timing, f"{path}: {where}")
+
+
+def _product(settings: object) -> Iterator[object]:
+    """{a: [1, 2], b: 3} as {a: 1, b: 3}, {a: 2, b: 3}; the first key varies slowest."""
+    if not isinstance(settings, dict):
+        yield settings
+        return
+    lists = [value if isinstance(value, list) else [value] for value in settings.values()]
+    for values in itertools.product(*lists):
+        yield dict(zip(settings, values, strict=True))
+
+
+def expand(sweep: Sweep, period_ns: int) -> list[RunPlan]:
+    """Every run of the sweep on a grid of `period_ns`, in order. ConfigError when the grid is too coarse for a signal."""
+    waves: dict[tuple[Signal, int], array[float]] = {}  # repeats share theirs
+    plans = [
+        _plan(signal, timing, p0, sweep, repeat, period_ns, waves)
+        for repeat, p0, (signal, timing) in itertools.product(range(1, sweep.repeats + 1), sweep.p0_mpa, sweep.signals)
+    ]
+    return _told_apart(plans)
+
+
+def _plan(
+    signal: Signal,
+    timing: Timing,
+    p0_mpa: float,
+    sweep: Sweep,
+    repeat: int,
+    period_ns: int,
+    waves: "dict[tuple[Signal, int], array[float]]",
+) -> RunPlan:
+    if signal.highest_hz * period_ns * 1e-9 * TICKS_PER_CYCLE > 1:
+        most = 1e9 / period_ns / TICKS_PER_CYCLE
+        has = f"{sweep.name}: {signal.label} holds {signal.highest_hz:g} Hz"
+        raise ConfigError(f"{has}; a period of {period_ns / 1e6:g} ms allows {most:g} Hz")
+
+    def ticks(length_s: float) -> int:
+        return round(length_s * 1e9 / period_ns)
+
+    key = (signal, max(ticks(timing.duration_s), 1))
+    if key not in waves:
+        waves[key] = sampled(*key, period_ns)
+    several = (f"_p0_{amount(p0_mpa)}mpa" if len(sweep.p0_mpa) > 1 else "") + (f"_r{repeat}" if sweep.repeats > 1 else "")
+    return RunPlan(
+        name=signal.label + several,
+        p0_mpa=p0_mpa,
+        dp_mpa=waves[key],
+        settle_ticks=ticks(timing.settle_s),
+        zero_ticks=ticks(timing.zero_s),
+        ramp_in_ticks=ticks(timing.ramp_in_s),
+        ramp_out_ticks=ticks(timing.ramp_out_s),
+        facts=_parameters(signal) | {"p0_mpa": p0_mpa, "repeat": repeat, "sweep": sweep.name},
+    )
+
+
+def _parameters(signal: Signal) -> dict[str, Any]:
+    values = {f.name: getattr(signal, f.name) for f in fields(cast(Any, signal))}
+    plain = {name: str(value) if isinstance(value, Path) else value for name, value in values.items()}
+    return {"signal": type(signal).__name__.lower()} | plain
+
+
+def _told_apart(plans: list[RunPlan]) -> list[RunPlan]:
+    """Plans that differ only in what a name does not show get a letter, so that no file is written twice."""
+    seen: dict[str, int] = {}
+    out = []
+    for plan in plans:
+        seen[plan.name] = seen.get(plan.name, 0) + 1
+        out.append(plan if seen[plan.name] == 1 else replace(plan, name=f"{plan.name}_{seen[plan.name]}"))
+    return out

@@ -1,0 +1,83 @@
+"""A waveform from a CSV file: whatever another tool made, or a log recorded before."""
+
+import csv
+import errno
+import math
+from array import array
+from bisect import bisect_right
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from rig.errors import ConfigError
+from rig.fields import bounded
+
+
+@dataclass(frozen=True)
+class Waveform:
+    """dp from a CSV file with the columns t_s and dp_mpa (or dp_cmd_mpa, as logs have it), straight lines between its rows.
+
+    Before the first and after the last row it holds their value. A relative `file` counts from the sweep's YAML.
+    """
+
+    file: Path
+    scale: float = bounded(-100.0, 100.0, default=1.0)
+
+    @property
+    def highest_hz(self) -> float:
+        return 0.0
+
+    @property
+    def label(self) -> str:
+        return f"waveform_{self.file.stem}" + (f"_x{self.scale:g}" if self.scale != 1.0 else "")
+
+    @cached_property
+    def rows(self) -> "tuple[array[float], array[float]]":
+        """Times (s) and dp (MPa), one entry a row; ConfigError when the file is not such a table."""
+        try:
+            if self.file.exists() and not self.file.is_file():
+                raise OSError(errno.EINVAL, "it is not a regular file")
+            with self.file.open(newline="", encoding="utf-8") as lines:
+                return _table(self.file, csv.DictReader(lines))
+        except (OSError, UnicodeDecodeError) as error:
+            why = getattr(error, "strerror", None) or "it is not UTF-8 text"
+            raise ConfigError(f"{self.file}: cannot be read: {why}") from None
+
+    @property
+    def length_s(self) -> float:
+        """Time of the last row."""
+        return self.rows[0][-1]
+
+    def value(self, t_s: float) -> float:
+        times, values = self.rows
+        after = bisect_right(times, t_s)
+        if after in (0, len(times)):
+            return self.scale * values[0 if after == 0 else -1]
+        share = (t_s - times[after - 1]) / (times[after] - times[after - 1])
+        return self.scale * (values[after - 1] + share * (values[after] - values[after - 1]))
+
+
+def _table(file: Path, rows: "csv.DictReader[str]") -> "tuple[array[float], array[float]]":
+    names = rows.fieldnames or []
+    column = next((name for name in ("dp_mpa", "dp_cmd_mpa") if name in names), None)
+    if "t_s" not in names or column is None:
+        raise ConfigError(f"{file}: needs the columns t_s and dp_mpa (or dp_cmd_mpa); it has {', '.join(names) or 'none'}")
+    times, values = array("d"), array("d")
+    for row in rows:
+        _append(times, row["t_s"], values, row[column], f"{file}, line {rows.line_num}")
+    if not times:
+        raise ConfigError(f"{file}: holds no rows")
+    return times, values
+
+
+def _append(times: "array[float]", t_s: str, values: "array[float]", dp_mpa: str, where: str) -> None:
+    try:
+        time, value = float(t_s), float(dp_mpa)
+    except (TypeError, ValueError):
+        raise ConfigError(f"{where}: {t_s!r}, {dp_mpa!r} are not two numbers") from None
+    if not (math.isfinite(time) and math.isfinite(value)):
+        raise ConfigError(f"{where}: {t_s}, {dp_mpa}: both must be finite")
+    if times and time <= times[-1]:
+        raise ConfigError(f"{where}: time does not rise ({times[-1]:g} s, then {time:g} s)")
+    times.append(time)
+    values.append(value)

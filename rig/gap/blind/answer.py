@@ -1,0 +1,89 @@
+"""Answering: the diagnosis on questions, in a process of its own that can see nothing else.
+
+`answer_cases` starts the process and returns when its answers are written; `python -m rig.gap.blind.answer` is that process.
+Nothing of the labels, their seed or the maker's folder is among its arguments, its environment or the files it may open.
+"""
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from rig.errors import RecordError, RigError
+from rig.gap.blind import cage
+from rig.gap.blind.folder import read_json, write_json
+
+KEPT_ENVIRONMENT: Final = ("PATH", "LANG", "LC_ALL", "LD_LIBRARY_PATH", "TZ")
+ONE_THREAD: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
+"""Cases run beside each other, so each keeps to one core."""
+_FAILURES: Final = (RigError, ValueError, ArithmeticError, LookupError)
+"""What a diagnosis may raise on one case without ending the check: that case then counts as wrong."""
+
+
+def answer_cases(questions: str, answers: str, tokens: Sequence[str]) -> int:
+    """Answer these questions, but for those already answered; returns how many were missing. RecordError when the process fails."""
+    missing = [token for token in tokens if not (Path(answers) / f"{token}.json").exists()]
+    if not missing:
+        return 0
+    Path(answers).mkdir(parents=True, exist_ok=True)
+    environment = {name: os.environ[name] for name in KEPT_ENVIRONMENT if name in os.environ}
+    environment |= dict.fromkeys(ONE_THREAD, "1")
+    call = [sys.executable, "-I", "-m", "rig.gap.blind.answer", questions, answers, *missing]
+    ended = subprocess.run(call, env=environment, cwd=questions, capture_output=True, text=True, check=False)
+    if ended.returncode != 0:
+        lines = ended.stderr.strip().splitlines() or ["no message"]
+        raise RecordError(f"{questions}: the answering process ended with status {ended.returncode}: {lines[-1]}")
+    return len(missing)
+
+
+def main(arguments: Sequence[str]) -> None:
+    """The answering process: questions folder, answers folder, tokens."""
+    questions, answers = Path(arguments[0]).resolve(), Path(arguments[1]).resolve()
+    parent = os.getppid()
+    walls = cage.enter([questions / token for token in arguments[2:]], [answers])
+    for token in arguments[2:]:
+        if os.getppid() != parent:
+            return
+        write_json(answers / f"{token}.json", answer_question(questions / token) | {"walls": walls})
+
+
+def answer_question(place: Path) -> dict[str, Any]:
+    """The answers of one question, mode by mode: diagnosis as JSON, augmented model, seconds, or the error."""
+    from rig.gap.blind.naive import naive_answers
+    from rig.log.reader import read
+    from rig.model.parameters import load_model
+
+    told, model_path = place / "question.json", place / "model.yaml"
+    question = read_json(told) if told.exists() else {"modes": ["pressures", "angle"], "leave_out": []}
+    model, records = load_model(model_path) if model_path.exists() else None, read(place / "records")
+    days = [read(day) for day in sorted((place / "baselines").glob("day_*"))] if (place / "baselines").is_dir() else []
+    modes: dict[str, Any] = {}
+    for mode in question["modes"]:
+        begun, worked = time.perf_counter(), time.process_time()
+        try:
+            said = diagnosed(model, records, [] if mode == "no_baseline" else days, mode, question["leave_out"])
+        except _FAILURES as error:
+            said = {"error": f"{type(error).__name__}: {error}"}
+        modes[mode] = said | {"seconds": time.perf_counter() - begun, "cpu_seconds": time.process_time() - worked}
+    naive = {mode: naive_answers(records, days, place.name, mode == "pressures") for mode in ("pressures", "angle")}
+    return {"modes": modes, "naive": naive, "leave_out": question["leave_out"]}
+
+
+def diagnosed(model: Any, records: Sequence[Any], days: Sequence[Any], mode: str, leave_out: Sequence[str]) -> dict[str, Any]:
+    """The diagnosis in one mode as plain data, and what it adds to the simulator."""
+    from rig.gap.augment import augmented
+    from rig.gap.diagnosis import diagnose_with_findings
+    from rig.gap.effects import LIBRARY
+
+    library = [name for name in LIBRARY if name not in leave_out] if mode == "withheld" else None
+    diagnosis, findings = diagnose_with_findings(model, records, days, pressures=mode != "angle", library=library)
+    effects = [] if model is None else augmented(model, diagnosis, findings.prepared.nominal).effects
+    added = [{"effect": each.effect, "parameters": each.parameters} for each in effects]
+    return {"diagnosis": diagnosis.to_json(), "added": added}
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,128 @@
+"""The check as a whole: its pieces of work, and the result from everybody's scores.
+
+One piece is one unit with its cases. Each step skips what is already on disk, so that a killed check goes on where it was.
+"""
+
+import shutil
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from rig.errors import RecordError
+from rig.gap.blind.answer import answer_cases
+from rig.gap.blind.folder import CheckFolder, read_json, read_truth, write_json
+from rig.gap.blind.make import MODES, Unit, make_unit, open_labels
+from rig.gap.blind.score import realised, score_mode
+from rig.gap.blind.second import MODE, carry_out, tie
+from rig.gap.blind.source import Label
+from rig.gap.blind.tally import breakdown, mode_result, naive_result, shuffled_control, withheld_result
+from rig.gap.effects import LIBRARY, effect_class
+
+CHUNK: Final = 10
+"""Questions an answering process is started for when the steps are done apart."""
+
+
+def make_answer_score(unit: Unit, keep: bool = False) -> int:
+    """All three steps for one unit; returns how many cases it has. Records are removed when scored unless `keep`."""
+    make_unit(unit)
+    answer_cases(str(unit.folder.questions), str(unit.folder.answers), unit.tokens)
+    score_unit(unit)
+    if not keep:
+        for folder in (unit.folder, unit.folder.second()):
+            for token in unit.tokens:
+                shutil.rmtree(folder.question(token), ignore_errors=True)
+        shutil.rmtree(unit.folder.maker / "benches" / unit.source.bench_key(unit.labels[0]), ignore_errors=True)
+    return len(unit.tokens)
+
+
+def answer_chunk(folder: CheckFolder, tokens: Sequence[str]) -> int:
+    """Answer some questions in a process of their own; returns how many there are."""
+    answer_cases(str(folder.questions), str(folder.answers), tokens)
+    return len(tokens)
+
+
+def score_unit(unit: Unit) -> int:
+    """Second round and scores of a unit's answered cases; returns how many."""
+    labels = dict(zip(unit.tokens, unit.labels, strict=True))
+    missing = {token: label for token, label in labels.items() if not unit.folder.score(token).exists()}
+    carry_out(unit.source, unit.folder, missing)
+    for token, label in missing.items():
+        write_json(unit.folder.score(token), score_case(unit.folder, token, label))
+    return len(labels)
+
+
+def score_case(folder: CheckFolder, token: str, label: Label) -> dict[str, Any]:
+    """Everything about one case: a row for each mode, naive answers, the tie."""
+    from rig.model.parameters import load_model
+
+    answer = read_json(folder.answer(token))
+    facts, untouched, healthy = read_truth(folder.truth(token))
+    model = load_model(folder.question(token) / "model.yaml")
+    rows = {}
+    for mode, said in answer["modes"].items():
+        rows[mode] = score_mode(mode, said, label, facts)
+        rows[mode]["realised_ef"] = realised(model, said, label, untouched, healthy)
+        rows[mode]["truth_withheld"] = bool(set(label["effects"]) & set(answer["leave_out"]))
+    again = folder.second().answer(token)
+    broken = tie(answer["modes"][MODE], read_json(again)["modes"][MODE], label["effects"]) if again.exists() else None
+    return {"token": token, "rows": rows, "naive": answer["naive"], "walls": answer["walls"], "tie": broken, "facts": facts}
+
+
+def result_of(folder: CheckFolder) -> dict[str, Any]:
+    """The result of a check from its scores; RecordError when cases are missing."""
+    labels, seed = open_labels(folder)
+    missing = [token for token in labels if not folder.score(token).exists()]
+    if missing:
+        raise RecordError(
+            f"{folder.root}: {len(missing)} of {len(labels)} cases are not scored, the first is {missing[0]}; run the steps again"
+        )
+    public = read_json(folder.sealed)
+    return {"sealed_sha256": public["sealed_sha256"], "seed": seed} | result_from(
+        [read_json(folder.score(token)) for token in sorted(labels)], seed
+    )
+
+
+def result_from(cases: Sequence[Mapping[str, Any]], seed: int) -> dict[str, Any]:
+    """The figures of scored cases, mode by mode."""
+    kinds = [next(iter(case["rows"].values()))["kind"] for case in cases]
+    rows = {mode: [case["rows"][mode] for case in cases if mode in case["rows"]] for mode in MODES}
+    modes = {mode: mode_result(rows[mode]) | breakdown(rows[mode]) for mode in MODES if mode != "withheld" and rows[mode]}
+    if modes.get(MODE):
+        modes[MODE]["ties_broken"] = _ties(cases)
+    withheld = {"withheld": withheld_result(rows["withheld"])} if rows["withheld"] else {}
+    return {
+        "cases": len(cases),
+        "kinds": {kind: kinds.count(kind) for kind in sorted(set(kinds))},
+        "walls": sorted({wall for case in cases for wall in case["walls"]}),
+        "modes": modes,
+        **withheld,
+        "naive": {name: _naive(cases, name) for name in ("always_none", "random", "largest_rmse", "retuned")},
+        "shuffled": shuffled_control(rows[MODE], seed),
+    }
+
+
+def write_result(folder: CheckFolder, result: Mapping[str, Any]) -> Path:
+    """Keep the result beside the scores; returns where."""
+    path = folder.root / "result.json"
+    write_json(path, result)
+    return path
+
+
+def _ties(cases: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    from rig.gap.blind.rates import Rate
+
+    return Rate.of(case["tie"]["broken"] for case in cases if case["tie"]).to_json()
+
+
+def _naive(cases: Sequence[Mapping[str, Any]], name: str) -> dict[str, Any]:
+    """A baseline's figures in both modes; it answered every case."""
+
+    def in_mode(mode: str) -> dict[str, Any]:
+        rows = [case["rows"][mode] | {"naive": case["naive"][mode][name]} for case in cases if mode in case["rows"]]
+        return naive_result(rows, lambda row: str(row["naive"]), lambda said, truth: _alike(said, truth, mode == MODE))
+
+    return {mode: in_mode(mode) for mode in ("pressures", "angle")}
+
+
+def _alike(said: str, truth: str, pressures: bool) -> bool:
+    return said in LIBRARY and truth in LIBRARY and effect_class(said, pressures) == effect_class(truth, pressures)

@@ -1,0 +1,80 @@
+"""The goals of the check as a table: which figure, in which words, and what it should reach in each mode."""
+
+import operator
+from collections.abc import Callable, Mapping
+from typing import Any, Final, NamedTuple
+
+
+class Goal(NamedTuple):
+    """One row; a mode without a bound has no goal."""
+
+    key: str
+    words: str
+    unit: str
+    """"%" for shares, else the unit of the number."""
+    at_least: bool
+    bounds: Mapping[str, float]
+
+
+def _both(pressures: float, angle: float) -> dict[str, float]:
+    return {"pressures": pressures, "angle": angle}
+
+
+GOALS: Final = (
+    Goal("false_alarms_6", "false alarms, 6 baselines", "%", False, _both(0.02, 0.02)),
+    Goal("false_alarms_3", "false alarms, 3 baselines", "%", False, _both(0.05, 0.05)),
+    Goal("detected_ratio_2", "detected at ratio >= 2", "%", True, _both(0.95, 0.95)),
+    Goal("detected", "detected at ratio >= 3", "%", True, _both(0.99, 0.99)),
+    Goal("stage", "stage right", "%", True, {"pressures": 0.98}),
+    Goal("class_first", "class first", "%", True, _both(0.97, 0.92)),
+    Goal("exact_first", "exact name first", "%", True, _both(0.92, 0.60)),
+    Goal("truth_in_set", "truth in the reported set", "%", True, _both(0.97, 0.95)),
+    Goal("set_size", "mean size of the set", "names", False, _both(1.3, 2.2)),
+    Goal("gap_closed", "gap closed on untouched records, median", "%", True, _both(0.88, 0.75)),
+    Goal("gap_closed_worst", "the same, worst effect", "%", True, _both(0.50, 0.50)),
+    Goal("ef_within_0.05", "predicted within 0.05 of realised", "%", True, _both(0.90, 0.85)),
+    Goal("size_error", "size of the effect, median error", "%", False, _both(0.03, 0.08)),
+    Goal("unknown_flagged", "unknown flagged", "%", True, _both(0.80, 0.75)),
+    Goal("known_kept", "known kept", "%", True, _both(0.95, 0.94)),
+    Goal("pairs_both", "pairs, both right", "%", True, _both(0.90, 0.50)),
+    Goal("ties_broken", "ties broken by the experiment", "%", True, {"pressures": 0.80}),
+    Goal("seconds_median", "time a case, median", "s", False, _both(2.0, 2.0)),
+)
+
+
+def figure(mode: Mapping[str, Any], goal: Goal) -> Any:
+    """The measured figure of a goal: a rate as a mapping, a number, or None."""
+    if goal.key.startswith("false_alarms_"):
+        return mode["false_alarms_by_baselines"][goal.key[-1]]
+    if goal.key == "gap_closed_worst":
+        return min((value for value in mode["gap_closed_by_effect"].values() if value is not None), default=None)
+    return mode.get(goal.key)
+
+
+def reached(mode: Mapping[str, Any], goal: Goal, name: str) -> bool | None:
+    """Whether the figure itself reaches its goal in that mode; None where there is no goal or no case."""
+    found = figure(mode, goal)
+    value = found["rate"] if isinstance(found, Mapping) else found
+    if name not in goal.bounds or value is None:
+        return None
+    compare: Callable[[float, float], bool] = operator.ge if goal.at_least else operator.le
+    return compare(value, goal.bounds[name])
+
+
+def told(found: Any, unit: str) -> str:
+    """A figure as text, with its interval where it is a rate."""
+    if isinstance(found, Mapping):
+        if found["rate"] is None:
+            return "-"
+        return f"{100 * found['rate']:.1f} % ({100 * found['low']:.0f}..{100 * found['high']:.0f}; {found['k']}/{found['n']})"
+    if found is None:
+        return "-"
+    return f"{100 * found:.1f} %" if unit == "%" else f"{found:.2f} {unit}"
+
+
+def bound(goal: Goal, name: str) -> str:
+    """The goal of one mode as text."""
+    if name not in goal.bounds:
+        return ""
+    value = goal.bounds[name]
+    return f"{'>=' if goal.at_least else '<='} {f'{100 * value:g} %' if goal.unit == '%' else f'{value:g} {goal.unit}'}"

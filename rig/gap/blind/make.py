@@ -1,0 +1,140 @@
+"""Making a check: labels drawn and sealed first, then the questions, unit by unit.
+
+The model of each unit is identified here on its first healthy days, by the project's own identification; the case's records
+are never used for it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from rig.errors import RecordError
+from rig.gap.blind.folder import FORMAT, CheckFolder, link_day, read_json, token_of, write_day, write_json, write_truth
+from rig.gap.blind.seal import new_key, open_sealed, seal
+from rig.gap.blind.source import BenchData, Label, Source, records_of
+from rig.log.record import Record
+
+MODES: Final = ("pressures", "angle", "no_baseline", "withheld")
+"""With the monitors; without them; without baselines; with the library short of a class. Without baselines for every fourth case only."""
+
+IDENTIFIED_ON: Final = 3
+
+
+@dataclass(frozen=True)
+class Unit:
+    """The cases of one bench: what one piece of making does."""
+
+    source: Source
+    folder: CheckFolder
+    labels: tuple[Label, ...]
+    tokens: tuple[str, ...]
+
+
+def draw(source: Source, root: Path, seed: int, cases: int, key: bytes | None = None) -> str:
+    """Draw and seal the labels of a new check at `root`; returns the hash, to be printed before anything else happens.
+
+    A check that is already there must be of the same seed and size (then it is resumed); RecordError otherwise.
+    """
+    folder = CheckFolder(root)
+    sheet = {"seed": seed, "cases": source.sheet(seed, cases)}
+    if folder.sealed.exists():
+        public = read_json(folder.sealed)
+        if seal(sheet, bytes(32)).sha256 != public["sealed_sha256"]:
+            raise RecordError(
+                f"{root}: holds another check ({public['cases']} cases); choose another folder or its seed and size"
+            )
+        return str(public["sealed_sha256"])
+    key = key or new_key()
+    sealed = seal(sheet, key)
+    folder.maker.mkdir(parents=True, exist_ok=True)
+    (folder.maker / "labels.sealed").write_bytes(sealed.blob)
+    (folder.maker / "key").write_text(key.hex() + "\n", encoding="ascii")
+    (folder.maker / "key").chmod(0o600)
+    write_json(folder.sealed, {"format": FORMAT, "sealed_sha256": sealed.sha256, "cases": cases})
+    return sealed.sha256
+
+
+def open_labels(folder: CheckFolder) -> tuple[dict[str, Label], int]:
+    """Token -> label of the whole check, and its seed; RecordError when the seal does not hold."""
+    public = read_json(folder.sealed)
+    where = folder.maker / "labels.sealed"
+    try:
+        key, blob = bytes.fromhex((folder.maker / "key").read_text(encoding="ascii")), where.read_bytes()
+    except OSError as error:
+        raise RecordError(f"{where}: cannot be read: {error.strerror}; labels and key are the maker's") from None
+    sheet = open_sealed(blob, key, public["sealed_sha256"], str(where))
+    return {token_of(key, number): label for number, label in enumerate(sheet["cases"])}, int(sheet["seed"])
+
+
+def units(source: Source, folder: CheckFolder) -> list[Unit]:
+    """The check's cases by bench."""
+    labels, _ = open_labels(folder)
+    grouped: dict[str, list[str]] = {}
+    for token, label in labels.items():
+        grouped.setdefault(source.bench_key(label), []).append(token)
+    return [Unit(source, folder, tuple(labels[token] for token in tokens), tuple(tokens)) for tokens in grouped.values()]
+
+
+def make_unit(unit: Unit) -> list[str]:
+    """Write the questions and truths of one unit's cases that have no answer yet; returns their tokens."""
+    missing = [number for number, token in enumerate(unit.tokens) if not unit.folder.answer(token).exists()]
+    if not missing:
+        return []
+    bench = unit.source.bench(unit.labels[missing[0]])
+    shared = unit.folder.maker / "benches" / unit.source.bench_key(unit.labels[0])
+    for number, day in enumerate(bench.baselines, 1):
+        write_day(day, shared / f"day_{number}")
+    write_model(bench, shared / "model.yaml")
+    for number in missing:
+        _make_case(unit, number, bench, shared)
+    return [unit.tokens[number] for number in missing]
+
+
+def _make_case(unit: Unit, number: int, bench: BenchData, shared: Path) -> None:
+    label, token = unit.labels[number], unit.tokens[number]
+    place = unit.folder.question(token)
+    data = unit.source.case(label)
+    write_truth(unit.folder.truth(token), data.facts, data.untouched, bench.untouched)
+    for day in range(1, int(label["baselines"]) + 1):
+        link_day(shared / f"day_{day}", place / "baselines" / f"day_{day}")
+    (place / "model.yaml").write_bytes((shared / "model.yaml").read_bytes())
+    write_day(data.records, place / "records")
+    write_json(place / "question.json", {"modes": modes_of(token), "leave_out": left_out(label, token)})
+
+
+def modes_of(token: str) -> list[str]:
+    """What is asked in a case; its name alone decides."""
+    return [mode for mode in MODES if mode != "no_baseline" or int(token, 16) // 2 % 4 == 0]
+
+
+def left_out(label: Label, token: str) -> list[str]:
+    """Effects to leave out of the library in the mode `withheld`: for every second case the classes of its own effects,
+    for the others a class that is not its own, so that the question does not tell which.
+    """
+    from rig.gap.effects import LIBRARY, effect_class
+
+    own = {effect_class(effect, True) for effect in label["effects"] if effect in LIBRARY}
+    names = sorted({effect_class(effect, True) for effect in LIBRARY})
+    draw = int(token, 16)
+    others = [name for name in names if name not in own]
+    gone = own if draw % 2 and own else {others[draw // 2 % len(others)]}
+    return [effect for effect in LIBRARY if effect_class(effect, True) in gone]
+
+
+def write_model(bench: BenchData, path: Path) -> None:
+    """The unit's simulator, identified on the first records of its first healthy day."""
+    from rig.model.parameters import save_model
+
+    records = records_of(bench.baselines[0])[:IDENTIFIED_ON]
+    save_model(nominal_model(records, bench.p0_mpa), path)
+
+
+def nominal_model(records: Sequence[Record], p0_mpa: float) -> Any:
+    """A MBW from measured pressures with regulators, by the swarm of Table II with an early stop."""
+    from rig.identify.fit import Settings, identify
+    from rig.identify.templates import Template, template_model
+    from rig.model.parameters import Input
+
+    start = template_model(Template(drive=Input.PRESSURE, p0_mpa=p0_mpa, free_offset=True, mean_exponent=1.0))
+    return identify(records, start, Settings(seeds=(1,), patience=60, bounded=False, workers=1)).model

@@ -1,0 +1,61 @@
+"""Records that somebody else brings: answered like any question, scored by labels in a file of their own.
+
+Labels are JSON: name of the question -> list of {"effect": NAME}, empty or "none" for a healthy rig; an optional "ratio" in the
+first entry says the gap over the floor, else the diagnosis' own figure (with pressures) stands for it.
+"""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from rig.errors import RecordError
+from rig.gap.blind.check import result_from
+from rig.gap.blind.folder import CheckFolder, read_json
+from rig.gap.blind.score import score_mode
+from rig.gap.blind.source import Label
+from rig.gap.effects import LIBRARY
+
+
+def score_own(folder: CheckFolder, labels_path: Path) -> dict[str, Any]:
+    """The result of answered questions under somebody's labels; RecordError when one is missing or a label cannot be read."""
+    labels = read_json(labels_path)
+    if not isinstance(labels, dict) or not labels:
+        raise RecordError(f"{labels_path}: expected a mapping from question to a list of effects")
+    cases = [_scored(folder, str(name), label_of(name, entry, labels_path)) for name, entry in sorted(labels.items())]
+    sha256 = hashlib.sha256(json.dumps(labels, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
+    return {"sealed_sha256": sha256} | result_from(cases, seed=0)
+
+
+def label_of(name: str, entry: Any, where: Path) -> Label:
+    """One entry of the labels as the check's own label."""
+    if not isinstance(entry, list) or not all(isinstance(part, dict) and "effect" in part for part in entry):
+        raise RecordError(f'{where}: {name}: expected a list of {{"effect": NAME}}, empty for a healthy rig')
+    effects = [str(part["effect"]) for part in entry if part["effect"] != "none"]
+    foreign = any(effect not in LIBRARY for effect in effects)
+    kind = "none" if not effects else "foreign" if foreign else "single" if len(effects) == 1 else "pair"
+    return {"kind": kind, "effects": effects, "baselines": 0, "ratio": entry[0].get("ratio") if entry else None}
+
+
+def _scored(folder: CheckFolder, name: str, label: Label) -> dict[str, Any]:
+    path = folder.answer(name.replace("/", "_"))
+    if not path.exists():
+        raise RecordError(f"{path}: no answer to {name!r}; run `pamrig gap check answer {folder.root}` first")
+    answer = read_json(path)
+    facts = _facts(label, answer)
+    rows = {
+        mode: score_mode(mode, said, label, facts) | {"realised_ef": None, "truth_withheld": False}
+        for mode, said in answer["modes"].items()
+    }
+    return {"rows": rows, "naive": answer["naive"], "walls": answer["walls"], "tie": None, "facts": facts}
+
+
+def _facts(label: Label, answer: Mapping[str, Any]) -> dict[str, Any]:
+    said = answer["modes"]["pressures"].get("diagnosis") or {"gap": {}}
+    ratio = label["ratio"] if label["ratio"] is not None else said["gap"].get("ratio", 0.0)
+    stages = {
+        effect: {"stage": LIBRARY[effect].stage if effect in LIBRARY else "unknown", "library_parameter": ""}
+        for effect in label["effects"]
+    }
+    return {"effects": stages, "ratio_angle": ratio, "ratio_pressure": None}

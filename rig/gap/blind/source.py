@@ -1,0 +1,61 @@
+"""What a generator of cases must offer, as a protocol: the check knows no plant, the command line brings one.
+
+Columns are numpy arrays of one record by name (t_s, p1_cmd_mpa, p2_cmd_mpa, dp_cmd_mpa, p1_mpa, p2_mpa, angle_deg).
+A source must survive pickling: it is sent to the processes that make and score cases.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+from rig.log.record import Column, Record
+
+Columns = Mapping[str, Column]
+Named = Mapping[str, Columns]
+"""Record name -> its columns."""
+Commands = Mapping[str, tuple[Column, Column, float]]
+"""Record name -> set-points of valve 1 and 2 (MPa) and the period (s)."""
+Label = dict[str, Any]
+"""What chance decided, as plain data. The check reads: kind (none, single, pair, foreign), effects, baselines (how many)."""
+
+
+@dataclass(frozen=True)
+class BenchData:
+    """A healthy unit: its baseline days, and as many days under excitations that no diagnosis is given."""
+
+    p0_mpa: float
+    baselines: list[Named]
+    untouched: list[Named]
+
+
+@dataclass(frozen=True)
+class CaseData:
+    """One case carried out. `facts`: effects (name -> stage, size, unit, library_parameter, ratio), ratio_angle, ratio_pressure."""
+
+    records: Named
+    untouched: Named
+    facts: dict[str, Any] = field(default_factory=dict)
+
+
+class Source(Protocol):
+    """Cases and their records; the same label gives the same data, on any machine."""
+
+    def sheet(self, seed: int, cases: int) -> list[Label]:
+        """Labels of `cases` cases, in an order that tells nothing."""
+
+    def bench_key(self, label: Label) -> str:
+        """Names the unit; cases with the same key share their baselines."""
+
+    def bench(self, label: Label) -> BenchData:
+        """The unit's healthy records."""
+
+    def case(self, label: Label) -> CaseData:
+        """The case's records."""
+
+    def repeat(self, label: Label, facts: Mapping[str, Any], commands: Commands) -> tuple[Named, list[Named]]:
+        """Other commands on the same rig: with the case's effects, and on each of its baseline days."""
+
+
+def records_of(named: Named) -> list[Record]:
+    """Columns as records."""
+    return [Record(name=name, **dict[str, Any](columns)) for name, columns in named.items()]

@@ -1,0 +1,137 @@
+"""The named causes of a diagnosis with their numbers, intervals, doubts and confidence, from the judged sides.
+
+What was computed is handed on as `Findings`; the verdict and the other answers are in `rig.gap.diagnosis`.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rig.gap.attribute import Candidate
+from rig.gap.carry import Applied, full_numbers
+from rig.gap.effects import LIBRARY, alike
+from rig.gap.engine import Judged, Prepared, overall_gap
+from rig.gap.result import Cause, Interval
+from rig.gap.signatures import Signature
+from rig.gap.verdict import explained
+from rig.model.effect_stages import EFFECT_STAGES
+
+PAIR_CHANCE = 0.7
+"""Confidence in each of two causes on one side: from the development data."""
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What was computed, for the report and for judging further records."""
+
+    prepared: Prepared
+    valve: Judged | None
+    angle: Judged
+    signatures: list[Signature]
+
+
+def name_causes(findings: Findings, before: float, floor: float) -> list[Cause]:
+    """Named causes, strongest first; a side that nothing explains gives the cause `unknown`."""
+    prepared = findings.prepared
+    found: list[Cause] = []
+    for judged in (findings.valve, findings.angle):
+        if judged is None or not judged.trigger.found:
+            continue
+        if not judged.accepted:
+            found.append(_unknown(judged, before))
+            continue
+        for candidate in judged.accepted:
+            alone = _rms_with([candidate.applied], findings)
+            names = (
+                [name for name in judged.names if name != candidate.effect.name]
+                if candidate.effect.name == judged.names[0]
+                else alike_left(candidate, judged, prepared)
+            )
+            chance = dict(zip((line.effect.name for line in judged.ranking), judged.chances, strict=True)).get(
+                candidate.effect.name, 0.5
+            )
+            found.append(
+                Cause(
+                    candidate.effect.name,
+                    EFFECT_STAGES[candidate.applied.stage].lies_in,
+                    judged.side.name,
+                    Applied(candidate.applied.stage, full_numbers(candidate.applied, prepared.nominal)),
+                    _intervals(candidate),
+                    before,
+                    alone,
+                    judged.fraction if len(judged.accepted) == 1 else explained(before, alone, floor),
+                    tuple(names),
+                    trust(prepared) * (chance if len(judged.accepted) == 1 else PAIR_CHANCE),
+                )
+            )
+    found += [_marked(mark, prepared) for mark in findings.signatures if mark.found and mark.effect]
+    return sorted(found, key=lambda cause: cause.gap_after_deg - cause.gap_before_deg)
+
+
+def alike_left(candidate: Candidate, judged: Judged, prepared: Prepared) -> list[str]:
+    """For a cause that was not the single best: those of its class in the ranking that fit alone about as well."""
+    pressures = prepared.pairing.pressures
+    own = {line.effect.name: line.score for line in judged.ranking}
+    mine = own.get(candidate.effect.name, candidate.score)
+    return [name for name in alike(candidate.effect.name, pressures) if name in own and own[name] < 1.1 * mine]
+
+
+def _rms_with(causes: Sequence[Applied], findings: Findings) -> float:
+    left = np.concatenate(overall_gap(findings.prepared, causes))
+    return float(np.sqrt(left @ left / max(findings.angle.side.rows, 1.0)))
+
+
+def _unknown(judged: Judged, before: float) -> Cause:
+    stage = (
+        "valve"
+        if judged.side.name == "valve"
+        else EFFECT_STAGES[judged.ranking[0].applied.stage].lies_in
+        if judged.ranking
+        else "joint"
+    )
+    near = tuple(candidate.effect.name for candidate in judged.ranking[:2])
+    return Cause("unknown", stage, judged.side.name, None, {}, before, before, max(judged.fraction, 0.0), near, 0.5)
+
+
+def _intervals(candidate: Candidate) -> dict[str, Interval]:
+    """Fitted numbers with 95 % intervals, fixed shapes with none."""
+    known = {number.name: number for number in EFFECT_STAGES[candidate.applied.stage].numbers}
+    spread = dict(zip(candidate.law.free, candidate.spread, strict=True))
+    said = {}
+    for name, value in candidate.applied.numbers.items():
+        half = 1.96 * float(spread.get(name, spread.get(candidate.law.tied.get(name, ""), 0.0)))
+        said[name] = Interval(float(value), float(value) - half, float(value) + half, known[name].unit)
+    return said
+
+
+def _marked(mark: Signature, prepared: Prepared) -> Cause:
+    """A cause found by its signature; its gap is that of the unsmoothed angle."""
+    assert mark.effect is not None
+    numbers = {number.name: number for number in EFFECT_STAGES[mark.effect].numbers}
+    raw = [
+        np.interp(pair.raw.t_s, other.t_s, np.nan_to_num(other.angle_deg)) - pair.raw.angle_deg
+        for pair in prepared.pairs
+        for other in pair.raw_baselines
+        if pair.raw.angle_deg is not None and other.angle_deg is not None
+    ]
+    before = float(np.sqrt(np.nanmean(np.concatenate(raw) ** 2))) if raw else float(np.sqrt(mark.variance_deg2))
+    after = float(np.sqrt(max(before**2 - mark.variance_deg2, 0.0)))
+    values = {name: Interval(value, 0.9 * value, 1.1 * value, numbers[name].unit) for name, value in mark.numbers.items()}
+    return Cause(
+        mark.effect,
+        LIBRARY[mark.effect].stage,
+        "signature",
+        Applied(mark.effect, mark.numbers),
+        values,
+        before,
+        after,
+        1.0,
+        (),
+        0.97,
+    )
+
+
+def trust(prepared: Prepared) -> float:
+    """How far the floor is known: less without repeated sessions, much less without a baseline."""
+    return 1.0 if len(prepared.pairs[0].sessions) >= 2 else 0.8 if prepared.has_baseline else 0.5

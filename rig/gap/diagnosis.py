@@ -1,0 +1,294 @@
+"""From judged sides to the diagnosis: the verdict, the causes with their numbers, the shares, the ranking.
+
+Computing is in `rig.gap.engine`; here the pieces are put into words and numbers.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from rig.gap.attribute import Candidate
+from rig.gap.carry import Applied
+from rig.gap.causes import Findings, name_causes, trust
+from rig.gap.effects import LIBRARY
+from rig.gap.engine import (
+    Judged,
+    Prepared,
+    angle_side,
+    judge,
+    library_of,
+    overall_gap,
+    prepare,
+    signatures_of,
+    valve_side,
+    with_mean_law,
+)
+from rig.gap.floor import Side
+from rig.gap.kernels import square_sum
+from rig.gap.localise import frequency_shares, over_time, phase_shares, region_shares
+from rig.gap.next_experiment import recommend
+from rig.gap.result import Cause, Diagnosis, Ranked
+from rig.gap.verdict import explained
+from rig.log.record import Column, Record
+from rig.model.effect_stages import EFFECT_STAGES
+from rig.model.parameters import Model
+
+ECHO_STRENGTH, ECHO_CHANCE = 3.0, 0.18
+"""A gap of the pressures below this many thresholds, whose best name is less probable than this, may be an echo."""
+SMOOTHED = 0.25
+"""Share of a white disturbance's variance that the smoothing lets through, generously."""
+
+
+def diagnose(
+    model: Model | None,
+    records: Sequence[Record],
+    baselines: Sequence[Sequence[Record]],
+    *,
+    pressures: bool = True,
+    library: Sequence[str] | None = None,
+    seed: int = 0,
+) -> Diagnosis:
+    """Where the gap between simulator and rig lies, which effect causes it and how far it shrinks with that effect added.
+
+    `baselines` holds one list of records a session of the healthy rig; without any, `model` stands in. `library` limits the
+    effects by name. The result depends on nothing random; `seed` is kept for callers that pass one.
+    Raises RecordError when no record can be used, ModelError when there is nothing to compare with.
+    """
+    return diagnose_with_findings(model, records, baselines, pressures=pressures, library=library)[0]
+
+
+def diagnose_with_findings(
+    model: Model | None,
+    records: Sequence[Record],
+    baselines: Sequence[Sequence[Record]],
+    *,
+    pressures: bool = True,
+    library: Sequence[str] | None = None,
+) -> tuple[Diagnosis, Findings]:
+    """`diagnose`, with everything that it computed on the way."""
+    effects = library_of(library)
+    prepared = prepare(model, records, baselines, pressures)
+    known = {effect.name for effect in effects}
+    marks = [mark for mark in signatures_of(prepared) if mark.effect is None or mark.effect in known]
+    valve = judge(prepared, valve_side(prepared), effects) if prepared.pairing.pressures else None
+    driven = valve is not None and valve.trigger.found
+    prepared = with_mean_law(prepared) if driven else prepared
+    added = SMOOTHED * sum(mark.variance_deg2 for mark in marks if mark.found)
+    side = angle_side(prepared, driven=driven, model=model, added_variance=added)
+    angle = judge(prepared, side, effects, driven=driven, beside=valve.side if valve is not None and not driven else None)
+    if valve is not None and echoes(valve, angle):
+        prepared.pairing.notes.append(
+            f"the pressures differ a little as well ({valve.trigger.strength:.1f} times the threshold), in no way that an effect explains "
+            "better than others: taken for an echo of the joint's gap"
+        )
+        valve = replace(valve, trigger=replace(valve.trigger, found=False), accepted=[], ranking=[], chances=[], names=[])
+    findings = Findings(prepared, valve, angle, marks)
+    return _told(findings), findings
+
+
+def echoes(valve: Judged, angle: Judged) -> bool:
+    """Whether a faint, nameless gap of the pressures is but what the joint's gap does to them: a joint that moves otherwise
+    changes its muscles' volumes."""
+    faint = valve.trigger.strength < ECHO_STRENGTH and angle.trigger.found and angle.trigger.strength > valve.trigger.strength
+    nameless = not valve.accepted or max(valve.chances, default=0.0) < ECHO_CHANCE
+    return valve.trigger.found and faint and nameless
+
+
+def _told(findings: Findings) -> Diagnosis:
+    prepared, valve, angle, marks = findings.prepared, findings.valve, findings.angle, findings.signatures
+    undriven = angle_side(prepared, driven=False, model=None) if valve is not None and valve.trigger.found else angle.side
+    before = undriven.rms(np.concatenate(overall_gap(prepared, [])))
+    causes = name_causes(findings, before, undriven.floor)
+    sides = [judged for judged in (valve, angle) if judged is not None]
+    open_sides = [judged for judged in sides if judged.trigger.found and not judged.accepted]
+    named = [cause for cause in causes if cause.effect != "unknown"]
+    verdict = _verdict(bool(named), bool(open_sides))
+    after = _after(findings, undriven.rms)
+    gap = {
+        "rms_deg": before,
+        "floor_deg": undriven.floor,
+        "ratio": before / undriven.floor,
+        "explained_fraction": _fraction(before, after, undriven.floor, sides) if named else 0.0,
+        "after_deg": after,
+        "floor_source": undriven.source,
+    }
+    ranking = _ranking(findings)
+    gaps = overall_gap(prepared, [])
+    remaining = overall_gap(prepared, applied_causes(findings))
+    healthy = [track.reference.angle_deg for track in prepared.tracks]
+    where = {
+        "stage": _stage(causes, valve),
+        "shares": _shares(findings),
+        "frequency": frequency_shares(prepared.pairs, gaps),
+        "phase": phase_shares(prepared.pairs, healthy, gaps),
+        "region": region_shares(prepared.pairs, healthy, gaps),
+        "time": over_time(prepared.pairs, gaps),
+    }
+    evidence = {
+        "triggers": {judged.side.name: _trigger_facts(judged) for judged in sides},
+        "signatures": [vars(mark) for mark in marks],
+        "records": _per_record(prepared, gaps, remaining),
+        "sessions": len(prepared.pairs[0].sessions),
+        "pressures_used": prepared.pairing.pressures,
+        "unpaired": prepared.pairing.unpaired,
+        "reidentification": _hidden(undriven),
+    }
+    return Diagnosis(
+        verdict,
+        _confidence(causes, sides, prepared),
+        gap,
+        where,
+        causes,
+        ranking,
+        _next(findings, causes, undriven.floor),
+        evidence,
+        list(prepared.pairing.notes),
+    )
+
+
+def _fraction(before: float, after: float, floor: float, sides: Sequence[Judged]) -> float:
+    """Explained fraction of the angle gap; of the side's own gap where the angle has none (a gain of both valves, a lost sample)."""
+    if before > 1.2 * floor:
+        return explained(before, after, floor)
+    return max((judged.fraction for judged in sides if judged.accepted), default=1.0)
+
+
+def _hidden(side: Side) -> dict[str, object]:
+    """What re-tuning the nominal model (its offset, gain, lag and loop width) to the case could hide of the angle gap; never ranked by."""
+    sizes = side.free_sizes(side.gap)
+    share = 1.0 - (side.rms(side.gap - side.modes @ sizes) / max(side.rms(side.gap), 1e-12)) ** 2
+    offset, gain, lag, loop = (float(size) for size in sizes)
+    text = (
+        f"Re-tuning offset ({offset:+.2g} deg), gain ({100 * gain:+.1f} %), lag ({1e3 * lag:+.1f} ms) and loop width ({100 * loop:+.0f} %) "
+        f"of the model to these records would hide {100 * share:.0f} % of the gap, and with it the cause."
+    )
+    return {"hidden_share": share, "offset_deg": offset, "gain": gain, "lag_s": lag, "loop_width": loop, "text": text}
+
+
+def _per_record(prepared: Prepared, before: Sequence[Column], after: Sequence[Column]) -> list[dict[str, object]]:
+    """Gap of each record before and after the causes are added."""
+
+    def rms(gap: Column, used: Column) -> float:
+        return float(np.sqrt(square_sum(gap) / max(float(used.sum()), 1.0)))
+
+    return [
+        {"record": pair.name, "gap_before_deg": rms(gap, pair.used), "gap_after_deg": rms(left, pair.used)}
+        for pair, gap, left in zip(prepared.pairs, before, after, strict=True)
+    ]
+
+
+def _next(findings: Findings, causes: Sequence[Cause], floor_deg: float) -> dict[str, object] | None:
+    """The experiment that best tells apart what is still possible for the strongest uncertain cause."""
+    for judged in (findings.valve, findings.angle):
+        if judged is None or not judged.trigger.found or not judged.ranking:
+            continue
+        own = [cause for cause in causes if cause.side == judged.side.name]
+        names = (
+            judged.names if own and own[0].effect != "unknown" else [candidate.effect.name for candidate in judged.ranking[:2]]
+        )
+        possible = [candidate.applied for candidate in judged.ranking if candidate.effect.name in names][:4]
+        if len(possible) >= 2:
+            valve = findings.valve.side.floor if findings.valve is not None else None
+            return recommend(possible, findings.prepared.nominal, findings.prepared.tracks, floor_deg, valve)
+    return None
+
+
+def _verdict(named: bool, open_side: bool) -> str:
+    if not named:
+        return "unknown" if open_side else "none"
+    return "partly_explained" if open_side else "explained"
+
+
+def applied_causes(findings: Findings) -> list[Applied]:
+    """The accepted causes as stages, upstream first."""
+    sides = [judged for judged in (findings.valve, findings.angle) if judged is not None]
+    return [candidate.applied for judged in sides for candidate in judged.accepted]
+
+
+def _after(findings: Findings, rms: "np.ufunc | object") -> float:
+    """Rms of the angle gap that all causes leave, on held-out records, what the signatures explain taken off."""
+    left = np.concatenate(overall_gap(findings.prepared, applied_causes(findings)))
+    plain = float(np.sqrt(left @ left / max(findings.angle.side.rows, 1.0)))
+    held = [candidate for judged in (findings.valve, findings.angle) if judged for candidate in judged.accepted]
+    ratio = max((_held_out_ratio(candidate, findings) for candidate in held), default=1.0)
+    explained_marks = sum(mark.variance_deg2 for mark in findings.signatures if mark.found and mark.effect) * SMOOTHED
+    return float(np.sqrt(max((plain * ratio) ** 2 - explained_marks, 0.0)))
+
+
+def _held_out_ratio(candidate: Candidate, findings: Findings) -> float:
+    """How much more a cause leaves on held-out records than on those it was fitted to."""
+    judged = findings.angle if candidate in findings.angle.accepted else findings.valve
+    assert judged is not None
+    modes = judged.side.mode_sizes(candidate.residual, 0.0)
+    fitted = judged.side.rms(candidate.residual - judged.side.modes @ modes)
+    return float(np.clip(candidate.left / max(fitted, 1e-12), 1.0, 2.0))
+
+
+def _ranking(findings: Findings) -> list[Ranked]:
+    """All candidates of both sides, and the signatures; by probability."""
+    lines = [
+        Ranked(mark.effect, LIBRARY[mark.effect].stage, "signature", 1.0, 0.97, 0.0)
+        for mark in findings.signatures
+        if mark.found and mark.effect
+    ]
+    for judged in (findings.valve, findings.angle):
+        if judged is None:
+            continue
+        before = judged.side.rms(judged.side.gap)
+        for candidate, chance in zip(judged.ranking, judged.chances, strict=True):
+            fraction = explained(before, judged.side.rms(candidate.residual), judged.side.floor)
+            lines.append(
+                Ranked(
+                    candidate.effect.name,
+                    EFFECT_STAGES[candidate.applied.stage].lies_in,
+                    judged.side.name,
+                    fraction,
+                    chance,
+                    candidate.score,
+                )
+            )
+    return sorted(lines, key=lambda line: -line.probability)
+
+
+def _shares(findings: Findings) -> dict[str, float]:
+    """Shares of the angle gap's mean square that come through the valves and from behind them; they add up to 1."""
+    if findings.valve is None:
+        return {}
+    prepared, side = findings.prepared, findings.angle.side
+    if not findings.valve.trigger.found:
+        return {"valve": 0.0, "downstream": 1.0} if findings.angle.trigger.found else {}
+    healthy = np.concatenate([track.reference.angle_deg for track in prepared.tracks])
+    measured = np.concatenate([pair.case.angle_deg for pair in prepared.pairs])
+    used = np.concatenate([pair.used for pair in prepared.pairs])
+    behind = max(side.rms(side.gap) ** 2 - side.floor**2, 0.0)
+    through: Column = (measured - healthy) * used - side.gap
+    ahead = side.rms(through) ** 2
+    total = max(ahead + behind, 1e-12)
+    return {"valve": ahead / total, "downstream": behind / total}
+
+
+def _stage(causes: Sequence[Cause], valve: Judged | None) -> str | None:
+    return causes[0].stage if causes else None
+
+
+def _trigger_facts(judged: Judged) -> dict[str, object]:
+    return {
+        "gap": judged.side.rms(judged.side.gap),
+        "floor": judged.side.floor,
+        "unit": judged.side.unit,
+        "found": judged.trigger.found,
+        "structure_ratio": judged.trigger.structure,
+        "mode_scores": judged.trigger.scores.tolist(),
+        "threshold": judged.trigger.threshold,
+        "explained_fraction": judged.fraction,
+        "floor_source": judged.side.source,
+    }
+
+
+def _confidence(causes: Sequence[Cause], sides: Sequence[Judged], prepared: Prepared) -> float:
+    """Probability that the names are right; for none, that there is nothing."""
+    if causes:
+        return min(cause.confidence for cause in causes)
+    closest = max((judged.trigger.strength for judged in sides), default=0.0)
+    return trust(prepared) * float(np.clip(1.0 - 0.5 * closest**2, 0.5, 0.99))

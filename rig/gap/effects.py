@@ -1,0 +1,185 @@
+"""The library of effects as the diagnosis knows them: laws to fit, what each looks like, and what it may be confused with.
+
+The stages themselves (functions, numbers, bounds, units) are in `rig.model.effect_stages`; here stands, for each, which numbers are
+fitted from which starting grid, and the classes that cannot be told apart from the angle alone and with pressures, stated beforehand.
+Adding an effect: a stage, a line here (docs/how-to/add_an_effect.md).
+"""
+
+# ruff: noqa: E501 (one line a law reads best as a table)
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from rig.model.effect_stages import EFFECT_STAGES
+
+BOTH_SIGNS = (-1.0, 1.0)
+FINE = (0.005, 0.01, 0.02, 0.04, 0.08, 0.16)
+
+
+@dataclass(frozen=True)
+class Law:
+    """One way an effect may act: the stage, the numbers that are fitted, and where the search starts."""
+
+    stage: str
+    free: tuple[str, ...]
+    """Fitted numbers, the size first."""
+    grid: tuple[float, ...]
+    """Sizes to start from, in units of `scale`."""
+    scale: str = "one"
+    """one, span_deg (half the angle's range), high_deg, low_deg, top_mpa (highest pressure), swing_mpa, rate_mpa_s (fastest change)."""
+    signs: tuple[float, ...] = (1.0,)
+    shapes: tuple[Mapping[str, float], ...] = ({},)
+    """Values of other numbers to scan; those that are free go on from there."""
+    tied: Mapping[str, str] = field(default_factory=dict)
+    """Number -> the free number that it equals."""
+    bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    """Tighter bounds than the stage's: flexible forms are held to what they are meant for."""
+    scan: bool = False
+    """Look closely around the best size before going on: the response jumps with it."""
+    charge: float = 0.0
+    """What a special form pays beside its parameters, in units of the score (as one nat each)."""
+
+
+@dataclass(frozen=True)
+class Effect:
+    """A cause that the diagnosis can name."""
+
+    name: str
+    laws: tuple[Law, ...]
+    looks_like: str
+    angle_class: str
+    """Effects with the same word look alike to the angle alone."""
+    pressure_class: str
+    """Effects with the same word look alike even with pressures."""
+    signature: bool = False
+    """Found by its signature, not by least squares."""
+
+    @property
+    def stage(self) -> str:
+        """Where the report says it lies."""
+        return EFFECT_STAGES[self.laws[0].stage].lies_in
+
+    @property
+    def upstream(self) -> bool:
+        """It shows in the pressures."""
+        return EFFECT_STAGES[self.laws[0].stage].slot in ("timing", "valve")
+
+
+def _both(*more: Mapping[str, float]) -> tuple[Mapping[str, float], ...]:
+    return ({"balance": 0.0}, *more)
+
+
+ONE_VALVE = ({"balance": 1.0}, {"balance": -1.0})
+HOLDS = tuple(0.012 * 1.28**k for k in range(13))
+"""A hold is discontinuous in its width: a close grid."""
+CHOKED = tuple({"exhaust_mpa_s": exhaust, "choked": 1.0} for exhaust in (0.15, 0.3, 0.6, 1.2))
+EITHER_MUSCLE = ({"muscle": 1.0}, {"muscle": 2.0})
+TIMES = (0.004, 0.008, 0.016, 0.03, 0.06, 0.12, 0.25)
+
+_LIBRARY: tuple[Effect, ...] = (
+    Effect("delay", (Law("delay", ("delay_s",), TIMES),), "everything late by the same time; grows with frequency, keeps shapes", "late", "delay"),
+    Effect("clock_drift", (Law("clock_drift", ("drift",), (1e-4, 3e-4, 1e-3, 3e-3, 1e-2), signs=BOTH_SIGNS),),
+           "a delay that grows steadily through each record", "clock", "clock"),
+    Effect("lost_samples", (Law("lost_samples", ("probability",), (0.01,)),), "values repeat exactly, then jump", "lost", "lost", signature=True),
+    Effect("valve_gain", (
+        Law("valve_gain", ("gain",), FINE, signs=BOTH_SIGNS),
+        Law("valve_gain", ("gain",), FINE, shapes=ONE_VALVE, charge=2.0),
+    ), "pressures in proportion to their set-points, off by a share", "gain", "valve_gain"),
+    Effect("valve_offset", (
+        Law("valve_offset", ("offset_mpa",), FINE[:5], signs=BOTH_SIGNS, shapes=(*ONE_VALVE, {"balance": 2.0})),
+    ), "one pressure (or the difference) off by a constant", "offset", "valve_offset"),
+    Effect("valve_lag", (Law("valve_lag", ("tau_s",), TIMES, shapes=_both()),
+                         Law("valve_lag", ("tau_s",), TIMES, shapes=ONE_VALVE, charge=2.0),
+                         Law("valve_lag", ("tau_s",), (-0.005, -0.015, -0.03), shapes=_both(), charge=1.0)),
+           "pressures follow more slowly, filling and exhausting alike", "late", "valve_lag"),
+    Effect("valve_slew", (
+        Law("valve_slew", ("fill_mpa_s",), (0.95, 0.85, 0.7, 0.5, 0.3, 0.15), "rate_mpa_s", tied={"exhaust_mpa_s": "fill_mpa_s"}),
+        Law("valve_slew", ("fill_mpa_s",), (0.95, 0.8, 0.6, 0.35), "rate_mpa_s", tied={"exhaust_mpa_s": "fill_mpa_s"}, shapes=ONE_VALVE, charge=2.0),
+        Law("valve_slew", ("fill_mpa_s", "exhaust_mpa_s"), (1.3, 0.9, 0.6, 0.35), "rate_mpa_s", shapes=CHOKED, charge=1.0),
+    ), "fast changes of pressure become ramps, slow ones are untouched", "slew", "slew"),
+    Effect("fill_exhaust_asymmetry", (
+        Law("fill_exhaust_asymmetry", ("ratio",), (0.3, 0.5, 0.7, 0.85, 1.15, 1.5, 2.0, 3.0, 5.0), shapes=({"fill_share": 0.0},)),
+        Law("fill_exhaust_asymmetry", ("ratio",), (0.15, 0.3, 0.5, 0.7, 0.85, 1.2, 2.0), shapes=({"fill_share": 1.0},), charge=1.0),
+        Law("valve_slew", ("exhaust_mpa_s",), (0.95, 0.85, 0.7, 0.5, 0.3), "rate_mpa_s", charge=1.0),
+        Law("valve_slew", ("fill_mpa_s",), (0.95, 0.85, 0.7, 0.5, 0.3), "rate_mpa_s", charge=1.0),
+    ), "pressures late in one direction only, so their mean moves with speed", "one_way", "one_way"),
+    Effect("valve_dead_band", (
+        Law("valve_dead_band", ("width_mpa",), FINE, "swing_mpa", shapes=({"edge": 1.0},)),
+        Law("valve_dead_band", ("width_mpa",), HOLDS, "swing_mpa", shapes=({"edge": 0.1}, {"edge": 0.3}, {"edge": 0.6}), scan=True),
+        Law("valve_dead_band", ("width_mpa",), FINE, "swing_mpa", shapes=tuple({"edge": 1.0} | one for one in ONE_VALVE), charge=2.0),
+    ), "pressures stand still at turning points and stay short of the set-point", "play", "dead_band"),
+    Effect("pressure_ceiling", (Law("pressure_ceiling", ("ceiling_mpa",), (0.99, 0.97, 0.94, 0.9, 0.85, 0.78, 0.7), "top_mpa"),),
+           "peaks of pressure cut off at one height", "cut", "ceiling"),
+    Effect("supply_droop", (
+        Law("supply_droop", ("droop_s",), (0.003, 0.01, 0.03, 0.1, 0.3)),
+        Law("supply_droop", ("droop_s", "supply_mpa"), (0.02, 0.1, 0.3), shapes=({"supply_mpa": 0.35}, {"supply_mpa": 0.42}, {"supply_mpa": 0.5}),
+            bounds={"droop_s": (0.01, 2.0)}, charge=1.0),
+    ), "filling falls behind, exhausting does not", "one_way", "one_way"),
+    Effect("co_contraction", (Law("co_contraction", ("shift_mpa",), FINE, signs=BOTH_SIGNS),),
+           "both pressures off by the same constant; the angle's gain changes against it", "gain", "co_contraction"),
+    Effect("muscle_mismatch", (Law("muscle_mismatch", ("mismatch",), FINE, signs=BOTH_SIGNS),),
+           "the angle is off, and its gain a little, as if one pressure counted more", "offset", "mismatch"),
+    Effect("leak", (
+        Law("leak", ("loss",), FINE, shapes=EITHER_MUSCLE),
+        Law("leak_ahead", ("loss",), FINE, shapes=EITHER_MUSCLE),
+    ), "one pressure lower by a share; behind the monitor only the angle shows it", "offset", "mismatch"),
+    Effect("creep", (
+        Law("creep", ("share", "tau_s"), (0.02, 0.1), signs=BOTH_SIGNS, shapes=tuple({"tau_s": t, "relaxed": 0.0} for t in (0.7, 3.0, 12.0)),
+            bounds={"tau_s": (0.4, 40.0)}),
+        Law("creep", ("share", "tau_s"), (0.02, 0.1), signs=BOTH_SIGNS, shapes=tuple({"tau_s": t, "relaxed": 1.0} for t in (0.7, 2.0)),
+            bounds={"tau_s": (0.4, 4.0)}),
+    ), "the angle keeps moving slowly after the pressure has settled; loops wider at low frequency", "creep", "creep"),
+    Effect("thermal_drift", (Law("thermal_drift", ("rate_per_min",), (0.01, 0.05, 0.2, 0.6), signs=BOTH_SIGNS),),
+           "the amplitude grows or shrinks through each record", "drift", "thermal"),
+    Effect("coulomb_friction", (Law("coulomb_friction", ("width_deg",), (0.01, 0.03, 0.1, 0.3), "span_deg"),),
+           "the loop widens at every speed, corners at turning points", "play", "play"),
+    Effect("viscous_friction", (Law("viscous_friction", ("tau_s",), (0.01, 0.03, 0.1, 0.3)), Law("viscous_friction", ("tau_s",), (-0.01, -0.03), charge=1.0)),
+           "the angle lags in proportion to speed", "late", "lag"),
+    Effect("inertia", (Law("inertia", ("time_s",), (0.015, 0.03, 0.06, 0.12)),),
+           "fast parts of the angle overshoot and ring", "late", "inertia"),
+    Effect("gravity_load", (
+        Law("gravity_load", ("load_deg",), (0.01, 0.05, 0.2), "span_deg", BOTH_SIGNS, charge=2.0),
+        Law("gravity_load", ("load_deg", "phase_deg"), (0.05, 0.2), "span_deg", BOTH_SIGNS, shapes=({"phase_deg": 30.0}, {"phase_deg": -30.0}),
+            bounds={"phase_deg": (-45.0, 45.0)}, charge=2.0),
+    ), "gain and offset change together, bent like a sine of the angle", "offset", "gravity"),
+    Effect("backlash", (Law("backlash", ("width_deg",), (0.003, 0.01, 0.03, 0.1, 0.3), "span_deg"),),
+           "the angle stands still after each turning point, then moves on short by the play", "play", "play"),
+    Effect("end_stop", (
+        Law("end_stop", ("high_deg", "give"), (0.97, 0.9, 0.8, 0.65, 0.45), "high_deg", bounds={"give": (0.0, 0.6)}),
+        Law("end_stop", ("low_deg", "give"), (0.97, 0.9, 0.8, 0.65, 0.45), "low_deg", bounds={"give": (0.0, 0.6)}),
+    ), "the angle is cut off at one height while the pressures go on", "cut", "stop"),
+    Effect("sensor_gain", (Law("sensor_gain", ("gain",), FINE, signs=BOTH_SIGNS),), "the angle is off in proportion to itself", "gain", "sensor_gain"),
+    Effect("sensor_offset", (Law("sensor_offset", ("offset_deg",), (0.005, 0.02, 0.1, 0.4), "span_deg", BOTH_SIGNS),), "the angle is off by a constant", "offset", "sensor_offset"),
+    Effect("sensor_drift", (Law("sensor_drift", ("rate_deg_min",), (0.02, 0.1, 0.5), "span_deg", BOTH_SIGNS),),
+           "the angle wanders steadily through each record, whatever the excitation", "drift", "drift"),
+    Effect("sensor_nonlinearity", (
+        Law("sensor_nonlinearity", ("square", "cube"), (0.02, 0.1), signs=BOTH_SIGNS, shapes=({"cube": 0.0},)),
+        Law("sensor_nonlinearity", ("cube", "square"), (0.02, 0.1), signs=BOTH_SIGNS, shapes=({"square": 0.0},)),
+    ), "the angle is bent: even and odd harmonics without delay", "bent", "bent"),
+    Effect("sensor_lag", (Law("sensor_lag", ("tau_s",), TIMES),), "the angle is late and its corners are rounded", "late", "lag"),
+    Effect("quantisation", (Law("quantisation", ("step_deg",), (0.1,)),), "the angle takes only values of a lattice", "lattice", "lattice", signature=True),
+    Effect("mains_hum", (Law("mains_hum", ("amplitude_deg",), (0.1,)),), "a line at 50 or 60 Hz", "hum", "hum", signature=True),
+    Effect("sensor_noise", (Law("sensor_noise", ("std_deg",), (0.1,)),), "more noise at all frequencies", "noise", "noise", signature=True),
+)  # fmt: skip
+
+FAINT = ("delay", "valve_gain", "valve_offset", "valve_lag", "co_contraction", "leak")
+"""Upstream effects that may hide in the monitors' own spread between days and yet show in the angle."""
+
+LIBRARY: dict[str, Effect] = {effect.name: effect for effect in _LIBRARY}
+"""Name -> effect, in the order of the chain."""
+
+
+def effect_class(name: str, pressures: bool) -> str:
+    """The class of effects that look alike to what was measured."""
+    effect = LIBRARY[name]
+    return effect.pressure_class if pressures else effect.angle_class
+
+
+def alike(name: str, pressures: bool) -> list[str]:
+    """The other effects of the same class."""
+    word = effect_class(name, pressures)
+    return [other for other in LIBRARY if other != name and effect_class(other, pressures) == word]
+
+
+def chosen(library: Sequence[str] | None) -> list[Effect]:
+    """The effects of a library given by names; all of them for None."""
+    return list(LIBRARY.values()) if library is None else [LIBRARY[name] for name in library]

@@ -1,0 +1,306 @@
+"""The diagnosis from end to end: pair, describe the healthy rig, look for signatures, judge each side, name causes, say how far.
+
+The one entry is `diagnose`; everything it uses is in the other files of this room.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rig.errors import ModelError
+from rig.gap.attribute import LOOSENESS, Bench, Candidate, case_pressures, rank, refit
+from rig.gap.carry import Applied, Track, angle_under, lay_tracks, ready, response_with
+from rig.gap.effects import Effect, chosen
+from rig.gap.floor import (
+    ANGLE_PRIORS,
+    MODEL_PRIORS,
+    MODEL_VALVE_PRIORS,
+    VALVE_PRIORS,
+    Side,
+    angle_deviations,
+    angle_gap,
+    angle_modes,
+    build_side,
+    high_frequency_noise,
+    period_noise,
+    valve_deviations,
+    valve_modes,
+)
+from rig.gap.kernels import regulated
+from rig.gap.nominal import Nominal, Reference, describe, fit_regulators, mean_session
+from rig.gap.pairs import Pair, Pairing, pair_up
+from rig.gap.signatures import Signature, read_signatures
+from rig.gap.verdict import KNOWN, SECOND_CAUSE, Trigger, explained, explained_beside_modes, name_set, probabilities, trigger
+from rig.log.record import Column, Record
+from rig.model.kernels import simulate
+from rig.model.parameters import Model
+
+USUAL_REGULATOR = (0.005, 0.05, 0.05)
+"""Dead time, fill and exhaust time constant (s) of a regulator of which nothing is known."""
+HANDOVER = 0.05
+"""Share of what the valve side explains in the angle that the carrier may get wrong."""
+STRANGE = 4.0
+"""A model that moves this many times as far as the rig, or as little, is no reference."""
+MISFIT_SHARE = 0.05
+"""What a model misses of a clean rig, as a share of the amplitude, when its file does not say."""
+LEADERS, LEADERS_BLIND = 2, 4
+"""How many of the best single causes are tried as the first of a pair: with pressures, and from the angle alone."""
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """Everything that the sides are judged with."""
+
+    pairing: Pairing
+    tracks: list[Track]
+    nominal: Nominal
+    has_baseline: bool
+    noise_deg: float
+
+    @property
+    def pairs(self) -> list[Pair]:
+        return self.pairing.pairs
+
+    @property
+    def references(self) -> list[Reference]:
+        return [track.reference for track in self.tracks]
+
+
+@dataclass(frozen=True)
+class Judged:
+    """One side after judgement."""
+
+    side: Side
+    trigger: Trigger
+    bench: Bench
+    ranking: list[Candidate]
+    chances: list[float]
+    names: list[str]
+    accepted: list[Candidate]
+    """The causes that explain it, strongest first; empty when it has no gap or none explains it."""
+    fraction: float
+    """Explained fraction of the side's own gap by the accepted causes, or by the best candidate when none is accepted."""
+
+
+def prepare(model: Model | None, records: Sequence[Record], baselines: Sequence[Sequence[Record]], pressures: bool) -> Prepared:
+    """Pair the records and describe the healthy rig; RecordError and ModelError when there is nothing to compare with."""
+    pairing = pair_up(records, baselines, model.p0_mpa if model else 0.2, pressures=pressures)
+    pairs = pairing.pairs
+    has_baseline = bool(pairs[0].sessions)
+    if has_baseline:
+        sessions = [mean_session(pair, pairing.pressures) for pair in pairs]
+    else:
+        if model is None:
+            raise ModelError("neither a fitting baseline nor a model was given: there is nothing to compare with")
+        at_rest = replace(model, p0_mpa=pairing.p0_mpa)
+        sessions = [_modelled(at_rest, pair) for pair in pairs]
+    regulators, references = _references(model, pairs, sessions, pairing.pressures, has_baseline)
+    nominal = describe(pairs, references, pairing.p0_mpa, regulators)
+    noise = high_frequency_noise([pair.case.angle_deg for pair in pairs])
+    return Prepared(pairing, lay_tracks(pairs, references, nominal), nominal, has_baseline, noise)
+
+
+def _modelled(model: Model, pair: Pair) -> tuple[Column | None, Column | None, Column]:
+    """What the model says under the pair's command, on its grid."""
+    said = simulate(model, pair.raw, start_deg=0.0)
+    assert said.angle_deg is not None
+    share = float(np.ptp(said.angle_deg) / max(np.ptp(pair.case.angle_deg), 1e-9))
+    if not 1.0 / STRANGE < share < STRANGE:
+        raise ModelError(
+            f"{pair.name}: the model moves {share:.3g} times as far as the rig: other units, or outside its range; allowed without a "
+            f"baseline: {1 / STRANGE:.2g} .. {STRANGE:g} times"
+        )
+    own = said.t_s - said.t_s[0]
+
+    def on_grid(column: Column | None) -> Column | None:
+        return None if column is None else np.interp(pair.t_s, own, column)
+
+    return on_grid(said.p1_mpa), on_grid(said.p2_mpa), np.interp(pair.t_s, own, said.angle_deg)
+
+
+def _references(
+    model: Model | None,
+    pairs: Sequence[Pair],
+    sessions: Sequence[tuple[Column | None, Column | None, Column]],
+    pressures: bool,
+    has_baseline: bool,
+) -> tuple[Sequence[tuple[float, float, float]], list[Reference]]:
+    """Regulators and references: with measured pressures fitted to them, else the model's or usual ones and virtual pressures."""
+    measured = [(first, second) for first, second, _ in sessions if first is not None and second is not None]
+    if len(measured) == len(pairs) and (pressures or not has_baseline):
+        regulators: Sequence[tuple[float, float, float]] = fit_regulators(pairs, measured)
+        return regulators, [
+            Reference(first, second, angle) for (first, second), (_, _, angle) in zip(measured, sessions, strict=True)
+        ]
+    regulators = (_regulator_of(model, 1), _regulator_of(model, 2))
+    virtual = [
+        Reference(regulated(pair.u1_mpa, *regulators[0], pair.dt_s), regulated(pair.u2_mpa, *regulators[1], pair.dt_s), angle)
+        for pair, (_, _, angle) in zip(pairs, sessions, strict=True)
+    ]
+    return regulators, virtual
+
+
+def _regulator_of(model: Model | None, number: int) -> tuple[float, float, float]:
+    if model is None or model.valve.kind != "regulators":
+        return USUAL_REGULATOR
+    tau = float(np.clip(model.valve.value(f"valve{number}_tau_s"), 0.002, 1.0))
+    return USUAL_REGULATOR[0], tau, tau
+
+
+def valve_side(prepared: Prepared) -> Side:
+    """The pressures' gap and floor."""
+    pairs, references = prepared.pairs, prepared.references
+    gap = np.concatenate(
+        [_must(pair.case.p1_mpa) - reference.p1_mpa for pair, reference in zip(pairs, references, strict=True)]
+        + [_must(pair.case.p2_mpa) - reference.p2_mpa for pair, reference in zip(pairs, references, strict=True)]
+    )
+    priors = np.array((VALVE_PRIORS if prepared.has_baseline else MODEL_VALVE_PRIORS) * 2)
+    noise = high_frequency_noise([column for pair in pairs for column in (_must(pair.case.p1_mpa), _must(pair.case.p2_mpa))])
+    fallback, source = _fallback(prepared, [_must(pair.case.p1_mpa) for pair in pairs], noise, 0.002)
+    if not prepared.has_baseline:
+        fallback = max(fallback, MISFIT_SHARE * max(float(np.ptp(reference.p1_mpa)) for reference in references))
+    modes = valve_modes(pairs, references, prepared.pairing.p0_mpa)
+    return build_side("valve", pairs, gap, modes, valve_deviations(pairs), priors, fallback=fallback, source=source)
+
+
+def angle_side(prepared: Prepared, *, driven: bool, model: Model | None, added_variance: float = 0.0) -> Side:
+    """The angle's gap and floor, under the case's own pressures when `driven`."""
+    pairs, references, nominal = prepared.pairs, prepared.references, prepared.nominal
+    healthy = [
+        angle_under(*case_pressures(track), track, nominal) if driven else track.reference.angle_deg for track in prepared.tracks
+    ]
+    handed = np.concatenate([now - reference.angle_deg for now, reference in zip(healthy, references, strict=True)])
+    share = HANDOVER * float(np.sqrt(np.mean(handed**2)))
+    span = max(float(np.ptp(np.concatenate([reference.angle_deg for reference in references]))), 1e-3)
+    priors = np.array(ANGLE_PRIORS if prepared.has_baseline else MODEL_PRIORS) * np.array([span, 1.0, 1.0, 1.0])
+    fallback, source = _fallback(prepared, [pair.case.angle_deg for pair in pairs], prepared.noise_deg, 0.002 * span)
+    if not prepared.has_baseline:
+        fallback = max(fallback, _model_misfit(model, span))
+    modes = angle_modes(pairs, references)
+    side = build_side(
+        "angle", pairs, angle_gap(pairs, healthy), modes, angle_deviations(pairs, nominal, driven), priors,
+        fallback=fallback, source=source, extra=float(np.hypot(share, np.sqrt(added_variance))),
+    )  # fmt: skip
+    if share == 0.0:
+        return side
+    sizes = np.maximum(np.sqrt(np.mean(modes**2, axis=0)), 1e-12)
+    return replace(side, spread=np.hypot(side.spread, share / sizes))
+
+
+MEAN_LAWS = ((1.0, 1.0), (1.0, 0.0), (0.5, 0.5), (0.0, 1.0), (0.0, 0.0))
+"""(exponent, softness): what the mean pressure may do, a bounded nuisance."""
+MEAN_MOVED = 0.01
+
+
+def with_mean_law(prepared: Prepared) -> Prepared:
+    """The description whose law of the mean pressure leaves least in the angle; baselines cannot tell, as theirs never changes."""
+    pairs = prepared.pairs
+    means = [
+        float(np.mean((_must(pair.case.p1_mpa) + _must(pair.case.p2_mpa)) / (one.p1_mpa + one.p2_mpa)))
+        for pair, one in zip(pairs, prepared.references, strict=True)
+    ]
+    if abs(float(np.mean(means)) - 1.0) < MEAN_MOVED:
+        return prepared
+    tried = []
+    for exponent, softness in MEAN_LAWS:
+        nominal = replace(prepared.nominal, exponent=exponent, softness=softness)
+        tracks = lay_tracks(pairs, prepared.references, nominal)
+        gap = angle_gap(pairs, [angle_under(*case_pressures(track), track, nominal) for track in tracks])
+        tried.append((float(np.std(gap)), replace(prepared, tracks=tracks, nominal=nominal)))
+    return min(tried, key=lambda one: one[0])[1]
+
+
+def _must(column: Column | None) -> Column:
+    assert column is not None
+    return column
+
+
+def _model_misfit(model: Model | None, span: float) -> float:
+    if model is not None and model.provenance.rmse_deg is not None:
+        return max(float(model.provenance.rmse_deg), 0.5 * MISFIT_SHARE * span)
+    return MISFIT_SHARE * span
+
+
+def _fallback(prepared: Prepared, columns: Sequence[Column], noise: float, least: float) -> tuple[float, str]:
+    """Floor and its source where sessions cannot give it: the periods' spread, or the sensor's noise."""
+    count = len(prepared.pairs[0].sessions)
+    if count >= 2:
+        return least, "sessions"
+    source = "model" if count == 0 else "periods"
+    spread = period_noise(prepared.pairs, columns)
+    if spread is None:
+        return float(np.hypot(np.sqrt(2.0) * noise, least)), "noise" if count else "model"
+    return float(np.hypot(np.sqrt(2.0) * spread, least)), source
+
+
+def judge(
+    prepared: Prepared, side: Side, effects: Sequence[Effect], *, driven: bool = False, beside: Side | None = None
+) -> Judged:
+    """Test a side; where it has a gap, rank the library, and look for a second cause where one does not suffice."""
+    bench = Bench(prepared.tracks, prepared.nominal, side, driven, beside)
+    sign = trigger(side)
+    if not sign.found:
+        return Judged(side, sign, bench, [], [], [], [], 0.0)
+    ranking = rank(effects, bench)
+    chances = probabilities(ranking, side)
+    if not ranking:
+        return Judged(side, sign, bench, [], [], [], [], 0.0)
+    names = name_set(ranking, chances, prepared.pairing.pressures)
+    accepted = _with_second(ranking, effects, bench) if prepared.has_baseline else [ranking[0]]
+    left = accepted[-1].residual
+    fraction = max(explained(side.rms(side.gap), side.rms(left), side.floor), explained_beside_modes(side, left))
+    if fraction < KNOWN:
+        accepted = []
+    return Judged(side, sign, bench, ranking, chances, names, accepted, fraction)
+
+
+def _with_second(ranking: Sequence[Candidate], effects: Sequence[Effect], bench: Bench) -> list[Candidate]:
+    """The best candidate, and a second one beside it when the first leaves a gap that the second takes away."""
+    first = ranking[0]
+    side = bench.side
+    loose = LOOSENESS * side.rms(side.gap)
+    if not trigger(side, first.residual, 1.5 * loose).found:
+        return [first]
+    best: list[Candidate] = [first]
+    goal = first.left**2
+    blind = side.name == "angle" and bench.beside is None and not bench.driven
+    for leader in ranking[: LEADERS_BLIND if blind else LEADERS]:
+        around = replace(bench, accepted=(leader.applied,))
+        others = [effect for effect in effects if effect.name != leader.effect.name]
+        seconds = rank(others, around, least=1, reach=1.2)
+        if not seconds:
+            continue
+        pair = _settled(leader, seconds[0], bench)
+        floor = side.remainder**2
+        if pair[1].left ** 2 - floor < (1.0 - SECOND_CAUSE) * (first.left**2 - floor) and pair[1].left ** 2 < goal:
+            best, goal = pair, pair[1].left ** 2
+    return best
+
+
+def _settled(first: Candidate, second: Candidate, bench: Bench) -> list[Candidate]:
+    """Both fitted again, each beside the other, twice."""
+    for _ in range(2):
+        first = refit(first, replace(bench, accepted=(second.applied,))) or first
+        second = refit(second, replace(bench, accepted=(first.applied,))) or second
+    return [first, second]
+
+
+def overall_gap(prepared: Prepared, causes: Sequence[Applied]) -> list[Column]:
+    """For each pair (n,): case angle less what the healthy rig would have read with these causes, holes 0."""
+    left = []
+    made = ready(causes, prepared.nominal)
+    for track in prepared.tracks:
+        angle = response_with(made, track, prepared.nominal)[2]
+        left.append((track.pair.case.angle_deg - angle) * track.pair.used)
+    return left
+
+
+def library_of(library: Sequence[str] | None) -> list[Effect]:
+    """The effects to try; KeyError names one that is not known."""
+    return chosen(library)
+
+
+def signatures_of(prepared: Prepared) -> list[Signature]:
+    """Marks in the raw records."""
+    return read_signatures(prepared.pairs)

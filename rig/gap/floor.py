@@ -1,0 +1,282 @@
+"""What differs between healthy sessions: the floor that a gap must rise above, by side of the chain.
+
+Sessions differ in a few slow ways (offset, gain, lag, width of the loop: the modes) and in a remainder. Each mode has its own spread,
+learnt from the baselines and held up by a prior where they are few; the remainder has an rms. No effect is known here.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rig.gap.kernels import square_sum, stops, whitened
+from rig.gap.nominal import Nominal, Reference
+from rig.gap.pairs import Pair
+from rig.log.record import Column
+
+MEMORY_S = 1.0
+"""Samples closer than this count as one: residuals are coloured."""
+PRIOR_SESSIONS = 1.0
+"""How many sessions the prior spread of a mode counts for."""
+ANGLE_PRIORS = (0.002, 0.003, 0.001, 0.03)
+"""Offset (share of the angle's range), gain, lag (s) and loop width (share): usual spread between days of a healthy rig."""
+VALVE_PRIORS = (0.0008, 0.003, 0.001)
+"""Offset (MPa), gain and lag (s) of a pressure monitor."""
+MODEL_PRIORS = (0.03, 0.08, 0.03, 0.5)
+MODEL_VALVE_PRIORS = (0.01, 0.05, 0.05)
+"""The same for a model in place of a baseline."""
+
+
+@dataclass(frozen=True)
+class Side:
+    """One side of the chain: its gap, its modes, its floor. Columns run over all pairs, one after the other."""
+
+    name: str
+    unit: str
+    gap: Column
+    """(n,) case minus healthy reference, 0 where not measured."""
+    modes: Column
+    """(n, m) ways in which sessions differ."""
+    spread: Column
+    """(m,) standard deviation of each mode between sessions."""
+    degrees: float
+    """Degrees of freedom of `spread`."""
+    remainder: float
+    """Rms of what sessions differ beside the modes."""
+    floor: float
+    """Rms of a healthy session against the mean of the baselines, modes and all."""
+    source: str
+    """sessions, periods, noise or model: what the floor was taken from."""
+    records: Column
+    """(n,) index of the pair that each row belongs to."""
+    rows: float
+    """Number of rows that were measured."""
+    effective: float
+    """Number of independent rows."""
+
+    def rms(self, column: Column) -> float:
+        """Root mean square over the measured rows."""
+        return float(np.sqrt(square_sum(column) / self.rows))
+
+    def on(self, chosen: Sequence[int]) -> "Side":
+        """The same side with the rows of some records only."""
+        rows = np.flatnonzero(np.isin(self.records, chosen))
+        share = len(rows) / max(len(self.records), 1)
+        renamed = np.searchsorted(np.array(chosen), self.records[rows]).astype(float)
+        return replace(
+            self,
+            gap=self.gap[rows],
+            modes=self.modes[rows],
+            records=renamed,
+            rows=self.rows * share,
+            effective=self.effective * share,
+        )
+
+    def noise(self, looseness: float = 0.0) -> float:
+        """Variance of a row as the fits see it; `looseness` is the rms by which laws are only approximations."""
+        return (self.remainder**2 + looseness**2) * self.rows / self.effective
+
+    def mode_sizes(self, column: Column, looseness: float = 0.0) -> Column:
+        """(m,) size of each mode in a column: as much as its spread allows."""
+        noise = self.noise(looseness)
+        gram = self.modes.T @ self.modes / noise + np.diag(1.0 / self.spread**2)
+        return np.asarray(np.linalg.solve(gram, self.modes.T @ column / noise), dtype=np.float64)
+
+    def free_sizes(self, column: Column) -> Column:
+        """(m,) size of each mode in a column, by least squares."""
+        gram = self.modes.T @ self.modes
+        return np.asarray(np.linalg.solve(gram + 1e-12 * np.diag(np.diag(gram) + 1e-30), self.modes.T @ column), dtype=np.float64)
+
+    def whitened(self, looseness: float = 0.0) -> "Whitener":
+        """How to weigh residuals of this side."""
+        noise = self.noise(looseness)
+        gram = self.modes.T @ self.modes / noise + np.diag(1.0 / self.spread**2)
+        to_sizes = np.ascontiguousarray(np.linalg.solve(gram, self.modes.T / noise).T)
+        return Whitener(self.modes, to_sizes, 1.0 / self.spread, 1.0 / float(np.sqrt(noise)))
+
+
+@dataclass(frozen=True)
+class Whitener:
+    """Turns a residual into one whose sum of squares is its chi-square: modes cost what their spread says."""
+
+    modes: Column
+    to_sizes: Column
+    precision: Column
+    scale: float
+
+    def __call__(self, residual: Column) -> Column:
+        out: Column = whitened(residual, self.modes, self.to_sizes, self.precision, self.scale)
+        return out
+
+
+def angle_modes(pairs: Sequence[Pair], references: Sequence[Reference]) -> Column:
+    """(n, 4): offset, gain, lag and loop width of the angle."""
+    blocks = []
+    for pair, reference in zip(pairs, references, strict=True):
+        angle = reference.angle_deg
+        width = max(0.1 * float(np.ptp(angle)), 1e-3)
+        loop = stops(angle, width)
+        blocks.append(np.column_stack([np.ones_like(angle), angle, -np.gradient(angle, pair.dt_s), -loop]) * pair.used[:, None])
+    return np.concatenate(blocks)
+
+
+def valve_modes(pairs: Sequence[Pair], references: Sequence[Reference], p0_mpa: float) -> Column:
+    """(n, 6): offset, gain and lag of each monitor; rows of valve 1, then of valve 2."""
+    halves = []
+    for k in (0, 1):
+        block = []
+        for pair, reference in zip(pairs, references, strict=True):
+            pressure = (reference.p1_mpa, reference.p2_mpa)[k]
+            block.append(
+                np.column_stack([np.ones_like(pressure), pressure - p0_mpa, -np.gradient(pressure, pair.dt_s)])
+                * pair.used[:, None]
+            )
+        halves.append(np.concatenate(block))
+    zero = np.zeros_like(halves[0])
+    return np.vstack([np.hstack([halves[0], zero]), np.hstack([zero, halves[1]])])
+
+
+def build_side(
+    name: str,
+    pairs: Sequence[Pair],
+    gap: Column,
+    modes: Column,
+    deviations: Sequence[Column],
+    priors: Column,
+    *,
+    fallback: float,
+    source: str,
+    extra: float = 0.0,
+) -> Side:
+    """A side from its gap and from each baseline session's deviation from the mean of the others (none: `fallback` is the floor).
+
+    `extra` is an rms that the remainder gets on top: what the other side explains is known only to a share.
+    """
+    halves = 2 if name == "valve" else 1
+    used = np.concatenate([pair.used for pair in pairs] * halves)
+    records = np.concatenate([np.full(len(pair), k) for k, pair in enumerate(pairs)] * halves)
+    rows = max(float(used.sum()), 1.0)
+    seconds = sum(float(pair.used.sum()) * pair.dt_s for pair in pairs)
+    side = Side(
+        name,
+        "MPa" if name == "valve" else "deg",
+        gap * used,
+        modes,
+        priors,
+        0.0,
+        fallback,
+        fallback,
+        source,
+        records,
+        rows,
+        halves * seconds / MEMORY_S,
+    )
+    count = len(deviations)
+    if count < 2:
+        total = float(np.sqrt(fallback**2 + np.mean((modes @ np.diag(priors)) ** 2, axis=0).sum()))
+        return _replaced(side, priors, PRIOR_SESSIONS, float(np.hypot(fallback, extra)), float(np.hypot(total, extra)))
+    fair = (count - 1) * (count + 1) / count**2  # a deviation from the mean of the others, as one from the mean of all
+    sizes = np.array([side.free_sizes(deviation * used) for deviation in deviations])
+    spread = np.sqrt((PRIOR_SESSIONS * priors**2 + fair * (sizes**2).sum(axis=0)) / (PRIOR_SESSIONS + count - 1))
+    left = [side.rms(deviation * used - modes @ size) for deviation, size in zip(deviations, sizes, strict=True)]
+    remainder = float(np.sqrt(fair * np.mean(np.square(left))))
+    floor = float(np.sqrt(fair * np.mean([side.rms(deviation * used) ** 2 for deviation in deviations])))
+    return _replaced(side, spread, PRIOR_SESSIONS + count - 1, float(np.hypot(remainder, extra)), float(np.hypot(floor, extra)))
+
+
+def _replaced(side: Side, spread: Column, degrees: float, remainder: float, floor: float) -> Side:
+    return Side(
+        side.name,
+        side.unit,
+        side.gap,
+        side.modes,
+        spread,
+        degrees,
+        max(remainder, 1e-9),
+        max(floor, 1e-9),
+        side.source,
+        side.records,
+        side.rows,
+        side.effective,
+    )
+
+
+def period_noise(pairs: Sequence[Pair], columns: Sequence[Column]) -> float | None:
+    """Rms by which the periods of periodic records differ; None when no command repeats itself at least twice."""
+    parts = []
+    for pair, column in zip(pairs, columns, strict=True):
+        rows = _period_rows(pair)
+        if rows is None:
+            continue
+        whole = (len(column) // rows) * rows
+        folded = column[:whole].reshape(-1, rows)[1:]  # the first period holds the start
+        if len(folded) >= 2:
+            parts.append(np.mean(np.var(folded - folded.mean(axis=1, keepdims=True), axis=0, ddof=1)))
+    return float(np.sqrt(np.mean(parts))) if parts else None
+
+
+def _period_rows(pair: Pair) -> int | None:
+    """Rows of the command's period, when it has one that fits three times."""
+    command = pair.u1_mpa - pair.u1_mpa.mean()
+    spectrum = np.fft.rfft(command, 2 * len(command))
+    correlation = np.fft.irfft(np.abs(spectrum) ** 2)[: len(command)]
+    overlap = correlation / np.maximum(np.arange(len(command), 0, -1), 1)
+    overlap = overlap / max(overlap[0], 1e-30)
+    below = np.flatnonzero(overlap[: 2 * len(command) // 3] < 0.3)
+    if not len(below):
+        return None
+    tail = overlap[below[0] : 2 * len(command) // 3]
+    if not len(tail) or tail.max() < 0.97:
+        return None
+    rows = int(below[0] + np.argmax(tail > 0.97 * tail.max()))
+    window = overlap[rows : rows + max(rows // 10, 2)]
+    rows += int(np.argmax(window))
+    return rows if 3 * rows <= len(command) else None
+
+
+def high_frequency_noise(columns: Sequence[Column]) -> float:
+    """White noise of columns from their third differences, by medians."""
+    differences = np.concatenate([np.diff(column, 3) for column in columns])
+    return float(1.4826 * np.median(np.abs(differences - np.median(differences))) / np.sqrt(20.0))
+
+
+def angle_gap(pairs: Sequence[Pair], references: Sequence[Column]) -> Column:
+    """(n,) case minus reference over all pairs."""
+    return np.concatenate([pair.case.angle_deg - reference for pair, reference in zip(pairs, references, strict=True)])
+
+
+def left_out(pair: Pair, k: int, kind: str) -> tuple[Column, Column]:
+    """Session k's column and the mean of the others' (kind p1_mpa, p2_mpa or angle_deg)."""
+    own = getattr(pair.sessions[k], kind)
+    others = np.mean([getattr(session, kind) for j, session in enumerate(pair.sessions) if j != k], axis=0)
+    return own, others
+
+
+def angle_deviations(pairs: Sequence[Pair], nominal: Nominal, driven: bool) -> list[Column]:
+    """(n,) for each session: its angle against the others' mean, brought to its own pressures when `driven`."""
+    count = len(pairs[0].sessions)
+    found = []
+    for k in range(count if count > 1 else 0):
+        parts = []
+        for pair in pairs:
+            own, others = left_out(pair, k, "angle_deg")
+            if driven:
+                (p1, m1), (p2, m2) = left_out(pair, k, "p1_mpa"), left_out(pair, k, "p2_mpa")
+                others = others + nominal.angle(p1, p2, pair.dt_s) - nominal.angle(m1, m2, pair.dt_s)
+            parts.append(own - others)
+        found.append(np.concatenate(parts))
+    return found
+
+
+def valve_deviations(pairs: Sequence[Pair]) -> list[Column]:
+    """(n,) for each session: both pressures against the others' mean, valve 1 then valve 2."""
+    count = len(pairs[0].sessions)
+    found = []
+    for k in range(count if count > 1 else 0):
+        parts = []
+        for kind in ("p1_mpa", "p2_mpa"):
+            for pair in pairs:
+                own, others = left_out(pair, k, kind)
+                parts.append(own - others)
+        found.append(np.concatenate(parts))
+    return found

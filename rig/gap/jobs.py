@@ -1,0 +1,59 @@
+"""Many independent pieces of work over local processes or a Dask cluster, with progress, surviving lost workers and kills.
+
+The same code path for both: anything with the interface of concurrent.futures.Executor. Work must be repeatable: a piece whose
+worker died is done again, so a piece writes its result whole (see blind.folder.write_json) and under one name.
+"""
+
+import os
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from multiprocessing import get_context
+from typing import Any, TypeVar
+
+from rig.errors import RigError
+
+R = TypeVar("R")
+PATIENCE_S = 10.0
+"""For a scheduler's first answer."""
+
+
+@contextmanager
+def executor(dask: str | None = None, workers: int | None = None) -> Iterator[Executor]:
+    """Local processes (one a core unless `workers` says otherwise), or the Dask cluster at `dask`.
+
+    RigError when the cluster cannot be reached or dask is not installed. A cluster's workers must see the same files.
+    """
+    if dask is None:
+        with ProcessPoolExecutor(workers or os.cpu_count() or 1, mp_context=get_context("spawn")) as pool:
+            yield pool
+        return
+    try:
+        import distributed
+    except ImportError:
+        raise RigError("--dask: the package dask.distributed is not installed; pip install 'pamrig[dask]'") from None
+    try:
+        client: Any = distributed.Client(dask, timeout=PATIENCE_S, set_as_default=False)  # type: ignore[no-untyped-call]
+    except (OSError, ValueError, TimeoutError) as error:
+        raise RigError(f"--dask {dask}: no scheduler answers there ({type(error).__name__}); expected host:port") from None
+    with client:
+        yield client.get_executor(pure=False)
+
+
+def finished(futures: Iterable["Future[R]"], done: Callable[[int], None] | None = None) -> Iterator[R]:
+    """Results as they come, in any order; `done(count)` after each. The first failure is raised, the rest is cancelled."""
+    waiting = list(futures)
+    try:
+        for count, future in enumerate(as_completed(waiting), 1):
+            yield future.result()
+            if done is not None:
+                done(count)
+    except BaseException:
+        for future in waiting:
+            future.cancel()
+        raise
+
+
+def each(pool: Executor, work: Callable[..., R], items: Iterable[Any], done: Callable[[int], None] | None = None) -> Iterator[R]:
+    """`work(item)` for every item, results as they come."""
+    return finished([pool.submit(work, item) for item in items], done)

@@ -1,0 +1,121 @@
+"""Where the gap lies for a person: over frequency, over the phase of the motion, over the operating region, over time.
+
+Every breakdown is of the same mean square, so the shares of each add up to 1. Which effect causes it is decided elsewhere.
+"""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from rig.gap.pairs import Pair
+from rig.log.record import Column
+
+REGIONS = 5
+STEP_SHARE = 0.5
+"""A step in the residual counts when it holds at least this share of the residual's mean square."""
+
+
+def frequency_shares(pairs: Sequence[Pair], gaps: Sequence[Column]) -> list[dict[str, Any]]:
+    """For each record: the share of the gap that is constant, at the excitation's lines, at odd and even multiples, and the rest."""
+    return [_lines_of(pair, gap) for pair, gap in zip(pairs, gaps, strict=True)]
+
+
+def _lines_of(pair: Pair, gap: Column) -> dict[str, Any]:
+    n = len(gap)
+    power = np.abs(np.fft.rfft(gap * 1.0)) ** 2
+    power[1:] *= 2.0
+    command = np.abs(np.fft.rfft((pair.u1_mpa - pair.u2_mpa) * np.hanning(n)))
+    command[:2] = 0.0
+    lines = np.flatnonzero(command > 0.15 * command.max())
+    kinds = {"constant": power[:2].sum(), "excited": 0.0, "odd_multiples": 0.0, "even_multiples": 0.0}
+    free = np.ones(len(power), dtype=bool)
+    free[:2] = False
+    top = int(np.argmax(command))
+    for name, places in (
+        ("excited", list(lines)),
+        ("odd_multiples", list(range(3 * top, len(power), 2 * top))),
+        ("even_multiples", list(range(2 * top, len(power), 2 * top))),
+    ):
+        for place in places[:60]:
+            rows = np.arange(max(place - 2, 2), min(place + 3, len(power)))
+            rows = rows[free[rows]]
+            kinds[name] += float(power[rows].sum())
+            free[rows] = False
+    total = max(float(power.sum()), 1e-30)
+    shares = {name: float(value) / total for name, value in kinds.items()}
+    shares["rest"] = max(1.0 - sum(shares.values()), 0.0)
+    return {"record": pair.name, "excited_hz": float(top / (n * pair.dt_s)), "rms_deg": _rms(gap, pair.used), "shares": shares}
+
+
+def phase_shares(pairs: Sequence[Pair], healthy: Sequence[Column], gaps: Sequence[Column]) -> list[dict[str, Any]]:
+    """Rising, falling, and at turning points (the slowest third of the motion): share of the gap, rms and mean."""
+    parts: dict[str, list[Column]] = {"rising": [], "falling": [], "turning": []}
+    for pair, angle, gap in zip(pairs, healthy, gaps, strict=True):
+        speed = np.gradient(angle, pair.dt_s)
+        slow = np.abs(speed) < np.quantile(np.abs(speed), 0.33)
+        used = pair.used > 0
+        parts["turning"].append(gap[slow & used])
+        parts["rising"].append(gap[~slow & (speed > 0) & used])
+        parts["falling"].append(gap[~slow & (speed < 0) & used])
+    return _told("phase", {name: np.concatenate(columns) for name, columns in parts.items()})
+
+
+def region_shares(pairs: Sequence[Pair], healthy: Sequence[Column], gaps: Sequence[Column]) -> list[dict[str, Any]]:
+    """Over the angle, in bands of equal width: share of the gap, rms and mean."""
+    angle, gap = np.concatenate(healthy), np.concatenate(gaps)
+    used = np.concatenate([pair.used for pair in pairs]) > 0
+    edges = np.linspace(angle[used].min(), angle[used].max() + 1e-9, REGIONS + 1)
+    bands = {f"{low:.1f} to {high:.1f} deg": gap[used & (angle >= low) & (angle < high)] for low, high in pairwise(edges)}
+    return _told("angle", bands)
+
+
+def over_time(pairs: Sequence[Pair], gaps: Sequence[Column]) -> list[dict[str, Any]]:
+    """For each record: the gap in its first and last quarter, its drift, and a step when there is a plain one."""
+    told = []
+    for pair, gap in zip(pairs, gaps, strict=True):
+        quarter = max(len(gap) // 4, 1)
+        slope = np.polyfit(pair.t_s, gap, 1)[0] if len(gap) > 2 else 0.0
+        at, share = _step(gap)
+        told.append(
+            {
+                "record": pair.name,
+                "first_quarter_rms_deg": _rms(gap[:quarter], pair.used[:quarter]),
+                "last_quarter_rms_deg": _rms(gap[-quarter:], pair.used[-quarter:]),
+                "drift_deg_min": float(60.0 * slope),
+                "step_at_s": float(pair.t_s[at]) if share > STEP_SHARE else None,
+            }
+        )
+    return told
+
+
+def _step(gap: Column) -> tuple[int, float]:
+    """Row of the best single step in the gap, and the share of the gap's variance that it explains."""
+    n = len(gap)
+    centred = gap - gap.mean()
+    total = float(centred @ centred)
+    if n < 20 or total <= 0:
+        return 0, 0.0
+    sums = np.cumsum(centred)[9 : n - 10]
+    rows = np.arange(10, n - 9)
+    explained = sums**2 * (1.0 / rows + 1.0 / (n - rows))
+    best = int(np.argmax(explained))
+    return int(rows[best]), float(explained[best] / total)
+
+
+def _told(what: str, parts: dict[str, Column]) -> list[dict[str, Any]]:
+    total = max(sum(float(column @ column) for column in parts.values()), 1e-30)
+    return [
+        {
+            what: name,
+            "share": float(column @ column) / total,
+            "rms_deg": float(np.sqrt(np.mean(column**2))) if len(column) else 0.0,
+            "mean_deg": float(column.mean()) if len(column) else 0.0,
+        }
+        for name, column in parts.items()
+    ]
+
+
+def _rms(gap: Column, used: Column) -> float:
+    return float(np.sqrt((gap * used) @ gap / max(used.sum(), 1.0)))

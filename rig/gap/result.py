@@ -1,0 +1,106 @@
+"""The diagnosis as plain data, and its JSON."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from rig.gap.carry import Applied
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A fitted number with its 95 % interval."""
+
+    value: float
+    low: float
+    high: float
+    unit: str = "1"
+
+    def to_json(self) -> dict[str, float | str]:
+        return {"value": self.value, "low": self.low, "high": self.high, "unit": self.unit}
+
+
+@dataclass(frozen=True)
+class Cause:
+    """One named cause."""
+
+    effect: str
+    stage: str
+    side: str
+    """valve, angle or signature: what it was judged on."""
+    applied: Applied | None
+    parameters: Mapping[str, Interval]
+    gap_before_deg: float
+    gap_after_deg: float
+    explained_fraction: float
+    ambiguous_with: tuple[str, ...]
+    confidence: float
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "effect": self.effect,
+            "stage": self.stage,
+            "judged_on": self.side,
+            "parameters": {name: number.to_json() for name, number in self.parameters.items()},
+            "gap_before_deg": self.gap_before_deg,
+            "gap_after_deg": self.gap_after_deg,
+            "explained_fraction": self.explained_fraction,
+            "ambiguous_with": list(self.ambiguous_with),
+            "confidence": self.confidence,
+            "added_to_model": None
+            if self.applied is None
+            else {"effect": self.applied.stage, "parameters": dict(self.applied.numbers)},
+        }
+
+
+@dataclass(frozen=True)
+class Ranked:
+    """One line of the ranking."""
+
+    effect: str
+    stage: str
+    side: str
+    explained_fraction: float
+    probability: float
+    score: float
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "effect": self.effect,
+            "stage": self.stage,
+            "judged_on": self.side,
+            "explained_fraction": self.explained_fraction,
+            "probability": self.probability,
+            "held_out_chi_square": self.score,
+        }
+
+
+@dataclass
+class Diagnosis:
+    """Where, which, how far, and what cannot be told."""
+
+    verdict: str
+    """none, explained, partly_explained or unknown."""
+    confidence: float
+    gap: dict[str, Any]
+    where: dict[str, Any]
+    causes: list[Cause]
+    ranking: list[Ranked]
+    next_experiment: dict[str, Any] | None = None
+    evidence: dict[str, Any] = field(default_factory=dict)
+    """Triggers, signatures, per-record gaps, what re-identification could hide, what was assumed."""
+    notes: list[str] = field(default_factory=list)
+
+    def to_json(self) -> dict[str, Any]:
+        """The JSON of the command, plain data throughout."""
+        return {
+            "verdict": self.verdict,
+            "confidence": self.confidence,
+            "gap": self.gap,
+            "where": self.where,
+            "causes": [cause.to_json() for cause in self.causes],
+            "ranking": [line.to_json() for line in self.ranking],
+            "next_experiment": self.next_experiment,
+            "evidence": self.evidence,
+            "notes": self.notes,
+        }

@@ -1,0 +1,293 @@
+"""Effects that least squares is blind to, found by their marks in the raw records: lattice, repeats, mains line, noise, time stamps, wires.
+
+Each test compares the case with its own baselines by medians and shares, so that a nominal converter's lattice or a nominal level of
+noise is no finding. Without a baseline the marks must be plain.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d, uniform_filter1d
+from scipy.signal import filtfilt, iirnotch, periodogram
+
+from rig.gap.pairs import Pair
+from rig.log.record import Column, Record
+
+LINES_HZ = (50.0, 60.0)
+LOST_JUMP = 1.5
+"""Steps that the row after a repeat must go on by: 2 after a lost sample, 1 in a dead spot."""
+LEAST_MOVING = 200
+"""Rows that must move by more than the lattice before repeats among them count."""
+LOST_MORE = 0.25
+"""Repeats must exceed those of the baselines by this share of them: on a lattice they come and go with the speed."""
+CLEAR = 5.0
+"""Standard deviations by which a share or a level must stand out."""
+
+
+@dataclass(frozen=True)
+class Signature:
+    """One mark: what was looked for, what the case and the baselines show, and the effect it stands for."""
+
+    mark: str
+    effect: str | None
+    found: bool
+    value: float
+    baseline: float
+    unit: str
+    text: str
+    numbers: dict[str, float] = field(default_factory=dict)
+    variance_deg2: float = 0.0
+    """What the effect adds to the mean square of the angle."""
+
+
+def read_signatures(pairs: Sequence[Pair]) -> list[Signature]:
+    """All marks of the case, the absent ones too: what was looked for is part of the evidence."""
+    cases = [pair.raw for pair in pairs]
+    count = min((len(pair.raw_baselines) for pair in pairs), default=0)
+    sessions = [[pair.raw_baselines[k] for pair in pairs] for k in range(count)]
+    lattice = _lattice(cases, sessions)
+    repeats = _repeats(cases, sessions, lattice)
+    hum = _hum(cases, sessions)
+    noise = _noise(cases, sessions, lattice, repeats, hum)
+    return [lattice, repeats, hum, noise, _stamps(cases, sessions), _common_mode(cases, sessions), *_wires(cases)]
+
+
+def _angles(records: Sequence[Record]) -> list[Column]:
+    return [record.angle_deg[np.isfinite(record.angle_deg)] for record in records if record.angle_deg is not None]
+
+
+def lattice_step(angles: Sequence[Column]) -> float:
+    """Distance of the values that occur; 0 when the values are too many for a lattice to show."""
+    steps = []
+    for angle in angles:
+        values = np.unique(np.round(angle, 7))
+        if 3 <= len(values) < 0.5 * len(angle):
+            gaps = np.diff(values)
+            gaps = gaps[gaps > 0.2 * np.median(gaps)]
+            steps.append(float(np.median(gaps)))
+    return float(np.median(steps)) if len(steps) > 0.5 * len(angles) else 0.0
+
+
+def _lattice(cases: Sequence[Record], sessions: Sequence[Sequence[Record]]) -> Signature:
+    step = lattice_step(_angles(cases))
+    base = max((lattice_step(_angles(session)) for session in sessions), default=0.0)
+    noise = _level(cases)
+    found = step > 1.6 * base and step > 1e-3 and (bool(sessions) or step > 3.0 * noise)
+    added = max(step**2 - base**2, 0.0) / 12.0
+    text = f"the angle takes values {step:.3g} deg apart, the baselines {base:.3g}" if step else "no lattice shows in the angle"
+    return Signature("lattice", "quantisation", found, step, base, "deg", text, {"step_deg": step}, added if found else 0.0)
+
+
+def _level(records: Sequence[Record]) -> float:
+    return _high_level(_angles(records))
+
+
+def _high_level(angles: Sequence[Column]) -> float:
+    """Noise by medians: of third differences, and of what a short running mean leaves (for noise that a filter has coloured)."""
+    rests = [angle - uniform_filter1d(angle, 7) for angle in angles]
+    rest = np.concatenate(rests)
+    plain = float(1.4826 * np.median(np.abs(rest - np.median(rest))) / np.sqrt(6.0 / 7.0))
+    return max(plain, _white_level(angles))
+
+
+def _white_level(angles: Sequence[Column]) -> float:
+    """White noise by medians of third differences, rows beside an exact repeat left out."""
+    parts = []
+    for angle in angles:
+        third = np.diff(angle, 3)
+        still = np.diff(angle) == 0
+        beside = still[:-2] | still[1:-1] | still[2:]
+        parts.append(third[~beside] if (~beside).sum() > 50 else third)
+    together = np.concatenate(parts)
+    return float(1.4826 * np.median(np.abs(together - np.median(together))) / np.sqrt(20.0))
+
+
+def _repeat_share(records: Sequence[Record], least: float) -> tuple[float, float, int]:
+    """Among rows where the angle moves by more than `least` a row: the share of exact repeats, by how many steps the row after
+    them goes on, and how many rows there are. After a lost sample it goes on by two, in a dead spot or on a lattice by one."""
+    still, onward, rows = 0, 0.0, 0
+    for angle in _angles(records):
+        slope = np.gradient(gaussian_filter1d(angle, 6.0))[1:-1]
+        moving = np.abs(slope) > max(least, float(np.quantile(np.abs(slope), 0.4)), 1e-9)
+        steps = np.diff(angle)
+        repeats = (steps[:-1] == 0) & moving
+        still += int(repeats.sum())
+        onward += float(np.sum(steps[1:][repeats] / slope[repeats]))
+        rows += int(moving.sum())
+    return still / max(rows, 1), onward / max(still, 1), rows
+
+
+def _repeats(cases: Sequence[Record], sessions: Sequence[Sequence[Record]], lattice: Signature) -> Signature:
+    least = 1.2 * max(lattice.value, lattice.baseline)
+    share, onward, rows = _repeat_share(cases, least)
+    if rows < LEAST_MOVING and not lattice.found:
+        least = 0.0
+        share, onward, rows = _repeat_share(cases, least)
+    usual = [_repeat_share(session, least) for session in sessions]
+    shares = [one[0] for one in usual]
+    base = float(np.mean(shares)) if shares else 0.0
+    base_onward = float(np.mean([one[1] for one in usual])) if usual else 1.0
+    spread = np.sqrt(
+        max(base * (1 - base), 1 / max(rows, 1)) / max(rows, 1) + (np.var(shares) if len(shares) > 1 else (0.1 * base) ** 2)
+    )
+    more = share - base
+    jump = (share * onward - base * base_onward) / more if more > 1e-9 else 0.0
+    found = (
+        rows >= 200
+        and (bool(shares) or not lattice.found)
+        and more > max(CLEAR * spread, 0.004, LOST_MORE * base)
+        and jump > LOST_JUMP
+    )
+    probability = float(np.clip(more / max(1 - base, 1e-6), 0.0, 0.9))
+    moved = float(np.mean([np.mean(np.diff(angle) ** 2) for angle in _angles(cases)]))
+    text = f"{100 * share:.2f} % of the moving rows repeat the row before exactly, {100 * base:.2f} % in the baselines"
+    numbers = {"probability": probability}
+    return Signature("repeats", "lost_samples", found, share, base, "1", text, numbers, probability * moved if found else 0.0)
+
+
+def _line(records: Sequence[Record], line_hz: float) -> tuple[float, float]:
+    """Amplitude of a mains line in the angle and the usual amplitude beside it; 0, 0 when the sampling cannot show it."""
+    lines, besides = [], []
+    for record in records:
+        if record.angle_deg is None:
+            continue
+        rate = 1.0 / record.period_s
+        alias = abs(line_hz - rate * round(line_hz / rate))
+        if alias < 8.0 or alias > 0.5 * rate - 1.0:
+            continue
+        grid = record.t_s[0] + np.arange(len(record)) / rate
+        known = np.isfinite(record.angle_deg)
+        angle = np.interp(grid, record.t_s[known], record.angle_deg[known])
+        rest = angle - gaussian_filter1d(angle, 0.012 * rate)
+        frequency, power = periodogram(rest, rate, window="hann", scaling="spectrum")
+        near = np.abs(frequency - alias)
+        lines.append(float(power[near < 0.6].max()))
+        besides.append(float(np.median(power[(near > 1.0) & (near < 8.0)])))
+    if not lines:
+        return 0.0, 0.0
+    return float(np.sqrt(2 * np.median(lines))), float(np.sqrt(2 * np.median(besides)))
+
+
+def _without_line(record: Record, line_hz: float) -> Column:
+    """The angle with a narrow notch at the line."""
+    assert record.angle_deg is not None
+    rate = 1.0 / record.period_s
+    alias = abs(line_hz - rate * round(line_hz / rate))
+    numerator, denominator = iirnotch(alias, alias / 4.0, rate)
+    left: Column = filtfilt(numerator, denominator, record.angle_deg[np.isfinite(record.angle_deg)])
+    return left
+
+
+def _hum(cases: Sequence[Record], sessions: Sequence[Sequence[Record]]) -> Signature:
+    best = (0.0, 0.0, 50.0)
+    for line in LINES_HZ:
+        amplitude, beside = _line(cases, line)
+        if amplitude > best[0]:
+            best = (amplitude, beside, line)
+    amplitude, beside, line = best
+    base = max((_line(session, line)[0] for session in sessions), default=0.0)
+    found = amplitude > 6.0 * beside and amplitude > 2.0 * base and amplitude > 0.0
+    size = float(np.sqrt(max(amplitude**2 - base**2, 0.0)))
+    text = f"a line of {amplitude:.3g} deg at {line:.0f} Hz, {base:.3g} deg in the baselines, {beside:.2g} deg beside it"
+    return Signature(
+        "mains line",
+        "mains_hum",
+        found,
+        amplitude,
+        base,
+        "deg",
+        text,
+        {"amplitude_deg": size, "frequency_hz": line},
+        0.5 * size**2 if found else 0.0,
+    )
+
+
+def _noise(
+    cases: Sequence[Record], sessions: Sequence[Sequence[Record]], lattice: Signature, repeats: Signature, hum: Signature
+) -> Signature:
+    """More broadband noise than the baselines have; what a lattice or a mains line adds is taken off first."""
+    measure = _white_level if repeats.found else _high_level
+    level = measure([_without_line(record, hum.numbers["frequency_hz"]) for record in cases] if hum.found else _angles(cases))
+    own = level**2 - (lattice.value**2 / 12.0 if lattice.found else 0.0)
+    levels = [measure(_angles(session)) for session in sessions]
+    base = float(np.sqrt(np.mean(np.square(levels)))) if levels else 0.0
+    spread = max(float(np.std(np.log(levels))) if len(levels) > 1 and min(levels) > 0 else 0.0, 0.03)
+    clear = max(0.2, CLEAR * spread)
+    found = bool(levels) and base > 0 and own > base**2 * np.exp(2 * clear) and not lattice.found
+    size = float(np.sqrt(max(own - base**2, 0.0)))
+    text = f"noise of {np.sqrt(max(own, 0.0)):.3g} deg rms, {base:.3g} in the baselines"
+    return Signature(
+        "noise",
+        "sensor_noise",
+        found,
+        float(np.sqrt(max(own, 0.0))),
+        base,
+        "deg",
+        text,
+        {"std_deg": size},
+        size**2 if found else 0.0,
+    )
+
+
+def _stamps(cases: Sequence[Record], sessions: Sequence[Sequence[Record]]) -> Signature:
+    """Jitter, gaps and rate of the time stamps."""
+
+    def periods(records: Sequence[Record]) -> float:
+        return float(np.median([np.mean(np.diff(record.t_s)) for record in records]))
+
+    gaps = sum(int(np.sum(np.diff(record.t_s) > 2.5 * record.period_s)) for record in cases)
+    jitter = float(np.median([np.std(np.diff(record.t_s)) / record.period_s for record in cases]))
+    rate = periods(cases) / periods(sessions[0]) - 1.0 if sessions else 0.0
+    text = f"{gaps} gaps in the time stamps, jitter {100 * jitter:.2g} % of the period, mean period {100 * rate:+.3g} % against the baselines"  # noqa: E501
+    return Signature("time stamps", None, gaps > 0 or jitter > 0.1, float(gaps), 0.0, "1", text)
+
+
+def _common_mode(cases: Sequence[Record], sessions: Sequence[Sequence[Record]]) -> Signature:
+    """Shift of the mean pressure."""
+
+    def mean(records: Sequence[Record]) -> float:
+        return float(
+            np.mean(
+                [
+                    np.nanmean(0.5 * (record.p1_mpa + record.p2_mpa))
+                    for record in records
+                    if record.p1_mpa is not None and record.p2_mpa is not None
+                ]
+            )
+        )
+
+    measured = all(record.has_pressures for record in cases) and all(
+        record.has_pressures for session in sessions for record in session
+    )
+    if not measured or not sessions:
+        return Signature("common mode", None, False, 0.0, 0.0, "MPa", "the mean pressure cannot be compared")
+    means = [mean(session) for session in sessions]
+    shift = mean(cases) - float(np.mean(means))
+    found = abs(shift) > CLEAR * max(float(np.std(means)), 0.0005)
+    return Signature(
+        "common mode", None, found, shift, 0.0, "MPa", f"the mean pressure lies {1e3 * shift:+.2f} kPa from the baselines'"
+    )
+
+
+def _wires(cases: Sequence[Record]) -> list[Signature]:
+    """Monitors that read nothing: below zero, or standing still under a moving command."""
+    found = []
+    for name, column_of in (("p1", _p1), ("p2", _p2)):
+        columns = [column_of(record) for record in cases]
+        known = [column[np.isfinite(column)] for column in columns if column is not None]
+        if not known:
+            continue
+        dead = bool(np.median([np.ptp(column) if len(column) else 0.0 for column in known]) < 1e-4)
+        low = bool(np.median([np.median(column) if len(column) else 0.0 for column in known]) < -0.02)
+        text = f"monitor of {name} {'does not move: broken wire?' if dead else 'reads below zero: broken wire?' if low else 'is alive'}"
+        found.append(Signature(f"wire {name}", None, dead or low, 0.0, 0.0, "MPa", text))
+    return found
+
+
+def _p1(record: Record) -> Column | None:
+    return record.p1_mpa
+
+
+def _p2(record: Record) -> Column | None:
+    return record.p2_mpa

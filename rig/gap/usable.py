@@ -1,0 +1,91 @@
+"""Which records the diagnosis can learn from: long enough, sampled, moved, in our units, and the right way round.
+
+A record that fails is named with its reason, so that a wrong unit is never taken for an effect.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from rig.errors import RecordError
+from rig.identify.data import strange_units
+from rig.log.record import Record
+
+LONGEST_GAP_S = 0.25
+"""Longer holes in a column are left out of every sum."""
+SHORTEST_S = 2.0
+LEAST_ROWS = 50
+LEAST_SAMPLED = 0.5
+"""Share of its own time that a record has to be sampled: rows times their usual distance, over its length."""
+AGAINST = -0.9
+"""Correlation of the measured with the commanded p1 - p2 below which the two sides are swapped."""
+RADIANS = (0.75 * np.pi / 180, 1.25 * np.pi / 180)
+"""An angle that spreads by this share of the baseline's is the same angle in radians."""
+MOST_REASONS = 3
+"""Reasons that are told when no record can be used."""
+
+
+def reasons(notes: Sequence[str]) -> str:
+    """Why nothing can be used, in one line however many records there are."""
+    more = f"; and {len(notes) - MOST_REASONS} more" if len(notes) > MOST_REASONS else ""
+    return "; ".join(notes[:MOST_REASONS]) + more or "no record was given"
+
+
+def usable(record: Record, notes: list[str], kind: str = "") -> bool:
+    """Whether anything can be learnt from a record; the reason goes into the notes."""
+    where = f"{kind}{record.name}"
+    if strange := strange_units(record):
+        notes.append(f"{where}: {strange}")
+    elif record.angle_deg is None or np.isfinite(record.angle_deg).mean() < 0.5:
+        notes.append(f"{where}: no angle was measured (at least half of the rows are needed)")
+    elif len(record) < LEAST_ROWS or record.t_s[-1] - record.t_s[0] < SHORTEST_S:
+        notes.append(f"{where}: too short, {len(record)} rows; at least {LEAST_ROWS} rows and {SHORTEST_S:g} s are needed")
+    elif np.any(np.diff(record.t_s) < 0):
+        notes.append(f"{where}: time runs backwards")
+    elif reason := _sampled_too_thinly(record):
+        notes.append(f"{where}: {reason}")
+    elif not np.isfinite(record.dp_cmd_mpa).all():
+        notes.append(f"{where}: the command has holes")
+    elif np.ptp(record.dp_cmd_mpa) < 0.005:
+        notes.append(
+            f"{where}: no excitation, the command moves by {1e3 * np.ptp(record.dp_cmd_mpa):.1f} kPa; at least 5 kPa are needed"
+        )
+    elif np.ptp(record.angle_deg[np.isfinite(record.angle_deg)]) < 1e-6:
+        notes.append(f"{where}: the angle never moves; broken sensor or stuck joint")
+    elif _runs_against(record):
+        notes.append(f"{where}: the measured p1 - p2 runs against its command; are the two monitors, or the valves, swapped?")
+    else:
+        return True
+    return False
+
+
+def _sampled_too_thinly(record: Record) -> str | None:
+    """Rows so far apart, or so much time without any, that nothing dynamic is left to see."""
+    length = float(record.t_s[-1] - record.t_s[0])
+    if record.period_s > LONGEST_GAP_S:
+        return f"sampled every {record.period_s:.3g} s, allowed: at most {LONGEST_GAP_S:g} s; is the time in ms?"
+    if len(record) * record.period_s < LEAST_SAMPLED * length:
+        return f"{len(record)} rows every {1e3 * record.period_s:.3g} ms do not fill its {length:.4g} s; is a time stamp wrong?"
+    return None
+
+
+def _runs_against(record: Record) -> bool:
+    """The pressures follow the command mirrored, which no lag of a regulator does."""
+    if not record.has_pressures:
+        return False
+    known = np.isfinite(record.dp_mpa)
+    if known.sum() < LEAST_ROWS or np.ptp(record.dp_mpa[known]) < 0.005:
+        return False
+    return bool(np.corrcoef(record.dp_mpa[known], record.dp_cmd_mpa[known])[0, 1] < AGAINST)
+
+
+def check_scale(record: Record, partners: Sequence[Record | None]) -> None:
+    """RecordError when the angle is that of the baselines in radians."""
+    assert record.angle_deg is not None
+    spreads = [np.nanstd(partner.angle_deg) for partner in partners if partner is not None and partner.angle_deg is not None]
+    share = float(np.nanstd(record.angle_deg) / np.median(spreads)) if spreads else 1.0
+    if RADIANS[0] < share < RADIANS[1]:
+        raise RecordError(
+            f"{record.name}: the angle moves {1 / share:.3g} times less than in the baselines; is it in radians? "
+            "`pamrig log import` converts units"
+        )

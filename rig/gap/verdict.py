@@ -1,0 +1,97 @@
+"""When a gap is a gap, which names stay in the set, how sure they are, and when the answer is "none" or "unknown".
+
+Thresholds stand here with where they come from; they were set on development data only (docs/explanation/diagnosis.md).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import t as student
+
+from rig.gap.attribute import SHARPNESS, Candidate
+from rig.gap.effects import effect_class
+from rig.gap.floor import Side
+from rig.gap.kernels import square_sum
+from rig.log.record import Column
+
+FALSE_ALARM = 0.003
+"""Allowed for each mode of each side."""
+PRIOR_DEGREES = 4.0
+"""Degrees of freedom that the prior spreads are worth in the threshold."""
+STRUCTURE = 1.3
+"""Rms beside the modes, over that of healthy sessions, from which on it is a gap."""
+KNOWN = 0.73
+"""Explained fraction below which the library does not explain a side."""
+SECOND_CAUSE = 0.3
+"""A further cause must take away this share of what the first ones leave above the floor."""
+IN_SET = 0.05
+"""Names with at least this probability stay in the set."""
+
+
+@dataclass(frozen=True)
+class Trigger:
+    """Whether a side has a gap, and by what."""
+
+    found: bool
+    structure: float
+    """Rms beside the modes over the floor's."""
+    scores: Column
+    """(m,) each mode's size in its standard deviations."""
+    threshold: float
+    """What a score must exceed."""
+
+    @property
+    def strength(self) -> float:
+        """How far above the threshold the strongest sign is: 1 is on it."""
+        return float(max(self.structure / STRUCTURE, np.abs(self.scores).max() / self.threshold))
+
+
+def trigger(side: Side, residual: Column | None = None, looseness: float = 0.0) -> Trigger:
+    """Test a side's gap, or what a cause left of it (`looseness`: the rms that even the right law may leave)."""
+    column = side.gap if residual is None else residual
+    sizes = side.free_sizes(column)
+    noise = side.noise(looseness)
+    own = np.sqrt(np.diag(np.linalg.pinv(side.modes.T @ side.modes))) * np.sqrt(noise)
+    relax = looseness / np.maximum(np.sqrt(np.sum(side.modes**2, axis=0) / side.rows), 1e-12)
+    scores = sizes / np.sqrt(side.spread**2 + own**2 + relax**2)
+    structure = side.rms(column - side.modes @ sizes) / float(np.hypot(side.remainder, looseness))
+    threshold = float(student.ppf(1 - 0.5 * FALSE_ALARM, side.degrees + PRIOR_DEGREES))
+    return Trigger(bool(structure > STRUCTURE or np.abs(scores).max() > threshold), structure, scores, threshold)
+
+
+def probabilities(ranking: Sequence[Candidate], side: Side) -> list[float]:
+    """How likely each candidate is, from how much less it leaves than the others; they add up to 1."""
+    if not ranking:
+        return []
+    scores = np.array([max(candidate.score, 1e-9) for candidate in ranking])
+    logs = -0.5 * SHARPNESS * np.log(scores / scores.min())
+    weights = np.exp(logs)
+    return [float(weight) for weight in weights / weights.sum()]
+
+
+def name_set(ranking: Sequence[Candidate], chances: Sequence[float], pressures: bool) -> list[str]:
+    """Names that cannot be told from the best one: those with a fair probability, and of its declared class those that fit as well."""
+    if not ranking:
+        return []
+    best = ranking[0].effect.name
+    word = effect_class(best, pressures)
+    kept = [best]
+    for candidate, chance in zip(ranking[1:], chances[1:], strict=True):
+        limit = 0.3 * IN_SET if effect_class(candidate.effect.name, pressures) == word else IN_SET
+        if chance >= limit:
+            kept.append(candidate.effect.name)
+    return kept
+
+
+def explained(before: float, after: float, floor: float) -> float:
+    """EF = (G - E) / (G - F) in mean squares, from rms values; 0 when nothing stands above the floor."""
+    gap = before**2 - floor**2
+    return float(np.clip((before**2 - after**2) / gap, -1.0, 1.0)) if gap > 1e-12 else 0.0
+
+
+def explained_beside_modes(side: Side, residual: Column) -> float:
+    """The explained fraction in chi-square: what sessions usually differ by is no gap, and need not be explained."""
+    weigh = side.whitened()
+    before, after = square_sum(weigh(side.gap)), square_sum(weigh(residual))
+    return float(np.clip((before - after) / max(before - side.effective, 1e-9), 0.0, 1.0))

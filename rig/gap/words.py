@@ -1,0 +1,83 @@
+"""The answers in a sentence each, for the terminal and the page. No number is computed here."""
+
+from rig.gap.result import Cause, Diagnosis
+
+SOURCES = {
+    "sessions": "repeated healthy sessions",
+    "periods": "the periods of one healthy session (less sure: days differ more than periods)",
+    "noise": "the sensor's noise (unsure: no repeats and no periods)",
+    "model": "the model's own misfit (unsure: no healthy session was given)",
+}
+STAGES = {
+    "timing": "in the timing",
+    "valve": "in the valves",
+    "muscle": "in the muscles",
+    "joint": "in the joint",
+    "sensor": "in the angle sensor or its converter",
+}
+
+
+def answers(diagnosis: Diagnosis) -> dict[str, str]:
+    """Question -> answer: verdict, where, which, how far, what next."""
+    told = {"Verdict:": _verdict(diagnosis)}
+    if diagnosis.causes:
+        told["Where:"] = _where(diagnosis)
+        told["Which:"] = _which(diagnosis)
+    if any(cause.effect != "unknown" for cause in diagnosis.causes):
+        told["How far:"] = _how_far(diagnosis)
+    if diagnosis.next_experiment:
+        names = ", ".join(diagnosis.next_experiment["separates"])
+        ratio = diagnosis.next_experiment["expected_ratio"]
+        told["Next:"] = (
+            f"to tell {names} apart, {diagnosis.next_experiment['why']}: they should differ by {ratio:.1f} floors there."
+        )
+    return told
+
+
+def _verdict(diagnosis: Diagnosis) -> str:
+    gap = diagnosis.gap
+    size = f"the gap is {gap['rms_deg']:.3g} deg rms against a floor of {gap['floor_deg']:.3g} deg (ratio {gap['ratio']:.1f}), by {SOURCES[gap['floor_source']]}"  # noqa: E501
+    words = {
+        "none": "no gap beyond what healthy sessions differ by",
+        "explained": "explained",
+        "partly_explained": "partly explained",
+        "unknown": "a gap that no effect of the library explains",
+    }
+    return f"{words[diagnosis.verdict]}, confidence {diagnosis.confidence:.2f}; {size}."
+
+
+def _where(diagnosis: Diagnosis) -> str:
+    stage = diagnosis.where["stage"]
+    shares = diagnosis.where["shares"]
+    text = STAGES.get(stage, "somewhere in the chain")
+    if shares:
+        text += f": {100 * shares['valve']:.0f} % of the angle gap comes through the pressures, {100 * shares['downstream']:.0f} % from behind them"  # noqa: E501
+    return text + "."
+
+
+def _which(diagnosis: Diagnosis) -> str:
+    return "; ".join(_name(cause) for cause in diagnosis.causes) + "."
+
+
+def _name(cause: Cause) -> str:
+    if cause.effect == "unknown":
+        near = f" (nearest: {', '.join(cause.ambiguous_with)})" if cause.ambiguous_with else ""
+        return f"unknown, seen in the {'pressures' if cause.side == 'valve' else 'angle'}{near}"
+    numbers = ", ".join(
+        f"{name} {number.value:.3g} ({number.low:.3g} to {number.high:.3g}){'' if number.unit == '1' else ' ' + number.unit}"
+        for name, number in cause.parameters.items()
+        if number.high > number.low
+    )
+    doubt = f", or {' or '.join(cause.ambiguous_with)}" if cause.ambiguous_with else ""
+    return f"{cause.effect} ({cause.stage}){doubt}, confidence {cause.confidence:.2f}: {numbers}"
+
+
+def _how_far(diagnosis: Diagnosis) -> str:
+    gap = diagnosis.gap
+    if all(cause.side == "signature" for cause in diagnosis.causes):
+        cause = diagnosis.causes[0]
+        return f"the unsmoothed gap falls from {cause.gap_before_deg:.3g} to {cause.gap_after_deg:.3g} deg rms."
+    return (
+        f"on held-out records the gap falls from {gap['rms_deg']:.3g} to {gap['after_deg']:.3g} deg rms; "
+        f"{100 * gap['explained_fraction']:.0f} % of what stands above the floor is explained."
+    )

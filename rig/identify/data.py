@@ -1,0 +1,231 @@
+"""From records to what identification works on: checked, on the model's clock, its inputs ready.
+
+Whatever cannot be used is refused in one line that says what is wrong and what would help; what is only doubtful becomes a
+warning. Reading files is `rig.log.reader`.
+"""
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import savgol_filter
+
+from rig.errors import RecordError
+from rig.log.record import Column, Record
+from rig.model.parameters import Input, Model
+from rig.model.resample import held_commands, is_regular, on_grid
+
+SHORTEST_S = 1.0
+"""A record shorter than this shows no loop at any frequency of the sweep range."""
+LARGEST_GAP = 20
+"""Rows missing in one place up to which a record is interpolated; beyond, the state of the muscles is lost."""
+MOST_MISSING = 0.05
+"""Share of NaN in a measured column up to which it is interpolated."""
+LEAST_INPUT_MPA = 0.005
+LEAST_OUTPUT_DEG = 0.05
+"""Peak to peak below which a record excites nothing."""
+MOST_PRESSURE_MPA = 1.2
+"""More than any regulator of the rig can set: another unit."""
+MOST_ANGLE_DEG = 3600.0
+"""More than a potentiometer of ten turns shows: counts, or a broken value."""
+LEAST_REPEATS = 0.02
+"""Share of rows from which equal measurements mean repeated packets, and not a chance of the converters."""
+SMOOTH_S = 0.05
+"""Window of the quadratic (Savitzky-Golay) through measured pressures; a regulator with a lag of 40 ms has nothing above it."""
+RADIANS = 1.6
+"""An angle that stays below this while the pressure moves by 0.1 MPa and more is probably in radians."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """What the caller allows."""
+
+    resample: bool = False
+    """Put a record of another sampling period onto the model's."""
+    trust_units: bool = False
+    """Do not refuse numbers that look like another unit."""
+    skip_s: float = 0.0
+    """Start of each record that is simulated but does not count in the error: a start-up transient."""
+    until_s: float | None = None
+    """Nothing after this time of each record is looked at: the rest is kept for validation."""
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """A record on the model's grid with what drives the muscles; columns of shape (n,)."""
+
+    record: Record
+    """As it was read."""
+    grid: Record
+    """On the model's clock, nothing missing."""
+    p1_mpa: Column
+    p2_mpa: Column
+    angle_deg: Column
+    skip: int
+    """Rows at the start that do not count."""
+    warnings: list[str] = field(default_factory=list)
+
+    @property
+    def amplitude_mpa(self) -> float:
+        """Largest |p1 - p2|."""
+        return float(np.max(np.abs(self.p1_mpa - self.p2_mpa)))
+
+
+def prepare(record: Record, model: Model, options: Options | None = None) -> Prepared:
+    """`record` ready to be fitted by, or compared with, `model`; RecordError in one line when it cannot be."""
+    allowed = options or Options()
+    record = cut(record, allowed)
+    _check_times(record, model.sample_time_s, allowed.resample)
+    _check_columns(record, model.muscle.input)
+    if not allowed.trust_units:
+        _check_units(record)
+    _check_excitation(record, model.muscle.input)
+    warnings = _missing(record)
+    repeated = repeated_packets(record)
+    if np.mean(repeated) > LEAST_REPEATS:
+        warnings.append(
+            f"{record.name}: {repeated.sum()} rows repeat the packet before them; their measurements were interpolated"
+        )
+        record = _without(record, repeated)
+    regular = is_regular(record, model.sample_time_s)
+    grid = on_grid(record, model.sample_time_s)
+    if not regular:
+        rate = f"sampled every {record.period_s * 1e3:.3g} ms, irregular or with rows missing"
+        warnings.append(f"{record.name}: {rate}; resampled to {model.sample_time_s * 1e3:g} ms")
+    p1, p2 = driving_pressures(grid, model.muscle.input, model.p0_mpa)
+    angle = grid.angle_deg if grid.angle_deg is not None else np.zeros(len(grid))
+    skip = round(allowed.skip_s / model.sample_time_s)
+    if skip >= len(grid) - 2:
+        raise RecordError(
+            f"{record.name}: nothing is left of its {grid.t_s[-1] - grid.t_s[0]:.3g} s after the first {allowed.skip_s:g} s"
+        )
+    return Prepared(record, grid, p1, p2, angle, skip, warnings)
+
+
+def cut(record: Record, options: Options) -> Record:
+    """The part of the record that may be looked at."""
+    return record if options.until_s is None else record.rows(record.t_s - record.t_s[0] <= options.until_s)
+
+
+def driving_pressures(grid: Record, drive: Input, p0_mpa: float) -> tuple[Column, Column]:
+    """p1 and p2 (MPa) that drive the muscles: the measured ones, or the set-points in force."""
+    if drive is Input.COMMAND:
+        return held_commands(grid, p0_mpa)
+    if grid.p1_mpa is None or grid.p2_mpa is None:
+        raise RecordError(f"{grid.name}: the pressures were not measured; use --input command")
+    return _smooth(grid.p1_mpa, grid.period_s), _smooth(grid.p2_mpa, grid.period_s)
+
+
+def _smooth(pressure: Column, dt_s: float) -> Column:
+    """The monitor's noise taken off, without delay: theta of (11) differentiates its input and would carry it into the angle."""
+    rows = round(SMOOTH_S / dt_s) // 2 * 2 + 1
+    return np.asarray(savgol_filter(pressure, rows, 2)) if 5 <= rows <= len(pressure) else pressure
+
+
+def _check_times(record: Record, dt_s: float, resample: bool) -> None:
+    name = record.name
+    if len(record) < 3 or record.t_s[-1] - record.t_s[0] < SHORTEST_S:
+        length = float(record.t_s[-1] - record.t_s[0]) if len(record) else 0.0
+        raise RecordError(f"{name}: {len(record)} rows over {length:.3g} s are too short; needed: at least {SHORTEST_S:g} s")
+    steps = np.diff(record.t_s)
+    if not np.all(np.isfinite(record.t_s)) or np.any(steps <= 0):
+        where = int(np.argmin(np.where(np.isfinite(steps), steps, -1.0)))
+        raise RecordError(f"{name}: time does not rise after {record.t_s[where]:g} s")
+    if abs(record.period_s / dt_s - 1.0) > 0.02 and not resample:
+        own = f"{record.period_s * 1e3:.4g} ms"
+        raise RecordError(
+            f"{name}: sampled every {own}, the model works at {dt_s * 1e3:g} ms; "
+            "--resample puts it onto the model's clock, --sample-time identifies at another one"
+        )
+    widest = int(np.argmax(steps))
+    if steps[widest] > LARGEST_GAP * max(dt_s, record.period_s):
+        raise RecordError(f"{name}: a gap of {steps[widest]:.3g} s at {record.t_s[widest]:.3f} s; cut the record there")
+
+
+def _check_columns(record: Record, drive: Input) -> None:
+    if record.angle_deg is None:
+        raise RecordError(f"{record.name}: it has no angle; needed: a column angle_deg")
+    if drive is Input.PRESSURE and not record.has_pressures:
+        raise RecordError(f"{record.name}: the pressures were not measured; use --input command")
+    if np.isnan(record.dp_cmd_mpa).any() and drive is Input.COMMAND:
+        first = float(record.t_s[int(np.argmax(np.isnan(record.dp_cmd_mpa)))])
+        raise RecordError(f"{record.name}: dp_cmd_mpa is not a number at {first:.3f} s; a command is known or there is none")
+    for column in _measured(record, drive):
+        values = getattr(record, column)
+        share = float(np.mean(~np.isfinite(values)))
+        if share > MOST_MISSING:
+            raise RecordError(f"{record.name}: {share:.0%} of {column} is missing; allowed: {MOST_MISSING:.0%}")
+
+
+def strange_units(record: Record) -> str | None:
+    """What no rig of this kind can show, and the unit it may be in: pressures beyond any regulator, angles beyond any potentiometer."""
+    for name in ("dp_cmd_mpa", "p1_mpa", "p2_mpa"):
+        largest = _largest(getattr(record, name))
+        if largest > MOST_PRESSURE_MPA:
+            unit = "bar" if largest < 15.0 else "kPa or psi" if largest < 2000.0 else "Pa"
+            return f"{name} reaches {largest:.4g}, more than any regulator gives ({MOST_PRESSURE_MPA:g} MPa); is it in {unit}?"
+    if (largest := _largest(record.angle_deg)) > MOST_ANGLE_DEG:
+        return f"angle_deg reaches {largest:.4g}, more than any potentiometer shows ({MOST_ANGLE_DEG:g} deg); is it in counts?"
+    return None
+
+
+def _largest(column: Column | None) -> float:
+    known = np.empty(0) if column is None else column[np.isfinite(column)]
+    return float(np.max(np.abs(known), initial=0.0))
+
+
+def _check_units(record: Record) -> None:
+    """Numbers that no rig of this kind can show are in another unit."""
+    if strange := strange_units(record):
+        raise RecordError(f"{record.name}: {strange} `pamrig log import` converts units, --trust-units takes it as it stands")
+    angle = record.angle_deg
+    if angle is not None and np.ptp(record.dp_cmd_mpa) >= 0.1 and LEAST_OUTPUT_DEG < np.nanmax(np.abs(angle)) <= RADIANS:
+        raise RecordError(
+            f"{record.name}: angle_deg stays within {np.nanmax(np.abs(angle)):.3g} while the pressure moves by "
+            f"{np.ptp(record.dp_cmd_mpa):.2g} MPa; is it in radians? `pamrig log import` converts, --trust-units takes it as it stands"
+        )
+
+
+def _check_excitation(record: Record, drive: Input) -> None:
+    moved = record.dp_cmd_mpa if drive is Input.COMMAND else record.dp_mpa
+    if not np.ptp(moved[np.isfinite(moved)]) >= LEAST_INPUT_MPA:
+        raise RecordError(f"{record.name}: the {drive.value} is constant; needed: it moves by {LEAST_INPUT_MPA:g} MPa and more")
+    if record.angle_deg is not None and not np.ptp(record.angle_deg[np.isfinite(record.angle_deg)]) >= LEAST_OUTPUT_DEG:
+        raise RecordError(f"{record.name}: the angle is constant; needed: it moves by {LEAST_OUTPUT_DEG:g} deg and more")
+
+
+def _missing(record: Record) -> list[str]:
+    """A warning for each measured column in which values are missing."""
+    found = []
+    for name in ("angle_deg", "p1_mpa", "p2_mpa"):
+        column = getattr(record, name)
+        missing = 0 if column is None else int(np.sum(~np.isfinite(column)))
+        if missing:
+            found.append(f"{record.name}: {missing} values of {name} are missing and were interpolated")
+    return found
+
+
+def repeated_packets(record: Record) -> NDArray[np.bool_]:
+    """Rows in which a logger stored the previous packet again, shape (n,): both pressures and the angle are exactly the same.
+
+    One column alone may stand still on its converter's lattice; all three only when nothing moves, and then a repeat does no harm.
+    """
+    columns = [record.p1_mpa, record.p2_mpa, record.angle_deg]
+    if any(column is None for column in columns):
+        return np.zeros(len(record), dtype=bool)
+    same = np.all([np.diff(column, prepend=np.nan) == 0.0 for column in columns if column is not None], axis=0)
+    return np.asarray(same & (np.diff(record.dp_cmd_mpa, prepend=np.nan) != 0.0))
+
+
+def _without(record: Record, rows: NDArray[np.bool_]) -> Record:
+    """The record with those rows' measurements missing; their commands stay."""
+    measured: dict[str, Any] = {}
+    for name in ("p1_mpa", "p2_mpa", "angle_deg"):
+        if (column := getattr(record, name)) is not None:
+            measured[name] = np.where(rows, np.nan, column)
+    return replace(record, **measured)
+
+
+def _measured(record: Record, drive: Input) -> tuple[str, ...]:
+    return ("angle_deg", "p1_mpa", "p2_mpa") if drive is Input.PRESSURE else ("angle_deg",)

@@ -1,0 +1,258 @@
+"""The identification of a model: searches from several seeds, polish, the check over the sweep range, and what is known of the result."""
+
+import hashlib
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+from importlib.metadata import PackageNotFoundError, version
+from typing import TypeVar
+
+import numpy as np
+
+from rig.identify.data import Options, Prepared, prepare
+from rig.identify.objective import ChainObjective, make_objective, predict
+from rig.identify.optimizers import Optimizer, Table, make_optimizer, polish
+from rig.identify.search import Budget, Found, search
+from rig.identify.space import Space
+from rig.identify.stability import StabilityTerm, SweepRange, Verdict, check_bounded, search_signals
+from rig.identify.swarm import SwarmSettings
+from rig.identify.uncertainty import Uncertainty, local_uncertainty
+from rig.identify.validate import Score, angle_limit, excited_hz, score
+from rig.identify.valves import ValveFit, identify_valves
+from rig.log.record import Record
+from rig.model.parameters import AddedEffect, Input, Model, Provenance, SourceLog, ValidRange
+from rig.model.swarm_kernel import cores
+
+_TERM_SHARE = 0.8
+"""The search keeps within this share of the verdict's limit, so that what lies between its few excitations fits in too."""
+_POLISH_ROUNDS = 100
+_POLISH_ROWS = 4000
+"""About how many rows a polish looks at: neighbours 5 ms apart say the same of a joint that takes 0.1 s to move."""
+_AGAIN = 12_000
+"""Evaluations of the search after excitations were added."""
+_ROUNDS = 3
+"""How often excitations that the dense check found failing are put into the search's term."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How to search."""
+
+    optimizer: str = "pso"
+    seeds: tuple[int, ...] = (1, 2, 3)
+    swarm: SwarmSettings = field(default_factory=SwarmSettings)
+    patience: int | None = None
+    """Early stop after so many rounds without gain; None: the whole budget of Table II."""
+    polish: bool = True
+    bounded: bool = True
+    """Keep the model bounded over the sweep range, by a term in the score."""
+    sweep: SweepRange = field(default_factory=SweepRange)
+    workers: int = field(default_factory=cores)
+
+
+@dataclass(frozen=True)
+class Identified:
+    """A model and how it came about."""
+
+    model: Model
+    rmse_deg: float
+    """Over all identification records together."""
+    search_rmse_deg: float
+    """The same before the polish: what the optimiser alone reached."""
+    evaluations: int
+    seconds: float
+    verdict: Verdict
+    unbounded_rmse_deg: float | None
+    """What the same search reaches when it need not stay bounded; None when that was not asked for."""
+    seeds: dict[int, Found]
+    """Seed -> its search before the polish; the points of several seeds show how well the swarm agrees with itself."""
+    space: Space
+    uncertainty: Uncertainty
+    scores: list[Score]
+    """One for each identification record."""
+    valves: ValveFit | None
+    warnings: list[str]
+
+    def seed_spread(self) -> dict[str, float]:
+        """Standard deviation over the seeds of each parameter as the search left it, in its own unit."""
+        points = np.array([found.point for found in self.seeds.values()])
+        spread = np.std(points, axis=0, ddof=1) if len(points) > 1 else np.full(len(self.space), np.nan)
+        return dict(zip(self.space.names, (spread * (self.space.high - self.space.low)).tolist(), strict=True))
+
+
+T = TypeVar("T")
+Report = Callable[[str, float, float], None]
+"""Called with the step at hand, the share of its budget that is spent, and the best RMSE so far."""
+
+
+def identify(
+    records: Sequence[Record], start: Model, settings: Settings, options: Options | None = None, report: Report | None = None
+) -> Identified:
+    """Fit the free parameters of `start` to `records`.
+
+    Raises RecordError for records that cannot be used, ModelError for a start that cannot be searched.
+    """
+    begun = time.perf_counter()
+    data = [prepare(record, start, options) for record in records]
+    valves = _valves([each.grid for each in data], start)
+    if valves is not None:
+        late = [AddedEffect("delay", {"delay_s": valves.dead_time_s})] if valves.dead_time_s else []
+        start = replace(start, valve=valves.stage, effects=start.effects + late)
+    task = _Task(data, start, settings, report)
+    found = task.search_all()
+    point, spent = task.refine(list(found.values()))
+    free_rmse, free_spent = task.without_bound(point) if settings.bounded else (None, 0)
+    objective = task.objective(None)
+    uncertainty = local_uncertainty(objective, task.space, point)
+    model = task.space.model(point, uncertainty.std)
+    scores = [
+        score(str(each.record.source or each.record.name), each.angle_deg, predict(model, each), each.skip) for each in data
+    ]
+    rmse = float(objective.scores(point[np.newaxis])[0])
+    verdict = task.verdict(point)
+    evaluations = sum(each.evaluations for each in found.values()) + spent + free_spent
+    model = replace(
+        model, valid=_valid(data, settings, verdict, start), provenance=_provenance(data, scores, rmse, settings, evaluations)
+    )
+    best = min(found.values(), key=lambda each: each.score)
+    warnings = [text for each in data for text in each.warnings] + ([] if valves is None else valves.notes)
+    search_rmse = float(objective.scores(best.point[np.newaxis])[0])
+    seconds = time.perf_counter() - begun
+    return Identified(
+        model,
+        rmse,
+        search_rmse,
+        evaluations,
+        seconds,
+        verdict,
+        free_rmse,
+        found,
+        task.space,
+        uncertainty,
+        scores,
+        valves,
+        warnings,
+    )
+
+
+class _Task:
+    """The searches over one set of records."""
+
+    def __init__(self, data: Sequence[Prepared], start: Model, settings: Settings, report: Report | None) -> None:
+        self._data, self._start, self._settings, self._report = data, start, settings, report
+        self.space = Space(start)
+        self._limit = angle_limit(data, settings.sweep)
+        self._signals = search_signals(settings.sweep)
+        self._thin = max(1, sum(len(each.angle_deg) for each in data) // _POLISH_ROWS)
+
+    def objective(self, term: StabilityTerm | None, thin: int = 1) -> ChainObjective:
+        return make_objective(self._start, self.space, self._data, term, thin)
+
+    def search_all(self) -> dict[int, Found]:
+        """One search from every seed, as many at once as there are cores."""
+        bounded = self._settings.bounded
+        return dict(
+            zip(self._settings.seeds, self._at_once(lambda seed: self._search(seed, bounded), self._settings.seeds), strict=True)
+        )
+
+    def refine(self, found: Sequence[Found]) -> tuple[Table, int]:
+        """The best point after a polish of every search, kept bounded under the dense check; with the evaluations that took.
+
+        The error has long curved valleys in which a search ends early, so the best one before need not be the best one after.
+        """
+        bounded = self._settings.bounded
+        point, spent = self._best_polished([each.point for each in found], bounded)
+        for _ in range(_ROUNDS if bounded else 0):
+            failing = self.verdict(point).failing
+            if not failing:
+                break
+            self._signals += [signal for signal in failing if signal not in self._signals][:8]
+            again = self._again()
+            point, more = self._best_polished([point, again.point], bounded)
+            spent += more + again.evaluations
+        return point, spent
+
+    def without_bound(self, bounded_best: Table) -> tuple[float, int]:
+        """RMSE that is reached when the model need not stay bounded, and what it cost: one more search, and the best so far, polished."""
+        found = self._search(self._settings.seeds[0], False)
+        point, spent = self._best_polished([found.point, bounded_best], False)
+        return float(self.objective(None).scores(point[np.newaxis])[0]), spent + found.evaluations
+
+    def verdict(self, point: Table) -> Verdict:
+        return check_bounded(self.space.model(point), self._settings.sweep, self._limit)
+
+    def _again(self) -> Found:
+        """A short search with the excitations that were added; the swarm has found the region, CMA-ES is the better one to leave it."""
+        made = make_optimizer("cma-es", len(self.space), self._settings.seeds[0], self._settings.swarm)
+        return self._run("once more", made, True, _AGAIN)
+
+    def _search(self, seed: int, bounded: bool) -> Found:
+        name = self._settings.optimizer
+        made = make_optimizer(name, len(self.space), seed, self._settings.swarm)
+        swarm = self._settings.swarm
+        return self._run(f"{name}, seed {seed}", made, bounded, swarm.particles * swarm.iterations)
+
+    def _best_polished(self, points: Sequence[Table], bounded: bool) -> tuple[Table, int]:
+        """Every point polished; the best by the score over all rows, and the evaluations that took."""
+        polished: list[Found] = []
+        if self._settings.polish:
+            budget = _POLISH_ROUNDS * (2 * len(self.space) + 1)
+            polished = self._at_once(
+                lambda point: self._run("polish", polish(point, _POLISH_ROUNDS), bounded, budget, self._thin), points
+            )
+        ends = np.array([*points, *(each.point for each in polished)])
+        scores = self.objective(self._term(bounded)).scores(ends)
+        return ends[int(np.argmin(scores))], sum(each.evaluations for each in polished) + len(ends)
+
+    def _at_once(self, work: Callable[[T], Found], items: Sequence[T]) -> list[Found]:
+        with ThreadPoolExecutor(max(1, min(self._settings.workers, len(items)))) as pool:
+            return list(pool.map(work, items))
+
+    def _run(self, title: str, made: Optimizer, bounded: bool, evaluations: int, thin: int = 1) -> Found:
+        report = self._report
+        told = None if report is None else (lambda done, best: report(title, done / evaluations, best))
+        objective = self.objective(self._term(bounded), thin)
+        return search(objective, made, Budget(evaluations, self._settings.patience), told)
+
+    def _term(self, bounded: bool) -> StabilityTerm | None:
+        if not bounded or self._start.muscle.kind == "bw_continuous":
+            return None  # model (1) is bounded wherever psi > |gamma|, and the dense check judges it
+        return StabilityTerm(self._signals, self._start, _TERM_SHARE * self._limit)
+
+
+def _valves(records: Sequence[Record], start: Model) -> ValveFit | None:
+    """The regulators, where the model has them as a stage and the records show them."""
+    if start.muscle.input is not Input.PRESSURE or not all(record.has_pressures for record in records):
+        return None
+    if start.valve.kind != "direct":
+        return None
+    return identify_valves(records, start.sample_time_s, start.p0_mpa)
+
+
+def _valid(data: Sequence[Prepared], settings: Settings, verdict: Verdict, start: Model) -> ValidRange:
+    """The sweep range where the model is bounded over it, else only what the records excite."""
+    if verdict.bounded:
+        sweep = settings.sweep
+        return ValidRange(
+            (sweep.low_hz, sweep.high_hz), max(sweep.amplitude_mpa, *(each.amplitude_mpa for each in data), 0.0), True
+        )
+    excited = [excited_hz(each.p1_mpa - each.p2_mpa, start.sample_time_s) for each in data]
+    return ValidRange(
+        (min(low for low, _ in excited), max(high for _, high in excited)), max(each.amplitude_mpa for each in data)
+    )
+
+
+def _provenance(
+    data: Sequence[Prepared], scores: Sequence[Score], rmse: float, settings: Settings, evaluations: int
+) -> Provenance:
+    logs = []
+    for each, row in zip(data, scores, strict=True):
+        source = each.record.source
+        digest = hashlib.sha256(source.read_bytes()).hexdigest() if source is not None and source.is_file() else ""
+        logs.append(SourceLog(str(source or ""), digest, each.record.name, round(row.rmse_deg, 6)))
+    try:
+        program = version("pamrig")
+    except PackageNotFoundError:
+        program = ""
+    return Provenance("", logs, rmse, settings.optimizer, settings.seeds[0], evaluations, program)

@@ -1,0 +1,123 @@
+"""The models that identification starts from: which parameters are free, and the bounds of the search.
+
+The bounds follow from what the model must do, not from one rig. With the gain g (degrees per unit of u), theta's divisor D and the
+sample time Ts, a constant u gives y = xi (1 - lambda2) u / (D (1 - lambda1)), so xi is of the order g D; phi theta and beta theta are
+decays per tick of the order 1, so phi and beta are of the order D; and the second parameters of (11) count per change of u in a
+tick, which is of the order Ts / 0.2 s.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rig.config import suggest
+from rig.errors import ModelError
+from rig.log.record import Record
+from rig.model.parameters import KINDS, Input, Model, MuscleModel, Parameter, StageModel
+
+_LEAK = {"lambda1": (0.005, 0.1), "lambda2": (0.02, 1.0)}
+"""1 - lambda at a sample time of 5 ms: the first must not integrate without end, the second not cancel u."""
+_XI, _PHI = 2.0, 2.0
+_XI2, _PHI2 = 20.0, 50.0
+"""Bounds of xi1 / (g D), phi1 / D, xi2 / (g D), phi2 / D, the last two at a sample time of 5 ms."""
+_CONTINUOUS = {"rho": (0.0, 1.0), "eps": (0.0, 5.0), "psi": (-5.0, 5.0), "gamma": (-5.0, 5.0), "n": (1.0, 3.0)}
+_UNITS_OF = {"theta_divisor_s": "s", "u_unit_mpa": "MPa", "y_unit_deg": "deg"}
+_JOINT_BOUNDS = {"omega_rad_per_s": (5.0, 200.0, "rad/s"), "damping": (0.01, 0.99, "1")}
+
+
+@dataclass(frozen=True)
+class Template:
+    """What kind of model to identify."""
+
+    kind: str = "mbw"
+    drive: Input = Input.COMMAND
+    sample_time_s: float = 0.005
+    p0_mpa: float = 0.2
+    u_unit_mpa: float = 0.2
+    joint: str = "rigid"
+    free_offset: bool = False
+    """The sensor's zero is not known: identify an offset of the angle."""
+    mean_exponent: float = 0.0
+    """How the mean pressure counts: 0 only the difference (the paper), 1 the difference over the mean."""
+
+
+def template_model(wish: Template, gain_deg: float = 40.0) -> Model:
+    """A model with free parameters in the middle of their bounds; ModelError for a kind that does not exist.
+
+    `gain_deg` is g, see `input_gain`; its sign is that of the rig's.
+    """
+    for slot, kind in (("muscle", wish.kind), ("joint", wish.joint)):
+        if kind not in KINDS[slot]:
+            raise ModelError(f"{slot} kind {kind!r}: {suggest(kind, list(KINDS[slot]))}")
+    fixed = {
+        "theta_divisor_s": wish.sample_time_s,
+        "u_unit_mpa": wish.u_unit_mpa,
+        "y_unit_deg": 1.0,
+        "mean_exponent": wish.mean_exponent,
+    }
+    bounds = _muscle_bounds(wish, gain_deg)
+    muscle = {
+        name: Parameter(fixed[name], _UNITS_OF.get(name, "1")) if name in fixed else _free(*bounds[name])
+        for name in KINDS["muscle"][wish.kind]
+    }
+    joint = {name: _free(low, high, unit) for name, (low, high, unit) in _JOINT_BOUNDS.items() if wish.joint == "second_order"}
+    offset = {"gain": Parameter(1.0), "offset_deg": Parameter(0.0, "deg", -abs(gain_deg), abs(gain_deg), free=True)}
+    return Model(
+        muscle=MuscleModel(wish.kind, muscle, wish.drive),
+        sample_time_s=wish.sample_time_s,
+        p0_mpa=wish.p0_mpa,
+        joint=StageModel(wish.joint, joint),
+        sensor=StageModel("affine", offset) if wish.free_offset else StageModel("ideal"),
+    )
+
+
+def input_gain(records: list[Record], u_unit_mpa: float) -> float:
+    """g: degrees peak to peak per unit of the commanded u, the largest of the records; negative where the angle falls with it."""
+    gains = [0.0]
+    for record in records:
+        if record.angle_deg is None or len(record) < 2:
+            continue
+        known = np.isfinite(record.angle_deg) & np.isfinite(record.dp_cmd_mpa)
+        dp, angle = record.dp_cmd_mpa[known], record.angle_deg[known]
+        if len(dp) and np.ptp(dp) > 0:
+            # sums over time: in a fast sweep the angle lags by more than a quarter turn, only its slow part has the sign
+            sign = np.sign(np.dot(np.cumsum(dp - dp.mean()), np.cumsum(angle - angle.mean())))
+            gains.append(float(sign * np.ptp(angle) / np.ptp(dp)) * u_unit_mpa)
+    return max(gains, key=abs) or 40.0
+
+
+def rest_pressure(records: list[Record]) -> float:
+    """P0 (MPa): what the records say of it, else the mean of both muscles' pressures, else the paper's."""
+    for record in records:
+        if record.facts.get("p0_mpa") is not None:
+            return float(record.facts["p0_mpa"])
+        for first, second in ((record.p1_cmd_mpa, record.p2_cmd_mpa), (record.p1_mpa, record.p2_mpa)):
+            if first is not None and second is not None:
+                return round(float(np.nanmean(0.5 * (first + second))), 2)
+    return 0.2
+
+
+def _muscle_bounds(wish: Template, gain_deg: float) -> dict[str, tuple[float, float]]:
+    divisor, ticks = wish.sample_time_s, wish.sample_time_s / 0.005
+    scale = gain_deg * divisor
+    bounds = {name: (max(0.0, 1.0 - high * ticks), 1.0 - low * ticks) for name, (low, high) in _LEAK.items()}
+    xi = (min(0.0, _XI * scale), max(0.0, _XI * scale))
+    if wish.kind == "bw":
+        return bounds | {"xi": xi, "psi": _both(_PHI * divisor), "beta": _both(_PHI * divisor)}
+    if wish.kind == "bw_continuous":
+        return _CONTINUOUS | {"k": (min(0.0, 2.0 * gain_deg), max(0.0, 2.0 * gain_deg))}
+    first = {"xi1": xi, "phi1": _both(_PHI * divisor), "beta1": _both(_PHI * divisor)}
+    second = {
+        "xi2": _both(_XI2 * abs(scale) / ticks),
+        "phi2": _both(_PHI2 * divisor / ticks),
+        "beta2": _both(_PHI2 * divisor / ticks),
+    }
+    return bounds | first | second
+
+
+def _both(size: float) -> tuple[float, float]:
+    return -size, size
+
+
+def _free(low: float, high: float, unit: str = "1") -> Parameter:
+    return Parameter(0.5 * (low + high), unit, low, high, free=True)

@@ -1,0 +1,116 @@
+"""How well a model predicts records: the numbers of Table IV, whether it stays bounded, and whether it is used where it is valid."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rig.identify.data import Options, Prepared, driving_pressures, prepare
+from rig.identify.objective import predict
+from rig.identify.stability import SweepRange, Verdict, check_bounded
+from rig.log.record import Column, Record
+from rig.model.chain import lay_out
+from rig.model.kernels import DIVERGED_DEG, run_stages
+from rig.model.parameters import Input, Model
+
+_POWER_SHARE = 0.02
+"""A frequency counts as part of an excitation when it holds this share of the strongest one's power."""
+_ROOM = 1.5
+"""Excitation may exceed the valid range by this factor before a warning: ends of a range are seldom hit exactly."""
+LIMIT_FACTOR = 1.5
+"""Bounded means: within this many times the largest measured angle, scaled to the sweep's amplitude."""
+
+
+@dataclass(frozen=True)
+class Score:
+    """One row of Table IV."""
+
+    log: str
+    rmse_deg: float
+    nrmse: float
+    """RMSE over the peak-to-peak of the measured angle."""
+    fit_percent: float
+    """100 (1 - |error| / |measured - its mean|): 100 is exact, 0 no better than the mean, below 0 worse."""
+    max_deg: float
+    diverged: bool
+    command_rmse_deg: float | None = None
+    """The same for the whole chain from the command, where the model is driven by pressures."""
+
+
+@dataclass(frozen=True)
+class Validation:
+    """A model on some records."""
+
+    scores: list[Score]
+    verdict: Verdict
+    warnings: list[str] = field(default_factory=list)
+
+
+def score(name: str, measured: Column, simulated: Column, skip: int = 0) -> Score:
+    """The figures of one record; both columns in degrees, shape (n,)."""
+    diverged = not bool(np.all(np.abs(simulated) < DIVERGED_DEG))
+    wanted = measured[skip:]
+    error = np.clip(np.nan_to_num(simulated[skip:], nan=DIVERGED_DEG), -DIVERGED_DEG, DIVERGED_DEG) - wanted
+    rmse = float(np.sqrt(np.mean(error**2)))
+    spread = float(np.ptp(wanted))
+    deviation = float(np.linalg.norm(wanted - np.mean(wanted)))
+    fit = 100.0 * (1.0 - float(np.linalg.norm(error)) / deviation) if deviation > 0 else float("nan")
+    return Score(name, rmse, rmse / spread if spread > 0 else float("nan"), fit, float(np.max(np.abs(error))), diverged)
+
+
+def validate(model: Model, records: Sequence[Record], sweep: SweepRange, options: Options | None = None) -> Validation:
+    """Score `model` on each record, driven as it was identified, and check it over the sweep range."""
+    prepared = [prepare(record, model, options) for record in records]
+    scores = [_score_of(model, each) for each in prepared]
+    warnings = [text for each in prepared for text in each.warnings + outside(model, each)]
+    return Validation(scores, check_bounded(model, sweep, angle_limit(prepared, sweep)), warnings)
+
+
+def angle_limit(prepared: Sequence[Prepared], sweep: SweepRange) -> float:
+    """The angle (deg) beyond which a model of these records is not bounded under that sweep."""
+    largest = max(float(np.max(np.abs(each.angle_deg))) for each in prepared)
+    amplitude = max(each.amplitude_mpa for each in prepared)
+    return LIMIT_FACTOR * largest * max(1.0, sweep.amplitude_mpa / amplitude)
+
+
+def outside(model: Model, data: Prepared) -> list[str]:
+    """Warnings where a record's excitation lies outside what the model was identified for."""
+    found, name, valid = [], data.record.name, model.valid
+    slow, fast = excited_hz(data.p1_mpa - data.p2_mpa, model.sample_time_s)
+    slow += 1.0 / (len(data.p1_mpa) * model.sample_time_s)  # a record cannot place a line more finely than this
+    if fast > valid.frequency_hz[1] * _ROOM or slow < valid.frequency_hz[0] / _ROOM:
+        allowed = f"{valid.frequency_hz[0]:g} .. {valid.frequency_hz[1]:g} Hz"
+        found.append(f"{name}: excited from {slow:.2g} to {fast:.2g} Hz, the model is valid for {allowed}")
+    if data.amplitude_mpa > valid.amplitude_mpa * _ROOM:
+        found.append(
+            f"{name}: |p1 - p2| reaches {data.amplitude_mpa:.3g} MPa, the model is valid up to {valid.amplitude_mpa:g} MPa"
+        )
+    rest = float(np.mean(0.5 * (data.p1_mpa + data.p2_mpa)))
+    if data.record.facts.get("p0_mpa") is not None:
+        rest = float(data.record.facts["p0_mpa"])
+    known = data.record.has_pressures or data.record.p1_cmd_mpa is not None
+    if known and abs(rest - model.p0_mpa) > 0.02:
+        found.append(f"{name}: P0 is {rest:.3g} MPa, the model's is {model.p0_mpa:g} MPa")
+    return found
+
+
+def excited_hz(column: Column, dt_s: float) -> tuple[float, float]:
+    """Lowest and highest frequency of an excitation that hold a share of its strongest line's power."""
+    window = np.hanning(len(column))
+    power = np.abs(np.fft.rfft((column - np.mean(column)) * window)) ** 2
+    strong = np.nonzero(power >= _POWER_SHARE * power.max())[0]
+    hz = np.fft.rfftfreq(len(column), dt_s)
+    # a Hann window spreads a line over two neighbours on each side
+    return float(hz[min(strong[0] + 1, len(hz) - 1)]), float(hz[max(strong[-1] - 1, 0)])
+
+
+def _score_of(model: Model, data: Prepared) -> Score:
+    name = str(data.record.source or data.record.name)
+    row = score(name, data.angle_deg, predict(model, data), data.skip)
+    if model.muscle.input is Input.COMMAND:
+        return row
+    p1, p2 = driving_pressures(data.grid, Input.COMMAND, model.p0_mpa)
+    angle = np.zeros(len(p1))
+    run_stages(lay_out(model), p1, p2, angle, model.sample_time_s, float(data.angle_deg[0]))
+    whole = score(name, data.angle_deg, angle, data.skip)
+    return Score(**{**row.__dict__, "command_rmse_deg": whole.rmse_deg})

@@ -1,0 +1,97 @@
+"""The protocols at which the rooms meet: a device, a clock, and what passes between them and the loop."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import NamedTuple, Protocol
+
+NAN = float("nan")
+
+
+class Role(StrEnum):
+    """What a channel does on the rig; each role is filled by exactly one device, monitors may be absent."""
+
+    VALVE_1 = "valve_1"
+    VALVE_2 = "valve_2"
+    MONITOR_1 = "monitor_1"
+    MONITOR_2 = "monitor_2"
+    ANGLE = "angle"
+
+
+class Measurement(NamedTuple):
+    """What a device knows now. Roles it does not fill are NaN with the flag *_ABSENT and age 0.
+
+    An age counts from the moment the value was taken to the return of `read`; a value is never passed as newer than it is.
+    """
+
+    p1_mpa: float = NAN
+    p2_mpa: float = NAN
+    angle_deg: float = NAN
+    p1_raw: float = NAN
+    p2_raw: float = NAN
+    angle_raw: float = NAN
+    excitation_raw: float = NAN
+    p1_age_ns: int = 0
+    p2_age_ns: int = 0
+    angle_age_ns: int = 0
+    flags: int = 0
+
+
+class Clock(Protocol):
+    """Monotonic time in nanoseconds. The loop knows no other."""
+
+    def now_ns(self) -> int:
+        """Never falls; its zero means nothing."""
+
+    def wait_until_ns(self, deadline_ns: int) -> None:
+        """Return at `deadline_ns` or, when that has passed, at once. May wake late, never early."""
+
+
+@dataclass(frozen=True)
+class DeviceContext:
+    """What a device is given beside its own settings."""
+
+    clock: Clock
+    roles: frozenset[Role]
+    """The roles that this rig wants from this device; `write` and `read` leave the others alone."""
+    safe_p1_mpa: float = 0.0
+    safe_p2_mpa: float = 0.0
+    """What `safe` writes."""
+    period_ns: int = 5_000_000
+    calibration: Mapping[str, object] = field(default_factory=dict)
+    """Role name -> calibration of its channel, as the rig's YAML has it; a device brings its own default."""
+
+
+class Device(Protocol):
+    """One piece of hardware, or a stand-in. Called from one thread only.
+
+    Every call returns within one period or raises: DeviceError when the next call may work, DeviceLost when it cannot.
+    No call but `write` and `safe` changes an output; `open` and `close` leave outputs as the class documents.
+    """
+
+    roles: frozenset[Role]
+
+    def open(self) -> Mapping[str, str]:
+        """Connect and prove it is the right device; returns facts for the log (serial number, firmware, rates).
+
+        After close, open works again. Outputs are unchanged until the first `write` or `safe`.
+        """
+
+    def read(self) -> Measurement:
+        """The newest values, with their ages. Legal before the first write. Never blocks for longer than a period."""
+
+    def write(self, p1_mpa: float, p2_mpa: float) -> None:
+        """Hand over both set-points, to take effect together where the hardware can.
+
+        Values are finite and inside the rig's envelope (the guard saw to it); the device clamps once more to its own range.
+        """
+
+    def safe(self) -> None:
+        """Bring the outputs to the safe set-points at once, by every means left.
+
+        Idempotent; legal in any state, after any error, and before `open` (then it opens for just this). Raises only
+        when the device could not be reached.
+        """
+
+    def close(self) -> None:
+        """Let go of the hardware. Idempotent; does not change outputs (call `safe` first)."""

@@ -1,0 +1,159 @@
+"""Everything a log holds as one value, and from it, or from a record, a file in our format.
+
+A record that comes from elsewhere becomes samples with the phase SWEEP and with what nobody measured marked as absent.
+"""
+
+import bisect
+import math
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rig.log import schema
+from rig.log.collector import LogLine
+from rig.log.columns import DTYPES, Array, Samples, message_rows, pack_columns
+from rig.log.mcap_log import McapLog
+from rig.log.record import Record
+from rig.log.replay import Comparison
+from rig.log.writer import RunWriter
+from rig.sample import WIRES, Flag, Phase
+
+CHUNK_ROWS = 100
+"""Rows in a chunk: 0.5 s at 200 Hz, as the recorder does."""
+_BATCH_ROWS = 40 * CHUNK_ROWS
+_Message = tuple[int, int, bytes]
+"""Log time, channel, data."""
+_ABSENT = {"p1_mpa": Flag.P1_ABSENT, "p2_mpa": Flag.P2_ABSENT, "angle_deg": Flag.ANGLE_ABSENT}
+
+
+@dataclass(frozen=True)
+class LogContent:
+    """A log, whole: what a round trip through another format must bring back."""
+
+    samples: Samples
+    run_facts: Mapping[str, Any]
+    result_facts: Mapping[str, Any]
+    attachments: Mapping[str, bytes] = field(default_factory=dict)
+    lines: tuple[LogLine, ...] = ()
+    comparison: Comparison | None = None
+    """A replay's, derived from the samples and the recording: written as a channel of its own, not read back."""
+
+
+def read_content(path: Path) -> LogContent:
+    """All of an MCAP file; RecordError when it is not whole."""
+    with McapLog(path) as log:
+        samples, lines = log.everything()
+        return LogContent(samples, log.run_facts, log.result_facts, log.attachments, tuple(lines))
+
+
+def write_content(content: LogContent, path: Path) -> Path:
+    """Write a log as it was; RecordError when `path` exists."""
+    writer = RunWriter(path, content.run_facts, content.attachments, unfinished=f".{os.getpid()}.writing")
+    try:
+        extra = sorted([*_log_messages(writer, content.lines), *_comparison_messages(writer, content.comparison)])
+        for records, times_ns in _runs(content.samples, writer.sample_channel):
+            writer.add_records(records, times_ns)
+            due = bisect.bisect_right(extra, times_ns[-1], key=lambda message: message[0])
+            for time_ns, channel, message in extra[:due]:
+                writer.put(channel, message, time_ns)
+            del extra[:due]
+            writer.close_chunk()
+        for time_ns, channel, message in extra:
+            writer.put(channel, message, time_ns)
+        return writer.finish(content.result_facts)
+    except BaseException:
+        writer.discard()
+        raise
+
+
+def _runs(samples: Samples, channel: int) -> Iterator[tuple[bytes, list[int]]]:
+    """The samples as message records, CHUNK_ROWS at a time, with their log times."""
+    for start in range(0, len(samples), _BATCH_ROWS):
+        part = samples.rows(slice(start, start + _BATCH_ROWS))
+        rows, times_ns = message_rows(part, channel), part.log_time_ns.tolist()
+        for first in range(0, len(rows), CHUNK_ROWS):
+            yield rows[first : first + CHUNK_ROWS].tobytes(), times_ns[first : first + CHUNK_ROWS]
+
+
+def _log_messages(writer: RunWriter, lines: Iterable[LogLine]) -> Iterator[_Message]:
+    for time_ns, level, text in lines:
+        known = level if level in schema.LOG_LEVELS else "info"
+        yield time_ns, writer.log_channel, schema.log_message(known, text, time_ns)
+
+
+def _comparison_messages(writer: RunWriter, comparison: Comparison | None) -> Iterator[_Message]:
+    """The messages of a replay's own channel."""
+    if comparison is None:
+        return
+    channel = writer.open_channel(schema.REPLAY_TOPIC, schema.REPLAY_SCHEMA, schema.REPLAY_WIRES)
+    columns: dict[str, Array] = {
+        "tick": comparison.tick,
+        "recorded_tick": comparison.recorded_tick,
+        "recorded_angle_deg": comparison.recorded_deg,
+        "angle_deg": comparison.replayed_deg,
+        "residual_deg": comparison.residual_deg,
+    }
+    rows = pack_columns(columns, schema.REPLAY_WIRES)
+    yield from ((time_ns, channel, row.tobytes()) for time_ns, row in zip(comparison.log_time_ns.tolist(), rows, strict=True))
+
+
+def write_record(record: Record, path: Path, facts: Mapping[str, Any]) -> Path:
+    """Write columns over time as a finished log; no run loop was there, and `facts` should say what was."""
+    return write_content(content_of_record(record, facts), path)
+
+
+def content_of_record(record: Record, facts: Mapping[str, Any]) -> LogContent:
+    """A record as the log it would be; `facts` are added to its own."""
+    given = {"name": record.name} | {key: value for key, value in record.facts.items() if key != "t0_s"} | dict(facts)
+    samples = samples_of(record, int(given.get("started_ns", 0)))
+    valid = bool(given.pop("valid", True))
+    return LogContent(
+        samples, given, {"ticks": len(record), "missed": int(samples["missed"].sum()), "dropped": 0, "valid": valid}
+    )
+
+
+def samples_of(record: Record, started_ns: int) -> Samples:
+    """A record as samples that start at `started_ns` since the Unix epoch; what is not known is NaN, flagged absent, or zero."""
+    count = len(record)
+    fields: dict[str, Array] = {
+        name: np.full(count, np.nan if wire.kind == "double" else 0, DTYPES[wire.kind]) for name, wire in WIRES.items()
+    }
+    known = record.columns()
+    for name in fields.keys() & known.keys():
+        fields[name][:] = known[name]
+    offsets = np.rint(record.t_s * 1e9).astype(np.int64)
+    late = np.rint(known["lateness_us"] * 1e3).astype(np.int64) if "lateness_us" in known else np.int64(0)
+    fields["scheduled_ns"] = offsets
+    for name in ("woken_ns", "read_ns", "written_ns"):
+        fields[name] = offsets + late
+    if "tick" not in known:
+        fields["tick"][:] = grid_ticks(record)
+    if "phase" not in known:
+        fields["phase"][:] = Phase.SWEEP
+    if "run" not in known:
+        fields["run"][:] = 1
+    if "angle_zero_deg" not in known:
+        fields["angle_zero_deg"][:] = 0.0
+    for name, flag in _ABSENT.items():
+        fields["flags"][np.isnan(fields[name])] |= np.uint32(flag)
+    return Samples(fields, offsets + np.int64(started_ns), np.arange(count, dtype=np.uint32))
+
+
+def unkept_columns(record: Record) -> list[str]:
+    """The columns of a record that our format has no field for."""
+    return sorted(
+        set(record.extra) - set(WIRES) - {"lateness_us", "p1_age_s", "p2_age_s", "angle_age_s", "log_time_ns", "sequence"}
+    )
+
+
+def grid_ticks(record: Record) -> Array:
+    """Index of each row on the grid of the usual period; the plain row number where time is too irregular for one."""
+    rows = np.arange(len(record))
+    if len(record) < 2 or not math.isfinite(record.period_s):
+        return rows
+    ticks = np.rint(record.t_s / record.period_s).astype(np.int64)
+    return ticks if (np.diff(ticks) > 0).all() and ticks[-1] < 1 << 32 else rows

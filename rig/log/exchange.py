@@ -1,0 +1,204 @@
+"""Logs in the formats of other tools and back: CSV with a metadata file, Parquet, MAT. A round trip loses nothing.
+
+Each holds every field of every tick under its own name, time in seconds (t_s), units, run facts, attachments and log lines.
+"""
+
+import csv
+import gzip
+import io
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Final, TextIO
+
+import numpy as np
+
+from rig.errors import RecordError
+from rig.log.blocks import unpacked_limit
+from rig.log.collector import LogLine
+from rig.log.columns import DTYPES, Array, Samples
+from rig.log.convert import LogContent
+from rig.log.delimited import read_text
+from rig.log.sidecar import Sidecar, from_plain, read_sidecar, sidecar_path, write_sidecar
+from rig.sample import WIRES
+
+SUFFIXES: Final = {"csv": ".csv", "csv.gz": ".csv.gz", "parquet": ".parquet", "mat": ".mat"}
+"""Format -> how its files end."""
+
+_TYPES: Final = {name: DTYPES[wire.kind] for name, wire in WIRES.items()} | {
+    "log_time_ns": np.dtype("<i8"),
+    "sequence": np.dtype("<u4"),
+}
+_MEANINGS: Final = (
+    {"t_s": ("s", "time since the first tick, by the loop's clock")}
+    | {name: (wire.unit, wire.meaning) for name, wire in WIRES.items()}
+    | {"log_time_ns": ("ns", "wall time since the Unix epoch"), "sequence": ("1", "counts in the recorder")}
+)
+
+
+def export(content: LogContent, path: Path, kind: str) -> list[Path]:
+    """Write `content` in the format `kind` (a key of SUFFIXES); returns the files. RecordError when one exists or cannot be written."""
+    files = [path, sidecar_path(path)] if kind.startswith("csv") else [path]
+    for file in files:
+        if file.exists():
+            raise RecordError(f"{file}: exists already; a log is never overwritten")
+    try:
+        _WRITERS[kind](content, path)
+    except OSError as error:
+        raise RecordError(f"{path}: cannot be written: {error.strerror or error}") from None
+    return files
+
+
+def read_exported(path: Path) -> LogContent | None:
+    """A log that `export` wrote; None when the file is something else, RecordError when it is damaged."""
+    if path.suffix == ".parquet":
+        return _read_parquet(path)
+    if path.suffix == ".mat":
+        return _read_mat(path)
+    return _read_csv(path) if sidecar_path(path).exists() else None
+
+
+def _table(content: LogContent) -> dict[str, Array]:
+    """All columns in the order of the file."""
+    samples = content.samples
+    scheduled = samples["scheduled_ns"]
+    time = {"t_s": (scheduled - scheduled[0]) / 1e9 if len(samples) else np.empty(0)}
+    return time | {name: samples[name] for name in WIRES} | {"log_time_ns": samples.log_time_ns, "sequence": samples.sequence}
+
+
+def _content(table: dict[str, Array], aside: Sidecar, where: str) -> LogContent:
+    missing = [name for name in _TYPES if name not in table]
+    if missing:
+        raise RecordError(f"{where}: lacks the columns {', '.join(missing[:5])}")
+    columns = {name: np.ascontiguousarray(table[name]).astype(dtype, copy=False) for name, dtype in _TYPES.items()}
+    times, sequence = columns.pop("log_time_ns"), columns.pop("sequence")
+    attachments = {name: text.encode("utf-8", "surrogateescape") for name, text in aside.attachments.items()}
+    lines = tuple(LogLine(*line) for line in aside.lines)
+    return LogContent(Samples(columns, times, sequence), aside.run, aside.result, attachments, lines)
+
+
+def _aside(content: LogContent) -> Sidecar:
+    attachments = {name: data.decode("utf-8", "surrogateescape") for name, data in content.attachments.items()}
+    return Sidecar(
+        content.run_facts,
+        content.result_facts,
+        attachments,
+        tuple((line.time_ns, line.level, line.message) for line in content.lines),
+    )
+
+
+def _write_csv(content: LogContent, path: Path) -> None:
+    table = _table(content)
+    with _text_file(path) as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(table)
+        writer.writerows(zip(*(column.tolist() for column in table.values()), strict=True))
+    kinds = {name: "double" if column.dtype.kind == "f" else "integer" for name, column in table.items()}
+    write_sidecar(path, {name: (kinds[name], "[{}] {}".format(*_MEANINGS[name])) for name in table}, _aside(content))
+
+
+def _text_file(path: Path) -> TextIO:
+    if path.suffix == ".gz":
+        return io.TextIOWrapper(gzip.GzipFile(path, "wb", mtime=0), encoding="utf-8")
+    return path.open("w", encoding="utf-8")
+
+
+def _read_csv(path: Path) -> LogContent | None:
+    lines = read_text(path).split("\n")
+    names = lines[0].split(",")
+    if not set(_TYPES) <= set(names):
+        return None  # a table with facts beside it, but not of every field
+    dtype = np.dtype([(name, _TYPES.get(name, np.dtype("<f8"))) for name in names])
+    try:
+        rows = np.loadtxt(lines[1:], dtype, delimiter=",", comments=None, ndmin=1) if any(lines[1:]) else np.empty(0, dtype)
+    except ValueError as error:
+        raise RecordError(f"{path}: {error}") from None
+    return _content({name: rows[name] for name in names}, read_sidecar(path), str(path))
+
+
+def _write_parquet(content: LogContent, path: Path) -> None:
+    arrow, parquet = _pyarrow(path)
+    table = _table(content)
+    fields = [
+        arrow.field(name, arrow.from_numpy_dtype(column.dtype), metadata=_described(name)) for name, column in table.items()
+    ]
+    schema = arrow.schema(fields, metadata={"pamrig": json.dumps(_aside(content).plain())})
+    parquet.write_table(arrow.table(list(table.values()), schema=schema), path, compression="zstd")
+
+
+def _read_parquet(path: Path) -> LogContent | None:
+    arrow, parquet = _pyarrow(path)
+    try:
+        head = parquet.read_metadata(path)
+        _require_possible(head.num_rows * head.num_columns * 8, path)
+        table = parquet.read_table(path)
+    except (arrow.ArrowException, OSError) as error:
+        raise RecordError(f"{path}: not a readable Parquet file: {str(error).splitlines()[0]}") from None
+    raw = (table.schema.metadata or {}).get(b"pamrig")
+    if raw is None:
+        return None
+    columns = {name: table.column(name).to_numpy() for name in table.column_names}
+    return _content(columns, _from_json(raw, path), str(path))
+
+
+def _write_mat(content: LogContent, path: Path) -> None:
+    from scipy.io import savemat
+
+    table = _table(content)
+    units = {name: _MEANINGS[name][0] for name in table}
+    meanings = {name: _MEANINGS[name][1] for name in table}
+    extra = {"units": units, "meanings": meanings, "pamrig": json.dumps(_aside(content).plain())}
+    savemat(path, table | extra, oned_as="column", do_compression=True, appendmat=False)
+
+
+def _read_mat(path: Path) -> LogContent | None:
+    from scipy.io import loadmat, whosmat
+
+    try:
+        _require_possible(sum(8 * math.prod(shape) for _, shape, _ in whosmat(path, appendmat=False)), path)
+        table = loadmat(path, appendmat=False, variable_names=[*_TYPES, "pamrig"])
+    except RecordError:
+        raise
+    except Exception as error:  # noqa: BLE001 - scipy raises whatever its parser stumbles over
+        raise RecordError(f"{path}: not a readable MAT file ({type(error).__name__})") from None
+    if "pamrig" not in table:
+        return None
+    aside = _from_json("".join(str(part) for part in np.ravel(table["pamrig"])), path)
+    return _content({name: np.ravel(table[name]) for name in _TYPES if name in table}, aside, str(path))
+
+
+def _require_possible(claimed: int, path: Path) -> None:
+    if claimed > (allowed := unpacked_limit(path.stat().st_size)):
+        raise RecordError(
+            f"{path}: claims {claimed >> 20} MiB of numbers, more than a log of this size can hold ({allowed >> 20} MiB)"
+        )
+
+
+def _from_json(text: str | bytes, path: Path) -> Sidecar:
+    try:
+        return from_plain(json.loads(text), str(path))
+    except (ValueError, RecursionError):
+        raise RecordError(f"{path}: its facts are not readable as JSON") from None
+
+
+def _described(name: str) -> dict[str, str]:
+    unit, meaning = _MEANINGS[name]
+    return {"unit": unit, "meaning": meaning}
+
+
+def _pyarrow(path: Path) -> tuple[Any, Any]:
+    try:
+        import pyarrow
+        from pyarrow import parquet
+    except ImportError:
+        raise RecordError(f"{path}: Parquet needs the package pyarrow: pip install 'pamrig[tables]'") from None
+    return pyarrow, parquet
+
+
+_WRITERS: dict[str, Callable[[LogContent, Path], None]] = {
+    "csv": _write_csv,
+    "csv.gz": _write_csv,
+    "parquet": _write_parquet,
+    "mat": _write_mat,
+}

@@ -1,0 +1,182 @@
+"""Logs into records: MCAP, CSV, CSV.gz, TDMS, or a folder of them.
+
+Time stays as it is, irregular or not; nothing here resamples. A file that is not whole is refused with the byte at fault.
+"""
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from rig.errors import RecordError
+from rig.log.blocks import MAGIC
+from rig.log.columns import Array, Samples
+from rig.log.contents import map_file
+from rig.log.delimited import read_table
+from rig.log.mcap_log import McapLog
+from rig.log.record import MAIN_COLUMNS, Column, Record
+from rig.log.sidecar import read_sidecar
+from rig.log.tables import TDMS_MAGIC, own_columns, read_tdms
+from rig.sample import Phase
+
+SUFFIXES: Final = (".mcap", ".csv", ".csv.gz", ".tdms")
+"""What a folder is searched for."""
+SWEEP_ONLY: Final = (Phase.SWEEP,)
+
+_KEPT_FIELDS = (
+    *("tick", "missed", "p1_raw", "p2_raw", "angle_raw", "excitation_raw", "angle_zero_deg"),
+    *("run", "state", "phase", "flags", "fault"),
+)
+_REPEAT = re.compile(r"_r(?:epeat)?(\d+)$")
+_LABEL = re.compile(r"([a-z]+)_([0-9.]+)hz_([0-9.]+)mpa")
+
+
+def read(path: Path, phases: Iterable[Phase] | None = SWEEP_ONLY) -> list[Record]:
+    """All records in the file or folder, those of a folder sorted by session, name and repeat.
+
+    `phases` says which ticks of a run are kept, None for all of them (files without phases are kept whole).
+    RecordError when a file cannot be read or holds no such tick.
+    """
+    if not path.is_dir():
+        return _number_repeats(_read_file(path, phases))
+    files = sorted(file for file in path.rglob("*") if file.is_file() and file.name.endswith(SUFFIXES))
+    if not files:
+        raise RecordError(f"{path}: no log in this folder; a log is {', '.join(SUFFIXES)}")
+    records = [record for file in files for record in _read_file(file, phases)]
+    return _number_repeats(sorted(records, key=lambda record: (str(record.facts["session"]), record.name)))
+
+
+def read_all(paths: Iterable[Path]) -> list[Record]:
+    """The records of several files or folders, each sweep only."""
+    return [record for path in paths for record in read(path)]
+
+
+def read_samples(path: Path) -> Samples:
+    """Every tick of an MCAP file in every phase, with every field of rig.sample.Sample; RecordError when it is not whole."""
+    with McapLog(path) as log:
+        return log.samples()
+
+
+def records_of(samples: Samples, facts: Mapping[str, Any], path: Path, phases: Iterable[Phase] | None) -> list[Record]:
+    """Samples as records, one for each run in them; RecordError when there is none, or time does not rise."""
+    if phases is not None:
+        wanted = np.isin(samples["phase"], [int(phase) for phase in phases])
+        if not wanted.any():
+            has = ", ".join(Phase(number).name for number in np.unique(samples["phase"]) if number in set(Phase)) or "no ticks"
+            raise RecordError(f"{path}: holds no {' or '.join(Phase(p).name for p in phases)}, only {has}")
+        samples = samples if wanted.all() else samples.rows(wanted)
+    if not len(samples):
+        raise RecordError(f"{path}: holds no ticks")
+    runs = np.unique(samples["run"])
+    parts = [samples] if len(runs) == 1 else [samples.rows(samples["run"] == run) for run in runs]
+    return [_record_of(part, facts, path, several=len(runs) > 1) for part in parts]
+
+
+def record_from_columns(columns: Mapping[str, Array], facts: Mapping[str, Any], path: Path) -> Record:
+    """A record from columns named like ours; RecordError when one is missing or time does not rise."""
+    table = dict(columns)
+    require_columns(list(table), path)
+    if "dp_cmd_mpa" not in table:
+        table["dp_cmd_mpa"] = table["p1_cmd_mpa"] - table["p2_cmd_mpa"]
+    _require_plausible(table, path)
+    time = table.pop("t_s")
+    main: dict[str, Any] = {name: column for name in MAIN_COLUMNS if (column := table.pop(name, None)) is not None}
+    given = name_facts(path) | {"t0_s": float(time[0])} | dict(facts)
+    name = pairing_name(given, path)
+    measured = {key: column for key, column in main.items() if key == "dp_cmd_mpa" or not np.isnan(column).all()}
+    extra = {key: column for key, column in table.items() if not np.isnan(column).all()}
+    return Record(name=name, t_s=time - time[0], extra=extra, facts=given, source=path, **measured)
+
+
+def require_columns(names: list[str], path: Path) -> None:
+    """RecordError when the time, or the command, is not among the columns."""
+    shown = ", ".join(names[:12])
+    if "t_s" not in names:
+        other = "; another separator?" if len(names) == 1 and re.search(r"[;\t]", shown) else ""
+        raise RecordError(f"{path}: no column t_s; it has {shown[:200]!r}{other} (`pamrig log import` takes a mapping)")
+    if "dp_cmd_mpa" not in names and not {"p1_cmd_mpa", "p2_cmd_mpa"} <= set(names):
+        raise RecordError(f"{path}: no column dp_cmd_mpa, nor p1_cmd_mpa and p2_cmd_mpa; it has {shown[:200]}")
+
+
+def pairing_name(facts: Mapping[str, Any], path: Path) -> str:
+    """The name that is the same in every session and for every repeat: that of the run, else the file's."""
+    return _REPEAT.sub("", str(facts.get("name") or stem(path)))
+
+
+def stem(path: Path) -> str:
+    """The file's name without the suffixes of logs."""
+    name = path.name
+    while (shorter := re.sub(r"\.(partial|mcap|csv|gz|tdms|parquet|mat)$", "", name)) != name:
+        name = shorter
+    return name
+
+
+def name_facts(path: Path) -> dict[str, Any]:
+    """What the name of a file says, where it has no facts of its own: session (its folder), repeat, signal."""
+    facts: dict[str, Any] = {"session": path.resolve().parent.name}
+    if repeat := _REPEAT.search(stem(path)):
+        facts["repeat"] = int(repeat[1])
+    if label := _LABEL.match(stem(path)):
+        facts |= {"signal": label[1], "frequency_hz": float(label[2]), "amplitude_mpa": float(label[3])}
+    return facts
+
+
+def kind_of(path: Path) -> str:
+    """mcap, tdms or text, by the first bytes; RecordError when the file cannot be opened."""
+    head = bytes(map_file(path)[: len(MAGIC)])
+    return "mcap" if head == MAGIC else "tdms" if head[:4] == TDMS_MAGIC else "text"
+
+
+def _read_file(path: Path, phases: Iterable[Phase] | None) -> list[Record]:
+    kind = kind_of(path)
+    if kind == "mcap":
+        with McapLog(path) as log:
+            return records_of(log.samples(), log.run_facts | log.result_facts, path, phases)
+    if kind == "tdms":
+        raw = read_tdms(path)
+        return [record_from_columns(own_columns(raw), raw.facts, path)]
+    columns: dict[str, Array] = dict(read_table(path, require=lambda names: require_columns(names, path)))
+    if phases is not None and "phase" in columns:
+        wanted = np.isin(columns["phase"], [int(phase) for phase in phases])
+        columns = {name: column[wanted] for name, column in columns.items()}
+    return [record_from_columns(columns, read_sidecar(path).facts, path)]
+
+
+def _record_of(samples: Samples, facts: Mapping[str, Any], path: Path, several: bool) -> Record:
+    scheduled = samples["scheduled_ns"]
+    columns: dict[str, Array] = {"t_s": (scheduled - scheduled[0]) / 1e9}
+    columns |= {name: samples[name] for name in MAIN_COLUMNS if name != "t_s"}
+    columns |= {name: samples[name].astype(np.float64) for name in _KEPT_FIELDS}
+    columns["lateness_us"] = (samples["woken_ns"] - scheduled) / 1e3
+    columns |= {f"{name}_age_s": samples[f"{name}_age_ns"] / 1e9 for name in ("p1", "p2", "angle")}
+    given = dict(facts) | {"started_ns": int(samples.log_time_ns[0])}
+    name = pairing_name(given, path)
+    return record_from_columns(columns, given | {"name": f"{name}_run{samples['run'][0]}" if several else name}, path)
+
+
+def _require_plausible(table: Mapping[str, Column], path: Path) -> None:
+    time, dp = table["t_s"], table["dp_cmd_mpa"]
+    if not len(time):
+        raise RecordError(f"{path}: holds no rows of the sweep")
+    for name, column in (("t_s", time), ("dp_cmd_mpa", dp)):
+        if not np.isfinite(column).all():
+            row = int(np.argmin(np.isfinite(column)))
+            raise RecordError(f"{path}: {name} is {column[row]} at row {row + 1} of the data; it must be a number")
+    steps = np.diff(time)
+    if not (steps > 0).all():
+        row = int(np.argmin(steps > 0))
+        raise RecordError(f"{path}: time does not rise: {time[row + 1]:g} s at row {row + 2} of the data follows {time[row]:g} s")
+
+
+def _number_repeats(records: list[Record]) -> list[Record]:
+    """Fills in the fact `repeat` for records of one name and session that do not say it."""
+    counts: dict[tuple[str, str], int] = {}
+    out = []
+    for record in records:
+        key = (str(record.facts["session"]), record.name)
+        counts[key] = counts.get(key, 0) + 1
+        out.append(replace(record, facts={"repeat": counts[key]} | dict(record.facts)))
+    return out

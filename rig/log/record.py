@@ -1,0 +1,73 @@
+"""A record as columns over time: the one form in which identification, diagnosis and figures see data.
+
+It says nothing about files; `rig.log.reader` makes records from them.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+Column = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """One excitation of the rig, from the start of the sweep to its end. All columns have the shape (n,).
+
+    A column that was not measured is None, a value missing within a measured column is NaN.
+    Time is seconds from the first row and may be irregular; nothing here resamples.
+    """
+
+    name: str
+    """Short and unique within its session, for example sine_0.5hz_0.20mpa: what pairs a record with its baseline."""
+    t_s: Column
+    dp_cmd_mpa: Column
+    angle_deg: Column | None = None
+    p1_cmd_mpa: Column | None = None
+    p2_cmd_mpa: Column | None = None
+    p1_mpa: Column | None = None
+    p2_mpa: Column | None = None
+    extra: Mapping[str, Column] = field(default_factory=dict)
+    """Other columns by name, the unit in the name (p1_raw, lateness_us, missed)."""
+    facts: Mapping[str, Any] = field(default_factory=dict)
+    """What is known of the run: session, p0_mpa, signal, frequency_hz, amplitude_mpa, seed, versions, valid."""
+    source: Path | None = None
+
+    def __len__(self) -> int:
+        return len(self.t_s)
+
+    @cached_property
+    def period_s(self) -> float:
+        """The usual distance between rows: the median."""
+        return float(np.median(np.diff(self.t_s)))
+
+    @property
+    def has_pressures(self) -> bool:
+        """Both muscles' pressures were measured."""
+        return self.p1_mpa is not None and self.p2_mpa is not None
+
+    @property
+    def dp_mpa(self) -> Column:
+        """Measured differential pressure p1 - p2."""
+        if self.p1_mpa is None or self.p2_mpa is None:
+            raise ValueError(f"{self.name}: the pressures were not measured")
+        return self.p1_mpa - self.p2_mpa
+
+    def columns(self) -> dict[str, Column]:
+        """Every column that is there, by name."""
+        main = {name: getattr(self, name) for name in MAIN_COLUMNS}
+        return {name: column for name, column in main.items() if column is not None} | dict(self.extra)
+
+    def rows(self, chosen: slice | NDArray[np.bool_] | NDArray[np.intp]) -> Self:
+        """The same record with only some rows; time keeps its zero."""
+        cut: dict[str, Any] = {name: column[chosen] for name, column in self.columns().items()}
+        extra = {name: cut.pop(name) for name in self.extra}
+        return replace(self, **cut, extra=extra)
+
+
+MAIN_COLUMNS = ("t_s", "dp_cmd_mpa", "p1_cmd_mpa", "p2_cmd_mpa", "p1_mpa", "p2_mpa", "angle_deg")

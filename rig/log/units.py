@@ -1,0 +1,50 @@
+"""Units that records come in, and the way from them to ours (MPa, deg, s). Names are case-sensitive: mPa is not MPa."""
+
+import math
+from typing import Final, NamedTuple
+
+from rig.errors import RecordError
+
+
+class Unit(NamedTuple):
+    """value in our unit = value * times / by; two numbers, so that decimal factors stay exact."""
+
+    quantity: str
+    times: float
+    by: float
+
+
+UNITS: Final = {
+    "MPa": Unit("pressure", 1, 1),
+    "kPa": Unit("pressure", 1, 1000),
+    "Pa": Unit("pressure", 1, 1_000_000),
+    "bar": Unit("pressure", 1, 10),
+    "mbar": Unit("pressure", 1, 10_000),
+    "psi": Unit("pressure", 6894.757293168361, 1_000_000),
+    "deg": Unit("angle", 1, 1),
+    "\N{DEGREE SIGN}": Unit("angle", 1, 1),
+    "rad": Unit("angle", 180, math.pi),
+    "mrad": Unit("angle", 0.18, math.pi),
+    "s": Unit("time", 1, 1),
+    "ms": Unit("time", 1, 1000),
+    "us": Unit("time", 1, 1_000_000),
+    "\N{MICRO SIGN}s": Unit("time", 1, 1_000_000),
+    "ns": Unit("time", 1, 1_000_000_000),
+}
+
+_SUFFIXES = {"_mpa": "MPa", "_deg": "deg", "_s": "s"}
+
+
+def unit_in_name(column: str) -> str | None:
+    """The unit that one of our column names ends in: p1_mpa -> MPa; None when it ends in none."""
+    return next((unit for suffix, unit in _SUFFIXES.items() if column.endswith(suffix)), None)
+
+
+def conversion(column: str, unit: str, where: str) -> Unit:
+    """How values in `unit` become values of our `column`; RecordError when the unit is unknown or of another quantity."""
+    ours = unit_in_name(column)
+    quantity = UNITS[ours].quantity if ours else None
+    if unit not in UNITS or UNITS[unit].quantity != quantity:
+        allowed = [name for name, item in UNITS.items() if item.quantity == quantity]
+        raise RecordError(f"{where}: the unit {unit!r} does not fit {column}; allowed: {', '.join(allowed) or 'none'}")
+    return UNITS[unit]

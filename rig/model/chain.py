@@ -1,0 +1,102 @@
+"""The chain of stages of a model: laid out in order, and run tick by tick in pure Python.
+
+This is the simulator as the simulated rig drives it, without numpy, on the controller. `rig.model.kernels` compiles the same
+stages and runs whole records.
+"""
+
+from rig.config import suggest
+from rig.errors import ModelError
+from rig.model import stages
+from rig.model.effect_stages import EFFECT_STAGES
+from rig.model.parameters import KINDS, AddedEffect, Model, StageModel
+from rig.model.slots import Placed, Slot, StageFunction
+
+NOMINAL: dict[str, tuple[StageFunction, int]] = {
+    "regulators": (stages.regulators, 3),
+    "mbw": (stages.modified_bouc_wen, 3),
+    "bw": (stages.modified_bouc_wen, 3),
+    "bw_continuous": (stages.bouc_wen, 3),
+    "second_order": (stages.second_order_joint, 3),
+    "affine": (stages.affine_sensor, 0),
+}
+"""Kind of a nominal stage -> its function and the length of its state; the kinds direct, rigid and ideal do nothing."""
+
+
+def lay_out(model: Model) -> list[Placed]:
+    """The stages of `model` in the order in which they run; ModelError for an effect that is not known."""
+    nominal = model.stages()
+    added = [place_effect(effect, model.p0_mpa) for effect in model.effects]
+    chain: list[Placed] = []
+    for slot in Slot:
+        chain += [placed for placed in added if placed.slot is slot and EFFECT_STAGES[placed.name].before]
+        if slot in nominal and nominal[slot].kind in NOMINAL:
+            chain.append(place_nominal(slot, nominal[slot], model.p0_mpa))
+        chain += [placed for placed in added if placed.slot is slot and not EFFECT_STAGES[placed.name].before]
+    return chain
+
+
+def place_nominal(slot: Slot, stage: StageModel, p0_mpa: float) -> Placed:
+    """The nominal stage of a slot with its numbers as its function reads them."""
+    function, n_state = NOMINAL[stage.kind]
+    params = [stage.value(name) for name in KINDS[slot][stage.kind]]
+    if stage.kind == "bw":  # the modified model without its second terms
+        lambda1, lambda2, xi, psi, beta, *units = params
+        params = [lambda1, lambda2, xi, 0.0, psi, 0.0, beta, 0.0, *units]
+    if function is stages.modified_bouc_wen:
+        params.append(p0_mpa)
+    return Placed(stage.kind, slot, function, tuple(params), n_state)
+
+
+def place_effect(added: AddedEffect, p0_mpa: float) -> Placed:
+    """An added effect with its numbers in order; what is left out stands at its usual value, but for the size.
+
+    ModelError when the effect or a parameter is unknown, missing or out of its bounds.
+    """
+    where = f"effect {added.effect}"
+    if added.effect not in EFFECT_STAGES:
+        raise ModelError(f"unknown {where!r}; {suggest(added.effect, list(EFFECT_STAGES))}")
+    known = EFFECT_STAGES[added.effect]
+    names = list(known.parameters)
+    for name in added.parameters:
+        if name not in names:
+            raise ModelError(f"{where}: unknown parameter {name!r}; {suggest(name, names)}")
+    if known.size not in added.parameters:
+        raise ModelError(f"{where}: the parameter {known.size!r} is missing")
+    params = known.neutral()
+    params |= ({"p0_mpa": p0_mpa} if "p0_mpa" in names else {}) | added.parameters
+    for allowed in known.numbers:
+        if not allowed.low <= params[allowed.name] <= allowed.high:
+            raise ModelError(
+                f"{where}: {allowed.name} {params[allowed.name]:g} is outside {allowed.low:g} .. {allowed.high:g} {allowed.unit}"
+            )
+    return Placed(added.effect, known.slot, known.stage, tuple(params[name] for name in names), known.state_size)
+
+
+class Chain:
+    """The simulator of one rig, advanced one sample time at a call."""
+
+    def __init__(self, model: Model) -> None:
+        self._dt_s = model.sample_time_s
+        self._upstream: list[Placed] = []
+        self._downstream: list[Placed] = []
+        for placed in lay_out(model):
+            (self._upstream if placed.slot in (Slot.TIMING, Slot.VALVE) else self._downstream).append(placed)
+        self.reset()
+
+    def reset(self, p1_mpa: float | None = None, p2_mpa: float | None = None) -> None:
+        """Back to the start: angle 0, regulators settled at these set-points, or at the first ones that `step` gets."""
+        self._ahead = [(placed.stage, [0.0] * placed.n_state, placed.params) for placed in self._upstream]
+        self._behind = [(placed.stage, [0.0] * placed.n_state, placed.params) for placed in self._downstream]
+        if p1_mpa is not None and p2_mpa is not None:
+            self.step(p1_mpa, p2_mpa)
+
+    def step(self, p1_cmd_mpa: float, p2_cmd_mpa: float) -> tuple[float, float, float]:
+        """One sample time later under these set-points, held meanwhile: what the monitors read (MPa) and the angle (deg)."""
+        dt_s = self._dt_s
+        p1, p2, y = [p1_cmd_mpa], [p2_cmd_mpa], [0.0]
+        for stage, state, params in self._ahead:
+            stage(p1, p2, y, state, params, dt_s)
+        p1_mpa, p2_mpa = p1[0], p2[0]
+        for stage, state, params in self._behind:
+            stage(p1, p2, y, state, params, dt_s)
+        return p1_mpa, p2_mpa, y[0]

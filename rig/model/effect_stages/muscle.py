@@ -1,0 +1,47 @@
+"""Effects of the muscles behind the pressure monitors; block stages as in `timing`.
+
+Leak and mismatch stand before the hysteresis and change the pressures that it sees; creep and thermal drift change
+the angle behind it.
+"""
+
+import math
+from collections.abc import Sequence
+
+from rig.model.slots import Values
+
+
+def muscle_mismatch(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
+    """Muscle 1 is stronger by the share mismatch (negative: muscle 2), half to each; params: mismatch."""
+    for i in range(len(p1)):
+        p1[i] *= 1.0 + 0.5 * params[0]
+        p2[i] *= 1.0 - 0.5 * params[0]
+
+
+def leak(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
+    """One muscle gets less than its monitor says; params: loss (share of the pressure), muscle (1 or 2)."""
+    for i in range(len(p1)):
+        if params[1] < 1.5:
+            p1[i] *= 1.0 - params[0]
+        else:
+            p2[i] *= 1.0 - params[0]
+
+
+def creep(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
+    """A share of the response comes late: y + share (low pass of y - relaxed y); params: share, tau_s, relaxed.
+
+    relaxed = 1 keeps the final angle and weakens the quick response; relaxed = 0 keeps the quick response and adds to
+    the final angle.
+    """
+    keep = math.exp(-dt_s / max(params[1], 1e-3))
+    for i in range(len(y)):
+        if state[0] == 0.0:
+            state[0], state[1] = 1.0, y[i]
+        state[1] = y[i] + keep * (state[1] - y[i])
+        y[i] += params[0] * (state[1] - params[2] * y[i])
+
+
+def thermal_drift(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
+    """The strength, and with it the angle, changes steadily; params: rate_per_min."""
+    for i in range(len(y)):
+        y[i] *= 1.0 + params[0] * state[0] / 60.0
+        state[0] += dt_s

@@ -1,0 +1,69 @@
+"""Effects of the angle sensor and its converter; block stages as in `timing`."""
+
+import math
+from collections.abc import Sequence
+
+from rig.model.effect_stages.timing import RANDOM_FACTOR, RANDOM_MODULUS
+from rig.model.slots import Values
+
+
+def sensor_gain(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
+    """y = (1 + gain) y; params: gain."""
+    for i in range(len(y)):
+        y[i] *= 1.0 + params[0]
+
+
+def sensor_offset(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
+    """y = y + offset; params: offset_deg."""
+    for i in range(len(y)):
+        y[i] += params[0]
+
+
+def sensor_drift(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
+    """The zero wanders steadily; params: rate_deg_min."""
+    for i in range(len(y)):
+        y[i] += params[0] * state[0] / 60.0
+        state[0] += dt_s
+
+
+def sensor_nonlinearity(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
+    """y + square y^2 / scale + cube y^3 / scale^2; params: square, cube, scale_deg."""
+    for i in range(len(y)):
+        share = y[i] / params[2]
+        y[i] *= 1.0 + params[0] * share + params[1] * share * share
+
+
+def sensor_lag(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
+    """A first-order low pass; params: tau_s."""
+    keep = math.exp(-dt_s / max(params[0], 1e-6))
+    for i in range(len(y)):
+        if state[0] == 0.0:
+            state[0], state[1] = 1.0, y[i]
+        state[1] = y[i] + keep * (state[1] - y[i])
+        y[i] = state[1]
+
+
+def quantisation(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
+    """Only multiples of the step; params: step_deg."""
+    for i in range(len(y)):
+        y[i] = params[0] * math.floor(y[i] / params[0] + 0.5)
+
+
+def mains_hum(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
+    """A line at the mains' frequency; params: amplitude_deg, frequency_hz, phase_deg."""
+    for i in range(len(y)):
+        y[i] += params[0] * math.sin(2.0 * math.pi * params[1] * state[0] + params[2] * math.pi / 180.0)
+        state[0] += dt_s
+
+
+def sensor_noise(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
+    """White noise, the sum of twelve uniform numbers; params: std_deg, seed."""
+    for i in range(len(y)):
+        if state[0] == 0.0:
+            state[0] = 1.0
+            state[1] = (abs(params[1]) * 69621.0 + 1.0) % RANDOM_MODULUS
+        total = -6.0
+        for _ in range(12):
+            state[1] = state[1] * RANDOM_FACTOR % RANDOM_MODULUS
+            total += state[1] / RANDOM_MODULUS
+        y[i] += params[0] * total

@@ -1,0 +1,266 @@
+"""The table of effect stages: key -> function, slot, size of its state, parameters with unit, bounds and neutral value.
+
+Slots are those of the chain: timing, valve (both before the pressure monitors), muscle (before the hysteresis), joint, sensor.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from rig.model.effect_stages import joint, muscle, sensor, timing, valve
+from rig.model.slots import Slot, StageFunction
+
+
+@dataclass(frozen=True)
+class EffectParameter:
+    """One number of an effect; `neutral` switches it off, or is the usual value of a shape."""
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    neutral: float
+    meaning: str
+
+
+@dataclass(frozen=True)
+class EffectStage:
+    """How one effect enters the chain (the form that `rig.model.chain` lays out)."""
+
+    effect: str
+    """The word of the report; two laws of one effect share it."""
+    lies_in: str
+    """Where the report says it lies: timing, valve, muscle, joint or sensor."""
+    slot: Slot
+    """Where the chain runs it; differs from `lies_in` where an effect shows elsewhere."""
+    stage: StageFunction
+    state_size: int
+    numbers: tuple[EffectParameter, ...]
+    size: str
+    """The number that says how much of the effect there is; the others are shapes and what it acts on."""
+    before: bool = False
+    """Ahead of the slot's nominal stage, or after it."""
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names in the order in which the stage reads them."""
+        return tuple(number.name for number in self.numbers)
+
+    def n_state(self, params: Sequence[float], dt_s: float) -> int:
+        """Length of the state; the same for all values."""
+        return self.state_size
+
+    def neutral(self) -> dict[str, float]:
+        """The parameters that leave the chain as it is (with shapes at their usual values)."""
+        return {number.name: number.neutral for number in self.numbers}
+
+
+_P = EffectParameter
+_BALANCE = _P("balance", "1", -2.0, 2.0, 0.0, "0 both valves, 1 valve 1 alone, -1 valve 2 alone, +-2 opposite signs")
+_MUSCLE = _P("muscle", "1", 1.0, 2.0, 1.0, "which muscle: 1 or 2")
+_P0 = _P("p0_mpa", "MPa", 0.02, 0.6, 0.2, "mean pressure at which the size holds")
+_TAU0 = _P("tau0_s", "s", 0.0, 1.0, 0.0, "time constant of the nominal regulator")
+_BALANCED = (
+    _P("width_deg", "deg", 0.0, 30.0, 0.0, "dry friction over stiffness: half the band that does not move"),
+    _P("tau_s", "s", -0.5, 2.0, 0.0, "viscous friction over stiffness"),
+    _P("time_s", "s", 0.0, 0.5, 0.0, "square root of inertia over stiffness"),
+    _P("load_deg", "deg", -60.0, 60.0, 0.0, "torque of the weight over stiffness"),
+    _P("phase_deg", "deg", -180.0, 180.0, 0.0, "angle of the weight at 0 degrees"),
+    _P0,
+    _P("drag_s", "s", 0.0, 2.0, 0.0, "viscous friction of the nominal joint over stiffness"),
+    _P("sway_s", "s", 0.0, 0.5, 0.0, "square root of the nominal inertia over stiffness"),
+    *(
+        _P(f"loop_{j + 1}", "1", 0.0, 50.0, 0.0, f"nominal dry friction that slips after {r:g} degrees")
+        for j, r in enumerate(joint.LOOP_RADII_DEG)
+    ),
+)
+"""What the effects of the joint's balance share; each is the one number that is not neutral."""
+_BALANCE_STATE = 16
+_SEED = _P("seed", "1", 0.0, 1e6, 0.0, "seed of the random numbers")
+
+
+def _entry(effect: str, place: str, function: StageFunction, state_size: int, *numbers: EffectParameter) -> EffectStage:
+    """`place` is "stage" or "stage@slot", with "<" for ahead of the slot's nominal stage. The size is the first number."""
+    lies_in, _, slot = place.rstrip("<").partition("@")
+    return EffectStage(
+        effect, lies_in, Slot(slot or lies_in), function, state_size, numbers, numbers[0].name, place.endswith("<")
+    )
+
+
+def _balanced(effect: str, size: str) -> EffectStage:
+    return EffectStage(effect, "joint", Slot.JOINT, joint.balance_again, _BALANCE_STATE, _BALANCED, size)
+
+
+EFFECT_STAGES: dict[str, EffectStage] = {
+    "delay": _entry("delay", "timing", timing.delay, timing.PACE_STATE, _P("delay_s", "s", 0.0, 1.0, 0.0, "dead time")),
+    "clock_drift": _entry(
+        "clock_drift",
+        "timing",
+        timing.clock_drift,
+        timing.PACE_STATE,
+        _P("drift", "1", -0.05, 0.05, 0.0, "how much the rig's clock is fast"),
+    ),
+    "lost_samples": _entry(
+        "lost_samples",
+        "timing@sensor",
+        timing.lost_samples,
+        3,
+        _P("probability", "1", 0.0, 0.9, 0.0, "share of repeated samples"),
+        _SEED,
+    ),
+    "valve_gain": _entry(
+        "valve_gain", "valve", valve.valve_gain, 1, _P("gain", "1", -0.5, 0.5, 0.0, "relative error of the gain"), _BALANCE
+    ),
+    "valve_offset": _entry(
+        "valve_offset", "valve", valve.valve_offset, 1, _P("offset_mpa", "MPa", -0.15, 0.15, 0.0, "error of the zero"), _BALANCE
+    ),
+    "valve_lag": _entry(
+        "valve_lag",
+        "valve",
+        valve.valve_lag,
+        5,
+        _P("tau_s", "s", -0.5, 1.0, 0.0, "further time constant; negative is quicker"),
+        _BALANCE,
+        _TAU0,
+    ),
+    "valve_slew": _entry(
+        "valve_slew",
+        "valve",
+        valve.valve_slew,
+        5,
+        _P("fill_mpa_s", "MPa/s", 0.01, 100.0, 100.0, "limit while filling"),
+        _P("exhaust_mpa_s", "MPa/s", 0.01, 100.0, 100.0, "limit while exhausting"),
+        _BALANCE,
+        _TAU0,
+        _P("choked", "1", 0.0, 1.0, 0.0, "1: exhausting slows down as the pressure falls, as through an orifice"),
+    ),
+    "fill_exhaust_asymmetry": _entry(
+        "fill_exhaust_asymmetry",
+        "valve",
+        valve.fill_exhaust_asymmetry,
+        5,
+        _P("ratio", "1", 0.02, 50.0, 1.0, "exhaust over fill time constant"),
+        _P("fill_share", "1", 0.0, 1.0, 0.0, "0 exhausting changed, 1 filling changed"),
+        _BALANCE,
+        _TAU0,
+    ),
+    "valve_dead_band": _entry(
+        "valve_dead_band",
+        "valve",
+        valve.valve_dead_band,
+        7,
+        _P("width_mpa", "MPa", 0.0, 0.2, 0.0, "change of set-point without reaction"),
+        _P(
+            "edge",
+            "1",
+            0.0,
+            1.0,
+            1.0,
+            "1 stops at the edge of the band; below 1 it goes on until this share of the width is left",
+        ),
+        _BALANCE,
+        _TAU0,
+    ),
+    "pressure_ceiling": _entry(
+        "pressure_ceiling",
+        "valve",
+        valve.pressure_ceiling,
+        5,
+        _P("ceiling_mpa", "MPa", 0.02, 2.0, 2.0, "highest pressure"),
+        _TAU0,
+    ),
+    "supply_droop": _entry(
+        "supply_droop",
+        "valve",
+        valve.supply_droop,
+        7,
+        _P("droop_s", "s", 0.0, 2.0, 0.0, "sag in MPa for each MPa/s of filling"),
+        _P("supply_mpa", "MPa", 0.0, 2.0, 0.0, "pressure of the supply without flow; 0: sags at every pressure"),
+        _TAU0,
+    ),
+    "co_contraction": _entry(
+        "co_contraction",
+        "muscle@valve",
+        valve.co_contraction,
+        1,
+        _P("shift_mpa", "MPa", -0.2, 0.2, 0.0, "shift of P0 of both muscles"),
+    ),
+    "leak_ahead": _entry(
+        "leak", "muscle@valve", valve.leak_ahead, 1, _P("loss", "1", 0.0, 0.8, 0.0, "share of the pressure lost"), _MUSCLE
+    ),
+    "leak": _entry("leak", "muscle<", muscle.leak, 1, _P("loss", "1", 0.0, 0.8, 0.0, "share of the pressure lost"), _MUSCLE),
+    "muscle_mismatch": _entry(
+        "muscle_mismatch",
+        "muscle<",
+        muscle.muscle_mismatch,
+        1,
+        _P("mismatch", "1", -0.6, 0.6, 0.0, "muscle 1 over muscle 2, less one"),
+    ),
+    "creep": _entry(
+        "creep",
+        "muscle@joint",
+        muscle.creep,
+        2,
+        _P("share", "1", -0.6, 0.8, 0.0, "share of the angle that comes late"),
+        _P("tau_s", "s", 0.1, 60.0, 2.0, "time constant"),
+        _P("relaxed", "1", 0.0, 1.0, 0.0, "1 keeps the final angle, 0 the quick response"),
+    ),
+    "thermal_drift": _entry(
+        "thermal_drift",
+        "muscle@joint",
+        muscle.thermal_drift,
+        1,
+        _P("rate_per_min", "1/min", -2.0, 2.0, 0.0, "change of strength a minute"),
+    ),
+    "coulomb_friction": _balanced("coulomb_friction", "width_deg"),
+    "viscous_friction": _balanced("viscous_friction", "tau_s"),
+    "inertia": _balanced("inertia", "time_s"),
+    "gravity_load": _balanced("gravity_load", "load_deg"),
+    "backlash": _entry("backlash", "joint", joint.backlash, 2, _P("width_deg", "deg", 0.0, 30.0, 0.0, "half the play")),
+    "end_stop": _entry(
+        "end_stop",
+        "joint",
+        joint.end_stop,
+        1,
+        _P("high_deg", "deg", -360.0, 360.0, 360.0, "upper stop"),
+        _P("low_deg", "deg", -360.0, 360.0, -360.0, "lower stop"),
+        _P("give", "1", 0.0, 0.9, 0.0, "share of the push that the stop gives way"),
+    ),
+    "sensor_gain": _entry(
+        "sensor_gain", "sensor", sensor.sensor_gain, 1, _P("gain", "1", -0.6, 0.6, 0.0, "relative error of the gain")
+    ),
+    "sensor_offset": _entry(
+        "sensor_offset", "sensor", sensor.sensor_offset, 1, _P("offset_deg", "deg", -90.0, 90.0, 0.0, "error of the zero")
+    ),
+    "sensor_drift": _entry(
+        "sensor_drift",
+        "sensor",
+        sensor.sensor_drift,
+        1,
+        _P("rate_deg_min", "deg/min", -300.0, 300.0, 0.0, "wandering of the zero"),
+    ),
+    "sensor_nonlinearity": _entry(
+        "sensor_nonlinearity",
+        "sensor",
+        sensor.sensor_nonlinearity,
+        1,
+        _P("square", "1", -0.6, 0.6, 0.0, "square term at scale_deg, relative"),
+        _P("cube", "1", -0.6, 0.6, 0.0, "cube term at scale_deg, relative"),
+        _P("scale_deg", "deg", 1.0, 360.0, 30.0, "angle at which the terms hold"),
+    ),
+    "sensor_lag": _entry("sensor_lag", "sensor", sensor.sensor_lag, 2, _P("tau_s", "s", 0.0, 2.0, 0.0, "time constant")),
+    "quantisation": _entry(
+        "quantisation", "sensor", sensor.quantisation, 1, _P("step_deg", "deg", 1e-6, 20.0, 1e-6, "distance of the lattice")
+    ),
+    "mains_hum": _entry(
+        "mains_hum",
+        "sensor",
+        sensor.mains_hum,
+        1,
+        _P("amplitude_deg", "deg", 0.0, 20.0, 0.0, "amplitude"),
+        _P("frequency_hz", "Hz", 1.0, 1000.0, 50.0, "frequency"),
+        _P("phase_deg", "deg", -180.0, 180.0, 0.0, "phase at the start"),
+    ),
+    "sensor_noise": _entry(
+        "sensor_noise", "sensor", sensor.sensor_noise, 2, _P("std_deg", "deg", 0.0, 20.0, 0.0, "standard deviation"), _SEED
+    ),
+}

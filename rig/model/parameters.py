@@ -1,0 +1,237 @@
+"""A model as plain data: its parameters with value, unit, bounds, free or fixed; where they come from; what they are valid for.
+
+Reads and writes the YAML files of `configs/models`. It knows which kinds of stage each slot has and the names of their
+parameters, and nothing about running them (see `rig.model.chain` and `rig.model.kernels`).
+"""
+
+import dataclasses
+import math
+from dataclasses import dataclass, field
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from rig.config import bounded, load, suggest, unstructure
+from rig.errors import ModelError
+
+
+class Input(StrEnum):
+    """What drives the muscles: the commanded pressures (the paper's way) or the regulators' pressures."""
+
+    COMMAND = "command"
+    PRESSURE = "pressure"
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number of a model with what is known about it."""
+
+    value: float
+    unit: str = "1"
+    low: float = -1e6
+    high: float = 1e6
+    free: bool = False
+    """Identification may change it."""
+    std: float | None = None
+    """Standard deviation from the identification; None for a parameter that was given."""
+    at_bound: bool = False
+    """Identification ended on `low` or `high`: the true value may lie beyond."""
+
+
+@dataclass(frozen=True)
+class StageModel:
+    """The nominal stage of one slot."""
+
+    kind: str
+    parameters: dict[str, Parameter] = field(default_factory=dict)
+
+    def value(self, name: str) -> float:
+        return self.parameters[name].value
+
+
+@dataclass(frozen=True)
+class MuscleModel(StageModel):
+    """The muscles: what they are driven by, and the Bouc-Wen model that answers."""
+
+    input: Input = Input.PRESSURE
+
+
+@dataclass(frozen=True)
+class AddedEffect:
+    """An effect put into the chain, see `rig.model.effect_stages`."""
+
+    effect: str
+    parameters: dict[str, float]
+
+
+@dataclass(frozen=True)
+class SourceLog:
+    """One record the model was identified on, by the content of its file."""
+
+    file: str
+    sha256: str
+    record: str
+    rmse_deg: float
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """Where the numbers come from."""
+
+    text: str = ""
+    logs: list[SourceLog] = field(default_factory=list)
+    rmse_deg: float | None = None
+    optimizer: str = ""
+    seed: int | None = None
+    evaluations: int | None = None
+    pamrig: str = ""
+    """Version of the program."""
+
+
+@dataclass(frozen=True)
+class ValidRange:
+    """What excitation the model was checked on; outside it a warning is due."""
+
+    frequency_hz: tuple[float, float] = (0.1, 1.0)
+    amplitude_mpa: float = bounded(0.0, 1.0, "MPa", default=0.24)
+    """Largest |p1 - p2|."""
+    bounded: bool = False
+    """The output was seen to stay bounded over all of that range."""
+
+
+@dataclass(frozen=True)
+class Model:
+    """The simulator: valves -> muscles -> joint -> sensor, with added effects in their slots."""
+
+    muscle: MuscleModel
+    sample_time_s: float = bounded(1e-4, 1.0, "s", default=0.005)
+    """The models are difference equations: their parameters hold for this sample time only."""
+    p0_mpa: float = bounded(0.0, 0.5, "MPa", default=0.2)
+    """Pressure of both muscles at rest."""
+    valve: StageModel = field(default_factory=lambda: StageModel("direct"))
+    joint: StageModel = field(default_factory=lambda: StageModel("rigid"))
+    sensor: StageModel = field(default_factory=lambda: StageModel("ideal"))
+    effects: list[AddedEffect] = field(default_factory=list)
+    valid: ValidRange = field(default_factory=ValidRange)
+    provenance: Provenance = field(default_factory=Provenance)
+
+    def stages(self) -> dict[str, StageModel]:
+        """Slot -> its nominal stage, in the order of the chain."""
+        return {"valve": self.valve, "muscle": self.muscle, "joint": self.joint, "sensor": self.sensor}
+
+
+_REGULATOR = ("gain", "offset_mpa", "tau_s", "fill_limit_mpa_per_s", "exhaust_limit_mpa_per_s")
+_MUSCLE_UNITS = ("theta_divisor_s", "u_unit_mpa", "y_unit_deg", "mean_exponent")
+"""The scales of (8) and (11) that the paper leaves open: divisor of theta, units of u and y, how the mean pressure counts."""
+
+KINDS: dict[str, dict[str, tuple[str, ...]]] = {
+    "valve": {"direct": (), "regulators": tuple(f"valve{n}_{name}" for n in (1, 2) for name in _REGULATOR)},
+    "muscle": {
+        "mbw": ("lambda1", "lambda2", "xi1", "xi2", "phi1", "phi2", "beta1", "beta2", *_MUSCLE_UNITS),
+        "bw": ("lambda1", "lambda2", "xi", "psi", "beta", *_MUSCLE_UNITS),
+        "bw_continuous": ("rho", "k", "eps", "psi", "gamma", "n", "u_unit_mpa", "y_unit_deg"),
+    },
+    "joint": {"rigid": (), "second_order": ("omega_rad_per_s", "damping")},
+    "sensor": {"ideal": (), "affine": ("gain", "offset_deg")},
+}
+"""Slot -> kind of stage -> the names of its parameters, in the order in which the stage reads them."""
+
+_POSITIVE = (1e-9, math.inf)
+_LEGAL = {
+    "theta_divisor_s": _POSITIVE,
+    "u_unit_mpa": _POSITIVE,
+    "n": (1.0, 10.0),
+    "omega_rad_per_s": (1e-3, 1e4),
+    "damping": (0.0, 0.999),
+    **{f"valve{n}_{name}": _POSITIVE for n in (1, 2) for name in _REGULATOR[2:]},
+}
+"""Parameters with values that would divide by zero or mean nothing, whatever their bounds say."""
+
+
+def load_model(path: Path) -> Model:
+    """The model of a YAML file; ConfigError or ModelError, one line, when it is not one."""
+    model = load(path, Model)
+    check_model(model, str(path))
+    return model
+
+
+def save_model(model: Model, path: Path) -> None:
+    """Write `model` as YAML."""
+    text = yaml.dump(_plain(model), Dumper=_Dumper, sort_keys=False, width=150, allow_unicode=True)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise ModelError(f"{path}: cannot be written: {error.strerror}") from None
+
+
+def check_model(model: Model, where: str) -> None:
+    """ModelError when a stage, a parameter or a value is not one that exists."""
+    for slot, stage in model.stages().items():
+        if stage.kind not in KINDS[slot]:
+            raise ModelError(f"{where}: {slot}.kind: unknown kind {stage.kind!r}; {suggest(stage.kind, list(KINDS[slot]))}")
+        _check_names(f"{where}: {slot}.parameters", list(stage.parameters), KINDS[slot][stage.kind], f"kind {stage.kind!r}")
+        for name, parameter in stage.parameters.items():
+            _check_value(f"{where}: {slot}.parameters.{name}", name, parameter)
+    if model.muscle.input is Input.COMMAND and model.valve.kind != "direct":
+        raise ModelError(
+            f"{where}: valve.kind: muscles driven by the command contain the regulators; allowed with input 'command': direct"
+        )
+    low, high = model.valid.frequency_hz
+    if not 0 <= low <= high:
+        raise ModelError(f"{where}: valid.frequency_hz: {low:g} .. {high:g} Hz is no range")
+
+
+def _check_names(where: str, given: list[str], wanted: tuple[str, ...], owner: str) -> None:
+    for name in given:
+        if name not in wanted:
+            raise ModelError(
+                f"{where}: unknown parameter {name!r} of {owner}; {suggest(name, list(wanted)) if wanted else 'it has none'}"
+            )
+    for name in wanted:
+        if name not in given:
+            raise ModelError(f"{where}: the parameter {name!r} of {owner} is missing")
+
+
+def _check_value(where: str, name: str, parameter: Parameter) -> None:
+    low, high = _LEGAL.get(name, (-math.inf, math.inf))
+    if not low <= parameter.value <= high:
+        raise ModelError(f"{where}: {parameter.value:g} is outside {low:g} .. {high:g}")
+    if not parameter.low <= parameter.value <= parameter.high:
+        raise ModelError(
+            f"{where}: {parameter.value:g} {parameter.unit} is outside its own bounds {parameter.low:g} .. {parameter.high:g}"
+        )
+
+
+class _Inline(dict[str, object]):
+    """A mapping that YAML writes on one line."""
+
+
+class _Dumper(yaml.SafeDumper):
+    """Writes a parameter on one line."""
+
+
+_Dumper.add_representer(
+    _Inline, lambda dumper, data: dumper.represent_mapping("tag:yaml.org,2002:map", data.items(), flow_style=True)
+)
+
+
+def _plain(value: object) -> object:
+    """A model as data for YAML, without the entries that stand at their defaults."""
+    if isinstance(value, list):
+        return [_plain(item) for item in value]
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if not dataclasses.is_dataclass(value):
+        return unstructure(value)
+    said = {
+        f.name: _plain(getattr(value, f.name)) for f in dataclasses.fields(value) if not _is_default(f, getattr(value, f.name))
+    }
+    return _Inline(said) if isinstance(value, Parameter) else said
+
+
+def _is_default(item: "dataclasses.Field[Any]", value: object) -> bool:
+    default = item.default_factory() if item.default_factory is not dataclasses.MISSING else item.default
+    return item.name not in ("unit", "free", "input", "sample_time_s", "p0_mpa") and value == default

@@ -1,0 +1,61 @@
+"""Records and the model's clock: is a record on it, put one onto it, and which command was in force at each tick.
+
+Nothing here decides whether a record may be resampled; `rig.identify.data` does, and says so.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from rig.errors import RecordError
+from rig.log.record import Column, Record
+
+MOST_ROWS = 20_000_000
+"""More than a day at 5 ms: a time stamp that is wrong asks for more, and would take all the memory."""
+_JITTER = 0.2
+"""Distances of rows may differ from the sample time by this share and still count as regular."""
+
+
+def is_regular(record: Record, dt_s: float) -> bool:
+    """Every two rows are one sample time apart, none is missing, and the clocks agree over the whole record to one sample."""
+    steps = np.diff(record.t_s)
+    length = record.t_s[-1] - record.t_s[0] - dt_s * (len(record) - 1)
+    return bool(np.all(np.abs(steps - dt_s) <= _JITTER * dt_s) and abs(length) <= dt_s)
+
+
+def on_grid(record: Record, dt_s: float) -> Record:
+    """The record on a regular grid: commands hold their last value, as the outputs did; what was measured is interpolated.
+
+    RecordError when it would have more than MOST_ROWS rows.
+    """
+    rows = round((record.t_s[-1] - record.t_s[0]) / dt_s) + 1
+    if rows > MOST_ROWS:
+        raise RecordError(
+            f"{record.name}: {len(record)} rows over {record.t_s[-1] - record.t_s[0]:.4g} s would become {rows:.3g} rows of "
+            f"{dt_s * 1e3:g} ms; allowed: {MOST_ROWS}; is a time stamp wrong, or in another unit?"
+        )
+    time = record.t_s[0] + dt_s * np.arange(rows)
+    last = np.clip(np.searchsorted(record.t_s, time + 0.5 * _JITTER * dt_s, side="right") - 1, 0, len(record) - 1)
+    columns: dict[str, Column] = {}
+    for name, column in record.columns().items():
+        if name in record.extra or name == "t_s":
+            continue
+        known = np.isfinite(column)
+        columns[name] = column[last] if "cmd" in name or not known.any() else np.interp(time, record.t_s[known], column[known])
+    return replace(record, t_s=time, extra={}, **columns)  # type: ignore[arg-type]
+
+
+def set_points(record: Record, p0_mpa: float) -> tuple[Column, Column]:
+    """Set-points of both muscles as they were written; without a column for each, the difference is split in halves about P0."""
+    if record.p1_cmd_mpa is not None and record.p2_cmd_mpa is not None:
+        return record.p1_cmd_mpa, record.p2_cmd_mpa
+    return p0_mpa + 0.5 * record.dp_cmd_mpa, p0_mpa - 0.5 * record.dp_cmd_mpa
+
+
+def held_commands(record: Record, p0_mpa: float) -> tuple[Column, Column]:
+    """Set-points in force when each row was measured: those written one row before. New arrays.
+
+    A row is measured first and its set-point written after it, so row k answers to the set-points up to row k - 1.
+    """
+    p1, p2 = set_points(record, p0_mpa)
+    return np.concatenate([p1[:1], p1[:-1]]), np.concatenate([p2[:1], p2[:-1]])

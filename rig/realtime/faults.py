@@ -1,0 +1,90 @@
+"""Every fault: its code, its cause in words, and what to do about it. The only list of them."""
+
+from enum import IntEnum
+from typing import Final, NamedTuple
+
+
+class Fault(IntEnum):
+    """Codes as they stand in samples and logs; never renumbered."""
+
+    NONE = 0
+    ESTOP = 1
+    MISSED_TICKS = 2
+    LONG_STALL = 3
+    DEVICE_ERRORS = 4
+    DEVICE_LOST = 5
+    FROZEN_SENSOR = 6
+    BAD_VALUE = 7
+    BROKEN_WIRE = 8
+    STALE_VALUE = 9
+    ANGLE_LIMIT = 10
+    NOT_FOLLOWING = 11
+    LOOP_DIED = 12
+    CONTROL_LOST = 13
+    TERMINATED = 14
+    LOOP_ERROR = 15
+    RECORDER_DIED = 16
+    SUPERVISOR_DIED = 17
+
+
+class Explanation(NamedTuple):
+    """A fault for a person."""
+
+    cause: str
+    hint: str
+
+
+EXPLANATIONS: Final[dict[Fault, Explanation]] = {
+    Fault.NONE: Explanation("no fault", ""),
+    Fault.ESTOP: Explanation("emergency stop by the operator", "make sure the rig may move, then reset"),
+    Fault.MISSED_TICKS: Explanation(
+        "too many periods were skipped within one second",
+        "run `pamrig latency`; free the machine, or give the loop real-time priority",
+    ),
+    Fault.LONG_STALL: Explanation(
+        "the loop stood still for more than four periods", "look for a blocking driver, swapping or a suspended machine"
+    ),
+    Fault.DEVICE_ERRORS: Explanation(
+        "the device failed too often (leaky bucket full)", "check cable, power, address; see `pamrig devices probe`"
+    ),
+    Fault.DEVICE_LOST: Explanation(
+        "the connection to the device is gone", "check power and cable, then reset; the device is opened anew"
+    ),
+    Fault.FROZEN_SENSOR: Explanation(
+        "a sensor repeats one value while the set-points move",
+        "check the sensor's cable and supply, and the coupling of its shaft",
+    ),
+    Fault.BAD_VALUE: Explanation(
+        "a sensor kept giving values that are out of range, jump, or are not numbers",
+        "check the sensor's wiring and the calibration",
+    ),
+    Fault.BROKEN_WIRE: Explanation(
+        "a monitor reads below its live zero: broken wire", "check its wire and the regulator's power"
+    ),
+    Fault.STALE_VALUE: Explanation("a measurement is older than allowed", "check the connection, or raise limits.max_age_s"),
+    Fault.ANGLE_LIMIT: Explanation(
+        "the joint left the angle envelope", "check the coupling and the zero, or widen `limits.angle_deg`"
+    ),
+    Fault.NOT_FOLLOWING: Explanation(
+        "a pressure does not follow its set-point",
+        "check the air supply, the regulator's power and whether the two valves are swapped",
+    ),
+    Fault.LOOP_DIED: Explanation("the loop ended or hung; the supervisor wrote the safe state", "see the log, then reset"),
+    Fault.CONTROL_LOST: Explanation("the process that commands the loop is gone", "start it again; the rig stays safe"),
+    Fault.TERMINATED: Explanation("the loop was told to end by a signal", "nothing is wrong if this was asked for"),
+    Fault.LOOP_ERROR: Explanation("an error in the loop itself; the safe state was written", "please report it with the log"),
+    Fault.RECORDER_DIED: Explanation(
+        "the recorder ended during a run", "check the disk; recover the record with `pamrig log recover`"
+    ),
+    Fault.SUPERVISOR_DIED: Explanation("the supervisor's process ended", "restart; without it nobody watches the loop"),
+}
+
+
+def explain(code: int) -> str:
+    """`FROZEN_SENSOR: cause (hint)` for a code of a sample; an unknown code is said to be unknown."""
+    try:
+        fault = Fault(code)
+    except ValueError:
+        return f"fault {code}: unknown to this version"
+    cause, hint = EXPLANATIONS[fault]
+    return f"{fault.name}: {cause}" + (f" ({hint})" if hint else "")

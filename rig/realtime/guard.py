@@ -1,0 +1,210 @@
+"""What stands between the loop and the air: limits on every set-point, and checks on every measurement.
+
+The guard clips set-points to the envelope, keeps values that cannot be true away from the outputs, and says when a fault is due.
+It knows neither device nor program.
+"""
+
+import math
+from dataclasses import dataclass, field
+
+from rig.fields import bounded
+from rig.interfaces import Measurement
+from rig.realtime.faults import Fault
+from rig.sample import Flag
+
+# plain ints: arithmetic on an IntFlag costs a microsecond each, and a tick has dozens
+_ANGLE_ABSENT = Flag.ANGLE_ABSENT.value
+_BROKEN_WIRE = Flag.BROKEN_WIRE.value
+_CLIPPED_RANGE = Flag.CLIPPED_RANGE.value
+_CLIPPED_SLEW = Flag.CLIPPED_SLEW.value
+_P1_ABSENT = Flag.P1_ABSENT.value
+_P2_ABSENT = Flag.P2_ABSENT.value
+_READ_ERROR = Flag.READ_ERROR.value
+_STALE = Flag.STALE.value
+_SUSPECT = Flag.SUSPECT.value
+
+_ROUNDING_MPA = 1e-9  # as the check before the start allows it: what is on a limit is not clipped
+
+
+@dataclass(frozen=True)
+class Limits:
+    """The envelope and the patience of the guard; a section of the rig's YAML."""
+
+    pressure_mpa: tuple[float, float] = bounded(0.0, 1.0, "MPa", default=(0.0, 0.5))
+    """Set-points; the ITV1030/2030 regulate 0.005 to 0.5 MPa."""
+    slew_mpa_s: float = bounded(0.001, 100.0, "MPa/s", default=5.0)
+    """Change of a set-point."""
+    angle_deg: tuple[float, float] = bounded(-360.0, 360.0, "deg", default=(-90.0, 90.0))
+    """Where the joint may be while set-points are written, from its zero."""
+    angle_jump_deg: float = bounded(0.01, 360.0, "deg", default=20.0)
+    """Change of the angle from one tick to the next that no joint can make."""
+    pressure_jump_mpa: float = bounded(0.001, 1.0, "MPa", default=0.15)
+    """Change of a measured pressure from one tick to the next that no regulator can make."""
+    monitor_mpa: tuple[float, float] = bounded(-0.2, 2.0, "MPa", default=(-0.03, 0.6))
+    """Measured pressures that are possible; the monitor may be off by 6 % of full scale."""
+    follow_mpa: float = bounded(0.001, 1.0, "MPa", default=0.1)
+    follow_s: float = bounded(0.01, 60.0, "s", default=1.0)
+    """A pressure that is further than `follow_mpa` from its set-point for this long does not follow."""
+    frozen_s: float = bounded(0.01, 60.0, "s", default=1.0)
+    frozen_travel_mpa: float = bounded(0.001, 1.0, "MPa", default=0.02)
+    """Identical raw values for `frozen_s`, while the set-points that move the sensor travel this far, are a frozen sensor."""
+    max_age_s: float = bounded(0.001, 10.0, "s", default=0.1)
+    """A value older than this fills a leaky bucket."""
+    misses_per_s: int = bounded(1, 1000, default=3)
+    """This many ticks that skipped periods, within one second, are a fault."""
+    stall_periods: int = bounded(1, 1000, default=4)
+    """A tick that comes this many periods late is a fault at once."""
+    bucket: int = bounded(1, 1000, default=10)
+    """Leaky bucket: +2 for an error, -1 for a success, fault when full."""
+
+
+class Bucket:
+    """A leaky bucket: forgives single errors, not a habit of them."""
+
+    def __init__(self, size: int) -> None:
+        self._size = size
+        self.level = 0
+
+    def add(self, failed: int) -> bool:
+        """Count one outcome, a failure when not 0; True when the bucket is full. It never holds more than its size."""
+        if failed:
+            self.level = min(self.level + 2, self._size)
+        elif self.level:
+            self.level -= 1
+        return self.level >= self._size
+
+
+@dataclass
+class Guard:
+    """Checks and clips for one loop with a period of `period_s`."""
+
+    limits: Limits
+    period_s: float
+    expected: int = 0
+    """The flags *_ABSENT of the sensors this rig has: without a value, they count as giving a bad one."""
+    _command: tuple[float, float] | None = None
+    _last_command: tuple[float, float] | None = None
+    _previous: Measurement = field(default_factory=Measurement)
+    _frozen_ticks: list[int] = field(default_factory=lambda: [0, 0, 0])
+    _travel_mpa: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    _apart_ticks: list[int] = field(default_factory=lambda: [0, 0])
+
+    def __post_init__(self) -> None:
+        limits = self.limits
+        self._bad_value, self._stale, self._broken_wire, self._outside = (Bucket(limits.bucket) for _ in range(4))
+        self._max_step_mpa = limits.slew_mpa_s * self.period_s
+        self._max_age_ns = int(limits.max_age_s * 1e9)
+        self._period_ns = int(self.period_s * 1e9)
+        self._frozen_limit = max(round(limits.frozen_s / self.period_s), 2)
+        self._follow_limit = max(round(limits.follow_s / self.period_s), 1)
+
+    def start_from(self, p1_mpa: float, p2_mpa: float) -> None:
+        """Where the set-points stand now, so that the slew limit counts from there."""
+        self._command = (p1_mpa, p2_mpa)
+
+    def command(self, p1_mpa: float, p2_mpa: float, periods: int = 1) -> tuple[float, float, int]:
+        """Both set-points inside range and slew over the `periods` since the last, and the flags of what was clipped."""
+        low, high = self.limits.pressure_mpa
+        step = self._max_step_mpa * periods
+        too_far = step + _ROUNDING_MPA
+        flags = 0
+        safe1 = min(max(p1_mpa, low), high)
+        safe2 = min(max(p2_mpa, low), high)
+        before1, before2 = self._command or (low if safe1 != safe1 else safe1, low if safe2 != safe2 else safe2)
+        # written so that NaN counts as clipped: min and max may let it through
+        if not (abs(safe1 - p1_mpa) <= _ROUNDING_MPA and abs(safe2 - p2_mpa) <= _ROUNDING_MPA):
+            flags |= _CLIPPED_RANGE
+            safe1 = safe1 if math.isfinite(p1_mpa) else before1
+            safe2 = safe2 if math.isfinite(p2_mpa) else before2
+        if abs(safe1 - before1) > too_far or abs(safe2 - before2) > too_far:
+            flags |= _CLIPPED_SLEW
+            safe1 = before1 + min(max(safe1 - before1, -step), step)
+            safe2 = before2 + min(max(safe2 - before2, -step), step)
+        self._command = (safe1, safe2)
+        return safe1, safe2, flags
+
+    def check(self, now: Measurement, angle_deg: float, commanding: bool) -> tuple[int, Fault]:
+        """Flags of this measurement and the fault that is due, if any.
+
+        `angle_deg` is the angle from its zero; `commanding` says whether set-points are being written.
+        """
+        flags = now.flags
+        if self._implausible(now) or (flags & self.expected and not flags & _READ_ERROR):
+            flags |= _SUSPECT
+        oldest = max(now.p1_age_ns, now.p2_age_ns, now.angle_age_ns)
+        if oldest > self._period_ns:
+            flags |= _STALE
+        fault = Fault.NONE
+        if self._bad_value.add(flags & _SUSPECT):
+            fault = Fault.BAD_VALUE
+        if self._stale.add(oldest > self._max_age_ns):
+            fault = Fault.STALE_VALUE
+        if self._broken_wire.add(flags & _BROKEN_WIRE):
+            fault = Fault.BROKEN_WIRE
+        if commanding and not flags & _SUSPECT:  # a value that cannot be true is no evidence of a joint or a valve
+            fault = self._moving_faults(now, angle_deg, flags) or fault
+        if not flags & _READ_ERROR:  # what follows a failed read is compared with what came before it
+            self._previous = now
+        return flags, fault
+
+    def _implausible(self, now: Measurement) -> bool:
+        """Some value that is present cannot be true: not finite, out of range, or further from the last than physics allows."""
+        limits, before, flags = self.limits, self._previous, now.flags
+        low, high = limits.monitor_mpa
+        jump = limits.pressure_jump_mpa
+        if not flags & _P1_ABSENT and (not low <= now.p1_mpa <= high or abs(now.p1_mpa - before.p1_mpa) > jump):
+            return True
+        if not flags & _P2_ABSENT and (not low <= now.p2_mpa <= high or abs(now.p2_mpa - before.p2_mpa) > jump):
+            return True
+        return not flags & _ANGLE_ABSENT and (
+            not -720.0 <= now.angle_deg <= 720.0 or abs(now.angle_deg - before.angle_deg) > limits.angle_jump_deg
+        )
+
+    def _moving_faults(self, now: Measurement, angle_deg: float, flags: int) -> Fault:
+        """Faults that only make sense while set-points are written. An angle that cannot be true is no angle outside its limits."""
+        low, high = self.limits.angle_deg
+        outside = not flags & (_ANGLE_ABSENT | _SUSPECT) and not low <= angle_deg <= high
+        if self._outside.add(outside):
+            return Fault.ANGLE_LIMIT
+        if self._not_following(now):
+            return Fault.NOT_FOLLOWING
+        return Fault.FROZEN_SENSOR if self._frozen(now) else Fault.NONE
+
+    def _not_following(self, now: Measurement) -> bool:
+        """A pressure has been far from its set-point for too long; a missing monitor (NaN) never is."""
+        p1_cmd_mpa, p2_cmd_mpa = self._command or (now.p1_mpa, now.p2_mpa)
+        apart, far_mpa = self._apart_ticks, self.limits.follow_mpa
+        apart[0] = apart[0] + 1 if abs(now.p1_mpa - p1_cmd_mpa) > far_mpa else 0
+        apart[1] = apart[1] + 1 if abs(now.p2_mpa - p2_cmd_mpa) > far_mpa else 0
+        return apart[0] > self._follow_limit or apart[1] > self._follow_limit
+
+    def _frozen(self, now: Measurement) -> bool:
+        """A sensor gave the same raw value again and again while the set-points that move it travelled.
+
+        The time counts from the first movement: a rig at rest, or a joint that both muscles hold, may well repeat itself.
+        """
+        before = self._previous
+        moved1, moved2, turned = self._moved()
+        return (
+            self._repeats(0, now.p1_raw == before.p1_raw, moved1)  # a missing sensor is NaN, which never equals itself
+            or self._repeats(1, now.p2_raw == before.p2_raw, moved2)
+            or self._repeats(2, now.angle_raw == before.angle_raw, turned)
+        )
+
+    def _repeats(self, sensor: int, same: bool, moved_mpa: float) -> bool:
+        ticks, travel = self._frozen_ticks, self._travel_mpa
+        if not same:
+            ticks[sensor], travel[sensor] = 0, 0.0
+            return False
+        travel[sensor] += moved_mpa
+        ticks[sensor] += travel[sensor] > 0.0
+        return ticks[sensor] >= self._frozen_limit and travel[sensor] > self.limits.frozen_travel_mpa
+
+    def _moved(self) -> tuple[float, float, float]:
+        """How far p1, p2 and their difference, which turns the joint, went with the last command; MPa."""
+        command, last = self._command, self._last_command
+        self._last_command = command
+        if command is None or last is None:
+            return 0.0, 0.0, 0.0
+        step1, step2 = command[0] - last[0], command[1] - last[1]
+        return abs(step1), abs(step2), abs(step1 - step2)

@@ -1,0 +1,334 @@
+"""The loop: every period, read -> check -> next command -> guard -> write -> record. One thread, standard library only.
+
+It keeps an absolute grid of ticks. A tick that comes later than a period skips whole periods and counts them; the program's phase
+follows the tick index. Every way out of `run` leaves the device in its safe state.
+"""
+
+import contextlib
+import math
+from collections import deque
+from dataclasses import dataclass, field
+
+from rig.errors import DeviceError, DeviceLost, StateError
+from rig.interfaces import Clock, Device, Measurement, Role
+from rig.realtime.commands import Answer, Commands, Request
+from rig.realtime.faults import Fault
+from rig.realtime.guard import Bucket, Guard, Limits
+from rig.realtime.program import Program
+from rig.realtime.ring import RingWriter
+from rig.realtime.state import Event, State, after
+from rig.sample import Flag, Phase, Sample
+
+# plain ints: arithmetic on an IntFlag costs a microsecond each, and a tick has dozens
+_ANGLE_ABSENT = Flag.ANGLE_ABSENT.value
+_ANGLE_ZEROED = Flag.ANGLE_ZEROED.value
+_BROKEN_WIRE = Flag.BROKEN_WIRE.value
+_P1_ABSENT = Flag.P1_ABSENT.value
+_P2_ABSENT = Flag.P2_ABSENT.value
+_READ_ERROR = Flag.READ_ERROR.value
+_SUSPECT = Flag.SUSPECT.value
+_WRITE_ERROR = Flag.WRITE_ERROR.value
+
+_COMMANDING = (State.ARMED, State.RUNNING, State.DONE)
+_ABSENT = {Role.MONITOR_1: _P1_ABSENT, Role.MONITOR_2: _P2_ABSENT, Role.ANGLE: _ANGLE_ABSENT}
+_NO_MEASUREMENT = Measurement(flags=_P1_ABSENT | _P2_ABSENT | _ANGLE_ABSENT | _READ_ERROR)
+
+
+LEAVING_NS = 1_000_000_000
+"""How long the way out may take on a slow device before the supervisor takes over."""
+
+
+@dataclass(frozen=True)
+class LoopSettings:
+    """What the loop needs to know beside its parts."""
+
+    period_ns: int = 5_000_000
+    safe_p1_mpa: float = 0.2
+    safe_p2_mpa: float = 0.2
+    return_mpa_s: float = 0.2
+    """How fast the set-points return to the safe pressures after a program."""
+    limits: Limits = field(default_factory=Limits)
+
+
+class Loop:
+    """Drives one device through states and programs until it is told to quit."""
+
+    def __init__(self, device: Device, clock: Clock, ring: RingWriter, commands: Commands, settings: LoopSettings) -> None:
+        self._device, self._clock, self._ring, self._commands = device, clock, ring, commands
+        self._settings, self._limits = settings, settings.limits
+        self._period_ns = settings.period_ns
+        self.state = State.DISARMED
+        self.fault = self._due = Fault.NONE
+        self._terminated = Fault.NONE
+        self._quit = False
+        self._device_gone = False
+        self._safe_owed = True
+        self._forgive()
+        self._grid = (0, 0, 0, 0)
+        """Tick, due, woken (ns) and missed periods of the tick that is being carried out."""
+        self._command = (settings.safe_p1_mpa, settings.safe_p2_mpa)
+        self._program: Program | None = None
+        self._started_tick = 0
+        self._from = self._command
+        self._way_out_tick: int | None = None
+        self._resting = True
+        self._zero_deg = self._zero_sum = 0.0
+        self._zero_count = 0
+        self._zeroed = False
+
+    def _forgive(self) -> None:
+        """Begin to count errors, misses and repetitions anew."""
+        expected = sum(flag for role, flag in _ABSENT.items() if role in self._device.roles)
+        self._guard = Guard(self._limits, self._period_ns / 1e9, expected)
+        self._errors = Bucket(self._limits.bucket)
+        self._misses: deque[int] = deque()
+
+    def terminate(self, why: Fault = Fault.TERMINATED) -> None:
+        """Leave at the next tick through the safe state; for signal handlers."""
+        self._terminated = why
+
+    def run(self) -> Fault:
+        """Tick an opened device until QUIT, a termination or an error, then make it safe and close it.
+
+        Returns the fault that ended it, NONE when all was well.
+        """
+        try:
+            self._turn()
+        except BaseException:
+            self._latch(Fault.LOOP_ERROR)
+            raise
+        finally:
+            try:
+                self.leave()
+            finally:
+                if self.fault is Fault.LOOP_ERROR:  # the record shall say how it ended
+                    self._publish(self._clock.now_ns(), _NO_MEASUREMENT, Phase.NONE, 0.0, _NO_MEASUREMENT.flags, self._run)
+        return self.fault
+
+    def _turn(self) -> None:
+        clock, period_ns = self._clock, self._period_ns
+        due_ns = clock.now_ns() + period_ns
+        tick = missed = 0
+        while not self._quit:
+            clock.wait_until_ns(due_ns)
+            woken_ns = clock.now_ns()
+            skipped = (woken_ns - due_ns) // period_ns
+            if skipped > 0:
+                missed += skipped
+                tick += skipped
+                due_ns += skipped * period_ns
+            self._grid = tick, due_ns, woken_ns, missed
+            self._tick(tick, missed)
+            missed = 0
+            tick += 1
+            due_ns += period_ns
+
+    @property
+    def _run(self) -> int:
+        return self._program.run if self._program else 0
+
+    def _tick(self, tick: int, missed: int) -> None:
+        self._ring.beat()
+        now = self._read()
+        read_ns = self._clock.now_ns()
+        flags, fault = self._guard.check(now, now.angle_deg - self._zero_deg, self.state in _COMMANDING)
+        self._due = self._own_faults(tick, missed) or fault
+        if self._due:
+            self._latch(self._due)
+        self._obey(tick, now, flags)
+        run = self._run
+        phase, p1_mpa, p2_mpa = self._next(tick, now, flags)
+        flags |= self._write(p1_mpa, p2_mpa, missed + 1)
+        self._publish(read_ns, now, phase, p1_mpa - p2_mpa, flags, run)
+        if self._program and self.state is State.FAULT:
+            self._program = None  # the tick of the fault is the last of its record
+
+    def _publish(self, read_ns: int, now: Measurement, phase: Phase, dp_mpa: float, flags: int, run: int) -> None:
+        """One sample into the ring, with the zero that holds now and the set-points as written."""
+        tick, due_ns, woken_ns, missed = self._grid
+        if self._zeroed:
+            flags |= _ANGLE_ZEROED
+        p1_mpa, p2_mpa = self._command
+        self._ring.put(
+            Sample(
+                tick & 0xFFFFFFFF, due_ns, woken_ns, read_ns, self._clock.now_ns(), missed, dp_mpa, p1_mpa, p2_mpa,
+                now.p1_mpa, now.p2_mpa, now.angle_deg - self._zero_deg, now.p1_raw, now.p2_raw, now.angle_raw, now.excitation_raw,
+                now.p1_age_ns, now.p2_age_ns, now.angle_age_ns,
+                run, self.state, phase, flags, self.fault, self._zero_deg,
+            )
+        )  # fmt: skip
+
+    def _read(self) -> Measurement:
+        if self._device_gone:
+            return _NO_MEASUREMENT
+        try:
+            now = self._device.read()
+        except DeviceError as error:
+            self._count_error(error)
+            return _NO_MEASUREMENT
+        if self._errors.level:
+            self._errors.add(failed=False)
+        return now
+
+    def _count_error(self, error: DeviceError) -> None:
+        """A permanent error faults at once, a transient one goes into the leaky bucket."""
+        if isinstance(error, DeviceLost):
+            self._device_gone = True
+            self._latch(Fault.DEVICE_LOST)
+        elif self._errors.add(failed=True):
+            self._latch(Fault.DEVICE_ERRORS)
+
+    def _own_faults(self, tick: int, missed: int) -> Fault:
+        """What the loop knows against itself: its end, the operator's stop, and its own lateness."""
+        if self._terminated:
+            self._quit = True
+            return self._terminated if self.state in (State.ARMED, State.RUNNING) else Fault.NONE
+        if wanted := self._commands.estop_wanted():
+            return wanted
+        if self.state in (State.ARMED, State.RUNNING) and self._commands.control_lost():
+            return Fault.CONTROL_LOST
+        if missed:
+            if missed >= self._limits.stall_periods:
+                return Fault.LONG_STALL
+            window = 1_000_000_000 // self._period_ns
+            self._misses.append(tick)
+            while self._misses[0] < tick - window:
+                self._misses.popleft()
+            if len(self._misses) >= self._limits.misses_per_s:
+                return Fault.MISSED_TICKS
+        return Fault.NONE
+
+    def _latch(self, fault: Fault) -> None:
+        """The first fault is kept; the safe state is owed from now on."""
+        if self.state is State.FAULT:
+            return
+        self.state = after(self.state, Event.FAULT)
+        self.fault = fault
+        self._safe_owed = True
+
+    def _obey(self, tick: int, now: Measurement, flags: int) -> None:
+        try:
+            request, program = self._commands.next(self.state, self._resting)
+            if request is Request.NONE:
+                return
+            self._commands.answer(self._act(request, program, tick, now, flags))
+        except StateError:
+            self._commands.answer(Answer.REFUSED)
+
+    def _act(self, request: Request, program: Program | None, tick: int, now: Measurement, flags: int) -> Answer:
+        if request is Request.QUIT:
+            self._quit = True
+        elif request is Request.ARM:
+            state = after(self.state, Event.ARM)
+            if not self._hold_measured(now, flags):
+                return Answer.NOT_READY
+            self.state = state
+        elif request is Request.START and program is not None:
+            self.state = after(self.state, Event.START)
+            self._program, self._started_tick, self._from = program, tick, self._command
+            self._way_out_tick = None
+            self._zero_sum, self._zero_count, self._zeroed, self._zero_deg = 0.0, 0, False, 0.0
+        elif request is Request.DISARM:
+            self.state = after(self.state, Event.DISARM)
+            self._safe_owed = True
+        elif request is Request.RESET:
+            state = after(self.state, Event.RESET)
+            if self._device_gone or self._safe_owed or self._due or flags & (_SUSPECT | _BROKEN_WIRE | _READ_ERROR):
+                return Answer.NOT_READY
+            self.state, self.fault = state, Fault.NONE
+            self._forgive()
+        return Answer.DONE
+
+    def _hold_measured(self, now: Measurement, flags: int) -> bool:
+        """Take the measured pressures as set-points, so that arming moves nothing; without monitors, the safe ones, which were written."""
+        if flags & (_SUSPECT | _READ_ERROR | _BROKEN_WIRE) or max(now.p1_age_ns, now.p2_age_ns) > self._limits.max_age_s * 1e9:
+            return False
+        low, high = self._limits.pressure_mpa
+        found = now.p1_mpa, now.p2_mpa
+        safe = self._settings.safe_p1_mpa, self._settings.safe_p2_mpa
+        p1_mpa, p2_mpa = (min(max(p, low), high) if math.isfinite(p) else s for p, s in zip(found, safe, strict=True))
+        self._command = p1_mpa, p2_mpa
+        self._guard.start_from(p1_mpa, p2_mpa)
+        self._resting = False
+        return True
+
+    def _next(self, tick: int, now: Measurement, flags: int) -> tuple[Phase, float, float]:
+        """Phase and wanted set-points of this tick."""
+        if self.state is State.RUNNING and self._program is not None:
+            return self._follow(self._program, tick, now, flags)
+        if self.state is State.DONE:
+            return Phase.NONE, *self._towards_safe()
+        return Phase.NONE, *self._command
+
+    def _follow(self, program: Program, tick: int, now: Measurement, flags: int) -> tuple[Phase, float, float]:
+        index = tick - self._started_tick
+        if self._commands.stop_wanted() and self._way_out_tick is None:
+            self._way_out_tick, self._from = tick, self._command
+        if self._way_out_tick is not None:
+            left = program.ramp_out_ticks - (tick - self._way_out_tick)
+            if left <= 0:
+                return self._finish()
+            return program.way_out(left, self._from)
+        if index >= program.ticks:
+            return self._finish()
+        phase, p1_mpa, p2_mpa = program.at(index, self._from)
+        self._take_zero(phase, now, flags)
+        return phase, p1_mpa, p2_mpa
+
+    def _finish(self) -> tuple[Phase, float, float]:
+        self.state = after(self.state, Event.FINISH)
+        self._program = None
+        return Phase.NONE, *self._towards_safe()
+
+    def _take_zero(self, phase: Phase, now: Measurement, flags: int) -> None:
+        """Average the angle at rest; experiment step 1 of the paper: that angle is 0 degrees."""
+        if phase is Phase.ZERO:
+            if not flags & (_SUSPECT | _ANGLE_ABSENT):
+                self._zero_sum += now.angle_deg
+                self._zero_count += 1
+        elif phase > Phase.ZERO and self._zero_count and not self._zeroed:
+            self._zero_deg = self._zero_sum / self._zero_count
+            self._zeroed = True
+
+    def _towards_safe(self) -> tuple[float, float]:
+        step = self._settings.return_mpa_s * self._period_ns / 1e9
+        p1_mpa, p2_mpa = self._command
+        safe1, safe2 = self._settings.safe_p1_mpa, self._settings.safe_p2_mpa
+        self._resting = abs(safe1 - p1_mpa) <= step and abs(safe2 - p2_mpa) <= step
+        if self._resting:
+            return safe1, safe2
+        return p1_mpa + min(max(safe1 - p1_mpa, -step), step), p2_mpa + min(max(safe2 - p2_mpa, -step), step)
+
+    def _write(self, p1_mpa: float, p2_mpa: float, periods: int) -> int:
+        """Write what the state allows; returns flags."""
+        if self.state in (State.DISARMED, State.FAULT):
+            return self._write_safe() if self._safe_owed else 0
+        p1_mpa, p2_mpa, flags = self._guard.command(p1_mpa, p2_mpa, periods)
+        self._command = p1_mpa, p2_mpa
+        try:
+            self._device.write(p1_mpa, p2_mpa)
+        except DeviceError as error:
+            self._count_error(error)
+            return flags | _WRITE_ERROR | (self._write_safe() if self._safe_owed else 0)
+        return flags
+
+    def _write_safe(self) -> int:
+        self._resting = True
+        try:
+            self._device.safe()
+        except DeviceError:
+            return _WRITE_ERROR  # still owed: tried again next tick
+        self._safe_owed = False
+        self._command = self._settings.safe_p1_mpa, self._settings.safe_p2_mpa
+        return 0
+
+    def leave(self) -> None:
+        """Safe state, then let go; an unreachable device is left to its own watchdog and to the supervisor."""
+        self._ring.beat(LEAVING_NS)
+        try:
+            for _ in range(3):
+                with contextlib.suppress(DeviceError):
+                    self._device.safe()
+                    break
+        finally:
+            self._device.close()

@@ -1,0 +1,101 @@
+"""What the loop follows: set-points by tick index, through settle, zero, ramp in, sweep and ramp out.
+
+A program is a block of shared memory written by the process that commands the loop and mapped by the loop, so that starting one
+costs the loop no copying. Phases come from the tick index; skipped periods are skipped here too.
+"""
+
+from array import array
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, Self
+
+from rig.errors import StateError
+from rig.realtime.shared import HEADER_WORDS, SharedBlock
+from rig.sample import Phase
+
+_FIELDS: Final = ("run", "settle_ticks", "zero_ticks", "ramp_in_ticks", "sweep_ticks", "ramp_out_ticks")
+_FIRST: Final = HEADER_WORDS
+_TABLE: Final = (HEADER_WORDS + 8) * 8
+
+
+@dataclass(frozen=True)
+class Program:
+    """Set-points of one record. The sweep's tables have one entry a tick; the other phases are interpolated.
+
+    Settle: from where the set-points stand, linearly over the first half to the rest pressures, then still. Zero: still, the
+    angle is averaged. Ramp in: linearly to the first entry. Ramp out: linearly from the last set-points to the rest pressures.
+    """
+
+    run: int
+    rest_p1_mpa: float
+    rest_p2_mpa: float
+    p1_mpa: Sequence[float]
+    p2_mpa: Sequence[float]
+    settle_ticks: int
+    zero_ticks: int
+    ramp_in_ticks: int
+    ramp_out_ticks: int
+
+    @property
+    def ticks(self) -> int:
+        """Length of the whole program."""
+        return self.sweep_start + len(self.p1_mpa) + self.ramp_out_ticks
+
+    @property
+    def sweep_start(self) -> int:
+        """Index of the first tick of the sweep."""
+        return self.settle_ticks + self.zero_ticks + self.ramp_in_ticks
+
+    def at(self, index: int, start: tuple[float, float]) -> tuple[Phase, float, float]:
+        """Phase and set-points at a tick of the program that began with the set-points `start`."""
+        if index < self.settle_ticks:
+            return Phase.SETTLE, *self._between(start, self._rest, index * 2, self.settle_ticks)
+        index -= self.settle_ticks
+        if index < self.zero_ticks:
+            return Phase.ZERO, self.rest_p1_mpa, self.rest_p2_mpa
+        index -= self.zero_ticks
+        if index < self.ramp_in_ticks:
+            return Phase.RAMP_IN, *self._between(self._rest, (self.p1_mpa[0], self.p2_mpa[0]), index, self.ramp_in_ticks)
+        index -= self.ramp_in_ticks
+        if index < len(self.p1_mpa):
+            return Phase.SWEEP, self.p1_mpa[index], self.p2_mpa[index]
+        index -= len(self.p1_mpa)
+        return Phase.RAMP_OUT, *self._between((self.p1_mpa[-1], self.p2_mpa[-1]), self._rest, index + 1, self.ramp_out_ticks)
+
+    def way_out(self, ticks_left: int, start: tuple[float, float]) -> tuple[Phase, float, float]:
+        """Set-points of an early ramp out that began at `start` and has `ticks_left` to go."""
+        return Phase.RAMP_OUT, *self._between(start, self._rest, self.ramp_out_ticks - ticks_left, self.ramp_out_ticks)
+
+    @property
+    def _rest(self) -> tuple[float, float]:
+        return self.rest_p1_mpa, self.rest_p2_mpa
+
+    @staticmethod
+    def _between(a: tuple[float, float], b: tuple[float, float], done: int, total: int) -> tuple[float, float]:
+        if done >= total:
+            return b
+        share = done / total
+        return a[0] + (b[0] - a[0]) * share, a[1] + (b[1] - a[1]) * share
+
+    def publish(self, name: str, session: int) -> SharedBlock:
+        """Write the program into a block of its own, for `attach` in the loop's process."""
+        n = len(self.p1_mpa)
+        block = SharedBlock.create(name, session, (8 + 2 + 2 * n) * 8)
+        counts = (self.run, self.settle_ticks, self.zero_ticks, self.ramp_in_ticks, n, self.ramp_out_ticks)
+        for word, value in enumerate(counts, _FIRST):
+            block.words[word] = value
+        table = array("d", (self.rest_p1_mpa, self.rest_p2_mpa, *self.p1_mpa, *self.p2_mpa)).tobytes()
+        block.bytes[_TABLE : _TABLE + len(table)] = table
+        return block
+
+    @classmethod
+    def attach(cls, path: Path, session: int) -> Self:
+        """The program in the block at `path`; StateError when it is not one of this session."""
+        block = SharedBlock.attach(path, session)
+        counts = dict(zip(_FIELDS, block.words[_FIRST : _FIRST + len(_FIELDS)], strict=True))
+        n = counts.pop("sweep_ticks")
+        if n < 1 or _TABLE + (2 + 2 * n) * 8 > len(block.bytes):
+            raise StateError(f"{path}: the program is cut short")
+        table = block.bytes[_TABLE : _TABLE + (2 + 2 * n) * 8].cast("d")
+        return cls(**counts, rest_p1_mpa=table[0], rest_p2_mpa=table[1], p1_mpa=table[2 : 2 + n], p2_mpa=table[2 + n :])

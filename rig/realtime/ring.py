@@ -1,0 +1,152 @@
+"""The ring in shared memory: one writer, the loop; any number of readers, none of which it ever waits for.
+
+The writer overwrites the oldest sample. Each reader keeps its own cursor and learns from it how many samples it lost, so
+the recorder, the supervisor, the live view and the black box all read the same ring. With 8192 slots it holds the last
+41 s at 5 ms, also when nothing is being recorded.
+"""
+
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final, Self
+
+from rig.errors import StateError
+from rig.realtime.shared import HEADER_WORDS, SharedBlock
+from rig.sample import SAMPLE_BYTES, Sample, pack_into, unpack
+
+CAPACITY: Final = 8192
+_SLOT: Final = 8 + (SAMPLE_BYTES + 7) // 8 * 8  # sequence number, then the packed sample
+_HEAD, _HEARTBEAT, _RECORDER, _CAPACITY, _PRODUCER = range(HEADER_WORDS, HEADER_WORDS + 5)
+_WORDS: Final = 8
+_START: Final = (HEADER_WORDS + _WORDS) * 8
+
+
+class Ring:
+    """The block and its words; make one `RingWriter` in the loop and a `RingReader` in each other process."""
+
+    def __init__(self, block: SharedBlock) -> None:
+        """StateError when `block` holds something else."""
+        self.block = block
+        self._words = block.words
+        self.capacity = block.words[_CAPACITY] if len(block.words) > _CAPACITY else 0
+        if self.capacity < 1 or _START + self.capacity * _SLOT > len(block.bytes):
+            raise StateError(f"{block.path}: not a ring of samples")
+
+    @classmethod
+    def create(cls, name: str, session: int, capacity: int = CAPACITY) -> Self:
+        """A fresh ring of `capacity` samples."""
+        block = SharedBlock.create(name, session, _WORDS * 8 + capacity * _SLOT)
+        block.words[_CAPACITY] = capacity
+        return cls(block)
+
+    @classmethod
+    def attach(cls, path: Path, session: int | None = None) -> Self:
+        """The ring of another process."""
+        return cls(SharedBlock.attach(path, session))
+
+    @property
+    def head(self) -> int:
+        """How many samples have been published."""
+        return self._words[_HEAD]
+
+    @property
+    def heartbeat_ns(self) -> int:
+        """Monotonic time at which the loop last began a tick; 0 before the first."""
+        return self._words[_HEARTBEAT]
+
+    @property
+    def producer_pid(self) -> int:
+        """Pid of the loop's process; 0 before it has started."""
+        return self._words[_PRODUCER]
+
+    @property
+    def recorded(self) -> int:
+        """Cursor of the recorder, by which a virtual clock is paced."""
+        return self._words[_RECORDER]
+
+    @recorded.setter
+    def recorded(self, cursor: int) -> None:
+        self._words[_RECORDER] = cursor
+
+    def latest(self) -> Sample | None:
+        """The newest sample; None before the first."""
+        for _ in range(3):  # a reader that is overtaken by a whole turn of the ring tries again
+            head = self.head
+            if head == 0:
+                return None
+            packed = self.slot(head - 1)
+            if packed is not None:
+                return unpack(packed)
+        return None
+
+    def slot(self, sequence: int) -> bytes | None:
+        """The packed sample number `sequence`; None when it has been overwritten or not yet published."""
+        offset = _START + sequence % self.capacity * _SLOT
+        word = offset // 8
+        if self._words[word] != sequence + 1:
+            return None
+        packed = bytes(self.block.bytes[offset + 8 : offset + 8 + SAMPLE_BYTES])
+        return packed if self._words[word] == sequence + 1 else None
+
+    def pace(self, patience_s: float = 5.0, poll_s: float = 0.0002) -> None:
+        """Wait until the recorder has half the ring free: what a virtual clock may wait for before time passes.
+
+        A recorder that does not move for `patience_s` is taken for dead; its losses are then counted, not waited for.
+        """
+        seen, since = self.recorded, time.monotonic()
+        while self.head - self.recorded > self.capacity // 2:
+            time.sleep(poll_s)
+            if self.recorded != seen:
+                seen, since = self.recorded, time.monotonic()
+            elif time.monotonic() - since > patience_s:
+                self.recorded = self.head
+                return
+
+
+class RingWriter:
+    """The loop's end. Nothing here allocates more than one packed sample, locks, or waits."""
+
+    def __init__(self, ring: Ring, pid: int) -> None:
+        self._words = ring.block.words
+        self._bytes = ring.block.bytes
+        self._capacity = ring.capacity
+        self._head = ring.head
+        self._words[_PRODUCER] = pid
+
+    def beat(self, ahead_ns: int = 0) -> None:
+        """Say that a tick has begun, or that something is under way which will be over in `ahead_ns`."""
+        self._words[_HEARTBEAT] = time.monotonic_ns() + ahead_ns
+
+    def put(self, sample: Sample) -> None:
+        """Publish one sample. Its slot reads as empty while it is being written."""
+        offset = _START + self._head % self._capacity * _SLOT
+        word = offset // 8
+        self._words[word] = 0
+        pack_into(sample, self._bytes, offset + 8)
+        self._head += 1
+        self._words[word] = self._head
+        self._words[_HEAD] = self._head
+
+
+class RingReader:
+    """One reader's cursor. `lost` counts the samples that were overwritten before it came by."""
+
+    def __init__(self, ring: Ring, start: int | None = None) -> None:
+        self._ring = ring
+        self.cursor = ring.head if start is None else start
+        self.lost = 0
+
+    def __iter__(self) -> Iterator[bytes]:
+        """The packed samples published since the last call, oldest first."""
+        head = self._ring.head
+        oldest = max(head - self._ring.capacity, 0)
+        if self.cursor < oldest:
+            self.lost += oldest - self.cursor
+            self.cursor = oldest
+        while self.cursor < head:
+            packed = self._ring.slot(self.cursor)
+            self.cursor += 1
+            if packed is None:
+                self.lost += 1
+            else:
+                yield packed

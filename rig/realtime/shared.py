@@ -1,0 +1,136 @@
+"""A named block of memory that several processes map: the floor under the ring, the mailbox and the programs.
+
+Blocks are files in /dev/shm (or the temporary folder where there is none). Each begins with a magic, the pid of its maker and
+the session's id, so that a stale one is recognised. Words of 8 bytes are stored and loaded whole.
+"""
+
+import mmap
+import os
+import tempfile
+from pathlib import Path
+from typing import Final, Self
+
+from rig.errors import StateError
+
+KEPT_RING: Final = "-daemon-ring"
+"""How the names of rings end that are not to be swept away before their black box is saved."""
+
+_MAGIC: Final = int.from_bytes(b"PAMRIG\x00\x01", "little")
+HEADER_WORDS: Final = 8
+_MAGIC_WORD, _PID_WORD, _SESSION_WORD, _SIZE_WORD = range(4)
+
+
+def folder() -> Path:
+    """Where blocks live."""
+    shm = Path("/dev/shm")
+    return shm if os.access(shm, os.W_OK) else Path(tempfile.gettempdir())
+
+
+class SharedBlock:
+    """`words` are the header and what follows as unsigned 64-bit words, `bytes` the whole block."""
+
+    def __init__(self, path: Path, mapped: mmap.mmap) -> None:
+        self.path = path
+        self._mapped = mapped
+        self.bytes = memoryview(mapped)
+        self.words = self.bytes.cast("Q")
+
+    @classmethod
+    def create(cls, name: str, session: int, payload_bytes: int) -> Self:
+        """A fresh block of zeros; StateError when the name is taken by a living process. A dead process's block is replaced."""
+        path = folder() / f"pamrig-{name}"
+        draft = path.with_name(f".{path.name}-{os.getpid()}")  # gets its name when it is whole: nobody sees it without an owner
+        draft.unlink(missing_ok=True)
+        try:
+            block = cls(path, _map_new(draft, HEADER_WORDS * 8 + (payload_bytes + 7) // 8 * 8))
+            block.words[_PID_WORD] = os.getpid()
+            block.words[_SESSION_WORD] = session
+            block.words[_SIZE_WORD] = len(block.bytes)
+            block.words[_MAGIC_WORD] = _MAGIC
+            _take_name(draft, path)
+        except OSError as error:
+            raise StateError(f"{path}: cannot be made: {error.strerror}") from None
+        finally:
+            draft.unlink(missing_ok=True)
+        return block
+
+    @classmethod
+    def attach(cls, path: Path, session: int | None = None) -> Self:
+        """Map an existing block; StateError when it is missing, foreign, or of another session."""
+        try:
+            descriptor = os.open(path, os.O_RDWR)
+        except OSError as error:
+            raise StateError(f"{path}: no such shared memory ({error.strerror})") from None
+        try:
+            size = os.fstat(descriptor).st_size
+            if size < HEADER_WORDS * 8:
+                raise StateError(f"{path}: not a block of pamrig")
+            block = cls(path, mmap.mmap(descriptor, size))
+        finally:
+            os.close(descriptor)
+        if block.words[_MAGIC_WORD] != _MAGIC or block.words[_SIZE_WORD] != size:
+            raise StateError(f"{path}: not a block of pamrig")
+        if session is not None and block.session != session:
+            raise StateError(f"{path}: belongs to session {block.session:x}, not {session:x}: stale shared memory")
+        return block
+
+    @property
+    def session(self) -> int:
+        """Id of the session that made the block."""
+        return self.words[_SESSION_WORD]
+
+    def unlink(self) -> None:
+        """Remove the name; processes that have it mapped keep it."""
+        self.path.unlink(missing_ok=True)
+
+    def close(self) -> None:
+        """Unmap. Views handed out before become invalid."""
+        self.words.release()
+        self.bytes.release()
+        self._mapped.close()
+
+
+def _map_new(path: Path, size: int) -> mmap.mmap:
+    """A new file of zeros, mapped. Its room is taken now: a full folder is an error here, not a SIGBUS at some later store."""
+    descriptor = os.open(path, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o600)
+    try:
+        os.posix_fallocate(descriptor, 0, size)
+        return mmap.mmap(descriptor, size)
+    finally:
+        os.close(descriptor)
+
+
+def _take_name(draft: Path, path: Path) -> None:
+    """Name the block, in place of a dead process's; StateError when a living one has the name."""
+    try:
+        os.link(draft, path)
+    except FileExistsError:
+        if owner := living_owner(path):
+            raise StateError(f"{path}: in use by process {owner}") from None
+        path.unlink(missing_ok=True)
+        _take_name(draft, path)
+
+
+def living_owner(path: Path) -> int:
+    """Pid of the living process that made the block at `path`; 0 when there is none, or when it is another user's."""
+    try:
+        with path.open("rb") as file:
+            header = memoryview(file.read(HEADER_WORDS * 8)).cast("Q")
+    except (OSError, TypeError):
+        return 0
+    pid = header[_PID_WORD] if len(header) == HEADER_WORDS else 0
+    return pid if pid and Path(f"/proc/{pid}").exists() else 0
+
+
+def sweep_stale(kept: str = "") -> list[Path]:
+    """Remove the blocks of dead processes, but not those whose name ends with `kept`; returns what was removed."""
+    found = [path for path in folder().glob("pamrig-*") if not (kept and path.name.endswith(kept))]
+    return [path for path in found if not living_owner(path) and _removed(path)]
+
+
+def _removed(path: Path) -> bool:
+    try:
+        path.unlink()
+    except OSError:  # gone meanwhile, or another user's
+        return False
+    return True

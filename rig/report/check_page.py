@@ -1,0 +1,125 @@
+"""The result of a blind check for people: a table for the terminal, and one self-contained HTML page.
+
+Everything here is drawn from the check's JSON; no figure is computed anew.
+"""
+
+from collections.abc import Mapping, Sequence
+from importlib.resources import files
+from io import StringIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rig.errors import RigError
+from rig.gap.blind.goals import GOALS, bound, figure, reached, told
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from rich.table import Table
+
+MODE_WORDS = {"pressures": "with pressures", "angle": "angle only", "no_baseline": "without a baseline"}
+NAIVE_WORDS = {
+    "always_none": "always none",
+    "random": "random",
+    "largest_rmse": "largest RMSE, best lag",
+    "retuned": "re-tuned nominal",
+}
+_BLUE, _ORANGE = "#0072b2", "#d55e00"
+
+
+def check_table(result: Mapping[str, Any]) -> "Table":
+    """The goals' figures by mode, for the terminal."""
+    from rich.table import Table
+
+    modes = [mode for mode in MODE_WORDS if mode in result["modes"]]
+    table = Table("figure", *(MODE_WORDS[mode] for mode in modes), title=f"blind check of {result['cases']} cases")
+    for row in rows_of(result):
+        cells = [f"{cell['text']}  {cell['goal']}{'' if cell['reached'] is not False else '  missed'}" for cell in row["cells"]]
+        table.add_row(row["words"], *cells)
+    return table
+
+
+def rows_of(result: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Goal by goal: its words, and for each mode the figure, the goal and whether it is reached."""
+    rows = []
+    for goal in GOALS:
+        cells = []
+        for name, mode in result["modes"].items():
+            text = told(figure(mode, goal), goal.unit)
+            cells.append({"mode": name, "text": text, "goal": bound(goal, name), "reached": reached(mode, goal, name)})
+        rows.append({"words": goal.words, "cells": cells})
+    return rows
+
+
+def as_markdown(result: Mapping[str, Any]) -> str:
+    """The goals' figures as a table for the documentation."""
+    modes = list(result["modes"])
+    lines = [f"| figure | {' | '.join(f'{MODE_WORDS[mode]} | goal' for mode in modes)} |", "|---" * (1 + 2 * len(modes)) + "|"]
+    for row in rows_of(result):
+        cells = [f"{cell['text']}{' **missed**' if cell['reached'] is False else ''} | {cell['goal']}" for cell in row["cells"]]
+        lines.append(f"| {row['words']} | {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
+
+
+def write_page(result: Mapping[str, Any], path: Path) -> None:
+    """The page as HTML, or the table of goals alone when the name ends in .md; RigError when it cannot be written."""
+    text = as_markdown(result) if path.suffix == ".md" else as_html(result)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise RigError(f"{path}: cannot be written: {error.strerror}") from None
+
+
+def as_html(result: Mapping[str, Any]) -> str:
+    """One self-contained page."""
+    from jinja2 import Environment, StrictUndefined
+
+    source = files("rig.report").joinpath("check_page.html.jinja").read_text(encoding="utf-8")
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    environment.filters["figure"] = lambda found, unit="%": told(found, unit)
+    with_goals = {name for goal in GOALS for name in goal.bounds}
+    words = {"mode_words": MODE_WORDS, "naive_words": NAIVE_WORDS, "with_goals": with_goals}
+    text: str = environment.from_string(source).render(result=result, rows=rows_of(result), pictures=_pictures(result), **words)
+    return text
+
+
+def _pictures(result: Mapping[str, Any]) -> dict[str, str]:
+    """Mode -> SVG of names right over strength, beside stated against realised confidence."""
+    return {name: _picture(mode) for name, mode in result["modes"].items()}
+
+
+def _picture(mode: Mapping[str, Any]) -> str:
+    from matplotlib.figure import Figure
+
+    drawing = Figure(figsize=(11.0, 3.4), layout="constrained")
+    strength, trust, shrunk = drawing.subplots(1, 3)
+    labels = list(mode["by_ratio"])
+    for key, words, color, marker in (("detected", "detected", _BLUE, "o"), ("exact_first", "exact name first", _ORANGE, "s")):
+        seen = [(place, mode["by_ratio"][label][key]) for place, label in enumerate(labels) if mode["by_ratio"][label][key]["n"]]
+        _bars(strength, seen, color, marker, words)
+    strength.set_xticks(range(len(labels)), labels)
+    strength.set(xlabel="gap over floor", ylabel="share of single effects", ylim=(-0.02, 1.05))
+    trust.plot([0, 1], [0, 1], color="0.6", linestyle="--", label="as stated")
+    _bars(trust, [(each["stated"], each["right"]) for each in mode["reliability"]], _BLUE, "o", "found")
+    trust.set(xlabel="stated confidence of the first name", ylabel="share right", xlim=(0, 1.02), ylim=(-0.02, 1.05))
+    shrunk.plot([0, 1], [0, 1], color="0.6", linestyle="--", label="as predicted")
+    pairs = [(predicted, max(found, -0.2)) for predicted, found in mode["ef_pairs"]]
+    shrunk.plot([pair[0] for pair in pairs], [pair[1] for pair in pairs], "o", color=_BLUE, markersize=4, label="a case")
+    shrunk.set(
+        xlabel="predicted explained fraction", ylabel="realised on untouched records", xlim=(-0.02, 1.05), ylim=(-0.25, 1.25)
+    )
+    for axes in (strength, trust, shrunk):
+        if axes.get_legend_handles_labels()[0]:
+            axes.legend(loc="lower right")
+    text = StringIO()
+    drawing.savefig(text, format="svg", metadata={"Date": None})
+    return text.getvalue()[text.getvalue().index("<svg") :]
+
+
+def _bars(axes: "Axes", seen: Sequence[tuple[float, Mapping[str, Any]]], color: str, marker: str, words: str) -> None:
+    """Rates with their intervals, joined."""
+    if not seen:
+        return
+    spans = [[rate["rate"] - rate["low"] for _, rate in seen], [rate["high"] - rate["rate"] for _, rate in seen]]
+    places, rates = [place for place, _ in seen], [rate["rate"] for _, rate in seen]
+    axes.errorbar(places, rates, spans, color=color, marker=marker, capsize=3, label=words)

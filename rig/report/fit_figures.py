@@ -1,0 +1,112 @@
+"""Figures of identification and validation in the layout of the paper: Fig. 1 (loops of the Bouc-Wen model at several frequencies),
+Figs. 4 to 6 (measured and estimated angle over time, their difference, angle against input), and the convergence of a search.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rig.errors import RigError
+from rig.log.record import Column, Record
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_TERMINAL_POINTS = 300
+_MEASURED, _ESTIMATED, _ERROR = "0.25", "#d55e00", "#0072b2"
+
+
+def comparison_figure(
+    title: str, t_s: Column, u_mpa: Column, measured_deg: Column, estimated_deg: Mapping[str, Column], u_label: str
+) -> "Figure":
+    """Figs. 4 to 6: angle over time above its error on the left, the loop over the input on the right.
+
+    `estimated_deg` maps the name of a model (BW, MBW) to its angle; all columns have the shape (n,).
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(10.0, 5.0), layout="constrained")
+    figure.suptitle(title)
+    grid = figure.add_gridspec(2, 2, width_ratios=(1.4, 1.0))
+    over_time, error, loop = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0]), figure.add_subplot(grid[:, 1])
+    over_time.plot(t_s, measured_deg, color=_MEASURED, label="measured")
+    loop.plot(u_mpa, measured_deg, color=_MEASURED, label="measured")
+    for (name, angle), color in zip(estimated_deg.items(), (_ESTIMATED, _ERROR, "#009e73"), strict=False):
+        over_time.plot(t_s, angle, color=color, linestyle="--", label=name)
+        loop.plot(u_mpa, angle, color=color, linestyle="--", linewidth=0.9, label=name)
+        error.plot(t_s, angle - measured_deg, color=color, label=name)
+    over_time.set_ylabel("angle [deg]")
+    error.set_ylabel("error [deg]")
+    error.set_xlabel("time [s]")
+    loop.set_xlabel(u_label)
+    loop.set_ylabel("angle [deg]")
+    over_time.legend(loc="upper right", fontsize="small")
+    for axes in (over_time, error, loop):
+        axes.grid(alpha=0.3)
+    return figure
+
+
+def loops_figure(title: str, records: Sequence[Record]) -> "Figure":
+    """Fig. 1: angle over commanded difference of each record's second half, one loop each."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(5.0, 4.2), layout="constrained")
+    axes = figure.add_subplot()
+    for record in records:
+        settled = record.rows(slice(len(record) // 2, None))
+        if settled.angle_deg is not None:
+            axes.plot(settled.dp_cmd_mpa, settled.angle_deg, label=record.name, linewidth=1.0)
+    axes.set_title(title, fontsize="medium")
+    axes.set_xlabel("p1 - p2 commanded [MPa]")
+    axes.set_ylabel("angle [deg]")
+    axes.legend(fontsize="small")
+    axes.grid(alpha=0.3)
+    return figure
+
+
+def convergence_figure(title: str, histories: Mapping[str, Sequence[tuple[int, float]]]) -> "Figure":
+    """Best score over evaluations, one line for each search."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(6.0, 3.6), layout="constrained")
+    axes = figure.add_subplot()
+    for name, history in histories.items():
+        axes.plot([spent for spent, _ in history], [best for _, best in history], label=name)
+    axes.set_yscale("log")
+    axes.set_title(title, fontsize="medium")
+    axes.set_xlabel("evaluations")
+    axes.set_ylabel("best score [deg]")
+    axes.legend(fontsize="small")
+    axes.grid(alpha=0.3, which="both")
+    return figure
+
+
+def terminal_comparison(title: str, t_s: Column, measured_deg: Column, estimated_deg: Column, width: int, height: int) -> str:
+    """Measured angle as dots and estimated angle as a line over time, as text of that size."""
+    import plotext
+
+    figure = plotext.figure
+    figure.clear()
+    figure.plot_size(width, height)
+    figure.theme("colorless")
+    rows = slice(None, None, max(1, len(t_s) // _TERMINAL_POINTS))
+    figure.draw(figure.signal(t_s[rows].tolist(), measured_deg[rows].tolist(), marker="."))
+    line = figure.signal(t_s[rows].tolist(), estimated_deg[rows].tolist(), marker="braille")
+    line.lines()
+    figure.draw(line)
+    figure.title(f"{title}: .. measured, line estimated angle [deg]")
+    figure.label("s", "x")
+    text = str(figure.build())
+    figure.clear()
+    return re.sub(r"\x1b\[[0-9;]*m", "", text)
+
+
+def save_figure(figure: "Figure", path: Path) -> Path:
+    """Write the figure; the suffix says the format. RigError when that fails."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(path, dpi=130)
+    except OSError as error:
+        raise RigError(f"{path}: cannot be written: {error.strerror}") from None
+    return path

@@ -1,0 +1,198 @@
+"""Figures of a diagnosis: measured and simulated before and after, loops, residual over frequency, phase and region, the ranking.
+
+Colours are of the Okabe-Ito set, and lines differ in dash as well, so that no figure needs colour to be read.
+"""
+
+from collections.abc import Callable, Sequence
+from io import StringIO
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rig.gap.causes import Findings
+from rig.gap.diagnosis import applied_causes
+from rig.gap.engine import overall_gap
+from rig.gap.result import Diagnosis
+from rig.log.record import Column
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+MEASURED, BEFORE, AFTER, FLOOR = "0.2", "#d55e00", "#0072b2", "0.55"
+POINTS = 700
+"""A line gets at most this many points: the page stays small."""
+
+
+def figures(diagnosis: Diagnosis, findings: Findings) -> list[tuple[str, str]]:
+    """(caption, SVG) of every figure, in the order of the page."""
+    before = overall_gap(findings.prepared, [])
+    after = overall_gap(findings.prepared, applied_causes(findings))
+    top = int(np.argmax([float(np.mean(gap**2)) for gap in before]))
+    drawn: list[tuple[str, Callable[[], Figure]]] = [
+        (
+            "Angle over time in the record with the largest gap, and what is left of it",
+            lambda: _over_time(findings, before, after, top),
+        ),
+        (
+            "Loops of the same record: angle against the commanded difference of pressures",
+            lambda: _loops(findings, before, after, top),
+        ),
+        ("Residual over frequency, all records together", lambda: _spectrum(findings, before, after)),
+        ("Gap of each record before and after the causes are added", lambda: _records(diagnosis)),
+        ("Where in the motion the gap lies: mean residual by phase and by angle", lambda: _regions(diagnosis)),
+    ]
+    if diagnosis.ranking:
+        drawn.append(("Ranking: what each effect explains, and how probable it is", lambda: _ranking(diagnosis)))
+    return [(caption, _svg(draw())) for caption, draw in drawn]
+
+
+def _figure(width: float, height: float) -> "Figure":
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def _svg(figure: "Figure") -> str:
+    import matplotlib
+
+    with matplotlib.rc_context({"svg.fonttype": "none", "font.family": "sans-serif", "font.size": 10, "svg.hashsalt": "pamrig"}):
+        text = StringIO()
+        figure.savefig(text, format="svg", metadata={"Date": None})
+    drawn = text.getvalue()
+    return drawn[drawn.index("<svg") :]
+
+
+def _thin(column: Column, rows: slice) -> Column:
+    part = column[rows]
+    return part[:: max(1, len(part) // POINTS)]
+
+
+def _window(findings: Findings, index: int) -> slice:
+    """The middle of a record: at most eight seconds."""
+    pair = findings.prepared.pairs[index]
+    rows = int(min(8.0, pair.t_s[-1]) / pair.dt_s)
+    start = (len(pair) - rows) // 2
+    return slice(start, start + rows)
+
+
+def _over_time(findings: Findings, before: Sequence[Column], after: Sequence[Column], index: int) -> "Figure":
+    pair, rows = findings.prepared.pairs[index], _window(findings, index)
+    figure = _figure(8.0, 4.6)
+    angle, rest = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+    t = _thin(pair.t_s, rows)
+    measured = pair.case.angle_deg
+    angle.plot(t, _thin(measured, rows), color=MEASURED, label="measured")
+    angle.plot(t, _thin(measured - before[index], rows), color=BEFORE, linestyle="--", label="simulated before")
+    angle.plot(t, _thin(measured - after[index], rows), color=AFTER, linestyle=":", linewidth=2, label="with the causes")
+    angle.set_ylabel("angle [deg]")
+    angle.set_title(pair.name, fontsize=10)
+    angle.legend(fontsize=8, ncols=3, loc="upper right")
+    rest.plot(t, _thin(before[index], rows), color=BEFORE, linestyle="--")
+    rest.plot(t, _thin(after[index], rows), color=AFTER)
+    _zero(rest)
+    rest.set_ylabel("residual [deg]")
+    rest.set_xlabel("time [s]")
+    return figure
+
+
+def _loops(findings: Findings, before: Sequence[Column], after: Sequence[Column], index: int) -> "Figure":
+    pair, rows = findings.prepared.pairs[index], _window(findings, index)
+    figure = _figure(8.0, 3.6)
+    left, right = figure.subplots(1, 2, sharey=True)
+    command = _thin(pair.u1_mpa - pair.u2_mpa, rows)
+    measured = pair.case.angle_deg
+    for axes, gap, color, title in ((left, before[index], BEFORE, "before"), (right, after[index], AFTER, "with the causes")):
+        axes.plot(command, _thin(measured, rows), color=MEASURED, label="measured")
+        axes.plot(command, _thin(measured - gap, rows), color=color, linestyle="--", label="simulated")
+        axes.set_title(title, fontsize=10)
+        axes.set_xlabel("p1 - p2 commanded [MPa]")
+        axes.legend(fontsize=8)
+    left.set_ylabel("angle [deg]")
+    return figure
+
+
+def _spectrum(findings: Findings, before: Sequence[Column], after: Sequence[Column]) -> "Figure":
+    from scipy.signal import welch
+
+    figure = _figure(8.0, 3.2)
+    axes = figure.subplots()
+    pairs = findings.prepared.pairs
+    for gaps, color, style, name in ((before, BEFORE, "--", "before"), (after, AFTER, "-", "with the causes")):
+        parts = [
+            welch(gap, 1.0 / pair.dt_s, nperseg=min(len(gap), round(8.0 / pair.dt_s)))
+            for pair, gap in zip(pairs, gaps, strict=True)
+        ]
+        shortest = min(len(part[0]) for part in parts)
+        power = np.mean([part[1][:shortest] for part in parts], axis=0)
+        rows = parts[0][0][:shortest] < 20.0
+        axes.loglog(parts[0][0][:shortest][rows][1:], np.sqrt(power[rows][1:]), color=color, linestyle=style, label=name)
+    axes.set_xlabel("frequency [Hz]")
+    axes.set_ylabel("residual [deg / sqrt Hz]")
+    axes.legend(fontsize=8)
+    axes.grid(alpha=0.3)
+    return figure
+
+
+def _records(diagnosis: Diagnosis) -> "Figure":
+    lines = diagnosis.evidence["records"][:20]
+    figure = _figure(8.0, 1.0 + 0.4 * len(lines))
+    axes = figure.subplots()
+    rows = np.arange(len(lines))
+    axes.barh(rows + 0.2, [line["gap_before_deg"] for line in lines], 0.38, color=BEFORE, label="before")
+    axes.barh(rows - 0.2, [line["gap_after_deg"] for line in lines], 0.38, color=AFTER, hatch="//", label="with the causes")
+    axes.axvline(diagnosis.gap["floor_deg"], color=FLOOR, linestyle=":", label="floor")
+    axes.set_yticks(rows, [line["record"] for line in lines], fontsize=8)
+    axes.invert_yaxis()
+    axes.set_xlabel("gap [deg rms]")
+    axes.legend(fontsize=8)
+    return figure
+
+
+def _regions(diagnosis: Diagnosis) -> "Figure":
+    figure = _figure(8.0, 3.0)
+    for axes, key, name in zip(figure.subplots(1, 2, sharey=True), ("phase", "region"), ("phase", "angle"), strict=True):
+        lines = diagnosis.where[key]
+        rows = np.arange(len(lines))
+        axes.bar(
+            rows,
+            [line["mean_deg"] for line in lines],
+            yerr=[line["rms_deg"] for line in lines],
+            color=BEFORE,
+            ecolor="0.4",
+            capsize=3,
+        )
+        axes.set_xticks(rows, [f"{_short(line[name])}\n{100 * line['share']:.0f} %" for line in lines], fontsize=7)
+        _zero(axes)
+        axes.set_title(
+            f"by {name + (' [deg]' if name == 'angle' else '')}: mean, bars are rms; below: share of the gap", fontsize=8
+        )
+        axes.set_ylabel("residual [deg]")
+    return figure
+
+
+def _ranking(diagnosis: Diagnosis) -> "Figure":
+    lines = diagnosis.ranking[:10]
+    figure = _figure(8.0, 1.0 + 0.32 * len(lines))
+    axes = figure.subplots()
+    rows = np.arange(len(lines))
+    axes.barh(rows, [max(line.explained_fraction, 0.0) for line in lines], 0.7, color=AFTER)
+    for row, line in zip(rows, lines, strict=True):
+        axes.text(1.02, float(row), f"p = {line.probability:.2f}", va="center", fontsize=8)
+    axes.set_yticks(rows, [f"{line.effect} ({line.side})" for line in lines], fontsize=8)
+    axes.set_xlim(0.0, 1.2)
+    axes.invert_yaxis()
+    axes.set_xlabel("explained fraction of its side's gap")
+    return figure
+
+
+def _short(name: str) -> str:
+    """A band without its unit and decimals, to fit under its bar."""
+    if " to " not in name:
+        return name
+    low, high = name.removesuffix(" deg").split(" to ")
+    return f"{float(low):.0f} to {float(high):.0f}"
+
+
+def _zero(axes: "Axes") -> None:
+    axes.axhline(0.0, color=FLOOR, linewidth=0.8)

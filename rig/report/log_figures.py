@@ -1,0 +1,157 @@
+"""Figures of logs: a run over time with its hysteresis loop, and a replay beside its recording.
+
+They show what was recorded and nothing else: no smoothing, no resampling; missed ticks are marked. Figures of models and
+of the gap are elsewhere in rig.report.
+"""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from rig.errors import RecordError
+from rig.log.record import Column, Record
+from rig.log.replay import Comparison
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+FORMATS: Final = (".png", ".svg", ".pdf")
+
+_COMMAND, _FIRST, _SECOND, _ANGLE, _MISSED = "0.45", "#0072b2", "#d55e00", "#009e73", "#cc0000"
+_MANY_ROWS = 20_000
+"""Longer lines are drawn as pixels inside an SVG, which would else weigh tens of megabytes."""
+_TERMINAL_POINTS = 400
+_TERMINAL_BARS = 50
+
+
+def run_figure(record: Record) -> "Figure":
+    """Command, pressures and angle over time, and the loop of angle over differential pressure."""
+    figure, (command, pressure, angle), loop = _frame(record.name)
+    _line(command, record.t_s, record.dp_cmd_mpa, _COMMAND, "commanded")
+    if record.has_pressures:
+        _line(command, record.t_s, record.dp_mpa, _FIRST, "measured")
+    command.set_ylabel("p1 - p2 [MPa]")
+    for color, name, column, wanted in (
+        (_FIRST, "p1", record.p1_mpa, record.p1_cmd_mpa),
+        (_SECOND, "p2", record.p2_mpa, record.p2_cmd_mpa),
+    ):
+        if wanted is not None:
+            _line(pressure, record.t_s, wanted, color, f"{name} set-point", linestyle=":")
+        if column is not None:
+            _line(pressure, record.t_s, column, color, name)
+    pressure.set_ylabel("pressure [MPa]")
+    angle.set_ylabel("angle [deg]")
+    if record.angle_deg is not None:
+        _line(angle, record.t_s, record.angle_deg, _ANGLE, "angle")
+        _line(loop, record.dp_cmd_mpa, record.angle_deg, _COMMAND, "over the command")
+        if record.has_pressures:
+            _line(loop, record.dp_mpa, record.angle_deg, _FIRST, "over the measured pressures")
+    for axes in (command, pressure, angle):
+        _mark_missed(axes, missed_times(record))
+    return _finished(figure, (command, pressure, angle), loop)
+
+
+def replay_figure(name: str, comparison: Comparison) -> "Figure":
+    """Commands and angles of a recording and of its replay over time, their difference, and both loops."""
+    figure, (command, angle, residual), loop = _frame(f"{name}: replay and recording")
+    sides = (
+        (_COMMAND, "-", "recorded", comparison.recorded_dp_mpa, comparison.recorded_deg),
+        (_SECOND, ":", "replayed", comparison.replayed_dp_mpa, comparison.replayed_deg),
+    )
+    for color, style, label, dp_mpa, angle_deg in sides:
+        _line(command, comparison.t_s, dp_mpa, color, label, linestyle=style)
+        _line(angle, comparison.t_s, angle_deg, color, label, linestyle=style)
+        _line(loop, dp_mpa, angle_deg, color, label, linestyle=style)
+    _line(residual, comparison.t_s, comparison.residual_deg, _ANGLE, "replayed - recorded")
+    command.set_ylabel("p1 - p2 [MPa]")
+    angle.set_ylabel("angle [deg]")
+    residual.set_ylabel("residual [deg]")
+    for axes in (command, angle, residual):
+        _mark_missed(axes, comparison.missed_s)
+    return _finished(figure, (command, angle, residual), loop)
+
+
+def save(figure: "Figure", path: Path) -> None:
+    """Write a figure in the format of the suffix; RecordError when that is unknown or the file cannot be written."""
+    if path.suffix.lower() not in FORMATS:
+        raise RecordError(f"{path}: a figure is written as {', '.join(FORMATS)}")
+    try:
+        figure.savefig(path, dpi=150)
+    except OSError as error:
+        raise RecordError(f"{path}: cannot be written: {error.strerror or error}") from None
+
+
+def terminal_picture(record: Record, width: int, height: int) -> str:
+    """Angle (pressures where no angle was measured) as a line, the command as dots, missed ticks as bars; text of that size."""
+    import plotext
+
+    left = [("angle [deg]", record.angle_deg)]
+    if record.angle_deg is None:
+        left = [("p1 [MPa]", record.p1_mpa), ("p2 [MPa]", record.p2_mpa)]
+    shown = [(label, column) for label, column in left if column is not None]
+    figure = plotext.figure
+    figure.clear()
+    figure.plot_size(width, height)
+    figure.theme("colorless")
+    figure.draw(_terminal_curve(figure, record, record.dp_cmd_mpa, "right", "."))
+    for _, column in shown:
+        figure.draw(_terminal_curve(figure, record, column, "left", "braille"))
+    for time_s in missed_times(record)[:_TERMINAL_BARS]:
+        figure.line(time_s, "vertical")
+    figure.title(f"{record.name}: {', '.join(label for label, _ in shown)} (left), .. command p1 - p2 [MPa] (right)")
+    figure.label("s", "x")
+    text = str(figure.build())
+    figure.clear()
+    return re.sub(r"\x1b\[[0-9;]*m", "", text)
+
+
+def _terminal_curve(figure: Any, record: Record, column: Column, side: str, marker: str) -> Any:
+    rows = np.unique(np.linspace(0, len(record) - 1, min(_TERMINAL_POINTS, len(record))).astype(int))
+    rows = rows[np.isfinite(column[rows])]
+    signal = figure.signal(record.t_s[rows].tolist(), column[rows].tolist(), marker=marker, yside=side)
+    if marker == "braille":
+        signal.lines()
+    return signal
+
+
+def missed_times(record: Record) -> list[float]:
+    """When ticks were missed, in seconds; the row that came too late stands for those before it."""
+    missed = record.extra.get("missed")
+    return [] if missed is None else record.t_s[missed > 0].tolist()
+
+
+def _frame(title: str) -> "tuple[Figure, Sequence[Axes], Axes]":
+    """An empty figure: three panels over time on the left, a square one for the loop on the right."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(12, 7), layout="constrained")
+    grid = figure.add_gridspec(3, 2, width_ratios=(3, 2))
+    first = figure.add_subplot(grid[0, 0])
+    panels = [first, *(figure.add_subplot(grid[row, 0], sharex=first) for row in (1, 2))]
+    figure.suptitle(title)
+    return figure, panels, figure.add_subplot(grid[:, 1])
+
+
+def _finished(figure: "Figure", panels: "Sequence[Axes]", loop: "Axes") -> "Figure":
+    panels[-1].set_xlabel("time [s]")
+    loop.set_xlabel("p1 - p2 [MPa]")
+    loop.set_ylabel("angle [deg]")
+    for axes in (*panels, loop):
+        axes.grid(alpha=0.3)
+        if axes.get_legend_handles_labels()[0]:
+            axes.legend(loc="lower right" if axes is loop else "upper right", fontsize="small", ncols=1 if axes is loop else 4)
+            axes.margins(y=0.05 if axes is loop else 0.25)
+    return figure
+
+
+def _line(axes: "Axes", x: Column, y: Column, color: str, label: str, **style: Any) -> None:
+    axes.plot(x, y, color=color, label=label, linewidth=1.0, rasterized=len(x) > _MANY_ROWS, **style)
+
+
+def _mark_missed(axes: "Axes", times_s: Sequence[float]) -> None:
+    for number, time_s in enumerate(times_s):
+        axes.axvline(time_s, color=_MISSED, linewidth=0.8, label="missed ticks" if number == 0 else None)

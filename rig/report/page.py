@@ -1,0 +1,45 @@
+"""The report of a diagnosis: one self-contained HTML page that opens offline, on a phone and in print."""
+
+from importlib.resources import files
+from pathlib import Path
+
+import jinja2
+
+from rig.errors import RigError
+from rig.gap.causes import Findings
+from rig.gap.result import Diagnosis
+from rig.gap.words import SOURCES, answers
+from rig.model.parameters import Model
+from rig.report.gap_figures import figures
+
+
+def write_page(path: Path, diagnosis: Diagnosis, findings: Findings, model: Model) -> None:
+    """Write the page; RigError when the file cannot be written."""
+    try:
+        path.write_text(page(diagnosis, findings, model), encoding="utf-8")
+    except OSError as error:
+        raise RigError(f"{path}: cannot be written: {error.strerror}") from None
+
+
+def page(diagnosis: Diagnosis, findings: Findings, model: Model) -> str:
+    """The page as text."""
+    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    template = environment.from_string(files("rig.report").joinpath("gap_page.html.jinja").read_text(encoding="utf-8"))
+    return template.render(
+        answers={question.rstrip(":"): answer for question, answer in answers(diagnosis).items()},
+        diagnosis=diagnosis,
+        figures=figures(diagnosis, findings),
+        assumed=_assumed(diagnosis, findings, model),
+    )
+
+
+def _assumed(diagnosis: Diagnosis, findings: Findings, model: Model) -> list[str]:
+    """What the answers rest on."""
+    nominal, sessions = findings.prepared.nominal, diagnosis.evidence["sessions"]
+    told = [
+        f"The healthy rig is {'the mean of ' + str(sessions) + ' baseline sessions' if sessions else 'the model alone'}; the floor comes from {SOURCES[diagnosis.gap['floor_source']]}.",  # noqa: E501
+        f"Pressures were {'used: each valve is judged on its own monitor' if diagnosis.evidence['pressures_used'] else 'not used: only the angle was judged'}.",  # noqa: E501
+        f"P0 is {nominal.p0_mpa:.3g} MPa; regulators answer in {1e3 * nominal.tau0_s:.0f} ms; the description of muscles and joint misses {nominal.misfit_deg:.2g} deg rms of the baseline and is used in differences only.",  # noqa: E501
+        f"The model ({model.muscle.kind}, driven by {model.muscle.input.value}) was not tuned to these records.",
+    ]
+    return [*told, *diagnosis.notes]

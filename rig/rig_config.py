@@ -1,0 +1,142 @@
+"""The YAML of a rig: which devices fill which roles, at what period, inside which envelope, and what is safe.
+
+    name: simulated
+    period_ms: 5
+    safe: {p1_mpa: 0.2, p2_mpa: 0.2}
+    devices:
+      main: {kind: simulated, model: ../models/simulated.yaml}
+    roles: {valve_1: main, valve_2: main, monitor_1: main, monitor_2: main, angle: main}
+
+What stands under a device beside `kind` belongs to the driver, which has the schema for it.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+from rig.config import bounded, read_yaml, structure, suggest
+from rig.errors import ConfigError
+from rig.interfaces import Role
+from rig.realtime.guard import Limits
+from rig.realtime.measures import Measures
+
+
+@dataclass(frozen=True)
+class Safe:
+    """The safe state: what is written when a program is over, and at once on a fault."""
+
+    p1_mpa: float = bounded(0.0, 1.0, "MPa", default=0.2)
+    p2_mpa: float = bounded(0.0, 1.0, "MPa", default=0.2)
+    """Where the muscles come to rest."""
+    return_mpa_s: float = bounded(0.001, 100.0, "MPa/s", default=0.2)
+    """How fast the set-points return there after a program; a fault writes them in one step."""
+
+
+@dataclass(frozen=True)
+class DeviceEntry:
+    """One device of the rig before its driver has looked at it."""
+
+    name: str
+    kind: str
+    settings: dict[str, Any]
+    roles: frozenset[Role]
+
+
+@dataclass(frozen=True)
+class _File:
+    """The keys of a rig's YAML."""
+
+    name: str
+    devices: dict[str, Any]
+    roles: dict[str, str]
+    period_ms: float = bounded(1.0, 100.0, "ms", default=5.0)
+    safe: Safe = field(default_factory=Safe)
+    limits: Limits = field(default_factory=Limits)
+    realtime: Measures = field(default_factory=Measures)
+    calibration: Path | None = None
+
+
+@dataclass(frozen=True)
+class RigConfig:
+    """A rig as its YAML describes it, checked as far as that is possible without the drivers."""
+
+    name: str
+    path: Path
+    period_ns: int
+    safe: Safe
+    limits: Limits
+    realtime: Measures
+    devices: tuple[DeviceEntry, ...]
+    calibration: dict[str, Any]
+    files: Mapping[str, bytes]
+    """The file as it was, and the files that it names (calibration, models), by name: for the log."""
+
+
+def load_rig(path: Path) -> RigConfig:
+    """The rig at `path`; ConfigError, one line, when it does not fit."""
+    raw = read_yaml(path)
+    file = structure(raw, _File, str(path))
+    _check_pairs(file.limits, path)
+    low, high = file.limits.pressure_mpa
+    for key, value in (("p1_mpa", file.safe.p1_mpa), ("p2_mpa", file.safe.p2_mpa)):
+        if not low <= value <= high:
+            raise ConfigError(f"{path}: safe.{key}: {value:g} MPa is outside limits.pressure_mpa, {low:g} .. {high:g} MPa")
+    calibration = _calibration(path, file.calibration)
+    named = [] if file.calibration is None else [path.parent / file.calibration]
+    return RigConfig(
+        name=file.name,
+        path=path,
+        period_ns=round(file.period_ms * 1e6),
+        safe=file.safe,
+        limits=file.limits,
+        realtime=file.realtime,
+        devices=_devices(file, path),
+        calibration=calibration,
+        files={"rig.yaml": path.read_bytes()} | {item.name: item.read_bytes() for item in named},
+    )
+
+
+def _check_pairs(limits: Limits, path: Path) -> None:
+    for key in ("pressure_mpa", "angle_deg", "monitor_mpa"):
+        low, high = getattr(limits, key)
+        if not low < high:
+            raise ConfigError(f"{path}: limits.{key}: {low:g} .. {high:g} is empty; the first value must be the smaller one")
+
+
+def _calibration(path: Path, named: Path | None) -> dict[str, Any]:
+    if named is None:
+        return {}
+    raw = read_yaml(path.parent / named)
+    if not isinstance(raw, dict):
+        raise ConfigError(f"{path.parent / named}: expected a mapping of roles to calibrations")
+    return raw
+
+
+def _devices(file: _File, path: Path) -> tuple[DeviceEntry, ...]:
+    known = [role.value for role in Role]
+    for role, device in file.roles.items():
+        if role not in known:
+            raise ConfigError(f"{path}: roles: unknown role {role!r}; {suggest(role, known)}")
+        if device not in file.devices:
+            raise ConfigError(f"{path}: roles.{role}: no device {device!r}; {suggest(device, list(file.devices))}")
+    for needed in (Role.VALVE_1, Role.VALVE_2, Role.ANGLE):
+        if needed not in file.roles:
+            raise ConfigError(f"{path}: roles: {needed.value} is missing; a rig needs valve_1, valve_2 and angle")
+    return tuple(_device(name, raw, file.roles, path) for name, raw in file.devices.items())
+
+
+def _device(name: str, raw: object, roles: dict[str, str], path: Path) -> DeviceEntry:
+    if not isinstance(raw, dict) or not isinstance(raw.get("kind"), str):
+        raise ConfigError(f"{path}: devices.{name}: expected a mapping with the key kind")
+    mine = frozenset(Role(role) for role, device in roles.items() if device == name)
+    if not mine:
+        raise ConfigError(f"{path}: devices.{name}: no role names this device")
+    settings = {key: value for key, value in raw.items() if key != "kind"}
+    return DeviceEntry(name, raw["kind"], settings, mine)
+
+
+def resolve_paths(settings: Any, base: Path) -> dict[str, Path]:
+    """The path fields of a device's settings, made relative to the folder of the rig's file."""
+    values = {f.name: getattr(settings, f.name) for f in fields(settings)}
+    return {name: base / value for name, value in values.items() if isinstance(value, Path) and not value.is_absolute()}

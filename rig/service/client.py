@@ -1,0 +1,131 @@
+"""The daemon's client for scripts, notebooks and the command line: a few lines over the control socket.
+
+with Client() as rig:
+    rig.arm()
+    rig.start("paper.yaml")
+    rig.wait()
+    print(rig.status()["queue"])
+"""
+
+import contextlib
+import socket
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Self
+
+from rig.errors import RigError, StateError
+from rig.service import protocol
+from rig.service.protocol import Code
+
+
+class Client:
+    """One connection. RigError, one line, when there is no daemon; StateError when a command does not fit the state."""
+
+    def __init__(self, path: Path | None = None, timeout_s: float = 40.0) -> None:
+        self.path = path or protocol.default_socket()
+        self._number = 0
+        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        self._socket.settimeout(timeout_s)
+        try:
+            self._socket.connect(str(self.path))
+        except OSError as error:
+            self._socket.close()
+            raise RigError(f"{self.path}: {_no_daemon(error)}") from None
+        self._lines = self._socket.makefile("rb")
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Hang up."""
+        self._lines.close()
+        self._socket.close()
+
+    def call(self, command: str, **arguments: Any) -> Any:
+        """Send one command and return its result; the other methods are this with a name."""
+        self._number += 1
+        self._send({"id": self._number, "command": command, **arguments})
+        while (message := self._receive()).get("id") != self._number:
+            if "event" not in message:
+                break
+        if not message.get("ok"):
+            error = message.get("error") or {}
+            kind = StateError if error.get("code") == Code.WRONG_STATE else RigError
+            raise kind(str(error.get("message", "the daemon sent no reason")))
+        return message.get("result")
+
+    def status(self) -> dict[str, Any]:
+        """Everything there is to know now; keys as in docs/reference/control_protocol.md."""
+        return dict(self.call("status"))
+
+    def arm(self) -> None:
+        """Let the daemon command the rig; nothing moves yet."""
+        self.call("arm")
+
+    def start(self, *sweeps: str | Path, pause_s: float = 0.0) -> list[dict[str, Any]]:
+        """Queue sweeps and work on the queue; without sweeps, go on with what is in it. Returns the new jobs."""
+        paths = [str(Path(sweep).absolute()) for sweep in sweeps]
+        return list(self.call("start", sweeps=paths, pause_s=pause_s))
+
+    def stop(self, after_current: bool = False) -> None:
+        """Ramp down and hold the queue, at once or after the record that runs."""
+        self.call("stop", after_current=after_current)
+
+    def estop(self) -> None:
+        """Safe state at once."""
+        self.call("estop")
+
+    def reset(self) -> None:
+        """Clear a fault whose cause is gone; the rig is disarmed then."""
+        self.call("reset")
+
+    def clear(self) -> None:
+        """Take what waits out of the queue."""
+        self.call("clear")
+
+    def subscribe(self, rate_hz: float = 10.0, samples: bool = False) -> Iterator[dict[str, Any]]:
+        """Status after status until the daemon goes; with `samples`, each has the columns of what happened since the last."""
+        self.call("subscribe", rate_hz=rate_hz, samples=samples)
+        while True:
+            message = self._receive()
+            if message.get("event") == "status":
+                yield message["status"]
+
+    def wait(self, poll_s: float = 0.2) -> dict[str, Any]:
+        """Until nothing runs or waits any more; returns the last status, which may show a fault."""
+        while True:
+            status = self.status()
+            if not status["working"]:
+                return status
+            time.sleep(poll_s)
+
+    def _send(self, message: dict[str, Any]) -> None:
+        try:
+            self._socket.sendall(protocol.encode(message))
+        except OSError as error:
+            raise RigError(f"{self.path}: the daemon hung up ({error.strerror or error})") from None
+
+    def _receive(self) -> dict[str, Any]:
+        line = b""
+        with contextlib.suppress(ConnectionError):
+            try:
+                line = self._lines.readline()
+            except TimeoutError:
+                raise RigError(f"{self.path}: the daemon does not answer; it may be stopped or hang") from None
+        if not line:
+            raise RigError(f"{self.path}: the daemon hung up")
+        return protocol.decode(line)
+
+
+def _no_daemon(error: OSError) -> str:
+    if isinstance(error, FileNotFoundError):
+        return "no daemon there; start one with `pamrig daemon`, or set PAMRIG_SOCKET"
+    if isinstance(error, ConnectionRefusedError):
+        return "the daemon behind this socket is gone; start it with `pamrig daemon`"
+    if isinstance(error, PermissionError):
+        return "not allowed; become a member of the socket's group"
+    return error.strerror or str(error)

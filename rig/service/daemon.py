@@ -1,0 +1,300 @@
+"""The daemon: what it does on each command and each turn of its own clock. Processes are the keeper's, work is the worker's."""
+
+import asyncio
+import contextlib
+import logging
+import os
+import shutil
+import signal
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any, Final
+
+from rig.errors import RigError
+from rig.realtime.faults import Fault, explain
+from rig.realtime.state import Event, State
+from rig.service import blackbox, metrics
+from rig.service.control import Server
+from rig.service.keeper import Keeper, Parts
+from rig.service.live import LiveView
+from rig.service.notify import Notifier
+from rig.service.protocol import VERSION, Code, Refused, Request
+from rig.service.rotation import rotate
+from rig.service.settings import DaemonSettings
+from rig.service.telemetry import fault_json
+from rig.service.work import Queue
+from rig.service.worker import Worker, plans_of
+
+_TURN_S: Final = 0.02
+_NICE: Final = -10
+"""Where it is allowed: the loop stops when this process does not get to its heartbeat for a second."""
+_HOUSEKEEPING_S: Final = 10.0
+_DISARM_PATIENCE_S: Final = 5.0
+_LOG = logging.getLogger("pamrig")
+
+
+class Daemon:
+    """One rig as a service. `serve` returns when it was told to end; the rig is safe then."""
+
+    def __init__(self, parts: Parts, settings: DaemonSettings) -> None:
+        self._parts, self._settings = parts, settings
+        self._keeper = Keeper(parts, settings.force)
+        self._queue = Queue(settings.state / "queue.json")
+        self._worker = Worker(self._keeper, self._queue, parts.rig, settings)
+        self._server = Server(self._handle, self.status)
+        self._live = LiveView(settings.live.port)
+        self._notifier = Notifier()
+        self._starter = ThreadPoolExecutor(
+            1, "session"
+        )  # lives as long as the daemon: the loop is told when its maker's thread dies
+        self._reported = Fault.NONE
+        self._resetting = False
+        self._over = asyncio.Event()
+        self._began = time.monotonic()
+        self._tasks: list[asyncio.Task[None]] = []
+        self.black_boxes: list[Path] = []
+
+    async def serve(self) -> None:
+        """Listen, start the session, work; until SIGTERM, SIGINT or `end`."""
+        for folder in (self._settings.logs, self._settings.state):
+            _make(folder)
+        if not self._parts.virtual:
+            _ask_for_attention()
+        await self._server.listen(self._settings.socket, self._settings.group)
+        try:
+            await self._begin()
+            await self._over.wait()
+        finally:
+            await self._finish()
+
+    def end(self) -> None:
+        """Leave `serve`."""
+        self._over.set()
+
+    async def _begin(self) -> None:
+        loop = asyncio.get_running_loop()
+        for number in (signal.SIGTERM, signal.SIGINT):
+            loop.add_signal_handler(number, self.end)
+        if self._settings.view.port and self._settings.view.token_file:
+            token = _token(self._settings.view.token_file)
+            port = await self._server.listen_for_viewers(self._settings.view.host, self._settings.view.port, token)
+            _LOG.info("viewers may look at %s:%d", self._settings.view.host, port)
+        for saved in await asyncio.to_thread(blackbox.salvage, self._settings.state / "blackbox"):
+            self._keep(saved, "left by a daemon that had died")
+        await loop.run_in_executor(self._starter, self._keeper.open)
+        self._live.follow(self._keeper.session)
+        self._tasks = [asyncio.create_task(work) for work in (self._turn(), self._worker.run(), self._house())]
+        for task in self._tasks:
+            task.add_done_callback(self._task_ended)
+        self._notifier.say(READY=1, STATUS=self._keeper.state.name.lower())
+        _LOG.info("listening at %s, rig %s, %s", self._settings.socket, self._parts.rig.name, self._keeper.state.name.lower())
+
+    def _task_ended(self, task: "asyncio.Task[None]") -> None:
+        """A task of the daemon ends only at the end; otherwise it is a bug, and the rig is not to go on with it."""
+        if not task.cancelled() and (error := task.exception()) is not None:
+            _LOG.critical("error in the daemon itself, please report it: %r", error, exc_info=error)
+            self._over.set()
+
+    async def _finish(self) -> None:
+        self._notifier.say(STOPPING=1)
+        for task in self._tasks:
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+        self._live.close()
+        await asyncio.get_running_loop().run_in_executor(self._starter, self._keeper.close)
+        await self._server.close()
+        self._starter.shutdown()
+        self._notifier.close()
+        _LOG.info("ended; the rig is in its safe state")
+
+    # its own clock
+
+    async def _turn(self) -> None:
+        """Many times a second: look after the session, report faults, feed the watchdog."""
+        fed, beat_ns = 0.0, -1
+        period_s = (self._notifier.watchdog_s or 1.0) / 4
+        while True:
+            if not self._resetting:
+                self._keeper.check()
+                self._report_fault()
+            session = self._keeper.session
+            now, now_ns = time.monotonic(), session.ring.heartbeat_ns if session is not None and not self._resetting else 0
+            known = self._resetting or self._keeper.state is State.FAULT
+            if now - fed >= period_s and (now_ns != beat_ns or known):
+                # a loop that is alive, or a fault that is known and shown; a loop that hangs unseen is for systemd
+                fed, beat_ns = now, now_ns
+                self._notifier.say(WATCHDOG=1, STATUS=self._keeper.state.name.lower())
+            await asyncio.sleep(_TURN_S)
+
+    def _report_fault(self) -> None:
+        fault = self._keeper.fault
+        if fault is self._reported:
+            return
+        self._reported = fault
+        if fault is Fault.NONE:
+            _LOG.info("fault cleared")
+            return
+        self._worker.hold()
+        _LOG.error("%s%s", explain(fault), f"; {self._keeper.said}" if self._keeper.said else "")
+        self._tasks.append(asyncio.create_task(self._save_black_box(fault)))
+
+    async def _save_black_box(self, fault: Fault) -> None:
+        session = self._keeper.session
+        if session is None:
+            return
+        try:
+            saved = await asyncio.to_thread(
+                blackbox.save, session.ring, self._settings.state / "blackbox", fault, self._keeper.said
+            )
+            self._keep(saved, explain(fault))
+        except RigError as error:
+            _LOG.error("the black box could not be written: %s", error)
+
+    def _keep(self, saved: Path, why: str) -> None:
+        self.black_boxes.append(saved)
+        _LOG.warning("black box saved: %s (%s)", saved, why)
+
+    async def _house(self) -> None:
+        """Rotation and metrics, out of the way of everything else."""
+        while True:
+            settings, current = self._settings, self._worker.current
+            spared = [current, current.with_name(current.name + ".partial")] if current else []
+            removed = await asyncio.to_thread(
+                rotate, settings.logs, int(settings.keep_gb * 1e9), settings.keep_days * 86400, spared
+            )
+            for path in removed:
+                _LOG.info("rotated out: %s", path)
+            if settings.metrics is not None:
+                with contextlib.suppress(OSError):
+                    await asyncio.to_thread(metrics.write, settings.metrics, self.status(None))
+            await asyncio.sleep(_HOUSEKEEPING_S)
+
+    # commands
+
+    async def _handle(self, request: Request) -> Any:
+        name, given = request.command, request.arguments
+        if name == "status":
+            return self.status(None)
+        _LOG.info("command %s %s", name, given or "")
+        if name == "arm":
+            return await self._keeper.arm()
+        if name == "start":
+            return await self._start(given.get("sweeps", []), float(given.get("pause_s", 0.0)))
+        if name == "stop":
+            return await self._stop(bool(given.get("after_current", False)))
+        if name == "estop":
+            self._worker.hold()
+            return self._keeper.estop()
+        if name == "reset":
+            return await self._reset()
+        return {"cleared": await asyncio.to_thread(self._queue.clear)}
+
+    async def _start(self, sweeps: list[Any], pause_s: float) -> list[dict[str, Any]]:
+        if self._keeper.state is not State.RUNNING:
+            self._keeper.must(Event.START)
+        if not 0 <= pause_s <= 86400:
+            raise Refused(Code.BAD_ARGUMENT, f"start: pause_s: {pause_s:g} s is outside 0 .. 86400 s")
+        if not all(isinstance(sweep, str) and os.path.isabs(sweep) for sweep in sweeps):
+            raise Refused(Code.BAD_ARGUMENT, "start: sweeps: expected a list of absolute paths")
+        planned = [(Path(sweep), await asyncio.to_thread(plans_of, Path(sweep), self._parts.rig)) for sweep in sweeps]
+        jobs = [await asyncio.to_thread(self._worker.add, path, plans, pause_s) for path, plans in planned]
+        if self._queue.next() is None:
+            raise Refused(Code.WRONG_STATE, "the queue is empty; give a sweep to start")
+        self._worker.go_on()
+        return [{"id": job.id, "sweep": job.sweep, "records": job.total, "seconds": job.seconds} for job in jobs]
+
+    async def _stop(self, after_current: bool) -> dict[str, str]:
+        running = self._keeper.state is State.RUNNING
+        self._worker.hold()
+        session = self._keeper.session
+        if running and session is not None:
+            if not after_current:
+                session.mailbox.stop()
+            return {"did": "stops after the record that runs" if after_current else "ramping down"}
+        self._keeper.must(Event.DISARM)
+        await self._keeper.disarm()
+        return {"did": "disarmed"}
+
+    async def _reset(self) -> dict[str, str]:
+        if self._resetting:
+            raise Refused(Code.WRONG_STATE, "a reset is under way")
+        self._keeper.must(Event.RESET)
+        self._worker.hold()
+        await self._worker.idle()
+        if not self._keeper.needs_new_session:
+            await self._keeper.clear_fault()
+        else:
+            self._resetting = True
+            try:
+                await asyncio.get_running_loop().run_in_executor(self._starter, self._keeper.reopen)
+            finally:
+                self._resetting = False
+            self._live.follow(self._keeper.session)
+        self._keeper.check()
+        self._report_fault()
+        if fault := self._keeper.fault:
+            raise Refused(Code.REFUSED, f"the cause is not gone: {explain(fault)}; {self._keeper.said}")
+        return {"state": self._keeper.state.name.lower()}
+
+    def status(self, cursor: int | None) -> dict[str, Any]:
+        """The whole status as plain data; with a `cursor`, also the samples since then and the next cursor."""
+        keeper, session = self._keeper, self._keeper.session
+        status: dict[str, Any] = {
+            "version": VERSION,
+            "rig": self._parts.rig.name,
+            "state": keeper.state.name.lower(),
+            "fault": fault_json(keeper.fault, keeper.said),
+            "session": f"{session.id:016x}" if session else None,
+            "uptime_s": time.monotonic() - self._began,
+            "loop": keeper.telemetry.to_json() if keeper.telemetry else None,
+            **self._worker.to_json(),
+            "processes": _processes(session),
+            "realtime": session.facts.get("realtime", {}) if session else {},
+            "disk_free_gb": shutil.disk_usage(self._settings.logs).free / 1e9,
+            "logs": str(self._settings.logs.absolute()),
+            "clients": self._server.clients,
+            "dropped_events": self._server.dropped_events,
+            "black_boxes": [str(path) for path in self.black_boxes[-5:]],
+        }
+        if cursor is not None and keeper.telemetry:
+            status["cursor"], status["samples"] = keeper.telemetry.columns(cursor)
+        return status
+
+
+def _processes(session: Any) -> dict[str, dict[str, Any]]:
+    """Pid and life of each process beside the daemon's own."""
+    shown = {"control": {"pid": os.getpid(), "alive": True}}
+    if session is not None:
+        for name in ("loop", "recorder", "supervisor"):
+            process = getattr(session, name)
+            if process is not None:
+                shown[name] = {"pid": process.pid, "alive": process.is_alive()}
+    return shown
+
+
+def _ask_for_attention() -> None:
+    """A better place in the scheduler; without the right to it the daemon goes on as it is."""
+    with contextlib.suppress(OSError):
+        os.setpriority(os.PRIO_PROCESS, 0, _NICE)
+        # where the kernel shares time out by sessions, nice counts inside a session only (sched(7), autogroup)
+        Path("/proc/self/autogroup").write_text(str(_NICE), encoding="ascii")
+
+
+def _make(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RigError(f"{folder}: cannot be made: {error.strerror}") from None
+    if not os.access(folder, os.W_OK):
+        raise RigError(f"{folder}: cannot be written to")
+
+
+def _token(file: Path) -> str:
+    try:
+        token = file.read_text(encoding="utf-8").strip()
+    except OSError as error:
+        raise RigError(f"{file}: the token cannot be read: {error.strerror}") from None
+    if len(token) < 16:
+        raise RigError(f"{file}: a token has at least 16 characters; make one with `openssl rand -hex 16`")
+    return token

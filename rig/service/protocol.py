@@ -1,0 +1,155 @@
+"""The control protocol: JSON lines, one request and one answer each, in plain data. No sockets here.
+
+A request is `{"v": 1, "id": 7, "command": "arm"}`, with the command's arguments beside it. The answer repeats the id:
+`{"v": 1, "id": 7, "ok": true, "result": {...}}` or `{"v": 1, "id": 7, "ok": false, "error": {"code": "...", "message": "..."}}`.
+Lines that nobody asked for, after `subscribe`, carry `"event"` instead of an id. docs/reference/control_protocol.md is the long form.
+"""
+
+import json
+import math
+import os
+from dataclasses import dataclass, field
+from enum import StrEnum
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+from rig.config import suggest
+from rig.errors import RigError
+
+VERSION: Final = 1
+MAX_LINE_BYTES: Final = 64 * 1024
+"""A longer line is no request; the connection that sent it is closed."""
+
+
+class Code(StrEnum):
+    """Why a request was not carried out, for programs; the message is for people."""
+
+    BAD_REQUEST = "bad_request"
+    WRONG_VERSION = "wrong_version"
+    UNKNOWN_COMMAND = "unknown_command"
+    BAD_ARGUMENT = "bad_argument"
+    NOT_ALLOWED = "not_allowed"
+    WRONG_STATE = "wrong_state"
+    REFUSED = "refused"
+    """The sweep does not fit, the device does not answer, the disk is full: see the message."""
+
+
+class Refused(RigError):
+    """A request that is not carried out."""
+
+    def __init__(self, code: Code, message: str) -> None:
+        super().__init__(message)
+        self.code = code
+
+
+class Command(NamedTuple):
+    """One command: what it takes, whether a viewer may send it, and what it does."""
+
+    arguments: dict[str, type | tuple[type, ...]]
+    looking: bool
+    meaning: str
+
+
+COMMANDS: Final[dict[str, Command]] = {
+    "status": Command({}, True, "everything there is to know now, without waiting for the loop"),
+    "subscribe": Command(
+        {"rate_hz": (int, float), "samples": bool},
+        True,
+        "a `status` event at `rate_hz` (0.1 to 50), with the samples since the last",
+    ),
+    "arm": Command({}, False, "take the measured pressures as set-points, ready to start; nothing moves"),
+    "start": Command(
+        {"sweeps": list, "pause_s": (int, float)},
+        False,
+        "put sweeps (absolute paths) at the end of the queue and work on it; none: go on",
+    ),
+    "stop": Command({"after_current": bool}, False, "ramp down and hold the queue; while nothing runs: disarm"),
+    "estop": Command({}, False, "safe state at once, in any state"),
+    "reset": Command({}, False, "clear a fault whose cause is gone; does not arm"),
+    "clear": Command({}, False, "take everything that is not running out of the queue"),
+}
+"""Every command of version 1."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """One request, checked as far as its form goes."""
+
+    id: int | str | None
+    command: str
+    arguments: dict[str, Any] = field(default_factory=dict)
+
+
+def encode(message: dict[str, Any]) -> bytes:
+    """One line; numbers that JSON lacks become null."""
+    try:
+        text = json.dumps({"v": VERSION, **message}, allow_nan=False, separators=(",", ":"), default=str)
+    except ValueError:
+        text = json.dumps({"v": VERSION, **_without_nan(message)}, separators=(",", ":"), default=str)
+    return text.encode() + b"\n"
+
+
+def _without_nan(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _without_nan(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_without_nan(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def answer(to: int | str | None, result: Any) -> bytes:
+    """The line for a request that was carried out."""
+    return encode({"id": to, "ok": True, "result": result})
+
+
+def refusal(to: int | str | None, code: Code, message: str) -> bytes:
+    """The line for a request that was not."""
+    return encode({"id": to, "ok": False, "error": {"code": code.value, "message": message}})
+
+
+def decode(line: bytes) -> dict[str, Any]:
+    """One line as a mapping; Refused when it is not one."""
+    try:
+        message = json.loads(line)
+    except (ValueError, RecursionError):
+        raise Refused(Code.BAD_REQUEST, "not a line of JSON") from None
+    if not isinstance(message, dict):
+        raise Refused(Code.BAD_REQUEST, 'expected a mapping such as {"v": 1, "id": 1, "command": "status"}')
+    return message
+
+
+def request_id(message: dict[str, Any]) -> int | str | None:
+    """What the answer repeats; None where the request has nothing usable."""
+    given = message.get("id")
+    return given if isinstance(given, int | str) and not isinstance(given, bool) else None
+
+
+def parse(message: dict[str, Any]) -> Request:
+    """The request in a message; Refused says what is wrong with it."""
+    if message.get("v") != VERSION:
+        raise Refused(Code.WRONG_VERSION, f"version {message.get('v')!r} is not spoken here; this is version {VERSION}")
+    name = message.get("command")
+    if not isinstance(name, str) or name not in COMMANDS:
+        raise Refused(Code.UNKNOWN_COMMAND, f"unknown command {name!r}; {suggest(str(name), list(COMMANDS))}")
+    allowed = COMMANDS[name].arguments
+    given = {key: value for key, value in message.items() if key not in ("v", "id", "command", "token")}
+    for key, value in given.items():
+        if key not in allowed:
+            raise Refused(
+                Code.BAD_ARGUMENT,
+                f"{name}: unknown argument {key!r}; {suggest(key, list(allowed)) if allowed else 'it takes none'}",
+            )
+        if not isinstance(value, allowed[key]) or (isinstance(value, bool) and allowed[key] is not bool):
+            raise Refused(Code.BAD_ARGUMENT, f"{name}: {key}: {value!r} is not what it should be; see the control protocol")
+    return Request(request_id(message), name, given)
+
+
+def default_socket() -> Path:
+    """Where the daemon listens: $PAMRIG_SOCKET, the service's folder under /run, the user's runtime folder, or /tmp."""
+    if named := os.environ.get("PAMRIG_SOCKET"):
+        return Path(named)
+    service = Path("/run/pamrig/pamrig.sock")
+    if service.exists() or os.access(service.parent, os.W_OK):
+        return service
+    runtime = os.environ.get("XDG_RUNTIME_DIR")
+    return Path(runtime) / "pamrig.sock" if runtime else Path(f"/tmp/pamrig-{os.getuid()}.sock")

@@ -1,0 +1,268 @@
+"""The recorder: a process of its own that reads the ring and writes one MCAP file a run. The loop never waits for it.
+
+It is told beforehand which runs to expect and where they go; which samples belong to a run says the run number in each of
+them. Losses are counted, never hidden.
+"""
+
+import os
+import signal
+import time
+from array import array
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+from rig.errors import RecordError
+from rig.log.writer import RunWriter
+from rig.realtime.faults import Fault, explain
+from rig.realtime.ring import Ring, RingReader
+from rig.realtime.state import State
+from rig.sample import Flag, Phase, Sample, unpack
+
+FLUSH_NS = 250_000_000
+"""A kill loses at most this much and one poll, well under the second that is promised."""
+_POLL_S = 0.02
+_LAST_WORDS_S = 2.0
+_WORTH_A_LINE = (Flag.READ_ERROR, Flag.WRITE_ERROR, Flag.BROKEN_WIRE, Flag.SUSPECT, Flag.CLIPPED_RANGE, Flag.CLIPPED_SLEW)
+
+
+@dataclass(frozen=True)
+class RunOrder:
+    """A run that will come: its number, its file, and what the file says beside the samples."""
+
+    run: int
+    path: Path
+    facts: Mapping[str, Any]
+    attachments: Mapping[str, bytes]
+    sweep_ticks: int
+    wall_offset_ns: int
+    """Wall clock minus the loop's clock: what is added to a sample's time."""
+
+
+@dataclass
+class RunResult:
+    """What became of a run."""
+
+    run: int
+    file: Path
+    ticks: int = 0
+    missed: int = 0
+    dropped: int = 0
+    valid: bool = False
+    complete: bool = False
+    fault: int = 0
+    error: str = ""
+    lateness_us: dict[str, float] = field(default_factory=dict)
+    angle_zero_deg: float = 0.0
+    cpu_s: float = 0.0
+
+
+def record(ring_path: Path, session: int, orders: Connection, results: Connection) -> None:
+    """Entry of the recorder's process: until the orders end, then finish what is open."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGTSTP):  # they are for the process that commands
+        signal.signal(number, signal.SIG_IGN)  # the end of the orders ends the recorder, also when that process is killed
+    with suppress(OSError):
+        os.nice(5)
+    recorder = Recorder(Ring.attach(ring_path, session), orders, results)
+    signal.signal(signal.SIGTERM, lambda *_: recorder.end())
+    recorder.run()
+
+
+class Recorder:
+    """Reads one ring and writes the runs that were ordered."""
+
+    def __init__(self, ring: Ring, orders: Connection, results: Connection) -> None:
+        self._ring, self._orders, self._results = ring, orders, results
+        self._reader = RingReader(ring, start=0)
+        self._expected: dict[int, RunOrder] = {}
+        self._open: _OpenRun | None = None
+        self._lost_before = 0
+        self._over = False
+        self._at_once = False
+
+    def run(self) -> None:
+        """Poll until the other end of the orders closes or says None, then finish."""
+        while not self._over:
+            self._take_orders()
+            if self._drain() < self._ring.capacity // 8:
+                time.sleep(_POLL_S)
+        deadline = time.monotonic() + _LAST_WORDS_S
+        while self._drain() and not self._at_once and time.monotonic() < deadline:
+            time.sleep(_POLL_S)  # a loop whose commander was killed is on its way to the safe state
+        self._close_run(cut=True)
+
+    def end(self) -> None:
+        """Finish what is open and leave, although the loop goes on; for signal handlers."""
+        self._over = self._at_once = True
+
+    def _take_orders(self) -> None:
+        try:
+            while self._orders.poll():
+                order = self._orders.recv()
+                if order is None:
+                    self._over = True
+                else:
+                    self._expected[order.run] = order
+        except (EOFError, OSError):
+            self._over = True
+
+    def _drain(self) -> int:
+        before = self._reader.cursor
+        for packed in self._reader:
+            self._put(packed)
+            if self._reader.cursor % 256 == 0:
+                self._ring.recorded = self._reader.cursor
+        self._ring.recorded = self._reader.cursor
+        if self._open is not None:
+            self._open.flush_if_due()
+        return self._reader.cursor - before
+
+    def _put(self, packed: bytes) -> None:
+        sample = unpack(packed)
+        if self._open is not None and sample.run != self._open.order.run:
+            self._close_run()
+        if self._open is None and sample.run and sample.run not in self._expected:
+            self._take_orders()  # it may have come after the last look
+        if self._open is None and sample.run in self._expected:
+            # what was lost since the last sample that was seen may have been this run's beginning
+            self._open = _OpenRun(self._expected.pop(sample.run), self._lost_before)
+        self._lost_before = self._reader.lost
+        if self._open is not None:
+            self._open.put(packed, sample)
+
+    def _close_run(self, cut: bool = False) -> None:
+        """`cut`: no sample came after the run's last one, so the loop may have died in it."""
+        if self._open is None:
+            return
+        if cut:
+            self._open.judge_end()
+        result = self._open.finish(self._reader.lost)
+        self._open = None
+        with suppress(OSError):
+            self._results.send(result)
+
+
+class _OpenRun:
+    """The run that is being written. A file that cannot be written ends the file, not the counting."""
+
+    def __init__(self, order: RunOrder, lost_before: int) -> None:
+        self.order = order
+        self._lost_before = lost_before
+        self._result = RunResult(order.run, order.path)
+        self._lateness_ns = array("q")
+        self._period_ns = int(order.facts.get("period_ns", 0))
+        self._sweep_ticks = 0
+        self._ticks_on_disk = 0
+        self._last: Sample | None = None
+        self._flushed_ns = time.monotonic_ns()
+        self._writer: RunWriter | None = None
+        self._cpu_s = time.process_time()
+        try:
+            self._writer = RunWriter(order.path, order.facts, order.attachments)
+        except RecordError as error:
+            self._give_up(error)
+
+    def put(self, packed: bytes, sample: Sample) -> None:
+        """Count one sample and write it."""
+        result = self._result
+        result.ticks += 1
+        result.missed += sample.missed
+        result.angle_zero_deg = sample.angle_zero_deg
+        self._lateness_ns.append(sample.woken_ns - sample.scheduled_ns + sample.missed * self._period_ns)
+        self._sweep_ticks += sample.phase == Phase.SWEEP
+        if self._writer is not None:
+            time_ns = sample.scheduled_ns + self.order.wall_offset_ns
+            for level, line in _news(self._last, sample):
+                self._writer.log(level, line, time_ns)
+            self._writer.add(packed, time_ns, result.ticks - 1)
+            if result.ticks % 256 == 0:
+                self.flush_if_due()
+        else:
+            result.dropped += 1
+        result.fault = result.fault or sample.fault
+        self._last = sample
+
+    def flush_if_due(self) -> None:
+        """Every quarter of a second, onto the disk."""
+        now_ns = time.monotonic_ns()
+        if self._writer is None or now_ns - self._flushed_ns < FLUSH_NS:
+            return
+        self._flushed_ns = now_ns
+        try:
+            self._writer.flush()
+            self._ticks_on_disk = self._result.ticks
+        except RecordError as error:
+            self._result.error = str(error)  # what waits in memory goes out when the disk has room again
+
+    def judge_end(self) -> None:
+        """A record that ends in the middle says so, and why it is not valid."""
+        last = self._last
+        if last is not None and last.phase != Phase.NONE and not self._result.fault:
+            self._result.fault = Fault.LOOP_DIED
+            if self._writer is not None:
+                self._writer.log("fatal", explain(Fault.LOOP_DIED), last.scheduled_ns + self.order.wall_offset_ns)
+
+    def finish(self, lost: int) -> RunResult:
+        """Close the file and say how it went."""
+        result = self._result
+        result.dropped += lost - self._lost_before
+        result.lateness_us = _lateness(self._lateness_ns)
+        result.complete = self._sweep_ticks + result.missed >= self.order.sweep_ticks  # not when the operator stopped it early
+        result.valid = not (result.missed or result.dropped or result.fault or self._writer is None)
+        result.cpu_s = time.process_time() - self._cpu_s
+        if self._writer is not None:
+            try:
+                self._writer.finish(self._facts(result))
+            except RecordError as error:
+                self._give_up(error)
+                self._writer.abort()
+                result.valid = False
+                result.file = self._writer.partial
+                result.dropped += result.ticks - self._ticks_on_disk
+            else:
+                result.dropped += self._writer.dropped
+        return result
+
+    def _facts(self, result: RunResult) -> dict[str, Any]:
+        return {
+            "valid": result.valid,
+            "ticks": result.ticks,
+            "missed": result.missed,
+            "dropped": result.dropped,
+            "complete": result.complete,
+            "fault": explain(result.fault) if result.fault else "",
+            "angle_zero_deg": result.angle_zero_deg,
+            "lateness_us": result.lateness_us,
+        }
+
+    def _give_up(self, error: RecordError) -> None:
+        self._result.error = str(error)
+
+
+def _news(before: Sample | None, now: Sample) -> list[tuple[str, str]]:
+    """The lines for people that a sample gives rise to: changes of phase, fault and flags, and missed ticks."""
+    lines: list[tuple[str, str]] = []
+    if before is None or before.phase != now.phase:
+        lines.append(("info", f"phase {Phase(now.phase).name.lower()}, state {State(now.state).name.lower()}"))
+    if now.missed:
+        lines.append(("warning", f"{now.missed} ticks missed before tick {now.tick}"))
+    if now.fault and (before is None or before.fault != now.fault):
+        lines.append(("fatal" if now.fault != Fault.ESTOP else "error", explain(now.fault)))
+    appeared = now.flags & ~(before.flags if before else 0)
+    lines += [("warning", f"{flag.name} at tick {now.tick}") for flag in _WORTH_A_LINE if appeared & flag]
+    return lines
+
+
+def _lateness(values_ns: "array[int]") -> dict[str, float]:
+    """p50, p99 and maximum in microseconds; empty without values."""
+    if not values_ns:
+        return {}
+    ordered = sorted(values_ns)
+    return {
+        "p50": ordered[len(ordered) // 2] / 1e3,
+        "p99": ordered[min(len(ordered) * 99 // 100, len(ordered) - 1)] / 1e3,
+        "max": ordered[-1] / 1e3,
+    }

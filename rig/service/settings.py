@@ -1,0 +1,66 @@
+"""The YAML of the daemon: where it keeps things, how long, and who may look. Every key has a default that suits a desk."""
+
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from rig.config import load
+from rig.errors import ConfigError
+from rig.fields import bounded
+from rig.service.protocol import default_socket
+
+
+def default_state_folder() -> Path:
+    """Where queue and black boxes lie: /var/lib/pamrig for root, else the user's state folder."""
+    if os.getuid() == 0:
+        return Path("/var/lib/pamrig")
+    home = os.environ.get("XDG_STATE_HOME")
+    return (Path(home) if home else Path.home() / ".local" / "state") / "pamrig"
+
+
+@dataclass(frozen=True)
+class Live:
+    """The live view for Foxglove; needs the extra `live`."""
+
+    port: int = bounded(0, 65535, default=0)
+    """WebSocket port on this machine's loopback; 0: off. From elsewhere: an SSH tunnel."""
+
+
+@dataclass(frozen=True)
+class View:
+    """The control protocol over TCP, for looking only."""
+
+    host: str = "127.0.0.1"
+    port: int = bounded(0, 65535, default=0)
+    """0: off."""
+    token_file: Path | None = None
+    """A file with the token that each request must carry; needed as soon as there is a port."""
+
+
+@dataclass(frozen=True)
+class DaemonSettings:
+    """Everything that can be set beside the rig."""
+
+    socket: Path = field(default_factory=default_socket)
+    group: str = ""
+    """Members of this group may command the rig; empty: only the daemon's own user."""
+    logs: Path = Path("logs")
+    state: Path = field(default_factory=default_state_folder)
+    keep_gb: float = bounded(0.01, 1e6, "GB", default=50.0)
+    keep_days: float = bounded(0.01, 36500.0, "d", default=365.0)
+    spare_gb: float = bounded(0.0, 1e6, "GB", default=0.2)
+    """With less free space than this no sweep is started."""
+    metrics: Path | None = None
+    """A .prom file for node_exporter's textfile collector; needs the extra `metrics`."""
+    force: bool = False
+    """Command real hardware although real-time measures were denied."""
+    live: Live = field(default_factory=Live)
+    view: View = field(default_factory=View)
+
+
+def load_settings(path: Path | None) -> DaemonSettings:
+    """The settings at `path`, or the defaults; ConfigError when they do not fit together."""
+    settings = load(path, DaemonSettings) if path else DaemonSettings()
+    if settings.view.port and settings.view.token_file is None:
+        raise ConfigError(f"{path}: view.token_file: needed with view.port: nobody may look over the network without a token")
+    return settings

@@ -1,0 +1,96 @@
+"""What the daemon knows of the loop, from the ring alone: the newest sample, counts, lateness. The loop is never asked."""
+
+from collections import deque
+from typing import Any, Final
+
+from rig.realtime.faults import EXPLANATIONS, Fault
+from rig.realtime.ring import Ring, RingReader
+from rig.realtime.state import State
+from rig.sample import Phase, Sample, unpack
+
+LATENESS_EDGES_US: Final = (10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
+"""Upper edges of the histogram's classes; one more class lies above."""
+COLUMNS: Final = ("tick", "p1_cmd_mpa", "p2_cmd_mpa", "p1_mpa", "p2_mpa", "angle_deg")
+"""What subscribers get of each sample."""
+_WINDOW: Final = 4000
+_TRAIL: Final = 1024
+
+
+class Telemetry:
+    """Reads one ring; call `update` a few times a second."""
+
+    def __init__(self, ring: Ring) -> None:
+        self._ring = ring
+        self._reader = RingReader(ring)
+        self._lateness_ns: deque[int] = deque(maxlen=_WINDOW)
+        self._trail: deque[tuple[int, Sample]] = deque(maxlen=_TRAIL)
+        self.latest: Sample | None = None
+        self.first_fault: Sample | None = None
+        """The sample in which the fault appeared that stands now; None while there is none."""
+        self.missed = 0
+        self.ticks = 0
+
+    def update(self) -> None:
+        """Take in what was published since the last call."""
+        for packed in self._reader:
+            sample = unpack(packed)
+            self.ticks += 1
+            self.missed += sample.missed
+            self._lateness_ns.append(sample.woken_ns - sample.scheduled_ns)
+            self._trail.append((self.ticks, sample))
+            if sample.fault and self.first_fault is None:
+                self.first_fault = sample
+            elif not sample.fault:
+                self.first_fault = None
+            self.latest = sample
+
+    @property
+    def state(self) -> State:
+        """What the loop last said; DISARMED before it said anything."""
+        return State(self.latest.state) if self.latest else State.DISARMED
+
+    def columns(self, since: int) -> tuple[int, dict[str, list[float]]]:
+        """Samples after number `since`, as columns, and the number to ask with the next time; a slow asker gets a gap."""
+        samples = [sample for number, sample in self._trail if number > since]
+        return self.ticks, {name: [getattr(sample, name) for sample in samples] for name in COLUMNS}
+
+    def lateness(self) -> dict[str, Any]:
+        """p50, p99, maximum (us) and histogram of the last 20 s or so."""
+        ordered = sorted(self._lateness_ns)
+        if not ordered:
+            return {}
+        histogram = [0] * (len(LATENESS_EDGES_US) + 1)
+        for late_ns in ordered:
+            histogram[
+                next((i for i, edge in enumerate(LATENESS_EDGES_US) if late_ns <= edge * 1000), len(LATENESS_EDGES_US))
+            ] += 1
+        return {
+            "p50": ordered[len(ordered) // 2] / 1e3,
+            "p99": ordered[min(len(ordered) * 99 // 100, len(ordered) - 1)] / 1e3,
+            "max": ordered[-1] / 1e3,
+            "edges_us": list(LATENESS_EDGES_US),
+            "histogram": histogram,
+        }
+
+    def to_json(self) -> dict[str, Any]:
+        """The loop as the status shows it."""
+        now = self.latest
+        lag = self._ring.head - self._ring.recorded
+        shown: dict[str, Any] = {
+            "ticks": self.ticks,
+            "missed": self.missed,
+            "lateness_us": self.lateness(),
+            "ring_fill": min(lag / self._ring.capacity, 1.0),
+        }
+        if now is not None:
+            names = ("tick", "dp_cmd_mpa", "p1_cmd_mpa", "p2_cmd_mpa", "p1_mpa", "p2_mpa", "angle_deg", "flags", "run")
+            shown |= {name: getattr(now, name) for name in names} | {"phase": Phase(now.phase).name.lower()}
+        return shown
+
+
+def fault_json(fault: Fault, said: str) -> dict[str, Any] | None:
+    """A fault as the status shows it; None for none. `said` is what is known beside its cause."""
+    if fault is Fault.NONE:
+        return None
+    cause, hint = EXPLANATIONS[fault]
+    return {"code": int(fault), "name": fault.name, "cause": cause, "hint": hint, "said": said}

@@ -1,0 +1,130 @@
+"""The queue of sweeps: what is to be done, what was done, kept on disk so that a restart forgets nothing and resumes nothing."""
+
+import json
+import os
+import threading
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, field, fields
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+from rig.errors import RigError
+
+KEPT_DONE = 50
+"""So many finished jobs are remembered."""
+
+
+class JobState(StrEnum):
+    """Where a sweep of the queue stands."""
+
+    WAITING = "waiting"
+    RUNNING = "running"
+    DONE = "done"
+    STOPPED = "stopped"
+    """By the operator or a fault; `start` without a sweep goes on with the record that was not finished."""
+    FAILED = "failed"
+
+
+@dataclass
+class Job:
+    """One sweep of the queue."""
+
+    id: int
+    sweep: str
+    name: str
+    total: int
+    """Records it consists of."""
+    seconds: float
+    """Time of all its records."""
+    pause_s: float = 0.0
+    """Rest for the muscles after it."""
+    state: JobState = JobState.WAITING
+    done: int = 0
+    folder: str = ""
+    files: list[str] = field(default_factory=list)
+    error: str = ""
+
+    @property
+    def open(self) -> bool:
+        """There is something left to do that an operator did not give up."""
+        return self.state in (JobState.WAITING, JobState.RUNNING, JobState.STOPPED)
+
+
+class Queue:
+    """Jobs in order. Every change is on the disk before the call returns; any thread may make one."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self.jobs: list[Job] = []
+        self._last_id = 0
+        self._saving = threading.Lock()
+        if path.exists():
+            self._load()
+
+    def _load(self) -> None:
+        """What a former daemon left; a job that ran then was stopped by the restart."""
+        try:
+            raw = json.loads(self._path.read_text(encoding="utf-8"))
+            known = {f.name for f in fields(Job)}
+            self.jobs = [_job({key: value for key, value in job.items() if key in known}) for job in raw["jobs"]]
+            self._last_id = int(raw["last_id"])
+        except (OSError, ValueError, TypeError, KeyError, AttributeError):
+            self._path.replace(self._path.with_suffix(".broken"))
+            self.jobs = []
+        for job in self.jobs:
+            if job.state is JobState.RUNNING:
+                job.state, job.error = JobState.STOPPED, "the daemon ended while it ran"
+
+    def add(self, sweep: Path, name: str, total: int, seconds: float, pause_s: float) -> Job:
+        """A sweep at the end of the queue."""
+        self._last_id += 1
+        job = Job(self._last_id, str(sweep), name, total, seconds, pause_s)
+        self.jobs.append(job)
+        self.save()
+        return job
+
+    def next(self) -> Job | None:
+        """The first job that is not over."""
+        return next((job for job in self.jobs if job.open), None)
+
+    def clear(self) -> list[int]:
+        """Drop what is not running; returns the ids."""
+        dropped = [job.id for job in self.jobs if job.open and job.state is not JobState.RUNNING]
+        self.jobs = [job for job in self.jobs if job.id not in dropped]
+        self.save()
+        return dropped
+
+    def seconds_left(self) -> float:
+        """Time of the records that are still to come, and of the pauses between them."""
+        waiting = [job for job in self.jobs if job.open]
+        records = sum(job.seconds * (1 - job.done / job.total) for job in waiting)
+        return records + sum(job.pause_s for job in waiting[:-1])
+
+    def save(self) -> None:
+        """Onto the disk, whole or not at all. RigError when the folder takes nothing."""
+        with self._saving:
+            self._save()
+
+    def _save(self) -> None:
+        over = [job for job in self.jobs if not job.open]
+        for job in over[: max(len(over) - KEPT_DONE, 0)]:
+            self.jobs.remove(job)
+        text = json.dumps({"last_id": self._last_id, "jobs": list(self.to_json())}, indent=1)
+        fresh = self._path.with_suffix(".new")
+        try:
+            with fresh.open("w", encoding="utf-8") as file:
+                file.write(text)
+                file.flush()
+                os.fsync(file.fileno())
+            fresh.replace(self._path)
+        except OSError as error:
+            raise RigError(f"{self._path}: the queue cannot be saved: {error.strerror}") from None
+
+    def to_json(self) -> Iterator[dict[str, Any]]:
+        """Every job as plain data."""
+        return (asdict(job) for job in self.jobs)
+
+
+def _job(raw: dict[str, Any]) -> Job:
+    return Job(**(raw | {"state": JobState(raw["state"])}))

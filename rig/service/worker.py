@@ -1,0 +1,219 @@
+"""Works on the queue: one sweep after the other, record by record, with pauses; stops when told, and at every fault."""
+
+import asyncio
+import logging
+import shutil
+import time
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Final
+
+from rig.errors import RigError
+from rig.excite.envelope import check
+from rig.excite.experiment import RunPlan, expand, load_sweep
+from rig.log.writer import PARTIAL_SUFFIX
+from rig.realtime.commands import Request
+from rig.realtime.program import Program
+from rig.realtime.state import State
+from rig.rig_config import RigConfig
+from rig.service.keeper import Keeper
+from rig.service.orders import order_of, program_of, session_facts
+from rig.service.protocol import Code, Refused
+from rig.service.recorder import RunResult
+from rig.service.session import Session
+from rig.service.settings import DaemonSettings
+from rig.service.work import Job, JobState, Queue
+
+_POLL_S: Final = 0.02
+_RESULT_PATIENCE_S: Final = 5.0
+_LAST_RESULT_S: Final = 0.1
+"""For what a recorder said just before it ended."""
+_LOG = logging.getLogger("pamrig")
+
+
+def plans_of(path: Path, rig: RigConfig) -> list[RunPlan]:
+    """Every run of the sweep at `path`, checked against the rig's envelope. RigError, one line, when it does not fit."""
+    plans = expand(load_sweep(path), rig.period_ns)
+    checked = set()
+    for plan in plans:
+        way = (id(plan.dp_mpa), plan.p0_mpa, plan.ramp_in_ticks, plan.ramp_out_ticks)
+        if way not in checked:  # repeats go the same way
+            check(plan, rig.limits, rig.period_ns)
+            checked.add(way)
+    return plans
+
+
+class Worker:
+    """Turns jobs into runs of the keeper's session."""
+
+    def __init__(self, keeper: Keeper, queue: Queue, rig: RigConfig, settings: DaemonSettings) -> None:
+        self._keeper, self._queue, self._rig, self._settings = keeper, queue, rig, settings
+        self._held = True
+        """Nothing is started by itself: not after a restart, not after a stop or a fault."""
+        self._wake = asyncio.Event()
+        self._last_run = 0
+        self._now: tuple[RunPlan, Program, int] | None = None
+        self.current: Path | None = None
+        self._pause_until = 0.0
+
+    def add(self, path: Path, plans: list[RunPlan], pause_s: float) -> Job:
+        """A sweep at the end of the queue."""
+        seconds = sum(plan.ticks for plan in plans) * self._rig.period_ns / 1e9
+        return self._queue.add(path, path.stem, len(plans), seconds, pause_s)
+
+    def go_on(self) -> None:
+        """Work until the queue is empty."""
+        self._held = False
+        self._wake.set()
+
+    def hold(self) -> None:
+        """Start no further record."""
+        self._held = True
+        self._pause_until = 0.0
+
+    async def idle(self) -> None:
+        """Until the record that runs, if any, has been given up or finished."""
+        while any(job.state is JobState.RUNNING for job in self._queue.jobs):
+            await asyncio.sleep(_POLL_S)
+
+    @property
+    def working(self) -> bool:
+        """Something runs, or will without being asked again."""
+        return self._now is not None or (not self._held and self._queue.next() is not None)
+
+    async def run(self) -> None:
+        """For ever: wait for work, do it."""
+        while True:
+            await self._wake.wait()
+            self._wake.clear()
+            while not self._held and (job := self._queue.next()) is not None:
+                await self._job(job)
+                if not self._held and self._queue.next() is not None:
+                    await self._rest(job.pause_s)
+
+    async def _rest(self, seconds: float) -> None:
+        self._pause_until = time.monotonic() + seconds
+        while time.monotonic() < self._pause_until:
+            await asyncio.sleep(min(_POLL_S, seconds))
+
+    async def _job(self, job: Job) -> None:
+        job.state, job.error = JobState.RUNNING, ""
+        await asyncio.to_thread(self._queue.save)
+        try:
+            plans = await asyncio.to_thread(plans_of, Path(job.sweep), self._rig)
+            if len(plans) != job.total:
+                raise RigError(f"{job.sweep}: has {len(plans)} records now and had {job.total} when it was queued; start it anew")
+            await self._records(job, plans)
+        except RigError as error:
+            self._give_up(job, JobState.FAILED, str(error))
+        if job.state is JobState.RUNNING:
+            job.state = JobState.DONE if job.done == job.total else JobState.STOPPED
+        await asyncio.to_thread(self._queue.save)
+
+    async def _records(self, job: Job, plans: list[RunPlan]) -> None:
+        job.folder = job.folder or str(self._folder(job.name))
+        await asyncio.to_thread(Path(job.folder).mkdir, parents=True, exist_ok=True)
+        for plan in plans[job.done :]:
+            if self._held:
+                return
+            self._check_space()
+            result = await self._record(job, plan)
+            if result is None or result.fault or result.error or self._keeper.fault:
+                self._give_up(job, JobState.STOPPED, self._why(result))
+                return
+            job.files.append(str(result.file))
+            if not result.complete and not self._held:
+                lost = f"{result.missed} ticks missed and {result.dropped} dropped"
+                self._give_up(job, JobState.STOPPED, f"{result.file.name}: {lost}: the sweep is not whole")
+                return
+            if not result.complete:
+                return  # stopped by the operator: it is made again when the job goes on
+            job.done += 1
+            await asyncio.to_thread(self._queue.save)
+
+    async def _record(self, job: Job, plan: RunPlan) -> RunResult | None:
+        """Carry out one run; None when the session broke under it."""
+        keeper, session = self._keeper, self._keeper.session
+        if session is None:
+            return None
+        self._last_run += 1
+        run = self._last_run
+        program = await asyncio.to_thread(program_of, plan, run)
+        self.current = await asyncio.to_thread(_free, Path(job.folder) / f"{plan.name}.mcap")
+        facts: dict[str, Any] = {**session_facts(session, self._rig), **plan.facts, "name": plan.name, "job": job.id}
+        attachments = {**self._rig.files, "sweep.yaml": await asyncio.to_thread(Path(job.sweep).read_bytes)}
+        session.publish(program)
+        session.expect(order_of(session, program, self.current, facts, attachments))
+        session.mailbox.stop(False)
+        try:
+            await keeper.request(Request.START, run)
+            self._now = plan, program, keeper.telemetry.latest.tick if keeper.telemetry and keeper.telemetry.latest else 0
+            _LOG.info("%s started, run %d", plan.name, run)
+            return await self._result(session, run)
+        finally:
+            self._now = self.current = None
+            session.retire(run)
+
+    async def _result(self, session: Session, run: int) -> RunResult | None:
+        """What the recorder says of the run, once it is over; None when nobody is left to say it."""
+        over_since = None
+        while run not in self._keeper.results:
+            running = self._keeper.state is State.RUNNING
+            over_since = None if running else over_since or time.monotonic()
+            patience_s = _RESULT_PATIENCE_S if session.recorder_alive else _LAST_RESULT_S
+            if over_since is not None and time.monotonic() - over_since > patience_s:
+                return None
+            await asyncio.sleep(_POLL_S)
+        result = self._keeper.results.pop(run)
+        said = "valid" if result.valid else "not valid"
+        _LOG.info("%s: %d ticks, %d missed, %d dropped, %s", result.file.name, result.ticks, result.missed, result.dropped, said)
+        return result
+
+    def _give_up(self, job: Job, state: JobState, why: str) -> None:
+        """STOPPED by a fault, after which `start` goes on; FAILED for a sweep that cannot be carried out."""
+        job.state, job.error = state, why
+        self.hold()
+        _LOG.error("%s %s: %s", job.name, state.value, why)
+
+    def _why(self, result: RunResult | None) -> str:
+        fault = self._keeper.fault
+        if result is None or fault:
+            return f"{fault.name}: {self._keeper.said}".rstrip(": ") if fault else "the recorder gave no result"
+        return result.error or "the run ended in a fault"
+
+    def _check_space(self) -> None:
+        free_gb = shutil.disk_usage(self._settings.logs).free / 1e9
+        if free_gb < self._settings.spare_gb:
+            raise Refused(
+                Code.REFUSED, f"{self._settings.logs}: {free_gb:.2f} GB free; {self._settings.spare_gb:g} GB are to be spared"
+            )
+
+    def _folder(self, name: str) -> Path:
+        stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")
+        return _free(self._settings.logs / f"{stamp}_{name}").absolute()
+
+    def to_json(self) -> dict[str, Any]:
+        """What is being done, how far it is, and how long the rest takes."""
+        shown: dict[str, Any] = {"working": self.working, "queue": list(self._queue.to_json()), "left_s": 0.0, "record": None}
+        shown["pause_s"] = max(self._pause_until - time.monotonic(), 0.0)
+        done_s = 0.0
+        if self._now is not None and self._keeper.telemetry and self._keeper.telemetry.latest:
+            plan, program, started = self._now
+            tick = min(self._keeper.telemetry.latest.tick - started, program.ticks)
+            done_s = tick * self._rig.period_ns / 1e9
+            shown["record"] = {
+                "name": plan.name,
+                "done": tick / program.ticks,
+                "left_s": (program.ticks - tick) * self._rig.period_ns / 1e9,
+            }
+        shown["left_s"] = max(self._queue.seconds_left() - done_s, 0.0) + shown["pause_s"]
+        return shown
+
+
+def _free(path: Path) -> Path:
+    """`path`, or with a number the first of its kind that is not taken by a record or its unfinished form."""
+    number, candidate = 1, path
+    while candidate.exists() or candidate.with_name(candidate.name + PARTIAL_SUFFIX).exists():
+        number += 1
+        candidate = path.with_name(f"{path.stem}_again{number}{path.suffix}")
+    return candidate

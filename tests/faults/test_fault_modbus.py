@@ -1,0 +1,24 @@
+"""The loop lost over Modbus TCP: real driver, module emulated in a process of its own, times taken at its output registers."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from rig.cli.fault_modbus import ModbusFaultBench
+from rig.cli.fault_table import TABLE
+from rig.cli.fault_trial import try_row
+
+pytestmark = pytest.mark.xdist_group("real processes")
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ModbusFaultBench]:
+    with ModbusFaultBench(Path(tmp_path_factory.mktemp("modbus"))) as bench:
+        yield bench
+
+
+@pytest.mark.parametrize("name", ["estop", "loop ended", "loop killed", "loop stopped"])
+def test_the_outputs_of_the_module_are_safe_in_time(bench: ModbusFaultBench, name: str) -> None:
+    finding = try_row(bench, next(row for row in TABLE if row.name == name))
+    assert finding.problem == ""

@@ -1,0 +1,39 @@
+"""Every row of the fault table with real processes and real signals: cause, time to the safe state, evidence.
+
+The bounds are those of the table; a trial is repeated when the machine itself stood still (see rig.cli.fault_trial).
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from rig.cli.fault_bench import FaultBench
+from rig.cli.fault_table import TABLE, Row
+from rig.cli.fault_trial import try_row
+from rig.realtime.faults import Fault
+
+pytestmark = pytest.mark.xdist_group("real processes")
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FaultBench]:
+    with FaultBench(Path(tmp_path_factory.mktemp("faults"))) as bench:
+        yield bench
+
+
+@pytest.mark.parametrize("row", TABLE, ids=lambda row: row.name)
+def test_a_fault_ends_as_the_table_says(bench: FaultBench, row: Row) -> None:
+    finding = try_row(bench, row)
+    assert finding.problem == ""
+
+
+def test_the_table_names_real_faults_and_each_row_once() -> None:
+    assert len({row.name for row in TABLE}) == len(TABLE)
+    assert {cause for row in TABLE for cause in row.causes} <= {fault.name for fault in Fault}
+
+
+def test_a_row_that_expects_the_wrong_cause_is_found_out(bench: FaultBench) -> None:
+    wrong = next(row for row in TABLE if row.name == "estop")
+    finding = try_row(bench, Row("wrong", "estop", wrong.act, ("BROKEN_WIRE",), 1000.0))
+    assert finding.problem == "the cause is given as ESTOP, not BROKEN_WIRE"

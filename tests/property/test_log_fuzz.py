@@ -1,0 +1,182 @@
+"""Whatever bytes a file holds, reading, checking and rescuing it ends soon, in bounded memory, with a result or one clear line."""
+
+import gzip
+import json
+import struct
+import time
+import tracemalloc
+import zlib
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import pytest
+import zstandard
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+from made_logs import made_log
+
+from rig.errors import RigError
+from rig.log import schema
+from rig.log.blocks import MAGIC
+from rig.log.check import check
+from rig.log.exchange import read_exported
+from rig.log.mapping import load_mapping, read_mapped
+from rig.log.mcap_log import read_stretch
+from rig.log.reader import read
+from rig.log.recover import recover
+from rig.log.writer import RunWriter
+
+FEW = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+BOUND_BYTES = 500 << 20
+
+JSON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False) | st.text(),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(), inner, max_size=3),
+    max_leaves=8,
+)
+
+
+@cache
+def sound() -> bytes:
+    with TemporaryDirectory() as folder:
+        made_log(Path(folder) / "run.mcap", 250)
+        return (Path(folder) / "run.mcap").read_bytes()
+
+
+def survives(data: bytes, name: str = "x.mcap") -> None:
+    """Every way to open the file ends with a result or with a RigError of one line."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / name
+        path.write_bytes(data)
+        foreign = Path(folder) / "mapping.yaml"
+        columns = {"t_s": {"source": "log_time"}, "angle_deg": {"source": "angle_deg"}}
+        foreign.write_text(json.dumps({"topic": "/rig/sample", "columns": columns}))
+        mapping = load_mapping(foreign)
+        ways: list[Callable[[Path], object]] = [read, check, recover, lambda file: read_mapped(file, mapping)]
+        ways.append(lambda file: read_stretch(file, 0, 1 << 62))
+        if name.endswith((".csv", ".mat", ".parquet")):
+            ways = [read, read_exported, check]
+        for way in ways:
+            said = ""
+            try:
+                way(path)
+            except RigError as error:
+                said = str(error)
+            assert "\n" not in said
+
+
+edits = st.lists(st.tuples(st.floats(0, 1, exclude_max=True), st.integers(0, 255)), min_size=1, max_size=8)
+
+
+@FEW
+@given(edits)
+def test_overwritten_bytes(changes: list[tuple[float, int]]) -> None:
+    data = bytearray(sound())
+    for share, value in changes:
+        data[int(share * len(data))] = value
+    survives(bytes(data))
+
+
+@FEW
+@given(st.floats(0, 1), st.floats(0, 1), st.binary(max_size=40))
+def test_pieces_cut_out_and_put_in(a: float, b: float, put: bytes) -> None:
+    data = sound()
+    first, last = sorted((int(a * len(data)), int(b * len(data))))
+    survives(data[:first] + put + data[last:])
+
+
+@FEW
+@given(
+    st.lists(st.tuples(st.integers(0, 20), st.integers(0, 2**64 - 1) | st.none(), st.binary(max_size=60)), max_size=8),
+    st.booleans(),
+)
+@example([(6, 2**63, b"")], True)
+@example([(6, None, bytes(28) + b"\x04\0\0\0zstd" + bytes(8))], True)
+@example([(6, None, bytes(28) + bytes(4) + bytes(8))], True)
+@example([(0, None, b"")] * 8, False)
+def test_records_of_any_kind_and_length(records: list[tuple[int, int | None, bytes]], end: bool) -> None:
+    body = b"".join(struct.pack("<BQ", op, len(data) if length is None else length) + data for op, length, data in records)
+    survives(MAGIC + body + (MAGIC if end else b""))
+
+
+@FEW
+@given(st.binary(max_size=300))
+def test_any_bytes(data: bytes) -> None:
+    survives(data)
+    survives(data, "x.csv")
+    survives(b"TDSm" + data, "x.tdms")
+    survives(data, "x.mat")
+
+
+@FEW
+@given(st.text(alphabet='0123456789.,;-einaft_s"\n\t# ', max_size=200))
+def test_any_table(text: str) -> None:
+    survives(b"t_s,dp_cmd_mpa\n0,0\n" + text.encode(), "x.csv")
+    survives(text.encode(), "x.csv")
+    survives(gzip.compress(b"t_s,dp_cmd_mpa\n" + text.encode()), "x.csv")
+
+
+@FEW
+@given(st.dictionaries(st.text(), JSON))
+def test_facts_of_any_kind_come_back(facts: dict[str, object]) -> None:
+    facts.pop("crc32", None)
+    texts = schema.facts_to_text(facts)
+    assert all(isinstance(text, str) for text in texts.values())
+    assert schema.facts_from_text(texts) == facts
+    assert schema.facts_intact(texts)
+
+
+@FEW
+@given(st.text(), st.integers(0, 2**62))
+def test_log_lines_of_any_text_come_back(text: str, time_ns: int) -> None:
+    with TemporaryDirectory() as folder:
+        run = RunWriter(Path(folder) / "x.mcap", {}, {})
+        run.log("error", text, time_ns)
+        run.finish({})
+        from rig.log.convert import read_content
+
+        assert read_content(Path(folder) / "x.mcap").lines == ((time_ns, "error", text),)
+
+
+def chunk(data: bytes, compression: bytes, packed: bytes, claimed: int | None = None) -> bytes:
+    size = len(data) if claimed is None else claimed
+    head = struct.pack("<QQQI", 0, 0, size, zlib.crc32(data)) + struct.pack("<I", len(compression)) + compression
+    body = head + struct.pack("<Q", len(packed)) + packed
+    return struct.pack("<BQ", 6, len(body)) + body
+
+
+def bombs() -> dict[str, bytes]:
+    zeros = bytes(12 << 20)
+    packed = zstandard.compress(zeros)
+    message = struct.pack("<BQHIQQ", 5, 22, 1, 0, 0, 0)
+    many = message * 400_000
+    return {
+        "claims 16 EiB": MAGIC + chunk(b"", b"zstd", packed, (1 << 64) - 1),
+        "claims 4 GiB in its frame": MAGIC
+        + chunk(b"", b"zstd", b"\x28\xb5\x2f\xfd\xe0" + struct.pack("<Q", 1 << 32) + bytes(8), 100),
+        "zeros": MAGIC + chunk(zeros, b"zstd", packed) * 20,
+        "empty messages, ten times": MAGIC + chunk(many, b"zstd", zstandard.compress(many)) * 10,
+        "empty records": MAGIC + struct.pack("<BQ", 13, 0) * 20_000,
+        "nothing but sixes": MAGIC + b"\x06" * 1_000_000,
+        "many chunk heads": MAGIC + (b"\x06" + struct.pack("<Q", 100) + bytes(28) + b"\x04\0\0\0zstd") * 20_000,
+    }
+
+
+@pytest.mark.parametrize("name", list(bombs()))
+def test_bombs_stay_small_and_end(name: str) -> None:
+    data = bombs()[name]
+    tracemalloc.start()
+    begun = time.process_time()
+    survives(data)
+    spent_s, peak = time.process_time() - begun, tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < BOUND_BYTES
+    assert spent_s < 120, "a bound against endless loops, not a measure"
+
+
+def test_a_table_that_unpacks_without_end(tmp_path: Path) -> None:
+    (tmp_path / "x.csv.gz").write_bytes(gzip.compress(b"t_s,dp_cmd_mpa\n" + b"0,0\n" * (30 << 20), 1))
+    with pytest.raises(RigError, match="unpacks to more than"):
+        read(tmp_path / "x.csv.gz")

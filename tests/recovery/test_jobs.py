@@ -1,0 +1,89 @@
+"""Pieces of work over processes and over a real local Dask cluster, one of whose workers is killed in the middle."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from functools import partial
+from pathlib import Path
+
+import pytest
+from cluster_work import fail, leave_trace
+
+from rig.errors import RigError
+from rig.gap.jobs import each, executor
+
+pytestmark = pytest.mark.xdist_group("real processes")
+PIECES = 16
+
+
+def test_local_processes_do_every_piece_once(tmp_path: Path) -> None:
+    seen: list[int] = []
+    with executor(workers=2) as pool:
+        results = sorted(each(pool, partial(leave_trace, str(tmp_path)), range(PIECES), seen.append))
+    assert results == list(range(PIECES))
+    assert seen == list(range(1, PIECES + 1))
+    assert len({path.read_text() for path in tmp_path.glob("*.tries")}) == 2, "both processes worked"
+
+
+def test_a_failing_piece_ends_the_work_with_its_own_error() -> None:
+    with executor(workers=1) as pool, pytest.raises(ValueError, match="cannot be done"):
+        list(each(pool, fail, range(3)))
+
+
+def test_a_killed_dask_worker_loses_nothing_and_counts_nothing_twice(tmp_path: Path) -> None:
+    pytest.importorskip("distributed")
+    place = tmp_path / "scheduler.json"
+    scheduler = _started(
+        tmp_path, "dask_scheduler", "--no-show", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(place)
+    )
+    ours = ("--scheduler-file", str(place), "--nworkers", "1", "--nthreads", "1", "--no-nanny")
+    workers = [_started(tmp_path, "dask_worker", *ours) for _ in range(2)]
+    try:
+        address = _address(place)
+        killed = []
+
+        def kill_one(done: int) -> None:
+            if done == 3:
+                workers[0].send_signal(signal.SIGKILL)
+                killed.append(workers[0].pid)
+
+        with executor(dask=address) as pool:
+            results = sorted(each(pool, partial(leave_trace, str(tmp_path)), range(PIECES), kill_one))
+        assert killed
+        assert results == list(range(PIECES)), "nothing lost, nothing twice"
+        assert sorted(int(path.stem) for path in tmp_path.glob("*.done")) == list(range(PIECES))
+    finally:
+        for process in (*workers, scheduler):
+            process.kill()
+            process.wait(timeout=10)
+
+
+def test_a_cluster_that_is_not_there_is_one_clear_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("distributed")
+    monkeypatch.setattr("rig.gap.jobs.PATIENCE_S", 1.0)
+    with pytest.raises(RigError, match=r"^--dask 127\.0\.0\.1:1: no scheduler answers"), executor(dask="127.0.0.1:1"):
+        pytest.fail("no cluster is there")
+
+
+def _started(folder: Path, tool: str, *options: str) -> "subprocess.Popen[bytes]":
+    """One process of the cluster, quiet, that can import the tests' work."""
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parent.parent)}
+    call = [sys.executable, "-m", f"distributed.cli.{tool}", "--no-dashboard", *options]
+    return subprocess.Popen(call, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=environment, cwd=folder)
+
+
+def _address(place: Path) -> str:
+    """The scheduler's address once it has written it down and both workers are there."""
+    import distributed
+
+    for _ in range(300):
+        if place.exists() and place.stat().st_size:
+            break
+        time.sleep(0.1)
+    address: str = json.loads(place.read_text())["address"]
+    with distributed.Client(address, set_as_default=False) as client:
+        client.wait_for_workers(2, timeout=60)
+    return address

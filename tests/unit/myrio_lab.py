@@ -1,0 +1,66 @@
+"""An emulated myRIO in virtual time for the tests of its driver, with a plant whose angle the test sets."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import pytest
+
+from drivers.myrio.device import MyRio
+from drivers.myrio.settings import MyRioSettings
+from hil.emulators.nifpga.board import Wiring
+from hil.emulators.nifpga.stand_in import StandIn
+from hil.emulators.world import World
+from rig.errors import RigError
+from rig.interfaces import DeviceContext, Role
+from rig.realtime.clock import VirtualClock
+
+SIGNATURE_MISMATCH, INVALID_SESSION, RPC_SESSION, COMMUNICATION_TIMEOUT, FPGA_BUSY = -63106, -63195, -63043, -61046, -61141
+TICK_NS = 5_000_000
+
+
+class Turning:
+    """Pressures follow at once; the angle is set by the test."""
+
+    angle_deg = 0.0
+
+    def step(self, p1_cmd_mpa: float, p2_cmd_mpa: float) -> tuple[float, float, float]:
+        return p1_cmd_mpa, p2_cmd_mpa, self.angle_deg
+
+
+@dataclass
+class Lab:
+    stand_in: StandIn
+    world: World
+    plant: Turning
+    clock: VirtualClock
+    settings: MyRioSettings
+    context: DeviceContext
+
+    @property
+    def fpga(self):
+        return self.stand_in.registers
+
+    def device(self, **changes: object) -> MyRio:
+        return MyRio(replace(self.settings, **changes), self.context)
+
+    def tick(self) -> None:
+        self.clock.wait_until_ns(self.clock.now_ns() + TICK_NS)
+
+
+def lab_with(folder: Path, registers: list, resource: str = "RIO0") -> Lab:
+    clock, plant = VirtualClock(), Turning()
+    world = World(plant, clock, commands=(0.12, 0.34))
+    stand_in = StandIn(world, folder, resource, Wiring(), registers)
+    settings = MyRioSettings(Path(stand_in.settings["bitfile"]), resource)
+    return Lab(stand_in, world, plant, clock, settings, DeviceContext(clock, frozenset(Role), 0.2, 0.2))
+
+
+def refused(call, kind: type[RigError], *says: str) -> bool:
+    """Whether the call raises this, in one line that says all of these."""
+    with pytest.raises(kind) as caught:
+        call()
+    text = str(caught.value)
+    assert "\n" not in text
+    for part in says:
+        assert part in text
+    return True

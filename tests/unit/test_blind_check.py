@@ -1,0 +1,168 @@
+"""The whole blind check in small: sealed, fixed seeds, honest lower bounds, resumed after a kill, its three steps apart.
+
+The seeds here are used by this test alone; the figures of the full check are in docs/reference/blind_check_results.md.
+"""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from hil.reference.cases import Purpose
+from hil.reference.source import PhysicsSource
+from rig.cli.gap_check import check
+from rig.errors import RecordError
+from rig.gap.blind import make
+from rig.gap.blind.check import make_answer_score, result_of, score_unit
+from rig.gap.blind.folder import CheckFolder, read_json, read_truth
+from rig.gap.blind.make import draw, make_unit, open_labels, units
+from rig.log.reader import read
+
+pytestmark = pytest.mark.xdist_group("blind check")
+SEED = 31
+CASES = 8
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> CheckFolder:
+    """One unit, all steps, records kept."""
+    folder = CheckFolder(tmp_path_factory.mktemp("check"))
+    source = PhysicsSource(Purpose.SCORING)
+    draw(source, folder.root, SEED, CASES)
+    for unit in units(source, folder):
+        make_answer_score(unit, keep=True)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def result(finished: CheckFolder) -> dict[str, Any]:
+    return result_of(finished)
+
+
+def test_the_small_check_holds_its_lower_bounds(result: dict[str, Any]) -> None:
+    assert result["kinds"] == {"foreign": 1, "none": 2, "pair": 1, "single": 4}
+    assert "audit" in result["walls"]
+    for mode in ("pressures", "angle"):
+        figures = result["modes"][mode]
+        assert figures["errors"]["k"] == 0
+        assert figures["false_alarms"]["k"] <= 1
+        assert figures["detected"]["k"] >= figures["detected"]["n"] - 1
+    named = result["modes"]["pressures"]["class_first"]
+    assert named["k"] >= named["n"] - 1
+    assert result["naive"]["always_none"]["pressures"]["detected"]["k"] == 0
+
+
+def test_the_hash_is_that_of_the_opened_labels(finished: CheckFolder, result: dict[str, Any]) -> None:
+    labels, seed = open_labels(finished)
+    assert seed == SEED
+    assert len(labels) == CASES
+    assert result["sealed_sha256"] == read_json(finished.sealed)["sealed_sha256"]
+
+
+def test_questions_carry_no_trace_of_the_label(finished: CheckFolder) -> None:
+    """Names, order, metadata and shape of the records are the same for every case of a unit, whatever its effect."""
+    labels, _ = open_labels(finished)
+    seen = set()
+    for token in labels:
+        place = finished.question(token)
+        records = read(place / "records")
+        facts = [{key: value for key, value in record.facts.items() if key != "sha256"} for record in records]
+        shapes = [(record.name, len(record), sorted(record.columns())) for record in records]
+        names = sorted(str(path.relative_to(place)) for path in place.rglob("*") if "baselines" not in path.parts)
+        told = read_json(place / "question.json")
+        assert set(told) == {"modes", "leave_out"}
+        seen.add(json.dumps([facts, shapes, names], default=str).replace(token, "TOKEN"))
+    assert len(seen) == 1
+    words = {effect for label in labels.values() for effect in label["effects"]}
+    for path in finished.questions.rglob("*.mcap"):
+        if "records" in path.parts:
+            text = path.read_bytes()
+            assert not [word for word in words if word.encode() in text], path
+
+
+def test_a_killed_check_goes_on_where_it_was(finished: CheckFolder, result: dict[str, Any]) -> None:
+    labels, _ = open_labels(finished)
+    lost = sorted(labels)[0]
+    kept = {token: finished.score(token).stat().st_mtime_ns for token in labels if token != lost}
+    finished.score(lost).unlink()
+    with pytest.raises(RecordError, match="1 of 8 cases are not scored"):
+        result_of(finished)
+    for unit in units(PhysicsSource(Purpose.SCORING), finished):
+        make_answer_score(unit, keep=True)
+    assert {token: finished.score(token).stat().st_mtime_ns for token in kept} == kept, "nothing was done twice"
+    again = result_of(finished)
+    assert json.dumps(again, sort_keys=True) == json.dumps(result, sort_keys=True)
+
+
+def test_another_check_in_the_same_folder_is_refused(finished: CheckFolder) -> None:
+    with pytest.raises(RecordError, match="holds another check"):
+        draw(PhysicsSource(Purpose.SCORING), finished.root, SEED + 1, CASES)
+
+
+def test_half_an_answer_is_no_answer(finished: CheckFolder) -> None:
+    labels, _ = open_labels(finished)
+    for token in labels:
+        rows = read_json(finished.score(token))["rows"]
+        assert {"pressures", "angle"} < set(rows)
+    assert not list(finished.root.rglob("*.part*"))
+
+
+def test_truths_lie_with_the_maker(finished: CheckFolder) -> None:
+    labels, _ = open_labels(finished)
+    token = next(token for token, label in labels.items() if label["kind"] == "single")
+    facts, untouched, healthy = read_truth(finished.truth(token))
+    assert list(facts["effects"]) == labels[token]["effects"]
+    names = {record.name for record in read(finished.question(token) / "records")}
+    assert not names & set(untouched)
+    assert len(healthy) == 3
+    assert all(np.isfinite(columns["angle_deg"]).all() for columns in untouched.values())
+
+
+def test_three_steps_and_the_page_from_the_command_line(finished: CheckFolder, tmp_path: Path) -> None:
+    runner = CliRunner()
+    page = tmp_path / "page.html"
+    done = runner.invoke(
+        check, ["score", str(finished.root), "--workers", "1", "--html", str(page), "--json", str(tmp_path / "r.json")]
+    )
+    assert done.exit_code == 0, done.output
+    written = json.loads((tmp_path / "r.json").read_text())
+    assert set(written["modes"]["pressures"]) >= {
+        "false_alarms",
+        "detected",
+        "stage",
+        "class_first",
+        "exact_first",
+        "truth_in_set",
+        "set_size",
+    }
+    text = page.read_text()
+    assert "<svg" in text
+    assert "http-equiv" not in text
+    assert 'src="http' not in text
+    assert "exact name first" in text
+
+
+def test_own_records_are_scored_by_own_labels(finished: CheckFolder, tmp_path: Path) -> None:
+    labels, _ = open_labels(finished)
+    own = {token: [{"effect": effect} for effect in label["effects"]] for token, label in labels.items()}
+    path = tmp_path / "labels.json"
+    path.write_text(json.dumps(own))
+    done = CliRunner().invoke(
+        check, ["score", str(finished.root), "--labels", str(path), "--json", "-", "--html", str(tmp_path / "p.html")]
+    )
+    assert done.exit_code == 0, done.output
+    assert '"cases": 8' in done.stdout
+    path.write_text(json.dumps({"nowhere": []}))
+    refused = CliRunner().invoke(check, ["score", str(finished.root), "--labels", str(path)])
+    assert isinstance(refused.exception, RecordError)
+    assert "no answer to 'nowhere'" in str(refused.exception)
+
+
+def test_nothing_is_made_for_answered_cases(finished: CheckFolder, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(make, "write_model", lambda *_: pytest.fail("a finished unit was made again"))
+    unit = units(PhysicsSource(Purpose.SCORING), finished)[0]
+    assert make_unit(unit) == []
+    assert score_unit(unit) == CASES

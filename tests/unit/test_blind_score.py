@@ -1,0 +1,269 @@
+"""Scores and counts of the blind check on made-up answers, whose result is known beforehand."""
+
+import json
+import random
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rig.errors import RecordError
+from rig.gap.blind.check import result_from
+from rig.gap.blind.goals import GOALS, bound, figure, reached, told
+from rig.gap.blind.make import left_out, modes_of
+from rig.gap.blind.own import label_of
+from rig.gap.blind.rates import Rate
+from rig.gap.blind.score import realised, score_mode
+from rig.gap.blind.second import commands_of, tie
+from rig.gap.blind.tally import breakdown, mode_result, naive_result, reliability, shuffled_control, withheld_result
+from rig.gap.effects import LIBRARY, effect_class
+from rig.model.parameters import Input, Model, MuscleModel, Parameter
+from rig.report.check_page import write_page
+
+KNOWN = ["valve_lag", "backlash", "sensor_gain", "creep", "mains_hum", "coulomb_friction"]
+
+
+def said(*names: str, verdict: str = "explained", ambiguous: tuple[str, ...] = (), stage: str = "", value: float = 0.1) -> dict:
+    causes = [
+        {
+            "effect": name,
+            "ambiguous_with": list(ambiguous) if k == 0 else [],
+            "parameters": {"tau_s": {"value": value}},
+            "confidence": 0.9,
+            "explained_fraction": 0.95,
+        }
+        for k, name in enumerate(names)
+    ]
+    where = {"stage": stage or (LIBRARY[names[0]].stage if names and names[0] in LIBRARY else "sensor")}
+    return {
+        "diagnosis": {"verdict": verdict, "gap": {"explained_fraction": 0.95}, "where": where, "causes": causes},
+        "seconds": 1.0,
+    }
+
+
+def label(*effects: str, kind: str = "") -> dict:
+    return {
+        "kind": kind or ("none" if not effects else "single" if len(effects) == 1 else "pair"),
+        "effects": list(effects),
+        "baselines": 3,
+    }
+
+
+def facts(*effects: str, ratio: float = 5.0, size: float = 0.1) -> dict:
+    stages = {
+        e: {"stage": LIBRARY[e].stage if e in LIBRARY else "joint", "size": size, "library_parameter": "tau_s"} for e in effects
+    }
+    return {"effects": stages, "ratio_angle": ratio, "ratio_pressure": ratio}
+
+
+def row(truth: str, answer: dict, **more: object) -> dict:
+    return score_mode("pressures", answer, label(truth), facts(truth)) | {"realised_ef": 0.93, "truth_withheld": False} | more
+
+
+def test_right_wrong_and_class_of_a_single_effect() -> None:
+    right = score_mode("pressures", said("valve_lag", value=0.11), label("valve_lag"), facts("valve_lag"))
+    assert (right["exact"], right["class"], right["in_set"], right["stage_right"], right["detected"]) == (True,) * 5
+    assert right["size_error"] == pytest.approx(0.1)
+    wrong = score_mode("pressures", said("backlash", ambiguous=("valve_lag",)), label("valve_lag"), facts("valve_lag"))
+    assert (wrong["exact"], wrong["in_set"], wrong["stage_right"]) == (False, True, False)
+    alike = next((a, b) for a in LIBRARY for b in LIBRARY if a != b and effect_class(a, False) == effect_class(b, False))
+    near = score_mode("angle", said(alike[1]), label(alike[0]), facts(alike[0]))
+    assert (near["exact"], near["class"]) == (False, True)
+
+
+def test_silence_and_remainders_are_no_names() -> None:
+    nothing = score_mode("pressures", said(verdict="none"), label("backlash"), facts("backlash"))
+    assert (nothing["detected"], nothing["exact"], nothing["in_set"]) == (False, False, False)
+    remainder = score_mode("pressures", said("unknown", verdict="unknown"), label("backlash"), facts("backlash"))
+    assert remainder["named"] == remainder["set"] == []
+    assert remainder["flagged"]
+    broken = score_mode("pressures", {"error": "RecordError: no", "seconds": 0.1}, label("backlash"), facts("backlash"))
+    assert (broken["detected"], broken["exact"], broken["verdict"]) == (False, False, "error")
+
+
+def test_pairs_need_both_names() -> None:
+    for names, both in (
+        (("valve_lag", "backlash"), True),
+        (("backlash", "valve_lag"), True),
+        (("valve_lag", "creep", "backlash"), False),
+    ):
+        scored = score_mode("pressures", said(*names), label("valve_lag", "backlash"), facts("valve_lag", "backlash"))
+        assert scored["both"] is both
+
+
+def test_a_leak_beside_the_monitor_may_be_placed_on_the_valve_side() -> None:
+    for stage, right in (("muscle", True), ("valve", True), ("joint", False)):
+        assert score_mode("pressures", said("leak", stage=stage), label("leak"), facts("leak"))["stage_right"] is right
+
+
+def test_counting_gives_every_figure() -> None:
+    rows = [row(name, said(name)) for name in KNOWN] + [row("backlash", said("coulomb_friction", verdict="partly_explained"))]
+    rows += [
+        score_mode("pressures", said(verdict=verdict), label(), facts(ratio=0.0)) | {"realised_ef": None}
+        for verdict in ("none", "unknown")
+    ]
+    rows += [
+        score_mode("pressures", said("unknown", verdict="unknown"), label("cogging", kind="foreign"), facts("cogging"))
+        | {"realised_ef": None}
+    ]
+    result = mode_result(rows)
+    assert (result["exact_first"]["k"], result["exact_first"]["n"]) == (6, 7)
+    assert (result["false_alarms"]["k"], result["false_alarms"]["n"]) == (1, 2)
+    assert (result["unknown_flagged"]["k"], result["unknown_flagged"]["n"]) == (1, 1)
+    assert (result["known_kept"]["k"], result["known_kept"]["n"]) == (6, 7)
+    assert result["gap_closed"] == pytest.approx(0.93)
+    assert result["ef_within_0.05"]["k"] == 7
+    parts = breakdown(rows)
+    assert parts["confusion"]["backlash"] == {"backlash": 1, "coulomb_friction": 1}
+    assert parts["by_ratio"]["5..100"]["exact_first"]["n"] == 7
+    for goal in GOALS:
+        assert told(figure(result, goal), goal.unit)
+        assert bound(goal, "pressures")
+    assert reached(result, next(goal for goal in GOALS if goal.key == "exact_first"), "pressures") is False
+
+
+def test_a_page_of_healthy_cases_alone_is_drawn(tmp_path: Path) -> None:
+    rows = [
+        score_mode(mode, said(verdict="none"), label(), facts(ratio=0.0)) | {"realised_ef": None}
+        for mode in ("pressures", "angle")
+    ]
+    naive = dict.fromkeys(("always_none", "random", "largest_rmse", "retuned"), "none")
+    case = {
+        "rows": {row["mode"]: row for row in rows},
+        "naive": dict.fromkeys(("pressures", "angle"), naive),
+        "walls": ["audit"],
+        "tie": None,
+    }
+    result = result_from([case], seed=1) | {"sealed_sha256": "0"}
+    for name in ("page.html", "page.md"):
+        write_page(result, tmp_path / name)
+    assert "<svg" in (tmp_path / "page.html").read_text()
+    assert "| false alarms, 3 baselines | 0.0 % (0..79; 0/1) |" in (tmp_path / "page.md").read_text()
+
+
+def test_weak_effects_do_not_count_for_names() -> None:
+    weak = score_mode("pressures", said("creep"), label("backlash"), facts("backlash", ratio=2.5)) | {
+        "realised_ef": None,
+        "truth_withheld": False,
+    }
+    assert mode_result([weak])["exact_first"]["n"] == 0
+    assert mode_result([weak])["detected_ratio_2"]["n"] == 1
+
+
+def test_shuffled_labels_score_like_chance_and_a_leak_stands_out() -> None:
+    """An answering process that knew the labels would score 100 %; against dealt labels even that falls to chance."""
+    dealt = random.Random(5)
+    truths = [dealt.choice(sorted(LIBRARY)) for _ in range(200)]
+    leaky = [row(truth, said(truth)) for truth in truths]
+    assert mode_result(leaky)["exact_first"]["rate"] == 1.0
+    control = shuffled_control(leaky, seed=1)
+    expected = sum((truths.count(name) / 200) ** 2 for name in LIBRARY)
+    assert control["exact_first_mean"] == pytest.approx(expected, abs=0.02)
+    blind = [row(truth, said(dealt.choice(sorted(LIBRARY)))) for truth in truths]
+    assert mode_result(blind)["exact_first"]["high"] < 0.2, "answers that know nothing stay near 1 in 30"
+
+
+def test_withheld_classes_are_counted_apart() -> None:
+    rows = [
+        row("backlash", said("unknown", verdict="unknown"), truth_withheld=True),
+        row("creep", said("thermal_drift"), truth_withheld=True),
+    ]
+    rows += [row("valve_lag", said("valve_lag"))]
+    result = withheld_result(rows)
+    assert (result["flagged"]["k"], result["flagged"]["n"]) == (1, 2)
+    assert (result["kept_when_another_class_is_gone"]["k"], result["kept_when_another_class_is_gone"]["n"]) == (1, 1)
+
+
+def test_naive_baselines_are_scored_by_the_same_rules() -> None:
+    rows = [row(name, said(name)) | {"naive": "none"} for name in KNOWN]
+    result = naive_result(rows, lambda each: each["naive"], lambda a, b: a == b)
+    assert result["detected"]["k"] == result["exact_first"]["k"] == 0
+
+
+def test_reliability_bins_hold_all_cases() -> None:
+    rows = [row(name, said(name)) for name in KNOWN * 5]
+    bins = reliability(rows)
+    assert sum(each["right"]["n"] for each in bins) == len(rows)
+    assert all(each["stated"] == pytest.approx(0.9) for each in bins)
+
+
+@pytest.mark.parametrize(
+    ("k", "n", "low", "high"), [(0, 10, 0.0, 0.2775), (10, 10, 0.7225, 1.0), (50, 100, 0.4038, 0.5962), (1, 120, 0.0015, 0.0457)]
+)
+def test_wilson_intervals_are_those_of_the_books(k: int, n: int, low: float, high: float) -> None:
+    assert Rate(k, n).interval == pytest.approx((low, high), abs=2e-4)
+
+
+def test_a_rate_of_nothing_is_honest() -> None:
+    assert Rate(0, 0).to_json() == {"k": 0, "n": 0, "rate": None, "low": 0.0, "high": 1.0}
+    assert str(Rate(0, 0)) == "no cases"
+
+
+def gain_model() -> Model:
+    numbers = {"lambda1": 1.0, "lambda2": 1.0, "xi1": 0.0, "xi2": 0.0, "phi1": 0.0, "phi2": 0.0, "beta1": 0.0, "beta2": 0.0}
+    units = {"theta_divisor_s": 0.005, "u_unit_mpa": 0.2, "y_unit_deg": 1.0, "mean_exponent": 0.0}
+    numbers["xi1"] = 0.2
+    return Model(MuscleModel("mbw", {name: Parameter(value) for name, value in {**numbers, **units}.items()}, Input.PRESSURE))
+
+
+def columns(gain: float, noise: int) -> dict[str, np.ndarray]:
+    t = np.arange(2000) * 0.005
+    half = 0.1 * np.sin(np.pi * t)
+    angle = gain * 40.0 * np.sin(np.pi * t) + 0.1 * np.random.default_rng(noise).standard_normal(len(t))
+    pressures = {"p1_cmd_mpa": 0.2 + half, "p2_cmd_mpa": 0.2 - half, "p1_mpa": 0.2 + half, "p2_mpa": 0.2 - half}
+    return {"t_s": t, "dp_cmd_mpa": 2 * half, "angle_deg": angle, **pressures}
+
+
+@pytest.mark.parametrize(("stated", "expected"), [(None, 0.0), (0.1, 1.0), (0.05, 0.75), (-0.1, -3.0)])
+def test_realised_fraction_is_what_the_augmented_model_closes(stated: float | None, expected: float) -> None:
+    model = gain_model()
+    from rig.gap.blind.source import records_of
+    from rig.model.kernels import simulate
+
+    swing = np.ptp(simulate(model, records_of({"x": columns(1.0, 0)})[0], start_deg=0.0).angle_deg) / 80.0
+    case, days = {"x": columns(1.0 + 0.1 * swing, 1)}, [{"x": columns(1.0, k)} for k in (2, 3, 4)]
+    added = [] if stated is None else [{"effect": "sensor_gain", "parameters": {"gain": stated}}]
+    found = realised(model, {"added": added}, label("sensor_gain"), case, days)
+    assert found == pytest.approx(expected, abs=0.02)
+
+
+def test_records_that_do_not_show_the_effect_are_no_evidence() -> None:
+    case, days = {"x": columns(1.0, 1)}, [{"x": columns(1.0, k)} for k in (2, 3, 4)]
+    assert realised(gain_model(), {"added": []}, label("end_stop"), case, days) is None
+
+
+def test_ties_break_when_the_rivals_are_gone_and_the_truth_is_not() -> None:
+    before = said("delay", ambiguous=("valve_lag",))
+    before["diagnosis"]["next_experiment"] = {"separates": ["delay", "valve_lag"]}
+    assert tie(before, said("valve_lag"), ["valve_lag"])["broken"]
+    assert not tie(before, said("delay"), ["valve_lag"])["broken"]
+    assert not tie(before, said("valve_lag", ambiguous=("delay",)), ["valve_lag"])["broken"]
+    assert tie(before, said("valve_lag"), ["backlash"]) is None
+
+
+def test_recommended_sweeps_become_commands(tmp_path: Path) -> None:
+    sweep = {"p0_mpa": [0.15, 0.3], "duration_s": 2.0, "records": [{"sine": {"frequency_hz": 4.0, "amplitude_mpa": 0.05}}]}
+    path = tmp_path / "next.yaml"
+    path.write_text(json.dumps(sweep))
+    for config in (sweep, json.dumps(sweep, indent=1), str(path)):
+        commands = commands_of(config)
+        assert len(commands) == 2
+        assert {round(float(np.mean(p1 + p2)), 3) for p1, p2, _ in commands.values()} == {0.3, 0.6}
+
+
+def test_the_question_does_not_tell_whose_class_is_missing() -> None:
+    tokens = [f"{k * 2654435761 % 2**64:016x}" for k in range(400)]
+    own = sum("backlash" in left_out(label("backlash"), token) for token in tokens)
+    assert 120 < own < 280, "about half of the questions lack their own class"
+    assert all(left_out(label(), token) for token in tokens), "healthy cases lack one too"
+    asked = [modes_of(token) for token in tokens]
+    assert all({"pressures", "angle", "withheld"} <= set(modes) for modes in asked)
+    assert 50 < sum("no_baseline" in modes for modes in asked) < 150
+
+
+def test_own_labels_are_read_or_refused() -> None:
+    assert label_of("a", [{"effect": "none"}], Path("l.json"))["kind"] == "none"
+    assert label_of("a", [{"effect": "delay"}, {"effect": "backlash"}], Path("l.json"))["kind"] == "pair"
+    assert label_of("a", [{"effect": "gremlins"}], Path("l.json"))["kind"] == "foreign"
+    with pytest.raises(RecordError, match=r"l\.json: a: expected a list"):
+        label_of("a", "delay", Path("l.json"))

@@ -1,0 +1,196 @@
+"""Configs, strictly: everything that is wrong ends in one line that says what, where, and what is allowed."""
+
+import os
+from dataclasses import dataclass, field
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rig import config
+from rig.config import bounded, load, read_yaml, structure, suggest, unstructure
+from rig.errors import ConfigError
+
+
+class Colour(Enum):
+    RED = "red"
+    GREEN = "green"
+
+
+@dataclass(frozen=True)
+class Inner:
+    length_s: float = bounded(0.0, 10.0, "s", default=1.0)
+    pair_mpa: tuple[float, float] = bounded(0.0, 1.0, "MPa", default=(0.0, 0.5))
+    colour: Colour = Colour.RED
+
+
+@dataclass(frozen=True)
+class Outer:
+    name: str
+    count: int = bounded(1, 5, default=1)
+    quick: bool = False
+    inner: Inner = field(default_factory=Inner)
+    several: list[Inner] = field(default_factory=list)
+    named: dict[str, Inner] = field(default_factory=dict)
+    path: Path | None = None
+
+
+def fails(raw: Any, schema: type = Outer) -> str:
+    with pytest.raises(ConfigError) as error:
+        structure(raw, schema, "x.yaml")
+    line = str(error.value)
+    assert line.startswith("x.yaml: ")
+    assert "\n" not in line
+    return line.removeprefix("x.yaml: ")
+
+
+def test_what_fits_comes_out_typed() -> None:
+    raw = {
+        "name": "a",
+        "inner": {"length_s": 2, "colour": "green"},
+        "several": [{}],
+        "named": {"k": {"pair_mpa": [0, 1]}},
+        "path": "p",
+    }
+    value = structure(raw, Outer, "x.yaml")
+    assert value.inner == Inner(2.0, (0.0, 0.5), Colour.GREEN)
+    assert isinstance(value.inner.length_s, float)
+    assert (value.several, value.named["k"].pair_mpa, value.path) == ([Inner()], (0.0, 1.0), Path("p"))
+    assert structure(unstructure(value), Outer, "x.yaml") == value
+
+
+@pytest.mark.parametrize(
+    ("raw", "line"),
+    [
+        ({}, "the key 'name' is missing"),
+        ({"name": "a", "inner": {"lenght_s": 1}}, "inner: unknown key 'lenght_s'; did you mean 'length_s'?"),
+        ({"nmae": "a"}, "unknown key 'nmae'; did you mean 'name'?"),
+        ({"name": "a", 7: 1, "zz": 2}, "unknown key 7; allowed: count, inner, name, named, path, quick, several"),
+        ({"name": 3}, "name: expected text, got 3"),
+        ({"name": "a", "count": 1.5}, "count: expected a whole number, got 1.5"),
+        ({"name": "a", "count": True}, "count: expected a whole number, got True"),
+        ({"name": "a", "count": 9}, "count: 9 is outside 1 .. 5"),
+        ({"name": "a", "quick": "yes"}, "quick: expected true or false, got 'yes'"),
+        ({"name": "a", "quick": 1}, "quick: expected true or false, got 1"),
+        ({"name": "a", "inner": {"length_s": "2 s"}}, "inner.length_s: expected a number, got '2 s'"),
+        ({"name": "a", "inner": {"length_s": float("nan")}}, "inner.length_s: expected a finite number, got nan"),
+        ({"name": "a", "inner": {"length_s": 11}}, "inner.length_s: 11 s is outside 0 .. 10 s"),
+        ({"name": "a", "inner": {"pair_mpa": [0.1]}}, "inner.pair_mpa: expected 2 values, got 1"),
+        ({"name": "a", "inner": {"pair_mpa": 0.1}}, "inner.pair_mpa: expected a list, got 0.1"),
+        ({"name": "a", "inner": {"pair_mpa": [0.1, "b"]}}, "inner.pair_mpa[1]: expected a number, got 'b'"),
+        ({"name": "a", "inner": {"pair_mpa": [0.1, 2]}}, "inner.pair_mpa: 2 MPa is outside 0 .. 1 MPa"),
+        ({"name": "a", "inner": {"colour": "gren"}}, "inner.colour: unknown value 'gren'; did you mean 'green'?"),
+        ({"name": "a", "inner": 3}, "inner: expected a mapping with the keys length_s, pair_mpa, colour; got 3"),
+        ({"name": "a", "several": [{}, {"length_s": -1}]}, "several[1].length_s: -1 s is outside 0 .. 10 s"),
+        ({"name": "a", "named": {"k": {"x": 1}}}, "named.k: unknown key 'x'; allowed: colour, length_s, pair_mpa"),
+        (None, "expected a mapping with the keys name, count, quick, inner, several, named, path; got nothing"),
+        ([1], "expected a mapping with the keys name, count, quick, inner, several, named, path; got a list"),
+    ],
+)
+def test_what_does_not_fit_is_one_line(raw: Any, line: str) -> None:
+    said = fails(raw)
+    assert said == line or said.replace("['k']", ".k") == line
+
+
+BROKEN = {
+    "a tab": "a:\t- b\n  c",
+    "twice the same key": "name: a\nname: b\n",
+    "a key that is a list": "? [a, b]\n: 1\n",
+    "a key that is a mapping": "{{}: 1}",
+    "a control character": "name: \x01",
+    "an alias of nothing": "name: *x\n",
+    "a loop": "name: &a [*a]\n",
+    "a python object": '!!python/object/apply:os.system ["true"]',
+    "bad base64": "name: !!binary abc\n",
+    "too deep": "[" * 1200,
+    "a forced date that is none": "name: !!timestamp 2020-13-45\n",
+}
+
+
+@pytest.mark.parametrize("text", BROKEN.values(), ids=BROKEN.keys())
+def test_broken_yaml_is_one_line_with_the_file(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "broken.yaml"
+    path.write_text(text)
+    with pytest.raises(ConfigError) as error:
+        load(path, Outer)
+    assert str(error.value).startswith(f"{path}")
+    assert "not valid YAML: " in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("1e-3", 0.001), ("1e3", 1000.0), (".5", 0.5), ("-1.5E+2", -150.0), ("12", 12), ("0x1F", 31), ("010", "010"), ("1:30", "1:30"),
+     ("1_000", "1_000"), ("2020-01-01", "2020-01-01"), ("true", True), (".inf", float("inf"))],
+)  # fmt: skip
+def test_numbers_are_what_they_look_like(tmp_path: Path, text: str, value: object) -> None:
+    path = tmp_path / "n.yaml"
+    path.write_text(f"a: {text}\n")
+    assert read_yaml(path) == {"a": value}
+
+
+def test_a_missing_file_is_told_with_its_neighbour(tmp_path: Path) -> None:
+    (tmp_path / "simulated.yaml").write_text("")
+    with pytest.raises(ConfigError, match=r"simulatd.yaml: no such file; did you mean .*/simulated.yaml\?"):
+        read_yaml(tmp_path / "simulatd.yaml")
+    with pytest.raises(ConfigError, match=r"no such file \(nor a folder .*nowhere\)"):
+        read_yaml(tmp_path / "nowhere" / "a.yaml")
+    with pytest.raises(ConfigError, match="cannot be read: Is a directory"):
+        read_yaml(tmp_path)
+    (tmp_path / "latin.yaml").write_bytes(b"name: \xff")
+    with pytest.raises(ConfigError, match="cannot be read: it is not UTF-8 text"):
+        read_yaml(tmp_path / "latin.yaml")
+
+
+def test_suggestions() -> None:
+    assert suggest("sinus", ["sine", "chirp"]) == "did you mean 'sine'?"
+    assert suggest("q", ["sine", "chirp"]) == "allowed: chirp, sine"
+
+
+PLAIN = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
+    lambda inner: (
+        st.lists(inner, max_size=3) | st.dictionaries(st.sampled_from([*Outer.__dataclass_fields__, "x"]), inner, max_size=4)
+    ),
+    max_leaves=5,
+)
+
+
+def outcome(raw: Any) -> Outer | str:
+    try:
+        return structure(raw, Outer, "x.yaml")
+    except ConfigError as error:
+        return str(error)
+
+
+@settings(max_examples=50)
+@given(PLAIN)
+def test_plain_data_either_fits_or_is_one_line(raw: Any) -> None:
+    value = outcome(raw)
+    assert "\n" not in value if isinstance(value, str) else 1 <= value.count <= 5
+
+
+@given(st.text(max_size=60))
+def test_any_text_is_yaml_or_one_line(text: str) -> None:
+    try:
+        yaml.load(text, Loader=config._StrictLoader)
+    except (yaml.YAMLError, ValueError):
+        return
+
+
+def test_a_pipe_or_a_device_is_refused_and_not_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(pipe := tmp_path / "pipe.yaml")
+    for endless in (pipe, Path("/dev/zero")):
+        with pytest.raises(ConfigError, match="cannot be read: it is not a regular file"):
+            read_yaml(endless)
+
+
+def test_a_huge_file_is_refused_unread(tmp_path: Path) -> None:
+    with (path := tmp_path / "huge.yaml").open("wb") as file:
+        file.truncate(config.MOST_BYTES + 1)
+    with pytest.raises(ConfigError, match=r"it has 4194305 bytes, allowed are 4194304"):
+        read_yaml(path)

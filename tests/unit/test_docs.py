@@ -1,0 +1,84 @@
+"""The documentation is true: its commands run, its Python runs, its YAML loads, its links lead somewhere, its index is complete.
+
+On a page, ```console blocks hold lines `$ pamrig ...`, ```yaml file=NAME blocks become files, and ```python blocks are programs; all of a
+page are carried out in order in one empty folder.
+"""
+
+import importlib.util
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from conftest import ROOT
+
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+BLOCK = re.compile(r"^```(\w+)(?: file=(\S+))?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+LINK = re.compile(r"\]\(([^)#\s]+)(?:#[^)]*)?\)")
+BIN = Path(sys.executable).parent
+
+
+def snippets(page: Path) -> list[tuple[str, str, str]]:
+    """(language, file, text) of every block that can be carried out."""
+    found = [(m[1], m[2] or "", m[3]) for m in BLOCK.finditer(page.read_text(encoding="utf-8"))]
+    return [s for s in found if s[0] in ("console", "python") or s[1]]
+
+
+def name(page: Path) -> str:
+    return str(page.relative_to(ROOT))
+
+
+def carry_out(call: list[str], folder: Path) -> None:
+    environment = {**os.environ, "PATH": f"{BIN}{os.pathsep}{os.environ['PATH']}", "MPLBACKEND": "Agg"}
+    done = subprocess.run(call, cwd=folder, env=environment, capture_output=True, text=True, check=False, timeout=120)
+    assert done.returncode == 0, f"{shlex.join(call)}\n{done.stdout}{done.stderr}"
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if snippets(page)], ids=name)
+def test_what_a_page_says_can_be_done(page: Path, tmp_path: Path) -> None:
+    for language, file, text in snippets(page):
+        if file:
+            (tmp_path / file).write_text(text)
+        elif language == "python":
+            carry_out([sys.executable, "-c", text], tmp_path)
+        else:
+            for line in text.splitlines():
+                if line.startswith("$ "):
+                    carry_out(shlex.split(line[2:], comments=True), tmp_path)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_links_lead_somewhere(page: Path) -> None:
+    targets = [link for link in LINK.findall(page.read_text(encoding="utf-8")) if "://" not in link]
+    assert not [link for link in targets if not (page.parent / link).exists()]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_a_page_has_one_title(page: Path) -> None:
+    text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    assert len(re.findall(r"^# ", text, re.MULTILINE)) == 1
+
+
+def test_the_index_holds_every_page() -> None:
+    spec = importlib.util.spec_from_file_location("index", ROOT / "docs" / "index.py")
+    assert spec
+    assert spec.loader
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    text = (ROOT / "docs" / "README.md").read_text(encoding="utf-8")
+    assert module.filled(text) == text, "run `python docs/index.py`"
+    assert all(f"({name(page).removeprefix('docs/')})" in text for page in PAGES[1:] if page.name != "README.md")
+
+
+def test_the_overview_names_only_what_exists() -> None:
+    text = (ROOT / "docs" / "explanation" / "overview.md").read_text(encoding="utf-8")
+    files = [
+        word
+        for word in re.findall(r"`([a-z_/]+/[a-z_/]*(?:\.py)?)`", text)
+        if word.split("/")[0] in ("rig", "drivers", "hil", "tests")
+    ]
+    assert len(files) > 20
+    assert not [file for file in files if not (ROOT / file).exists()]

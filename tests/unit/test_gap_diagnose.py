@@ -1,0 +1,162 @@
+"""The diagnosis on a small rig: names, sizes, none, unknown, bad input."""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rig.cli.common import _plain
+from rig.errors import ModelError, RecordError
+from rig.gap import diagnose
+from rig.gap.result import Diagnosis
+from rig.log.record import Column, Record
+from rig.model.parameters import AddedEffect
+from tests.unit.gap_rigs import baselines, model, session
+
+
+def asked(records: list[Record], *, pressures: bool = True, library: list[str] | None = None) -> Diagnosis:
+    return diagnose(model(), records, [list(day) for day in baselines()], pressures=pressures, library=library)
+
+
+def names(diagnosis: Diagnosis) -> set[str]:
+    return {cause.effect for cause in diagnosis.causes}
+
+
+@pytest.mark.parametrize("pressures", [True, False])
+def test_healthy_day_is_no_gap(pressures: bool) -> None:
+    for seed in (11, 12):
+        found = asked(session(seed), pressures=pressures)
+        assert found.verdict == "none"
+        assert found.causes == []
+
+
+@pytest.mark.parametrize(
+    ("effect", "numbers", "size"),
+    [
+        ("delay", {"delay_s": 0.03}, "delay_s"),
+        ("valve_gain", {"gain": 0.06}, "gain"),
+        ("sensor_lag", {"tau_s": 0.03}, "tau_s"),
+        ("sensor_gain", {"gain": -0.05}, "gain"),
+        ("backlash", {"width_deg": 1.0}, "width_deg"),
+        ("sensor_offset", {"offset_deg": -1.5}, "offset_deg"),
+    ],
+)
+def test_single_effect_is_named_with_its_size(effect: str, numbers: dict[str, float], size: str) -> None:
+    found = asked(session(21, AddedEffect(effect, numbers)))
+    first = found.causes[0]
+    assert effect in {first.effect, *first.ambiguous_with}
+    if first.effect == effect:
+        assert first.parameters[size].value == pytest.approx(numbers[size], rel=0.12)
+    assert found.gap["explained_fraction"] > 0.85
+    assert found.verdict == "explained"
+
+
+def test_pair_of_valve_and_joint_is_found_on_both_sides() -> None:
+    found = asked(session(31, AddedEffect("delay", {"delay_s": 0.04}), AddedEffect("backlash", {"width_deg": 1.5})))
+    assert {"delay", "backlash"} <= names(found)
+    assert found.where["shares"]["valve"] + found.where["shares"]["downstream"] == pytest.approx(1.0)
+
+
+def test_effect_withheld_from_the_library_is_not_named() -> None:
+    records = session(41, AddedEffect("valve_dead_band", {"width_mpa": 0.02, "tau0_s": 0.04}))
+    found = asked(records, library=["sensor_gain", "valve_gain", "pressure_ceiling"])
+    assert found.verdict in ("unknown", "partly_explained")
+    assert names(found) == {"unknown"} or found.verdict == "partly_explained"
+
+
+def test_shares_of_every_breakdown_add_up() -> None:
+    found = asked(session(22, AddedEffect("backlash", {"width_deg": 1.0})))
+    for line in found.where["frequency"]:
+        assert sum(line["shares"].values()) == pytest.approx(1.0)
+    for key in ("phase", "region"):
+        assert sum(line["share"] for line in found.where[key]) == pytest.approx(1.0)
+
+
+def test_json_is_plain_and_repeatable() -> None:
+    records = session(23, AddedEffect("delay", {"delay_s": 0.03}))
+    first, second = (json.dumps(_plain(asked(records).to_json()), allow_nan=False) for _ in range(2))
+    assert first == second
+    assert {"verdict", "gap", "where", "causes", "ranking", "next_experiment"} <= json.loads(first).keys()
+
+
+def test_without_baseline_it_works_and_is_less_sure() -> None:
+    found = diagnose(model(), session(51, AddedEffect("delay", {"delay_s": 0.2})), [])
+    assert found.gap["floor_source"] == "model"
+    assert found.confidence <= 0.5
+    assert "delay" in names(found)
+
+
+def test_nothing_to_compare_with_is_refused() -> None:
+    with pytest.raises(ModelError, match="neither a fitting baseline nor a model"):
+        diagnose(None, session(51), [])
+
+
+def test_record_without_excitation_is_refused() -> None:
+    still = [replace(record, dp_cmd_mpa=np.zeros(len(record))) for record in session(52)]
+    with pytest.raises(RecordError, match="no excitation"):
+        asked(still)
+
+
+def test_baseline_of_other_sweeps_is_said_and_not_used() -> None:
+    other = [replace(record, dp_cmd_mpa=0.1 * np.sign(np.sin(9 * record.t_s)), name="square") for record in session(53)]
+    found = diagnose(model(), session(54), [other])
+    assert any("pairs with no record" in note for note in found.notes)
+    assert found.gap["floor_source"] == "model"
+
+
+def test_records_without_a_partner_are_named() -> None:
+    records = session(55)
+    lonely = replace(records[0], name="lonely", dp_cmd_mpa=0.1 * np.sin(2.5 * records[0].t_s) ** 3)
+    found = asked([*records, lonely])
+    assert found.evidence["unpaired"] == ["lonely"]
+    assert found.verdict == "none"
+
+
+def test_holes_and_missing_pressure_are_survived() -> None:
+    records = session(56)
+    angle = records[0].angle_deg
+    assert angle is not None
+    angle = angle.copy()
+    angle[400:900] = np.nan
+    holed = [replace(records[0], angle_deg=angle), replace(records[1], p1_mpa=None), records[2]]
+    found = asked(holed)
+    assert found.verdict == "none"
+    assert not found.evidence["pressures_used"]
+    assert any("the angle alone is used" in note for note in found.notes)
+
+
+def test_model_in_other_units_is_refused_without_a_baseline() -> None:
+    small = [replace(record, angle_deg=np.deg2rad(record.angle_deg)) for record in session(57)]
+    with pytest.raises(ModelError, match="other units"):
+        diagnose(model(), small, [])
+
+
+def _worse(day: list[Record], **columns: Callable[[Record], Column]) -> list[Record]:
+    """A day whose records have these columns instead of their own."""
+    return [replace(record, **{name: made(record) for name, made in columns.items()}) for record in day]  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("columns", "said"),
+    [
+        ({"p1_mpa": lambda r: 1e3 * r.p1_mpa, "p2_mpa": lambda r: 1e3 * r.p2_mpa}, "p1_mpa reaches .* is it in kPa"),
+        ({"angle_deg": lambda r: np.deg2rad(r.angle_deg)}, "is it in radians"),
+        ({"angle_deg": lambda r: np.where(r.t_s == 3.0, 1e300, r.angle_deg)}, "angle_deg reaches 1e.300"),
+        ({"angle_deg": lambda r: np.full(len(r), 7.0)}, "the angle never moves"),
+        ({"p1_mpa": lambda r: r.p2_mpa, "p2_mpa": lambda r: r.p1_mpa}, "runs against its command"),
+        ({"t_s": lambda r: 1e3 * r.t_s}, "sampled every 5 s"),
+        ({"t_s": lambda r: np.where(r.t_s == r.t_s[-1], 1e9, r.t_s)}, "do not fill its"),
+    ],
+)
+def test_what_cannot_be_is_refused_and_not_named_an_effect(columns: dict[str, Callable[[Record], Column]], said: str) -> None:
+    with pytest.raises(RecordError, match=said):
+        asked(_worse(session(58), **columns))
+
+
+def test_refusal_of_many_records_stays_one_short_line() -> None:
+    stuck = _worse(session(59), angle_deg=lambda record: np.zeros(len(record)))
+    with pytest.raises(RecordError, match=r"; and 87 more$") as refused:
+        asked(stuck * 30)
+    assert len(str(refused.value)) < 300

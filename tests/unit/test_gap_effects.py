@@ -1,0 +1,105 @@
+"""The library of effects: complete, neutral at its neutral values, the same however a record is cut."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rig.gap.effects import LIBRARY, alike
+from rig.model.effect_stages import EFFECT_STAGES
+from rig.report.effects_page import effects_markdown
+
+WORDS = [
+    "delay",
+    "clock_drift",
+    "lost_samples",
+    "valve_gain",
+    "valve_offset",
+    "valve_lag",
+    "valve_slew",
+    "fill_exhaust_asymmetry",
+    "valve_dead_band",
+    "pressure_ceiling",
+    "supply_droop",
+    "co_contraction",
+    "muscle_mismatch",
+    "leak",
+    "creep",
+    "thermal_drift",
+    "coulomb_friction",
+    "viscous_friction",
+    "inertia",
+    "gravity_load",
+    "backlash",
+    "end_stop",
+    "sensor_gain",
+    "sensor_offset",
+    "sensor_drift",
+    "sensor_nonlinearity",
+    "sensor_lag",
+    "quantisation",
+    "mains_hum",
+    "sensor_noise",
+]
+N, DT = 300, 0.005
+T = DT * np.arange(N)
+
+
+def ran(key: str, numbers: dict[str, float], cuts: tuple[int, ...] = (N,)) -> list[list[float]]:
+    """p1, p2 and y after the stage in plain Python, block by block."""
+    known = EFFECT_STAGES[key]
+    columns = [list(0.2 + 0.08 * np.sin(9 * T)), list(0.2 - 0.08 * np.sin(9 * T)), list(20 * np.sin(9 * T - 0.3))]
+    state, params = [0.0] * max(known.state_size, 1), [numbers[name] for name in known.parameters]
+    start = 0
+    for end in cuts:
+        block = [column[start:end] for column in columns]
+        known.stage(*block, state, params, DT)
+        for column, part in zip(columns, block, strict=True):
+            column[start:end] = part
+        start = end
+    return columns
+
+
+def sized(key: str) -> dict[str, float]:
+    """Numbers that make the effect plain."""
+    known = EFFECT_STAGES[key]
+    number = next(number for number in known.numbers if number.name == known.size)
+    strong = {"pressure_ceiling": 0.25, "end_stop": 15.0, "valve_slew": 0.2, "fill_exhaust_asymmetry": 3.0, "supply_droop": 0.05}
+    return (
+        known.neutral() | {"tau0_s": 0.04} | {number.name: strong.get(key, number.neutral + 0.1 * (number.high - number.neutral))}
+    )
+
+
+def test_library_has_every_word() -> None:
+    assert list(LIBRARY) == WORDS
+    assert {stage.effect for stage in EFFECT_STAGES.values()} == set(WORDS)
+
+
+@pytest.mark.parametrize("key", list(EFFECT_STAGES))
+def test_neutral_changes_nothing(key: str) -> None:
+    before = ran("sensor_gain", {"gain": 0.0})
+    for was, now in zip(before, ran(key, EFFECT_STAGES[key].neutral()), strict=True):
+        np.testing.assert_allclose(now, was, atol=1e-6)
+
+
+@pytest.mark.parametrize("key", list(EFFECT_STAGES))
+def test_effect_changes_something_and_blocks_do_not_matter(key: str) -> None:
+    numbers = sized(key)
+    whole, cut = ran(key, numbers), ran(key, numbers, (1, 2, 70, N))
+    assert max(np.max(np.abs(np.subtract(a, b))) for a, b in zip(whole, ran("sensor_gain", {"gain": 0.0}), strict=True)) > 1e-4
+    for one, other in zip(whole, cut, strict=True):
+        np.testing.assert_allclose(one, other, rtol=0, atol=1e-12)
+
+
+def test_being_alike_is_mutual() -> None:
+    for pressures in (False, True):
+        for name in LIBRARY:
+            assert all(name in alike(other, pressures) for other in alike(name, pressures))
+            assert name not in alike(name, pressures)
+
+
+def test_reference_page_is_the_library() -> None:
+    page = Path(__file__).resolve().parents[2] / "docs" / "reference" / "effects.md"
+    assert page.read_text(encoding="utf-8") == effects_markdown(), (
+        "run: python -m rig.report.effects_page > docs/reference/effects.md"
+    )

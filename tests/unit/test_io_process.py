@@ -1,0 +1,270 @@
+"""The I/O process and its mailbox without a wire and without a second process: a link that does as told, and a clock that is turned."""
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from drivers.io_process import mailbox as mailboxes
+from drivers.io_process import worker as workers
+from drivers.io_process.mailbox import LinkState, Mailbox, Mode, Report, Trip
+from drivers.io_process.worker import Exchange, Job, Worker
+from rig.errors import DeviceError, DeviceLost
+
+SAFE = (409.0,)
+SILENCE_NS = 25_000_000
+
+
+class Clock:
+    """Stands in for the module `time` inside the worker."""
+
+    def __init__(self) -> None:
+        self.ns = 1_000_000_000
+
+    def monotonic_ns(self) -> int:
+        return self.ns
+
+
+class ScriptedLink:
+    """Confirms what it is given, unless told to fail."""
+
+    def __init__(self) -> None:
+        self.sent: list[tuple[float, ...]] = []
+        self.fail: DeviceError | None = None
+        self.closed = 0
+        self.connects = 0
+
+    def connect(self) -> Mapping[str, str]:
+        self.connects += 1
+        if self.fail:
+            raise self.fail
+        return {"port": "scripted"}
+
+    def exchange(self, outputs: tuple[float, ...] | None, fresh: bool, urgent: bool) -> Exchange:
+        assert not urgent or outputs == SAFE
+        if self.fail:
+            raise self.fail
+        if outputs is not None and fresh:
+            self.sent.append(outputs)
+            return Exchange(sent=True)
+        return Exchange(values={0: (123.0, 5)})
+
+    def close(self) -> None:
+        self.closed += 1
+
+
+@pytest.fixture
+def box(tmp_path: Path) -> Mailbox:
+    descriptor = mailboxes.create(tmp_path / "box")
+    assert descriptor is not None
+    return Mailbox(descriptor)
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    clock = Clock()
+    monkeypatch.setattr(workers, "time", SimpleNamespace(monotonic_ns=clock.monotonic_ns))
+    return clock
+
+
+@pytest.fixture
+def link() -> ScriptedLink:
+    return ScriptedLink()
+
+
+@pytest.fixture
+def worker(link: ScriptedLink, box: Mailbox, clock: Clock) -> Worker:
+    worker = Worker(link, box, Job("scripted", {}, SAFE, SILENCE_NS))
+    assert worker.connect()
+    return worker
+
+
+def drive(box: Mailbox, clock: Clock, count: float) -> int:
+    return box.post_order(clock.ns, Mode.DRIVE, (count,))
+
+
+def test_notes_arrive_whole_and_the_newest_replaces_the_rest(box: Mailbox) -> None:
+    assert box.order().mode is Mode.NONE
+    for number in range(1, 6):
+        assert box.post_order(10 * number, Mode.DRIVE, (1.5, float(number))) == number
+    assert box.order() == (5, 50, Mode.DRIVE, (1.5, 5.0))
+    report = Report(7, LinkState.DOWN, Trip.OUTAGE, 1, 2, 3, 4, 5, 6, 7, (0.5,) * 8, tuple(range(8)), "the line is gone \u00b5s")
+    box.post_report(report)
+    assert box.report() == report
+
+
+def test_a_torn_note_is_never_believed(box: Mailbox) -> None:
+    """Every byte of the current slot in turn: the reader keeps to what it had."""
+    box.post_order(1, Mode.SAFE, (1.0,))
+    before = box.order()
+    number = box._order._number[0]
+    at = box._order._slots[number & 1]
+    for offset in range(box._order._layout.size + 12):
+        box._view[at + offset] ^= 0x40
+        assert box.order() == before
+        box._view[at + offset] ^= 0x40
+    assert box.order() == before
+
+
+def test_long_texts_are_cut_not_spilled(box: Mailbox) -> None:
+    box.post_report(Report(text="x" * 5000))
+    assert set(box.report().text) == {"x"}
+
+
+def test_one_owner_at_a_time_and_others_find_it(tmp_path: Path) -> None:
+    path = tmp_path / "box"
+    assert mailboxes.attach(path) is None
+    descriptor = mailboxes.create(path)
+    assert descriptor is not None
+    own = mailboxes.mapped(path)
+    assert mailboxes.create(path) is None
+    other = mailboxes.attach(path)
+    assert other is not None
+    other.raise_alarm()
+    assert own.alarm == 1
+    mailboxes.remove(path)
+    assert path.exists(), "somebody lives behind it"
+    os.close(descriptor)
+    assert mailboxes.attach(path) is None, "its owner is gone"
+    mailboxes.remove(path)
+    assert not path.exists()
+
+
+def test_only_the_newest_set_point_is_written(worker: Worker, link: ScriptedLink, box: Mailbox, clock: Clock) -> None:
+    for count in (1.0, 2.0, 3.0):
+        drive(box, clock, count)
+    worker.turn()
+    assert link.sent == [(3.0,)]
+    assert box.report().order_done == 3
+    worker.turn()
+    assert link.sent == [(3.0,)], "written once, then measured"
+    assert box.report().values[0] == 123.0
+
+
+def test_before_the_first_order_nothing_is_written(worker: Worker, link: ScriptedLink, box: Mailbox, clock: Clock) -> None:
+    for _ in range(3):
+        clock.ns += 10 * SILENCE_NS
+        worker.turn()
+    assert link.sent == []
+    assert box.report().trip is Trip.NONE
+
+
+def test_a_silent_owner_is_taken_for_dead(worker: Worker, link: ScriptedLink, box: Mailbox, clock: Clock) -> None:
+    drive(box, clock, 700.0)
+    worker.turn()
+    clock.ns += SILENCE_NS
+    worker.turn()
+    assert box.report().trip is Trip.NONE
+    clock.ns += 1
+    worker.turn()
+    assert link.sent == [(700.0,), SAFE]
+    assert box.report().trip is Trip.SILENCE
+    drive(box, clock, 800.0)
+    worker.turn()
+    assert link.sent[-1] == SAFE, "latched: the owner that comes back does not drive"
+
+
+def test_a_driving_owner_that_dies_leaves_safe_outputs(worker: Worker, link: ScriptedLink, box: Mailbox, clock: Clock) -> None:
+    drive(box, clock, 700.0)
+    worker.turn()
+    worker.orphan()
+    assert not worker.finished
+    worker.turn()
+    assert link.sent[-1] == SAFE
+    assert worker.finished
+    assert box.report().trip is Trip.ORPHANED
+
+
+def test_an_owner_that_lets_go_leaves_its_outputs(worker: Worker, link: ScriptedLink, box: Mailbox, clock: Clock) -> None:
+    drive(box, clock, 700.0)
+    worker.turn()
+    box.post_order(clock.ns, Mode.RELEASED, ())
+    worker.orphan()
+    assert worker.finished
+    assert link.sent == [(700.0,)]
+
+
+def test_a_safe_order_outlives_its_owner(worker: Worker, link: ScriptedLink, box: Mailbox, clock: Clock) -> None:
+    drive(box, clock, 700.0)
+    worker.turn()
+    box.post_order(clock.ns, Mode.SAFE, SAFE)
+    worker.orphan()
+    assert not worker.finished
+    worker.turn()
+    assert link.sent[-1] == SAFE
+    assert worker.finished
+
+
+def test_an_alarm_from_outside_is_obeyed_in_every_mode_and_latched(
+    worker: Worker, link: ScriptedLink, box: Mailbox, clock: Clock
+) -> None:
+    count = box.raise_alarm()
+    worker.turn()
+    assert link.sent == [SAFE]
+    assert box.report().alarm_done == count
+    drive(box, clock, 700.0)
+    worker.turn()
+    assert link.sent == [SAFE]
+    count = box.raise_alarm()
+    worker.turn()
+    assert link.sent == [SAFE, SAFE], "asked again, written again"
+    assert box.report().alarm_done == count
+
+
+def test_single_failures_are_counted_and_the_line_is_kept(worker: Worker, link: ScriptedLink, box: Mailbox, clock: Clock) -> None:
+    link.fail = DeviceError("garbled")
+    for _ in range(4):
+        worker.turn()
+    assert (box.report().state, box.report().errors, box.report().text) == (LinkState.UP, 4, "garbled")
+    link.fail = None
+    worker.turn()
+    assert link.closed == 0
+
+
+def test_an_outage_while_driving_ends_safe_as_soon_as_the_line_is_back(
+    worker: Worker, link: ScriptedLink, box: Mailbox, clock: Clock
+) -> None:
+    drive(box, clock, 700.0)
+    worker.turn()
+    link.fail = DeviceLost("unplugged")
+    worker.turn()
+    assert box.report().state is LinkState.DOWN
+    link.fail = None
+    for _ in range(100):
+        clock.ns += 10_000_000
+        drive(box, clock, 800.0)
+        worker.turn()
+    assert (700.0,) in link.sent
+    assert (800.0,) not in link.sent
+    assert link.sent[-1] == SAFE
+    assert (box.report().state, box.report().trip, box.report().reconnects) == (LinkState.UP, Trip.OUTAGE, 1)
+
+
+def test_a_lost_line_is_tried_again_but_not_without_pause(worker: Worker, link: ScriptedLink, clock: Clock) -> None:
+    link.fail = DeviceLost("unplugged")
+    for _ in range(1000):
+        clock.ns += 1_000_000
+        worker.turn()
+    assert 3 <= link.connects - 1 <= 5, "one second at four tries a second"
+
+
+def test_an_orphan_gives_up_on_a_line_that_stays_dead(worker: Worker, link: ScriptedLink, box: Mailbox, clock: Clock) -> None:
+    drive(box, clock, 700.0)
+    worker.turn()
+    link.fail = DeviceLost("unplugged")
+    worker.turn()
+    worker.orphan()
+    turns = 0
+    while not worker.finished and turns < 1000:
+        clock.ns += 10_000_000
+        worker.turn()
+        turns += 1
+    assert 150 <= turns <= 250, "about two seconds"
+
+
+def test_a_refused_first_connection_is_final_and_says_why(link: ScriptedLink, box: Mailbox, clock: Clock) -> None:
+    link.fail = DeviceError("no such port")
+    assert not Worker(link, box, Job("scripted", {}, SAFE, SILENCE_NS)).connect()
+    assert (box.report().state, box.report().text) == (LinkState.REFUSED, "no such port")

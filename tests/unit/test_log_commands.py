@@ -1,0 +1,136 @@
+"""`pamrig log` and its exit statuses: 0 done, 1 not so, 2 the call or a file is wrong, never a traceback."""
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+from made_logs import assert_same_content, made_content, made_log
+
+from rig.cli.main import main
+from rig.log.convert import read_content, write_content
+from rig.log.reader import read
+from rig.report import log_figures
+
+
+@pytest.fixture
+def call(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> object:
+    def run(*arguments: object) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["pamrig", *(str(argument) for argument in arguments)])
+        with pytest.raises(SystemExit) as caught:
+            main()
+        out, err = capsys.readouterr()
+        return int(caught.value.code or 0), out, err
+
+    return run
+
+
+def test_info(call, tmp_path: Path) -> None:
+    made_log(tmp_path / "run.mcap", 300)
+    status, out, _ = call("log", "info", tmp_path / "run.mcap", "--json", "-")
+    (item,) = json.loads(out)["files"]
+    assert status == 0
+    assert (item["samples"], item["facts"]["session"], item["attachments"]["photo.bin"]) == (300, "12e4", 256)
+    assert item["log"][0] == [0.0, "info", "begun"]
+
+
+def test_check_says_all_findings_and_ends_with_one(call, tmp_path: Path) -> None:
+    made_log(tmp_path / "a.mcap", 300)
+    content = made_content(300)
+    content.samples["p1_mpa"][7] = 0.9
+    write_content(content, tmp_path / "b.mcap")
+    status, out, err = call("log", "check", tmp_path, "--json", tmp_path / "result.json")
+    files = json.loads((tmp_path / "result.json").read_text())["files"]
+    assert status == 1
+    assert [item["ok"] for item in files] == [True, False]
+    assert out.splitlines() == [f"{tmp_path}/a.mcap: ok", f"{tmp_path}/b.mcap: {files[1]['findings'][0]}"]
+    assert err == "pamrig: 1 of 2 logs not in order\n"
+    assert call("log", "check", tmp_path / "a.mcap")[0] == 0
+
+
+def test_recover(call, tmp_path: Path) -> None:
+    made_log(tmp_path / "run.mcap", 500)
+    data = (tmp_path / "run.mcap").read_bytes()
+    (tmp_path / "cut.mcap.partial").write_bytes(data[: len(data) * 2 // 3])
+    status, out, err = call("log", "recover", tmp_path / "cut.mcap.partial", "-o", tmp_path / "cut.mcap", "--json", "-")
+    result = json.loads(out)
+    assert status == 0
+    assert (result["file"], result["verified"]) == (str(tmp_path / "cut.mcap"), True)
+    assert result["records"] % 100 == 0
+    assert "every one verified by its CRC" in err
+    assert len(read_content(tmp_path / "cut.mcap").samples) == result["records"]
+    status, out, _ = call("log", "recover", tmp_path / "run.mcap")
+    assert (status, out) == (0, f"{tmp_path}/run.mcap: whole, with 500 samples; nothing was written\n")
+    (tmp_path / "bad.mcap").write_bytes(data[:100])
+    status, _, err = call("log", "recover", tmp_path / "bad.mcap")
+    assert status == 2
+    assert "nothing to save" in err
+
+
+@pytest.mark.parametrize("kind", ["csv", "csv.gz", "mat"])
+def test_there_and_back(call, tmp_path: Path, kind: str) -> None:
+    content = made_log(tmp_path / "run.mcap", 300)
+    assert call("log", "export", tmp_path / "run.mcap", "--to", kind, "-o", tmp_path / "out")[0] == 0
+    assert call("log", "import", tmp_path / "out" / f"run.{kind}", "-o", tmp_path / "back.mcap")[0] == 0
+    assert_same_content(read_content(tmp_path / "back.mcap"), content)
+
+
+def test_resampling_only_on_request_and_said(call, tmp_path: Path) -> None:
+    made_log(tmp_path / "run.mcap", 1000, missed_at=500)
+    status, out, _ = call("log", "export", tmp_path / "run.mcap", "--resample", "0.01", "-o", tmp_path / "r.csv")
+    assert (status, out.endswith("rows, resampled to 0.01 s\n")) == (0, True)
+    (record,) = read(tmp_path / "r.csv")
+    assert record.facts["resampled_to_s"] == 0.01
+    assert record.period_s == pytest.approx(0.01)
+    assert call("log", "export", tmp_path / "run.mcap", "--resample", "-1", "-o", tmp_path / "s.csv")[0] == 2
+
+
+def test_import_says_what_it_leaves_out_and_what_it_cannot_take(call, tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("t_s,dp_cmd_mpa,load_n\n0,0,1\n1,1,2\n")
+    status, out, _ = call("log", "import", tmp_path / "a.csv", "-o", tmp_path / "a.mcap")
+    assert status == 0
+    assert "no field for them: load_n" in out
+    made_log(tmp_path / "run.mcap", 100)
+    status, _, err = call("log", "import", tmp_path / "run.mcap", "-o", tmp_path / "b.mcap")
+    assert status == 2
+    assert "importing MCAP needs a --mapping; it has /rig/sample (protobuf, pamrig.Sample)" in err
+
+
+@pytest.mark.parametrize("suffix", log_figures.FORMATS)
+def test_plots(call, tmp_path: Path, suffix: str) -> None:
+    made_log(tmp_path / "run.mcap", 600, missed_at=300)
+    target = tmp_path / f"figure{suffix}"
+    assert call("log", "plot", tmp_path / "run.mcap", "-o", target)[0] == 0
+    assert target.stat().st_size > 10_000
+    if suffix == ".svg":
+        text = target.read_text()
+        assert all(label in text for label in ("missed ticks", "over the measured pressures", "p1 set-point"))
+
+
+def test_a_picture_in_the_terminal(call, tmp_path: Path) -> None:
+    made_log(tmp_path / "run.mcap", 600)
+    status, out, _ = call("log", "plot", tmp_path / "run.mcap", "--from", "0.5", "--to", "1.5")
+    assert status == 0
+    assert "sine_0.5hz_0.20mpa: angle [deg]" in out
+    assert "\x1b" not in out
+    assert max(len(line) for line in out.splitlines()) <= 120
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("info", "nowhere.csv"), "nowhere.csv: cannot be read: No such file or directory"),
+        (("plot", "RUN", "-o", "x.gif"), "x.gif: a figure is written as .png, .svg, .pdf"),
+        (("plot", "RUN", "--from", "99"), "has 0 rows between 99 s and inf s"),
+        (("export", "RUN", "--to", "xlsx"), "Invalid value for '--to'"),
+        (("check",), "Missing argument 'LOGS...'"),
+        (("import", "RUN", "--mapping", "no.yaml"), "no.yaml: no such file"),
+    ],
+)
+def test_wrong_calls(call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...], message: str) -> None:
+    monkeypatch.chdir(tmp_path)
+    made_log(tmp_path / "run.mcap", 100)
+    status, _, err = call("log", *(argument.replace("RUN", "run.mcap") for argument in arguments))
+    assert status == 2
+    assert message in err
+    assert "Traceback" not in err

@@ -1,0 +1,200 @@
+"""The maps that come with pamrig against the manuals' numbers, and what a wrong map, wiring or setting says, in one line."""
+
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+import fieldbus_rigs as rigs
+import pytest
+
+from drivers.itv_serial.device import ItvSerial, ItvSettings
+from drivers.itv_serial.link import Port
+from drivers.modbus_io.codec import decode, encode, rtu_exchange_s, to_counts
+from drivers.modbus_io.device import ModbusIo
+from drivers.modbus_io.maps import Block, ModuleMap, Type, load_map
+from drivers.modbus_io.plan import Write, make_plan
+from drivers.modbus_io.settings import AngleChannel, ModbusSettings, Mode, PressureChannel, SerialLine
+from drivers.signals import Signal
+from rig.config import structure
+from rig.errors import ConfigError
+from rig.interfaces import Role
+
+ALL = frozenset(Role)
+
+
+def counts(block: Block | None, signal: float) -> int:
+    """The register that stands for a signal."""
+    assert block
+    return encode(block, [to_counts(block, signal)])[0]
+
+
+def test_the_adam_6024() -> None:
+    """ADAM-6000 manual, B.2.4: AI 40001-40006, AO 40011-40012; address = number - 40001."""
+    module = load_map(rigs.MAPS / "adam_6024.yaml")
+    assert module.inputs
+    assert module.outputs
+    assert (module.inputs.address, module.inputs.channels) == (40001 - 40001, 6)
+    assert (module.outputs.address, module.outputs.channels) == (40011 - 40001, 2)
+    assert counts(module.outputs, 10.0) == 4095
+    assert decode(module.inputs, [65535]) == [65535.0]
+    assert not module.read_write
+    assert module.failsafe is None
+
+
+def test_the_moxa_pair() -> None:
+    """E1200 manual, appendix A: E1241 AO raw 0x0400-0x0403; E1240 AI raw 30001-30008; modelName at 5000."""
+    out, into = load_map(rigs.MAPS / "moxa_e1241.yaml"), load_map(rigs.MAPS / "moxa_e1240.yaml")
+    assert out.outputs
+    assert into.inputs
+    assert (out.outputs.address, out.outputs.channels, out.inputs) == (0x0400, 4, None)
+    assert (into.inputs.address, into.inputs.channels, into.inputs.function, into.outputs) == (0, 8, 4, None)
+    assert {module.identity.address for module in (out, into) if module.identity} == {5000}
+
+
+@pytest.mark.parametrize(("volts", "register"), [(0.0, 0), (1.25, 4096), (2.5, 8192), (5.0, 16384), (10.0, 32767)])
+def test_the_wago_750_559(volts: float, register: int) -> None:
+    """750-559 manual, 2.1.1.7.1, the table of process values."""
+    module = load_map(rigs.MAPS / "wago_750.yaml")
+    assert abs(counts(module.outputs, volts) - register) <= 1
+    assert module.read_write
+    assert module.failsafe
+    assert [step.address for step in module.failsafe.arm] == [0x1008, 0x1000, 0x1001, 0x1002, 0x1003, 0x1003]
+    assert module.failsafe.tick_s == 0.1
+
+
+MAP: dict[str, Any] = {"name": "m", "source": "s", "inputs": {"address": 0, "channels": 4, "function": 4}}
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"inputs": None}, "needs inputs or outputs"),
+        ({"inputs": {"address": 0, "channels": 4}}, "function 16 cannot read"),
+        ({"inputs": {**MAP["inputs"], "counts": [0, 70000]}}, "do not fit uint16"),
+        ({"inputs": {**MAP["inputs"], "counts": [5, 5]}}, "counts must rise"),
+        ({"inputs": {**MAP["inputs"], "signal_unit": "bar"}}, "allowed: V, mA"),
+        ({"inputs": {**MAP["inputs"], "type": "uint8"}}, "unknown value 'uint8'"),
+        ({"inputs": {**MAP["inputs"], "address": 65533}}, "run past 65535"),
+        ({"outputs": {"address": 0, "channels": 4, "function": 6}}, "allowed: 16"),
+        ({"identity": {"address": 0, "count": 1}}, "either registers or text"),
+        ({"failsafe": {"arm": []}}, "at least one step"),
+        ({"failsafe": {"arm": [{"address": 1}], "safe_is": "hold"}}, "allowed: zero, registers"),
+        ({"unit": 250}, "outside 0 .. 247"),
+        ({"adress": 3}, "unknown key 'adress'"),
+    ],
+)
+def test_a_broken_map_is_one_line(change: dict[str, Any], says: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        structure({**MAP, **change}, ModuleMap, "map.yaml")
+    assert says in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def settings(**changes: Any) -> ModbusSettings:
+    return rigs.modbus_settings(502, **changes)
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"valve_2": None}, "valve_2 is wanted from 127.0.0.1:502, but its channel is not set"),
+        ({"valve_2": PressureChannel(4)}, "output channel 4 does not exist; allowed: 0 .. 3"),
+        ({"valve_2": PressureChannel(0)}, "both valves on output channel 0"),
+        ({"valve_1": PressureChannel(0, Signal.MA_4_20)}, "a signal of 4-20 mA does not fit an output of 0 .. 10 V"),
+        ({"angle": AngleChannel(7, reference_v=5.0)}, "no input channel 7"),
+        ({"map": rigs.MAPS / "moxa_e1241.yaml"}, "the module has no inputs|no input channel"),
+        ({"map": rigs.MAPS / "nothing.yaml"}, "no such file"),
+    ],
+)
+def test_a_wrong_wiring_is_one_line_before_anything_is_opened(changes: dict[str, Any], says: str) -> None:
+    with pytest.raises(ConfigError, match=says) as caught:
+        make_plan(settings(**changes), ALL)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("raw", "says"),
+    [
+        ({}, "either host .TCP. or serial .RTU."),
+        ({"host": "a", "serial": {"device": "b"}}, "either host .TCP. or serial .RTU."),
+        ({"serial": {"device": "b"}, "mode": "combined"}, "not possible on RTU"),
+        ({"serial": {"device": "b", "parity": "M"}}, "allowed: N, E, O"),
+        ({"host": "a", "input_unit": 2}, "need input_map"),
+        ({"host": "a", "angle": {"wiper": 2}}, "either excitation"),
+        ({"host": "a", "mode": "fast"}, "unknown value 'fast'"),
+        ({"host": "a", "port": 0}, "outside 1 .. 65535"),
+    ],
+)
+def test_wrong_settings_are_one_line(raw: dict[str, Any], says: str) -> None:
+    with pytest.raises(ConfigError, match=says):
+        structure({"map": "m.yaml", **raw}, ModbusSettings, "rig.yaml: devices.io")
+
+
+def test_neighbours_change_together_and_a_gap_is_left_alone() -> None:
+    plan = make_plan(settings(), ALL)
+    assert plan.writes == (Write(0, (0, 1)),)
+    assert plan.can_combine
+    apart = make_plan(settings(valve_1=PressureChannel(3), valve_2=PressureChannel(1)), ALL)
+    assert apart.writes == (Write(1, (1,)), Write(3, (0,)))
+    assert not apart.can_combine
+    turned = make_plan(settings(valve_1=PressureChannel(1), valve_2=PressureChannel(0)), ALL)
+    assert turned.encode(turned.writes[0], [100.0, 200.0]) == [200, 100]
+
+
+def test_only_the_wanted_inputs_are_read() -> None:
+    plan = make_plan(settings(), frozenset({Role.MONITOR_2, Role.ANGLE}))
+    assert (plan.first_register, plan.registers, plan.picks) == (1, 3, {1: 0, 2: 1, 3: 2})
+    assert plan.pick([10, 20, 30]) == {1: 10.0, 2: 20.0, 3: 30.0}
+    nothing = make_plan(settings(), frozenset({Role.VALVE_1}))
+    assert (nothing.registers, nothing.driven) == (0, (0,))
+
+
+def test_two_registers_a_channel_keep_their_places(tmp_path: Path) -> None:
+    table = tmp_path / "floats.yaml"
+    block = "{function: 3, address: 40, channels: 6, type: float32, counts: [0, 10], signal: [0, 10]}"
+    table.write_text(
+        f"name: floats\nsource: test\ninputs: {block}\noutputs: {block.replace('function: 3, address: 40', 'address: 80')}\n"
+    )
+    plan = make_plan(
+        settings(map=table, valve_1=PressureChannel(2), valve_2=PressureChannel(3)),
+        frozenset({Role.MONITOR_2, *rigs.VALVE_ROLES[:2]}),
+    )
+    assert (plan.first_register, plan.registers) == (42, 2)
+    assert plan.writes == (Write(84, (0, 1)),)
+    assert plan.pick(encode(plan.inputs, [2.5])) == {1: 2.5}
+
+
+def test_the_rtu_wire() -> None:
+    """19200 baud, 11 bits a byte: 8 + 13 bytes are 12.0 ms, and 3.5 silent characters around each frame 4.0 ms more."""
+    assert rtu_exchange_s(19200, 11, 8, 13) == pytest.approx((21 + 7) * 11 / 19200)
+    assert rtu_exchange_s(115200, 11, 8, 13) == pytest.approx(21 * 11 / 115200 + 0.0035)
+    line = SerialLine("/dev/ttyS0", 115200)
+    assert line.bits_per_byte == 11
+    both = make_plan(settings(host="", serial=line, mode=Mode.AUTO), ALL).round_s(line)
+    assert both == pytest.approx(rtu_exchange_s(115200, 11, 17, 13))
+    split = make_plan(settings(host="", serial=line, mode=Mode.AUTO, map=rigs.MAPS / "adam_6024.yaml"), ALL).round_s(line)
+    assert split == pytest.approx(rtu_exchange_s(115200, 11, 8, 13) + rtu_exchange_s(115200, 11, 13, 8))
+
+
+def test_a_float_that_is_too_large_is_clamped_not_an_error() -> None:
+    block = Block(0, 1, (0.0, 10.0), type=Type.FLOAT32)
+    assert decode(block, encode(block, [1e300])) == [10.0]
+
+
+@pytest.mark.parametrize("kind", ["modbus", "serial"])
+def test_a_calibrated_valve_is_told_what_brings_the_pressure(kind: str) -> None:
+    """A regulator that gives 0.49 MPa for 0.5: for 0.245 it must be told 0.25, half of its scale."""
+    calibration = {"valve_1": {"knots": [[0.0, 0.0], [0.5, 0.49]], "raw_unit": "MPa"}}
+    context = dataclasses.replace(rigs.context(*rigs.VALVE_ROLES), calibration=calibration)
+    if kind == "modbus":
+        device = ModbusIo(settings(), context)
+        assert device._numbers(0.245, 0.245) == {0: round(32767 / 2), 1: round(32767 * 0.49)}
+    else:
+        valves = ItvSerial(ItvSettings(Port("/dev/ttyS0"), Port("/dev/ttyS1")), context)._valves
+        assert [valve.counts(0.245) for valve in valves if valve] == [512.0, 501.0]
+
+
+def test_a_monitor_calibrated_in_another_unit_is_refused() -> None:
+    calibration = {"monitor_1": {"knots": [[4.0, 0.0], [20.0, 0.5]], "raw_unit": "mA"}}
+    with pytest.raises(ConfigError, match="calibrated in 'mA'; allowed for this device: V"):
+        ModbusIo(settings(), dataclasses.replace(rigs.context(), calibration=calibration))

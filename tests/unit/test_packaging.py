@@ -1,0 +1,75 @@
+"""The wheel: what is in it, and that it works away from the checkout, with the configs it brings."""
+
+import json
+import shutil
+import subprocess
+import sys
+import sysconfig
+import venv
+import zipfile
+from pathlib import Path
+
+import pytest
+from conftest import ROOT
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A wheel built from a copy of the tree, so that the build leaves nothing behind here."""
+    folder = tmp_path_factory.mktemp("wheel")
+    for part in ("rig", "drivers", "hil", "configs"):
+        shutil.copytree(ROOT / part, folder / "tree" / part, ignore=shutil.ignore_patterns("__pycache__"))
+    for part in ("pyproject.toml", "README.md"):
+        shutil.copy(ROOT / part, folder / "tree")
+    call = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(folder / "dist")]
+    subprocess.run(call, cwd=folder / "tree", check=True, capture_output=True)
+    (built,) = (folder / "dist").glob("*.whl")
+    return built
+
+
+@pytest.fixture(scope="module")
+def elsewhere(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A fresh environment with the wheel; its dependencies are those of this one, without a network."""
+    folder = tmp_path_factory.mktemp("elsewhere")
+    venv.create(folder, with_pip=False, symlinks=True)
+    python = folder / "bin" / "python"
+    install = [sys.executable, "-m", "pip", "--python", str(python), "install", "-q", "--no-deps", "--no-index", str(wheel)]
+    subprocess.run(install, check=True, capture_output=True)
+    site = next((folder / "lib").glob("python*/site-packages"))
+    # a path file inside a path is not read, so the editable install of this checkout stays out
+    (site / "dependencies.pth").write_text(sysconfig.get_path("purelib") + "\n")
+    return folder
+
+
+def test_the_top_level_is_exactly_the_three_roots(wheel: Path) -> None:
+    top = {name.split("/")[0] for name in zipfile.ZipFile(wheel).namelist()}
+    assert {name for name in top if not name.endswith(".dist-info")} == {"rig", "drivers", "hil"}
+    assert len(top) == 4
+
+
+def test_the_configs_are_inside_and_nothing_of_the_workshop(wheel: Path) -> None:
+    names = zipfile.ZipFile(wheel).namelist()
+    assert {"rig/_configs/rigs/simulated.yaml", "rig/_configs/sweeps/paper.yaml", "rig/_configs/models/simulated.yaml"} <= set(
+        names
+    )
+    assert not [name for name in names if "test" in name.split("/")[0] or "__pycache__" in name or name.endswith(".mcap")]
+
+
+def test_it_is_called_pamrig_and_brings_the_command(wheel: Path) -> None:
+    files = zipfile.ZipFile(wheel)
+    (metadata,) = (name for name in files.namelist() if name.endswith(".dist-info/METADATA"))
+    assert "\nName: pamrig\n" in files.read(metadata).decode()
+    (entry,) = (name for name in files.namelist() if name.endswith("entry_points.txt"))
+    assert "pamrig = rig.cli.main:main" in files.read(entry).decode()
+
+
+def test_it_runs_away_from_the_checkout_with_its_own_configs(elsewhere: Path, tmp_path: Path) -> None:
+    where = subprocess.run([elsewhere / "bin" / "python", "-c", "import rig, drivers, hil; print(rig.__file__)"],
+                           cwd=tmp_path, check=True, capture_output=True, text=True)  # fmt: skip
+    assert where.stdout.startswith(str(elsewhere))
+    call = [str(elsewhere / "bin" / "pamrig"), "run", "quick", "--clock", "virtual", "--out", "records", "--json", "-"]
+    done = subprocess.run(call, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    (run,) = json.loads(done.stdout)["runs"]
+    assert run["valid"] is True
+    assert (tmp_path / run["file"]).exists()

@@ -1,0 +1,68 @@
+"""The queue of sweeps over restarts: what was done is remembered, nothing is resumed, nothing is lost."""
+
+from pathlib import Path
+
+import pytest
+
+from rig.errors import RigError
+from rig.service.work import KEPT_DONE, JobState, Queue
+
+
+def queue(folder: Path) -> Queue:
+    return Queue(folder / "queue.json")
+
+
+def test_jobs_come_in_order_and_survive(tmp_path: Path) -> None:
+    first = queue(tmp_path)
+    for name in ("a", "b"):
+        first.add(Path(f"/{name}.yaml"), name, 3, 30.0, 5.0)
+    again = queue(tmp_path)
+    assert [job.name for job in again.jobs] == ["a", "b"]
+    assert again.next() is again.jobs[0]
+    assert again.add(Path("/c.yaml"), "c", 1, 1.0, 0.0).id == 3
+
+
+def test_a_job_that_ran_when_the_daemon_ended_is_stopped_not_running(tmp_path: Path) -> None:
+    first = queue(tmp_path)
+    job = first.add(Path("/a.yaml"), "a", 4, 40.0, 0.0)
+    job.state, job.done, job.files = JobState.RUNNING, 2, ["one.mcap", "two.mcap"]
+    first.save()
+    (left,) = queue(tmp_path).jobs
+    assert (left.state, left.done, left.files) == (JobState.STOPPED, 2, ["one.mcap", "two.mcap"])
+    assert left.error == "the daemon ended while it ran"
+
+
+def test_time_left_counts_records_and_the_pauses_between_sweeps(tmp_path: Path) -> None:
+    jobs = queue(tmp_path)
+    jobs.add(Path("/a.yaml"), "a", 4, 40.0, 10.0).done = 1
+    jobs.add(Path("/b.yaml"), "b", 1, 20.0, 10.0)
+    assert jobs.seconds_left() == pytest.approx(30.0 + 10.0 + 20.0)
+
+
+def test_clear_spares_what_runs(tmp_path: Path) -> None:
+    jobs = queue(tmp_path)
+    jobs.add(Path("/a.yaml"), "a", 1, 1.0, 0.0).state = JobState.RUNNING
+    jobs.add(Path("/b.yaml"), "b", 1, 1.0, 0.0)
+    assert jobs.clear() == [2]
+    assert [job.name for job in jobs.jobs] == ["a"]
+
+
+def test_only_so_many_finished_jobs_are_kept(tmp_path: Path) -> None:
+    jobs = queue(tmp_path)
+    for _ in range(KEPT_DONE + 5):
+        jobs.add(Path("/a.yaml"), "a", 1, 1.0, 0.0).state = JobState.DONE
+    jobs.save()
+    assert [job.id for job in queue(tmp_path).jobs] == list(range(6, KEPT_DONE + 6))
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", '{"jobs": [{}], "last_id": 1}', '{"jobs": [1], "last_id": 1}'])
+def test_a_broken_file_is_put_aside_not_trusted(tmp_path: Path, text: str) -> None:
+    (tmp_path / "queue.json").write_text(text)
+    assert queue(tmp_path).jobs == []
+    assert (tmp_path / "queue.broken").read_text() == text
+
+
+def test_a_queue_that_cannot_be_saved_says_so(tmp_path: Path) -> None:
+    jobs = queue(tmp_path / "missing")
+    with pytest.raises(RigError, match="the queue cannot be saved: No such file"):
+        jobs.add(Path("/a.yaml"), "a", 1, 1.0, 0.0)

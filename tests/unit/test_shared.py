@@ -1,0 +1,140 @@
+"""Named memory between processes: who owns it, who may not touch it, what is left of the dead."""
+
+import os
+import secrets
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from rig.errors import StateError
+from rig.realtime import shared
+from rig.realtime.shared import SharedBlock, living_owner, sweep_stale
+
+
+@pytest.fixture
+def name() -> Iterator[str]:
+    """A name that nobody else uses; whatever it names is removed."""
+    made = f"test-{secrets.token_hex(8)}"
+    yield made
+    for path in shared.folder().glob(f"pamrig-{made}*"):
+        path.unlink()
+
+
+def of_a_dead_process(name: str) -> Path:
+    """A block whose maker has ended without removing it."""
+    code = f"from rig.realtime.shared import SharedBlock; SharedBlock.create({name!r}, 7, 64)"
+    subprocess.run([sys.executable, "-c", code], check=True)
+    return shared.folder() / f"pamrig-{name}"
+
+
+def test_two_that_map_a_block_see_the_same_words(name: str) -> None:
+    mine = SharedBlock.create(name, 5, 64)
+    theirs = SharedBlock.attach(mine.path, 5)
+    mine.words[10] = 123
+    assert theirs.words[10] == 123
+    assert theirs.session == 5
+    assert living_owner(mine.path) == os.getpid()
+
+
+def test_a_fresh_block_is_all_zeros_and_private(name: str) -> None:
+    block = SharedBlock.create(name, 5, 100)
+    assert not any(block.words[shared.HEADER_WORDS :])
+    assert len(block.words) == shared.HEADER_WORDS + 13
+    assert block.path.stat().st_mode & 0o077 == 0
+
+
+def test_a_name_in_use_is_refused(name: str) -> None:
+    first = SharedBlock.create(name, 5, 64)
+    with pytest.raises(StateError, match=f"in use by process {os.getpid()}"):
+        SharedBlock.create(name, 6, 64)
+    assert SharedBlock.attach(first.path).session == 5
+
+
+def test_a_dead_process_s_block_is_replaced(name: str) -> None:
+    path = of_a_dead_process(name)
+    assert path.exists()
+    assert living_owner(path) == 0
+    assert SharedBlock.create(name, 6, 64).session == 6
+
+
+def test_stale_blocks_are_swept_away_and_living_ones_are_not(name: str) -> None:
+    dead, kept = of_a_dead_process(name), of_a_dead_process(f"{name}-kept")
+    living = SharedBlock.create(f"{name}-living", 5, 64)
+    removed = sweep_stale("-kept")
+    assert dead in removed
+    assert not dead.exists()
+    assert kept.exists()
+    assert living.path.exists()
+
+
+def test_sweeping_leaves_alone_what_cannot_be_removed(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = of_a_dead_process(name)
+
+    def not_ours(self: Path, missing_ok: bool = False) -> None:
+        raise PermissionError(1, "Operation not permitted", str(self))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "unlink", not_ours)
+        assert path not in sweep_stale()
+    assert path.exists()
+
+
+def test_nobody_sees_a_block_before_it_has_an_owner(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A second session that sweeps while the first one is being made must not take its blocks for stale."""
+    seen: list[bool] = []
+    link = os.link
+
+    def looking(draft: Path, path: Path) -> None:
+        seen.append(path.exists())
+        link(draft, path)
+        seen.append(living_owner(path) == os.getpid())
+
+    monkeypatch.setattr(os, "link", looking)
+    SharedBlock.create(name, 5, 64)
+    assert seen == [False, True]
+
+
+def test_a_block_of_another_session_is_stale(name: str) -> None:
+    block = SharedBlock.create(name, 0xABC, 64)
+    with pytest.raises(StateError, match="belongs to session abc, not def: stale shared memory"):
+        SharedBlock.attach(block.path, 0xDEF)
+
+
+@pytest.mark.parametrize("content", [b"", b"short", bytes(4096), b"PAMRIG" * 100])
+def test_what_is_no_block_is_refused(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "pamrig-foreign"
+    path.write_bytes(content)
+    with pytest.raises(StateError, match="not a block of pamrig"):
+        SharedBlock.attach(path)
+
+
+def test_a_cut_block_is_refused(name: str) -> None:
+    block = SharedBlock.create(name, 5, 4096)
+    os.truncate(block.path, 2048)
+    with pytest.raises(StateError, match="not a block of pamrig"):
+        SharedBlock.attach(block.path)
+
+
+def test_a_missing_block_is_told_by_its_path() -> None:
+    with pytest.raises(StateError, match=r"pamrig-nowhere: no such shared memory"):
+        SharedBlock.attach(shared.folder() / "pamrig-nowhere")
+
+
+def test_no_room_is_one_line_and_leaves_nothing(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "posix_fallocate", full)
+    with pytest.raises(StateError, match="cannot be made: No space left on device"):
+        SharedBlock.create(name, 5, 64)
+    assert not list(shared.folder().glob(f"*{name}*"))
+
+
+def test_closing_ends_the_views(name: str) -> None:
+    block = SharedBlock.create(name, 5, 64)
+    block.close()
+    with pytest.raises(ValueError, match="released"):
+        _ = block.words[0]
