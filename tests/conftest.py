@@ -13,6 +13,11 @@ settings.load_profile("house")
 ROOT = Path(__file__).resolve().parent.parent
 
 
+REAL_PROCESSES = ("contract", "faults", "recovery")
+"""Folders whose tests run real processes against the real clock. A machine that stands still for tens of milliseconds, as a busy
+virtual one does, spoils what they measure; such a test is run again, and the summary says so (decision 0005)."""
+
+
 @pytest.fixture(scope="session")
 def shared() -> Path:
     """The folder of practice and real records beside the checkout; tests that need it skip where it is absent."""
@@ -41,6 +46,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     for item in items:
         if not item.get_closest_marker("xdist_group"):
             item.add_marker(pytest.mark.xdist_group(item.location[0]))
+        if item.path.parent.name in REAL_PROCESSES or item.get_closest_marker("real_time"):
+            item.add_marker(pytest.mark.flaky(reruns=2, reruns_delay=1))
     if config.getoption("--rig"):
         return
     lab = [item for item in items if item.get_closest_marker("hardware")]

@@ -15,6 +15,8 @@ from rig.realtime.shared import HEADER_WORDS, KEPT_RING
 from rig.sample import Sample, unpack
 from rig.service import blackbox
 
+pytestmark = pytest.mark.real_time
+
 PERIOD_NS = 5_000_000
 
 

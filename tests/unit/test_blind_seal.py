@@ -11,6 +11,8 @@ import pytest
 from rig.errors import RecordError
 from rig.gap.blind.seal import new_key, open_sealed, seal
 
+pytestmark = pytest.mark.real_time
+
 LABELS = {"seed": 7, "cases": [{"effects": ["valve_lag"]}, {"effects": []}]}
 
 PROBE = """

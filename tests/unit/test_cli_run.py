@@ -26,6 +26,8 @@ from rig.realtime.ring import Ring
 from rig.realtime.state import State
 from rig.sample import Phase
 
+pytestmark = pytest.mark.real_time
+
 PAMRIG = Path(sys.executable).with_name("pamrig")
 SWEEP = """\
 name: short

@@ -11,6 +11,8 @@ import pytest
 
 from rig.service.session import start_process
 
+pytestmark = pytest.mark.real_time
+
 PAMRIG = Path(sys.executable).with_name("pamrig")
 
 

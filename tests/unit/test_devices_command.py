@@ -25,6 +25,8 @@ from rig.interfaces import DeviceContext, Role
 from rig.realtime.clock import MonotonicClock
 from rig.sample import Flag
 
+pytestmark = pytest.mark.real_time
+
 RIGS = Path(__file__).resolve().parents[2] / "configs/rigs"
 EMULATED = str(RIGS / "emulated_myrio.yaml")
 SAFE = (0.2, 0.2)

@@ -5,9 +5,12 @@ import subprocess
 import sys
 
 import click
+import pytest
 from conftest import ROOT
 
 from rig.cli.main import COMMANDS
+
+pytestmark = pytest.mark.real_time
 
 HEAVY = {"numpy", "numba", "scipy", "matplotlib", "pandas", "pyarrow", "jinja2", "plotext", "cmaes", "nptdms", "dask", "foxglove"}
 NOT_FOR_HELP = HEAVY | {"yaml", "cattrs", "rich", "mcap", "google", "nifpga", "pymodbus", "serial", "asyncio", "multiprocessing"}

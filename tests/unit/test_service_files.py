@@ -24,6 +24,8 @@ from rig.service.notify import Notifier
 from rig.service.settings import DaemonSettings, load_settings
 from rig.service.telemetry import LATENESS_EDGES_US, Telemetry
 
+pytestmark = pytest.mark.real_time
+
 
 def install(root: Path, *arguments: str) -> str:
     outcome = CliRunner().invoke(service, ["install", "--root", str(root), *arguments], catch_exceptions=False)

@@ -13,6 +13,8 @@ from rig.errors import StateError
 from rig.realtime import shared
 from rig.realtime.shared import SharedBlock, living_owner, sweep_stale
 
+pytestmark = pytest.mark.real_time
+
 
 @pytest.fixture
 def name() -> Iterator[str]:

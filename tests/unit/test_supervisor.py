@@ -14,6 +14,8 @@ from rig.errors import DeviceError
 from rig.realtime.ring import Ring, RingWriter
 from rig.realtime.supervisor import ATTEMPTS, Supervisor, SupervisorBlock, Verdict
 
+pytestmark = pytest.mark.real_time
+
 PERIOD_NS = 20_000_000
 """Longer than the loop's, so that a slow machine is no silent loop."""
 
