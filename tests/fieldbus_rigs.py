@@ -92,7 +92,7 @@ def modbus_settings(place: int | str, mode: Mode = Mode.AUTO, **changes: Any) ->
     where: dict[str, Any] = (
         {"host": "127.0.0.1", "port": place} if isinstance(place, int) else {"serial": SerialLine(place, BAUD, "N", 2)}
     )
-    settings = {"map": MAPS / "wago_750.yaml", "mode": mode, "watchdog_s": 30.0, "patience_s": 0.2, "silence_periods": PATIENT}
+    settings = {"map": MAPS / "wago_750.yaml", "mode": mode, "watchdog_s": 30.0, "patience_s": 0.5, "silence_periods": PATIENT}
     return ModbusSettings(**{**settings, **where, **CHANNELS, **changes})
 
 

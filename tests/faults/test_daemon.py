@@ -90,6 +90,12 @@ def raw(bench: FaultBench, *lines: bytes) -> list[dict[str, Any]]:
         return out
 
 
+def pressures(client: Client) -> tuple[float, float]:
+    """Measured now, MPa."""
+    sample = client.status()["loop"]
+    return sample["p1_mpa"], sample["p2_mpa"]
+
+
 # an operator's day
 
 
@@ -139,6 +145,8 @@ def test_stop_after_the_current_record(bench: FaultBench, client: Client) -> Non
 
 
 def test_arming_moves_nothing(bench: FaultBench, client: Client) -> None:
+    """Arming holds the measured pressures, which have come to the safe values after a while."""
+    bench.wait(lambda: pressures(client) == pytest.approx(SAFE_MPA, abs=0.002), "the muscles to come to rest")
     before = bench.terminals.setpoints
     client.arm()
     time.sleep(0.1)
