@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from drivers.itv_serial.device import ItvSerial, ItvSettings
-from drivers.itv_serial.link import Port
 from drivers.modbus_io.device import ModbusIo
 from drivers.modbus_io.settings import AngleChannel, ModbusSettings, Mode, PressureChannel, SerialLine
+from drivers.serial_port import SerialPort
 from drivers.signals import Signal
 from hil.emulators.emulation import Emulation
 from hil.emulators.modbus.module import Wire, Wiring
@@ -98,7 +98,7 @@ def modbus_settings(place: int | str, mode: Mode = Mode.AUTO, **changes: Any) ->
 
 def valve_settings(running: Emulation, baud: int = BAUD, **changes: Any) -> ItvSettings:
     """Both valves of an emulated rig."""
-    ports = {name: Port(running.places[name], baud) for name in ("valve_1", "valve_2")}
+    ports = {name: SerialPort(running.places[name], baud) for name in ("valve_1", "valve_2")}
     return ItvSettings(**{**ports, "patience_s": 0.1, "silence_periods": PATIENT, **changes})
 
 

@@ -12,7 +12,8 @@ from drivers.calibration import Calibration, curve, for_role, inverse
 from drivers.io_process.owner import IoProcess, alarm
 from drivers.io_process.worker import Job
 from drivers.itv_serial.codec import Codec, Dialect, Pace, pace
-from drivers.itv_serial.link import LinkSettings, Port
+from drivers.itv_serial.link import LinkSettings
+from drivers.serial_port import SerialPort
 from rig.errors import ConfigError, DeviceError, DeviceLost
 from rig.fields import bounded
 from rig.interfaces import NAN, DeviceContext, Measurement, Role
@@ -27,11 +28,9 @@ _STALE: Final = Flag.STALE.value
 class ItvSettings:
     """The serial valves of a rig."""
 
-    valve_1: Port | None = None
-    valve_2: Port | None = None
+    valve_1: SerialPort | None = None
+    valve_2: SerialPort | None = None
     dialect: Dialect = field(default_factory=Dialect)
-    monitor: bool = True
-    """Read the pressure back; without it every exchange is a set-point."""
     patience_s: float = bounded(0.001, 5.0, "s", default=0.03)
     """How long a reply may take beyond its wire time."""
     silence_periods: int = bounded(2, 1000, "periods", default=5)
@@ -41,13 +40,13 @@ class ItvSettings:
 class _Valve:
     """One regulator: its process, and counts <-> MPa."""
 
-    def __init__(self, number: int, port: Port, settings: ItvSettings, context: DeviceContext) -> None:
+    def __init__(self, number: int, port: SerialPort, settings: ItvSettings, context: DeviceContext) -> None:
         valve, monitor = _VALVES[number]
         self.name = valve.value
         self.device = port.device
         self.drives, self.reads = valve in context.roles, monitor in context.roles
         self.codec = Codec(settings.dialect)
-        self.pace: Pace = pace(settings.dialect, port.baud, port.bits_per_byte, self.reads and settings.monitor)
+        self.pace: Pace = pace(settings.dialect, port.baud, port.bits_per_byte, self.reads)
         scale = Calibration(
             [(0.0, 0.0), (float(settings.dialect.full_scale_counts), settings.dialect.full_scale_mpa)], raw_unit="counts"
         )
@@ -55,7 +54,7 @@ class _Valve:
         self.to_mpa = curve(for_role(context, monitor, scale).knots)
         self.speed = self.pace.summary(port.baud, context.period_ns / 1e9)
         safe = (self.counts(context.safe_p1_mpa if number == 0 else context.safe_p2_mpa),)
-        link = LinkSettings(self.name, port, settings.dialect, self.reads and settings.monitor, settings.patience_s)
+        link = LinkSettings(self.name, port, settings.dialect, self.reads, settings.patience_s)
         job = Job("drivers.itv_serial.link", dataclasses.asdict(link), safe, settings.silence_periods * context.period_ns)
         worst_s = self.pace.set_s + self.pace.monitor_s + 2 * settings.patience_s
         self.safe_bound_s = self.pace.set_s + max(self.pace.set_s, self.pace.monitor_s)

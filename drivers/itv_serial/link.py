@@ -16,6 +16,7 @@ from serial.tools import list_ports
 
 from drivers.io_process.worker import Exchange
 from drivers.itv_serial.codec import Codec, Dialect, ReplyError, pace
+from drivers.serial_port import SerialPort
 from rig.errors import DeviceError, DeviceLost
 from rig.fields import bounded
 
@@ -25,32 +26,11 @@ _HELLOS: Final = 3
 
 
 @dataclass(frozen=True)
-class Port:
-    """A serial port and its framing. RS-232C joins two ends: each valve has a port of its own."""
-
-    device: str
-    """/dev/ttyUSB0, or a URL that pyserial knows, such as socket://host:port."""
-    baud: int = bounded(300, 4_000_000, "baud", default=9600)
-    data_bits: int = bounded(7, 8, "bit", default=8)
-    parity: str = "N"
-    stop_bits: int = bounded(1, 2, "bit", default=1)
-
-    def __post_init__(self) -> None:
-        if self.parity not in ("N", "E", "O"):
-            raise ValueError(f"parity {self.parity!r} is unknown; allowed: N, E, O")
-
-    @property
-    def bits_per_byte(self) -> int:
-        """Start, data, parity and stop bits."""
-        return 1 + self.data_bits + (self.parity != "N") + self.stop_bits
-
-
-@dataclass(frozen=True)
 class LinkSettings:
     """All that the I/O process of one valve must know."""
 
     name: str
-    port: Port
+    port: SerialPort
     dialect: Dialect = field(default_factory=Dialect)
     monitor: bool = True
     patience_s: float = bounded(0.001, 5.0, "s", default=0.03)
@@ -201,4 +181,4 @@ def _why_not(error: Exception, device: str) -> str:
 
 def link(settings: dict[str, Any]) -> ItvLink:
     """The link from plain JSON data, as the owner sends it."""
-    return ItvLink(LinkSettings(**{**settings, "port": Port(**settings["port"]), "dialect": Dialect(**settings["dialect"])}))
+    return ItvLink(LinkSettings(**{**settings, "port": SerialPort(**settings["port"]), "dialect": Dialect(**settings["dialect"])}))

@@ -5,6 +5,7 @@ from enum import StrEnum
 from pathlib import Path
 
 from drivers.modbus_io.maps import Block
+from drivers.serial_port import SerialPort
 from drivers.signals import Signal, Span
 from rig.fields import bounded
 
@@ -67,23 +68,12 @@ class AngleChannel:
 
 
 @dataclass(frozen=True)
-class SerialLine:
-    """The RS-485 port of an RTU bus."""
+class SerialLine(SerialPort):
+    """The RS-485 port of an RTU bus: eight data bits; Modbus asks for even parity, or none with two stop bits."""
 
-    device: str
     baud: int = bounded(300, 4_000_000, "baud", default=19200)
     parity: str = "E"
-    """Modbus asks for even parity, or none with two stop bits."""
-    stop_bits: int = bounded(1, 2, "bit", default=1)
-
-    def __post_init__(self) -> None:
-        if self.parity not in ("N", "E", "O"):
-            raise ValueError(f"parity {self.parity!r} is unknown; allowed: N, E, O")
-
-    @property
-    def bits_per_byte(self) -> int:
-        """Start, eight data, parity and stop bits."""
-        return 9 + (self.parity != "N") + self.stop_bits
+    data_bits: int = bounded(8, 8, "bit", default=8)
 
 
 @dataclass(frozen=True)

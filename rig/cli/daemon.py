@@ -94,7 +94,8 @@ def status(client: Any, json_to: str | None) -> None:
 @_client_command("arm")
 def arm(client: Any) -> None:
     """Let the daemon command the rig; nothing moves yet."""
-    client.arm()
+    for line in client.arm():
+        console("-").print(line, style="yellow")
     console().print("armed: the rig follows `pamrig start`; `pamrig stop` disarms")
 
 

@@ -26,7 +26,7 @@ from rig.rig_config import RigConfig
 from rig.sample import unpack
 from rig.service.orders import order_of, session_facts
 from rig.service.recorder import RunOrder, RunResult
-from rig.service.session import Session, own_signals
+from rig.service.session import Session, own_signals, spoken
 
 _POLL_S = 0.05
 
@@ -131,10 +131,8 @@ def _check_realtime(rig: RigConfig, report: Mapping[str, str], force: bool) -> N
 def _announce(device: Mapping[str, str]) -> None:
     """What the operator must know of the devices before anything moves: the pace of slow ones, fail-safes, warnings."""
     terminal = console("-")
-    for key, said in device.items():
-        what = key.rpartition(".")[2]
-        if what in ("pace", "failsafe", "warning"):
-            terminal.print(f"[yellow]{key}: {said}[/]" if what == "warning" else f"{key}: {said}")
+    for line in spoken(device):
+        terminal.print(line, style="yellow" if "warning" in line else "")
 
 
 def _orders(session: Session, rig: RigConfig, runs: Sequence[Planned], wishes: Wishes) -> list[RunOrder]:

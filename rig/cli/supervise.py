@@ -67,4 +67,11 @@ def parts_of(rig: RigConfig, *, virtual: bool = False, seed: int | None = None) 
         simulated=compose.is_simulated(rig),
         virtual=virtual,
         seed=seed,
+        warnings=lambda: _warnings(rig),
     )
+
+
+def _warnings(rig: RigConfig) -> list[str]:
+    from rig.cli import inventory  # late: the supervisor's process loads this file too, and needs no tables
+
+    return inventory.warnings(rig)

@@ -62,9 +62,9 @@ class Client:
         """Everything there is to know now; keys as in docs/reference/control_protocol.md."""
         return dict(self.call("status"))
 
-    def arm(self) -> None:
-        """Let the daemon command the rig; nothing moves yet."""
-        self.call("arm")
+    def arm(self) -> list[str]:
+        """Let the daemon command the rig; nothing moves yet. Returns what to know of calibrations and devices, a line each."""
+        return list(self.call("arm"))
 
     def start(self, *sweeps: str | Path, pause_s: float = 0.0) -> list[dict[str, Any]]:
         """Queue sweeps and work on the queue; without sweeps, go on with what is in it. Returns the new jobs."""

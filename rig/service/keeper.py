@@ -21,7 +21,7 @@ from rig.realtime.supervisor import Verdict
 from rig.rig_config import RigConfig
 from rig.service.protocol import Code, Refused
 from rig.service.recorder import RunResult
-from rig.service.session import LoopEntry, Session, SupervisorEntry
+from rig.service.session import LoopEntry, Session, SupervisorEntry, spoken
 from rig.service.telemetry import Telemetry
 
 ANSWER_PATIENCE_S: Final = 1.0
@@ -45,6 +45,8 @@ class Parts:
     simulated: bool
     virtual: bool = False
     seed: int | None = None
+    warnings: Callable[[], list[str]] = list
+    """What is to be said of the rig's calibrations today."""
     options: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -206,8 +208,8 @@ class Keeper:
         if answer is Answer.NOT_READY:
             raise Refused(Code.REFUSED, _NOT_READY.get(request, "not now"))
 
-    async def arm(self) -> None:
-        """ARM, when the machine keeps time or nothing real moves."""
+    async def arm(self) -> list[str]:
+        """ARM, when the machine keeps time or nothing real moves. Returns what the operator should know, a line each."""
         self.must(Event.ARM)
         if self.session is None:  # the socket listens before the rig is open
             raise Refused(Code.REFUSED, "the rig is still being opened; try again in a second")
@@ -218,7 +220,9 @@ class Keeper:
                 Code.REFUSED, f"real-time measures not granted ({what}); see docs/how-to/install_service.md, or set force: true"
             )
         self.session.mailbox.stop(False)
+        known = [*self._parts.warnings(), *spoken(self.session.facts["device"])]
         await self.request(Request.ARM)
+        return known
 
     async def disarm(self) -> None:
         """Let go of the rig: the safe set-points stay."""

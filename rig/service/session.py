@@ -274,6 +274,11 @@ class Session:
         return left + list(self.results())
 
 
+def spoken(device: Mapping[str, str]) -> list[str]:
+    """Of a device's facts those that an operator must know before anything moves: pace, fail-safe, warnings; a line each."""
+    return [f"{key}: {said}" for key, said in device.items() if key.rpartition(".")[2] in ("pace", "failsafe", "warning")]
+
+
 def start_process(process: BaseProcess) -> None:
     """Start a process that the terminal's Ctrl-C does not reach, not even before its first line: that is for the one who commands."""
     ensure_running()  # multiprocessing's own helper would lift the mask when it is started on the way

@@ -18,6 +18,15 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ModbusFaultBench
         yield bench
 
 
+def test_arming_says_what_an_operator_must_know(bench: ModbusFaultBench) -> None:
+    bench.start()
+    with bench.client() as client:
+        said = client.arm()
+        client.stop()
+    assert any(line.startswith("failsafe: ") for line in said)
+    assert [line for line in said if line.startswith("angle: ")], "a potentiometer that was never calibrated"
+
+
 @pytest.mark.parametrize("name", ["estop", "loop ended", "loop killed", "loop stopped"])
 def test_the_outputs_of_the_module_are_safe_in_time(bench: ModbusFaultBench, name: str) -> None:
     finding = try_row(bench, next(row for row in TABLE if row.name == name))

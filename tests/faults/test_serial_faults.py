@@ -15,7 +15,7 @@ import pytest
 import serial
 
 from drivers.itv_serial.device import ItvSerial, ItvSettings
-from drivers.itv_serial.link import Port
+from drivers.serial_port import SerialPort
 from hil.emulators.emulation import Emulation
 from rig.errors import ConfigError, DeviceError, DeviceLost
 from rig.interfaces import Measurement, Role
@@ -76,7 +76,7 @@ def refusal(settings: ItvSettings, *roles: Role) -> str:
 
 
 def test_an_unknown_port_is_named_with_those_there_are(running: Emulation) -> None:
-    text = refusal(ItvSettings(Port("/dev/ttyNO7")), Role.VALVE_1)
+    text = refusal(ItvSettings(SerialPort("/dev/ttyNO7")), Role.VALVE_1)
     assert "valve_1 on /dev/ttyNO7: there is no such port; this machine has:" in text
 
 
@@ -221,12 +221,12 @@ def _io_processes() -> list[int]:
 OWNER = """
 import json, sys, time
 from drivers.itv_serial.device import ItvSerial, ItvSettings
-from drivers.itv_serial.link import Port
+from drivers.serial_port import SerialPort
 from rig.interfaces import DeviceContext, Role
 from rig.realtime.clock import MonotonicClock
 first, second, baud = json.loads(sys.argv[1])
 roles = frozenset({Role.VALVE_1, Role.VALVE_2, Role.MONITOR_1, Role.MONITOR_2})
-settings = ItvSettings(Port(first, baud), Port(second, baud), silence_periods=10)
+settings = ItvSettings(SerialPort(first, baud), SerialPort(second, baud), silence_periods=10)
 device = ItvSerial(settings, DeviceContext(MonotonicClock(), roles, 0.21, 0.19))
 device.open()
 device.write(0.4, 0.1)
@@ -273,11 +273,11 @@ def test_the_supervisors_instance_reaches_the_ports_that_the_loop_holds(
 
 def test_roles_without_a_port_and_one_port_for_two_are_config_errors() -> None:
     with pytest.raises(ConfigError, match="'valve_2' needs the port of its valve"):
-        ItvSerial(ItvSettings(Port("/dev/ttyS0")), rigs.context(Role.VALVE_1, Role.VALVE_2))
+        ItvSerial(ItvSettings(SerialPort("/dev/ttyS0")), rigs.context(Role.VALVE_1, Role.VALVE_2))
     with pytest.raises(ConfigError, match="each valve needs its own port"):
-        ItvSerial(ItvSettings(Port("/dev/ttyS0"), Port("/dev/ttyS0")), rigs.context(Role.VALVE_1))
+        ItvSerial(ItvSettings(SerialPort("/dev/ttyS0"), SerialPort("/dev/ttyS0")), rigs.context(Role.VALVE_1))
     with pytest.raises(ConfigError, match="angle"):
-        ItvSerial(ItvSettings(Port("/dev/ttyS0")), rigs.context(Role.ANGLE))
+        ItvSerial(ItvSettings(SerialPort("/dev/ttyS0")), rigs.context(Role.ANGLE))
 
 
 def test_what_the_valves_really_get_is_among_the_facts(running: Emulation, device: ItvSerial) -> None:

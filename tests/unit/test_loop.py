@@ -175,8 +175,7 @@ def test_misses_and_stalls(late: dict[int, int], fault: Fault) -> None:
 def test_the_loop_counts_past_what_a_sample_can_hold() -> None:
     device, operator = ScriptedDevice(), ScriptedOperator({})
     _, loop = run_loop(device, operator, 3)
-    loop._grid = (2**32 + 7, 0, 0, 0)
-    loop._tick(2**32 + 7, 0)
+    loop.tick(2**32 + 7, 0, 0, 0)
     assert loop._ring.samples[-1].tick == 7  # type: ignore[attr-defined]
 
 

@@ -8,12 +8,12 @@ import fieldbus_rigs as rigs
 import pytest
 
 from drivers.itv_serial.device import ItvSerial, ItvSettings
-from drivers.itv_serial.link import Port
 from drivers.modbus_io.codec import decode, encode, rtu_exchange_s, to_counts
 from drivers.modbus_io.device import ModbusIo
 from drivers.modbus_io.maps import Block, ModuleMap, Type, load_map
 from drivers.modbus_io.plan import Write, make_plan
 from drivers.modbus_io.settings import AngleChannel, ModbusSettings, Mode, PressureChannel, SerialLine
+from drivers.serial_port import SerialPort
 from drivers.signals import Signal
 from rig.config import structure
 from rig.errors import ConfigError
@@ -190,7 +190,7 @@ def test_a_calibrated_valve_is_told_what_brings_the_pressure(kind: str) -> None:
         device = ModbusIo(settings(), context)
         assert device._numbers(0.245, 0.245) == {0: round(32767 / 2), 1: round(32767 * 0.49)}
     else:
-        valves = ItvSerial(ItvSettings(Port("/dev/ttyS0"), Port("/dev/ttyS1")), context)._valves
+        valves = ItvSerial(ItvSettings(SerialPort("/dev/ttyS0"), SerialPort("/dev/ttyS1")), context)._valves
         assert [valve.counts(0.245) for valve in valves if valve] == [512.0, 501.0]
 
 

@@ -11,9 +11,9 @@ from typing import Any, Final
 
 from drivers.itv_serial.codec import Dialect, pace
 from drivers.itv_serial.device import ItvSerial, ItvSettings
-from drivers.itv_serial.link import Port
 from drivers.modbus_io.device import ModbusIo
 from drivers.modbus_io.settings import Mode
+from drivers.serial_port import SerialPort
 from hil.emulators.emulation import Emulation
 from rig.cli.benchmarks import figure
 from rig.cli.benchmarks.fieldbus_rig import BAUDS, SAFE, VALVE_ROLES, context, modbus, modbus_at, quantiles, spec
@@ -91,7 +91,7 @@ def drive_forever() -> None:
         device = ModbusIo(modbus_at(int(where[0]), Mode.SEPARATE), context())
     else:
         baud = int(where[2])
-        ports = ItvSettings(Port(where[0], baud), Port(where[1], baud), patience_s=0.1, silence_periods=1000)
+        ports = ItvSettings(SerialPort(where[0], baud), SerialPort(where[1], baud), patience_s=0.1, silence_periods=1000)
         device = ItvSerial(ports, context(VALVE_ROLES))
     device.open()
     started = False

@@ -3,8 +3,8 @@
 from typing import Any, Final
 
 from drivers.itv_serial.device import ItvSettings
-from drivers.itv_serial.link import Port
 from drivers.modbus_io.settings import AngleChannel, ModbusSettings, Mode, PressureChannel, SerialLine
+from drivers.serial_port import SerialPort
 from drivers.signals import Signal
 from hil.emulators.emulation import Emulation
 from hil.emulators.modbus.module import Wire, Wiring
@@ -53,7 +53,10 @@ def modbus_at(port: int, mode: Mode) -> ModbusSettings:
 
 def itv(running: Emulation, baud: int) -> ItvSettings:
     return ItvSettings(
-        Port(running.places["valve_1"], baud), Port(running.places["valve_2"], baud), patience_s=0.1, silence_periods=1000
+        SerialPort(running.places["valve_1"], baud),
+        SerialPort(running.places["valve_2"], baud),
+        patience_s=0.1,
+        silence_periods=1000,
     )
 
 

@@ -1,0 +1,26 @@
+"""A serial port and its framing, as a rig's YAML names it."""
+
+from dataclasses import dataclass
+
+from rig.fields import bounded
+
+
+@dataclass(frozen=True)
+class SerialPort:
+    """RS-232C joins two ends: each valve has a port of its own. RS-485 joins many: a bus has one port."""
+
+    device: str
+    """/dev/ttyUSB0, or a URL that pyserial knows, such as socket://host:port."""
+    baud: int = bounded(300, 4_000_000, "baud", default=9600)
+    parity: str = "N"
+    stop_bits: int = bounded(1, 2, "bit", default=1)
+    data_bits: int = bounded(7, 8, "bit", default=8)
+
+    def __post_init__(self) -> None:
+        if self.parity not in ("N", "E", "O"):
+            raise ValueError(f"parity {self.parity!r} is unknown; allowed: N, E, O")
+
+    @property
+    def bits_per_byte(self) -> int:
+        """Start, data, parity and stop bits."""
+        return 1 + self.data_bits + (self.parity != "N") + self.stop_bits
