@@ -17,13 +17,7 @@ from rig.sample import Phase
 
 def found_files(paths: tuple[Path, ...]) -> list[Path]:
     """The paths themselves, and for a folder every log in it; RecordError for a folder without."""
-    out: list[Path] = []
-    for path in paths:
-        inside = sorted(file for file in path.rglob("*") if file.name.endswith(reader.SUFFIXES)) if path.is_dir() else [path]
-        if not inside:
-            raise RecordError(f"{path}: no log in this folder; a log is {', '.join(reader.SUFFIXES)}")
-        out += inside
-    return out
+    return [file for path in paths for file in (reader.logs_in(path) if path.is_dir() else [path])]
 
 
 def describe(path: Path) -> dict[str, Any]:

@@ -42,11 +42,20 @@ def read(path: Path, phases: Iterable[Phase] | None = SWEEP_ONLY) -> list[Record
     """
     if not path.is_dir():
         return _number_repeats(_read_file(path, phases))
-    files = sorted(file for file in path.rglob("*") if file.is_file() and file.name.endswith(SUFFIXES))
-    if not files:
-        raise RecordError(f"{path}: no log in this folder; a log is {', '.join(SUFFIXES)}")
-    records = [record for file in files for record in _read_file(file, phases)]
+    records = [record for file in logs_in(path) for record in _read_file(file, phases)]
     return _number_repeats(sorted(records, key=lambda record: (str(record.facts["session"]), record.name)))
+
+
+def logs_in(folder: Path) -> list[Path]:
+    """Every log in a folder and below; RecordError when there is none.
+
+    A table of the same name beside an MCAP file is its export: the same record, which counts once.
+    """
+    files = sorted(file for file in folder.rglob("*") if file.is_file() and file.name.endswith(SUFFIXES))
+    if not files:
+        raise RecordError(f"{folder}: no log in this folder; a log is {', '.join(SUFFIXES)}")
+    ours = {file.parent / stem(file) for file in files if file.suffix == ".mcap"}
+    return [file for file in files if file.suffix == ".mcap" or file.parent / stem(file) not in ours]
 
 
 def read_all(paths: Iterable[Path]) -> list[Record]:

@@ -18,7 +18,8 @@ from rig.errors import RecordError
 from rig.log import schema
 from rig.log.blocks import MAGIC
 from rig.log.columns import Samples, pack_columns
-from rig.log.convert import write_content, write_record
+from rig.log.convert import read_content, write_content, write_record
+from rig.log.exchange import export
 from rig.log.mcap_log import McapLog, read_stretch
 from rig.log.reader import read, read_samples
 from rig.sample import WIRES, Phase
@@ -81,6 +82,14 @@ def test_sessions_and_repeats_of_a_folder(tmp_path: Path) -> None:
         0.3,
         0.12,
     )
+
+
+def test_an_export_beside_its_log_is_no_second_record(tmp_path: Path) -> None:
+    made_log(tmp_path / "run.mcap", 400)
+    export(read_content(tmp_path / "run.mcap"), tmp_path / "run.csv", "csv")
+    assert len(read(tmp_path)) == 1
+    (tmp_path / "run.mcap").unlink()
+    assert len(read(tmp_path)) == 1, "alone it is one"
 
 
 def test_a_folder_without_logs(tmp_path: Path) -> None:
