@@ -13,7 +13,7 @@ from typing import TypeVar
 
 from rig.errors import DeviceError, DeviceLost
 from rig.fields import bounded
-from rig.interfaces import NAN, DeviceContext, Measurement, Role
+from rig.interfaces import NAN, Clock, DeviceContext, Measurement, Role
 from rig.model.chain import Chain
 from rig.model.parameters import AddedEffect, Model, StageModel, load_model
 from rig.sample import Flag
@@ -130,6 +130,10 @@ class SimulatedRig:
         return Measurement(
             p1_mpa, p2_mpa, (raw_angle - self._angle_middle) * self._deg_per_count, raw1, raw2, raw_angle, NAN, 0, 0, 0, flags
         )
+
+    def twin(self, clock: Clock) -> "SimulatedRig":
+        """Another such rig on another clock: for whoever wants to call one without an effect on this one."""
+        return SimulatedRig(self._settings, replace(self._context, clock=clock))
 
     def write(self, p1_mpa: float, p2_mpa: float) -> None:
         """The set-points stand from now on, inside the regulators' range; DeviceError for one that is not finite."""

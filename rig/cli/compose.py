@@ -20,11 +20,12 @@ from rig.config import structure, suggest
 from rig.errors import ConfigError, DeviceError, RigError
 from rig.interfaces import Clock, Device, DeviceContext
 from rig.realtime import measures
-from rig.realtime.clock import MonotonicClock, VirtualClock
+from rig.realtime.clock import MonotonicClock, RehearsingClock, VirtualClock
 from rig.realtime.commands import Mailbox, Script, program_path
 from rig.realtime.faults import Fault
 from rig.realtime.loop import Loop, LoopSettings
 from rig.realtime.program import Program
+from rig.realtime.rehearsal import NoDevice, Rehearsal
 from rig.realtime.ring import Ring, RingWriter
 from rig.rig_config import DeviceEntry, RigConfig, load_rig, resolve_paths
 from rig.service.session import LoopOrders
@@ -146,19 +147,31 @@ def _one_line(error: BaseException) -> str:
 def _prepare(orders: LoopOrders) -> tuple[Loop, dict[str, Any]]:
     ring = Ring.attach(orders.ring, orders.session)
     mailbox = Mailbox.attach(orders.mailbox, orders.session)
-    clock: Clock = VirtualClock(pace=ring.pace) if orders.virtual else MonotonicClock()
     rig: RigConfig = orders.rig
+    clock: Clock = VirtualClock(pace=ring.pace) if orders.virtual else MonotonicClock()
     seed = {} if orders.seed is None else {"seed": orders.seed}
     device = make_device(rig, clock, {**orders.options, **seed})
     commands: Mailbox | Script = mailbox
     if orders.script is not None:
         programs = [Program.attach(program_path(orders.session, run), orders.session) for run in orders.script]
         commands = Script(programs, mailbox)
-    loop = Loop(device, clock, RingWriter(ring, os.getpid()), commands, loop_settings(rig))
+    waiting = clock if orders.virtual else punctual(clock, device, rig)
+    loop = Loop(device, waiting, RingWriter(ring, os.getpid()), commands, loop_settings(rig))
     facts: dict[str, Any] = {"device": dict(device.open())}
     facts["realtime"] = {} if orders.virtual else measures.apply(rig.realtime)
     facts["wall_offset_ns"] = time.time_ns() - clock.now_ns()
     return loop, facts
+
+
+def punctual(clock: Clock, device: Device, rig: RigConfig) -> Clock:
+    """The clock on which the loop waits: it rehearses each tick beforehand, if the rig's config asks for that."""
+    early_ns = min(rig.realtime.early_us * 1000, rig.period_ns // 4)
+    if not early_ns:
+        return clock
+    beside, settings = VirtualClock(), loop_settings(rig)
+    twin = getattr(device, "twin", None)  # a driver has none: its calls would reach the hardware
+    stand_in = twin(beside) if twin else NoDevice(settings.safe_p1_mpa, settings.safe_p2_mpa)
+    return RehearsingClock(early_ns, Rehearsal(stand_in, beside, settings))
 
 
 def is_simulated(rig: RigConfig) -> bool:

@@ -76,6 +76,11 @@ class Mailbox:
         return cls(SharedBlock.create(name, session, 8 * 8))
 
     @classmethod
+    def private(cls) -> Self:
+        """A mailbox into which nobody posts."""
+        return cls(SharedBlock.private(8 * 8))
+
+    @classmethod
     def attach(cls, path: Path, session: int) -> Self:
         """The mailbox of another process."""
         return cls(SharedBlock.attach(path, session))

@@ -117,8 +117,7 @@ class Loop:
                 missed += skipped
                 tick += skipped
                 due_ns += skipped * period_ns
-            self._grid = tick, due_ns, woken_ns, missed
-            self._tick(tick, missed)
+            self.tick(tick, due_ns, woken_ns, missed)
             missed = 0
             tick += 1
             due_ns += period_ns
@@ -127,7 +126,9 @@ class Loop:
     def _run(self) -> int:
         return self._program.run if self._program else 0
 
-    def _tick(self, tick: int, missed: int) -> None:
+    def tick(self, tick: int, due_ns: int, woken_ns: int, missed: int) -> None:
+        """Carry out tick number `tick` of the grid; `missed`: whole periods skipped just before it."""
+        self._grid = tick, due_ns, woken_ns, missed
         self._ring.beat()
         now = self._read()
         read_ns = self._clock.now_ns()

@@ -40,6 +40,13 @@ class Ring:
         return cls(block)
 
     @classmethod
+    def private(cls, capacity: int = 1) -> Self:
+        """A ring that no other process sees."""
+        block = SharedBlock.private(_WORDS * 8 + capacity * _SLOT)
+        block.words[_CAPACITY] = capacity
+        return cls(block)
+
+    @classmethod
     def attach(cls, path: Path, session: int | None = None) -> Self:
         """The ring of another process."""
         return cls(SharedBlock.attach(path, session))

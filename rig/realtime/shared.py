@@ -55,6 +55,11 @@ class SharedBlock:
         return block
 
     @classmethod
+    def private(cls, payload_bytes: int) -> Self:
+        """Zeros of this process alone, with the same layout, but without a name."""
+        return cls(Path(), mmap.mmap(-1, HEADER_WORDS * 8 + (payload_bytes + 7) // 8 * 8))
+
+    @classmethod
     def attach(cls, path: Path, session: int | None = None) -> Self:
         """Map an existing block; StateError when it is missing, foreign, or of another session."""
         try:

@@ -82,4 +82,4 @@ def test_pinning_is_a_nicety_the_rest_is_not(report: dict[str, str], missing: li
 
 
 def test_the_defaults_ask_for_everything() -> None:
-    assert Measures() == Measures(fifo_priority=80, cpu=-1, lock_memory=True, cpu_dma_latency=True)
+    assert Measures() == Measures(fifo_priority=80, cpu=-1, early_us=400, lock_memory=True, cpu_dma_latency=True)
