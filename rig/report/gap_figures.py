@@ -178,10 +178,11 @@ def _ranking(diagnosis: Diagnosis) -> "Figure":
     rows = np.arange(len(lines))
     axes.barh(rows, [max(line.explained_fraction, 0.0) for line in lines], 0.7, color=AFTER)
     for row, line in zip(rows, lines, strict=True):
-        axes.text(1.02, float(row), f"p = {line.probability:.2f}", va="center", fontsize=8)
+        axes.text(1.04, float(row), f"{line.probability:.2f}", va="center", fontsize=8)
+    axes.text(1.04, -0.8, "probability", va="center", fontsize=8)
     axes.set_yticks(rows, [f"{line.effect} ({line.side})" for line in lines], fontsize=8)
-    axes.set_xlim(0.0, 1.2)
-    axes.invert_yaxis()
+    axes.set_xlim(0.0, 1.25)
+    axes.set_ylim(len(lines) - 0.4, -1.4)
     axes.set_xlabel("explained fraction of its side's gap")
     return figure
 

@@ -2,6 +2,7 @@
 
 from importlib.resources import files
 from pathlib import Path
+from typing import Final
 
 import jinja2
 
@@ -11,6 +12,12 @@ from rig.gap.result import Diagnosis
 from rig.gap.words import SOURCES, answers
 from rig.model.parameters import Model
 from rig.report.gap_figures import figures
+
+MODES: Final = {
+    "valve": [f"p{valve} {mode}" for valve in (1, 2) for mode in ("offset", "gain", "lag")],
+    "angle": ["offset", "gain", "lag", "width"],
+}
+"""Names of the modes in the order of rig.gap.floor's columns."""
 
 
 def write_page(path: Path, diagnosis: Diagnosis, findings: Findings, model: Model) -> None:
@@ -28,6 +35,7 @@ def page(diagnosis: Diagnosis, findings: Findings, model: Model) -> str:
     return template.render(
         answers={question.rstrip(":"): answer for question, answer in answers(diagnosis).items()},
         diagnosis=diagnosis,
+        modes=MODES,
         figures=figures(diagnosis, findings),
         assumed=_assumed(diagnosis, findings, model),
     )
