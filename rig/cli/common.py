@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 F = TypeVar("F", bound=Callable[..., Any])
+Place = TypeVar("Place", str | None, Path | None)
 
 
 def json_option(command: F) -> F:
@@ -25,19 +26,19 @@ def json_option(command: F) -> F:
         "--json",
         "json_to",
         metavar="FILE",
-        callback=_writable,
+        callback=writable,
         help="Write the result as JSON to FILE, or to stdout with '-'.",
     )(command)
 
 
-def _writable(_context: click.Context, _option: click.Parameter, json_to: str | None) -> str | None:
-    """Refuse a place that cannot be written before the work is done, not after it."""
-    if json_to is not None and json_to != "-":
-        folder = Path(json_to).parent
-        if not os.access(folder, os.W_OK) or Path(json_to).is_dir():
-            why = "no such folder" if not folder.is_dir() else "it is a folder" if Path(json_to).is_dir() else "not allowed there"
-            raise RigError(f"{json_to}: cannot be written: {why}")
-    return json_to
+def writable(_context: click.Context, _option: click.Parameter, place: Place) -> Place:
+    """A callback of an option: refuse a place that cannot be written before the work is done, not after it."""
+    if place is not None and place != "-":
+        file = Path(place)
+        if not os.access(file.parent, os.W_OK) or file.is_dir():
+            why = "no such folder" if not file.parent.is_dir() else "it is a folder" if file.is_dir() else "not allowed there"
+            raise RigError(f"{place}: cannot be written: {why}")
+    return place
 
 
 def console(json_to: str | None = None) -> "Console":

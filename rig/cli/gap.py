@@ -5,14 +5,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rig.cli.common import console, emit, json_option
+from rig.cli.common import console, emit, json_option, writable
 from rig.cli.gap_check import check
 
 if TYPE_CHECKING:
-    from rig.gap.causes import Findings
     from rig.gap.result import Diagnosis
-    from rig.log.record import Record
-    from rig.model.parameters import Model
 
 _path = click.Path(path_type=Path)
 
@@ -26,37 +23,45 @@ gap.add_command(check)
 
 
 @gap.command()
-@click.option("--model", "model_path", required=True, type=_path, metavar="MODEL.yaml", help="The simulator.")
+@click.option("--model", "model", required=True, type=_path, metavar="MODEL.yaml", help="The simulator.")
 @click.option(
     "--log", "logs", required=True, multiple=True, type=_path, metavar="LOG", help="Records with the gap: files or folders."
 )
 @click.option(
     "--baseline", "baselines", multiple=True, type=_path, metavar="LOG", help="One session of the healthy rig; repeat for more."
 )
-@click.option("--html", "html_to", type=_path, metavar="FILE", help="Write the report as one HTML page.")
-@click.option("--augmented-model", "augmented_to", type=_path, metavar="FILE", help="Write the simulator with the causes added.")
-@click.option("--next-experiment", "next_to", type=_path, metavar="FILE", help="Write the recommended sweep, if there is one.")
+@click.option("--html", "html_to", type=_path, metavar="FILE", callback=writable, help="Write the report as one HTML page.")
+@click.option(
+    "--augmented-model",
+    "augmented_to",
+    type=_path,
+    metavar="FILE",
+    callback=writable,
+    help="Write the simulator with the causes.",
+)
+@click.option(
+    "--next-experiment", "next_to", type=_path, metavar="FILE", callback=writable, help="Write the recommended sweep, if any."
+)
 @click.option("--no-pressures", is_flag=True, help="Use the angle alone, even where pressures were measured.")
 @click.option("--effect", "effects", multiple=True, metavar="NAME", help="Limit the library to these effects.")
+@click.option("--workers", type=click.IntRange(1), help="With several days: local processes; default: one a core.")
+@click.option("--dask", metavar="ADDRESS", help="With several days: the Dask cluster at ADDRESS, which must see the same files.")
 @json_option
-def diagnose(model_path: Path, logs: tuple[Path, ...], baselines: tuple[Path, ...], json_to: str | None, **wish: Any) -> None:
+def diagnose(logs: tuple[Path, ...], workers: int | None, dask: str | None, json_to: str | None, **wishes: Any) -> None:
     """Compare LOG with the healthy rig's BASELINE sessions (or, without any, with MODEL alone) and name the cause.
 
     A folder of several days as LOG gives one diagnosis a day, side by side.
     """
-    from rig.model.parameters import load_model
+    from rig.cli.diagnosing import Wishes, cases_of, check_effects, diagnose_campaign, diagnose_case, told
 
-    model = load_model(model_path)
-    sessions = [_read(path) for path in baselines]
-    cases = _cases(logs)
-    results = {}
-    for name, records in cases.items():
-        diagnosis, findings = _diagnosed(model, records, sessions, wish)
-        results[name] = diagnosis
-        _show(diagnosis, name if len(cases) > 1 else None, json_to)
-        _write(diagnosis, findings, model, wish, name if len(cases) > 1 else None)
-    told = [diagnosis.to_json() for diagnosis in results.values()]
-    emit(told[0] if len(told) == 1 else {"days": dict(zip(results, told, strict=True))}, json_to)
+    check_effects(wishes["effects"])
+    wish, cases = Wishes(**wishes), cases_of(logs)
+    made = [diagnose_case(wish, cases[0])] if len(cases) == 1 else diagnose_campaign(wish, cases, dask, workers)
+    results = {case.name: diagnosis for case, diagnosis in made}
+    results = {case.name: results[case.name] for case in cases}
+    for name, diagnosis in results.items():
+        _show(diagnosis, name, json_to)
+    emit(told(results), json_to)
 
 
 @gap.command()
@@ -103,59 +108,6 @@ def effects(json_to: str | None) -> None:
         )
     console(json_to).print(table)
     emit({"effects": told}, json_to)
-
-
-def _read(path: Path) -> "list[Record]":
-    from rig.log.reader import read
-
-    return list(read(path))
-
-
-def _cases(logs: tuple[Path, ...]) -> "dict[str, list[Record]]":
-    """Case name -> its records; a single folder that holds nothing but folders is a campaign, one case each."""
-    if len(logs) == 1 and logs[0].is_dir():
-        inside = [entry for entry in sorted(logs[0].iterdir()) if not entry.name.startswith(".")]
-        if inside and all(entry.is_dir() for entry in inside):
-            return {entry.name: _read(entry) for entry in inside}
-    return {logs[0].stem: [record for path in logs for record in _read(path)]}
-
-
-def _diagnosed(
-    model: "Model", records: "list[Record]", sessions: "list[list[Record]]", wish: dict[str, Any]
-) -> "tuple[Diagnosis, Findings]":
-    from rig.errors import ConfigError
-    from rig.gap.diagnosis import diagnose_with_findings
-    from rig.gap.effects import LIBRARY
-
-    for name in wish["effects"]:
-        if name not in LIBRARY:
-            raise ConfigError(f"--effect: unknown effect {name!r}; allowed: {', '.join(LIBRARY)}")
-    library = list(wish["effects"]) or None
-    return diagnose_with_findings(model, records, sessions, pressures=not wish["no_pressures"], library=library)
-
-
-def _write(diagnosis: "Diagnosis", findings: "Findings", model: "Model", wish: dict[str, Any], name: str | None) -> None:
-    """Report, model and next sweep where they were asked for; one of several cases puts its name into the file's."""
-
-    def place(path: Path) -> Path:
-        return path if name is None else path.with_name(f"{path.stem}_{name}{path.suffix}")
-
-    if wish["html_to"]:
-        from rig.report.page import write_page
-
-        write_page(place(wish["html_to"]), diagnosis, findings, model)
-    if wish["augmented_to"]:
-        from rig.gap.augment import augmented
-        from rig.model.parameters import save_model
-
-        save_model(augmented(model, diagnosis, findings.prepared.nominal), place(wish["augmented_to"]))
-    if wish["next_to"] and diagnosis.next_experiment:
-        from rig.errors import RigError
-
-        try:
-            place(wish["next_to"]).write_text(str(diagnosis.next_experiment["config"]), encoding="utf-8")
-        except OSError as error:
-            raise RigError(f"{place(wish['next_to'])}: cannot be written: {error.strerror}") from None
 
 
 def _show(diagnosis: "Diagnosis", name: str | None, json_to: str | None) -> None:

@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from rig.cli.gap import gap
-from rig.errors import RecordError
+from rig.errors import RecordError, RigError
 from rig.excite.experiment import load_sweep
 from rig.log.record import Record
 from rig.model.kernels import simulate
@@ -81,9 +81,18 @@ def test_campaign_of_days_is_diagnosed_day_by_day(days: Path, tmp_path: Path) ->
     root.mkdir()
     write(root / "monday", session(73))
     write(root / "tuesday", session(74, AddedEffect("delay", {"delay_s": 0.04})))
-    call("diagnose", "--model", MODEL, "--log", root, *healthy(days), "--json", tmp_path / "days.json")
+    call(
+        "diagnose", "--model", MODEL, "--log", root, *healthy(days), "--json", tmp_path / "days.json",
+        "--html", tmp_path / "day.html",
+    )  # fmt: skip
     told = json.loads((tmp_path / "days.json").read_text())["days"]
     assert [told[day]["verdict"] for day in ("monday", "tuesday")] == ["none", "explained"]
+    assert sorted(path.name for path in tmp_path.glob("*.html")) == ["day_monday.html", "day_tuesday.html"]
+
+
+def test_a_place_that_cannot_be_written_is_refused_before_the_work(days: Path, tmp_path: Path) -> None:
+    with pytest.raises(RigError, match=r"page\.html: cannot be written: no such folder"):
+        call("diagnose", "--model", MODEL, "--log", days / "nowhere", "--html", tmp_path / "missing" / "page.html")
 
 
 def test_effects_lists_the_library(tmp_path: Path) -> None:
