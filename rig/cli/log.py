@@ -165,7 +165,9 @@ def plot(log_file: Path, out: Path | None, whole: bool, from_s: float, to_s: flo
     from rig.report import log_figures
 
     if out is not None and log_file.is_dir() and not out.is_dir():
-        raise RecordError(f"-o {out}: {log_file} may hold many records; give a folder that exists, each gets a figure of its name")
+        raise RecordError(
+            f"-o {out}: {log_file} may hold many records; give a folder that exists, each gets a figure of its name"
+        )
     for record in read(log_file, None if whole else SWEEP_ONLY):
         part = record.rows((record.t_s >= from_s) & (record.t_s <= to_s))
         if len(part) < 2:
