@@ -16,7 +16,7 @@ from rig.fields import bounded
 from rig.interfaces import NAN, Clock, DeviceContext, Measurement, Role
 from rig.model.chain import Chain
 from rig.model.parameters import AddedEffect, Model, StageModel, load_model
-from rig.sample import Flag
+from rig.sample import BROKEN_WIRE, P1_ABSENT, P2_ABSENT
 
 
 @dataclass(frozen=True)
@@ -45,8 +45,6 @@ _MONITOR_LIVE_ZERO_V = 1.0
 _MONITOR_BROKEN_V = 0.5
 _CONVERTER_V = 5.0
 _POTENTIOMETER_DEG = 345.0  # electrical angle of the WDD35D8, mid-scale is 0 degrees
-
-_P1_ABSENT, _P2_ABSENT, _BROKEN_WIRE = Flag.P1_ABSENT.value, Flag.P2_ABSENT.value, Flag.BROKEN_WIRE.value
 
 
 def session_model(settings: SimulatedSettings) -> Model:
@@ -87,7 +85,7 @@ class SimulatedRig:
         self._settings, self._context, self._clock = settings, context, context.clock
         model = session_model(settings)
         self._chain = Chain(model)
-        self._missing = (0 if Role.MONITOR_1 in self.roles else _P1_ABSENT) | (0 if Role.MONITOR_2 in self.roles else _P2_ABSENT)
+        self._missing = (0 if Role.MONITOR_1 in self.roles else P1_ABSENT) | (0 if Role.MONITOR_2 in self.roles else P2_ABSENT)
         self._step_ns = round(model.sample_time_s * 1e9)
         self._random = random.Random(settings.seed)
         self._command = (context.safe_p1_mpa, context.safe_p2_mpa)
@@ -96,10 +94,10 @@ class SimulatedRig:
         self._plant_ns: int | None = None
         self._open = False
         volts_per_count = _CONVERTER_V / (1 << settings.monitor_bits)
-        self._top = (1 << settings.monitor_bits) - 1
+        self._top = float((1 << settings.monitor_bits) - 1)
         self._live_zero, self._broken = _MONITOR_LIVE_ZERO_V / volts_per_count, _MONITOR_BROKEN_V / volts_per_count
         self._mpa_per_count = volts_per_count / _MONITOR_VOLTS_PER_MPA
-        self._angle_top = (1 << settings.angle_bits) - 1
+        self._angle_top = float((1 << settings.angle_bits) - 1)
         self._angle_middle = (1 << settings.angle_bits) / 2
         self._deg_per_count = _POTENTIOMETER_DEG / (1 << settings.angle_bits)
 
@@ -117,19 +115,21 @@ class SimulatedRig:
         self._advance()
         p1_mpa, p2_mpa, angle_deg = self._truth
         noise, sigma, mpa_per_count = self._random.gauss, self._settings.pressure_noise_mpa, self._mpa_per_count
-        raw1 = float(min(max(round((p1_mpa + noise(0.0, sigma)) / mpa_per_count + self._live_zero), 0), self._top))
-        raw2 = float(min(max(round((p2_mpa + noise(0.0, sigma)) / mpa_per_count + self._live_zero), 0), self._top))
+        top, live_zero = self._top, self._live_zero
+        raw1 = float(round((p1_mpa + noise(0.0, sigma)) / mpa_per_count + live_zero))
+        raw2 = float(round((p2_mpa + noise(0.0, sigma)) / mpa_per_count + live_zero))
         turned = angle_deg + self._settings.angle_offset_deg + noise(0.0, self._settings.angle_noise_deg)
-        raw_angle = float(min(max(round(turned / self._deg_per_count + self._angle_middle), 0), self._angle_top))
-        p1_mpa, p2_mpa = (raw1 - self._live_zero) * mpa_per_count, (raw2 - self._live_zero) * mpa_per_count
-        flags = _BROKEN_WIRE if raw1 < self._broken or raw2 < self._broken else 0
+        raw_angle = float(round(turned / self._deg_per_count + self._angle_middle))
+        if not (0.0 <= raw1 <= top and 0.0 <= raw2 <= top and 0.0 <= raw_angle <= self._angle_top):  # ends of the converters
+            raw1, raw2, raw_angle = min(max(raw1, 0.0), top), min(max(raw2, 0.0), top), min(max(raw_angle, 0.0), self._angle_top)
+        p1_mpa, p2_mpa = (raw1 - live_zero) * mpa_per_count, (raw2 - live_zero) * mpa_per_count
+        flags = BROKEN_WIRE if raw1 < self._broken or raw2 < self._broken else 0
         if self._missing:
             flags |= self._missing
-            p1_mpa, raw1 = (NAN, NAN) if flags & _P1_ABSENT else (p1_mpa, raw1)
-            p2_mpa, raw2 = (NAN, NAN) if flags & _P2_ABSENT else (p2_mpa, raw2)
-        return Measurement(
-            p1_mpa, p2_mpa, (raw_angle - self._angle_middle) * self._deg_per_count, raw1, raw2, raw_angle, NAN, 0, 0, 0, flags
-        )
+            p1_mpa, raw1 = (NAN, NAN) if flags & P1_ABSENT else (p1_mpa, raw1)
+            p2_mpa, raw2 = (NAN, NAN) if flags & P2_ABSENT else (p2_mpa, raw2)
+        angle_deg = (raw_angle - self._angle_middle) * self._deg_per_count
+        return Measurement._make((p1_mpa, p2_mpa, angle_deg, raw1, raw2, raw_angle, NAN, 0, 0, 0, flags))
 
     def twin(self, clock: Clock) -> "SimulatedRig":
         """Another such rig on another clock: for whoever wants to call one without an effect on this one."""
@@ -142,7 +142,9 @@ class SimulatedRig:
         if not (math.isfinite(p1_mpa) and math.isfinite(p2_mpa)):
             raise DeviceError("simulated rig: a set-point is not finite; nothing was written")
         self._advance()
-        self._command = min(max(p1_mpa, 0.0), _REGULATOR_MPA), min(max(p2_mpa, 0.0), _REGULATOR_MPA)
+        if not (0.0 <= p1_mpa <= _REGULATOR_MPA and 0.0 <= p2_mpa <= _REGULATOR_MPA):
+            p1_mpa, p2_mpa = min(max(p1_mpa, 0.0), _REGULATOR_MPA), min(max(p2_mpa, 0.0), _REGULATOR_MPA)
+        self._command = p1_mpa, p2_mpa
 
     @property
     def setpoints_mpa(self) -> tuple[float, float]:

@@ -54,6 +54,20 @@ class Flag(IntFlag):
     """A value was out of range, jumped or was not finite, and was kept away from every output."""
 
 
+# The flags as plain ints, for code that runs each tick: arithmetic on an IntFlag costs a microsecond each.
+ANGLE_ZEROED: Final = Flag.ANGLE_ZEROED.value
+P1_ABSENT: Final = Flag.P1_ABSENT.value
+P2_ABSENT: Final = Flag.P2_ABSENT.value
+ANGLE_ABSENT: Final = Flag.ANGLE_ABSENT.value
+STALE: Final = Flag.STALE.value
+CLIPPED_RANGE: Final = Flag.CLIPPED_RANGE.value
+CLIPPED_SLEW: Final = Flag.CLIPPED_SLEW.value
+READ_ERROR: Final = Flag.READ_ERROR.value
+WRITE_ERROR: Final = Flag.WRITE_ERROR.value
+BROKEN_WIRE: Final = Flag.BROKEN_WIRE.value
+SUSPECT: Final = Flag.SUSPECT.value
+
+
 class Sample(NamedTuple):
     """What happened in one tick; times are nanoseconds of the clock that drove the loop."""
 

@@ -29,6 +29,11 @@ class Request(IntEnum):
 
 
 _REQUESTS: Final = frozenset(Request)
+_RUNNING, _NO_FAULT = (
+    State.RUNNING,
+    Fault.NONE,
+)  # by names of this module: looking a member up in its class takes as long as a call
+_NOTHING: Final = Request.NONE, None
 
 
 class Answer(IntEnum):
@@ -117,7 +122,7 @@ class Mailbox:
         """The newest request, once."""
         word = self._words[self._REQUEST]
         if word == self._seen:
-            return Request.NONE, None
+            return _NOTHING
         self._seen = word
         request = Request(word & 0xFF) if word & 0xFF in _REQUESTS else Request.NONE
         if request is Request.START:
@@ -136,7 +141,7 @@ class Mailbox:
         """Why the safe state is wanted at once."""
         code = self._words[self._ESTOP]
         if not code:
-            return Fault.NONE
+            return _NO_FAULT
         return Fault(code) if code in EXPLANATIONS else Fault.ESTOP  # whatever it meant, it meant stop
 
     def control_lost(self) -> bool:
@@ -153,32 +158,22 @@ class Script:
 
     def __init__(self, programs: Sequence[Program], mailbox: Mailbox) -> None:
         self._left = list(programs)
-        self._mailbox = mailbox
+        self.stop_wanted, self.estop_wanted, self.control_lost = mailbox.stop_wanted, mailbox.estop_wanted, mailbox.control_lost
 
     def next(self, state: State, resting: bool) -> tuple[Request, Program | None]:
         """The request that the state calls for."""
-        if state is State.FAULT or (self._mailbox.stop_wanted() and state is not State.RUNNING and resting):
+        if state is _RUNNING:
+            return _NOTHING
+        if state is State.FAULT or (self.stop_wanted() and resting):
             return Request.QUIT, None
         if state is State.DISARMED:
             return Request.ARM, None
         if state is State.ARMED or (state is State.DONE and resting):
             return (Request.START, self._left.pop(0)) if self._left else (Request.QUIT, None)
-        return Request.NONE, None
+        return _NOTHING
 
     def answer(self, answer: Answer) -> None:
         """A script asks again instead of listening."""
-
-    def stop_wanted(self) -> bool:
-        """The operator wants a ramp out, after which the script quits."""
-        return self._mailbox.stop_wanted()
-
-    def estop_wanted(self) -> Fault:
-        """Why the safe state is wanted at once."""
-        return self._mailbox.estop_wanted()
-
-    def control_lost(self) -> bool:
-        """The process that watches the script is gone."""
-        return self._mailbox.control_lost()
 
 
 def program_name(session: int, run: int) -> str:

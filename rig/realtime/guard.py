@@ -10,19 +10,9 @@ from dataclasses import dataclass, field
 from rig.fields import bounded
 from rig.interfaces import Measurement
 from rig.realtime.faults import Fault
-from rig.sample import Flag
+from rig.sample import ANGLE_ABSENT, BROKEN_WIRE, CLIPPED_RANGE, CLIPPED_SLEW, P1_ABSENT, P2_ABSENT, READ_ERROR, STALE, SUSPECT
 
-# plain ints: arithmetic on an IntFlag costs a microsecond each, and a tick has dozens
-_ANGLE_ABSENT = Flag.ANGLE_ABSENT.value
-_BROKEN_WIRE = Flag.BROKEN_WIRE.value
-_CLIPPED_RANGE = Flag.CLIPPED_RANGE.value
-_CLIPPED_SLEW = Flag.CLIPPED_SLEW.value
-_P1_ABSENT = Flag.P1_ABSENT.value
-_P2_ABSENT = Flag.P2_ABSENT.value
-_READ_ERROR = Flag.READ_ERROR.value
-_STALE = Flag.STALE.value
-_SUSPECT = Flag.SUSPECT.value
-
+_NO_FAULT = Fault.NONE  # by a name of this module: looking a member up in its class takes as long as a call
 _ROUNDING_MPA = 1e-9  # as the check before the start allows it: what is on a limit is not clipped
 
 
@@ -108,16 +98,17 @@ class Guard:
         step = self._max_step_mpa * periods
         too_far = step + _ROUNDING_MPA
         flags = 0
-        safe1 = min(max(p1_mpa, low), high)
-        safe2 = min(max(p2_mpa, low), high)
+        safe1, safe2 = p1_mpa, p2_mpa
+        if not (low <= p1_mpa <= high and low <= p2_mpa <= high):
+            safe1, safe2 = min(max(p1_mpa, low), high), min(max(p2_mpa, low), high)
         before1, before2 = self._command or (low if safe1 != safe1 else safe1, low if safe2 != safe2 else safe2)
         # written so that NaN counts as clipped: min and max may let it through
         if not (abs(safe1 - p1_mpa) <= _ROUNDING_MPA and abs(safe2 - p2_mpa) <= _ROUNDING_MPA):
-            flags |= _CLIPPED_RANGE
+            flags |= CLIPPED_RANGE
             safe1 = safe1 if math.isfinite(p1_mpa) else before1
             safe2 = safe2 if math.isfinite(p2_mpa) else before2
         if abs(safe1 - before1) > too_far or abs(safe2 - before2) > too_far:
-            flags |= _CLIPPED_SLEW
+            flags |= CLIPPED_SLEW
             safe1 = before1 + min(max(safe1 - before1, -step), step)
             safe2 = before2 + min(max(safe2 - before2, -step), step)
         self._command = (safe1, safe2)
@@ -129,21 +120,21 @@ class Guard:
         `angle_deg` is the angle from its zero; `commanding` says whether set-points are being written.
         """
         flags = now.flags
-        if self._implausible(now) or (flags & self.expected and not flags & _READ_ERROR):
-            flags |= _SUSPECT
+        if self._implausible(now) or (flags & self.expected and not flags & READ_ERROR):
+            flags |= SUSPECT
         oldest = max(now.p1_age_ns, now.p2_age_ns, now.angle_age_ns)
         if oldest > self._period_ns:
-            flags |= _STALE
-        fault = Fault.NONE
-        if self._bad_value.add(flags & _SUSPECT):
+            flags |= STALE
+        fault = _NO_FAULT
+        if self._bad_value.add(flags & SUSPECT):
             fault = Fault.BAD_VALUE
         if self._stale.add(oldest > self._max_age_ns):
             fault = Fault.STALE_VALUE
-        if self._broken_wire.add(flags & _BROKEN_WIRE):
+        if self._broken_wire.add(flags & BROKEN_WIRE):
             fault = Fault.BROKEN_WIRE
-        if commanding and not flags & _SUSPECT:  # a value that cannot be true is no evidence of a joint or a valve
+        if commanding and not flags & SUSPECT:  # a value that cannot be true is no evidence of a joint or a valve
             fault = self._moving_faults(now, angle_deg, flags) or fault
-        if not flags & _READ_ERROR:  # what follows a failed read is compared with what came before it
+        if not flags & READ_ERROR:  # what follows a failed read is compared with what came before it
             self._previous = now
         return flags, fault
 
@@ -152,23 +143,23 @@ class Guard:
         limits, before, flags = self.limits, self._previous, now.flags
         low, high = limits.monitor_mpa
         jump = limits.pressure_jump_mpa
-        if not flags & _P1_ABSENT and (not low <= now.p1_mpa <= high or abs(now.p1_mpa - before.p1_mpa) > jump):
+        if not flags & P1_ABSENT and (not low <= now.p1_mpa <= high or abs(now.p1_mpa - before.p1_mpa) > jump):
             return True
-        if not flags & _P2_ABSENT and (not low <= now.p2_mpa <= high or abs(now.p2_mpa - before.p2_mpa) > jump):
+        if not flags & P2_ABSENT and (not low <= now.p2_mpa <= high or abs(now.p2_mpa - before.p2_mpa) > jump):
             return True
-        return not flags & _ANGLE_ABSENT and (
+        return not flags & ANGLE_ABSENT and (
             not -720.0 <= now.angle_deg <= 720.0 or abs(now.angle_deg - before.angle_deg) > limits.angle_jump_deg
         )
 
     def _moving_faults(self, now: Measurement, angle_deg: float, flags: int) -> Fault:
         """Faults that only make sense while set-points are written. An angle that cannot be true is no angle outside its limits."""
         low, high = self.limits.angle_deg
-        outside = not flags & (_ANGLE_ABSENT | _SUSPECT) and not low <= angle_deg <= high
+        outside = not flags & (ANGLE_ABSENT | SUSPECT) and not low <= angle_deg <= high
         if self._outside.add(outside):
             return Fault.ANGLE_LIMIT
         if self._not_following(now):
             return Fault.NOT_FOLLOWING
-        return Fault.FROZEN_SENSOR if self._frozen(now) else Fault.NONE
+        return Fault.FROZEN_SENSOR if self._frozen(now) else _NO_FAULT
 
     def _not_following(self, now: Measurement) -> bool:
         """A pressure has been far from its set-point for too long; a missing monitor (NaN) never is."""

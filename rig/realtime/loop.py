@@ -17,21 +17,28 @@ from rig.realtime.guard import Bucket, Guard, Limits
 from rig.realtime.program import Program
 from rig.realtime.ring import RingWriter
 from rig.realtime.state import Event, State, after
-from rig.sample import Flag, Phase, Sample
+from rig.sample import (
+    ANGLE_ABSENT,
+    ANGLE_ZEROED,
+    BROKEN_WIRE,
+    P1_ABSENT,
+    P2_ABSENT,
+    READ_ERROR,
+    SUSPECT,
+    WRITE_ERROR,
+    Phase,
+    Sample,
+)
 
-# plain ints: arithmetic on an IntFlag costs a microsecond each, and a tick has dozens
-_ANGLE_ABSENT = Flag.ANGLE_ABSENT.value
-_ANGLE_ZEROED = Flag.ANGLE_ZEROED.value
-_BROKEN_WIRE = Flag.BROKEN_WIRE.value
-_P1_ABSENT = Flag.P1_ABSENT.value
-_P2_ABSENT = Flag.P2_ABSENT.value
-_READ_ERROR = Flag.READ_ERROR.value
-_SUSPECT = Flag.SUSPECT.value
-_WRITE_ERROR = Flag.WRITE_ERROR.value
-
+# members by names of this module: in Python 3.11 looking one up in its class takes as long as a call, and a tick has dozens
+_RUNNING, _DONE, _FAULT, _ZERO, _NO_PHASE, _NO_FAULT = State.RUNNING, State.DONE, State.FAULT, Phase.ZERO, Phase.NONE, Fault.NONE
 _COMMANDING = (State.ARMED, State.RUNNING, State.DONE)
-_ABSENT = {Role.MONITOR_1: _P1_ABSENT, Role.MONITOR_2: _P2_ABSENT, Role.ANGLE: _ANGLE_ABSENT}
-_NO_MEASUREMENT = Measurement(flags=_P1_ABSENT | _P2_ABSENT | _ANGLE_ABSENT | _READ_ERROR)
+_UNDER_COMMAND = (State.ARMED, State.RUNNING)
+_SILENT = (State.DISARMED, State.FAULT)
+_ABSENT = {Role.MONITOR_1: P1_ABSENT, Role.MONITOR_2: P2_ABSENT, Role.ANGLE: ANGLE_ABSENT}
+_FROM_RAW = Measurement._fields.index("p1_raw")
+"""From here to its flags a measurement has the fields of a sample in the same order."""
+_NO_MEASUREMENT = Measurement(flags=P1_ABSENT | P2_ABSENT | ANGLE_ABSENT | READ_ERROR)
 
 
 LEAVING_NS = 1_000_000_000
@@ -141,22 +148,21 @@ class Loop:
         phase, p1_mpa, p2_mpa = self._next(tick, now, flags)
         flags |= self._write(p1_mpa, p2_mpa, missed + 1)
         self._publish(read_ns, now, phase, p1_mpa - p2_mpa, flags, run)
-        if self._program and self.state is State.FAULT:
+        if self._program and self.state is _FAULT:
             self._program = None  # the tick of the fault is the last of its record
 
     def _publish(self, read_ns: int, now: Measurement, phase: Phase, dp_mpa: float, flags: int, run: int) -> None:
         """One sample into the ring, with the zero that holds now and the set-points as written."""
         tick, due_ns, woken_ns, missed = self._grid
         if self._zeroed:
-            flags |= _ANGLE_ZEROED
+            flags |= ANGLE_ZEROED
         p1_mpa, p2_mpa = self._command
         self._ring.put(
-            Sample(
+            Sample._make((
                 tick & 0xFFFFFFFF, due_ns, woken_ns, read_ns, self._clock.now_ns(), missed, dp_mpa, p1_mpa, p2_mpa,
-                now.p1_mpa, now.p2_mpa, now.angle_deg - self._zero_deg, now.p1_raw, now.p2_raw, now.angle_raw, now.excitation_raw,
-                now.p1_age_ns, now.p2_age_ns, now.angle_age_ns,
+                now.p1_mpa, now.p2_mpa, now.angle_deg - self._zero_deg, *now[_FROM_RAW:-1],
                 run, self.state, phase, flags, self.fault, self._zero_deg,
-            )
+            ))
         )  # fmt: skip
 
     def _read(self) -> Measurement:
@@ -183,10 +189,10 @@ class Loop:
         """What the loop knows against itself: its end, the operator's stop, and its own lateness."""
         if self._terminated:
             self._quit = True
-            return self._terminated if self.state in (State.ARMED, State.RUNNING) else Fault.NONE
+            return self._terminated if self.state in _UNDER_COMMAND else _NO_FAULT
         if wanted := self._commands.estop_wanted():
             return wanted
-        if self.state in (State.ARMED, State.RUNNING) and self._commands.control_lost():
+        if self.state in _UNDER_COMMAND and self._commands.control_lost():
             return Fault.CONTROL_LOST
         if missed:
             if missed >= self._limits.stall_periods:
@@ -197,11 +203,11 @@ class Loop:
                 self._misses.popleft()
             if len(self._misses) >= self._limits.misses_per_s:
                 return Fault.MISSED_TICKS
-        return Fault.NONE
+        return _NO_FAULT
 
     def _latch(self, fault: Fault) -> None:
         """The first fault is kept; the safe state is owed from now on."""
-        if self.state is State.FAULT:
+        if self.state is _FAULT:
             return
         self.state = after(self.state, Event.FAULT)
         self.fault = fault
@@ -210,7 +216,7 @@ class Loop:
     def _obey(self, tick: int, now: Measurement, flags: int) -> None:
         try:
             request, program = self._commands.next(self.state, self._resting)
-            if request is Request.NONE:
+            if not request:
                 return
             self._commands.answer(self._act(request, program, tick, now, flags))
         except StateError:
@@ -234,7 +240,7 @@ class Loop:
             self._safe_owed = True
         elif request is Request.RESET:
             state = after(self.state, Event.RESET)
-            if self._device_gone or self._safe_owed or self._due or flags & (_SUSPECT | _BROKEN_WIRE | _READ_ERROR):
+            if self._device_gone or self._safe_owed or self._due or flags & (SUSPECT | BROKEN_WIRE | READ_ERROR):
                 return Answer.NOT_READY
             self.state, self.fault = state, Fault.NONE
             self._forgive()
@@ -242,7 +248,7 @@ class Loop:
 
     def _hold_measured(self, now: Measurement, flags: int) -> bool:
         """Take the measured pressures as set-points, so that arming moves nothing; without monitors, the safe ones, which were written."""
-        if flags & (_SUSPECT | _READ_ERROR | _BROKEN_WIRE) or max(now.p1_age_ns, now.p2_age_ns) > self._limits.max_age_s * 1e9:
+        if flags & (SUSPECT | READ_ERROR | BROKEN_WIRE) or max(now.p1_age_ns, now.p2_age_ns) > self._limits.max_age_s * 1e9:
             return False
         low, high = self._limits.pressure_mpa
         found = now.p1_mpa, now.p2_mpa
@@ -255,11 +261,11 @@ class Loop:
 
     def _next(self, tick: int, now: Measurement, flags: int) -> tuple[Phase, float, float]:
         """Phase and wanted set-points of this tick."""
-        if self.state is State.RUNNING and self._program is not None:
+        if self.state is _RUNNING and self._program is not None:
             return self._follow(self._program, tick, now, flags)
-        if self.state is State.DONE:
-            return Phase.NONE, *self._towards_safe()
-        return Phase.NONE, *self._command
+        if self.state is _DONE:
+            return _NO_PHASE, *self._towards_safe()
+        return _NO_PHASE, *self._command
 
     def _follow(self, program: Program, tick: int, now: Measurement, flags: int) -> tuple[Phase, float, float]:
         index = tick - self._started_tick
@@ -279,15 +285,17 @@ class Loop:
     def _finish(self) -> tuple[Phase, float, float]:
         self.state = after(self.state, Event.FINISH)
         self._program = None
-        return Phase.NONE, *self._towards_safe()
+        return _NO_PHASE, *self._towards_safe()
 
     def _take_zero(self, phase: Phase, now: Measurement, flags: int) -> None:
         """Average the angle at rest; experiment step 1 of the paper: that angle is 0 degrees."""
-        if phase is Phase.ZERO:
-            if not flags & (_SUSPECT | _ANGLE_ABSENT):
+        if self._zeroed:
+            return
+        if phase is _ZERO:
+            if not flags & (SUSPECT | ANGLE_ABSENT):
                 self._zero_sum += now.angle_deg
                 self._zero_count += 1
-        elif phase > Phase.ZERO and self._zero_count and not self._zeroed:
+        elif phase > _ZERO and self._zero_count:
             self._zero_deg = self._zero_sum / self._zero_count
             self._zeroed = True
 
@@ -302,7 +310,7 @@ class Loop:
 
     def _write(self, p1_mpa: float, p2_mpa: float, periods: int) -> int:
         """Write what the state allows; returns flags."""
-        if self.state in (State.DISARMED, State.FAULT):
+        if self.state in _SILENT:
             return self._write_safe() if self._safe_owed else 0
         p1_mpa, p2_mpa, flags = self._guard.command(p1_mpa, p2_mpa, periods)
         self._command = p1_mpa, p2_mpa
@@ -310,7 +318,7 @@ class Loop:
             self._device.write(p1_mpa, p2_mpa)
         except DeviceError as error:
             self._count_error(error)
-            return flags | _WRITE_ERROR | (self._write_safe() if self._safe_owed else 0)
+            return flags | WRITE_ERROR | (self._write_safe() if self._safe_owed else 0)
         return flags
 
     def _write_safe(self) -> int:
@@ -318,7 +326,7 @@ class Loop:
         try:
             self._device.safe()
         except DeviceError:
-            return _WRITE_ERROR  # still owed: tried again next tick
+            return WRITE_ERROR  # still owed: tried again next tick
         self._safe_owed = False
         self._command = self._settings.safe_p1_mpa, self._settings.safe_p2_mpa
         return 0

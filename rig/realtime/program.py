@@ -7,6 +7,7 @@ costs the loop no copying. Phases come from the tick index; skipped periods are 
 from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Final, Self
 
@@ -15,6 +16,7 @@ from rig.realtime.shared import HEADER_WORDS, SharedBlock
 from rig.sample import Phase
 
 _FIELDS: Final = ("run", "settle_ticks", "zero_ticks", "ramp_in_ticks", "sweep_ticks", "ramp_out_ticks")
+_SWEEP: Final = Phase.SWEEP  # by a name of this module: looking a member up in its class takes as long as a call
 _FIRST: Final = HEADER_WORDS
 _TABLE: Final = (HEADER_WORDS + 8) * 8
 
@@ -37,31 +39,31 @@ class Program:
     ramp_in_ticks: int
     ramp_out_ticks: int
 
-    @property
+    @cached_property
     def ticks(self) -> int:
         """Length of the whole program."""
         return self.sweep_start + len(self.p1_mpa) + self.ramp_out_ticks
 
-    @property
+    @cached_property
     def sweep_start(self) -> int:
         """Index of the first tick of the sweep."""
         return self.settle_ticks + self.zero_ticks + self.ramp_in_ticks
 
     def at(self, index: int, start: tuple[float, float]) -> tuple[Phase, float, float]:
         """Phase and set-points at a tick of the program that began with the set-points `start`."""
+        swept = index - self.sweep_start
+        if 0 <= swept < len(self.p1_mpa):
+            return _SWEEP, self.p1_mpa[swept], self.p2_mpa[swept]
+        if swept >= 0:
+            done = swept - len(self.p1_mpa) + 1
+            return Phase.RAMP_OUT, *self._between((self.p1_mpa[-1], self.p2_mpa[-1]), self._rest, done, self.ramp_out_ticks)
         if index < self.settle_ticks:
             return Phase.SETTLE, *self._between(start, self._rest, index * 2, self.settle_ticks)
         index -= self.settle_ticks
         if index < self.zero_ticks:
             return Phase.ZERO, self.rest_p1_mpa, self.rest_p2_mpa
-        index -= self.zero_ticks
-        if index < self.ramp_in_ticks:
-            return Phase.RAMP_IN, *self._between(self._rest, (self.p1_mpa[0], self.p2_mpa[0]), index, self.ramp_in_ticks)
-        index -= self.ramp_in_ticks
-        if index < len(self.p1_mpa):
-            return Phase.SWEEP, self.p1_mpa[index], self.p2_mpa[index]
-        index -= len(self.p1_mpa)
-        return Phase.RAMP_OUT, *self._between((self.p1_mpa[-1], self.p2_mpa[-1]), self._rest, index + 1, self.ramp_out_ticks)
+        first = self.p1_mpa[0], self.p2_mpa[0]
+        return Phase.RAMP_IN, *self._between(self._rest, first, index - self.zero_ticks, self.ramp_in_ticks)
 
     def way_out(self, ticks_left: int, start: tuple[float, float]) -> tuple[Phase, float, float]:
         """Set-points of an early ramp out that began at `start` and has `ticks_left` to go."""
