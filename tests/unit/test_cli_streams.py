@@ -54,3 +54,22 @@ def test_ctrl_c_does_not_reach_a_process_that_is_being_started() -> None:
     assert ours.recv() is True
     process.join()
     assert signal.pthread_sigmask(signal.SIG_BLOCK, ()) == before
+
+
+@pytest.mark.parametrize("package", ["click", "rig.cli.commands", "rig.errors", "rig.cli.run", "rig.cli.compose"])
+def test_ctrl_c_while_pamrig_is_still_importing_ends_it_quietly(package: str) -> None:
+    code = f"""
+import sys
+
+class Interrupting:
+    def find_spec(self, name, path=None, target=None):
+        if name == {package!r}:
+            raise KeyboardInterrupt
+
+sys.meta_path.insert(0, Interrupting())
+sys.argv = ["pamrig", "run", "quick", "--clock", "virtual"]
+from rig.cli.main import main
+main()
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stderr.strip()) == (130, "")

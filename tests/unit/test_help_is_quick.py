@@ -8,7 +8,7 @@ import click
 import pytest
 from conftest import ROOT
 
-from rig.cli.main import COMMANDS
+from rig.cli.commands import COMMANDS
 
 pytestmark = pytest.mark.real_time
 
@@ -24,7 +24,7 @@ def loaded_by(code: str) -> set[str]:
 
 
 def test_help_loads_click_and_our_table_only() -> None:
-    code = "from rig.cli.main import cli\ntry: cli.main(['--help'])\nexcept SystemExit: pass"
+    code = "from rig.cli.commands import cli\ntry: cli.main(['--help'])\nexcept SystemExit: pass"
     loaded = loaded_by(code)
     assert "click" in loaded
     assert not loaded & NOT_FOR_HELP

@@ -1,0 +1,101 @@
+"""The command `pamrig`: a table of commands, each imported when it is called, so that `--help` stays quick."""
+
+import importlib
+import os
+import sys
+
+import click
+
+from rig.errors import NotSo, RigError
+
+COMMANDS = {
+    "run": ("rig.cli.run:run", "Run a sweep on the rig and record it, one MCAP file a record."),
+    "simulate": ("rig.cli.simulate:simulate", "What the simulator says under the commands of a sweep or a log."),
+    "identify": ("rig.cli.identify:identify", "Fit the model to logs by particle swarm."),
+    "validate": ("rig.cli.identify:validate", "How well a model predicts logs it was not fitted to."),
+    "replay": ("rig.cli.replay:replay", "Send recorded commands again and compare."),
+    "gap": ("rig.cli.gap:gap", "Diagnose the gap between simulator and rig."),
+    "log": ("rig.cli.log:log", "Look into logs: info, check, recover, import, export, plot."),
+    "devices": ("rig.cli.devices:devices", "List, probe and calibrate devices."),
+    "latency": ("rig.cli.latency:latency", "Can this machine hold the period?"),
+    "daemon": ("rig.cli.daemon:daemon", "Run the rig as a service."),
+    "status": ("rig.cli.daemon:status", "What the daemon is doing."),
+    "arm": ("rig.cli.daemon:arm", "Let the daemon command the rig."),
+    "start": ("rig.cli.daemon:start", "Start a sweep on the armed daemon."),
+    "stop": ("rig.cli.daemon:stop", "Ramp down and stop."),
+    "estop": ("rig.cli.daemon:estop", "Safe state at once."),
+    "reset": ("rig.cli.daemon:reset", "Clear a fault whose cause is gone."),
+    "watch": ("rig.cli.watch:watch", "Watch the daemon live in the terminal."),
+    "service": ("rig.cli.service:service", "Install pamrig as a system service."),
+    "faults": ("rig.cli.faults:faults", "Inject every fault of the table into the simulated rig."),
+    "bench": ("rig.cli.bench:bench", "The project's own benchmarks."),
+}
+"""Command -> (where it lives, its line in the help)."""
+
+
+class _Lazy(click.Group):
+    """A group that knows its commands' help lines and imports a command only when it is called."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
+        if name not in COMMANDS:
+            from rig.config import suggest
+
+            raise click.UsageError(f"no such command {name!r}; {suggest(name, list(COMMANDS))}", ctx)
+        module, attribute = COMMANDS[name][0].split(":")
+        command: click.Command = getattr(importlib.import_module(module), attribute)
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, line) for name, (_, line) in COMMANDS.items()])
+
+
+@click.group(cls=_Lazy, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="pamrig")
+def cli() -> None:
+    """The pneumatic-muscle test rig: run it, simulate it, and find out why the two differ."""
+
+
+def main() -> None:
+    """Entry point: 0 done, 1 not so, 2 the call or a file is wrong, 130 interrupted."""
+    for closed in ("stdout", "stderr"):  # `>&-`: Python has None there, and packages do not expect that
+        if getattr(sys, closed) is None:
+            setattr(sys, closed, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
+    os.environ.setdefault(
+        "OPENBLAS_NUM_THREADS", "1"
+    )  # our matrices are small and our work is spread already: its threads only wait
+    output = sys.stdout
+    try:
+        sys.exit(cli.main(standalone_mode=False))
+    except SystemExit:
+        if sys.stdout is not output:  # click's sign of a broken pipe, for it a failure; but the reader has seen enough
+            sys.exit(0)
+        raise
+    except click.exceptions.Abort:
+        sys.exit(130)
+    except KeyboardInterrupt:
+        sys.exit(130)
+    except click.exceptions.NoArgsIsHelpError as error:
+        error.show()
+        sys.exit(2)
+    except click.ClickException as error:
+        click.echo(f"{_called(error)}: {' '.join(error.format_message().split())}", err=True)
+        sys.exit(2)
+    except NotSo as error:
+        click.echo(f"pamrig: {error}", err=True)
+        sys.exit(1)
+    except RigError as error:
+        click.echo(f"pamrig: {error}", err=True)
+        sys.exit(2)
+    except OSError as error:
+        click.echo(f"pamrig: {error.filename or 'the system'}: {error.strerror or error}", err=True)
+        sys.exit(2)
+
+
+def _called(error: click.ClickException) -> str:
+    """The command that was called wrongly, as it was called."""
+    context = error.ctx if isinstance(error, click.UsageError) else None
+    return context.command_path if context else "pamrig"
