@@ -110,7 +110,9 @@ class Bench:
 
 
 def case_pressures(track: Track) -> tuple[Column, Column]:
-    """The case's measured pressures."""
+    """The case's pressures: as measured, or what is known better (`Track.driven_by`)."""
+    if track.driven_by is not None:
+        return track.driven_by
     case = track.pair.case
     if case.p1_mpa is None or case.p2_mpa is None:
         raise ValueError(f"{track.pair.name}: no pressures")

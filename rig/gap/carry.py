@@ -41,6 +41,8 @@ class Track:
     reference: Reference
     regulated: tuple[Column, Column]
     carried: Column
+    driven_by: tuple[Column, Column] | None = None
+    """The case's pressures without what their monitors misread, once a cause explains them; before that, as measured."""
 
 
 def lay_tracks(pairs: Sequence[Pair], references: Sequence[Reference], nominal: Nominal) -> list[Track]:

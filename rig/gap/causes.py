@@ -11,7 +11,8 @@ import numpy as np
 from rig.gap.attribute import Candidate
 from rig.gap.carry import Applied, full_numbers
 from rig.gap.effects import LIBRARY, alike
-from rig.gap.engine import Judged, Prepared, overall_gap
+from rig.gap.engine import overall_gap
+from rig.gap.prepared import Judged, Prepared
 from rig.gap.result import Cause, Interval
 from rig.gap.signatures import Signature
 from rig.gap.verdict import explained

@@ -4,7 +4,6 @@ Computing is in `rig.gap.engine`; here the pieces are put into words and numbers
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -12,30 +11,19 @@ from rig.gap.attribute import Candidate
 from rig.gap.carry import Applied
 from rig.gap.causes import Findings, name_causes, trust
 from rig.gap.effects import LIBRARY
-from rig.gap.engine import (
-    Judged,
-    Prepared,
-    angle_side,
-    judge,
-    library_of,
-    overall_gap,
-    prepare,
-    signatures_of,
-    valve_side,
-    with_mean_law,
-)
+from rig.gap.engine import angle_side, judge, library_of, overall_gap, prepare, signatures_of, valve_side
 from rig.gap.floor import Side
+from rig.gap.handover import doubts, stripped, with_mean_law
 from rig.gap.kernels import square_sum
 from rig.gap.localise import frequency_shares, over_time, phase_shares, region_shares
 from rig.gap.next_experiment import recommend
+from rig.gap.prepared import Judged, Prepared
 from rig.gap.result import Cause, Diagnosis, Ranked
 from rig.gap.verdict import explained
 from rig.log.record import Column, Record
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.parameters import Model
 
-ECHO_STRENGTH, ECHO_CHANCE = 3.0, 0.18
-"""A gap of the pressures below this many thresholds, whose best name is less probable than this, may be an echo."""
 SMOOTHED = 0.25
 """Share of a white disturbance's variance that the smoothing lets through, generously."""
 
@@ -73,26 +61,16 @@ def diagnose_with_findings(
     marks = [mark for mark in signatures_of(prepared) if mark.effect is None or mark.effect in known]
     valve = judge(prepared, valve_side(prepared), effects) if prepared.pairing.pressures else None
     driven = valve is not None and valve.trigger.found
+    doubted: Sequence[Column] = ()
+    if valve is not None and valve.accepted:
+        prepared, shared = stripped(prepared, valve)
+        doubted = [*shared, *doubts(prepared, valve)]
     prepared = with_mean_law(prepared) if driven else prepared
     added = SMOOTHED * sum(mark.variance_deg2 for mark in marks if mark.found)
-    side = angle_side(prepared, driven=driven, model=model, added_variance=added)
+    side = angle_side(prepared, driven=driven, model=model, added_variance=added, doubted=doubted)
     angle = judge(prepared, side, effects, driven=driven, beside=valve.side if valve is not None and not driven else None)
-    if valve is not None and echoes(valve, angle):
-        prepared.pairing.notes.append(
-            f"the pressures differ a little as well ({valve.trigger.strength:.1f} times the threshold), in no way that an effect explains "
-            "better than others: taken for an echo of the joint's gap"
-        )
-        valve = replace(valve, trigger=replace(valve.trigger, found=False), accepted=[], ranking=[], chances=[], names=[])
     findings = Findings(prepared, valve, angle, marks)
     return _told(findings), findings
-
-
-def echoes(valve: Judged, angle: Judged) -> bool:
-    """Whether a faint, nameless gap of the pressures is but what the joint's gap does to them: a joint that moves otherwise
-    changes its muscles' volumes."""
-    faint = valve.trigger.strength < ECHO_STRENGTH and angle.trigger.found and angle.trigger.strength > valve.trigger.strength
-    nameless = not valve.accepted or max(valve.chances, default=0.0) < ECHO_CHANCE
-    return valve.trigger.found and faint and nameless
 
 
 def _told(findings: Findings) -> Diagnosis:

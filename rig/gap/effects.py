@@ -73,6 +73,7 @@ HOLDS = tuple(0.012 * 1.28**k for k in range(13))
 """A hold is discontinuous in its width: a close grid."""
 CHOKED = tuple({"exhaust_mpa_s": exhaust, "choked": 1.0} for exhaust in (0.15, 0.3, 0.6, 1.2))
 EITHER_MUSCLE = ({"muscle": 1.0}, {"muscle": 2.0})
+BOTH_STOPS = tuple({"low_deg": low} for low in (-32.0, -26.0, -20.0, -15.0, -10.0))
 TIMES = (0.004, 0.008, 0.016, 0.03, 0.06, 0.12, 0.25)
 
 _LIBRARY: tuple[Effect, ...] = (
@@ -88,6 +89,7 @@ _LIBRARY: tuple[Effect, ...] = (
         Law("valve_offset", ("offset_mpa",), FINE[:5], signs=BOTH_SIGNS, shapes=(*ONE_VALVE, {"balance": 2.0})),
     ), "one pressure (or the difference) off by a constant", "offset", "valve_offset"),
     Effect("valve_lag", (Law("valve_lag", ("tau_s",), TIMES, shapes=_both()),
+                         Law("valve_lag", ("tau_s",), TIMES, shapes=({"balance": 0.0, "tau0_s": 0.0},)),
                          Law("valve_lag", ("tau_s",), TIMES, shapes=ONE_VALVE, charge=2.0),
                          Law("valve_lag", ("tau_s",), (-0.005, -0.015, -0.03), shapes=_both(), charge=1.0)),
            "pressures follow more slowly, filling and exhausting alike", "late", "valve_lag"),
@@ -110,7 +112,7 @@ _LIBRARY: tuple[Effect, ...] = (
     Effect("pressure_ceiling", (Law("pressure_ceiling", ("ceiling_mpa",), (0.99, 0.97, 0.94, 0.9, 0.85, 0.78, 0.7), "top_mpa"),),
            "peaks of pressure cut off at one height", "cut", "ceiling"),
     Effect("supply_droop", (
-        Law("supply_droop", ("droop_s",), (0.003, 0.01, 0.03, 0.1, 0.3)),
+        Law("supply_droop", ("droop_s",), (0.03, 0.1, 0.3, 0.9), shapes=tuple({"refill_s": refill} for refill in (0.05, 0.15, 0.5))),
         Law("supply_droop", ("droop_s", "supply_mpa"), (0.02, 0.1, 0.3), shapes=({"supply_mpa": 0.35}, {"supply_mpa": 0.42}, {"supply_mpa": 0.5}),
             bounds={"droop_s": (0.01, 2.0)}, charge=1.0),
     ), "filling falls behind, exhausting does not", "one_way", "one_way"),
@@ -146,6 +148,7 @@ _LIBRARY: tuple[Effect, ...] = (
     Effect("end_stop", (
         Law("end_stop", ("high_deg", "give"), (0.97, 0.9, 0.8, 0.65, 0.45), "high_deg", bounds={"give": (0.0, 0.6)}),
         Law("end_stop", ("low_deg", "give"), (0.97, 0.9, 0.8, 0.65, 0.45), "low_deg", bounds={"give": (0.0, 0.6)}),
+        Law("end_stop", ("high_deg", "low_deg", "give"), (0.97, 0.9, 0.8, 0.65, 0.45), "high_deg", bounds={"give": (0.0, 0.6)}, shapes=BOTH_STOPS),
     ), "the angle is cut off at one height while the pressures go on", "cut", "stop"),
     Effect("sensor_gain", (Law("sensor_gain", ("gain",), FINE, signs=BOTH_SIGNS),), "the angle is off in proportion to itself", "gain", "sensor_gain"),
     Effect("sensor_offset", (Law("sensor_offset", ("offset_deg",), (0.005, 0.02, 0.1, 0.4), "span_deg", BOTH_SIGNS),), "the angle is off by a constant", "offset", "sensor_offset"),

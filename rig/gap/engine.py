@@ -4,13 +4,13 @@ The one entry is `diagnose`; everything it uses is in the other files of this ro
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from rig.errors import ModelError
 from rig.gap.attribute import LOOSENESS, Bench, Candidate, case_pressures, rank, refit
-from rig.gap.carry import Applied, Track, angle_under, lay_tracks, ready, response_with
+from rig.gap.carry import Applied, angle_under, lay_tracks, ready, response_with
 from rig.gap.effects import Effect, chosen
 from rig.gap.floor import (
     ANGLE_PRIORS,
@@ -27,11 +27,22 @@ from rig.gap.floor import (
     valve_deviations,
     valve_modes,
 )
+from rig.gap.handover import doubting, echo, monitor_noise, must
 from rig.gap.kernels import regulated
-from rig.gap.nominal import Nominal, Reference, describe, fit_regulators, mean_session
-from rig.gap.pairs import Pair, Pairing, pair_up
+from rig.gap.nominal import Reference, describe, fit_regulators, mean_session
+from rig.gap.pairs import Pair, pair_up
+from rig.gap.prepared import Judged, Prepared
 from rig.gap.signatures import Signature, read_signatures
-from rig.gap.verdict import KNOWN, SECOND_CAUSE, Trigger, explained, explained_beside_modes, name_set, probabilities, trigger
+from rig.gap.verdict import (
+    KNOWN,
+    KNOWN_WHEN_GONE,
+    SECOND_CAUSE,
+    explained,
+    explained_beside_modes,
+    name_set,
+    probabilities,
+    trigger,
+)
 from rig.log.record import Column, Record
 from rig.model.kernels import simulate
 from rig.model.parameters import Model
@@ -40,47 +51,14 @@ USUAL_REGULATOR = (0.005, 0.05, 0.05)
 """Dead time, fill and exhaust time constant (s) of a regulator of which nothing is known."""
 HANDOVER = 0.05
 """Share of what the valve side explains in the angle that the carrier may get wrong."""
+STRANGE_HANDOVER = 0.15
+"""The same where nothing explains what is left: a gap within it is taken for the carrier's."""
 STRANGE = 4.0
 """A model that moves this many times as far as the rig, or as little, is no reference."""
 MISFIT_SHARE = 0.05
 """What a model misses of a clean rig, as a share of the amplitude, when its file does not say."""
 LEADERS, LEADERS_BLIND = 2, 4
 """How many of the best single causes are tried as the first of a pair: with pressures, and from the angle alone."""
-
-
-@dataclass(frozen=True)
-class Prepared:
-    """Everything that the sides are judged with."""
-
-    pairing: Pairing
-    tracks: list[Track]
-    nominal: Nominal
-    has_baseline: bool
-    noise_deg: float
-
-    @property
-    def pairs(self) -> list[Pair]:
-        return self.pairing.pairs
-
-    @property
-    def references(self) -> list[Reference]:
-        return [track.reference for track in self.tracks]
-
-
-@dataclass(frozen=True)
-class Judged:
-    """One side after judgement."""
-
-    side: Side
-    trigger: Trigger
-    bench: Bench
-    ranking: list[Candidate]
-    chances: list[float]
-    names: list[str]
-    accepted: list[Candidate]
-    """The causes that explain it, strongest first; empty when it has no gap or none explains it."""
-    fraction: float
-    """Explained fraction of the side's own gap by the accepted causes, or by the best candidate when none is accepted."""
 
 
 def prepare(model: Model | None, records: Sequence[Record], baselines: Sequence[Sequence[Record]], pressures: bool) -> Prepared:
@@ -149,23 +127,31 @@ def _regulator_of(model: Model | None, number: int) -> tuple[float, float, float
 
 
 def valve_side(prepared: Prepared) -> Side:
-    """The pressures' gap and floor."""
+    """The pressures' gap and floor; what the joint's own gap does to the pressures is taken off."""
     pairs, references = prepared.pairs, prepared.references
     gap = np.concatenate(
-        [_must(pair.case.p1_mpa) - reference.p1_mpa for pair, reference in zip(pairs, references, strict=True)]
-        + [_must(pair.case.p2_mpa) - reference.p2_mpa for pair, reference in zip(pairs, references, strict=True)]
+        [must(pair.case.p1_mpa) - reference.p1_mpa for pair, reference in zip(pairs, references, strict=True)]
+        + [must(pair.case.p2_mpa) - reference.p2_mpa for pair, reference in zip(pairs, references, strict=True)]
     )
     priors = np.array((VALVE_PRIORS if prepared.has_baseline else MODEL_VALVE_PRIORS) * 2)
-    noise = high_frequency_noise([column for pair in pairs for column in (_must(pair.case.p1_mpa), _must(pair.case.p2_mpa))])
-    fallback, source = _fallback(prepared, [_must(pair.case.p1_mpa) for pair in pairs], noise, 0.002)
+    noise = high_frequency_noise([column for pair in pairs for column in (must(pair.case.p1_mpa), must(pair.case.p2_mpa))])
+    fallback, source = _fallback(prepared, [must(pair.case.p1_mpa) for pair in pairs], noise, 0.002)
     if not prepared.has_baseline:
         fallback = max(fallback, MISFIT_SHARE * max(float(np.ptp(reference.p1_mpa)) for reference in references))
     modes = valve_modes(pairs, references, prepared.pairing.p0_mpa)
-    return build_side("valve", pairs, gap, modes, valve_deviations(pairs), priors, fallback=fallback, source=source)
+    side = build_side("valve", pairs, gap, modes, valve_deviations(pairs), priors, fallback=fallback, source=source)
+    return replace(side, gap=side.gap - echo(side, prepared)) if prepared.has_baseline else side
 
 
-def angle_side(prepared: Prepared, *, driven: bool, model: Model | None, added_variance: float = 0.0) -> Side:
-    """The angle's gap and floor, under the case's own pressures when `driven`."""
+def angle_side(
+    prepared: Prepared,
+    *,
+    driven: bool,
+    model: Model | None,
+    added_variance: float = 0.0,
+    doubted: Sequence[Column] = (),
+) -> Side:
+    """The angle's gap and floor, under the case's own pressures when `driven`; `doubted` (n,) changes are in nobody's hand."""
     pairs, references, nominal = prepared.pairs, prepared.references, prepared.nominal
     healthy = [
         angle_under(*case_pressures(track), track, nominal) if driven else track.reference.angle_deg for track in prepared.tracks
@@ -178,42 +164,18 @@ def angle_side(prepared: Prepared, *, driven: bool, model: Model | None, added_v
     if not prepared.has_baseline:
         fallback = max(fallback, _model_misfit(model, span))
     modes = angle_modes(pairs, references)
+    as_read = driven and prepared.tracks[0].driven_by is None
     side = build_side(
-        "angle", pairs, angle_gap(pairs, healthy), modes, angle_deviations(pairs, nominal, driven), priors,
+        "angle", pairs, angle_gap(pairs, healthy), modes, angle_deviations(pairs, nominal, as_read), priors,
         fallback=fallback, source=source, extra=float(np.hypot(share, np.sqrt(added_variance))),
     )  # fmt: skip
+    side = replace(side, handed=share / HANDOVER)
+    if driven and not as_read:  # the monitors' noise still comes through
+        side = replace(side, remainder=max(side.remainder, monitor_noise(prepared, side)))
     if share == 0.0:
         return side
     sizes = np.maximum(np.sqrt(np.mean(modes**2, axis=0)), 1e-12)
-    return replace(side, spread=np.hypot(side.spread, share / sizes))
-
-
-MEAN_LAWS = ((1.0, 1.0), (1.0, 0.0), (0.5, 0.5), (0.0, 1.0), (0.0, 0.0))
-"""(exponent, softness): what the mean pressure may do, a bounded nuisance."""
-MEAN_MOVED = 0.01
-
-
-def with_mean_law(prepared: Prepared) -> Prepared:
-    """The description whose law of the mean pressure leaves least in the angle; baselines cannot tell, as theirs never changes."""
-    pairs = prepared.pairs
-    means = [
-        float(np.mean((_must(pair.case.p1_mpa) + _must(pair.case.p2_mpa)) / (one.p1_mpa + one.p2_mpa)))
-        for pair, one in zip(pairs, prepared.references, strict=True)
-    ]
-    if abs(float(np.mean(means)) - 1.0) < MEAN_MOVED:
-        return prepared
-    tried = []
-    for exponent, softness in MEAN_LAWS:
-        nominal = replace(prepared.nominal, exponent=exponent, softness=softness)
-        tracks = lay_tracks(pairs, prepared.references, nominal)
-        gap = angle_gap(pairs, [angle_under(*case_pressures(track), track, nominal) for track in tracks])
-        tried.append((float(np.std(gap)), replace(prepared, tracks=tracks, nominal=nominal)))
-    return min(tried, key=lambda one: one[0])[1]
-
-
-def _must(column: Column | None) -> Column:
-    assert column is not None
-    return column
+    return doubting(replace(side, spread=np.hypot(side.spread, share / sizes)), doubted)
 
 
 def _model_misfit(model: Model | None, span: float) -> float:
@@ -250,8 +212,10 @@ def judge(
     accepted = _with_second(ranking, effects, bench) if prepared.has_baseline else [ranking[0]]
     left = accepted[-1].residual
     fraction = max(explained(side.rms(side.gap), side.rms(left), side.floor), explained_beside_modes(side, left))
-    if fraction < KNOWN:
+    if fraction < (KNOWN if trigger(side, left).found else KNOWN_WHEN_GONE):
         accepted = []
+        if side.handed > 0.0 and not trigger(side, None, STRANGE_HANDOVER * side.handed).found:
+            return Judged(side, replace(sign, found=False), bench, [], [], [], [], 0.0)
     return Judged(side, sign, bench, ranking, chances, names, accepted, fraction)
 
 

@@ -53,6 +53,8 @@ class Side:
     """Number of rows that were measured."""
     effective: float
     """Number of independent rows."""
+    handed: float = 0.0
+    """Rms that the other side's gap is worth on this one, by the carrier."""
 
     def rms(self, column: Column) -> float:
         """Root mean square over the measured rows."""

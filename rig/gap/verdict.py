@@ -23,6 +23,8 @@ STRUCTURE = 1.3
 """Rms beside the modes, over that of healthy sessions, from which on it is a gap."""
 KNOWN = 0.73
 """Explained fraction below which the library does not explain a side."""
+KNOWN_WHEN_GONE = 0.5
+"""The same where what is left is no gap any more: the share of a small one is blurred by the floor's own scatter."""
 SECOND_CAUSE = 0.3
 """A further cause must take away this share of what the first ones leave above the floor."""
 IN_SET = 0.05

@@ -172,10 +172,11 @@ EFFECT_STAGES: dict[str, EffectStage] = {
         "supply_droop",
         "valve",
         valve.supply_droop,
-        7,
+        8,
         _P("droop_s", "s", 0.0, 2.0, 0.0, "sag in MPa for each MPa/s of filling"),
         _P("supply_mpa", "MPa", 0.0, 2.0, 0.0, "pressure of the supply without flow; 0: sags at every pressure"),
         _TAU0,
+        _P("refill_s", "s", 0.0, 5.0, 0.0, "time constant in which a tank ahead of the regulators is refilled; 0: no tank"),
     ),
     "co_contraction": _entry(
         "co_contraction",

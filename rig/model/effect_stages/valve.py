@@ -13,6 +13,9 @@ from collections.abc import Sequence
 
 from rig.model.slots import Values
 
+TANK_MPA = 0.6
+"""Absolute pressure of a full tank: what a sag is counted against."""
+
 
 def valve_gain(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
     """p = (1 + gain) p; params: gain, balance."""
@@ -137,25 +140,32 @@ def pressure_ceiling(p1: Values, p2: Values, y: Values, state: Values, params: S
 
 
 def supply_droop(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
-    """The supply sags by droop_s x (the filling rate of both muscles); params: droop_s, supply_mpa, tau0_s.
+    """The supply sags by droop_s x (the filling rate of both muscles); params: droop_s, supply_mpa, tau0_s, refill_s.
 
     supply_mpa 0: what a regulator fills towards sags with it at every pressure. Above 0: filling cannot go beyond the sagging
-    supply. droop_s is MPa of sag for each MPa/s of filling, so a time.
+    supply. droop_s is MPa of sag for each MPa/s of filling, so a time. refill_s above 0: a tank ahead of both regulators, which is
+    refilled with this time constant; the flow into a muscle is in proportion to the tank's absolute pressure.
     """
     was = math.exp(-dt_s / max(params[2], 1e-6))
     slower = 1.0 + (1.0 - was) * params[0] / dt_s
+    refill = 1.0 - math.exp(-dt_s / max(params[3], 1e-6))
     for i in range(len(p1)):
         if state[0] == 0.0:
             state[0], state[1], state[2], state[3], state[4] = 1.0, p1[i], p2[i], p1[i], p2[i]
         goal1, goal2 = (p1[i] - was * state[3]) / (1.0 - was), (p2[i] - was * state[4]) / (1.0 - was)
         state[3], state[4] = p1[i], p2[i]
-        roof1 = (params[1] if params[1] > 0.0 else goal1) - params[0] * state[6]
-        roof2 = (params[1] if params[1] > 0.0 else goal2) - params[0] * state[5]
         move1, move2 = (1.0 - was) * (goal1 - state[1]), (1.0 - was) * (goal2 - state[2])
-        if move1 > 0.0:
-            move1 = min(move1, max((1.0 - was) * (roof1 - state[1]) / slower, 0.0))
-        if move2 > 0.0:
-            move2 = min(move2, max((1.0 - was) * (roof2 - state[2]) / slower, 0.0))
+        if params[3] > 0.0:
+            left = max(1.0 - state[7] / TANK_MPA, 0.02)
+            move1, move2 = min(move1, move1 * left), min(move2, move2 * left)
+            state[7] += refill * (params[0] * (max(move1, 0.0) + max(move2, 0.0)) / dt_s - state[7])
+        else:
+            roof1 = (params[1] if params[1] > 0.0 else goal1) - params[0] * state[6]
+            roof2 = (params[1] if params[1] > 0.0 else goal2) - params[0] * state[5]
+            if move1 > 0.0:
+                move1 = min(move1, max((1.0 - was) * (roof1 - state[1]) / slower, 0.0))
+            if move2 > 0.0:
+                move2 = min(move2, max((1.0 - was) * (roof2 - state[2]) / slower, 0.0))
         state[1] += move1
         state[2] += move2
         state[5], state[6] = max(move1, 0.0) / dt_s, max(move2, 0.0) / dt_s

@@ -1,0 +1,156 @@
+"""Between the two sides of the chain: what the pressures do to the angle, what the joint does to the pressures, and what is in doubt.
+
+The pressures drive the angle's side, but monitors misread from day to day, causes are known to a standard deviation, and a joint
+that moves otherwise squeezes its muscles. No side is judged here.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from rig.gap.attribute import case_pressures
+from rig.gap.carry import Applied, angle_under, lay_tracks
+from rig.gap.floor import Side, angle_deviations, angle_gap
+from rig.gap.kernels import regulated, square_sum
+from rig.gap.prepared import Judged, Prepared
+from rig.log.record import Column
+
+LAW_SHARE = 0.1
+"""Share of what a cause does to offset, gain and lag of the pressures that its law may get wrong."""
+ATMOSPHERE_MPA = 0.1013
+MOST_GROWTH = 0.01
+"""Most by which a muscle's pressure rises, shut off, for each degree that the joint squeezes it; relative."""
+
+
+def echo(side: Side, prepared: Prepared) -> Column:
+    """(n,) what a joint that moves otherwise than its pressures say does to them: it changes the muscles' volumes.
+
+    A regulator makes up for it with its time constant, so it is the fast part of the angle that the pressures do not explain, times
+    the absolute pressure and the growth of the volume with the angle: fitted for each muscle within what muscles can do.
+    """
+    moved = [
+        (pair.case.angle_deg - angle_under(*case_pressures(track), track, prepared.nominal)) * pair.used
+        for pair, track in zip(prepared.pairs, prepared.tracks, strict=True)
+    ]
+    half = len(side.gap) // 2
+    found = np.zeros(len(side.gap))
+    for k, sign in ((0, -1.0), (1, 1.0)):
+        parts = []
+        for pair, track, move in zip(prepared.pairs, prepared.tracks, moved, strict=True):
+            tau = max(prepared.nominal.regulators[k][1:])
+            fast = move - regulated(move, 0.0, tau, tau, pair.dt_s)
+            parts.append(sign * (case_pressures(track)[k] + ATMOSPHERE_MPA) * fast * pair.used)
+        column = np.zeros(len(side.gap))
+        column[k * half : (k + 1) * half] = np.concatenate(parts)
+        beside = column - side.modes @ side.free_sizes(column)
+        growth = float(beside @ side.gap) / max(square_sum(beside), 1e-12)
+        found += float(np.clip(growth, 0.0, MOST_GROWTH)) * column
+    return found
+
+
+def stripped(prepared: Prepared, valve: Judged) -> tuple[Prepared, list[Column]]:
+    """The same with the pressures freed of what their monitors misread, and what is not known about that in the angle.
+
+    What the causes leave in the monitors' usual modes is shared between the day and the causes' laws, which are approximations, by
+    what either usually does. (n,) each: one standard deviation of such a share, carried to the angle.
+    """
+    side, left = valve.side, valve.accepted[-1].residual
+    law = LAW_SHARE * np.abs(side.free_sizes(side.gap - left))
+    day = side.spread**2 / (side.spread**2 + law**2)
+    misread = side.modes @ (side.mode_sizes(left) * day)
+    freed = _with_drive(prepared, misread)
+    return freed, [
+        _angle_change(freed, side.modes[:, j] * law[j] * np.sqrt(day[j]))
+        for j in range(len(law))
+        if law[j] > 0.02 * side.spread[j]
+    ]
+
+
+def _with_drive(prepared: Prepared, off: Column) -> Prepared:
+    """The same, driven by the case's pressures less `off` (n,)."""
+    tracks = []
+    for track, (first, second) in zip(prepared.tracks, _by_track(prepared, off), strict=True):
+        p1, p2 = case_pressures(track)
+        tracks.append(replace(track, driven_by=(p1 - first, p2 - second)))
+    return replace(prepared, tracks=tracks)
+
+
+def _by_track(prepared: Prepared, column: Column) -> list[tuple[Column, Column]]:
+    """The valve side's rows of each pair: valve 1, valve 2."""
+    parts = np.split(column, np.cumsum([len(pair) for pair in prepared.pairs] * 2)[:-1])
+    return list(zip(parts[: len(prepared.pairs)], parts[len(prepared.pairs) :], strict=True))
+
+
+def _angle_change(prepared: Prepared, change: Column) -> Column:
+    """(n,) what a change of the pressures does to the angle."""
+    parts = []
+    for track, (first, second) in zip(prepared.tracks, _by_track(prepared, change), strict=True):
+        p1, p2 = case_pressures(track)
+        moved = angle_under(p1 + first, p2 + second, track, prepared.nominal)
+        parts.append((moved - angle_under(p1, p2, track, prepared.nominal)) * track.pair.used)
+    return np.concatenate(parts)
+
+
+def doubts(prepared: Prepared, valve: Judged) -> list[Column]:
+    """(n,) each: what one standard deviation of a number of the valve side's causes is worth in the angle."""
+    found = []
+    for candidate in valve.accepted:
+        for name, size, spread in zip(candidate.law.free, candidate.sizes, candidate.spread, strict=True):
+            numbers = dict(candidate.applied.numbers) | {name: float(size + spread)}
+            numbers |= {other: numbers[owner] for other, owner in candidate.law.tied.items()}
+            usual, moved = (
+                replace(valve.bench, accepted=()).predicted([Applied(candidate.applied.stage, one)])
+                for one in (candidate.applied.numbers, numbers)
+            )
+            found.append(_angle_change(prepared, moved - usual))
+    return found
+
+
+def monitor_noise(prepared: Prepared, side: Side) -> float:
+    """Rms of healthy days beside the modes once each is brought to its own monitors' pressures."""
+    days = angle_deviations(prepared.pairs, prepared.nominal, True)
+    used = np.concatenate([pair.used for pair in prepared.pairs])
+    left = [side.rms(day * used - side.modes @ side.free_sizes(day * used)) for day in days]
+    return float(np.sqrt(np.mean(np.square(left)))) if left else 0.0
+
+
+def doubting(side: Side, doubted: Sequence[Column]) -> Side:
+    """The side with its floor raised by changes that may be there or not."""
+    for column in doubted:
+        sizes = side.free_sizes(column)
+        rest = side.rms(column - side.modes @ sizes)
+        floor = float(np.hypot(side.floor, side.rms(column)))
+        side = replace(side, spread=np.hypot(side.spread, sizes), remainder=float(np.hypot(side.remainder, rest)), floor=floor)
+    return side
+
+
+MEAN_LAWS = ((1.0, 1.0), (1.0, 0.0), (0.5, 0.5), (0.0, 1.0), (0.0, 0.0))
+"""(exponent, softness): what the mean pressure may do, a bounded nuisance."""
+MEAN_MOVED = 0.01
+
+
+def with_mean_law(prepared: Prepared) -> Prepared:
+    """The description whose law of the mean pressure leaves least in the angle; baselines cannot tell, as theirs never changes."""
+    pairs = prepared.pairs
+    means = [
+        float(np.mean((must(pair.case.p1_mpa) + must(pair.case.p2_mpa)) / (one.p1_mpa + one.p2_mpa)))
+        for pair, one in zip(pairs, prepared.references, strict=True)
+    ]
+    if abs(float(np.mean(means)) - 1.0) < MEAN_MOVED:
+        return prepared
+    tried = []
+    for exponent, softness in MEAN_LAWS:
+        nominal = replace(prepared.nominal, exponent=exponent, softness=softness)
+        tracks = [
+            replace(track, driven_by=one.driven_by)
+            for track, one in zip(lay_tracks(pairs, prepared.references, nominal), prepared.tracks, strict=True)
+        ]
+        gap = angle_gap(pairs, [angle_under(*case_pressures(track), track, nominal) for track in tracks])
+        tried.append((float(np.std(gap)), replace(prepared, tracks=tracks, nominal=nominal)))
+    return min(tried, key=lambda one: one[0])[1]
+
+
+def must(column: Column | None) -> Column:
+    assert column is not None
+    return column

@@ -1,0 +1,45 @@
+"""What the steps of a diagnosis hand on: the prepared records, and a side after judgement. Nothing is computed here."""
+
+from dataclasses import dataclass
+
+from rig.gap.attribute import Bench, Candidate
+from rig.gap.carry import Track
+from rig.gap.floor import Side
+from rig.gap.nominal import Nominal, Reference
+from rig.gap.pairs import Pair, Pairing
+from rig.gap.verdict import Trigger
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """Everything that the sides are judged with."""
+
+    pairing: Pairing
+    tracks: list[Track]
+    nominal: Nominal
+    has_baseline: bool
+    noise_deg: float
+
+    @property
+    def pairs(self) -> list[Pair]:
+        return self.pairing.pairs
+
+    @property
+    def references(self) -> list[Reference]:
+        return [track.reference for track in self.tracks]
+
+
+@dataclass(frozen=True)
+class Judged:
+    """One side after judgement."""
+
+    side: Side
+    trigger: Trigger
+    bench: Bench
+    ranking: list[Candidate]
+    chances: list[float]
+    names: list[str]
+    accepted: list[Candidate]
+    """The causes that explain it, strongest first; empty when it has no gap or none explains it."""
+    fraction: float
+    """Explained fraction of the side's own gap by the accepted causes, or by the best candidate when none is accepted."""
