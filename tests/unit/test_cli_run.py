@@ -55,7 +55,7 @@ def rig(tmp_path: Path) -> Path:
     """The simulated rig with the patience that a test on a busy machine needs."""
     text = compose.default_rig().read_text().replace("../models", str(compose.configs() / "models"))
     path = tmp_path / "patient.yaml"
-    path.write_text(text.replace("limits:", "limits:\n  stall_periods: 1000\n  misses_per_s: 1000"))
+    path.write_text(text.replace("stall_periods: 40", "stall_periods: 1000").replace("misses_per_s: 20", "misses_per_s: 1000"))
     return path
 
 
