@@ -134,23 +134,22 @@ class Keeper:
             self._break(Fault.LOOP_DIED, self._last_words(session))
             session.end_recording()
         elif not session.recorder_alive:
-            self._stop_because(Fault.RECORDER_DIED, "the recorder's process is gone")
+            self._stop_because(session, Fault.RECORDER_DIED, "the recorder's process is gone")
         elif why := self._recorder_stands(session):
-            self._stop_because(Fault.RECORDER_DIED, why)
+            self._stop_because(session, Fault.RECORDER_DIED, why)
         elif self._parts.supervisor is not None and (why := _supervisor_gone(session)):
-            self._stop_because(Fault.SUPERVISOR_DIED, why)
+            self._stop_because(session, Fault.SUPERVISOR_DIED, why)
 
     def _break(self, fault: Fault, said: str) -> None:
         self._broken, self._said = fault, said
 
-    def _stop_because(self, fault: Fault, said: str) -> None:
+    def _stop_because(self, session: Session, fault: Fault, said: str) -> None:
         """A process is lost that the rig must not run without: safe state, by the loop if it can."""
-        assert self.session is not None
         self._break(fault, said)
-        self.session.mailbox.estop(fault)
-        silent_ns = time.monotonic_ns() - self.session.ring.heartbeat_ns
-        if fault is Fault.SUPERVISOR_DIED and silent_ns > LOOP_PATIENCE_S * 1e9 and self.session.loop is not None:
-            self.session.loop.kill()  # nobody else is left who would
+        session.mailbox.estop(fault)
+        silent_ns = time.monotonic_ns() - session.ring.heartbeat_ns
+        if fault is Fault.SUPERVISOR_DIED and silent_ns > LOOP_PATIENCE_S * 1e9 and session.loop is not None:
+            session.loop.kill()  # nobody else is left who would
             with contextlib.suppress(DeviceError):
                 self._parts.safe()
 
@@ -212,7 +211,7 @@ class Keeper:
         """ARM, when the machine keeps time or nothing real moves. Returns what the operator should know, a line each."""
         self.must(Event.ARM)
         if self.session is None:  # the socket listens before the rig is open
-            raise Refused(Code.REFUSED, "the rig is still being opened; try again in a second")
+            raise Refused(Code.REFUSED, _NOT_OPEN)
         missing = measures.denied(self.session.facts["realtime"])
         if missing and not self._parts.simulated and not self._force:
             what = "; ".join(f"{name} {self.session.facts['realtime'][name]}" for name in missing)
@@ -257,14 +256,16 @@ class Keeper:
         return self.session is None or bool(self._broken) or self.fault is Fault.DEVICE_LOST
 
     async def clear_fault(self) -> None:
-        """RESET of a session that is whole."""
-        assert self.session is not None
+        """RESET of a session that is whole; Refused without one."""
+        if self.session is None:  # it was lost, or is being opened, since the caller looked
+            raise Refused(Code.REFUSED, _NOT_OPEN)
         self.session.mailbox.estop(Fault.NONE)
         self.session.mailbox.stop(False)
         await self.request(Request.RESET)
         self._said = ""
 
 
+_NOT_OPEN: Final = "the rig is still being opened; try again in a second"
 _NOT_READY: Final = {
     Request.ARM: "cannot arm: the pressures are not known (read error, broken wire, implausible value); see `pamrig watch`",
     Request.RESET: "the cause is not gone yet (read error, broken wire, or the safe state is not written); see `pamrig watch`",
