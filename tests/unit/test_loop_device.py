@@ -1,0 +1,99 @@
+"""The loop on a device that fails: forgiven, counted, faulted, and safe on every way out."""
+
+import math
+
+import pytest
+from scripted import (
+    ListRing,
+    ScriptedClock,
+    ScriptedDevice,
+    ScriptedOperator,
+    armed_and_running,
+    failing,
+    run_loop,
+)
+
+from rig.errors import DeviceError, DeviceLost
+from rig.realtime.commands import Answer, Request
+from rig.realtime.faults import Fault
+from rig.realtime.loop import Loop, LoopSettings
+from rig.realtime.state import State
+from rig.sample import Flag
+
+
+def test_single_errors_are_forgiven_and_flagged() -> None:
+    device = ScriptedDevice(reads=failing(20, 2))
+    samples, loop = run_loop(device, armed_and_running(), 60)
+    bad = [s for s in samples if s.flags & Flag.READ_ERROR]
+    assert [s.tick for s in bad] == [20, 21]
+    assert all(math.isnan(s.angle_deg) and math.isnan(s.p1_mpa) for s in bad), "never a stale value passed as new"
+    assert all(s.flags & Flag.ANGLE_ABSENT and not s.flags & Flag.SUSPECT for s in bad)
+    assert loop.fault is Fault.NONE
+
+
+def test_a_habit_of_errors_fills_the_bucket() -> None:
+    samples, loop = run_loop(ScriptedDevice(reads=failing(20, 100)), armed_and_running(), 60)
+    assert loop.fault is Fault.DEVICE_ERRORS
+    assert next(s.tick for s in samples if s.fault) == 24, "the fifth error in a row"
+
+
+def test_every_other_read_failing_is_a_habit_too() -> None:
+    device = ScriptedDevice(reads={n: DeviceError("scripted") for n in range(20, 60, 2)})
+    _, loop = run_loop(device, armed_and_running(), 60)
+    assert loop.fault is Fault.DEVICE_ERRORS
+
+
+def test_failing_writes_are_flagged_and_fault() -> None:
+    device = ScriptedDevice(writes=failing(10, 100))
+    samples, loop = run_loop(device, armed_and_running(), 60)
+    assert loop.fault is Fault.DEVICE_ERRORS
+    assert sum(bool(s.flags & Flag.WRITE_ERROR) for s in samples) == 9, "+2 for the write, -1 for the read of the same tick"
+    assert device.outputs[-1] == "safe"
+
+
+@pytest.mark.parametrize("where", ["reads", "writes"])
+def test_a_lost_device_faults_at_once(where: str) -> None:
+    device = ScriptedDevice(**{where: {15: DeviceLost("scripted: gone")}})
+    samples, loop = run_loop(device, armed_and_running({40: Request.RESET}), 60)
+    assert loop.fault is Fault.DEVICE_LOST
+    faulted = [s for s in samples if s.fault]
+    assert "safe" in device.outputs, "tried although the device said it was lost"
+    assert all(s.state == State.FAULT for s in faulted)
+
+
+def test_a_lost_device_is_never_read_again_and_cannot_be_reset() -> None:
+    device = ScriptedDevice(reads={15: DeviceLost("scripted: gone")})
+    operator = armed_and_running({40: Request.RESET})
+    run_loop(device, operator, 60)
+    assert (40, Answer.NOT_READY) in operator.answers
+    assert device._calls["read"] == 16
+
+
+def test_a_safe_state_that_could_not_be_written_is_owed_until_it_is() -> None:
+    device = ScriptedDevice(safes=failing(1, 5))  # number 0 is the one of the first tick
+    operator = armed_and_running({45: Request.RESET, 55: Request.RESET}, estop=range(40, 46))
+    samples, _ = run_loop(device, operator, 60)
+    assert [s.tick for s in samples if s.flags & Flag.WRITE_ERROR] == [40, 41, 42, 43, 44]
+    assert device.outputs.count("safe") >= 2
+    assert [a for t, a in operator.answers if t in (45, 55)] == [Answer.NOT_READY, Answer.DONE]
+
+
+def test_an_error_of_the_program_ends_safe_and_the_record_says_so() -> None:
+    device = ScriptedDevice(reads={20: ZeroDivisionError("scripted bug")})
+    operator = armed_and_running()
+
+    ring = ListRing()
+    loop = Loop(device, ScriptedClock(), ring, operator, LoopSettings())  # type: ignore[arg-type]
+    with pytest.raises(ZeroDivisionError):
+        loop.run()
+    last = ring.samples[-1]
+    assert (last.tick, last.fault, last.state, last.run) == (20, Fault.LOOP_ERROR, State.FAULT, 1)
+    assert device.outputs[-1] == "safe"
+    assert device.closed == 1
+
+
+def test_leaving_tries_the_safe_state_again() -> None:
+    device = ScriptedDevice(safes=failing(1, 2))
+    run_loop(device, ScriptedOperator({}), 5)
+    assert device.outputs == ["safe", "safe"]
+    assert device.closed == 1
