@@ -181,4 +181,6 @@ def _why_not(error: Exception, device: str) -> str:
 
 def link(settings: dict[str, Any]) -> ItvLink:
     """The link from plain JSON data, as the owner sends it."""
-    return ItvLink(LinkSettings(**{**settings, "port": SerialPort(**settings["port"]), "dialect": Dialect(**settings["dialect"])}))
+    return ItvLink(
+        LinkSettings(**{**settings, "port": SerialPort(**settings["port"]), "dialect": Dialect(**settings["dialect"])})
+    )
