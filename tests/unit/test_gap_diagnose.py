@@ -160,3 +160,12 @@ def test_refusal_of_many_records_stays_one_short_line() -> None:
     with pytest.raises(RecordError, match=r"; and 87 more$") as refused:
         asked(stuck * 30)
     assert len(str(refused.value)) < 300
+
+
+def test_hundreds_of_records_are_one_diagnosis() -> None:
+    day = session(141, AddedEffect("delay", {"delay_s": 0.03}))
+    many = [replace(record.rows(record.t_s < 4.0), facts={**record.facts, "repeat": k}) for k in range(70) for record in day]
+    found = asked(many)
+    assert len(many) > 200
+    assert names(found) == {"delay"}
+    assert found.causes[0].parameters["delay_s"].value == pytest.approx(0.03, rel=0.12)
