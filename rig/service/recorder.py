@@ -252,7 +252,8 @@ def _news(before: Sample | None, now: Sample) -> list[tuple[str, str]]:
     if now.fault and (before is None or before.fault != now.fault):
         lines.append(("fatal" if now.fault != Fault.ESTOP else "error", explain(now.fault)))
     appeared = now.flags & ~(before.flags if before else 0)
-    lines += [("warning", f"{flag.name} at tick {now.tick}") for flag in _WORTH_A_LINE if appeared & flag]
+    if appeared:
+        lines += [("warning", f"{flag.name} at tick {now.tick}") for flag in _WORTH_A_LINE if appeared & flag]
     return lines
 
 
