@@ -1,4 +1,4 @@
-"""The guard by itself: what it clips, what it believes, and its leaky bucket. What the loop makes of it stands in test_loop.py."""
+"""The guard by itself: what it clips, what it believes, and its leaky bucket. What the loop makes of it stands in test_loop_*.py."""
 
 import math
 

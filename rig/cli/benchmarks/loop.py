@@ -2,6 +2,7 @@
 
 import os
 import time
+from dataclasses import replace
 from typing import Any
 
 from rig.cli import compose, lateness
@@ -26,7 +27,7 @@ def bench_loop() -> dict[str, Any]:
             figures[f"lateness {key}, {name}"] = figure(ours[key], "us", "cyclictest", peer.get(key))
     figures["missed ticks, idle"] = figure(sum(s.missed for s in samples), "ticks", of=len(samples))
     figures["missed ticks, loaded"] = figure(sum(s.missed for s in loaded_samples), "ticks", of=len(loaded_samples))
-    return figures | _work(samples)
+    return figures | _work(samples) | _unrehearsed(rig)
 
 
 def _in_turns(rig: RigConfig) -> tuple[dict[str, float], dict[str, float], list[Sample]]:
@@ -54,6 +55,18 @@ def _work(samples: list[Sample]) -> dict[str, Any]:
         for part, values in parts.items():
             figures[f"of it: {part}, {key}"] = figure(lateness.quantiles(values)[key], "us")
     return figures
+
+
+def _unrehearsed(rig: RigConfig) -> dict[str, Any]:
+    """The same loop, idle, when it sleeps until each tick: what waking early and rehearsing buys."""
+    samples, _ = lateness.loop_samples(replace(rig, realtime=replace(rig.realtime, early_us=0)), SECONDS)
+    late = lateness.lateness_us(samples)
+    work = lateness.quantiles([(s.written_ns - s.woken_ns) / 1e3 for s in samples])
+    return {
+        f"without rehearsal: {what} {key}": figure(found[key], "us")
+        for what, found in (("lateness", late), ("read to write", work))
+        for key in ("p50", "p99")
+    }
 
 
 def _handoff_us(sample: Sample) -> list[float]:
