@@ -5,6 +5,7 @@ It knows neither device nor program.
 """
 
 import math
+from collections import deque
 from dataclasses import dataclass, field
 
 from rig.fields import bounded
@@ -62,6 +63,24 @@ class Bucket:
         elif self.level:
             self.level -= 1
         return self.level >= self._size
+
+
+class Misses:
+    """Ticks that came so late that whole periods were skipped: single ones are forgiven, a stall or a habit is not."""
+
+    def __init__(self, limits: Limits, period_ns: int) -> None:
+        self._limits = limits
+        self._window_ticks = 1_000_000_000 // period_ns
+        self._ticks: deque[int] = deque()
+
+    def add(self, tick: int, missed: int) -> Fault:
+        """The fault that is due after tick number `tick` came `missed` periods late."""
+        if missed >= self._limits.stall_periods:
+            return Fault.LONG_STALL
+        self._ticks.append(tick)
+        while self._ticks[0] < tick - self._window_ticks:
+            self._ticks.popleft()
+        return Fault.MISSED_TICKS if len(self._ticks) >= self._limits.misses_per_s else _NO_FAULT
 
 
 @dataclass

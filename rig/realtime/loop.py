@@ -6,14 +6,13 @@ follows the tick index. Every way out of `run` leaves the device in its safe sta
 
 import contextlib
 import math
-from collections import deque
 from dataclasses import dataclass, field
 
 from rig.errors import DeviceError, DeviceLost, StateError
 from rig.interfaces import Clock, Device, Measurement, Role
 from rig.realtime.commands import Answer, Commands, Request
 from rig.realtime.faults import Fault
-from rig.realtime.guard import Bucket, Guard, Limits
+from rig.realtime.guard import Bucket, Guard, Limits, Misses
 from rig.realtime.program import Program
 from rig.realtime.ring import RingWriter
 from rig.realtime.state import Event, State, after
@@ -39,7 +38,6 @@ _ABSENT = {Role.MONITOR_1: P1_ABSENT, Role.MONITOR_2: P2_ABSENT, Role.ANGLE: ANG
 _FROM_RAW = Measurement._fields.index("p1_raw")
 """From here to its flags a measurement has the fields of a sample in the same order."""
 _NO_MEASUREMENT = Measurement(flags=P1_ABSENT | P2_ABSENT | ANGLE_ABSENT | READ_ERROR)
-
 
 LEAVING_NS = 1_000_000_000
 """How long the way out may take on a slow device before the supervisor takes over."""
@@ -88,7 +86,7 @@ class Loop:
         expected = sum(flag for role, flag in _ABSENT.items() if role in self._device.roles)
         self._guard = Guard(self._limits, self._period_ns / 1e9, expected)
         self._errors = Bucket(self._limits.bucket)
-        self._misses: deque[int] = deque()
+        self._misses = Misses(self._limits, self._period_ns)
 
     def terminate(self, why: Fault = Fault.TERMINATED) -> None:
         """Leave at the next tick through the safe state; for signal handlers."""
@@ -194,16 +192,7 @@ class Loop:
             return wanted
         if self.state in _UNDER_COMMAND and self._commands.control_lost():
             return Fault.CONTROL_LOST
-        if missed:
-            if missed >= self._limits.stall_periods:
-                return Fault.LONG_STALL
-            window = 1_000_000_000 // self._period_ns
-            self._misses.append(tick)
-            while self._misses[0] < tick - window:
-                self._misses.popleft()
-            if len(self._misses) >= self._limits.misses_per_s:
-                return Fault.MISSED_TICKS
-        return _NO_FAULT
+        return self._misses.add(tick, missed) if missed else _NO_FAULT
 
     def _latch(self, fault: Fault) -> None:
         """The first fault is kept; the safe state is owed from now on."""
