@@ -182,8 +182,13 @@ def is_simulated(rig: RigConfig) -> bool:
 def load(path: Path | None) -> RigConfig:
     """The rig's config at `path`, or the simulated rig's; settings of all devices are checked too."""
     rig = load_rig(find_config(path, "rigs") if path else default_rig())
-    named = [path for entry in rig.devices for path in _paths(device_settings(entry, rig, {})[1])]
-    return dataclasses.replace(rig, files={**rig.files, **{path.name: path.read_bytes() for path in named}})
+    files = dict(rig.files)
+    for entry in rig.devices:
+        settings = device_settings(entry, rig, {})[1]
+        files |= {path.name: path.read_bytes() for path in _paths(settings)}
+        if entry.kind == "emulated":
+            files |= {name: data for name, data in load(settings.rig).files.items() if name != "rig.yaml"}
+    return dataclasses.replace(rig, files=files)
 
 
 def _paths(settings: Any) -> list[Path]:

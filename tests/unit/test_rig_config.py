@@ -105,3 +105,9 @@ def test_own_configs_are_found_by_name_and_strangers_by_path(tmp_path: Path, mon
     assert compose.find_config(Path("/elsewhere/quick"), "sweeps") == Path("/elsewhere/quick")
     with pytest.raises(ConfigError, match="quik: no such file, nor one of pamrig's own sweeps; did you mean 'quick'"):
         compose.find_config(Path("quik"), "sweeps")
+
+
+def test_an_emulated_rig_names_every_file_that_it_stands_on() -> None:
+    files = compose.load(compose.configs() / "rigs" / "emulated_all_modbus.yaml").files
+    assert sorted(files) == ["all_modbus.yaml", "rig.yaml", "simulated.yaml", "wago_750.yaml"]
+    assert b"emulated" in files["rig.yaml"]
