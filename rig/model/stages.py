@@ -2,7 +2,8 @@
 
 Each is a plain function of the form described in `rig.model.slots`; this file imports neither numpy nor numba, so that the
 same code runs tick by tick on the controller and compiled over whole records. Effects that the nominal chain leaves out are
-in `rig.model.effect_stages`.
+in `rig.model.effect_stages`. The two stages that every rig has choose by comparison: in pure Python `min` and `max` cost more than
+all their arithmetic.
 """
 
 import math
@@ -27,11 +28,12 @@ def regulators(p1: Values, p2: Values, y: Values, state: Values, params: Sequenc
         state[0] = 1.0
         state[1] = params[0] * p1[0] + params[1]
         state[2] = params[5] * p2[0] + params[6]
+    fill1, exhaust1, fill2, exhaust2 = params[3] * dt_s, -params[4] * dt_s, params[8] * dt_s, -params[9] * dt_s
     for k in range(len(p1)):
         move = reach1 * (params[0] * p1[k] + params[1] - state[1])
-        state[1] += min(max(move, -params[4] * dt_s), params[3] * dt_s)
+        state[1] += exhaust1 if move < exhaust1 else fill1 if move > fill1 else move
         move = reach2 * (params[5] * p2[k] + params[6] - state[2])
-        state[2] += min(max(move, -params[9] * dt_s), params[8] * dt_s)
+        state[2] += exhaust2 if move < exhaust2 else fill2 if move > fill2 else move
         p1[k] = state[1]
         p2[k] = state[2]
 
@@ -50,10 +52,12 @@ def modified_bouc_wen(p1: Values, p2: Values, y: Values, state: Values, params: 
     phi1, phi2, beta1, beta2 = params[4], params[5], params[6], params[7]
     per_divisor, per_unit, y_unit = 1.0 / params[8], 1.0 / params[9], params[10]
     exponent, p0 = params[11], params[12]
+    least = 0.2 * p0
     for k in range(len(p1)):
         u = (p1[k] - p2[k]) * per_unit
         if exponent != 0.0:
-            u *= (2.0 * p0 / max(p1[k] + p2[k], 0.2 * p0)) ** exponent
+            total = p1[k] + p2[k]
+            u *= (2.0 * p0 / (least if total < least else total)) ** exponent
         if state[0] == 0.0:
             state[0] = 1.0
             state[1] = u
@@ -68,7 +72,7 @@ def modified_bouc_wen(p1: Values, p2: Values, y: Values, state: Values, params: 
             - (phi1 + phi2 * nu) * abs(theta) * last
             - (beta1 + beta2 * nu) * theta * abs(last)
         )
-        now = min(max(now, -OUTPUT_LIMIT), OUTPUT_LIMIT)
+        now = -OUTPUT_LIMIT if now < -OUTPUT_LIMIT else OUTPUT_LIMIT if now > OUTPUT_LIMIT else now
         state[1] = u
         state[2] = now
         y[k] = now * y_unit

@@ -35,8 +35,6 @@ _COMMANDING = (State.ARMED, State.RUNNING, State.DONE)
 _UNDER_COMMAND = (State.ARMED, State.RUNNING)
 _SILENT = (State.DISARMED, State.FAULT)
 _ABSENT = {Role.MONITOR_1: P1_ABSENT, Role.MONITOR_2: P2_ABSENT, Role.ANGLE: ANGLE_ABSENT}
-_FROM_RAW = Measurement._fields.index("p1_raw")
-"""From here to its flags a measurement has the fields of a sample in the same order."""
 _NO_MEASUREMENT = Measurement(flags=P1_ABSENT | P2_ABSENT | ANGLE_ABSENT | READ_ERROR)
 
 LEAVING_NS = 1_000_000_000
@@ -158,7 +156,8 @@ class Loop:
         self._ring.put(
             Sample._make((
                 tick & 0xFFFFFFFF, due_ns, woken_ns, read_ns, self._clock.now_ns(), missed, dp_mpa, p1_mpa, p2_mpa,
-                now.p1_mpa, now.p2_mpa, now.angle_deg - self._zero_deg, *now[_FROM_RAW:-1],
+                now.p1_mpa, now.p2_mpa, now.angle_deg - self._zero_deg, now.p1_raw, now.p2_raw, now.angle_raw, now.excitation_raw,
+                now.p1_age_ns, now.p2_age_ns, now.angle_age_ns,
                 run, self.state, phase, flags, self.fault, self._zero_deg,
             ))
         )  # fmt: skip
