@@ -97,10 +97,12 @@ class Supervisor:
     ) -> None:
         """`safe` writes the safe state without the loop's help and may raise DeviceError.
 
-        A heartbeat older than `patience_periods` is a loop that is stopped or hangs. ProcessLookupError when `pid` is gone.
+        A heartbeat older than `patience_periods`, less a tenth of a period for the way to the device, is a loop that is stopped or
+        hangs: a hang that strikes just after a look at the device is then safe within one period more. ProcessLookupError when `pid`
+        is gone.
         """
         self._ring, self._block, self._safe = ring, block, safe
-        self._period_ns, self._limit_ns = period_ns, patience_periods * period_ns
+        self._period_ns, self._limit_ns = period_ns, patience_periods * period_ns - period_ns // 10
         self._looked_ns = time.monotonic_ns()
         self._longest_look_ns = max(self._limit_ns, round(_LOOK_S * 1e9)) + period_ns
         self._pid = pid
