@@ -2,6 +2,10 @@
 
 import time
 from collections.abc import Callable
+from typing import Final
+
+_LONGEST_PAUSE: Final = 1000
+"""Waits without a rehearsal, after many that were late."""
 
 
 class MonotonicClock:
@@ -21,26 +25,29 @@ class RehearsingClock(MonotonicClock):
     """Wakes `early_ns` before each deadline, has the coming work rehearsed, and waits out the rest on the processor.
 
     So neither waking up nor what the processor forgot while it slept is left for the deadline; it costs at most `early_ns` of
-    the processor a wait. A rehearsal that would not be over in time, as the last ones tell, is left out.
+    the processor a wait. Who wakes with less than half of that left does not rehearse. After a rehearsal that was not over in
+    time some waits do without: one after a single one, up to _LONGEST_PAUSE on a machine that is always too slow.
     """
 
     def __init__(self, early_ns: int, rehearse: Callable[[], None]) -> None:
         self._early_ns, self._rehearse = early_ns, rehearse
-        self._takes_ns = early_ns // 2
-        """How long a rehearsal is expected to take: the longest of late, forgotten little by little."""
+        self._pause = self._left_out = 0
 
     def wait_until_ns(self, deadline_ns: int) -> None:
         """Sleep until shortly before the deadline, rehearse, and watch the clock."""
         super().wait_until_ns(deadline_ns - self._early_ns)
-        began_ns = time.monotonic_ns()
-        if deadline_ns - began_ns > self._takes_ns:
+        if self._left_out:
+            self._left_out -= 1
+        elif deadline_ns - time.monotonic_ns() > self._early_ns // 2:
             self._rehearse()
-            took_ns = min(time.monotonic_ns() - began_ns, 2 * self._early_ns)  # the machine may have stood still
-            self._takes_ns = max(took_ns, self._takes_ns - self._takes_ns // 16)
-        else:
-            self._takes_ns -= self._takes_ns // 64
+            self._judge(time.monotonic_ns() <= deadline_ns)
         while time.monotonic_ns() < deadline_ns:
             pass
+
+    def _judge(self, in_time: bool) -> None:
+        """Double the pause with each rehearsal that was late, halve it with each that was not."""
+        self._pause = self._pause // 2 if in_time else min(2 * self._pause + 1, _LONGEST_PAUSE)
+        self._left_out = 0 if in_time else self._pause
 
 
 class VirtualClock:

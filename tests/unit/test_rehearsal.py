@@ -90,10 +90,10 @@ def test_on_a_slow_machine_rehearsals_that_make_ticks_late_are_given_up(fake: Fa
     clock = RehearsingClock(EARLY_NS, taking(fake, 2 * EARLY_NS, began))
     for _ in range(1000):
         clock.wait_until_ns(fake.now_ns + PERIOD_NS)
-    assert 0 < len(began) <= 1000 / 32
+    assert 0 < len(began) <= 10
 
 
-def test_after_one_long_rehearsal_they_come_back(fake: FakeTime) -> None:
+def test_after_one_long_rehearsal_one_is_left_out(fake: FakeTime) -> None:
     began: list[int] = []
     clock = RehearsingClock(EARLY_NS, taking(fake, 2 * EARLY_NS, began))
     clock.wait_until_ns(fake.now_ns + PERIOD_NS)
@@ -101,7 +101,7 @@ def test_after_one_long_rehearsal_they_come_back(fake: FakeTime) -> None:
     for _ in range(300):
         fake.late_ns = 50 * US
         clock.wait_until_ns(fake.now_ns + PERIOD_NS)
-    assert len(began) > 200
+    assert len(began) == 1 + 299
 
 
 def test_a_rehearsal_is_a_tick_in_the_middle_of_a_sweep() -> None:

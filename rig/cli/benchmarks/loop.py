@@ -31,13 +31,22 @@ def bench_loop() -> dict[str, Any]:
 
 
 def _in_turns(rig: RigConfig) -> tuple[dict[str, float], dict[str, float], list[Sample]]:
+    """Quantiles of the loop and of cyclictest, for each the middle one of the rounds: a stall of the machine meets one round."""
     samples: list[Sample] = []
+    ours: list[dict[str, float]] = []
     peers: list[dict[str, float]] = []
     for _ in range(ROUNDS):
-        samples += lateness.loop_samples(rig, SECONDS)[0]
+        found = lateness.loop_samples(rig, SECONDS)[0]
+        ours.append(lateness.lateness_us(found))
         peers.append(lateness.cyclictest_us(SECONDS, rig.realtime.fifo_priority, rig.period_ns) or {})
-    peer = {key: sorted(p[key] for p in peers)[len(peers) // 2] for key in ("p50", "p99", "max") if all(key in p for p in peers)}
-    return lateness.lateness_us(samples), peer, samples
+        samples += found
+    return _middle(ours), _middle(peers), samples
+
+
+def _middle(rounds: list[dict[str, float]]) -> dict[str, float]:
+    """Key by key; without the keys that some round lacks."""
+    common = [key for key in ("p50", "p99", "max") if all(key in found for found in rounds)]
+    return {key: sorted(found[key] for found in rounds)[len(rounds) // 2] for key in common}
 
 
 def _work(samples: list[Sample]) -> dict[str, Any]:
