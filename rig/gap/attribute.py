@@ -68,14 +68,11 @@ class Bench:
 
     @cached_property
     def measured(self) -> Column:
-        """(n,) what it did read."""
-        cases = [track.pair.case for track in self.tracks]
+        """(n,) what it did read; of the pressures, without what a joint that moves otherwise did to them."""
         if self.side.name == "valve":
-            return np.concatenate(
-                [case.p1_mpa for case in cases if case.p1_mpa is not None]
-                + [case.p2_mpa for case in cases if case.p2_mpa is not None]
-            )
-        return np.concatenate([case.angle_deg for case in cases])
+            references = [track.reference for track in self.tracks]
+            return np.concatenate([one.p1_mpa for one in references] + [one.p2_mpa for one in references]) + self.side.gap
+        return np.concatenate([track.pair.case.angle_deg for track in self.tracks])
 
     @cached_property
     def used(self) -> Column:

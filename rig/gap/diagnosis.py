@@ -13,19 +13,17 @@ from rig.gap.causes import Findings, name_causes, trust
 from rig.gap.effects import LIBRARY
 from rig.gap.engine import angle_side, judge, library_of, overall_gap, prepare, signatures_of, valve_side
 from rig.gap.floor import Side
-from rig.gap.handover import doubts, stripped, with_mean_law
+from rig.gap.handover import doubts, misreading, stripped, with_mean_law
 from rig.gap.kernels import square_sum
 from rig.gap.localise import frequency_shares, over_time, phase_shares, region_shares
 from rig.gap.next_experiment import recommend
-from rig.gap.prepared import Judged, Prepared
+from rig.gap.prepared import Judged, Prepared, untriggered
 from rig.gap.result import Cause, Diagnosis, Ranked
+from rig.gap.signatures import bridged, lost_rows
 from rig.gap.verdict import explained
 from rig.log.record import Column, Record
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.parameters import Model
-
-SMOOTHED = 0.25
-"""Share of a white disturbance's variance that the smoothing lets through, generously."""
 
 
 def diagnose(
@@ -59,18 +57,36 @@ def diagnose_with_findings(
     prepared = prepare(model, records, baselines, pressures)
     known = {effect.name for effect in effects}
     marks = [mark for mark in signatures_of(prepared) if mark.effect is None or mark.effect in known]
+    if any(mark.found and mark.effect == "lost_samples" for mark in marks):
+        prepared = _without_lost(prepared, model, pressures)
     valve = judge(prepared, valve_side(prepared), effects) if prepared.pairing.pressures else None
+    if valve is not None and valve.trigger.found and misreading(valve, angle_side(prepared, driven=False, model=model)):
+        offsets = 1e3 * valve.side.free_sizes(valve.side.gap)[[0, 3]]
+        prepared.pairing.notes.append(
+            f"the monitors read {offsets[0]:+.1f} and {offsets[1]:+.1f} kPa against the baselines, and the angle does not follow: "
+            "taken for their own error"
+        )
+        valve = untriggered(valve)
     driven = valve is not None and valve.trigger.found
     doubted: Sequence[Column] = ()
     if valve is not None and valve.accepted:
         prepared, shared = stripped(prepared, valve)
         doubted = [*shared, *doubts(prepared, valve)]
     prepared = with_mean_law(prepared) if driven else prepared
-    added = SMOOTHED * sum(mark.variance_deg2 for mark in marks if mark.found)
+    added = sum(mark.smoothed_deg2 for mark in marks if mark.found)
     side = angle_side(prepared, driven=driven, model=model, added_variance=added, doubted=doubted)
     angle = judge(prepared, side, effects, driven=driven, beside=valve.side if valve is not None and not driven else None)
     findings = Findings(prepared, valve, angle, marks)
     return _told(findings), findings
+
+
+def _without_lost(prepared: Prepared, model: Model | None, pressures: bool) -> Prepared:
+    """Prepared anew with the case's lost samples bridged, in the baselines as well."""
+    lost = [lost_rows(pair.raw) for pair in prepared.pairs]
+    count = len(prepared.pairs[0].raw_baselines)
+    records = [bridged(pair.raw, rows) for pair, rows in zip(prepared.pairs, lost, strict=True)]
+    days = [[bridged(pair.raw_baselines[k], rows) for pair, rows in zip(prepared.pairs, lost, strict=True)] for k in range(count)]
+    return prepare(model, records, days, pressures)
 
 
 def _told(findings: Findings) -> Diagnosis:
@@ -190,7 +206,7 @@ def _after(findings: Findings, rms: "np.ufunc | object") -> float:
     plain = float(np.sqrt(left @ left / max(findings.angle.side.rows, 1.0)))
     held = [candidate for judged in (findings.valve, findings.angle) if judged for candidate in judged.accepted]
     ratio = max((_held_out_ratio(candidate, findings) for candidate in held), default=1.0)
-    explained_marks = sum(mark.variance_deg2 for mark in findings.signatures if mark.found and mark.effect) * SMOOTHED
+    explained_marks = sum(mark.smoothed_deg2 for mark in findings.signatures if mark.found and mark.effect)
     return float(np.sqrt(max((plain * ratio) ** 2 - explained_marks, 0.0)))
 
 

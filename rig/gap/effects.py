@@ -72,6 +72,7 @@ ONE_VALVE = ({"balance": 1.0}, {"balance": -1.0})
 HOLDS = tuple(0.012 * 1.28**k for k in range(13))
 """A hold is discontinuous in its width: a close grid."""
 CHOKED = tuple({"exhaust_mpa_s": exhaust, "choked": 1.0} for exhaust in (0.15, 0.3, 0.6, 1.2))
+UNCHOKED = tuple({"exhaust_mpa_s": exhaust} for exhaust in (0.15, 0.3, 0.6))
 EITHER_MUSCLE = ({"muscle": 1.0}, {"muscle": 2.0})
 BOTH_STOPS = tuple({"low_deg": low} for low in (-32.0, -26.0, -20.0, -15.0, -10.0))
 TIMES = (0.004, 0.008, 0.016, 0.03, 0.06, 0.12, 0.25)
@@ -96,7 +97,8 @@ _LIBRARY: tuple[Effect, ...] = (
     Effect("valve_slew", (
         Law("valve_slew", ("fill_mpa_s",), (0.95, 0.85, 0.7, 0.5, 0.3, 0.15), "rate_mpa_s", tied={"exhaust_mpa_s": "fill_mpa_s"}),
         Law("valve_slew", ("fill_mpa_s",), (0.95, 0.8, 0.6, 0.35), "rate_mpa_s", tied={"exhaust_mpa_s": "fill_mpa_s"}, shapes=ONE_VALVE, charge=2.0),
-        Law("valve_slew", ("fill_mpa_s", "exhaust_mpa_s"), (1.3, 0.9, 0.6, 0.35), "rate_mpa_s", shapes=CHOKED, charge=1.0),
+        Law("valve_slew", ("fill_mpa_s", "exhaust_mpa_s"), (3.0, 1.3, 0.9, 0.6, 0.35), "rate_mpa_s", shapes=CHOKED, charge=1.0),
+        Law("valve_slew", ("fill_mpa_s", "exhaust_mpa_s"), (1.3, 0.8, 0.4), "rate_mpa_s", shapes=UNCHOKED, charge=1.0),
     ), "fast changes of pressure become ramps, slow ones are untouched", "slew", "slew"),
     Effect("fill_exhaust_asymmetry", (
         Law("fill_exhaust_asymmetry", ("ratio",), (0.3, 0.5, 0.7, 0.85, 1.15, 1.5, 2.0, 3.0, 5.0), shapes=({"fill_share": 0.0},)),

@@ -9,8 +9,9 @@ from dataclasses import replace
 import numpy as np
 
 from rig.errors import ModelError
-from rig.gap.attribute import LOOSENESS, Bench, Candidate, case_pressures, rank, refit
+from rig.gap.attribute import Bench, case_pressures, rank
 from rig.gap.carry import Applied, angle_under, lay_tracks, ready, response_with
+from rig.gap.compound import with_second
 from rig.gap.effects import Effect, chosen
 from rig.gap.floor import (
     ANGLE_PRIORS,
@@ -31,18 +32,9 @@ from rig.gap.handover import doubting, echo, monitor_noise, must
 from rig.gap.kernels import regulated
 from rig.gap.nominal import Reference, describe, fit_regulators, mean_session
 from rig.gap.pairs import Pair, pair_up
-from rig.gap.prepared import Judged, Prepared
+from rig.gap.prepared import Judged, Prepared, untriggered
 from rig.gap.signatures import Signature, read_signatures
-from rig.gap.verdict import (
-    KNOWN,
-    KNOWN_WHEN_GONE,
-    SECOND_CAUSE,
-    explained,
-    explained_beside_modes,
-    name_set,
-    probabilities,
-    trigger,
-)
+from rig.gap.verdict import HALF, explained, explained_beside_modes, name_set, probabilities, sufficient, trigger
 from rig.log.record import Column, Record
 from rig.model.kernels import simulate
 from rig.model.parameters import Model
@@ -57,8 +49,6 @@ STRANGE = 4.0
 """A model that moves this many times as far as the rig, or as little, is no reference."""
 MISFIT_SHARE = 0.05
 """What a model misses of a clean rig, as a share of the amplitude, when its file does not say."""
-LEADERS, LEADERS_BLIND = 2, 4
-"""How many of the best single causes are tried as the first of a pair: with pressures, and from the angle alone."""
 
 
 def prepare(model: Model | None, records: Sequence[Record], baselines: Sequence[Sequence[Record]], pressures: bool) -> Prepared:
@@ -209,45 +199,15 @@ def judge(
     if not ranking:
         return Judged(side, sign, bench, [], [], [], [], 0.0)
     names = name_set(ranking, chances, prepared.pairing.pressures)
-    accepted = _with_second(ranking, effects, bench) if prepared.has_baseline else [ranking[0]]
+    accepted = with_second(ranking, effects, bench) if prepared.has_baseline else [ranking[0]]
     left = accepted[-1].residual
     fraction = max(explained(side.rms(side.gap), side.rms(left), side.floor), explained_beside_modes(side, left))
-    if fraction < (KNOWN if trigger(side, left).found else KNOWN_WHEN_GONE):
+    if not sufficient(fraction, ranking, trigger(side, left).found):
         accepted = []
-        if side.handed > 0.0 and not trigger(side, None, STRANGE_HANDOVER * side.handed).found:
-            return Judged(side, replace(sign, found=False), bench, [], [], [], [], 0.0)
+        by_carrier = fraction < HALF and not trigger(side, None, STRANGE_HANDOVER * side.handed).found
+        if side.handed > 0.0 and by_carrier:
+            return untriggered(Judged(side, sign, bench, [], [], [], [], 0.0))
     return Judged(side, sign, bench, ranking, chances, names, accepted, fraction)
-
-
-def _with_second(ranking: Sequence[Candidate], effects: Sequence[Effect], bench: Bench) -> list[Candidate]:
-    """The best candidate, and a second one beside it when the first leaves a gap that the second takes away."""
-    first = ranking[0]
-    side = bench.side
-    loose = LOOSENESS * side.rms(side.gap)
-    if not trigger(side, first.residual, 1.5 * loose).found:
-        return [first]
-    best: list[Candidate] = [first]
-    goal = first.left**2
-    blind = side.name == "angle" and bench.beside is None and not bench.driven
-    for leader in ranking[: LEADERS_BLIND if blind else LEADERS]:
-        around = replace(bench, accepted=(leader.applied,))
-        others = [effect for effect in effects if effect.name != leader.effect.name]
-        seconds = rank(others, around, least=1, reach=1.2)
-        if not seconds:
-            continue
-        pair = _settled(leader, seconds[0], bench)
-        floor = side.remainder**2
-        if pair[1].left ** 2 - floor < (1.0 - SECOND_CAUSE) * (first.left**2 - floor) and pair[1].left ** 2 < goal:
-            best, goal = pair, pair[1].left ** 2
-    return best
-
-
-def _settled(first: Candidate, second: Candidate, bench: Bench) -> list[Candidate]:
-    """Both fitted again, each beside the other, twice."""
-    for _ in range(2):
-        first = refit(first, replace(bench, accepted=(second.applied,))) or first
-        second = refit(second, replace(bench, accepted=(first.applied,))) or second
-    return [first, second]
 
 
 def overall_gap(prepared: Prepared, causes: Sequence[Applied]) -> list[Column]:

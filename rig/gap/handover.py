@@ -8,17 +8,23 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.optimize import lsq_linear
 
 from rig.gap.attribute import case_pressures
 from rig.gap.carry import Applied, angle_under, lay_tracks
 from rig.gap.floor import Side, angle_deviations, angle_gap
-from rig.gap.kernels import regulated, square_sum
+from rig.gap.kernels import regulated
 from rig.gap.prepared import Judged, Prepared
+from rig.gap.verdict import STRUCTURE, trigger
 from rig.log.record import Column
 
+MISREADING = 2.0
+"""Thresholds up to which monitors may be off by themselves."""
 LAW_SHARE = 0.1
 """Share of what a cause does to offset, gain and lag of the pressures that its law may get wrong."""
 ATMOSPHERE_MPA = 0.1013
+RECOVERY = (1.0, 0.25)
+"""In how much of its time constant a regulator makes up for a squeeze: it is quicker the smaller the error."""
 MOST_GROWTH = 0.01
 """Most by which a muscle's pressure rises, shut off, for each degree that the joint squeezes it; relative."""
 
@@ -36,16 +42,17 @@ def echo(side: Side, prepared: Prepared) -> Column:
     half = len(side.gap) // 2
     found = np.zeros(len(side.gap))
     for k, sign in ((0, -1.0), (1, 1.0)):
-        parts = []
-        for pair, track, move in zip(prepared.pairs, prepared.tracks, moved, strict=True):
-            tau = max(prepared.nominal.regulators[k][1:])
-            fast = move - regulated(move, 0.0, tau, tau, pair.dt_s)
-            parts.append(sign * (case_pressures(track)[k] + ATMOSPHERE_MPA) * fast * pair.used)
-        column = np.zeros(len(side.gap))
-        column[k * half : (k + 1) * half] = np.concatenate(parts)
-        beside = column - side.modes @ side.free_sizes(column)
-        growth = float(beside @ side.gap) / max(square_sum(beside), 1e-12)
-        found += float(np.clip(growth, 0.0, MOST_GROWTH)) * column
+        tau = max(prepared.nominal.regulators[k][1:])
+        columns = np.zeros((len(side.gap), 2))
+        for j, share in enumerate(RECOVERY):
+            parts = []
+            for pair, track, move in zip(prepared.pairs, prepared.tracks, moved, strict=True):
+                fast = move - regulated(move, 0.0, share * tau, share * tau, pair.dt_s)
+                parts.append(sign * (case_pressures(track)[k] + ATMOSPHERE_MPA) * fast * pair.used)
+            columns[k * half : (k + 1) * half, j] = np.concatenate(parts)
+        beside = np.column_stack([column - side.modes @ side.free_sizes(column) for column in columns.T])
+        growth = lsq_linear(beside.T @ beside + 1e-12 * np.eye(2), beside.T @ side.gap, (0.0, MOST_GROWTH)).x
+        found += columns @ growth
     return found
 
 
@@ -58,7 +65,10 @@ def stripped(prepared: Prepared, valve: Judged) -> tuple[Prepared, list[Column]]
     side, left = valve.side, valve.accepted[-1].residual
     law = LAW_SHARE * np.abs(side.free_sizes(side.gap - left))
     day = side.spread**2 / (side.spread**2 + law**2)
-    misread = side.modes @ (side.mode_sizes(left) * day)
+    sizes = side.mode_sizes(left)
+    misread = side.modes @ (sizes * day)
+    if trigger(side, left).structure <= STRUCTURE:  # beside the modes there is nothing but the monitors' noise
+        misread = left - side.modes @ (sizes * (1.0 - day))
     freed = _with_drive(prepared, misread)
     return freed, [
         _angle_change(freed, side.modes[:, j] * law[j] * np.sqrt(day[j]))
@@ -105,6 +115,11 @@ def doubts(prepared: Prepared, valve: Judged) -> list[Column]:
             )
             found.append(_angle_change(prepared, moved - usual))
     return found
+
+
+def misreading(valve: Judged, plain: Side) -> bool:
+    """Whether a faint offset, gain or lag of the monitors is but theirs: the angle (`plain`: as commanded) does not follow."""
+    return valve.trigger.structure <= STRUCTURE and valve.trigger.strength < MISREADING and not trigger(plain).found
 
 
 def monitor_noise(prepared: Prepared, side: Side) -> float:

@@ -1,6 +1,6 @@
 """What the steps of a diagnosis hand on: the prepared records, and a side after judgement. Nothing is computed here."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from rig.gap.attribute import Bench, Candidate
 from rig.gap.carry import Track
@@ -43,3 +43,10 @@ class Judged:
     """The causes that explain it, strongest first; empty when it has no gap or none explains it."""
     fraction: float
     """Explained fraction of the side's own gap by the accepted causes, or by the best candidate when none is accepted."""
+
+
+def untriggered(judged: Judged) -> Judged:
+    """The side without its gap: what was found is laid to something that is no cause."""
+    return replace(
+        judged, trigger=replace(judged.trigger, found=False), ranking=[], chances=[], names=[], accepted=[], fraction=0.0
+    )

@@ -5,22 +5,26 @@ noise is no finding. Without a baseline the marks must be plain.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d, uniform_filter1d
 from scipy.signal import filtfilt, iirnotch, periodogram
 
-from rig.gap.pairs import Pair
+from rig.gap.pairs import SMOOTHING_S, Pair
 from rig.log.record import Column, Record
 
 LINES_HZ = (50.0, 60.0)
-LOST_JUMP = 1.5
-"""Steps that the row after a repeat must go on by: 2 after a lost sample, 1 in a dead spot."""
+LOST_JUMP = 1.2
+"""Steps that the row after a repeat must go on by: 2 after a lost sample, 1 + 1/n after n in a row, 1 in a dead spot."""
 LEAST_MOVING = 200
 """Rows that must move by more than the lattice before repeats among them count."""
 LOST_MORE = 0.25
 """Repeats must exceed those of the baselines by this share of them: on a lattice they come and go with the speed."""
+UNEVEN = 1.3
+"""Codes of a converter are not quite even."""
+SMOOTHED = 0.25
+"""Share of a white disturbance's variance that the smoothing lets through, generously."""
 CLEAR = 5.0
 """Standard deviations by which a share or a level must stand out."""
 
@@ -39,6 +43,8 @@ class Signature:
     numbers: dict[str, float] = field(default_factory=dict)
     variance_deg2: float = 0.0
     """What the effect adds to the mean square of the angle."""
+    smoothed_deg2: float = 0.0
+    """What of it the smoothing lets through."""
 
 
 def read_signatures(pairs: Sequence[Pair]) -> list[Signature]:
@@ -76,7 +82,20 @@ def _lattice(cases: Sequence[Record], sessions: Sequence[Sequence[Record]]) -> S
     found = step > 1.6 * base and step > 1e-3 and (bool(sessions) or step > 3.0 * noise)
     added = max(step**2 - base**2, 0.0) / 12.0
     text = f"the angle takes values {step:.3g} deg apart, the baselines {base:.3g}" if step else "no lattice shows in the angle"
-    return Signature("lattice", "quantisation", found, step, base, "deg", text, {"step_deg": step}, added if found else 0.0)
+    through = UNEVEN * _rounding(sessions[0] if sessions else cases, step) if found else 0.0
+    return Signature(
+        "lattice", "quantisation", found, step, base, "deg", text, {"step_deg": step}, added if found else 0.0, through
+    )
+
+
+def _rounding(records: Sequence[Record], step: float) -> float:
+    """Mean square of what rounding to the lattice leaves in the smoothed angle: much where the joint stays within one step."""
+    parts = []
+    for record, angle in zip(records, _angles(records), strict=True):
+        rows = SMOOTHING_S / record.period_s
+        course = gaussian_filter1d(angle, max(rows, 1.0))
+        parts.append(np.mean(gaussian_filter1d(step * np.round(course / step) - course, max(rows, 0.1)) ** 2))
+    return float(np.mean(parts))
 
 
 def _level(records: Sequence[Record]) -> float:
@@ -97,7 +116,7 @@ def _white_level(angles: Sequence[Column]) -> float:
     for angle in angles:
         third = np.diff(angle, 3)
         still = np.diff(angle) == 0
-        beside = still[:-2] | still[1:-1] | still[2:]
+        beside = still[:-2] | still[1:-1] | still[2:] | np.concatenate([[False], still[:-3]])
         parts.append(third[~beside] if (~beside).sum() > 50 else third)
     together = np.concatenate(parts)
     return float(1.4826 * np.median(np.abs(together - np.median(together))) / np.sqrt(20.0))
@@ -118,6 +137,51 @@ def _repeat_share(records: Sequence[Record], least: float) -> tuple[float, float
     return still / max(rows, 1), onward / max(still, 1), rows
 
 
+def _by_chance(records: Sequence[Record], least: float, step: float) -> float:
+    """Share of repeats among moving rows that the records' own noise and lattice give by chance: the same noise dealt anew."""
+    if step <= 0.0:
+        return 0.0
+    random = np.random.default_rng(0)
+    dealt = []
+    for record, angle in zip(records, _angles(records), strict=True):
+        smooth = gaussian_filter1d(angle, 6.0)
+        dealt.append(replace(record, angle_deg=step * np.round((smooth + random.permutation(angle - smooth)) / step)))
+        dealt[-1] = replace(dealt[-1], t_s=record.t_s[: len(angle)])
+    return _repeat_share(dealt, least)[0]
+
+
+Lost = tuple["np.typing.NDArray[np.bool_]", "np.typing.NDArray[np.bool_]"]
+
+
+def lost_rows(record: Record) -> Lost:
+    """(n,) True where the angle repeats the row before exactly, and where the whole packet does."""
+    assert record.angle_deg is not None
+    lost = np.concatenate([[False], np.diff(record.angle_deg) == 0])
+    packet = lost.copy()
+    for column in (record.p1_mpa, record.p2_mpa):
+        packet[1:] &= np.diff(column) == 0 if column is not None else False
+    return lost, packet
+
+
+def bridged(record: Record, lost: Lost) -> Record:
+    """The record with straight lines over lost samples: of the angle, and of the pressures where the whole packet was lost.
+
+    Done to the baselines in the same rows, it leaves no difference but the case's own.
+    """
+    rows = min(len(record), len(lost[0]))
+    angle, packet = (np.pad(one[:rows], (0, len(record) - rows)) for one in lost)
+
+    def over(column: Column | None, gone: "np.typing.NDArray[np.bool_]") -> Column | None:
+        return None if column is None else np.where(gone, np.interp(record.t_s, record.t_s[~gone], column[~gone]), column)
+
+    return replace(
+        record,
+        angle_deg=over(record.angle_deg, angle),
+        p1_mpa=over(record.p1_mpa, packet),
+        p2_mpa=over(record.p2_mpa, packet),
+    )
+
+
 def _repeats(cases: Sequence[Record], sessions: Sequence[Sequence[Record]], lattice: Signature) -> Signature:
     least = 1.2 * max(lattice.value, lattice.baseline)
     share, onward, rows = _repeat_share(cases, least)
@@ -126,7 +190,7 @@ def _repeats(cases: Sequence[Record], sessions: Sequence[Sequence[Record]], latt
         share, onward, rows = _repeat_share(cases, least)
     usual = [_repeat_share(session, least) for session in sessions]
     shares = [one[0] for one in usual]
-    base = float(np.mean(shares)) if shares else 0.0
+    base = max(float(np.mean(shares)) if shares else 0.0, _by_chance(cases, least, max(lattice.value, lattice.baseline)))
     base_onward = float(np.mean([one[1] for one in usual])) if usual else 1.0
     spread = np.sqrt(
         max(base * (1 - base), 1 / max(rows, 1)) / max(rows, 1) + (np.var(shares) if len(shares) > 1 else (0.1 * base) ** 2)
@@ -143,7 +207,8 @@ def _repeats(cases: Sequence[Record], sessions: Sequence[Sequence[Record]], latt
     moved = float(np.mean([np.mean(np.diff(angle) ** 2) for angle in _angles(cases)]))
     text = f"{100 * share:.2f} % of the moving rows repeat the row before exactly, {100 * base:.2f} % in the baselines"
     numbers = {"probability": probability}
-    return Signature("repeats", "lost_samples", found, share, base, "1", text, numbers, probability * moved if found else 0.0)
+    added = probability * moved if found else 0.0
+    return Signature("repeats", "lost_samples", found, share, base, "1", text, numbers, added)
 
 
 def _line(records: Sequence[Record], line_hz: float) -> tuple[float, float]:
@@ -200,6 +265,7 @@ def _hum(cases: Sequence[Record], sessions: Sequence[Sequence[Record]]) -> Signa
         text,
         {"amplitude_deg": size, "frequency_hz": line},
         0.5 * size**2 if found else 0.0,
+        SMOOTHED * 0.5 * size**2 if found else 0.0,
     )
 
 
@@ -215,7 +281,7 @@ def _noise(
     spread = max(float(np.std(np.log(levels))) if len(levels) > 1 and min(levels) > 0 else 0.0, 0.03)
     clear = max(0.2, CLEAR * spread)
     found = bool(levels) and base > 0 and own > base**2 * np.exp(2 * clear) and not lattice.found
-    size = float(np.sqrt(max(own - base**2, 0.0)))
+    size = float(np.sqrt(max(own - base**2, 0.0))) * (_heaviness(cases, sessions) if found else 1.0)
     text = f"noise of {np.sqrt(max(own, 0.0)):.3g} deg rms, {base:.3g} in the baselines"
     return Signature(
         "noise",
@@ -227,7 +293,19 @@ def _noise(
         text,
         {"std_deg": size},
         size**2 if found else 0.0,
+        SMOOTHED * size**2 if found else 0.0,
     )
+
+
+def _heaviness(cases: Sequence[Record], sessions: Sequence[Sequence[Record]]) -> float:
+    """By how much the added noise's standard deviation exceeds what medians say: 1 for normal noise, more for heavy tails."""
+
+    def power(records: Sequence[Record]) -> tuple[float, float]:
+        angles = _angles(records)
+        return float(np.mean(np.concatenate([np.diff(angle, 3) for angle in angles]) ** 2)) / 20.0, _white_level(angles) ** 2
+
+    own, usual = power(cases), np.mean([power(session) for session in sessions], axis=0)
+    return float(np.sqrt(np.clip((own[0] - usual[0]) / max(own[1] - usual[1], 1e-12), 1.0, 4.0)))
 
 
 def _stamps(cases: Sequence[Record], sessions: Sequence[Sequence[Record]]) -> Signature:

@@ -4,7 +4,7 @@ Thresholds stand here with where they come from; they were set on development da
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import t as student
@@ -23,8 +23,10 @@ STRUCTURE = 1.3
 """Rms beside the modes, over that of healthy sessions, from which on it is a gap."""
 KNOWN = 0.73
 """Explained fraction below which the library does not explain a side."""
-KNOWN_WHEN_GONE = 0.5
-"""The same where what is left is no gap any more: the share of a small one is blurred by the floor's own scatter."""
+HALF = 0.5
+"""Explained fraction that suffices where what is left is no gap any more, or where every other effect explains plainly less."""
+PLAINLY = 2.0
+"""Chi-square of the next effect over that of the best from which on the best stands alone."""
 SECOND_CAUSE = 0.3
 """A further cause must take away this share of what the first ones leave above the floor."""
 IN_SET = 0.05
@@ -40,13 +42,25 @@ class Trigger:
     """Rms beside the modes over the floor's."""
     scores: Column
     """(m,) each mode's size in its standard deviations."""
+    together: Column
+    """(m,) of the pressures: sum and difference of both monitors' modes, alike; empty for the angle."""
     threshold: float
     """What a score must exceed."""
 
     @property
+    def by_modes(self) -> bool:
+        """Offset, gain, lag or loop width alone are more than days bring."""
+        return self.worst > self.threshold
+
+    @property
+    def worst(self) -> float:
+        """The largest score of any mode."""
+        return float(np.abs(np.concatenate([self.scores, self.together])).max())
+
+    @property
     def strength(self) -> float:
         """How far above the threshold the strongest sign is: 1 is on it."""
-        return float(max(self.structure / STRUCTURE, np.abs(self.scores).max() / self.threshold))
+        return float(max(self.structure / STRUCTURE, self.worst / self.threshold))
 
 
 def trigger(side: Side, residual: Column | None = None, looseness: float = 0.0) -> Trigger:
@@ -57,9 +71,20 @@ def trigger(side: Side, residual: Column | None = None, looseness: float = 0.0) 
     own = np.sqrt(np.diag(np.linalg.pinv(side.modes.T @ side.modes))) * np.sqrt(noise)
     relax = looseness / np.maximum(np.sqrt(np.sum(side.modes**2, axis=0) / side.rows), 1e-12)
     scores = sizes / np.sqrt(side.spread**2 + own**2 + relax**2)
+    half = len(scores) // 2 if side.name == "valve" else 0
+    first, second = scores[:half] / np.sqrt(2.0), scores[len(scores) - half :] / np.sqrt(2.0)
     structure = side.rms(column - side.modes @ sizes) / float(np.hypot(side.remainder, looseness))
     threshold = float(student.ppf(1 - 0.5 * FALSE_ALARM, side.degrees + PRIOR_DEGREES))
-    return Trigger(bool(structure > STRUCTURE or np.abs(scores).max() > threshold), structure, scores, threshold)
+    sign = Trigger(False, structure, scores, np.concatenate([first + second, first - second]), threshold)
+    return replace(sign, found=structure > STRUCTURE or sign.by_modes)
+
+
+def sufficient(fraction: float, ranking: Sequence[Candidate], still_found: bool) -> bool:
+    """Whether the accepted causes explain a side: by their share; by half of it when nothing stands out any more, because the share
+    of a small gap is blurred by the floor's scatter; or by half of it when no other effect comes near, because a law that repeats
+    only roughly (a regulator that holds, then jumps) never explains more."""
+    alone = len(ranking) > 1 and ranking[1].score > PLAINLY * ranking[0].score
+    return fraction >= (HALF if alone or not still_found else KNOWN)
 
 
 def probabilities(ranking: Sequence[Candidate], side: Side) -> list[float]:

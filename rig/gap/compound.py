@@ -1,0 +1,65 @@
+"""Two causes on one side: whether the best single one suffices, and which second one beside it takes away what it leaves."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from rig.gap.attribute import LOOSENESS, Bench, Candidate, rank, refit
+from rig.gap.effects import Effect
+from rig.gap.verdict import SECOND_CAUSE, trigger
+
+LEADERS, LEADERS_BLIND = 2, 4
+"""How many of the best single causes are tried as the first of a pair: with pressures, and from the angle alone."""
+SEVERAL, SETTLED = 8, 4
+"""How many second causes are fitted for an offset, gain or lag that the first one leaves, and how many of those that relieve it are
+fitted again together with it."""
+
+
+def with_second(ranking: Sequence[Candidate], effects: Sequence[Effect], bench: Bench) -> list[Candidate]:
+    """The best candidate, and a second one beside it when the first leaves a gap that the second takes away.
+
+    Either the second takes its share of the mean square that the first leaves above the floor; or what the first leaves is more of
+    an offset, gain or lag than days bring, and with the second it is not.
+    """
+    first = ranking[0]
+    side = bench.side
+    loose = 1.5 * LOOSENESS * side.rms(side.gap)
+    before = trigger(side, first.residual, loose)
+    if not before.found:
+        return [first]
+    floor = side.remainder**2
+    best: list[Candidate] = [first]
+    goal = floor + (1.0 - SECOND_CAUSE) * (first.left**2 - floor)
+    calm: list[list[Candidate]] = []
+    for leader in ranking[: _leaders(bench)]:
+        seconds = _beside(leader, effects, bench, SEVERAL if before.by_modes else 1)
+        for second in seconds[:1]:
+            pair = _settled(leader, second, bench)
+            if pair[1].left ** 2 < goal:
+                best, goal = pair, pair[1].left ** 2
+        if before.by_modes and leader is first:
+            fitted = [second for second in seconds if len(second.residual) == len(side.gap)]
+            quiet = [second for second in fitted if not trigger(side, second.residual, loose).by_modes]
+            calm = [_settled(leader, second, bench) for second in quiet[:SETTLED]]
+    if len(best) > 1 and not (before.by_modes and trigger(side, best[1].residual, loose).by_modes):
+        return best
+    return min(calm, key=lambda pair: pair[1].score, default=best)
+
+
+def _leaders(bench: Bench) -> int:
+    blind = bench.side.name == "angle" and bench.beside is None and not bench.driven
+    return LEADERS_BLIND if blind else LEADERS
+
+
+def _beside(leader: Candidate, effects: Sequence[Effect], bench: Bench, several: int) -> list[Candidate]:
+    """Second causes beside the leader, best first; at least `several` of them are fitted to all records."""
+    around = replace(bench, accepted=(leader.applied,))
+    others = [effect for effect in effects if effect.name != leader.effect.name]
+    return rank(others, around, least=several, reach=1.2)
+
+
+def _settled(first: Candidate, second: Candidate, bench: Bench) -> list[Candidate]:
+    """Both fitted again, each beside the other, twice."""
+    for _ in range(2):
+        first = refit(first, replace(bench, accepted=(second.applied,))) or first
+        second = refit(second, replace(bench, accepted=(first.applied,))) or second
+    return [first, second]
