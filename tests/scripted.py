@@ -135,9 +135,13 @@ class ListRing:
     def __init__(self) -> None:
         self.samples: list[Sample] = []
         self.beats = 0
+        self.told: list[str] = []
 
     def beat(self, ahead_ns: int = 0) -> None:
         self.beats += 1
+
+    def tell(self, text: str) -> None:
+        self.told.append(text)
 
     def put(self, sample: Sample) -> None:
         self.samples.append(sample)

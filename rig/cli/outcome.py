@@ -8,7 +8,7 @@ from typing import Any
 
 from rig.cli.common import console
 from rig.errors import NotSo
-from rig.realtime.faults import Fault, explain
+from rig.realtime.faults import Fault
 from rig.service.recorder import RunResult
 
 
@@ -26,17 +26,14 @@ class Outcome:
     def to_json(self) -> dict[str, Any]:
         """The result in the shape that `--json` promises."""
         keys = ("ticks", "missed", "dropped", "valid", "complete", "lateness_us", "error", "angle_zero_deg")
-        runs = [
-            {"file": str(r.file), **{k: getattr(r, k) for k in keys}, "fault": explain(r.fault) if r.fault else ""}
-            for r in self.runs
-        ]
+        runs = [{"file": str(r.file), **{k: getattr(r, k) for k in keys}, "fault": r.cause} for r in self.runs]
         return {"runs": runs, "interrupted": self.interrupted, "error": self.error, "realtime": dict(self.realtime)}
 
     def judge(self) -> None:
         """End the command as the outcome asks: 130 interrupted, NotSo after a fault or an invalid run."""
         faults = [r for r in self.runs if r.fault and not (self.interrupted and r.fault == Fault.ESTOP)]
         if faults:
-            raise NotSo(f"{faults[0].file.name}: {explain(faults[0].fault)}; the rig is in its safe state")
+            raise NotSo(f"{faults[0].file.name}: {faults[0].cause}; the rig is in its safe state")
         if self.error:
             raise NotSo(self.error)
         if self.interrupted:
@@ -56,11 +53,7 @@ def summary(outcome: Outcome, json_to: str | None) -> None:
     table = Table("record", "ticks", "missed", "dropped", "late p50 / p99 / max us", "valid", box=None, pad_edge=False)
     for run in outcome.runs:
         late = " / ".join(f"{run.lateness_us.get(k, math.nan):.0f}" for k in ("p50", "p99", "max"))
-        valid = (
-            ("yes" if run.complete else "yes, stopped early")
-            if run.valid
-            else f"[red]no[/] {explain(run.fault) if run.fault else run.error}"
-        )
+        valid = ("yes" if run.complete else "yes, stopped early") if run.valid else f"[red]no[/] {run.cause or run.error}"
         table.add_row(run.file.stem, str(run.ticks), str(run.missed), str(run.dropped), late, valid)
     terminal = console(json_to)
     terminal.print(table)

@@ -175,7 +175,8 @@ class Loop:
         return now
 
     def _count_error(self, error: DeviceError) -> None:
-        """A permanent error faults at once, a transient one goes into the leaky bucket."""
+        """A permanent error faults at once, a transient one goes into the leaky bucket. Its words are kept for the records."""
+        self._ring.tell(str(error))
         if isinstance(error, DeviceLost):
             self._device_gone = True
             self._latch(Fault.DEVICE_LOST)

@@ -16,9 +16,11 @@ from rig.sample import SAMPLE_BYTES, Sample, pack_into, unpack
 
 CAPACITY: Final = 8192
 _SLOT: Final = 8 + (SAMPLE_BYTES + 7) // 8 * 8  # sequence number, then the packed sample
-_HEAD, _HEARTBEAT, _RECORDER, _CAPACITY, _PRODUCER = range(HEADER_WORDS, HEADER_WORDS + 5)
+_HEAD, _HEARTBEAT, _RECORDER, _CAPACITY, _PRODUCER, _TELLINGS = range(HEADER_WORDS, HEADER_WORDS + 6)
 _WORDS: Final = 8
-_START: Final = (HEADER_WORDS + _WORDS) * 8
+_TEXT: Final = (HEADER_WORDS + _WORDS) * 8
+_TEXT_BYTES: Final = 512
+_START: Final = _TEXT + _TEXT_BYTES
 
 
 class Ring:
@@ -35,14 +37,14 @@ class Ring:
     @classmethod
     def create(cls, name: str, session: int, capacity: int = CAPACITY) -> Self:
         """A fresh ring of `capacity` samples."""
-        block = SharedBlock.create(name, session, _WORDS * 8 + capacity * _SLOT)
+        block = SharedBlock.create(name, session, _WORDS * 8 + _TEXT_BYTES + capacity * _SLOT)
         block.words[_CAPACITY] = capacity
         return cls(block)
 
     @classmethod
     def private(cls, capacity: int = 1) -> Self:
         """A ring that no other process sees."""
-        block = SharedBlock.private(_WORDS * 8 + capacity * _SLOT)
+        block = SharedBlock.private(_WORDS * 8 + _TEXT_BYTES + capacity * _SLOT)
         block.words[_CAPACITY] = capacity
         return cls(block)
 
@@ -74,6 +76,16 @@ class Ring:
     @recorded.setter
     def recorded(self, cursor: int) -> None:
         self._words[_RECORDER] = cursor
+
+    @property
+    def told(self) -> str:
+        """What the device last complained of, in the driver's words; empty when it never did."""
+        for _ in range(3):  # odd: it is being written
+            tellings = self._words[_TELLINGS]
+            text = bytes(self.block.bytes[_TEXT : _TEXT + _TEXT_BYTES])
+            if tellings % 2 == 0 and tellings == self._words[_TELLINGS]:
+                return text.partition(b"\0")[0].decode("utf-8", "ignore")
+        return ""
 
     def latest(self) -> Sample | None:
         """The newest sample; None before the first."""
@@ -123,6 +135,13 @@ class RingWriter:
     def beat(self, ahead_ns: int = 0) -> None:
         """Say that a tick has begun, or that something is under way which will be over in `ahead_ns`."""
         self._words[_HEARTBEAT] = time.monotonic_ns() + ahead_ns
+
+    def tell(self, text: str) -> None:
+        """Leave the device's words for whoever asks why; the newest replace the last."""
+        packed = text.encode("utf-8")[: _TEXT_BYTES - 1]
+        self._words[_TELLINGS] += 1
+        self._bytes[_TEXT : _TEXT + len(packed) + 1] = packed + b"\0"
+        self._words[_TELLINGS] += 1
 
     def put(self, sample: Sample) -> None:
         """Publish one sample. Its slot reads as empty while it is being written."""

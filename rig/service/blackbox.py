@@ -46,7 +46,7 @@ def save(ring: Ring, out: Path, fault: Fault, said: str, facts: Mapping[str, Any
         last_ns = scheduled_ns + wall_offset_ns
         writer.add(packed, last_ns, count)
         count += 1
-    writer.log("fatal", f"{cause}; {said}" if said else cause, last_ns)
+    writer.log("fatal", explain(fault, said), last_ns)
     return writer.finish({"valid": True, "ticks": count, "fault": cause})
 
 

@@ -136,7 +136,7 @@ class Daemon:
             _LOG.info("fault cleared")
             return
         self._worker.hold()
-        _LOG.error("%s%s", explain(fault), f"; {self._keeper.said}" if self._keeper.said else "")
+        _LOG.error("%s", explain(fault, self._keeper.said))
         self._tasks.append(asyncio.create_task(self._save_black_box(fault)))
 
     async def _save_black_box(self, fault: Fault) -> None:
@@ -234,7 +234,7 @@ class Daemon:
         self._keeper.check()
         self._report_fault()
         if fault := self._keeper.fault:
-            raise Refused(Code.REFUSED, f"the cause is not gone: {explain(fault)}; {self._keeper.said}")
+            raise Refused(Code.REFUSED, f"the cause is not gone: {explain(fault, self._keeper.said)}")
         return {"state": self._keeper.state.name.lower()}
 
     def status(self, cursor: int | None) -> dict[str, Any]:

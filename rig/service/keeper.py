@@ -20,7 +20,7 @@ from rig.realtime.state import Event, State, after
 from rig.realtime.supervisor import Verdict
 from rig.rig_config import RigConfig
 from rig.service.protocol import Code, Refused
-from rig.service.recorder import RunResult
+from rig.service.recorder import RunResult, said_of
 from rig.service.session import LoopEntry, Session, SupervisorEntry, spoken
 from rig.service.telemetry import Telemetry
 
@@ -111,7 +111,7 @@ class Keeper:
     @property
     def said(self) -> str:
         """What is known of the fault beside its cause."""
-        return self._said
+        return self._said or ("" if self.session is None else said_of(self.fault, self.session.ring))
 
     @property
     def state(self) -> State:

@@ -26,6 +26,8 @@ FLUSH_NS = 250_000_000
 """A kill loses at most this much and one poll, well under the second that is promised."""
 _POLL_S = 0.02
 _LAST_WORDS_S = 2.0
+_OF_THE_DEVICE = (Fault.DEVICE_LOST, Fault.DEVICE_ERRORS)
+_ERRORS = Flag.READ_ERROR | Flag.WRITE_ERROR
 _WORTH_A_LINE = (Flag.READ_ERROR, Flag.WRITE_ERROR, Flag.BROKEN_WIRE, Flag.SUSPECT, Flag.CLIPPED_RANGE, Flag.CLIPPED_SLEW)
 
 
@@ -58,6 +60,13 @@ class RunResult:
     lateness_us: dict[str, float] = field(default_factory=dict)
     angle_zero_deg: float = 0.0
     cpu_s: float = 0.0
+    said: str = ""
+    """The device's own words, where the fault is the device's."""
+
+    @property
+    def cause(self) -> str:
+        """The fault in words; empty without one."""
+        return explain(self.fault, self.said) if self.fault else ""
 
 
 def record(ring_path: Path, session: int, orders: Connection, results: Connection) -> None:
@@ -128,7 +137,7 @@ class Recorder:
             self._take_orders()  # it may have come after the last look
         if self._open is None and sample.run in self._expected:
             # what was lost since the last sample that was seen may have been this run's beginning
-            self._open = _OpenRun(self._expected.pop(sample.run), self._lost_before)
+            self._open = _OpenRun(self._expected.pop(sample.run), self._lost_before, self._ring)
         self._lost_before = self._reader.lost
         if self._open is not None:
             self._open.put(packed, sample)
@@ -148,8 +157,9 @@ class Recorder:
 class _OpenRun:
     """The run that is being written. A file that cannot be written ends the file, not the counting."""
 
-    def __init__(self, order: RunOrder, lost_before: int) -> None:
+    def __init__(self, order: RunOrder, lost_before: int, ring: Ring) -> None:
         self.order = order
+        self._ring = ring
         self._lost_before = lost_before
         self._result = RunResult(order.run, order.path)
         self._lateness_ns = array("q")
@@ -175,14 +185,15 @@ class _OpenRun:
         self._sweep_ticks += sample.phase == Phase.SWEEP
         if self._writer is not None:
             time_ns = sample.scheduled_ns + self.order.wall_offset_ns
-            for level, line in _news(self._last, sample):
+            for level, line in _news(self._last, sample, self._ring):
                 self._writer.log(level, line, time_ns)
             self._writer.add(packed, time_ns, result.ticks - 1)
             if result.ticks % 256 == 0:
                 self.flush_if_due()
         else:
             result.dropped += 1
-        result.fault = result.fault or sample.fault
+        if sample.fault and not result.fault:
+            result.fault, result.said = sample.fault, said_of(sample.fault, self._ring)
         self._last = sample
 
     def flush_if_due(self) -> None:
@@ -233,7 +244,7 @@ class _OpenRun:
             "missed": result.missed,
             "dropped": result.dropped,
             "complete": result.complete,
-            "fault": explain(result.fault) if result.fault else "",
+            "fault": result.cause,
             "angle_zero_deg": result.angle_zero_deg,
             "lateness_us": result.lateness_us,
         }
@@ -242,7 +253,12 @@ class _OpenRun:
         self._result.error = str(error)
 
 
-def _news(before: Sample | None, now: Sample) -> list[tuple[str, str]]:
+def said_of(fault: int, ring: Ring) -> str:
+    """The driver's words, for a fault that is the device's."""
+    return ring.told if fault in _OF_THE_DEVICE else ""
+
+
+def _news(before: Sample | None, now: Sample, ring: Ring) -> list[tuple[str, str]]:
     """The lines for people that a sample gives rise to: changes of phase, fault and flags, and missed ticks."""
     lines: list[tuple[str, str]] = []
     if before is None or before.phase != now.phase:
@@ -250,10 +266,15 @@ def _news(before: Sample | None, now: Sample) -> list[tuple[str, str]]:
     if now.missed:
         lines.append(("warning", f"{now.missed} ticks missed before tick {now.tick}"))
     if now.fault and (before is None or before.fault != now.fault):
-        lines.append(("fatal" if now.fault != Fault.ESTOP else "error", explain(now.fault)))
+        lines.append(("fatal" if now.fault != Fault.ESTOP else "error", explain(now.fault, said_of(now.fault, ring))))
     appeared = now.flags & ~(before.flags if before else 0)
     if appeared:
-        lines += [("warning", f"{flag.name} at tick {now.tick}") for flag in _WORTH_A_LINE if appeared & flag]
+        why = f": {ring.told}" if appeared & _ERRORS else ""
+        lines += [
+            ("warning", f"{flag.name} at tick {now.tick}{why if flag & _ERRORS else ''}")
+            for flag in _WORTH_A_LINE
+            if appeared & flag
+        ]
     return lines
 
 

@@ -137,3 +137,15 @@ def test_the_pace_gives_up_on_a_recorder_that_is_dead(ring: Ring) -> None:
         writer.put(sample(tick))
     ring.pace(patience_s=0.0, poll_s=0.0)
     assert ring.recorded == ring.head
+
+
+def test_the_device_s_words_reach_every_reader(ring: Ring) -> None:
+    writer, there = RingWriter(ring, 1), Ring.attach(ring.block.path, 5)
+    assert there.told == ""
+    writer.put(sample(0))
+    writer.tell("valve_1: no reply within 30 ms")
+    writer.tell("bus: 0 \N{DEGREE SIGN}C")
+    assert there.told == "bus: 0 \N{DEGREE SIGN}C", "the newest replace the last"
+    writer.tell("ß" * 1000)
+    assert set(there.told) == {"ß"}
+    assert ring.slot(0) is not None, "no sample was overwritten"
