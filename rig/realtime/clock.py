@@ -38,14 +38,22 @@ class RehearsingClock(MonotonicClock):
         super().wait_until_ns(deadline_ns - self._early_ns)
         if self._left_out:
             self._left_out -= 1
-        elif deadline_ns - time.monotonic_ns() > self._early_ns // 2:
-            self._rehearse()
-            self._judge(time.monotonic_ns() <= deadline_ns)
+        else:
+            self._rehearse_until(deadline_ns)
         while time.monotonic_ns() < deadline_ns:
             pass
 
-    def _judge(self, in_time: bool) -> None:
-        """Double the pause with each rehearsal that was late, halve it with each that was not."""
+    def _rehearse_until(self, deadline_ns: int) -> None:
+        """Rehearse as often as there is time for, so that the last one is fresh; double the pause when that was late, else halve it."""
+        now_ns, needs_ns = time.monotonic_ns(), self._early_ns // 2
+        if deadline_ns - now_ns <= needs_ns:
+            return
+        while deadline_ns - now_ns > needs_ns:
+            began_ns = now_ns
+            self._rehearse()
+            now_ns = time.monotonic_ns()
+            needs_ns = now_ns - began_ns + self._early_ns // 8
+        in_time = now_ns <= deadline_ns
         self._pause = self._pause // 2 if in_time else min(2 * self._pause + 1, _LONGEST_PAUSE)
         self._left_out = 0 if in_time else self._pause
 
