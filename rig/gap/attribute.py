@@ -239,7 +239,8 @@ class _Trial:
         return Applied(self.law.stage, values | {name: values[owner] for name, owner in self.law.tied.items()})
 
     def raw(self, x: Column, fixed: Mapping[str, float]) -> Column:
-        left: Column = (self._measured - self.bench.predicted([self.applied(x, fixed)])) * self._used
+        with np.errstate(invalid="ignore"):  # a law may run away: its cost is then not finite, and it is passed over
+            left: Column = (self._measured - self.bench.predicted([self.applied(x, fixed)])) * self._used
         return left
 
     def weighed(self, x: Column, fixed: Mapping[str, float]) -> Column:

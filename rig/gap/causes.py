@@ -8,14 +8,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rig.gap.attribute import Candidate
+from rig.gap.attribute import LOOSENESS, Candidate
 from rig.gap.carry import Applied, full_numbers
 from rig.gap.effects import LIBRARY, alike
 from rig.gap.engine import overall_gap
 from rig.gap.prepared import Judged, Prepared
 from rig.gap.result import Cause, Interval
 from rig.gap.signatures import Signature
-from rig.gap.verdict import explained
+from rig.gap.verdict import explained, trigger
 from rig.model.effect_stages import EFFECT_STAGES
 
 PAIR_CHANCE = 0.7
@@ -46,7 +46,7 @@ def name_causes(findings: Findings, before: float, floor: float) -> list[Cause]:
             alone = _rms_with([candidate.applied], findings)
             names = (
                 [name for name in judged.names if name != candidate.effect.name]
-                if candidate.effect.name == judged.names[0]
+                if candidate.effect.name == judged.names[0] or len(judged.accepted) == 1
                 else alike_left(candidate, judged, prepared)
             )
             chance = dict(zip((line.effect.name for line in judged.ranking), judged.chances, strict=True)).get(
@@ -63,11 +63,20 @@ def name_causes(findings: Findings, before: float, floor: float) -> list[Cause]:
                     alone,
                     judged.fraction if len(judged.accepted) == 1 else explained(before, alone, floor),
                     tuple(names),
-                    trust(prepared) * (chance if len(judged.accepted) == 1 else PAIR_CHANCE),
+                    trust(prepared) * fit(judged) * (chance if len(judged.accepted) == 1 else PAIR_CHANCE),
                 )
             )
     found += [_marked(mark, prepared) for mark in findings.signatures if mark.found and mark.effect]
     return sorted(found, key=lambda cause: cause.gap_after_deg - cause.gap_before_deg)
+
+
+def fit(judged: Judged) -> float:
+    """How well the accepted causes explain their side at all: 1 where nothing stands out any more, else the square of what they explain.
+
+    The best name of a poor lot is no good name.
+    """
+    still = trigger(judged.side, judged.accepted[-1].residual, LOOSENESS * judged.side.rms(judged.side.gap)).found
+    return float(np.clip(judged.fraction, 0.0, 1.0)) ** 2 if still else 1.0
 
 
 def alike_left(candidate: Candidate, judged: Judged, prepared: Prepared) -> list[str]:

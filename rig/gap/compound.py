@@ -15,7 +15,8 @@ fitted again together with it."""
 
 
 def with_second(ranking: Sequence[Candidate], effects: Sequence[Effect], bench: Bench) -> list[Candidate]:
-    """The best candidate, and a second one beside it when the first leaves a gap that the second takes away.
+    """The best candidate, and a second one beside it when the first leaves a gap that the second takes away. A single one that leaves
+    none, though it fits less well, goes before two.
 
     Either the second takes its share of the mean square that the first leaves above the floor; or what the first leaves is more of
     an offset, gain or lag than days bring, and with the second it is not.
@@ -26,6 +27,9 @@ def with_second(ranking: Sequence[Candidate], effects: Sequence[Effect], bench: 
     before = trigger(side, first.residual, loose)
     if not before.found:
         return [first]
+    alone = [one for one in ranking if len(one.residual) == len(side.gap) and not trigger(side, one.residual, loose).found]
+    if alone:
+        return alone[:1]
     floor = side.remainder**2
     best: list[Candidate] = [first]
     goal = floor + (1.0 - SECOND_CAUSE) * (first.left**2 - floor)

@@ -13,7 +13,7 @@ from rig.gap.causes import Findings, name_causes, trust
 from rig.gap.effects import LIBRARY
 from rig.gap.engine import angle_side, judge, library_of, overall_gap, prepare, signatures_of, valve_side
 from rig.gap.floor import Side
-from rig.gap.handover import doubts, misreading, stripped, with_mean_law
+from rig.gap.handover import doubts, misreading, stiffened, stripped, with_mean_law
 from rig.gap.kernels import square_sum
 from rig.gap.localise import frequency_shares, over_time, phase_shares, region_shares
 from rig.gap.next_experiment import recommend
@@ -72,7 +72,9 @@ def diagnose_with_findings(
     if valve is not None and valve.accepted:
         prepared, shared = stripped(prepared, valve)
         doubted = [*shared, *doubts(prepared, valve)]
-    prepared = with_mean_law(prepared) if driven else prepared
+    if driven:
+        prepared = with_mean_law(prepared)
+        doubted = [*doubted, stiffened(prepared)]
     added = sum(mark.smoothed_deg2 for mark in marks if mark.found)
     side = angle_side(prepared, driven=driven, model=model, added_variance=added, doubted=doubted)
     angle = judge(prepared, side, effects, driven=driven, beside=valve.side if valve is not None and not driven else None)

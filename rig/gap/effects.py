@@ -115,8 +115,8 @@ _LIBRARY: tuple[Effect, ...] = (
            "peaks of pressure cut off at one height", "cut", "ceiling"),
     Effect("supply_droop", (
         Law("supply_droop", ("droop_s",), (0.03, 0.1, 0.3, 0.9), shapes=tuple({"refill_s": refill} for refill in (0.05, 0.15, 0.5))),
-        Law("supply_droop", ("droop_s", "supply_mpa"), (0.02, 0.1, 0.3), shapes=({"supply_mpa": 0.35}, {"supply_mpa": 0.42}, {"supply_mpa": 0.5}),
-            bounds={"droop_s": (0.01, 2.0)}, charge=1.0),
+        Law("supply_droop", ("droop_s", "supply_mpa"), (0.15, 0.5, 1.5), shapes=({"supply_mpa": 0.35}, {"supply_mpa": 0.42}, {"supply_mpa": 0.5}),
+            bounds={"droop_s": (0.1, 2.0)}, charge=1.0),
     ), "filling falls behind, exhausting does not", "one_way", "one_way"),
     Effect("co_contraction", (Law("co_contraction", ("shift_mpa",), FINE, signs=BOTH_SIGNS),),
            "both pressures off by the same constant; the angle's gain changes against it", "gain", "co_contraction"),
@@ -159,6 +159,7 @@ _LIBRARY: tuple[Effect, ...] = (
     Effect("sensor_nonlinearity", (
         Law("sensor_nonlinearity", ("square", "cube"), (0.02, 0.1), signs=BOTH_SIGNS, shapes=({"cube": 0.0},)),
         Law("sensor_nonlinearity", ("cube", "square"), (0.02, 0.1), signs=BOTH_SIGNS, shapes=({"square": 0.0},)),
+        Law("sensor_nonlinearity", ("cube", "square", "slope"), (0.05, 0.2), signs=BOTH_SIGNS, shapes=({"square": 0.0},), charge=1.0),
     ), "the angle is bent: even and odd harmonics without delay", "bent", "bent"),
     Effect("sensor_lag", (Law("sensor_lag", ("tau_s",), TIMES),), "the angle is late and its corners are rounded", "late", "lag"),
     Effect("quantisation", (Law("quantisation", ("step_deg",), (0.1,)),), "the angle takes only values of a lattice", "lattice", "lattice", signature=True),

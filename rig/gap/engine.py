@@ -34,7 +34,7 @@ from rig.gap.nominal import Reference, describe, fit_regulators, mean_session
 from rig.gap.pairs import Pair, pair_up
 from rig.gap.prepared import Judged, Prepared, untriggered
 from rig.gap.signatures import Signature, read_signatures
-from rig.gap.verdict import HALF, explained, explained_beside_modes, name_set, probabilities, sufficient, trigger
+from rig.gap.verdict import HALF, clearing_first, explained, explained_beside_modes, name_set, sufficient, trigger
 from rig.log.record import Column, Record
 from rig.model.kernels import simulate
 from rig.model.parameters import Model
@@ -195,9 +195,9 @@ def judge(
     if not sign.found:
         return Judged(side, sign, bench, [], [], [], [], 0.0)
     ranking = rank(effects, bench)
-    chances = probabilities(ranking, side)
     if not ranking:
         return Judged(side, sign, bench, [], [], [], [], 0.0)
+    ranking, chances = clearing_first(ranking, side)
     names = name_set(ranking, chances, prepared.pairing.pressures)
     accepted = with_second(ranking, effects, bench) if prepared.has_baseline else [ranking[0]]
     left = accepted[-1].residual

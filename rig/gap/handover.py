@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from rig.gap.attribute import case_pressures
+from rig.gap.attribute import LOOSENESS, case_pressures
 from rig.gap.carry import Applied, angle_under, lay_tracks
 from rig.gap.floor import Side, angle_deviations, angle_gap
 from rig.gap.kernels import regulated
@@ -67,7 +67,9 @@ def stripped(prepared: Prepared, valve: Judged) -> tuple[Prepared, list[Column]]
     day = side.spread**2 / (side.spread**2 + law**2)
     sizes = side.mode_sizes(left)
     misread = side.modes @ (sizes * day)
-    if trigger(side, left).structure <= STRUCTURE:  # beside the modes there is nothing but the monitors' noise
+    if (
+        trigger(side, left, LOOSENESS * side.rms(side.gap)).structure <= STRUCTURE
+    ):  # beside the modes there is nothing but the monitors' noise
         misread = left - side.modes @ (sizes * (1.0 - day))
     freed = _with_drive(prepared, misread)
     return freed, [
@@ -90,6 +92,17 @@ def _by_track(prepared: Prepared, column: Column) -> list[tuple[Column, Column]]
     """The valve side's rows of each pair: valve 1, valve 2."""
     parts = np.split(column, np.cumsum([len(pair) for pair in prepared.pairs] * 2)[:-1])
     return list(zip(parts[: len(prepared.pairs)], parts[len(prepared.pairs) :], strict=True))
+
+
+def stiffened(prepared: Prepared) -> Column:
+    """(n,) what another mean pressure than the baselines' does to the angle, by a share: they never showed it."""
+    parts = []
+    for track in prepared.tracks:
+        p1, p2 = case_pressures(track)
+        mean = 0.5 * (p1 + p2 - track.reference.p1_mpa - track.reference.p2_mpa)
+        moved = angle_under(p1, p2, track, prepared.nominal) - angle_under(p1 - mean, p2 - mean, track, prepared.nominal)
+        parts.append(MEAN_DOUBT * moved * track.pair.used)
+    return np.concatenate(parts)
 
 
 def _angle_change(prepared: Prepared, change: Column) -> Column:
@@ -142,6 +155,8 @@ def doubting(side: Side, doubted: Sequence[Column]) -> Side:
 
 MEAN_LAWS = ((1.0, 1.0), (1.0, 0.0), (0.5, 0.5), (0.0, 1.0), (0.0, 0.0))
 """(exponent, softness): what the mean pressure may do, a bounded nuisance."""
+MEAN_DOUBT = 0.2
+"""Share of what another mean pressure does to the angle that is not known."""
 MEAN_MOVED = 0.01
 
 

@@ -4,7 +4,7 @@ Each candidate sweep is carried through the frozen nominal rig once for each pos
 difference, counted in floors, is recommended.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 from typing import Any
 
@@ -28,29 +28,40 @@ WORTH = 1.0
 def recommend(
     possible: Sequence[Applied], nominal: Nominal, tracks: Sequence[Track], floor_deg: float, valve_floor_mpa: float | None
 ) -> dict[str, Any] | None:
-    """The sweep that best separates the possible causes, as inline YAML, with the expected ratio; None when none would.
+    """The sweep that separates most of the possible causes (likeliest first), as inline YAML, with the expected ratio; None when none
+    separates the likeliest from any other.
 
     `valve_floor_mpa` is the floor of the monitors where they were measured: then the pressures count too.
     """
     if len(possible) < 2:
         return None
     swing = min(max(float(np.ptp(track.pair.u1_mpa)) for track in tracks), 0.4)
-    best: tuple[float, dict[str, Any], list[list[float]]] | None = None
+    best: tuple[tuple[int, float], dict[str, Any], list[int]] | None = None
     for sweep in _sweeps(swing, nominal.p0_mpa):
         floors = _differences(sweep, possible, nominal, floor_deg, valve_floor_mpa)
-        weakest = min(min(row) for row in floors)
-        if best is None or weakest > best[0]:
-            best = (weakest, sweep, floors)
-    if best is None or best[0] < WORTH:
+        apart = _apart(floors, len(possible))
+        weakest = min((floors[pair] for pair in combinations(apart, 2)), default=0.0)
+        if len(apart) > 1 and (best is None or (len(apart), weakest) > best[0]):
+            best = ((len(apart), weakest), sweep, apart)
+    if best is None:
         return None
-    weakest, sweep, _ = best
+    (_, weakest), sweep, apart = best
     return {
         "config": yaml.safe_dump({key: value for key, value in sweep.items() if key != "why"}, sort_keys=False),
-        "separates": [cause.effect for cause in possible],
+        "separates": [possible[k].effect for k in apart],
         "expected_ratio": weakest,
         "why": sweep["why"],
         "measure_baseline_too": True,
     }
+
+
+def _apart(floors: Mapping[tuple[int, int], float], count: int) -> list[int]:
+    """Causes that all differ from each other by enough to be worth it: the likeliest, and each next one that joins."""
+    kept = [0]
+    for k in range(1, count):
+        if all(floors[j, k] >= WORTH for j in kept):
+            kept.append(k)
+    return kept
 
 
 def _sweeps(swing_mpa: float, p0_mpa: float) -> list[dict[str, Any]]:
@@ -88,11 +99,11 @@ def _sweeps(swing_mpa: float, p0_mpa: float) -> list[dict[str, Any]]:
 
 def _differences(
     sweep: dict[str, Any], possible: Sequence[Applied], nominal: Nominal, floor_deg: float, valve_floor_mpa: float | None
-) -> list[list[float]]:
-    """For each pair of causes: how many floors they differ by in each record of the sweep, the strongest record last."""
+) -> dict[tuple[int, int], float]:
+    """For each pair of causes: how many floors they differ by in the record of the sweep where they differ most."""
     tracks = _virtual(sweep, nominal)
     answers = [[response_with(ready([cause], nominal), track, nominal) for track in tracks] for cause in possible]
-    floors = []
+    floors = {}
     for one, other in combinations(range(len(possible)), 2):
         strongest = 0.0
         for mine, theirs in zip(answers[one], answers[other], strict=True):
@@ -100,7 +111,7 @@ def _differences(
             strongest = max(strongest, float(np.std(angle)) / floor_deg, 0.3 * abs(float(np.mean(angle))) / floor_deg)
             if valve_floor_mpa is not None:
                 strongest = max(strongest, *(float(np.std(mine[k] - theirs[k])) / valve_floor_mpa for k in (0, 1)))
-        floors.append([strongest])
+        floors[one, other] = strongest
     return floors
 
 

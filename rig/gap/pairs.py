@@ -10,7 +10,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from rig.errors import RecordError
-from rig.gap.usable import LONGEST_GAP_S, SHORTEST_S, check_scale, reasons, usable
+from rig.gap.usable import LONGEST_GAP_S, SHORTEST_S, check_scale, hole, reasons, usable
 from rig.log.record import Column, Record
 
 SMOOTHING_S = 0.012
@@ -79,6 +79,8 @@ def pair_up(
     kept, unpaired = _fullest(fit, found, sessions, notes)
     for record in kept:
         check_scale(record, found[id(record)])
+        told = [hole(record), *(hole(other, "baseline ") for other in found[id(record)] if other is not None)]
+        notes.extend(text for text in told if text)
     p0 = _rest_pressure(kept, p0_mpa, notes)
     pressed = pressures and _all_have_pressures(kept, found, notes)
     pairs = [_pair(record, found[id(record)], p0, pressed) for record in kept]

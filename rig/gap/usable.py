@@ -59,6 +59,20 @@ def usable(record: Record, notes: list[str], kind: str = "") -> bool:
     return False
 
 
+def hole(record: Record, kind: str = "") -> str | None:
+    """The longest stretch without an angle, in words, when it is long enough to be left out of every sum."""
+    assert record.angle_deg is not None
+    times = record.t_s[np.isfinite(record.angle_deg)]
+    steps = np.diff(times)
+    if not len(steps) or steps.max() <= max(LONGEST_GAP_S, 3 * record.period_s):
+        return None
+    at = int(np.argmax(steps))
+    return (
+        f"{kind}{record.name}: {steps[at]:.3g} s without samples from {times[at]:.3g} s on; left out; what a delay or a slow effect did "
+        "in it is not known"
+    )
+
+
 def _sampled_too_thinly(record: Record) -> str | None:
     """Rows so far apart, or so much time without any, that nothing dynamic is left to see."""
     length = float(record.t_s[-1] - record.t_s[0])

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import t as student
 
-from rig.gap.attribute import SHARPNESS, Candidate
+from rig.gap.attribute import LOOSENESS, SHARPNESS, Candidate
 from rig.gap.effects import effect_class
 from rig.gap.floor import Side
 from rig.gap.kernels import square_sum
@@ -29,6 +29,8 @@ PLAINLY = 2.0
 """Chi-square of the next effect over that of the best from which on the best stands alone."""
 SECOND_CAUSE = 0.3
 """A further cause must take away this share of what the first ones leave above the floor."""
+UNCLEARED = 0.05
+"""What is left of an effect's chance when it leaves a gap that another effect takes away."""
 IN_SET = 0.05
 """Names with at least this probability stay in the set."""
 
@@ -95,6 +97,21 @@ def probabilities(ranking: Sequence[Candidate], side: Side) -> list[float]:
     logs = -0.5 * SHARPNESS * np.log(scores / scores.min())
     weights = np.exp(logs)
     return [float(weight) for weight in weights / weights.sum()]
+
+
+def clearing_first(ranking: Sequence[Candidate], side: Side) -> tuple[list[Candidate], list[float]]:
+    """The ranking and its probabilities, once more: where some effects leave no gap, those that leave one are less likely.
+
+    The chi-square hardly sees an offset of the size of a few days' spreads among thousands of rows; the trigger does.
+    """
+    loose = LOOSENESS * side.rms(side.gap)
+    clear = [len(one.residual) == len(side.gap) and not trigger(side, one.residual, loose).found for one in ranking]
+    chances = probabilities(ranking, side)
+    if any(clear):
+        chances = [chance * (1.0 if good else UNCLEARED) for chance, good in zip(chances, clear, strict=True)]
+    total = sum(chances)
+    order = sorted(range(len(ranking)), key=lambda k: -chances[k])
+    return [ranking[k] for k in order], [chances[k] / total for k in order]
 
 
 def name_set(ranking: Sequence[Candidate], chances: Sequence[float], pressures: bool) -> list[str]:

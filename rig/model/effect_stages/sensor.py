@@ -27,10 +27,10 @@ def sensor_drift(p1: Values, p2: Values, y: Values, state: Values, params: Seque
 
 
 def sensor_nonlinearity(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
-    """y + square y^2 / scale + cube y^3 / scale^2; params: square, cube, scale_deg."""
+    """y + slope y + square y^2 / scale + cube y^3 / scale^2; params: square, cube, scale_deg, slope."""
     for i in range(len(y)):
         share = y[i] / params[2]
-        y[i] *= 1.0 + params[0] * share + params[1] * share * share
+        y[i] *= 1.0 + params[3] + params[0] * share + params[1] * share * share
 
 
 def sensor_lag(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:

@@ -247,6 +247,7 @@ EFFECT_STAGES: dict[str, EffectStage] = {
         _P("square", "1", -0.6, 0.6, 0.0, "square term at scale_deg, relative"),
         _P("cube", "1", -0.6, 0.6, 0.0, "cube term at scale_deg, relative"),
         _P("scale_deg", "deg", 1.0, 360.0, 30.0, "angle at which the terms hold"),
+        _P("slope", "1", -0.3, 0.3, 0.0, "gain that comes with the bend, relative"),
     ),
     "sensor_lag": _entry("sensor_lag", "sensor", sensor.sensor_lag, 2, _P("tau_s", "s", 0.0, 2.0, 0.0, "time constant")),
     "quantisation": _entry(
