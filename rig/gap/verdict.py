@@ -30,7 +30,7 @@ PLAINLY = 2.0
 SECOND_CAUSE = 0.3
 """A further cause must take away this share of what the first ones leave above the floor."""
 UNCLEARED = 0.05
-"""What is left of an effect's chance when it leaves a gap that another effect takes away."""
+"""What is left of an effect's chance when it leaves an offset, gain or lag that another effect takes away."""
 IN_SET = 0.05
 """Names with at least this probability stay in the set."""
 
@@ -100,12 +100,12 @@ def probabilities(ranking: Sequence[Candidate], side: Side) -> list[float]:
 
 
 def clearing_first(ranking: Sequence[Candidate], side: Side) -> tuple[list[Candidate], list[float]]:
-    """The ranking and its probabilities, once more: where some effects leave no gap, those that leave one are less likely.
+    """The ranking and its probabilities: where some effects leave no offset, gain or lag but what days bring, the others are less likely.
 
     The chi-square hardly sees an offset of the size of a few days' spreads among thousands of rows; the trigger does.
     """
     loose = LOOSENESS * side.rms(side.gap)
-    clear = [len(one.residual) == len(side.gap) and not trigger(side, one.residual, loose).found for one in ranking]
+    clear = [len(one.residual) == len(side.gap) and not trigger(side, one.residual, loose).by_modes for one in ranking]
     chances = probabilities(ranking, side)
     if any(clear):
         chances = [chance * (1.0 if good else UNCLEARED) for chance, good in zip(chances, clear, strict=True)]
