@@ -106,6 +106,8 @@ class Client:
     def _send(self, message: dict[str, Any]) -> None:
         try:
             self._socket.sendall(protocol.encode(message))
+        except ConnectionError:
+            pass  # a daemon that hangs up says why first, which `_receive` reads
         except OSError as error:
             raise RigError(f"{self.path}: the daemon hung up ({error.strerror or error})") from None
 

@@ -13,6 +13,7 @@ import sys
 import termios
 import time
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -231,12 +232,14 @@ def test_clients_that_die_in_the_middle_leave_nothing_behind(bench: FaultBench, 
 
 
 def test_too_many_clients_are_turned_away_and_the_others_served(bench: FaultBench, client: Client) -> None:
-    crowd = [bench.client() for _ in range(MAX_CLIENTS - 1)]
-    with pytest.raises(RigError, match="there are 64 clients already"), bench.client() as late:
-        late.status()
-    assert client.status()["clients"] == MAX_CLIENTS
-    for one in crowd:
-        one.close()
+    bench.wait(lambda: client.status()["clients"] == 1, "the clients of other tests to be forgotten")
+    with ExitStack() as crowd:
+        for _ in range(MAX_CLIENTS - 1):
+            crowd.enter_context(bench.client())
+        bench.wait(lambda: client.status()["clients"] == MAX_CLIENTS, "the crowd to be let in")
+        with pytest.raises(RigError, match="there are 64 clients already"), bench.client() as late:
+            late.status()
+        assert client.status()["clients"] == MAX_CLIENTS
     bench.wait(lambda: client.status()["clients"] == 1, "the crowd to go")
 
 
