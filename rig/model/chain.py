@@ -4,6 +4,8 @@ This is the simulator as the simulated rig drives it, without numpy, on the cont
 stages and runs whole records.
 """
 
+from collections.abc import Mapping
+
 from rig.config import suggest
 from rig.errors import ModelError
 from rig.model import stages
@@ -25,7 +27,8 @@ NOMINAL: dict[str, tuple[StageFunction, int]] = {
 def lay_out(model: Model) -> list[Placed]:
     """The stages of `model` in the order in which they run; ModelError for an effect that is not known."""
     nominal = model.stages()
-    added = [place_effect(effect, model.p0_mpa) for effect in model.effects]
+    usual = _of_the_rig(model)
+    added = [place_effect(effect, usual) for effect in model.effects]
     chain: list[Placed] = []
     for slot in Slot:
         chain += [placed for placed in added if placed.slot is slot and EFFECT_STAGES[placed.name].before]
@@ -47,8 +50,16 @@ def place_nominal(slot: Slot, stage: StageModel, p0_mpa: float) -> Placed:
     return Placed(stage.kind, slot, function, tuple(params), n_state)
 
 
-def place_effect(added: AddedEffect, p0_mpa: float) -> Placed:
-    """An added effect with its numbers in order; what is left out stands at its usual value, but for the size.
+def _of_the_rig(model: Model) -> dict[str, float]:
+    """What an effect acts on, by the names of its numbers: the mean pressure, and the regulators' time constant if it has any."""
+    if model.valve.kind != "regulators":
+        return {"p0_mpa": model.p0_mpa}
+    return {"p0_mpa": model.p0_mpa, "tau0_s": 0.5 * (model.valve.value("valve1_tau_s") + model.valve.value("valve2_tau_s"))}
+
+
+def place_effect(added: AddedEffect, usual: Mapping[str, float]) -> Placed:
+    """An added effect with its numbers in order; what is left out is the rig's own (`usual`) or stands at its neutral value, but for
+    the size.
 
     ModelError when the effect or a parameter is unknown, missing or out of its bounds.
     """
@@ -63,7 +74,7 @@ def place_effect(added: AddedEffect, p0_mpa: float) -> Placed:
     if known.size not in added.parameters:
         raise ModelError(f"{where}: the parameter {known.size!r} is missing")
     params = known.neutral()
-    params |= ({"p0_mpa": p0_mpa} if "p0_mpa" in names else {}) | added.parameters
+    params |= {name: value for name, value in usual.items() if name in names} | added.parameters
     for allowed in known.numbers:
         if not allowed.low <= params[allowed.name] <= allowed.high:
             raise ModelError(

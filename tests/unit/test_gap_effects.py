@@ -1,13 +1,17 @@
 """The library of effects: complete, neutral at its neutral values, the same however a record is cut."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from rig.gap.effects import LIBRARY, alike
+from rig.model.chain import lay_out
 from rig.model.effect_stages import EFFECT_STAGES
+from rig.model.parameters import AddedEffect
 from rig.report.effects_page import effects_markdown
+from tests.unit.gap_rigs import model
 
 WORDS = [
     "delay",
@@ -103,3 +107,19 @@ def test_reference_page_is_the_library() -> None:
     assert page.read_text(encoding="utf-8") == effects_markdown(), (
         "run: python -m rig.report.effects_page > docs/reference/effects.md"
     )
+
+
+def test_an_effect_acts_on_the_models_own_regulators() -> None:
+    slow = AddedEffect("valve_lag", {"tau_s": 0.05})
+    lag = next(stage for stage in lay_out(replace(model(), effects=[slow])) if stage.name == "valve_lag")
+    tau0 = dict(zip(EFFECT_STAGES["valve_lag"].parameters, lag.params, strict=True))["tau0_s"]
+    assert tau0 == pytest.approx(0.5 * (model().valve.value("valve1_tau_s") + model().valve.value("valve2_tau_s")))
+
+
+def test_a_tank_refills() -> None:
+    numbers = EFFECT_STAGES["supply_droop"].neutral() | {"tau0_s": 0.04, "droop_s": 1.0, "refill_s": 0.2}
+    sagging = np.array(ran("supply_droop", numbers)[0])
+    healthy = np.array(ran("supply_droop", EFFECT_STAGES["supply_droop"].neutral())[0])
+    behind = healthy - sagging
+    assert behind.max() > 1e-3
+    assert behind.max() > 5 * -behind.min(), "filling falls behind, exhausting does not"

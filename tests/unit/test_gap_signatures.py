@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rig.gap.pairs import pair_up
-from rig.gap.signatures import Signature, read_signatures
+from rig.gap.signatures import Signature, bridged, lost_rows, read_signatures
 from rig.log.record import Column, Record
 from tests.unit.gap_rigs import baselines, session
 
@@ -60,3 +60,38 @@ def test_dead_spot_is_not_lost_samples() -> None:
 def test_dead_monitor_is_seen() -> None:
     records = [replace(record, p1_mpa=np.zeros(len(record))) for record in session(64)]
     assert marks(records)["wire p1"].found
+
+
+def test_lost_samples_in_runs_are_found_and_bridged() -> None:
+    def lost(t: Column, y: Column) -> Column:
+        out = y.copy()
+        for start in np.random.default_rng(8).choice(len(y) - 10, 100, replace=False):
+            out[start + 1 : start + 5] = out[start]
+        return out
+
+    records = changed(64, lost)
+    assert marks(records)["repeats"].found
+    healthy = session(64)
+    for record, mended, truth in zip(records, [bridged(one, lost_rows(one)) for one in records], healthy, strict=True):
+        assert mended.angle_deg is not None
+        assert record.angle_deg is not None
+        assert truth.angle_deg is not None
+        assert np.std(mended.angle_deg - truth.angle_deg) < 0.3 * np.std(record.angle_deg - truth.angle_deg)
+
+
+def test_more_noise_is_no_lost_sample() -> None:
+    def noisy(t: Column, y: Column) -> Column:
+        return 0.08 * np.round((y + 0.4 * np.random.default_rng(4).standard_normal(len(y))) / 0.08)
+
+    assert not marks(changed(65, noisy))["repeats"].found
+
+
+def test_a_hole_in_the_stamps_is_said() -> None:
+    def holed(record: Record) -> Record:
+        kept = (record.t_s < 4.0) | (record.t_s > 6.5)
+        columns = ("t_s", "dp_cmd_mpa", "p1_mpa", "p2_mpa", "p1_cmd_mpa", "p2_cmd_mpa", "angle_deg")
+        return replace(record, **{name: getattr(record, name)[kept] for name in columns if getattr(record, name) is not None})
+
+    pairing = pair_up([holed(record) for record in session(66)], [list(day) for day in baselines()], 0.2)
+    assert any("s without samples from" in note for note in pairing.notes)
+    assert all(pair.used[(pair.t_s > 4.1) & (pair.t_s < 6.4)].max() == 0.0 for pair in pairing.pairs)
