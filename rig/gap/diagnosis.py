@@ -63,7 +63,7 @@ def diagnose_with_findings(
     if valve is not None and valve.trigger.found and misreading(valve, angle_side(prepared, driven=False, model=model)):
         offsets = 1e3 * valve.side.free_sizes(valve.side.gap)[[0, 3]]
         prepared.pairing.notes.append(
-            f"the monitors read {offsets[0]:+.1f} and {offsets[1]:+.1f} kPa against the baselines, and the angle does not follow: "
+            f"the monitors read {offsets[0]:+.1f} and {offsets[1]:+.1f} kPa off the reference, and the angle does not follow: "
             "taken for their own error"
         )
         valve = untriggered(valve)
