@@ -47,9 +47,9 @@ def _verdict(diagnosis: Diagnosis) -> str:
 
 
 def _where(diagnosis: Diagnosis) -> str:
-    stage = diagnosis.where["stage"]
     shares = diagnosis.where["shares"]
-    text = STAGES.get(stage, "somewhere in the chain")
+    stages = dict.fromkeys([diagnosis.where["stage"], *(cause.stage for cause in diagnosis.causes if cause.effect != "unknown")])
+    text = " and ".join(STAGES[stage] for stage in stages if stage in STAGES) or "somewhere in the chain"
     if shares:
         text += f": {100 * shares['valve']:.0f} % of the angle gap comes through the pressures, {100 * shares['downstream']:.0f} % from behind them"  # noqa: E501
     return text + "."

@@ -1,0 +1,70 @@
+"""The figures of the two tutorials on diagnosis: `python docs/tutorial_figures.py FOLDER` makes them anew and prints what was found.
+
+FOLDER holds `practice` and `real`, records that are no part of this project. What it does for the real joint is what
+docs/tutorial/diagnose_real_joint.md tells: two files of clean rows, a model from the quiet one, a diagnosis of the other.
+"""
+
+import csv
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from rig.gap.diagnosis import diagnose_with_findings
+from rig.gap.words import answers
+from rig.log.reader import read
+from rig.log.record import Record
+from rig.model.parameters import Model, load_model
+from rig.report.gap_figures import figures
+
+ROOT = Path(__file__).resolve().parent.parent
+IMAGES = ROOT / "docs" / "images"
+REST_DEG = 36.0
+"""The wrist's angle at rest, by its own encoder."""
+PARTS = {"quiet": (0.5, 8.0), "sweep": (8.0, 16.4)}
+"""Seconds of the chirp: up to 2.1 Hz; from there to where the swing jumps down."""
+
+
+def practice(folder: Path) -> None:
+    """unit_b/case_04: a delay and a backlash."""
+    unit = folder / "practice" / "unit_b"
+    days = [read(day) for day in sorted(unit.glob("baseline_*"))]
+    draw("practice", load_model(ROOT / "configs/models/simulated.yaml"), read(unit / "case_04"), days)
+
+
+def real(folder: Path) -> None:
+    """The wrist: a model from the quiet part, a diagnosis of the sweep."""
+    (source,) = (folder / "real" / "porcaro_wrist").glob("exp3_sweep_*.csv")
+    with tempfile.TemporaryDirectory() as place:
+        for name, (start_s, end_s) in PARTS.items():
+            _write_part(source, Path(place) / f"{name}.csv", start_s, end_s)
+        call = ["identify", "quiet.csv", "-o", "wrist.yaml", "--input", "pressure", "--resample"]
+        subprocess.run([sys.executable, "-m", "rig.cli.main", *call], cwd=place, check=True)
+        draw("wrist", load_model(Path(place) / "wrist.yaml"), read(Path(place) / "sweep.csv"), [])
+
+
+def _write_part(source: Path, target: Path, start_s: float, end_s: float) -> None:
+    """Rows that are no repeated packet, in our columns: DF is muscle 1, F is muscle 2."""
+    with source.open(newline="") as lines, target.open("w", newline="") as out:
+        rows = csv.writer(out)
+        rows.writerow(["t_s", "p1_cmd_mpa", "p2_cmd_mpa", "p1_mpa", "p2_mpa", "angle_deg"])
+        for row in csv.DictReader(lines):
+            if row["is_repeat_of_previous_packet"] == "0" and start_s <= float(row["t_s"]) < end_s:
+                pressures = [row[name] for name in ("u_cmd_DF_MPa", "u_cmd_F_MPa", "y_meas_DF_MPa", "y_meas_F_MPa")]
+                rows.writerow([row["t_s"], *pressures, f"{float(row['y_wrist_angle_deg']) - REST_DEG:.2f}"])
+
+
+def draw(name: str, model: Model, records: list[Record], days: list[list[Record]]) -> None:
+    """Diagnose, say what was found, keep the figures that the tutorials show."""
+    diagnosis, findings = diagnose_with_findings(model, records, days)
+    print(name, *(f"{question} {answer}" for question, answer in answers(diagnosis).items()), sep="\n  ")
+    for caption, svg in figures(diagnosis, findings):
+        kept = {"Loops": "loops", "Residual over frequency": "spectrum", "Ranking": "ranking"}
+        for start, suffix in kept.items():
+            if caption.startswith(start):
+                (IMAGES / f"diagnose_{name}_{suffix}.svg").write_text(svg, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    practice(Path(sys.argv[1]))
+    real(Path(sys.argv[1]))
