@@ -16,10 +16,10 @@ from rig.gap.floor import Side
 from rig.gap.handover import doubts, misreading, stiffened, stripped, with_mean_law
 from rig.gap.kernels import square_sum
 from rig.gap.localise import frequency_shares, over_time, phase_shares, region_shares
+from rig.gap.lost import bridged, lost_rows
 from rig.gap.next_experiment import recommend
 from rig.gap.prepared import Judged, Prepared, untriggered
 from rig.gap.result import Cause, Diagnosis, Ranked
-from rig.gap.signatures import bridged, lost_rows
 from rig.gap.verdict import explained
 from rig.log.record import Column, Record
 from rig.model.effect_stages import EFFECT_STAGES

@@ -5,12 +5,13 @@ noise is no finding. Without a baseline the marks must be plain.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d, uniform_filter1d
 from scipy.signal import filtfilt, iirnotch, periodogram
 
+from rig.gap.lost import angles_of, repeat_share, share_by_chance
 from rig.gap.pairs import SMOOTHING_S, Pair
 from rig.log.record import Column, Record
 
@@ -59,10 +60,6 @@ def read_signatures(pairs: Sequence[Pair]) -> list[Signature]:
     return [lattice, repeats, hum, noise, _stamps(cases, sessions), _common_mode(cases, sessions), *_wires(cases)]
 
 
-def _angles(records: Sequence[Record]) -> list[Column]:
-    return [record.angle_deg[np.isfinite(record.angle_deg)] for record in records if record.angle_deg is not None]
-
-
 def lattice_step(angles: Sequence[Column]) -> float:
     """Distance of the values that occur; 0 when the values are too many for a lattice to show."""
     steps = []
@@ -76,8 +73,8 @@ def lattice_step(angles: Sequence[Column]) -> float:
 
 
 def _lattice(cases: Sequence[Record], sessions: Sequence[Sequence[Record]]) -> Signature:
-    step = lattice_step(_angles(cases))
-    base = max((lattice_step(_angles(session)) for session in sessions), default=0.0)
+    step = lattice_step(angles_of(cases))
+    base = max((lattice_step(angles_of(session)) for session in sessions), default=0.0)
     noise = _level(cases)
     found = step > 1.6 * base and step > 1e-3 and (bool(sessions) or step > 3.0 * noise)
     added = max(step**2 - base**2, 0.0) / 12.0
@@ -91,7 +88,7 @@ def _lattice(cases: Sequence[Record], sessions: Sequence[Sequence[Record]]) -> S
 def _rounding(records: Sequence[Record], step: float) -> float:
     """Mean square of what rounding to the lattice leaves in the smoothed angle: much where the joint stays within one step."""
     parts = []
-    for record, angle in zip(records, _angles(records), strict=True):
+    for record, angle in zip(records, angles_of(records), strict=True):
         rows = SMOOTHING_S / record.period_s
         course = gaussian_filter1d(angle, max(rows, 1.0))
         parts.append(np.mean(gaussian_filter1d(step * np.round(course / step) - course, max(rows, 0.1)) ** 2))
@@ -99,7 +96,7 @@ def _rounding(records: Sequence[Record], step: float) -> float:
 
 
 def _level(records: Sequence[Record]) -> float:
-    return _high_level(_angles(records))
+    return _high_level(angles_of(records))
 
 
 def _high_level(angles: Sequence[Column]) -> float:
@@ -122,75 +119,15 @@ def _white_level(angles: Sequence[Column]) -> float:
     return float(1.4826 * np.median(np.abs(together - np.median(together))) / np.sqrt(20.0))
 
 
-def _repeat_share(records: Sequence[Record], least: float) -> tuple[float, float, int]:
-    """Among rows where the angle moves by more than `least` a row: the share of exact repeats, by how many steps the row after
-    them goes on, and how many rows there are. After a lost sample it goes on by two, in a dead spot or on a lattice by one."""
-    still, onward, rows = 0, 0.0, 0
-    for angle in _angles(records):
-        slope = np.gradient(gaussian_filter1d(angle, 6.0))[1:-1]
-        moving = np.abs(slope) > max(least, float(np.quantile(np.abs(slope), 0.4)), 1e-9)
-        steps = np.diff(angle)
-        repeats = (steps[:-1] == 0) & moving
-        still += int(repeats.sum())
-        onward += float(np.sum(steps[1:][repeats] / slope[repeats]))
-        rows += int(moving.sum())
-    return still / max(rows, 1), onward / max(still, 1), rows
-
-
-def _by_chance(records: Sequence[Record], least: float, step: float) -> float:
-    """Share of repeats among moving rows that the records' own noise and lattice give by chance: the same noise dealt anew."""
-    if step <= 0.0:
-        return 0.0
-    random = np.random.default_rng(0)
-    dealt = []
-    for record, angle in zip(records, _angles(records), strict=True):
-        smooth = gaussian_filter1d(angle, 6.0)
-        dealt.append(replace(record, angle_deg=step * np.round((smooth + random.permutation(angle - smooth)) / step)))
-        dealt[-1] = replace(dealt[-1], t_s=record.t_s[: len(angle)])
-    return _repeat_share(dealt, least)[0]
-
-
-Lost = tuple["np.typing.NDArray[np.bool_]", "np.typing.NDArray[np.bool_]"]
-
-
-def lost_rows(record: Record) -> Lost:
-    """(n,) True where the angle repeats the row before exactly, and where the whole packet does."""
-    assert record.angle_deg is not None
-    lost = np.concatenate([[False], np.diff(record.angle_deg) == 0])
-    packet = lost.copy()
-    for column in (record.p1_mpa, record.p2_mpa):
-        packet[1:] &= np.diff(column) == 0 if column is not None else False
-    return lost, packet
-
-
-def bridged(record: Record, lost: Lost) -> Record:
-    """The record with straight lines over lost samples: of the angle, and of the pressures where the whole packet was lost.
-
-    Done to the baselines in the same rows, it leaves no difference but the case's own.
-    """
-    rows = min(len(record), len(lost[0]))
-    angle, packet = (np.pad(one[:rows], (0, len(record) - rows)) for one in lost)
-
-    def over(column: Column | None, gone: "np.typing.NDArray[np.bool_]") -> Column | None:
-        return None if column is None else np.where(gone, np.interp(record.t_s, record.t_s[~gone], column[~gone]), column)
-
-    return replace(
-        record,
-        angle_deg=over(record.angle_deg, angle),
-        p1_mpa=over(record.p1_mpa, packet),
-        p2_mpa=over(record.p2_mpa, packet),
-    )
-
-
 def _repeats(cases: Sequence[Record], sessions: Sequence[Sequence[Record]], lattice: Signature) -> Signature:
     least = 1.2 * max(lattice.value, lattice.baseline)
-    share, onward, rows = _repeat_share(cases, least)
+    share, onward, rows = repeat_share(cases, least)
     if rows < LEAST_MOVING and not lattice.found:
         least = 0.0
-        share, onward, rows = _repeat_share(cases, least)
-    usual = [_repeat_share(session, least) for session in sessions]
+        share, onward, rows = repeat_share(cases, least)
+    usual = [repeat_share(session, least) for session in sessions]
     shares = [one[0] for one in usual]
-    base = max(float(np.mean(shares)) if shares else 0.0, _by_chance(cases, least, max(lattice.value, lattice.baseline)))
+    base = max(float(np.mean(shares)) if shares else 0.0, share_by_chance(cases, least, max(lattice.value, lattice.baseline)))
     base_onward = float(np.mean([one[1] for one in usual])) if usual else 1.0
     spread = np.sqrt(
         max(base * (1 - base), 1 / max(rows, 1)) / max(rows, 1) + (np.var(shares) if len(shares) > 1 else (0.1 * base) ** 2)
@@ -204,7 +141,7 @@ def _repeats(cases: Sequence[Record], sessions: Sequence[Sequence[Record]], latt
         and jump > LOST_JUMP
     )
     probability = float(np.clip(more / max(1 - base, 1e-6), 0.0, 0.9))
-    moved = float(np.mean([np.mean(np.diff(angle) ** 2) for angle in _angles(cases)]))
+    moved = float(np.mean([np.mean(np.diff(angle) ** 2) for angle in angles_of(cases)]))
     text = f"{100 * share:.2f} % of the moving rows repeat the row before exactly, {100 * base:.2f} % in the baselines"
     numbers = {"probability": probability}
     added = probability * moved if found else 0.0
@@ -274,9 +211,9 @@ def _noise(
 ) -> Signature:
     """More broadband noise than the baselines have; what a lattice or a mains line adds is taken off first."""
     measure = _white_level if repeats.found else _high_level
-    level = measure([_without_line(record, hum.numbers["frequency_hz"]) for record in cases] if hum.found else _angles(cases))
+    level = measure([_without_line(record, hum.numbers["frequency_hz"]) for record in cases] if hum.found else angles_of(cases))
     own = level**2 - (lattice.value**2 / 12.0 if lattice.found else 0.0)
-    levels = [measure(_angles(session)) for session in sessions]
+    levels = [measure(angles_of(session)) for session in sessions]
     base = float(np.sqrt(np.mean(np.square(levels)))) if levels else 0.0
     spread = max(float(np.std(np.log(levels))) if len(levels) > 1 and min(levels) > 0 else 0.0, 0.03)
     clear = max(0.2, CLEAR * spread)
@@ -301,7 +238,7 @@ def _heaviness(cases: Sequence[Record], sessions: Sequence[Sequence[Record]]) ->
     """By how much the added noise's standard deviation exceeds what medians say: 1 for normal noise, more for heavy tails."""
 
     def power(records: Sequence[Record]) -> tuple[float, float]:
-        angles = _angles(records)
+        angles = angles_of(records)
         return float(np.mean(np.concatenate([np.diff(angle, 3) for angle in angles]) ** 2)) / 20.0, _white_level(angles) ** 2
 
     own, usual = power(cases), np.mean([power(session) for session in sessions], axis=0)

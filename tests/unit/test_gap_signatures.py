@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from rig.gap.lost import bridged, lost_rows
 from rig.gap.pairs import pair_up
-from rig.gap.signatures import Signature, bridged, lost_rows, read_signatures
+from rig.gap.signatures import Signature, read_signatures
 from rig.log.record import Column, Record
 from tests.unit.gap_rigs import baselines, session
 
