@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from rig.cli.common import console, emit, json_option, progress
+from rig.cli.common import console, emit, json_option, listing, progress
 
 BENCHMARKS = {
     "loop": "rig.cli.benchmarks.loop:bench_loop",
@@ -58,9 +58,7 @@ def _machine() -> dict[str, Any]:
 
 
 def _show(name: str, figures: dict[str, Any], json_to: str | None) -> None:
-    from rich.table import Table
-
-    table = Table(name, "value", "unit", "peer", "peer's value", "ratio", box=None, pad_edge=False)
+    table = listing(name, "value", "unit", "peer", "peer's value", "ratio")
     for figure, row in figures.items():
         cells = (row.get("value"), row.get("unit", ""), row.get("peer", ""), row.get("peer_value"), row.get("ratio"))
         table.add_row(figure, *(f"{cell:.4g}" if isinstance(cell, int | float) else str(cell or "") for cell in cells))

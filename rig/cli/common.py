@@ -15,6 +15,7 @@ from rig.errors import RigError
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.table import Table
 
 F = TypeVar("F", bound=Callable[..., Any])
 Place = TypeVar("Place", str | None, Path | None)
@@ -51,6 +52,13 @@ def console(json_to: str | None = None) -> "Console":
             raise BrokenPipeError(errno.EPIPE, os.strerror(errno.EPIPE))
 
     return Terminal(stderr=json_to == "-", highlight=False, soft_wrap=not sys.stdout.isatty())
+
+
+def listing(names: str, *titles: str) -> "Table":
+    """A plain table; its first column has names that one may have to type, so they are folded and never cut."""
+    from rich.table import Column, Table
+
+    return Table(Column(names, overflow="fold"), *titles, box=None, pad_edge=False)
 
 
 def emit(result: dict[str, Any], json_to: str | None) -> None:

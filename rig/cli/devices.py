@@ -57,6 +57,8 @@ def probe(rig_path: Path | None, ticks: int, step: bool, step_mpa: float, settle
     screen.print("\n".join(probing.facts(result)), markup=False)
     for warning in result["warnings"]:
         screen.print(f"[yellow]warning:[/] {warning}")
+    for finding in result["findings"][1:]:
+        screen.print(finding, markup=False)
     emit(result, json_to)
     probing.judge(result)
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rig.cli.common import console, emit, json_option, progress
+from rig.cli.common import console, emit, json_option, listing, progress
 
 if TYPE_CHECKING:
     from rig.cli.fault_trial import Finding
@@ -82,9 +82,7 @@ def _soak(hours: float, real: bool, keep: Path | None, json_to: str | None) -> N
 
 
 def _show(rows: list[tuple[str, str, tuple[str, ...], float]], findings: "list[Finding]", json_to: str | None) -> None:
-    from rich.table import Table
-
-    table = Table("fault", "what is done", "cause reported", "ms to safe", "bound", "evidence", box=None, pad_edge=False)
+    table = listing("fault", "what is done", "cause reported", "ms to safe", "bound", "evidence")
     for index, (name, done, causes, bound_ms) in enumerate(rows):
         bound = f"{bound_ms:g}" if causes else "-"
         if not findings:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rig.cli.common import console, emit, json_option, writable
+from rig.cli.common import console, emit, json_option, listing, writable
 from rig.cli.gap_check import check
 
 if TYPE_CHECKING:
@@ -68,14 +68,10 @@ def diagnose(logs: tuple[Path, ...], workers: int | None, dask: str | None, json
 @json_option
 def effects(json_to: str | None) -> None:
     """List every effect: where it lies, its numbers with bounds, what it looks like, what it may be mistaken for."""
-    from rich.table import Table
-
     from rig.gap.effects import LIBRARY, alike
     from rig.model.effect_stages import EFFECT_STAGES
 
-    table = Table(
-        "effect", "stage", "numbers", "looks like", "angle alone: like", "with pressures: like", box=None, pad_edge=False
-    )
+    table = listing("effect", "stage", "numbers", "looks like", "angle alone: like", "with pressures: like")
     told = {}
     for effect in LIBRARY.values():
         known = EFFECT_STAGES[effect.laws[0].stage]
@@ -112,8 +108,6 @@ def effects(json_to: str | None) -> None:
 
 def _show(diagnosis: "Diagnosis", name: str | None, json_to: str | None) -> None:
     """The summary for a person."""
-    from rich.table import Table
-
     from rig.gap.words import answers
 
     out = console(json_to)
@@ -122,7 +116,7 @@ def _show(diagnosis: "Diagnosis", name: str | None, json_to: str | None) -> None
     for question, answer in answers(diagnosis).items():
         out.print(f"[bold]{question}[/bold]  {answer}")
     if diagnosis.ranking:
-        table = Table("effect", "stage", "judged on", "explains", "probability", box=None, pad_edge=False)
+        table = listing("effect", "stage", "judged on", "explains", "probability")
         for line in diagnosis.ranking[:6]:
             table.add_row(line.effect, line.stage, line.side, f"{100 * line.explained_fraction:.0f} %", f"{line.probability:.2f}")
         out.print(table)

@@ -9,6 +9,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from rig.cli.common import listing
 from rig.errors import RigError
 from rig.identify.data import Options, prepare
 from rig.identify.fit import Identified
@@ -113,7 +114,7 @@ def show_validation(result: Validation, beside: Mapping[str, Validation], termin
     """Table IV, with a column for the RMSE of each model beside it."""
     chain = any(row.command_rmse_deg is not None for row in result.scores)
     head = ["record", "RMSE deg", "NRMSE", "fit %", "max deg", *(["RMSE from command"] if chain else [])]
-    table = Table(*head, *(f"RMSE {name}" for name in beside), box=None)
+    table = listing(*head, *(f"RMSE {name}" for name in beside))
     for index, row in enumerate(result.scores):
         cells = _cells(row)
         others = [f"{each.scores[index].rmse_deg:.3f}" for each in beside.values()]

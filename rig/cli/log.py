@@ -25,15 +25,14 @@ def log() -> None:
 @json_option
 def info(logs: tuple[Path, ...], json_to: str | None) -> None:
     """What LOGS hold: records, duration, rate, columns, run facts, log lines."""
-    from rig.cli.logs import describe, found_files
+    from rig.cli.logs import describe, found_files, plain_lines
 
     descriptions = [describe(file) for file in found_files(logs)]
     terminal = console(json_to)
     for item in descriptions:
         terminal.print(f"[bold]{item['file']}[/]")
-        for key, value in item.items():
-            if key not in ("file", "log"):
-                terminal.print(f"  {key}: {value}", markup=False)
+        for line in plain_lines({key: value for key, value in item.items() if key not in ("file", "log")}):
+            terminal.print(f"  {line}", markup=False)
         for time_s, level, message in item.get("log", []):
             terminal.print(f"  {time_s:9.3f} s  {level}: {message}", markup=False)
     emit({"files": descriptions}, json_to)

@@ -1,5 +1,6 @@
 """What the commands about logs do between their arguments and rig.log: finding files, describing, choosing a way in."""
 
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,16 @@ def describe(path: Path) -> dict[str, Any]:
         return _describe_mcap(path)
     records = reader.read(path, phases=None)
     return {"file": str(path), "records": [_describe_record(record) for record in records], "facts": dict(records[0].facts)}
+
+
+def plain_lines(told: Mapping[str, Any]) -> Iterator[str]:
+    """A description for a person: a line a value, what belongs to one key below it."""
+    for key, value in told.items():
+        if isinstance(value, Mapping) and value:
+            yield f"{key}:"
+            yield from (f"  {line}" for line in plain_lines(value))
+        else:
+            yield f"{key}: {value:.6g}" if isinstance(value, float) else f"{key}: {value}"
 
 
 def _describe_mcap(path: Path) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from rig.cli.common import console
+from rig.cli.common import console, listing
 from rig.errors import NotSo
 from rig.realtime.faults import Fault
 from rig.service.recorder import RunResult
@@ -48,9 +48,7 @@ class Outcome:
 
 def summary(outcome: Outcome, json_to: str | None) -> None:
     """The table at the end: one row a run."""
-    from rich.table import Table
-
-    table = Table("record", "ticks", "missed", "dropped", "late p50 / p99 / max us", "valid", box=None, pad_edge=False)
+    table = listing("record", "ticks", "missed", "dropped", "late p50 / p99 / max us", "valid")
     for run in outcome.runs:
         late = " / ".join(f"{run.lateness_us.get(k, math.nan):.0f}" for k in ("p50", "p99", "max"))
         valid = ("yes" if run.complete else "yes, stopped early") if run.valid else f"[red]no[/] {run.cause or run.error}"

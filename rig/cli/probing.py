@@ -124,4 +124,4 @@ def judge(result: dict[str, Any]) -> None:
     """NotSo with the first finding, when there is one."""
     if result["findings"]:
         more = len(result["findings"]) - 1
-        raise NotSo(result["findings"][0] + (f" (and {more} more)" if more else ""))
+        raise NotSo(result["findings"][0] + (f" (and {more} more, above)" if more else ""))

@@ -11,7 +11,7 @@ from rig.gap.attribute import Candidate
 from rig.gap.carry import Applied
 from rig.gap.causes import Findings, name_causes, trust
 from rig.gap.effects import LIBRARY
-from rig.gap.engine import angle_side, judge, library_of, overall_gap, prepare, signatures_of, valve_side
+from rig.gap.engine import angle_side, judge, library_of, model_misfit_deg, overall_gap, prepare, signatures_of, valve_side
 from rig.gap.floor import Side
 from rig.gap.handover import doubts, misreading, stiffened, stripped, with_mean_law
 from rig.gap.kernels import square_sum
@@ -79,7 +79,9 @@ def diagnose_with_findings(
     side = angle_side(prepared, driven=driven, model=model, added_variance=added, doubted=doubted)
     angle = judge(prepared, side, effects, driven=driven, beside=valve.side if valve is not None and not driven else None)
     findings = Findings(prepared, valve, angle, marks)
-    return _told(findings), findings
+    told = _told(findings)
+    told.evidence["model_misfit_deg"] = model_misfit_deg(model, prepared)
+    return told, findings
 
 
 def _without_lost(prepared: Prepared, model: Model | None, pressures: bool) -> Prepared:

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rig.errors import ModelError
+from rig.errors import ModelError, RigError
 from rig.gap.attribute import Bench, case_pressures, rank
 from rig.gap.carry import Applied, angle_under, lay_tracks, ready, response_with
 from rig.gap.compound import with_second
@@ -67,6 +67,25 @@ def prepare(model: Model | None, records: Sequence[Record], baselines: Sequence[
     nominal = describe(pairs, references, pairing.p0_mpa, regulators)
     noise = high_frequency_noise([pair.case.angle_deg for pair in pairs])
     return Prepared(pairing, lay_tracks(pairs, references, nominal), nominal, has_baseline, noise)
+
+
+def model_misfit_deg(model: Model | None, prepared: Prepared) -> float | None:
+    """How far (deg rms) the model as it stands is from the healthy sessions; None without sessions or where it cannot be simulated.
+
+    No part of the gap: the diagnosis works on differences. The augmented model inherits it.
+    """
+    if model is None or not prepared.has_baseline:
+        return None
+    at_rest = replace(model, p0_mpa=prepared.pairing.p0_mpa)
+    try:
+        said = [_modelled(at_rest, pair)[2] for pair in prepared.pairs]
+    except RigError:
+        return None
+    missed = [
+        (angle - reference.angle_deg)[pair.used > 0]
+        for angle, reference, pair in zip(said, prepared.references, prepared.pairs, strict=True)
+    ]
+    return float(np.sqrt(np.mean(np.concatenate(missed) ** 2)))
 
 
 def _modelled(model: Model, pair: Pair) -> tuple[Column | None, Column | None, Column]:

@@ -20,6 +20,11 @@ GRID_S = 0.01
 SAME_COMMAND = 0.1
 """Two commands are the same sweep when their difference is below this share of the command's spread."""
 
+OTHER_P0_MPA = 0.01
+"""Sweeps whose commanded P0 differs by more are not the same sweep."""
+SHIFTED_MPA = 0.03
+"""A measured P0 that lies this far from the baselines' is said: another commanded P0, or a shift of both pressures."""
+
 
 @dataclass(frozen=True)
 class Session:
@@ -74,7 +79,7 @@ def pair_up(
     if not fit:
         raise RecordError(reasons(notes))
     sessions = [[record for record in session if usable(record, notes, "baseline ")] for session in baselines]
-    sessions = [session for session in sessions if session]
+    sessions = _distinct([session for session in sessions if session], fit, notes)
     found = {id(record): [_partner(record, session) for session in sessions] for record in fit}
     kept, unpaired = _fullest(fit, found, sessions, notes)
     for record in kept:
@@ -82,10 +87,29 @@ def pair_up(
         told = [hole(record), *(hole(other, "baseline ") for other in found[id(record)] if other is not None)]
         notes.extend(text for text in told if text)
     p0 = _rest_pressure(kept, p0_mpa, notes)
+    _say_shift(kept, [partner for record in kept for partner in found[id(record)] if partner is not None], notes)
     pressed = pressures and _all_have_pressures(kept, found, notes)
     pairs = [_pair(record, found[id(record)], p0, pressed) for record in kept]
     _check_amplitude(pairs, notes)
     return Pairing(pairs, pressed, len(pairs[0].sessions), p0, notes, unpaired)
+
+
+def _distinct(sessions: list[list[Record]], case: Sequence[Record], notes: list[str]) -> list[list[Record]]:
+    """Each day once, and none that is the case itself: a copy would make the floor too low."""
+
+    def contents(records: Sequence[Record]) -> set[bytes]:
+        return {np.asarray(record.angle_deg).tobytes() for record in records}
+
+    seen = contents(case)
+    kept = []
+    for number, session in enumerate(sessions, 1):
+        mine = contents(session)
+        if mine & seen:
+            notes.append(f"baseline session {number} repeats records of the case or of another session; left out")
+            continue
+        seen |= mine
+        kept.append(session)
+    return kept
 
 
 def _partner(record: Record, session: Sequence[Record]) -> Record | None:
@@ -98,6 +122,9 @@ def _partner(record: Record, session: Sequence[Record]) -> Record | None:
 
 
 def _same_command(record: Record, other: Record) -> bool:
+    rests = commanded_rest(record), commanded_rest(other)
+    if rests[0] is not None and rests[1] is not None and abs(rests[0] - rests[1]) > OTHER_P0_MPA:
+        return False
     length = min(record.t_s[-1], other.t_s[-1])
     if length < 0.8 * max(record.t_s[-1], other.t_s[-1]) and length < SHORTEST_S:
         return False
@@ -115,7 +142,11 @@ def _fullest(
     for k, fit in enumerate(fits):
         if not fit:
             names = ", ".join(sorted(record.name for record in sessions[k])[:3])
-            notes.append(f"baseline session {k + 1} pairs with no record (it holds {names}): other sweeps, or another rig's")
+            rests = {round(rest, 3) for record in sessions[k] if (rest := commanded_rest(record)) is not None}
+            where = f" at P0 {', '.join(f'{rest:g}' for rest in sorted(rests))} MPa" if rests else ""
+            notes.append(
+                f"baseline session {k + 1} pairs with no record (it holds {names}{where}): other sweeps, or another rig's"
+            )
     for record in records:
         found[id(record)] = [partner for partner, fit in zip(found[id(record)], fits, strict=True) if fit]
     if not any(fits):
@@ -134,25 +165,40 @@ def _fullest(
 
 def _rest_pressure(records: Sequence[Record], p0_mpa: float, notes: list[str]) -> float:
     """P0 of the records: from the set-points, or the facts, or the start of the measured pressures, or else the model's."""
-    means = []
-    for record in records:
-        if record.p1_cmd_mpa is not None and record.p2_cmd_mpa is not None:
-            means.append(float(np.nanmedian(0.5 * (record.p1_cmd_mpa + record.p2_cmd_mpa))))
-        elif "p0_mpa" in record.facts:
-            means.append(float(record.facts["p0_mpa"]))
+    means = [rest for record in records if (rest := commanded_rest(record)) is not None]
     if means:
         return float(np.median(means))
-    measured = [
-        float(np.nanmedian(0.5 * (record.p1_mpa + record.p2_mpa)))
-        for record in records
-        if record.p1_mpa is not None and record.p2_mpa is not None
-    ]
+    measured = _measured_rests(records)
     if not measured:
         return p0_mpa
     rest = float(np.round(np.median(measured), 2))
     if abs(rest - p0_mpa) > 0.02:
         notes.append(f"P0 is {rest:g} MPa by the measured pressures, the model was made at {p0_mpa:g} MPa")
     return max(rest, 0.02)
+
+
+def commanded_rest(record: Record) -> float | None:
+    """P0 that the record was commanded around, MPa; None where it does not say."""
+    if record.p1_cmd_mpa is not None and record.p2_cmd_mpa is not None:
+        return float(np.nanmedian(0.5 * (record.p1_cmd_mpa + record.p2_cmd_mpa)))
+    return float(record.facts["p0_mpa"]) if "p0_mpa" in record.facts else None
+
+
+def _measured_rests(records: Sequence[Record]) -> list[float]:
+    return [
+        float(np.nanmedian(0.5 * (record.p1_mpa + record.p2_mpa)))
+        for record in records
+        if record.p1_mpa is not None and record.p2_mpa is not None
+    ]
+
+
+def _say_shift(records: Sequence[Record], partners: Sequence[Record], notes: list[str]) -> None:
+    mine, theirs = _measured_rests(records), _measured_rests(partners)
+    if mine and theirs and abs(np.median(mine) - np.median(theirs)) > SHIFTED_MPA:
+        notes.append(
+            f"P0 is {np.median(mine):.2f} MPa by the measured pressures, {np.median(theirs):.2f} MPa in the baselines: recorded around "
+            "another P0, or both pressures are shifted"
+        )
 
 
 def _all_have_pressures(records: Sequence[Record], found: dict[int, list[Record | None]], notes: list[str]) -> bool:

@@ -8,6 +8,14 @@ SOURCES = {
     "noise": "the sensor's noise (unsure: no repeats and no periods)",
     "model": "the model's own misfit (unsure: no healthy session was given)",
 }
+FAR = 3.0
+"""Floors by which a model must miss the healthy rig for that to be worth a line."""
+NOTHING = {
+    "sessions": "no gap beyond what healthy sessions differ by",
+    "periods": "no gap beyond what the periods of one healthy session differ by",
+    "noise": "no gap beyond the sensor's noise",
+    "model": "nothing beyond what the model itself may miss, and without healthy sessions nothing smaller can be seen",
+}
 STAGES = {
     "timing": "in the timing",
     "valve": "in the valves",
@@ -18,18 +26,24 @@ STAGES = {
 
 
 def answers(diagnosis: Diagnosis) -> dict[str, str]:
-    """Question -> answer: verdict, where, which, how far, what next."""
+    """Question -> answer: verdict, where, which, how far, the model itself, what next."""
     told = {"Verdict:": _verdict(diagnosis)}
     if diagnosis.causes:
         told["Where:"] = _where(diagnosis)
         told["Which:"] = _which(diagnosis)
     if any(cause.effect != "unknown" for cause in diagnosis.causes):
         told["How far:"] = _how_far(diagnosis)
+    misfit = diagnosis.evidence.get("model_misfit_deg")
+    if misfit is not None and misfit > FAR * diagnosis.gap["floor_deg"]:
+        told["Model:"] = (
+            f"as it stands it misses the healthy sessions by {misfit:.3g} deg rms. That is no part of the gap, which is what changed "
+            "since; `pamrig identify` on the healthy sessions makes it smaller."
+        )
     if diagnosis.next_experiment:
         names = ", ".join(diagnosis.next_experiment["separates"])
         ratio = diagnosis.next_experiment["expected_ratio"]
         told["Next:"] = (
-            f"to tell {names} apart, {diagnosis.next_experiment['why']}: they should differ by {ratio:.1f} floors there."
+            f"to tell {names} apart: {diagnosis.next_experiment['why']}. They should differ by {ratio:.1f} floors there."
         )
     return told
 
@@ -38,7 +52,7 @@ def _verdict(diagnosis: Diagnosis) -> str:
     gap = diagnosis.gap
     size = f"the gap is {gap['rms_deg']:.3g} deg rms against a floor of {gap['floor_deg']:.3g} deg (ratio {gap['ratio']:.1f}), by {SOURCES[gap['floor_source']]}"  # noqa: E501
     words = {
-        "none": "no gap beyond what healthy sessions differ by",
+        "none": NOTHING[gap["floor_source"]],
         "explained": "explained",
         "partly_explained": "partly explained",
         "unknown": "a gap that no effect of the library explains",

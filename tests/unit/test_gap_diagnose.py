@@ -11,6 +11,7 @@ from rig.cli.common import _plain
 from rig.errors import ModelError, RecordError
 from rig.gap import diagnose
 from rig.gap.result import Diagnosis
+from rig.gap.words import answers
 from rig.log.record import Column, Record
 from rig.model.parameters import AddedEffect
 from tests.unit.gap_rigs import baselines, model, session
@@ -169,3 +170,33 @@ def test_hundreds_of_records_are_one_diagnosis() -> None:
     assert len(many) > 200
     assert names(found) == {"delay"}
     assert found.causes[0].parameters["delay_s"].value == pytest.approx(0.03, rel=0.12)
+
+
+def test_a_day_that_is_given_twice_counts_once() -> None:
+    days = [list(day) for day in baselines()]
+    twice = diagnose(model(), session(151), [*days, days[0]])
+    assert twice.evidence["sessions"] == len(days)
+    assert any("repeats records" in note for note in twice.notes)
+    assert diagnose(model(), days[0], days).evidence["sessions"] == len(days) - 1, "nor is the case its own baseline"
+
+
+def test_baselines_around_another_commanded_p0_do_not_pair() -> None:
+    def around(p0_mpa: float, records: list[Record]) -> list[Record]:
+        return [replace(record, p1_cmd_mpa=None, p2_cmd_mpa=None, facts={**record.facts, "p0_mpa": p0_mpa}) for record in records]
+
+    found = diagnose(model(), around(0.2, session(152)), [around(0.3, list(day)) for day in baselines()])
+    assert found.evidence["sessions"] == 0
+    assert any("at P0 0.3 MPa): other sweeps" in note for note in found.notes)
+
+
+def test_a_measured_p0_far_from_the_baselines_is_said() -> None:
+    found = asked(session(153, AddedEffect("co_contraction", {"shift_mpa": 0.05})))
+    assert any("recorded around another P0, or both pressures are shifted" in note for note in found.notes)
+
+
+def test_what_the_model_itself_misses_is_told_apart_from_the_gap() -> None:
+    late = [list(session(160 + k, AddedEffect("delay", {"delay_s": 0.1}))) for k in range(3)]
+    found = diagnose(model(), session(170, AddedEffect("delay", {"delay_s": 0.1})), late)
+    assert found.verdict == "none"
+    assert found.evidence["model_misfit_deg"] > 1.0
+    assert "misses the healthy sessions" in answers(found)["Model:"]
