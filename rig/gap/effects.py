@@ -84,6 +84,7 @@ _LIBRARY: tuple[Effect, ...] = (
     Effect("lost_samples", (Law("lost_samples", ("probability",), (0.01,)),), "values repeat exactly, then jump", "lost", "lost", signature=True),
     Effect("valve_gain", (
         Law("valve_gain", ("gain",), FINE, signs=BOTH_SIGNS),
+        Law("valve_gain", ("gain", "balance"), FINE, signs=BOTH_SIGNS, shapes=({"balance": 0.1}, {"balance": -0.1})),
         Law("valve_gain", ("gain",), FINE, shapes=ONE_VALVE, charge=2.0),
     ), "pressures in proportion to their set-points, off by a share", "gain", "valve_gain"),
     Effect("valve_offset", (
@@ -117,6 +118,8 @@ _LIBRARY: tuple[Effect, ...] = (
         Law("supply_droop", ("droop_s",), (0.03, 0.1, 0.3, 0.9), shapes=tuple({"refill_s": refill} for refill in (0.05, 0.15, 0.5))),
         Law("supply_droop", ("droop_s", "supply_mpa"), (0.15, 0.5, 1.5), shapes=({"supply_mpa": 0.35}, {"supply_mpa": 0.42}, {"supply_mpa": 0.5}),
             bounds={"droop_s": (0.1, 2.0)}, charge=1.0),
+        Law("fill_exhaust_asymmetry", ("ratio",), (0.15, 0.3, 0.5, 0.7, 0.85), shapes=({"fill_share": 0.0}, {"fill_share": 1.0}),
+            bounds={"ratio": (0.02, 1.0)}, charge=1.0),
     ), "filling falls behind, exhausting does not", "one_way", "one_way"),
     Effect("co_contraction", (Law("co_contraction", ("shift_mpa",), FINE, signs=BOTH_SIGNS),),
            "both pressures off by the same constant; the angle's gain changes against it", "gain", "co_contraction"),
