@@ -17,9 +17,7 @@ _seed = click.option("--seed", type=click.IntRange(0), help="Seed of the labels;
 _development = click.option("--development", is_flag=True, help="Development cases: never the same as any scored ones.")
 _dask = click.option("--dask", metavar="ADDRESS", help="Use the Dask cluster at ADDRESS; its workers must see the same folder.")
 _workers = click.option("--workers", type=click.IntRange(1), help="Local processes; default: one a core.")
-_html = click.option(
-    "--html", "html_to", type=click.Path(path_type=Path), help="Write the page to FILE; a .md gets the table of goals."
-)
+_html = click.option("--html", "html_to", type=click.Path(path_type=Path), help="Write the page to FILE; a .md gets its tables.")
 
 
 @click.group(invoke_without_command=True)

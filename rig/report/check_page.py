@@ -51,17 +51,63 @@ def rows_of(result: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def as_markdown(result: Mapping[str, Any]) -> str:
-    """The goals' figures as a table for the documentation."""
-    modes = list(result["modes"])
-    lines = [f"| figure | {' | '.join(f'{MODE_WORDS[mode]} | goal' for mode in modes)} |", "|---" * (1 + 2 * len(modes)) + "|"]
+    """Tables for the documentation: the goals, then names by strength and by effect, foreign effects, withheld classes, naive answers."""
+    shown = {MODE_WORDS[mode]: result["modes"][mode] for mode in ("pressures", "angle") if mode in result["modes"]}
+    withheld = result.get("withheld", {}).get("flagged_by_effect", {})
+    parts = [
+        _goals(result),
+        _broken_down("gap over floor", "by_ratio", ("detected", "exact_first", "truth_in_set"), shown),
+        _broken_down("effect", "by_effect", ("exact_first", "truth_in_set", "gap_closed"), shown),
+        _foreign(shown),
+        _table("class withheld | flagged, with pressures", [[name, _cell(rate)] for name, rate in withheld.items()]),
+        _naive(result["naive"]),
+    ]
+    return "\n".join(parts)
+
+
+def _goals(result: Mapping[str, Any]) -> str:
+    rows = []
     for row in rows_of(result):
         cells = [f"{cell['text']}{' **missed**' if cell['reached'] is False else ''} | {cell['goal']}" for cell in row["cells"]]
-        lines.append(f"| {row['words']} | {' | '.join(cells)} |")
-    return "\n".join(lines) + "\n"
+        rows.append([row["words"], *cells])
+    return _table(" | ".join(["figure", *(f"{MODE_WORDS[mode]} | goal" for mode in result["modes"])]), rows)
+
+
+def _broken_down(what: str, key: str, figures: Sequence[str], shown: Mapping[str, Mapping[str, Any]]) -> str:
+    titles = [f"{figure.replace('_', ' ')}, {words}" for words in shown for figure in figures]
+    names = dict.fromkeys(name for mode in shown.values() for name in mode[key])
+    rows = [
+        [name, *(_cell(mode[key].get(name, {}).get(figure)) for mode in shown.values() for figure in figures)] for name in names
+    ]
+    return _table(" | ".join([what, *titles]), rows)
+
+
+def _foreign(shown: Mapping[str, Mapping[str, Any]]) -> str:
+    names = dict.fromkeys(name for mode in shown.values() for name in mode["unknown_by_effect"])
+    rows = [[name, *(_cell(mode["unknown_by_effect"].get(name)) for mode in shown.values())] for name in names]
+    return _table(" | ".join(["effect of no library", *(f"flagged, {words}" for words in shown)]), rows)
+
+
+def _naive(naive: Mapping[str, Any]) -> str:
+    figures = ("false_alarms", "detected", "class_first", "exact_first")
+    rows = [[NAIVE_WORDS[name], *(_cell(said["pressures"][figure]) for figure in figures)] for name, said in naive.items()]
+    return _table(" | ".join(["naive answer", *(figure.replace("_", " ") for figure in figures)]), rows)
+
+
+def _table(head: str, rows: Sequence[Sequence[str]]) -> str:
+    columns = head.count("|") + 1
+    return "\n".join([f"| {head} |", "|---" * columns + "|", *(f"| {' | '.join(row)} |" for row in rows)]) + "\n"
+
+
+def _cell(found: Any) -> str:
+    """A rate as k of n, a share in per cent, nothing as a dash."""
+    if isinstance(found, Mapping):
+        return f"{found['k']} of {found['n']}"
+    return "-" if found is None else f"{100 * found:.0f} %"
 
 
 def write_page(result: Mapping[str, Any], path: Path) -> None:
-    """The page as HTML, or the table of goals alone when the name ends in .md; RigError when it cannot be written."""
+    """The page as HTML, or tables in Markdown when the name ends in .md; RigError when it cannot be written."""
     text = as_markdown(result) if path.suffix == ".md" else as_html(result)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
