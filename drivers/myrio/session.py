@@ -52,7 +52,8 @@ def load_bitfile(path: Path) -> nifpga.Bitfile:
             warnings.simplefilter("ignore")  # registers of types that nifpga cannot read are skipped, and looked up by name below
             return nifpga.Bitfile(str(path))
     except OSError as error:
-        raise ConfigError(f"{path}: the bitfile cannot be read: {error.strerror}") from None
+        hint = "; it comes with your FPGA project, not with pamrig" if isinstance(error, FileNotFoundError) else ""
+        raise ConfigError(f"{path.resolve()}: the bitfile cannot be read: {error.strerror}{hint}") from None
     except (ParseError, AttributeError, TypeError, ValueError, AssertionError):
         raise ConfigError(f"{path}: not a bitfile of an FPGA (.lvbitx)") from None
 
