@@ -14,7 +14,7 @@ from hil.bench import SimulatedRig, SimulatedSettings
 from hil.terminals import Terminals
 from rig.errors import DeviceError, DeviceLost
 from rig.interfaces import NAN, DeviceContext, Measurement
-from rig.sample import Flag
+from rig.sample import BROKEN_WIRE
 
 
 class Injection(IntEnum):
@@ -144,7 +144,7 @@ class FaultyRig:
             flip = 40.0 if time.monotonic_ns() // self._context.period_ns % 2 else -40.0
             return true._replace(angle_deg=true.angle_deg + flip)
         if fault is Injection.BROKEN_WIRE:
-            return true._replace(p1_raw=0.0, p1_mpa=-0.125, flags=true.flags | Flag.BROKEN_WIRE.value)
+            return true._replace(p1_raw=0.0, p1_mpa=-0.125, flags=true.flags | BROKEN_WIRE)
         if fault is Injection.STALE:
             return true._replace(angle_age_ns=_STALE_NS)
         if fault is Injection.NO_AIR:

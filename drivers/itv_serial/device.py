@@ -17,11 +17,10 @@ from drivers.serial_port import SerialPort
 from rig.errors import ConfigError, DeviceError, DeviceLost
 from rig.fields import bounded
 from rig.interfaces import NAN, DeviceContext, Measurement, Role
-from rig.sample import Flag
+from rig.sample import ANGLE_ABSENT, P1_ABSENT, P2_ABSENT, STALE
 
 _VALVES: Final = ((Role.VALVE_1, Role.MONITOR_1), (Role.VALVE_2, Role.MONITOR_2))
-_ABSENT: Final = (Flag.P1_ABSENT.value, Flag.P2_ABSENT.value)
-_STALE: Final = Flag.STALE.value
+_ABSENT: Final = (P1_ABSENT, P2_ABSENT)
 
 
 @dataclass(frozen=True)
@@ -114,7 +113,7 @@ class ItvSerial:
 
     def read(self) -> Measurement:
         """The newest monitor values with their ages. DeviceError once for each failed exchange on the wire."""
-        flags = Flag.ANGLE_ABSENT.value
+        flags = ANGLE_ABSENT
         pressures, raws, ages = [NAN, NAN], [NAN, NAN], [0, 0]
         for number, valve in enumerate(self._valves):
             if valve is None:
@@ -133,7 +132,7 @@ class ItvSerial:
             raws[number] = report.values[0]
             pressures[number] = valve.to_mpa(raws[number])
             if ages[number] > self._period_ns:
-                flags |= _STALE
+                flags |= STALE
         return Measurement(pressures[0], pressures[1], NAN, raws[0], raws[1], NAN, NAN, ages[0], ages[1], 0, flags)
 
     def write(self, p1_mpa: float, p2_mpa: float) -> None:

@@ -8,12 +8,10 @@ from drivers.modbus_io.codec import to_signal
 from drivers.modbus_io.plan import EXCITATION, MONITORS, VALVES, WIPER, Plan
 from drivers.modbus_io.settings import ModbusSettings
 from rig.interfaces import NAN, DeviceContext, Measurement, Role
-from rig.sample import Flag
+from rig.sample import ANGLE_ABSENT, BROKEN_WIRE, P1_ABSENT, P2_ABSENT, SUSPECT
 
-_ABSENT = (Flag.P1_ABSENT.value, Flag.P2_ABSENT.value)
-_BROKEN = Flag.BROKEN_WIRE.value
-_SUSPECT = Flag.SUSPECT.value
-_DEAD = Flag.ANGLE_ABSENT.value | Flag.SUSPECT.value
+_ABSENT = (P1_ABSENT, P2_ABSENT)
+_DEAD = ANGLE_ABSENT | SUSPECT
 
 
 class Inputs:
@@ -38,7 +36,7 @@ class Inputs:
             flags |= flag
         wiper, excitation, angle_deg, flag = self._turned(numbers)
         flags |= flag
-        ages = [0 if flags & absent else age_ns for absent in (*_ABSENT, Flag.ANGLE_ABSENT.value)]
+        ages = [0 if flags & absent else age_ns for absent in (*_ABSENT, ANGLE_ABSENT)]
         return Measurement(
             values[0], values[1], angle_deg, raws[0], raws[1], wiper, excitation, ages[0], ages[1], ages[2], flags
         )  # fmt: skip
@@ -50,12 +48,12 @@ class Inputs:
         calibration, to_mpa = wired
         raw = to_signal(self._plan.inputs, numbers[place])
         if calibration.is_broken(raw):
-            return raw, NAN, _ABSENT[place] | _BROKEN
-        return raw, to_mpa(raw), _SUSPECT if calibration.is_suspect(raw) else 0
+            return raw, NAN, _ABSENT[place] | BROKEN_WIRE
+        return raw, to_mpa(raw), SUSPECT if calibration.is_suspect(raw) else 0
 
     def _turned(self, numbers: Mapping[int, float]) -> tuple[float, float, float, int]:
         if self._angle is None or self._potentiometer is None or WIPER not in numbers:
-            return NAN, NAN, NAN, Flag.ANGLE_ABSENT.value
+            return NAN, NAN, NAN, ANGLE_ABSENT
         wiper = to_signal(self._plan.inputs, numbers[WIPER])
         excitation = to_signal(self._plan.inputs, numbers[EXCITATION]) if EXCITATION in numbers else NAN
         reference = self._reference_v if math.isnan(excitation) else excitation

@@ -13,7 +13,7 @@ from drivers.modbus_io.settings import ModbusSettings, Mode
 from drivers.modbus_io.stations import Numbers, Stations, set_point_numbers
 from rig.errors import DeviceError, DeviceLost
 from rig.interfaces import DeviceContext, Measurement
-from rig.sample import Flag
+from rig.sample import STALE
 
 _SHARE: Final = 0.6
 """Share of the period that the exchanges of a tick may take by the p99 of the measured round trip."""
@@ -102,7 +102,7 @@ class ModbusIo:
     def read(self) -> Measurement:
         """All wanted inputs; DeviceError when the module did not answer in time or answered nonsense."""
         numbers, age_ns = self._opened().read()
-        stale = Flag.STALE.value if age_ns > self._context.period_ns else 0
+        stale = STALE if age_ns > self._context.period_ns else 0
         return self._inputs.measurement(numbers, age_ns, stale)
 
     def write(self, p1_mpa: float, p2_mpa: float) -> None:

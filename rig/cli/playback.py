@@ -13,9 +13,9 @@ from pathlib import Path
 from rig.errors import ConfigError, DeviceError, DeviceLost
 from rig.fields import bounded
 from rig.interfaces import NAN, DeviceContext, Measurement, Role
-from rig.sample import Flag
+from rig.sample import ANGLE_ABSENT, P1_ABSENT, P2_ABSENT
 
-_ABSENT = {Role.MONITOR_1: Flag.P1_ABSENT.value, Role.MONITOR_2: Flag.P2_ABSENT.value, Role.ANGLE: Flag.ANGLE_ABSENT.value}
+_ABSENT = {Role.MONITOR_1: P1_ABSENT, Role.MONITOR_2: P2_ABSENT, Role.ANGLE: ANGLE_ABSENT}
 _COLUMNS = {Role.MONITOR_1: "p1_mpa", Role.MONITOR_2: "p2_mpa", Role.ANGLE: "angle_deg"}
 
 

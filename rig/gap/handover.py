@@ -27,6 +27,12 @@ RECOVERY = (1.0, 0.25)
 """In how much of its time constant a regulator makes up for a squeeze: it is quicker the smaller the error."""
 MOST_GROWTH = 0.01
 """Most by which a muscle's pressure rises, shut off, for each degree that the joint squeezes it; relative."""
+MEAN_LAWS = ((1.0, 1.0), (1.0, 0.0), (0.5, 0.5), (0.0, 1.0), (0.0, 0.0))
+"""(exponent, softness): what the mean pressure may do, a bounded nuisance."""
+MEAN_DOUBT = 0.2
+"""Share of what another mean pressure does to the angle that is not known."""
+MEAN_MOVED = 0.01
+"""Shares of change of the mean pressure below this are none."""
 
 
 def echo(side: Side, prepared: Prepared) -> Column:
@@ -151,13 +157,6 @@ def doubting(side: Side, doubted: Sequence[Column]) -> Side:
         floor = float(np.hypot(side.floor, side.rms(column)))
         side = replace(side, spread=np.hypot(side.spread, sizes), remainder=float(np.hypot(side.remainder, rest)), floor=floor)
     return side
-
-
-MEAN_LAWS = ((1.0, 1.0), (1.0, 0.0), (0.5, 0.5), (0.0, 1.0), (0.0, 0.0))
-"""(exponent, softness): what the mean pressure may do, a bounded nuisance."""
-MEAN_DOUBT = 0.2
-"""Share of what another mean pressure does to the angle that is not known."""
-MEAN_MOVED = 0.01
 
 
 def with_mean_law(prepared: Prepared) -> Prepared:

@@ -29,10 +29,8 @@ class Request(IntEnum):
 
 
 _REQUESTS: Final = frozenset(Request)
-_RUNNING, _NO_FAULT = (
-    State.RUNNING,
-    Fault.NONE,
-)  # by names of this module: looking a member up in its class takes as long as a call
+# members by names of this module: looking one up in its class takes as long as a call
+_RUNNING, _NO_FAULT = State.RUNNING, Fault.NONE
 _NOTHING: Final = Request.NONE, None
 
 
