@@ -63,22 +63,40 @@ def faults(
 
 
 def _soak(hours: float, real: bool, keep: Path | None, json_to: str | None) -> None:
-    """Sweeps for hours; NotSo when a record is not valid or the rig did not get through."""
+    """Sweeps for hours; NotSo when the rig did not get through, or a record is not valid and no stall of the machine the reason."""
     import tempfile
 
     from rig.cli.soak import soak
     from rig.errors import NotSo
 
     with tempfile.TemporaryDirectory(prefix="pamrig-") as temporary, progress("soak", None) as update:
-        folder = keep or Path(temporary)
-        folder.mkdir(parents=True, exist_ok=True)
-        result = soak(folder, hours, not real, update)
+        result = soak(_own_folder(keep or Path(temporary)), hours, not real, update)
+    _tell_soak(result, json_to)
+    emit({"soak": result}, json_to)
+    blamed = result["machine"].get("not_valid_otherwise", result["not_valid"])
+    if result["done"] != result["records"] or blamed:
+        raise NotSo(f"{result['done']} of {result['records']} records, {blamed} not valid; {result['error']}")
+
+
+def _own_folder(folder: Path) -> Path:
+    """An empty one: what an earlier soak left would be counted with this one."""
+    from rig.errors import RigError
+
+    folder.mkdir(parents=True, exist_ok=True)
+    if any(folder.iterdir()):
+        raise RigError(f"{folder}: is not empty; give a new folder with --keep")
+    return folder
+
+
+def _tell_soak(result: dict[str, Any], json_to: str | None) -> None:
+    from rig.cli.stalls import summary
+
     terminal = console(json_to)
     for key, value in result.items():
-        terminal.print(f"{key}: {value}")
-    emit({"soak": result}, json_to)
-    if result["done"] != result["records"] or result["not_valid"]:
-        raise NotSo(f"{result['done']} of {result['records']} records, {result['not_valid']} not valid; {result['error']}")
+        if key != "machine":
+            terminal.print(f"{key}: {value}")
+    for line in summary(result["machine"]) if result["machine"] else ():
+        terminal.print(line)
 
 
 def _show(rows: list[tuple[str, str, tuple[str, ...], float]], findings: "list[Finding]", json_to: str | None) -> None:

@@ -1,5 +1,7 @@
 """A soak: a daemon that sweeps for hours, while memory, descriptors and losses are watched from outside."""
 
+import contextlib
+import os
 import re
 import time
 from collections.abc import Callable
@@ -7,7 +9,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
+from rig.cli import stalls
 from rig.cli.fault_bench import FaultBench
+from rig.cli.witness import Witnesses
 from rig.errors import RigError
 
 RIG: Final = """\
@@ -53,60 +57,90 @@ class Usage:
         }
 
 
+@dataclass
+class Watched:
+    """What was seen from outside while the soak ran."""
+
+    last: dict[str, Any] = field(default_factory=dict)
+    """The daemon's last status."""
+    usage: dict[str, Usage] = field(default_factory=dict)
+    interruptions: list[str] = field(default_factory=list)
+    place: stalls.Place = field(default_factory=stalls.Place)
+
+
 def soak(folder: Path, hours: float, virtual: bool, note: Callable[[float, str], None], record_s: float = 56.0) -> dict[str, Any]:
-    """Sweep for `hours` of the rig's own time in `folder`; returns what was seen."""
-    with FaultBench(folder, RIG, ("--clock", "virtual") if virtual else ()) as bench:
-        repeats = max(round(hours * 3600 / ((record_s + _AROUND_S) * _RECORDS)), 1)
-        bench.sweep.write_text(SWEEP.format(repeats=repeats, duration_s=record_s), encoding="utf-8")
-        bench.start()
-        began = time.monotonic()
-        with bench.client() as client:
-            client.arm()
-            client.start(bench.sweep)
-            usage, last, interruptions = _watch(client, note, repeats * _RECORDS)
-        wall_s = time.monotonic() - began
-        log = bench.log_text()
-    (job,) = last["queue"]
+    """Sweep for `hours` of the rig's own time in `folder`; returns what was seen.
+
+    In real time a witness on each core tells whether the machine itself stood still (`machine`, empty in virtual time).
+    """
+    with contextlib.ExitStack() as stack:
+        witnesses = None if virtual else stack.enter_context(Witnesses(os.sched_getaffinity(0)))
+        bench = stack.enter_context(FaultBench(folder, RIG, ("--clock", "virtual") if virtual else ()))
+        result, place = _sweep(bench, hours, note, record_s)
+        accounts = witnesses.accounts() if witnesses else []
+    found = {} if virtual else stalls.judge(place, accounts, stalls.recorded_in(folder), result["not_valid"])
+    return {"virtual": virtual, **result, "machine": found}
+
+
+def _sweep(
+    bench: FaultBench, hours: float, note: Callable[[float, str], None], record_s: float
+) -> tuple[dict[str, Any], stalls.Place]:
+    repeats = max(round(hours * 3600 / ((record_s + _AROUND_S) * _RECORDS)), 1)
+    bench.sweep.write_text(SWEEP.format(repeats=repeats, duration_s=record_s), encoding="utf-8")
+    bench.start()
+    began = time.monotonic()
+    with bench.client() as client:
+        client.arm()
+        client.start(bench.sweep)
+        seen = _watch(client, note, repeats * _RECORDS)
+    wall_s = time.monotonic() - began
+    log = bench.log_text()
+    (job,) = seen.last["queue"]
     return {
-        "virtual": virtual,
         "rig_hours": job["seconds"] / 3600,
         "wall_s": wall_s,
         "records": job["total"],
         "done": job["done"],
         "state": job["state"],
         "error": job["error"],
-        "ticks": last["loop"]["ticks"],
-        "missed": last["loop"]["missed"],
-        "interruptions": interruptions,
+        "ticks": seen.last["loop"]["ticks"],
+        "missed": seen.last["loop"]["missed"],
+        "interruptions": seen.interruptions,
         "dropped": sum(map(int, re.findall(r"(\d+) dropped", log))),
         "not_valid": log.count(", not valid"),
-        "processes": {name: one.to_json() for name, one in usage.items()},
-    }
+        "processes": {name: one.to_json() for name, one in seen.usage.items()},
+    }, seen.place
 
 
-def _watch(client: Any, note: Callable[[float, str], None], total: int) -> tuple[dict[str, Usage], dict[str, Any], list[str]]:
+def _watch(client: Any, note: Callable[[float, str], None], total: int) -> Watched:
     """Until the job is over. What stops it on the way is noted, and it goes on as an operator would let it."""
-    usage: dict[str, Usage] = {}
-    interruptions: list[str] = []
+    seen = Watched()
     pause_s = 0.5
     while True:
-        status: dict[str, Any] = client.status()
-        for name, process in status["processes"].items():
-            if process["alive"]:
-                _measure(int(process["pid"]), usage.setdefault(name, Usage()))
+        seen.last = status = client.status()
+        _look(status["processes"], seen)
         job = status["queue"][0]
         note(job["done"], f"{job['done']} of {total} records")
         if not status["working"]:
-            if job["state"] != "stopped" or len(interruptions) >= _MOST_INTERRUPTIONS:
-                return usage, status, interruptions
-            interruptions.append(job["error"])
+            if job["state"] != "stopped" or len(seen.interruptions) >= _MOST_INTERRUPTIONS:
+                return seen
+            seen.interruptions.append(job["error"])
             if status["state"] == "fault":
                 client.reset()
                 client.arm()
-                usage.clear()  # new processes
+                seen.usage.clear()  # new processes
             client.start()
         time.sleep(pause_s)
         pause_s = min(pause_s * 1.2, 5.0)
+
+
+def _look(processes: dict[str, Any], seen: Watched) -> None:
+    alive = {name: int(process["pid"]) for name, process in processes.items() if process["alive"]}
+    for name, pid in alive.items():
+        _measure(pid, seen.usage.setdefault(name, Usage()))
+    if "loop" in alive:
+        with contextlib.suppress(ProcessLookupError):  # it has just ended, and the next status says why
+            seen.place.add(alive["loop"])
 
 
 def _measure(pid: int, usage: Usage) -> None:
