@@ -135,12 +135,12 @@ def _watch(client: Any, note: Callable[[float, str], None], total: int) -> Watch
 
 
 def _look(processes: dict[str, Any], seen: Watched) -> None:
-    alive = {name: int(process["pid"]) for name, process in processes.items() if process["alive"]}
-    for name, pid in alive.items():
-        _measure(pid, seen.usage.setdefault(name, Usage()))
-    if "loop" in alive:
-        with contextlib.suppress(ProcessLookupError):  # it has just ended, and the next status says why
-            seen.place.add(alive["loop"])
+    for name, process in processes.items():
+        if process["alive"]:
+            pid = int(process["pid"])
+            _measure(pid, seen.usage.setdefault(name, Usage()))
+            with contextlib.suppress(ProcessLookupError):  # it has just ended, and the next status says why
+                seen.place.see(pid, is_loop=name == "loop")
 
 
 def _measure(pid: int, usage: Usage) -> None:

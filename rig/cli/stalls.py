@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from rig.cli.witness import LATE_NS, PRIORITY, SLEEP_NS, Account, Stall
+from rig.cli.witness import LATE_NS, SLEEP_NS, Account, Stall
 from rig.errors import RecordError
 from rig.log.mcap_log import McapLog
 
@@ -32,14 +32,16 @@ class Miss(NamedTuple):
 
 @dataclass
 class Place:
-    """Where and how a loop runs, as the kernel says; several loops one after another have the union of their cores."""
+    """Where the loop runs and how urgently the rig does, as the kernel says; of several one after another all cores and the most urgent."""
 
     cores: set[int] = field(default_factory=set)
     priority: int = 0
+    """The highest real-time priority of the rig's processes; the supervisor's is above the loop's."""
 
-    def add(self, pid: int) -> None:
-        """Look at one process."""
-        self.cores |= os.sched_getaffinity(pid)
+    def see(self, pid: int, is_loop: bool) -> None:
+        """Look at one process of the rig."""
+        if is_loop:
+            self.cores |= os.sched_getaffinity(pid)
         if os.sched_getscheduler(pid) in (os.SCHED_FIFO, os.SCHED_RR):
             self.priority = max(self.priority, os.sched_getparam(pid).sched_priority)
 
@@ -74,8 +76,8 @@ def judge(place: Place, accounts: Sequence[Account], records: Sequence[Recorded]
     held_ns = [stall.until_ns - stall.due_ns for one in heard for stall in one.stalls]
     return {
         "cores": sorted(place.cores),
-        "loop_priority": place.priority,
-        "witness_priority": 0 if why_not else PRIORITY,
+        "rig_priority": place.priority,
+        "witness_priority": min((one.priority for one in heard), default=0),
         "nothing_excused_because": why_not,
         "stalls": len(held_ns),
         "longest_stall_ms": max(held_ns, default=0) / 1e6,
@@ -88,10 +90,14 @@ def judge(place: Place, accounts: Sequence[Account], records: Sequence[Recorded]
 
 def _why_not(place: Place, heard: Sequence[Account]) -> str:
     """Why nothing may be excused; empty when witnesses may be believed."""
-    if place.priority >= PRIORITY:
-        return f"the loop runs at priority {place.priority}, and no witness above it"
-    silent = [f"core {one.core}: {one.why_not}" for one in heard if one.why_not]
-    return "; ".join(silent) if heard else "no witness on the loop's core"
+    if not heard:
+        return "no witness on the loop's core"
+    doubts = [
+        f"core {one.core}: {one.why_not or f'the witness ran at priority {one.priority}, the rig at {place.priority}'}"
+        for one in heard
+        if one.why_not or one.priority <= place.priority
+    ]
+    return "; ".join(doubts)
 
 
 def summary(found: dict[str, Any]) -> list[str]:
@@ -103,11 +109,9 @@ def summary(found: dict[str, Any]) -> list[str]:
     ]
     if found["nothing_excused_because"]:
         return [*lines, f"no stall could be witnessed: {found['nothing_excused_because']}"]
-    return [
-        *lines,
-        f"{found['stalls']} stalls of more than {LATE_NS / 1e6:g} ms on {cores}, where the loop ran at priority {found['loop_priority']} "
-        f"and the witness at {found['witness_priority']}; longest {found['longest_stall_ms']:.1f} ms",
-    ]
+    above = f"the witness ran at priority {found['witness_priority']}, the rig at {found['rig_priority']} at most"
+    longest = f"the longest of {found['longest_stall_ms']:.1f} ms"
+    return [*lines, f"{found['stalls']} stalls of more than {LATE_NS / 1e6:g} ms on the loop's {cores}, {longest}; {above}"]
 
 
 def recorded_in(folder: Path) -> list[Recorded]:

@@ -7,6 +7,7 @@ would prove nothing, so it says so and ends. `rig.cli.stalls` puts what it saw b
 
 import json
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -18,13 +19,13 @@ from typing import Any, Final, NamedTuple, Self
 
 from rig.realtime import measures
 
-PRIORITY: Final = 99
-"""SCHED_FIFO; the highest there is."""
+_HIGHEST: Final = 99
 SLEEP_NS: Final = 1_000_000
 """Each wake takes some 25 us of the core: oftener would not see more of a lost period of 5 ms."""
 LATE_NS: Final = 1_000_000
 """A wake later than this is noted."""
-_NEEDED: Final = ("affinity", "fifo")
+_NEEDED: Final = ("mlock", "affinity", "fifo")
+"""Without locked memory it could wait for a page of its own."""
 
 
 class Stall(NamedTuple):
@@ -43,6 +44,8 @@ class Account:
     """What the witness of one core has to say."""
 
     core: int
+    priority: int = 0
+    """At which it ran; 0 without real-time priority."""
     stalls: tuple[Stall, ...] = ()
     why_not: str = ""
     """Why there is no account of this core; empty when there is."""
@@ -95,7 +98,7 @@ class Witnesses:
         seen = self._answer(core)
         if seen is None:
             return Account(core, why_not="the witness ended before its time")
-        return Account(core, tuple(Stall(*one) for one in seen["stalls"]))
+        return Account(core, seen["priority"], tuple(Stall(*one) for one in seen["stalls"]))
 
     def _answer(self, core: int) -> dict[str, Any] | None:
         out = self.processes[core].stdout
@@ -121,10 +124,22 @@ def main(core: int) -> None:
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent
     signal.signal(signal.SIGTERM, end)
-    granted = measures.apply(measures.Measures(fifo_priority=PRIORITY, cpu=core))
+    priority = _permitted()
+    granted = measures.apply(measures.Measures(fifo_priority=priority, cpu=core))
     _say(granted)
     if not _why_not(granted):
-        _say({"stalls": list(watch(lambda: not ended and os.getppid() == parent, time.monotonic_ns, time.sleep))})
+        stalls = list(watch(lambda: not ended and os.getppid() == parent, time.monotonic_ns, time.sleep))
+        _say({"priority": priority, "stalls": stalls})
+
+
+def _permitted() -> int:
+    """The highest priority that this process may have: that of its limit, where it has one and no leave to go above it."""
+    limit, _ = resource.getrlimit(resource.RLIMIT_RTPRIO)
+    try:
+        measures.fifo(_HIGHEST)
+    except OSError:
+        return limit if 0 < limit < _HIGHEST else _HIGHEST
+    return _HIGHEST
 
 
 def _say(what: dict[str, Any]) -> None:

@@ -11,13 +11,13 @@ from hypothesis import strategies as st
 from made_logs import BOOT_NS, PERIOD_NS, made_content, made_log
 
 from rig.cli.stalls import OWN_NS, Miss, Place, Recorded, is_held_up, judge, recorded_in, summary
-from rig.cli.witness import LATE_NS, PRIORITY, SLEEP_NS, Account, Stall, watch
+from rig.cli.witness import LATE_NS, SLEEP_NS, Account, Stall, watch
 from rig.log.convert import write_content
 
 MS = 1_000_000
 DUE = 1000 * MS
 MISS = Miss(DUE, DUE + 6 * MS, 1)
-PLACE = Place({1}, 80)
+PLACE = Place({1}, 85)
 
 
 def stall(from_ms: float, to_ms: float, asleep_ms: float = 0.2) -> Stall:
@@ -123,7 +123,7 @@ def test_a_witness_notes_no_punctual_wake(late_ns: list[int]) -> None:
 
 HELD = Recorded((MISS,), blemished=False)
 OWN = Recorded((Miss(DUE + 500 * MS, DUE + 507 * MS, 1),), blemished=False)
-SEEN = Account(1, (stall(-3, 5.9),))
+SEEN = Account(1, 99, (stall(-3, 5.9),))
 
 
 def test_records_are_judged_one_by_one() -> None:
@@ -138,12 +138,12 @@ def test_records_are_judged_one_by_one() -> None:
     ("place", "accounts", "why"),
     [
         (PLACE, [Account(1, why_not="fifo denied: Operation not permitted")], "core 1: fifo denied"),
-        (PLACE, [Account(0, SEEN.stalls)], "no witness on the loop's core"),
+        (PLACE, [Account(0, 99, SEEN.stalls)], "no witness on the loop's core"),
         (PLACE, [], "no witness on the loop's core"),
-        (Place({1}, PRIORITY), [SEEN], "no witness above it"),
-        (Place({0, 1}, 80), [Account(0, why_not="the witness ended before its time"), SEEN], "core 0: the witness ended"),
+        (Place({1}, 99), [SEEN], "core 1: the witness ran at priority 99, the rig at 99"),
+        (Place({0, 1}, 85), [Account(0, why_not="the witness ended before its time"), SEEN], "core 0: the witness ended"),
     ],
-    ids=["denied", "another core", "none", "not above the loop", "one of two silent"],
+    ids=["denied", "another core", "none", "not above the rig", "one of two silent"],
 )
 def test_without_a_witness_to_believe_nothing_is_excused(place: Place, accounts: list[Account], why: str) -> None:
     found = judge(place, accounts, [HELD], not_valid=1)
@@ -153,16 +153,16 @@ def test_without_a_witness_to_believe_nothing_is_excused(place: Place, accounts:
 
 
 def test_a_stall_of_another_core_excuses_only_a_loop_that_may_run_there() -> None:
-    elsewhere = [Account(0, SEEN.stalls), Account(1)]
+    elsewhere = [Account(0, 99, SEEN.stalls), Account(1, 99)]
     assert judge(PLACE, elsewhere, [HELD], 1)["missed_in_stalls"] == 0
-    free = judge(Place({0, 1}, 80), elsewhere, [HELD], 1)
+    free = judge(Place({0, 1}, 85), elsewhere, [HELD], 1)
     assert free["missed_in_stalls"] == 1
     assert "cores 0 or 1" in summary(free)[-1]
 
 
 def test_stalls_of_two_cores_do_not_add_up() -> None:
-    halves = [Account(0, (stall(-3, 3),)), Account(1, (stall(2.5, 6),))]
-    assert judge(Place({0, 1}, 80), halves, [HELD], 1)["missed_in_stalls"] == 0
+    halves = [Account(0, 99, (stall(-3, 3),)), Account(1, 99, (stall(2.5, 6),))]
+    assert judge(Place({0, 1}, 85), halves, [HELD], 1)["missed_in_stalls"] == 0
 
 
 def test_a_fault_in_the_same_record_is_no_stall() -> None:
@@ -198,5 +198,7 @@ def test_what_else_is_wrong_with_a_record_is_seen(tmp_path: Path) -> None:
 
 def test_a_place_is_what_the_kernel_says() -> None:
     place = Place()
-    place.add(os.getpid())
+    place.see(os.getpid(), is_loop=False)
+    assert place == Place(set(), 0)
+    place.see(os.getpid(), is_loop=True)
     assert place == Place(os.sched_getaffinity(0), 0)
