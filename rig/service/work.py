@@ -13,6 +13,8 @@ from rig.errors import RigError
 
 KEPT_DONE = 50
 """So many finished jobs are remembered."""
+KEPT_FILES = 200
+"""So many records of a job are remembered by name, the last; the others are in its folder. A sweep may go on for days."""
 
 
 class JobState(StrEnum):
@@ -43,7 +45,12 @@ class Job:
     done: int = 0
     folder: str = ""
     files: list[str] = field(default_factory=list)
+    """The last KEPT_FILES records made."""
     error: str = ""
+
+    def made(self, file: Path) -> None:
+        """Remember one more record."""
+        self.files = [*self.files, str(file)][-KEPT_FILES:]
 
     @property
     def open(self) -> bool:
@@ -81,7 +88,11 @@ class Queue:
         self._last_id += 1
         job = Job(self._last_id, str(sweep), name, total, seconds, pause_s)
         self.jobs.append(job)
-        self.save()
+        try:
+            self.save()
+        except RigError:
+            self.jobs.remove(job)  # the caller was refused: it must not be done later
+            raise
         return job
 
     def next(self) -> Job | None:

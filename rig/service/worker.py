@@ -43,6 +43,10 @@ def plans_of(path: Path, rig: RigConfig) -> list[RunPlan]:
     return plans
 
 
+class NoSpace(Refused):
+    """The disk is too full for another record."""
+
+
 class Worker:
     """Turns jobs into runs of the keeper's session."""
 
@@ -104,6 +108,8 @@ class Worker:
             if len(plans) != job.total:
                 raise RigError(f"{job.sweep}: has {len(plans)} records now and had {job.total} when it was queued; start it anew")
             await self._records(job, plans)
+        except NoSpace as error:
+            self._give_up(job, JobState.STOPPED, str(error))
         except RigError as error:
             self._give_up(job, JobState.FAILED, str(error))
         if job.state is JobState.RUNNING:
@@ -111,17 +117,18 @@ class Worker:
         await asyncio.to_thread(self._queue.save)
 
     async def _records(self, job: Job, plans: list[RunPlan]) -> None:
+        self.check_space()
         job.folder = job.folder or str(self._folder(job.name))
         await asyncio.to_thread(Path(job.folder).mkdir, parents=True, exist_ok=True)
         for plan in plans[job.done :]:
             if self._held:
                 return
-            self._check_space()
+            self.check_space()
             result = await self._record(job, plan)
             if result is None or result.fault or result.error or self._keeper.fault:
                 self._give_up(job, JobState.STOPPED, self._why(result))
                 return
-            job.files.append(str(result.file))
+            job.made(result.file)
             if not result.complete and not self._held:
                 lost = f"{result.missed} ticks missed and {result.dropped} dropped"
                 self._give_up(job, JobState.STOPPED, f"{result.file.name}: {lost}: the sweep is not whole")
@@ -181,12 +188,12 @@ class Worker:
             return f"{fault.name}: {self._keeper.said}".rstrip(": ") if fault else "the recorder gave no result"
         return result.error or "the run ended in a fault"
 
-    def _check_space(self) -> None:
+    def check_space(self) -> None:
+        """NoSpace when the disk has less free than is to be spared."""
         free_gb = shutil.disk_usage(self._settings.logs).free / 1e9
         if free_gb < self._settings.spare_gb:
-            raise Refused(
-                Code.REFUSED, f"{self._settings.logs}: {free_gb:.2f} GB free; {self._settings.spare_gb:g} GB are to be spared"
-            )
+            logs, spare_gb = self._settings.logs.absolute(), self._settings.spare_gb
+            raise NoSpace(Code.REFUSED, f"{logs}: {free_gb:.2f} GB free; {spare_gb:g} GB are to be spared (`spare_gb`)")
 
     def _folder(self, name: str) -> Path:
         stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from rig.errors import RigError
-from rig.service.work import KEPT_DONE, JobState, Queue
+from rig.service.work import KEPT_DONE, KEPT_FILES, JobState, Queue
 
 
 def queue(folder: Path) -> Queue:
@@ -55,6 +55,16 @@ def test_only_so_many_finished_jobs_are_kept(tmp_path: Path) -> None:
     assert [job.id for job in queue(tmp_path).jobs] == list(range(6, KEPT_DONE + 6))
 
 
+def test_only_so_many_records_of_a_long_job_are_kept_by_name(tmp_path: Path) -> None:
+    jobs = queue(tmp_path)
+    job = jobs.add(Path("/a.yaml"), "a", KEPT_FILES + 5, 1.0, 0.0)
+    for number in range(KEPT_FILES + 5):
+        job.made(Path(f"{number}.mcap"))
+    jobs.save()
+    (left,) = queue(tmp_path).jobs
+    assert left.files == [f"{number}.mcap" for number in range(5, KEPT_FILES + 5)]
+
+
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"jobs": [{}], "last_id": 1}', '{"jobs": [1], "last_id": 1}'])
 def test_a_broken_file_is_put_aside_not_trusted(tmp_path: Path, text: str) -> None:
     (tmp_path / "queue.json").write_text(text)
@@ -66,3 +76,4 @@ def test_a_queue_that_cannot_be_saved_says_so(tmp_path: Path) -> None:
     jobs = queue(tmp_path / "missing")
     with pytest.raises(RigError, match="the queue cannot be saved: No such file"):
         jobs.add(Path("/a.yaml"), "a", 1, 1.0, 0.0)
+    assert jobs.next() is None
