@@ -15,6 +15,7 @@ from rig.cli.daemon import socket_option
 
 if TYPE_CHECKING:
     from rich.console import Group
+    from rich.table import Table
     from rich.text import Text
 
     from rig.service.client import Client
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 WINDOW_S: Final = 20.0
 KEYS: Final = "s stop (ramps down)   e or space emergency stop   q quit"
 _PLOT_POINTS: Final = 800
+_PLOT_LINES: Final = (8, 16)
+"""Heights between which a plot is worth its place."""
 _BLOCKS: Final = " ▁▂▃▄▅▆▇█"
 
 
@@ -52,25 +55,39 @@ class Window:
             column.clear()
 
 
-def picture(status: dict[str, Any], window: Window, width: int, note: str = "") -> "Group":
-    """The whole picture for a terminal of `width` columns."""
+def picture(status: dict[str, Any], window: Window, size: tuple[int, int], note: str = "") -> "Group":
+    """The whole picture for a terminal of `size` columns and lines. Keys and note come first: what does not fit is cut below."""
     from rich.console import Group
-    from rich.table import Table
     from rich.text import Text
 
     from rig.cli.picture import status_lines
 
-    top = Text.from_markup("\n".join(status_lines(status)))
-    bars = Text.from_markup(lateness_bars((status["loop"] or {}).get("lateness_us") or {}))
-    plots = Table.grid(padding=1)
-    if len(window.t_s) > 1:
-        half = max(width // 2 - 2, 30)
-        now = window.t_s[-1]
-        plots.add_row(
-            _plot([t - now for t in window.t_s], window.angle_deg, "angle in degrees over seconds", half),
-            _plot(window.dp_mpa, window.angle_deg, "angle in degrees over dp in MPa", half),
-        )
-    return Group(top, bars, plots, Text(note, style="bold yellow"), Text(KEYS, style="dim"))
+    width, height = size
+    lines = [
+        Text(KEYS, style="dim"),
+        *([Text(note, style="bold yellow")] if note else []),
+        *(Text.from_markup(line) for line in status_lines(status)),
+        Text(lateness_bars((status["loop"] or {}).get("lateness_us") or {})),
+    ]
+    left = height - 1 - sum(-(-max(line.cell_len, 1) // width) for line in lines)
+    return Group(*lines, *_plots(window, width, left))
+
+
+def _plots(window: Window, width: int, height: int) -> "list[Table]":
+    """Angle over time and over dp, side by side; nothing where there is no room or nothing to show."""
+    from rich.table import Table
+
+    least, most = _PLOT_LINES
+    if len(window.t_s) < 2 or height < least:
+        return []
+    plots = Table.grid(padding=(0, 1))
+    half, now = max(width // 2 - 2, 30), window.t_s[-1]
+    size = half, min(height, most)
+    plots.add_row(
+        _plot([t - now for t in window.t_s], window.angle_deg, "angle in degrees over seconds", size),
+        _plot(window.dp_mpa, window.angle_deg, "angle in degrees over dp in MPa", size),
+    )
+    return [plots]
 
 
 def lateness_bars(lateness: dict[str, Any]) -> str:
@@ -82,17 +99,17 @@ def lateness_bars(lateness: dict[str, Any]) -> str:
     # a rare class must not vanish beside a frequent one
     bars = "".join(_BLOCKS[0 if count == 0 else max(round(count / most * 8), 1)] * 2 for count in counts)
     edges = " ".join(str(edge) for edge in lateness["edges_us"])
-    return f"late {bars}  classes up to {edges} us and above"
+    return f"late {bars}  up to {edges} us, more"
 
 
-def _plot(x: "deque[float] | list[float]", y: "deque[float]", title: str, width: int) -> "Text":
+def _plot(x: "deque[float] | list[float]", y: "deque[float]", title: str, size: tuple[int, int]) -> "Text":
     import plotext
     from rich.text import Text
 
     step = max(len(y) // _PLOT_POINTS, 1)
     figure = plotext.figure
     figure.clear()
-    figure.plot_size(width, 16)
+    figure.plot_size(*size)
     figure.theme("colorless")
     signal = figure.signal(list(x)[::step], list(y)[::step], marker="braille")
     signal.lines()
@@ -145,7 +162,7 @@ def _live(client: "Client", commands: "Client", rate_hz: float) -> None:
                 if pressed == "q":
                     return
                 note = act(commands, pressed) or note
-            live.update(picture(status, window, live.console.width, note), refresh=True)
+            live.update(picture(status, window, live.console.size, note), refresh=True)
 
 
 def act(client: "Client", key: str) -> str:
