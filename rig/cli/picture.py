@@ -3,6 +3,8 @@
 from collections.abc import Iterator
 from typing import Any
 
+from rich.markup import escape
+
 COLOURS = {"disarmed": "white", "armed": "yellow", "running": "green", "done": "cyan", "fault": "bold red"}
 
 
@@ -30,11 +32,14 @@ def status_lines(status: dict[str, Any]) -> Iterator[str]:
 
 
 def queue_lines(status: dict[str, Any]) -> Iterator[str]:
-    """The jobs that are not over, and how long they take."""
-    left = [job for job in status["queue"] if job["state"] in ("waiting", "running", "stopped")]
-    for job in left:
+    """The jobs that are not over and how long they take, and a last one that failed."""
+    jobs = status["queue"]
+    left = [job for job in jobs if job["state"] in ("waiting", "running", "stopped")]
+    over = [job for job in jobs if job not in left]
+    for job in [job for job in over[-1:] if job["state"] == "failed"] + left:
         why = f" ({job['error']})" if job["error"] else ""
-        yield f"job {job['id']} {job['name']}: {job['state']}, {job['done']} of {job['total']} records{why}"
+        line = escape(f"job {job['id']} {job['name']}: {job['state']}, {job['done']} of {job['total']} records{why}")
+        yield f"[red]{line}[/]" if job["state"] == "failed" else line
     if left:
         yield f"{status['left_s']:.0f} s of work left" + ("" if status["working"] else "; held: `pamrig start` goes on")
 

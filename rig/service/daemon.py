@@ -197,6 +197,7 @@ class Daemon:
             raise Refused(Code.BAD_ARGUMENT, f"start: pause_s: {pause_s:g} s is outside 0 .. 86400 s")
         if not all(isinstance(sweep, str) and os.path.isabs(sweep) for sweep in sweeps):
             raise Refused(Code.BAD_ARGUMENT, "start: sweeps: expected a list of absolute paths")
+        await asyncio.to_thread(self._worker.check_space)
         planned = [(Path(sweep), await asyncio.to_thread(plans_of, Path(sweep), self._parts.rig)) for sweep in sweeps]
         jobs = [await asyncio.to_thread(self._worker.add, path, plans, pause_s) for path, plans in planned]
         if self._queue.next() is None:

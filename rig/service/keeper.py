@@ -232,12 +232,12 @@ class Keeper:
         state = self.state
         if state is State.FAULT and event is not Event.RESET:
             raise Refused(Code.WRONG_STATE, f"cannot {event.value} while fault: {self.fault.name}; run `pamrig reset` first")
-        if state is State.DISARMED and event is Event.START:
-            raise Refused(Code.WRONG_STATE, "cannot start while disarmed; run `pamrig arm` first")
+        if event is Event.RESET and state is not State.FAULT:
+            raise Refused(Code.WRONG_STATE, f"nothing to reset: the rig is {state.name.lower()}, without a fault")
         try:
             after(state, event)
         except RigError as error:
-            raise Refused(Code.WRONG_STATE, str(error)) from None
+            raise Refused(Code.WRONG_STATE, _UNFIT.get((state, event), str(error))) from None
 
     def estop(self) -> None:
         """Safe state at once, whoever is left to write it."""
@@ -265,6 +265,13 @@ class Keeper:
         self._said = ""
 
 
+_UNFIT: Final = {
+    (State.DISARMED, Event.START): "cannot start while disarmed; run `pamrig arm` first",
+    (State.DISARMED, Event.DISARM): "nothing to stop: nothing runs, and the rig is disarmed",
+    (State.ARMED, Event.ARM): "armed already; `pamrig start` begins, `pamrig stop` disarms",
+    (State.RUNNING, Event.ARM): "armed already, and running; `pamrig stop` ramps down",
+}
+"""What to say of a command that does not fit, in the operator's words instead of the table's."""
 _NOT_OPEN: Final = "the rig is still being opened; try again in a second"
 _NOT_READY: Final = {
     Request.ARM: "cannot arm: the pressures are not known (read error, broken wire, implausible value); see `pamrig watch`",

@@ -172,11 +172,14 @@ def test_wrong_states_say_what_to_do(bench: FaultBench, client: Client) -> None:
     writes = bench.terminals.changed_ns
     with pytest.raises(StateError, match=r"cannot start while disarmed; run `pamrig arm` first"):
         client.start(bench.folder / "short.yaml")
-    with pytest.raises(StateError, match="cannot reset while disarmed; possible now: arm"):
+    with pytest.raises(StateError, match="nothing to reset: the rig is disarmed"):
         client.reset()
-    with pytest.raises(StateError, match="cannot disarm while disarmed"):
+    with pytest.raises(StateError, match="nothing to stop: nothing runs, and the rig is disarmed"):
         client.stop()
     assert bench.terminals.changed_ns == writes
+    client.arm()
+    with pytest.raises(StateError, match=r"armed already; `pamrig start` begins"):
+        client.arm()
 
 
 @pytest.mark.parametrize(

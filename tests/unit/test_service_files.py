@@ -235,9 +235,9 @@ def status(**changed: Any) -> dict[str, Any]:
     return whole | changed
 
 
-def shown(status: dict[str, Any], window: Window) -> str:
-    console = Console(width=120, record=True, file=open("/dev/null", "w"))  # noqa: SIM115
-    console.print(picture(status, window, 120, "note"))
+def shown(status: dict[str, Any], window: Window, size: tuple[int, int] = (120, 40)) -> str:
+    console = Console(width=size[0], record=True, file=open("/dev/null", "w"))  # noqa: SIM115
+    console.print(picture(status, window, size, "note"))
     console.file.close()
     return console.export_text()
 
@@ -265,7 +265,7 @@ def test_the_picture_holds_what_an_operator_needs() -> None:
         assert part in text
 
 
-def test_the_picture_plots_what_came_in() -> None:
+def swept() -> Window:
     window = Window()
     n = 100
     window.add(
@@ -276,9 +276,28 @@ def test_the_picture_plots_what_came_in() -> None:
             "angle_deg": [float(i) for i in range(n)],
         }
     )
-    text = shown(status(), window)
+    return window
+
+
+def test_a_job_that_failed_is_shown_until_another_is_over() -> None:
+    job = {"id": 1, "name": "a", "state": "failed", "done": 0, "total": 1, "error": "a.yaml: no such file"}
+    assert "job 1 a: failed, 0 of 1 records (a.yaml: no such file)" in shown(status(queue=[job]), Window())
+    assert "failed" not in shown(status(queue=[job, job | {"state": "done", "error": ""}]), Window())
+
+
+def test_the_picture_plots_what_came_in() -> None:
+    text = shown(status(), swept())
     assert "angle in degrees over seconds" in text
     assert "angle in degrees over dp in MPa" in text
+
+
+@pytest.mark.parametrize("jobs", [0, 2, 12])
+def test_the_picture_fits_a_small_terminal_and_keeps_its_keys(jobs: int) -> None:
+    queue = [{"id": n, "name": "paper", "state": "waiting", "done": 0, "total": 15, "error": ""} for n in range(jobs)]
+    lines = shown(status(queue=queue), swept(), (80, 24)).rstrip("\n").split("\n")
+    assert "emergency stop" in lines[0]
+    assert len(lines) <= 24
+    assert ("angle in degrees over seconds" in "\n".join(lines)) == (jobs < 12)
 
 
 def test_the_window_rolls_leaves_gaps_out_and_begins_anew_with_a_session() -> None:
