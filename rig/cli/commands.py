@@ -23,6 +23,7 @@ COMMANDS = {
     "arm": ("rig.cli.daemon:arm", "Let the daemon command the rig."),
     "start": ("rig.cli.daemon:start", "Start a sweep on the armed daemon."),
     "stop": ("rig.cli.daemon:stop", "Ramp down and stop."),
+    "clear": ("rig.cli.daemon:clear", "Take what waits out of the daemon's queue."),
     "estop": ("rig.cli.daemon:estop", "Safe state at once."),
     "reset": ("rig.cli.daemon:reset", "Clear a fault whose cause is gone."),
     "watch": ("rig.cli.watch:watch", "Watch the daemon live in the terminal."),

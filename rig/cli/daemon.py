@@ -1,4 +1,4 @@
-"""`pamrig daemon` and its clients: status, arm, start, stop, estop, reset."""
+"""`pamrig daemon` and its clients: status, arm, start, stop, clear, estop, reset."""
 
 import functools
 from collections.abc import Callable
@@ -120,6 +120,13 @@ def start(client: Any, sweeps: tuple[Path, ...], pause_s: float) -> None:
 def stop(client: Any, after_current: bool) -> None:
     """Ramp down and hold the queue; while nothing runs, disarm."""
     console().print(client.call("stop", after_current=after_current)["did"])
+
+
+@_client_command("clear")
+def clear(client: Any) -> None:
+    """Take what waits out of the queue; what runs goes on."""
+    count = len(client.call("clear")["cleared"])
+    console().print(f"{count} {'job' if count == 1 else 'jobs'} taken out of the queue")
 
 
 @_client_command("estop")
