@@ -43,11 +43,12 @@ def info(logs: tuple[Path, ...], json_to: str | None) -> None:
 @json_option
 def check(logs: tuple[Path, ...], json_to: str | None) -> None:
     """Are LOGS whole and true: CRCs, schema, ticks, time, values, `valid`? One line a finding; exit status 1 if there is any."""
-    from rig.cli.logs import found_files
+    from rig.cli.logs import UNFINISHED, found_or_unfinished
     from rig.errors import NotSo
     from rig.log.check import check as check_file
 
-    findings = {str(file): check_file(file) for file in found_files(logs)}
+    finished, unfinished = found_or_unfinished(logs)
+    findings = {str(file): check_file(file) for file in finished} | {str(file): [UNFINISHED] for file in unfinished}
     for file, lines in findings.items():
         for line in lines or ["ok"]:
             console(json_to).print(f"{file}: {line}", markup=False)

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from rig.errors import RecordError
 from rig.log import reader
@@ -12,13 +12,30 @@ from rig.log.exchange import SUFFIXES, read_exported
 from rig.log.mapping import load_mapping, read_mapped
 from rig.log.mcap_log import McapLog
 from rig.log.record import Record
+from rig.log.writer import PARTIAL_SUFFIX
 from rig.model.resample import on_grid
 from rig.sample import Phase
+
+UNFINISHED: Final = "not finished: still being written, or cut; `pamrig log recover` saves what it holds"
 
 
 def found_files(paths: tuple[Path, ...]) -> list[Path]:
     """The paths themselves, and for a folder every log in it; RecordError for a folder without."""
     return [file for path in paths for file in (reader.logs_in(path) if path.is_dir() else [path])]
+
+
+def found_or_unfinished(paths: tuple[Path, ...]) -> tuple[list[Path], list[Path]]:
+    """As `found_files`, and what recorders began in the folders and did not finish; a folder with neither is a RecordError."""
+    finished, unfinished = [], []
+    for path in paths:
+        begun = sorted(path.rglob(f"*{PARTIAL_SUFFIX}")) if path.is_dir() else []
+        unfinished += begun
+        try:
+            finished += found_files((path,))
+        except RecordError:
+            if not begun:
+                raise
+    return finished, unfinished
 
 
 def describe(path: Path) -> dict[str, Any]:

@@ -21,6 +21,7 @@ from rig.log.contents import Contents, map_file
 from rig.log.reader import read
 from rig.log.record import Record
 from rig.log.salvage import salvage
+from rig.realtime.faults import Fault
 from rig.realtime.guard import Limits
 from rig.sample import WIRES, Flag
 
@@ -112,11 +113,15 @@ def _check_samples(samples: Samples, contents: Contents, damaged: bool) -> Itera
     yield from _check_values(samples, _limits(contents))
     faults = sorted({int(code) for code in samples["fault"]} - {0})
     for code in faults:
-        yield f"fault {code} from tick {_first(samples, samples['fault'] == code)} on"
+        yield f"fault {_fault_name(code)} from tick {_first(samples, samples['fault'] == code)} on"
     if result.get("valid") is True and (lost or damaged or faults):
         yield "`valid` is true, and should be false for what stands above"
     if result.get("valid") is False and not (lost or damaged or faults):
         yield "`valid` is false, and nothing in the samples says why"
+
+
+def _fault_name(code: int) -> str:
+    return Fault(code).name if code in set(Fault) else str(code)
 
 
 def _check_order(samples: Samples) -> Iterator[str]:

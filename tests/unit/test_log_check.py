@@ -76,7 +76,7 @@ def old_clock(content: LogContent) -> None:
         (spoil("p2_cmd_mpa", 100, 0.51), "p2_cmd_mpa is outside 0 .. 0.5"),
         (spoil("angle_deg", 100, np.inf), "angle_deg is outside -360 .. 360 at 1 rows, first inf at tick 100"),
         (spoil("angle_deg", 100, np.nan), "angle_deg is missing without a flag at 1 ticks, first at tick 100"),
-        (spoil("fault", 400, 9), "fault 9 from tick 400 on"),
+        (spoil("fault", 400, 9), "fault STALE_VALUE from tick 400 on"),
     ],
 )
 def test_each_fault_is_named(tmp_path: Path, change: Callable[[LogContent], None], finding: str) -> None:

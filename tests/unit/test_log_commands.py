@@ -48,6 +48,16 @@ def test_check_says_all_findings_and_ends_with_one(call, tmp_path: Path) -> None
     assert call("log", "check", tmp_path / "a.mcap")[0] == 0
 
 
+def test_check_names_what_is_not_finished(call, tmp_path: Path) -> None:
+    (tmp_path / "cut.mcap.partial").write_bytes(b"")
+    status, out, _ = call("log", "check", tmp_path)
+    assert (status, out.splitlines()[0].split(": ")[:2]) == (1, [f"{tmp_path}/cut.mcap.partial", "not finished"])
+    made_log(tmp_path / "a.mcap", 300)
+    status, out, err = call("log", "check", tmp_path)
+    assert out.startswith(f"{tmp_path}/a.mcap: ok\n")
+    assert (status, err) == (1, "pamrig: 1 of 2 logs not in order\n")
+
+
 def test_recover(call, tmp_path: Path) -> None:
     made_log(tmp_path / "run.mcap", 500)
     data = (tmp_path / "run.mcap").read_bytes()
