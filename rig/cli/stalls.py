@@ -55,15 +55,17 @@ class Recorded:
     """Not valid for something else than missed periods: a fault, samples that were dropped."""
 
 
-def is_held_up(miss: Miss, stalls: Iterable[Stall]) -> bool:
-    """Whether the witness of one core, whose stalls are given, did not run when the loop was due, nor until just before the loop woke."""
+def held_ns(miss: Miss, stalls: Iterable[Stall]) -> int:
+    """How much of the loop's lateness the witness of one core, whose stalls are given, was held up; 0 when it ran as the loop was due."""
     near = [stall for stall in stalls if stall.ran_ns <= miss.woken_ns and stall.until_ns > miss.due_ns]
     if not any(stall.ran_ns <= miss.due_ns for stall in near):
-        return False
-    held_ns = sum(
-        min(stall.until_ns, miss.woken_ns) - max(stall.due_ns, miss.due_ns) for stall in near if stall.due_ns < miss.woken_ns
-    )
-    return miss.woken_ns - miss.due_ns - held_ns <= OWN_NS
+        return 0
+    return sum(max(min(stall.until_ns, miss.woken_ns) - max(stall.due_ns, miss.due_ns), 0) for stall in near)
+
+
+def is_held_up(miss: Miss, stalls: Iterable[Stall]) -> bool:
+    """Whether the witness was held up across the time at which the loop was due, and until just before the loop woke."""
+    return miss.woken_ns - miss.due_ns - held_ns(miss, stalls) <= OWN_NS
 
 
 def judge(place: Place, accounts: Sequence[Account], records: Sequence[Recorded], not_valid: int) -> dict[str, Any]:
@@ -73,18 +75,30 @@ def judge(place: Place, accounts: Sequence[Account], records: Sequence[Recorded]
     misses = [miss for record in records for miss in record.misses]
     excused = {miss for miss in misses if not why_not and any(is_held_up(miss, one.stalls) for one in heard)}
     forgiven = sum(1 for record in records if record.misses and not record.blemished and excused.issuperset(record.misses))
-    held_ns = [stall.until_ns - stall.due_ns for one in heard for stall in one.stalls]
+    lengths_ns = [stall.until_ns - stall.due_ns for one in heard for stall in one.stalls]
     return {
         "cores": sorted(place.cores),
         "rig_priority": place.priority,
         "witness_priority": min((one.priority for one in heard), default=0),
         "nothing_excused_because": why_not,
-        "stalls": len(held_ns),
-        "longest_stall_ms": max(held_ns, default=0) / 1e6,
+        "stalls": len(lengths_ns),
+        "longest_stall_ms": max(lengths_ns, default=0) / 1e6,
         "missed_in_records": sum(miss.periods for miss in misses),
         "missed_in_stalls": sum(miss.periods for miss in excused),
         "not_valid": not_valid,
         "not_valid_otherwise": max(not_valid - forgiven, 0),
+        "misses": [_plain(miss, heard, miss in excused) for miss in misses],
+    }
+
+
+def _plain(miss: Miss, heard: Sequence[Account], in_stall: bool) -> dict[str, Any]:
+    """One miss for whoever looks for its reason."""
+    return {
+        "due_ns": miss.due_ns,
+        "periods": miss.periods,
+        "late_ms": (miss.woken_ns - miss.due_ns) / 1e6,
+        "witness_held_ms": max((held_ns(miss, one.stalls) for one in heard), default=0) / 1e6,
+        "in_stall": in_stall,
     }
 
 

@@ -131,6 +131,10 @@ def test_records_are_judged_one_by_one() -> None:
     assert (found["missed_in_records"], found["missed_in_stalls"]) == (2, 1)
     assert (found["not_valid"], found["not_valid_otherwise"]) == (2, 1)
     assert (found["stalls"], found["longest_stall_ms"]) == (1, pytest.approx(8.1))
+    assert [(miss["late_ms"], miss["witness_held_ms"], miss["in_stall"]) for miss in found["misses"]] == [
+        (6.0, pytest.approx(5.9), True),
+        (7.0, 0.0, False),
+    ]
     assert "2 periods missed in the records, 1 of them in a stall" in summary(found)[0]
 
 
