@@ -25,8 +25,8 @@ from rig.realtime.ring import RingReader
 from rig.rig_config import RigConfig
 from rig.sample import unpack
 from rig.service.orders import order_of, session_facts
-from rig.service.recorder import RunOrder, RunResult
-from rig.service.session import Session, own_signals, spoken
+from rig.service.recorder import RunOrder, RunResult, said_of
+from rig.service.session import Session, is_warning, own_signals, spoken
 
 _POLL_S = 0.05
 
@@ -131,8 +131,8 @@ def _check_realtime(rig: RigConfig, report: Mapping[str, str], force: bool) -> N
 def _announce(device: Mapping[str, str]) -> None:
     """What the operator must know of the devices before anything moves: the pace of slow ones, fail-safes, warnings."""
     terminal = console("-")
-    for line in spoken(device):
-        terminal.print(line, style="yellow" if "warning" in line else "")
+    for key, said in spoken(device).items():
+        terminal.print(f"{key}: {said}", style="yellow" if is_warning(key) else "", markup=False)
 
 
 def _orders(session: Session, rig: RigConfig, runs: Sequence[Planned], wishes: Wishes) -> list[RunOrder]:
@@ -171,7 +171,7 @@ class _Operator:
 
 
 def _watch(session: Session, operator: _Operator, outcome: Outcome, total_ticks: int) -> None:
-    """Let the loop go, and until it ends: beat, show progress, gather results; a dead recorder ends the runs."""
+    """Let the loop go, and until it ends: beat, show progress, gather results; a dead recorder or a full disk ends the runs."""
     with progress("running", total_ticks) as update:
         session.go()  # only now: what progress imports takes a while on a busy machine, and the loop waits for our beat
         while session.loop_alive:
@@ -181,6 +181,10 @@ def _watch(session: Session, operator: _Operator, outcome: Outcome, total_ticks:
             if not session.recorder_alive and not outcome.recorder_lost:
                 outcome.recorder_lost = True
                 outcome.error = f"the rig was stopped: {explain(Fault.RECORDER_DIED)}"
+                session.mailbox.stop()
+            lost = [run.error for run in outcome.runs if run.error and not run.valid]
+            if lost and not outcome.error and len(outcome.runs) < outcome.planned:
+                outcome.error = f"the rig was stopped: {lost[0]}"
                 session.mailbox.stop()
             time.sleep(_POLL_S)
 
@@ -193,7 +197,7 @@ def _ending(session: Session) -> str:
         return f"the loop's process ended unexpectedly (exit status {session.loop.exitcode})"
     last = session.ring.latest()
     if last is not None and last.fault and not last.run:  # outside a record, so that none of them tells it
-        return f"{explain(last.fault)}; the rig is in its safe state"
+        return f"{explain(last.fault, said_of(last.fault, session.ring))}; the rig is in its safe state"
     return ""
 
 

@@ -219,7 +219,8 @@ class Keeper:
                 Code.REFUSED, f"real-time measures not granted ({what}); see docs/how-to/install_service.md, or set force: true"
             )
         self.session.mailbox.stop(False)
-        known = [*self._parts.warnings(), *spoken(self.session.facts["device"])]
+        device = spoken(self.session.facts["device"])
+        known = [*self._parts.warnings(), *(f"{key}: {said}" for key, said in device.items())]
         await self.request(Request.ARM)
         return known
 

@@ -274,9 +274,18 @@ class Session:
         return left + list(self.results())
 
 
-def spoken(device: Mapping[str, str]) -> list[str]:
-    """Of a device's facts those that an operator must know before anything moves: pace, fail-safe, warnings; a line each."""
-    return [f"{key}: {said}" for key, said in device.items() if key.rpartition(".")[2] in ("pace", "failsafe", "warning")]
+def spoken(device: Mapping[str, str]) -> dict[str, str]:
+    """Of a device's facts those that an operator must know before anything moves: pace, fail-safe, warnings."""
+    return {key: said for key, said in device.items() if _subject(key) in ("pace", "failsafe", "warning")}
+
+
+def is_warning(key: str) -> bool:
+    """Whether the fact of that name warns, be it the rig's or one part's of it (`2.warning`)."""
+    return _subject(key) == "warning"
+
+
+def _subject(key: str) -> str:
+    return key.rpartition(".")[2]
 
 
 def start_process(process: BaseProcess) -> None:

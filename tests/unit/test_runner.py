@@ -2,9 +2,12 @@
 
 import signal
 from dataclasses import replace
+from io import StringIO
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
+from rich.console import Console
 from scripted import program
 
 from rig.cli import compose, runner
@@ -12,6 +15,7 @@ from rig.cli.outcome import Outcome
 from rig.cli.runner import Planned, Wishes
 from rig.errors import NotSo, RigError
 from rig.realtime.faults import Fault
+from rig.sample import Sample
 from rig.service.orders import program_of
 from rig.service.recorder import RunResult
 from rig.service.session import Session
@@ -101,6 +105,28 @@ def test_a_fault_outside_a_record_is_told(tmp_path: Path) -> None:
     impossible = replace(rig, limits=replace(rig.limits, monitor_mpa=(0.4, 0.6)))  # at rest the monitors read 0.2 MPa
     outcome = runner.carry_out(impossible, [Planned("a", program())], Wishes(tmp_path / "out", virtual=True))
     assert ends(outcome).startswith("BAD_VALUE: a sensor kept giving values")
+
+
+def test_a_device_s_own_words_are_told_with_its_fault_outside_a_record() -> None:
+    sample = Sample(**dict.fromkeys(Sample._fields, 0))  # type: ignore[arg-type]
+    words = "valve_1 on /dev/ttyUSB0: no usable answer in time"
+
+    def ending(fault: Fault) -> str:
+        ring = SimpleNamespace(latest=lambda: sample._replace(fault=fault), told=words)
+        return runner._ending(SimpleNamespace(loop_error=lambda: "", loop=None, ring=ring))  # type: ignore[arg-type]
+
+    assert ending(Fault.DEVICE_LOST).startswith("DEVICE_LOST: ")
+    assert f"; {words}; the rig is in its safe state" in ending(Fault.DEVICE_LOST)
+    assert words not in ending(Fault.BAD_VALUE)
+
+
+def test_a_fact_that_warns_is_coloured_and_one_that_speaks_of_warnings_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    screen = Console(file=StringIO(), force_terminal=True, width=200, highlight=False)
+    monkeypatch.setattr(runner, "console", lambda _: screen)
+    runner._announce({"1.failsafe": "none: the manual has a warning [page 7]", "2.warning": "holds its outputs", "2.mode": "x"})
+    plain, coloured = screen.file.getvalue().splitlines()  # type: ignore[attr-defined]
+    assert plain == "1.failsafe: none: the manual has a warning [page 7]"
+    assert coloured == "\x1b[33m2.warning: holds its outputs\x1b[0m"
 
 
 def test_planned_set_points_are_the_paper_s() -> None:
