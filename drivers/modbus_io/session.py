@@ -38,12 +38,14 @@ class Session:
     def read(self, function: int, address: int, count: int, unit: int) -> list[int]:
         """`count` registers by function 3 or 4."""
         ask = self.client.read_input_registers if function == 4 else self.client.read_holding_registers
-        response = self._exchange(lambda: ask(address, count=count, device_id=unit), f"reading {count} registers at {address}")
+        response = self._exchange(
+            lambda: ask(address, count=count, device_id=unit), f"reading {count} registers at {_shown(address)}"
+        )
         return self._registers(response, function, count, address)
 
     def write(self, address: int, registers: Sequence[int], unit: int) -> None:
         """Consecutive registers by function 16."""
-        what = f"writing {len(registers)} registers at {address}"
+        what = f"writing {len(registers)} registers at {_shown(address)}"
         response = self._exchange(lambda: self.client.write_registers(address, list(registers), device_id=unit), what)
         if (response.function_code, response.address, response.count) != (16, address, len(registers)):
             self._fail(f"{what}: the reply belongs to another request")
@@ -54,14 +56,15 @@ class Session:
             lambda: self.client.readwrite_registers(
                 read_address=read_address, read_count=count, write_address=address, values=list(registers), device_id=unit
             ),
-            f"writing {len(registers)} registers at {address} and reading {count} at {read_address}",
+            f"writing {len(registers)} registers at {_shown(address)} and reading {count} at {_shown(read_address)}",
         )
         return self._registers(response, 23, count, read_address)
 
     def _registers(self, response: Any, function: int, count: int, address: int) -> list[int]:
         if response.function_code != function or len(response.registers) != count:
             self._fail(
-                f"{len(response.registers)} registers by function {response.function_code} for {count} at {address} by {function}"
+                f"{len(response.registers)} registers by function {response.function_code} "
+                f"for {count} at {_shown(address)} by {function}"
             )
         registers: list[int] = response.registers
         return registers
@@ -114,6 +117,11 @@ class Session:
     def close(self) -> None:
         """Let go of the line."""
         self.client.close()
+
+
+def _shown(address: int) -> str:
+    """Both ways in which manuals write an address."""
+    return f"address {address} (0x{address:04x})"
 
 
 def hush() -> None:

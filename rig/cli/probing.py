@@ -123,5 +123,6 @@ def facts(result: dict[str, Any]) -> list[str]:
 def judge(result: dict[str, Any]) -> None:
     """NotSo with the first finding, when there is one."""
     if result["findings"]:
-        more = len(result["findings"]) - 1
-        raise NotSo(result["findings"][0] + (f" (and {more} more, above)" if more else ""))
+        first, *others = result["findings"]
+        count = f"; {len(others)} other finding{'s' * (len(others) > 1)} above" if others else ""
+        raise NotSo(first + count)
