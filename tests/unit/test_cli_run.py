@@ -6,6 +6,7 @@ The phase in which a test strikes is watched in the loop's ring, not guessed by 
 import json
 import os
 import resource
+import shutil
 import signal
 import subprocess
 import sys
@@ -239,6 +240,18 @@ def test_a_full_disk_ends_in_an_invalid_record_and_not_in_a_dead_loop(tmp_path: 
     assert run["ticks"] == 32261, "the loop went on to the end"
     assert 0 < run["dropped"] < run["ticks"]
     assert Path(run["file"]).name.endswith(".partial")
+
+
+def test_a_record_that_cannot_be_written_ends_those_that_were_to_follow(sweep: Path, rig: Path, tmp_path: Path) -> None:
+    sweep.write_text(SWEEP.replace("amplitude_mpa: 0.1", "amplitude_mpa: [0.05, 0.06, 0.07, 0.08, 0.09, 0.1]"))
+    running = Running(sweep, "--rig", rig, "--out", tmp_path / "out", "--json", "-")
+    running.reach(Phase.SWEEP)
+    shutil.rmtree(tmp_path / "out")
+    status, result, error = running.end()
+    assert status == 1
+    assert "the rig was stopped" in error
+    assert 1 <= len(result["runs"]) < 6
+    assert running.rest == (0.2, 0.2)
 
 
 @pytest.mark.parametrize("phase", [Phase.SETTLE, Phase.ZERO, Phase.RAMP_IN, Phase.SWEEP, Phase.RAMP_OUT])
