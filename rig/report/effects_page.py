@@ -6,8 +6,8 @@ from rig.model.effect_stages import EFFECT_STAGES, EffectStage
 HEAD = """# Effects
 
 Every effect that the diagnosis can name and that a model or the simulated rig can carry (`effects:` in their YAML: a stage and
-its numbers; what is left out stands at its neutral value, but for the size). This page is written from the library: change
-`rig/gap/effects.py` or `rig/model/effect_stages`, then `python -m rig.report.effects_page > docs/reference/effects.md`.
+its numbers; what is left out, but for the size, stands at its neutral value or is the rig's own). This page is written from the
+library: change `rig/gap/effects.py` or `rig/model/effect_stages`, then `python -m rig.report.effects_page > docs/reference/effects.md`.
 
 "Alike" are the declared classes: effects that what was measured may not tell apart. They were stated before any blind check.
 """
@@ -40,7 +40,7 @@ def _numbers(key: str, stage: EffectStage) -> str:
         "| number | unit | allowed | neutral | meaning |\n|---|---|---|---|---|\n",
     ]
     rows += [
-        f"| `{one.name}` | {one.unit} | {one.low:g} to {one.high:g} | {one.neutral:g} | {one.meaning} |\n"
+        f"| `{one.name}` | {one.unit} | {one.low:g} to {one.high:g} | {one.own or f'{one.neutral:g}'} | {one.meaning} |\n"
         for one in stage.numbers
     ]
     return "".join(rows)

@@ -116,6 +116,16 @@ def test_an_effect_acts_on_the_models_own_regulators() -> None:
     assert tau0 == pytest.approx(0.5 * (model().valve.value("valve1_tau_s") + model().valve.value("valve2_tau_s")))
 
 
+def test_the_numbers_that_the_page_calls_the_rigs_own_are_those_that_the_rig_fills_in() -> None:
+    for key, stage in EFFECT_STAGES.items():
+        size = next(number for number in stage.numbers if number.name == stage.size)
+        given = model(), replace(model(), p0_mpa=model().p0_mpa + 0.05)
+        placed = [lay_out(replace(one, effects=[AddedEffect(key, {stage.size: size.neutral})])) for one in given]
+        for_both = [dict(zip(stage.parameters, next(s for s in all_ if s.name == key).params, strict=True)) for all_ in placed]
+        filled = {n.name for n in stage.numbers if any(one[n.name] != n.neutral for one in for_both)}
+        assert filled == {number.name for number in stage.numbers if number.own}, key
+
+
 def test_a_tank_refills() -> None:
     numbers = EFFECT_STAGES["supply_droop"].neutral() | {"tau0_s": 0.04, "droop_s": 1.0, "refill_s": 0.2}
     sagging = np.array(ran("supply_droop", numbers)[0])

@@ -20,6 +20,8 @@ class EffectParameter:
     high: float
     neutral: float
     meaning: str
+    own: str = ""
+    """What the chain takes from the rig where the number is left out; empty: nothing, it stands at `neutral`."""
 
 
 @dataclass(frozen=True)
@@ -57,8 +59,8 @@ class EffectStage:
 _P = EffectParameter
 _BALANCE = _P("balance", "1", -2.0, 2.0, 0.0, "0 both valves, 1 valve 1 alone, -1 valve 2 alone, +-2 opposite signs")
 _MUSCLE = _P("muscle", "1", 1.0, 2.0, 1.0, "which muscle: 1 or 2")
-_P0 = _P("p0_mpa", "MPa", 0.02, 0.6, 0.2, "mean pressure at which the size holds")
-_TAU0 = _P("tau0_s", "s", 0.0, 1.0, 0.0, "time constant of the nominal regulator")
+_P0 = _P("p0_mpa", "MPa", 0.02, 0.6, 0.2, "mean pressure at which the size holds", "the rig's")
+_TAU0 = _P("tau0_s", "s", 0.0, 1.0, 0.0, "time constant of the nominal regulator", "the valves'; 0 if they have none")
 _BALANCED = (
     _P("width_deg", "deg", 0.0, 30.0, 0.0, "dry friction over stiffness: half the band that does not move"),
     _P("tau_s", "s", -0.5, 2.0, 0.0, "viscous friction over stiffness"),
