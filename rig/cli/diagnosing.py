@@ -37,11 +37,21 @@ class Case:
 
 def cases_of(logs: tuple[Path, ...]) -> list[Case]:
     """A single folder that holds nothing but folders is a campaign, one case each; anything else is one case."""
-    if len(logs) == 1 and logs[0].is_dir():
-        inside = [entry for entry in sorted(logs[0].iterdir()) if not entry.name.startswith(".")]
-        if len(inside) > 1 and all(entry.is_dir() for entry in inside):
-            return [Case(entry.name, (entry,)) for entry in inside]
-    return [Case(None, logs)]
+    days = _days_in(logs[0]) if len(logs) == 1 else []
+    return [Case(day.name, (day,)) for day in days] or [Case(None, logs)]
+
+
+def sessions_of(baselines: tuple[Path, ...]) -> list[Path]:
+    """One path a session: a folder that holds nothing but folders holds one session in each."""
+    return [session for baseline in baselines for session in _days_in(baseline) or [baseline]]
+
+
+def _days_in(folder: Path) -> list[Path]:
+    """The folders of a folder that holds several of them and nothing else; else none."""
+    if not folder.is_dir():
+        return []
+    inside = [entry for entry in sorted(folder.iterdir()) if not entry.name.startswith(".")]
+    return inside if len(inside) > 1 and all(entry.is_dir() for entry in inside) else []
 
 
 def check_effects(names: Sequence[str]) -> None:
@@ -61,7 +71,7 @@ def diagnose_case(wishes: Wishes, case: Case) -> "tuple[Case, Diagnosis]":
 
     model = load_model(wishes.model)
     records = _read(case.logs)
-    sessions = [_read([path]) for path in wishes.baselines]
+    sessions = [_read([path]) for path in sessions_of(wishes.baselines)]
     library = list(wishes.effects) or None
     diagnosis, findings = diagnose_with_findings(model, records, sessions, pressures=not wishes.no_pressures, library=library)
     _write(wishes, case, model, diagnosis, findings)

@@ -28,7 +28,12 @@ gap.add_command(check)
     "--log", "logs", required=True, multiple=True, type=_path, metavar="LOG", help="Records with the gap: files or folders."
 )
 @click.option(
-    "--baseline", "baselines", multiple=True, type=_path, metavar="LOG", help="One session of the healthy rig; repeat for more."
+    "--baseline",
+    "baselines",
+    multiple=True,
+    type=_path,
+    metavar="LOG",
+    help="One session of the healthy rig, or a folder of such folders; repeat for more.",
 )
 @click.option("--html", "html_to", type=_path, metavar="FILE", callback=writable, help="Write the report as one HTML page.")
 @click.option(

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from rig.cli.diagnosing import sessions_of
 from rig.cli.gap import gap
 from rig.errors import RecordError, RigError
 from rig.excite.experiment import load_sweep
@@ -88,6 +89,13 @@ def test_campaign_of_days_is_diagnosed_day_by_day(days: Path, tmp_path: Path) ->
     told = json.loads((tmp_path / "days.json").read_text())["days"]
     assert [told[day]["verdict"] for day in ("monday", "tuesday")] == ["none", "explained"]
     assert sorted(path.name for path in tmp_path.glob("*.html")) == ["day_monday.html", "day_tuesday.html"]
+
+
+def test_a_folder_of_sessions_is_several_baselines_and_not_one(days: Path, tmp_path: Path) -> None:
+    inside = [days / name for name in ("healthy_1", "healthy_2", "healthy_3", "late")]
+    assert sessions_of((days,)) == inside
+    assert sessions_of((days / "late", days)) == [days / "late", *inside]
+    assert sessions_of((tmp_path / "missing",)) == [tmp_path / "missing"]
 
 
 def test_a_place_that_cannot_be_written_is_refused_before_the_work(days: Path, tmp_path: Path) -> None:
