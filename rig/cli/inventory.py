@@ -1,10 +1,12 @@
 """What a rig consists of, read from its config alone, and the question before anything moves."""
 
 import datetime
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import click
-from rich.table import Table
+from rich.markup import escape
+from rich.table import Column, Table
 
 from drivers.calibration import Calibration, Potentiometer, complaint, parse_all
 from drivers.catalog import KINDS
@@ -45,7 +47,7 @@ def inventory(rig: RigConfig) -> dict[str, Any]:
             "kind": entry.kind,
             "what": (compose.device_class(entry.kind, str(rig.path)).__doc__ or "").strip().partition("\n")[0],
             "roles": [role.value for role in Role if role in entry.roles],
-            "settings": {key: value for key, value in entry.settings.items() if not isinstance(value, dict | list)},
+            "settings": dict(_flat(entry.settings)),
         }
         for entry in rig.devices
     ]
@@ -60,12 +62,22 @@ def inventory(rig: RigConfig) -> dict[str, Any]:
     }
 
 
+def _flat(settings: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+    """Settings inside settings by dotted names: `valve_1.device`."""
+    for key, value in settings.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{before}{key}.")
+        else:
+            yield f"{before}{key}", value
+
+
 def table(found: dict[str, Any]) -> Table:
     """For a person."""
-    shown = Table("device", "kind", "roles", "settings", title=f"{found['rig']}, {found['period_ms']:g} ms", title_justify="left")
+    last = Column("settings", overflow="fold")
+    shown = Table("device", "kind", "roles", last, title=f"{found['rig']}, {found['period_ms']:g} ms", title_justify="left")
     for row in found["devices"]:
-        settings = ", ".join(f"{key} {value}" for key, value in row["settings"].items())
-        shown.add_row(row["name"], row["kind"], ", ".join(row["roles"]), settings)
+        settings = "\n".join(f"{key} {value}" for key, value in row["settings"].items())
+        shown.add_row(row["name"], row["kind"], "\n".join(row["roles"]), escape(settings))
     for role, one in found["calibration"].items():
         spread = "" if one["uncertainty"] is None else f", uncertainty {one['uncertainty']:.3g} {one['unit']}"
         shown.add_row("", "calibration", role, f"{one['date'] or 'no date'}, {one['form']}, {one['points']} points{spread}")

@@ -76,6 +76,12 @@ def _hurried(monkeypatch: pytest.MonkeyPatch) -> None:
 # list
 
 
+def test_list_shows_every_setting_also_those_of_each_valve() -> None:
+    shown = call("list", "--rig", str(RIGS / "serial_modbus.yaml")).output
+    for setting in ("valve_1.device /dev/ttyUSB0", "valve_2.device /dev/ttyUSB1", "angle.wiper 0", "host 192.168.1.18"):
+        assert setting in shown
+
+
 def test_list_tells_devices_roles_and_missing_calibrations() -> None:
     result = call("list", "--rig", str(RIGS / "paper_myrio.yaml"), "--json", "-")
     found = json.loads(result.stdout)
