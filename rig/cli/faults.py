@@ -18,8 +18,8 @@ _WIDTH = 150
 @click.argument("names", nargs=-1)
 @click.option("--list", "listing", is_flag=True, help="Only say what would be done.")
 @click.option("--soak", "soak_hours", type=click.FloatRange(0.01, 1000), help="Instead: so many hours of sweeps in virtual time.")
-@click.option("--real", is_flag=True, help="With --soak: in real time.")
-@click.option("--keep", type=click.Path(path_type=Path), help="With --soak: folder for the records; default: a temporary one.")
+@click.option("--real", is_flag=True, help="With --soak: in real time, with a witness for stalls of the machine.")
+@click.option("--keep", type=click.Path(path_type=Path), help="With --soak: new folder for the records; default: temporary.")
 @json_option
 def faults(
     names: tuple[str, ...], listing: bool, soak_hours: float | None, real: bool, keep: Path | None, json_to: str | None

@@ -1,8 +1,8 @@
 """A witness of how a core of this machine runs: a process that sleeps and wakes all the time, and notes each wake that comes late.
 
 It stays on one core at the highest real-time priority, above the loop and its supervisor, so nothing of the rig can hold it up: when it
-is late, so is everything on that core, and the kernel or the host of a virtual machine is the cause. Without that priority or core it
-would prove nothing, so it says so and ends. `rig.cli.stalls` puts what it saw beside what the loop recorded.
+is late, so is everything on that core, and the kernel, the host of a virtual machine or somebody else's real-time process is the cause.
+Without that priority or core it would prove nothing, so it says so and ends. `rig.cli.stalls` puts what it saw beside what the loop recorded.
 """
 
 import json
@@ -21,7 +21,7 @@ from rig.realtime import measures
 
 _HIGHEST: Final = 99
 SLEEP_NS: Final = 1_000_000
-"""Each wake takes some 25 us of the core: oftener would not see more of a lost period of 5 ms."""
+"""Short against a period of 5 ms; each wake takes some 16 us of the core, which the loop may have to wait for."""
 LATE_NS: Final = 1_000_000
 """A wake later than this is noted."""
 _NEEDED: Final = ("mlock", "affinity", "fifo")
