@@ -102,11 +102,11 @@ class Daemon:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
         self._live.close()
-        await asyncio.get_running_loop().run_in_executor(self._starter, self._keeper.close)
+        left = await asyncio.get_running_loop().run_in_executor(self._starter, self._keeper.close)
         await self._server.close()
         self._starter.shutdown()
         self._notifier.close()
-        _LOG.info("ended; the rig is in its safe state")
+        _LOG.info("ended; %s", left)
 
     # its own clock
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from rig.errors import DeviceError, DeviceLost, RigError
+from rig.errors import ConfigError, DeviceError, DeviceLost, RigError
 from rig.realtime import measures
 from rig.realtime.commands import Answer, Request
 from rig.realtime.faults import Fault
@@ -78,19 +78,23 @@ class Keeper:
             session.go()
         except RigError as error:
             session.close()
-            fault = Fault.DEVICE_LOST if isinstance(error, DeviceError) else Fault.LOOP_DIED
+            fault = Fault.DEVICE_LOST if isinstance(error, DeviceError | ConfigError) else Fault.LOOP_DIED
             self._break(fault, str(error))
             return
         self._recorder_seen = (0, time.monotonic())
         self.session, self.telemetry = session, Telemetry(session.ring)
         self._broken, self._said = Fault.NONE, ""
 
-    def close(self) -> None:
-        """End the session through the safe state."""
+    def close(self) -> str:
+        """End the session through the safe state; returns what became of the rig, in words."""
         session, self.session = self.session, None
-        if session is not None:
-            self.results |= {result.run: result for result in session.close()}
-            session.ring.block.close()
+        if session is None:
+            return "the rig was not open, and nothing was written to it"
+        self.results |= {result.run: result for result in session.close()}
+        session.ring.block.close()
+        if session.loop is not None and session.loop.exitcode and not session.supervision.report().safe_ns:
+            return "nobody could write the safe state: its own watchdog has to make the device safe, or you"
+        return "the rig is in its safe state"
 
     def reopen(self) -> None:
         """A new session for one that is broken."""

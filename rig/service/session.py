@@ -18,7 +18,7 @@ from multiprocessing.resource_tracker import ensure_running
 from pathlib import Path
 from typing import Any, Self
 
-from rig.errors import DeviceError, RigError
+from rig.errors import ConfigError, DeviceError, RigError
 from rig.realtime.commands import Mailbox, program_name
 from rig.realtime.program import Program
 from rig.realtime.ring import CAPACITY, Ring
@@ -229,7 +229,7 @@ class Session:
                     kind, said = pipe.recv()
                     if kind == "ready":
                         return dict(said)
-                    raise DeviceError(said) if kind == "device" else RigError(said)
+                    raise {"device": DeviceError, "config": ConfigError}.get(kind, RigError)(said)
             except EOFError:
                 break
         raise RigError(f"the {who}'s process ended before it was ready; run `pamrig devices probe` to see the device's answer")

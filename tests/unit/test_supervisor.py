@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from rig.errors import DeviceError
+from rig.errors import ConfigError, DeviceError
 from rig.realtime.ring import Ring, RingWriter
 from rig.realtime.supervisor import ATTEMPTS, Supervisor, SupervisorBlock, Verdict
 
@@ -99,12 +99,13 @@ def test_before_the_first_heartbeat_only_the_end_counts(rig: Rig) -> None:
     assert rig.block.report().verdict is Verdict.ENDED
 
 
-def test_a_device_that_cannot_be_reached_is_tried_and_then_reported(rig: Rig) -> None:
+@pytest.mark.parametrize("error", [DeviceError("no reply"), ConfigError("no bitfile"), OSError("no port")])
+def test_a_device_that_cannot_be_reached_is_tried_and_then_reported(rig: Rig, error: Exception) -> None:
     tries = []
 
     def unreachable() -> None:
         tries.append(1)
-        raise DeviceError("no reply")
+        raise error
 
     rig.process.kill()
     assert rig.supervisor(unreachable).run() is Verdict.ENDED
