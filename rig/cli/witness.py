@@ -1,8 +1,8 @@
 """A witness of how a core of this machine runs: a process that sleeps and wakes all the time, and notes each wake that comes late.
 
-It stays on one core at the highest real-time priority, above the loop and its supervisor, so nothing of the rig can hold it up: when it
-is late, so is everything on that core, and the kernel, the host of a virtual machine or somebody else's real-time process is the cause.
-Without that priority or core it would prove nothing, so it says so and ends. `rig.cli.stalls` puts what it saw beside what the loop recorded.
+It stays on one core at the highest real-time priority, above every process of the rig, so none of them can hold it up: when it is late,
+so is everything on that core, by the kernel, the host of a virtual machine or somebody else's real-time process. Without that
+priority or core it would prove nothing, so it says so and ends. `rig.cli.stalls` puts what it saw beside what the loop recorded.
 """
 
 import json
