@@ -100,8 +100,8 @@ class Queue:
         return next((job for job in self.jobs if job.open), None)
 
     def clear(self) -> list[int]:
-        """Drop what is not running; returns the ids."""
-        dropped = [job.id for job in self.jobs if job.open and job.state is not JobState.RUNNING]
+        """Drop what is neither running nor done; returns the ids."""
+        dropped = [job.id for job in self.jobs if job.state not in (JobState.RUNNING, JobState.DONE)]
         self.jobs = [job for job in self.jobs if job.id not in dropped]
         self.save()
         return dropped

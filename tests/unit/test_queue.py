@@ -43,7 +43,8 @@ def test_clear_spares_what_runs(tmp_path: Path) -> None:
     jobs = queue(tmp_path)
     jobs.add(Path("/a.yaml"), "a", 1, 1.0, 0.0).state = JobState.RUNNING
     jobs.add(Path("/b.yaml"), "b", 1, 1.0, 0.0)
-    assert jobs.clear() == [2]
+    jobs.add(Path("/c.yaml"), "c", 1, 1.0, 0.0).state = JobState.FAILED
+    assert jobs.clear() == [2, 3]
     assert [job.name for job in jobs.jobs] == ["a"]
 
 
