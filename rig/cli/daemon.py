@@ -124,7 +124,7 @@ def stop(client: Any, after_current: bool) -> None:
 
 @_client_command("clear")
 def clear(client: Any) -> None:
-    """Take what waits out of the queue; what runs goes on."""
+    """Take what waits, was stopped or failed out of the queue; what runs goes on."""
     count = len(client.call("clear")["cleared"])
     console().print(f"{count} {'job' if count == 1 else 'jobs'} taken out of the queue")
 

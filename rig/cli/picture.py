@@ -15,6 +15,8 @@ def status_lines(status: dict[str, Any]) -> Iterator[str]:
     if fault := status["fault"]:
         yield f"[bold red]{fault['name']}[/]: {fault['cause']}" + (f" ({fault['said']})" if fault["said"] else "")
         yield f"  what to do: {fault['hint']}"
+        if status.get("black_boxes"):
+            yield f"  black box: {escape(status['black_boxes'][-1])}"
     if record := status["record"]:
         yield f"record {record['name']}: {record['done']:.0%}, {record['left_s']:.0f} s left"
     if status["pause_s"] > 0:

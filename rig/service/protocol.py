@@ -66,7 +66,7 @@ COMMANDS: Final[dict[str, Command]] = {
     "stop": Command({"after_current": bool}, False, "ramp down and hold the queue; while nothing runs: disarm"),
     "estop": Command({}, False, "safe state at once, in any state"),
     "reset": Command({}, False, "clear a fault whose cause is gone; does not arm"),
-    "clear": Command({}, False, "take everything that is not running out of the queue"),
+    "clear": Command({}, False, "take what waits, was stopped or failed out of the queue"),
 }
 """Every command of version 1."""
 

@@ -244,11 +244,12 @@ def shown(status: dict[str, Any], window: Window, size: tuple[int, int] = (120, 
 
 def test_the_picture_holds_what_an_operator_needs() -> None:
     fault = {"name": "BROKEN_WIRE", "cause": "a wire is broken", "hint": "check its wire", "said": "monitor 1"}
-    text = shown(status(state="fault", fault=fault), Window())
+    text = shown(status(state="fault", fault=fault, black_boxes=["/old.mcap", "/new.mcap"]), Window())
     parts = (
         "FAULT",
         "BROKEN_WIRE: a wire is broken (monitor 1)",
         "what to do: check its wire",
+        "black box: /new.mcap",
         "not running: recorder",
         "fifo denied: no",
     )
