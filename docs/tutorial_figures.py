@@ -1,6 +1,6 @@
 """The figures of the two tutorials on diagnosis: `python docs/tutorial_figures.py FOLDER` makes them anew and prints what was found.
 
-FOLDER holds `practice` and `real`, records that are no part of this project. What it does for the real joint is what
+`python docs/tutorial_figures.py FOLDER HERE` makes no figures and leaves the files of the real joint, quiet.csv and sweep.csv, in HERE. FOLDER holds `practice` and `real`, records that are no part of this project. What it does for the real joint is what
 docs/tutorial/diagnose_real_joint.md tells: two files of clean rows, a model from the quiet one, a diagnosis of the other.
 """
 
@@ -34,13 +34,18 @@ def practice(folder: Path) -> None:
 
 def real(folder: Path) -> None:
     """The wrist: a model from the quiet part, a diagnosis of the sweep."""
-    (source,) = (folder / "real" / "porcaro_wrist").glob("exp3_sweep_*.csv")
     with tempfile.TemporaryDirectory() as place:
-        for name, (start_s, end_s) in PARTS.items():
-            _write_part(source, Path(place) / f"{name}.csv", start_s, end_s)
+        write_parts(folder, Path(place))
         call = ["identify", "quiet.csv", "-o", "wrist.yaml", "--input", "pressure", "--resample"]
         subprocess.run([sys.executable, "-m", "rig.cli.main", *call], cwd=place, check=True)
         draw("wrist", load_model(Path(place) / "wrist.yaml"), read(Path(place) / "sweep.csv"), [])
+
+
+def write_parts(folder: Path, place: Path) -> None:
+    """The two files that the page works on."""
+    (source,) = (folder / "real" / "porcaro_wrist").glob("exp3_sweep_*.csv")
+    for name, (start_s, end_s) in PARTS.items():
+        _write_part(source, place / f"{name}.csv", start_s, end_s)
 
 
 def _write_part(source: Path, target: Path, start_s: float, end_s: float) -> None:
@@ -66,5 +71,8 @@ def draw(name: str, model: Model, records: list[Record], days: list[list[Record]
 
 
 if __name__ == "__main__":
-    practice(Path(sys.argv[1]))
-    real(Path(sys.argv[1]))
+    if len(sys.argv) > 2:
+        write_parts(Path(sys.argv[1]), Path(sys.argv[2]))
+    else:
+        practice(Path(sys.argv[1]))
+        real(Path(sys.argv[1]))

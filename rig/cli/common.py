@@ -55,10 +55,10 @@ def console(json_to: str | None = None) -> "Console":
 
 
 def listing(names: str, *titles: str) -> "Table":
-    """A plain table; its first column has names that one may have to type, so they are folded and never cut."""
+    """A plain table of names and what belongs to them; where it is too wide, cells are folded and never cut."""
     from rich.table import Column, Table
 
-    return Table(Column(names, overflow="fold"), *titles, box=None, pad_edge=False)
+    return Table(*(Column(title, overflow="fold") for title in (names, *titles)), box=None, pad_edge=False)
 
 
 def emit(result: dict[str, Any], json_to: str | None) -> None:

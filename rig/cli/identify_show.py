@@ -1,6 +1,7 @@
 """What `pamrig identify` and `pamrig validate` show and write: tables, JSON, figures."""
 
 import csv
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -86,9 +87,8 @@ def show_identified(found: Identified, output: Path, terminal: Console) -> None:
     for place in found.space.places:
         now = found.model.stages()[place.slot].parameters[place.name]
         std = "-" if now.std is None else f"{now.std:.2g}"
-        table.add_row(
-            place.name, f"{now.value:.6g}", std, now.unit, f"{spread[place.name]:.2g}", "at its bound" if now.at_bound else ""
-        )
+        between = "-" if math.isnan(spread[place.name]) else f"{spread[place.name]:.2g}"  # one search has none
+        table.add_row(place.name, f"{now.value:.6g}", std, now.unit, between, "at its bound" if now.at_bound else "")
     terminal.print(table)
     swarm = f"RMSE {found.rmse_deg:.3f} deg ({found.search_rmse_deg:.3f} before the polish)"
     terminal.print(f"{swarm} after {found.evaluations} evaluations in {found.seconds:.1f} s")
