@@ -11,7 +11,9 @@ from rig.cli.common import console, emit, json_option, progress
 if TYPE_CHECKING:
     from rig.gap.blind.folder import CheckFolder
 
-_folder = click.argument("folder", type=click.Path(path_type=Path))
+_place = click.Path(path_type=Path, resolve_path=True)
+"""Made absolute here: whoever answers works in another folder than the caller."""
+_folder = click.argument("folder", type=_place)
 _cases = click.option("--cases", type=click.IntRange(4, 100_000), default=40, show_default=True, help="How many cases.")
 _seed = click.option("--seed", type=click.IntRange(0), help="Seed of the labels; default: a secret one, told after the score.")
 _development = click.option("--development", is_flag=True, help="Development cases: never the same as any scored ones.")
@@ -26,9 +28,7 @@ _html = click.option("--html", "html_to", type=click.Path(path_type=Path), help=
 @_development
 @_dask
 @_workers
-@click.option(
-    "--out", type=click.Path(path_type=Path), help="Folder of the check; one that is there is resumed. Default: new, under logs/."
-)
+@click.option("--out", type=_place, help="Folder of the check; one that is there is resumed. Default: new, under logs/.")
 @click.option("--keep", is_flag=True, help="Keep the questions' records after they are scored.")
 @_html
 @json_option
@@ -140,7 +140,7 @@ def _source(development: bool) -> Any:
 def _new_folder() -> Path:
     from datetime import datetime
 
-    return Path("logs") / f"check_{datetime.now().astimezone():%Y%m%d_%H%M%S}"
+    return Path("logs").absolute() / f"check_{datetime.now().astimezone():%Y%m%d_%H%M%S}"
 
 
 def _draw(source: Any, folder: "CheckFolder", cases: int, seed: int | None, json_to: str | None) -> None:

@@ -110,6 +110,15 @@ def test_half_an_answer_is_no_answer(finished: CheckFolder) -> None:
     assert not list(finished.root.rglob("*.part*"))
 
 
+def test_a_folder_may_be_named_from_where_one_stands(finished: CheckFolder, monkeypatch: pytest.MonkeyPatch) -> None:
+    answer = sorted(finished.answers.glob("*.json"))[0]
+    answer.unlink()
+    monkeypatch.chdir(finished.root.parent)
+    done = CliRunner().invoke(check, ["answer", finished.root.name, "--workers", "1"], catch_exceptions=False)
+    assert done.exit_code == 0, done.output
+    assert answer.exists()
+
+
 def test_truths_lie_with_the_maker(finished: CheckFolder) -> None:
     labels, _ = open_labels(finished)
     token = next(token for token, label in labels.items() if label["kind"] == "single")
