@@ -149,9 +149,12 @@ def rank(
         rough.sort(key=lambda candidate: candidate.score)
         near = [candidate for k, candidate in enumerate(rough) if k < least or candidate.score < reach * rough[0].score]
         full = list(pool.map(lambda candidate: refit(candidate, bench), near))
+    known = sorted((candidate for candidate in full if candidate is not None), key=lambda candidate: candidate.score)
+    if not known:
+        return []
     scale = bench.side.effective / few.side.effective
-    far = [replace(candidate, score=candidate.score * scale) for candidate in rough[len(near) :]]
-    return sorted([*(candidate for candidate in full if candidate is not None), *far], key=lambda candidate: candidate.score)
+    far = [replace(one, score=max(one.score * scale, reach * known[0].score)) for one in rough[len(near) :]]
+    return [*known, *sorted(far, key=lambda candidate: candidate.score)]
 
 
 def telling_records(side: Side) -> list[int]:

@@ -17,6 +17,7 @@ from rig.gap.result import Cause, Interval
 from rig.gap.signatures import Signature
 from rig.gap.verdict import explained, trigger
 from rig.model.effect_stages import EFFECT_STAGES
+from rig.model.parameters import Model
 
 PAIR_CHANCE = 0.7
 """Confidence in each of two causes on one side: from the development data."""
@@ -30,6 +31,10 @@ class Findings:
     valve: Judged | None
     angle: Judged
     signatures: list[Signature]
+    model: Model | None
+    """The simulator that the causes are to be added to."""
+    as_read: Prepared
+    """As `prepared`, before lost samples were bridged."""
 
 
 def name_causes(findings: Findings, before: float, floor: float) -> list[Cause]:
@@ -66,6 +71,8 @@ def name_causes(findings: Findings, before: float, floor: float) -> list[Cause]:
                     trust(prepared) * fit(judged) * (chance if len(judged.accepted) == 1 else PAIR_CHANCE),
                 )
             )
+        if judged.remainder:
+            found.append(_unknown(judged, before))
     found += [_marked(mark, prepared) for mark in findings.signatures if mark.found and mark.effect]
     return sorted(found, key=lambda cause: cause.gap_after_deg - cause.gap_before_deg)
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from rig.gap.attribute import LOOSENESS, Bench, Candidate, rank, refit
 from rig.gap.effects import Effect
-from rig.gap.verdict import SECOND_CAUSE, trigger
+from rig.gap.verdict import SECOND_CAUSE, leaves_too_much, trigger
 
 LEADERS, LEADERS_BLIND = 2, 4
 """How many of the best single causes are tried as the first of a pair: with pressures, and from the angle alone."""
@@ -25,7 +25,7 @@ def with_second(ranking: Sequence[Candidate], effects: Sequence[Effect], bench: 
     side = bench.side
     loose = 1.5 * LOOSENESS * side.rms(side.gap)
     before = trigger(side, first.residual, loose)
-    if not before.found:
+    if not (before.by_modes or leaves_too_much([first], side)):
         return [first]
     alone = [one for one in ranking if len(one.residual) == len(side.gap) and not trigger(side, one.residual, loose).found]
     if alone:

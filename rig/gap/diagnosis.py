@@ -8,22 +8,29 @@ from collections.abc import Sequence
 import numpy as np
 
 from rig.gap.attribute import Candidate
+from rig.gap.augment import noise_fraction, remaining_gap
 from rig.gap.carry import Applied
 from rig.gap.causes import Findings, name_causes, trust
-from rig.gap.effects import LIBRARY
+from rig.gap.effects import LIBRARY, Effect
 from rig.gap.engine import angle_side, judge, library_of, model_misfit_deg, overall_gap, prepare, signatures_of, valve_side
 from rig.gap.floor import Side
-from rig.gap.handover import doubts, misreading, stiffened, stripped, with_mean_law
+from rig.gap.handover import doubts, faint, misreading, stiffened, stripped, with_mean_law
 from rig.gap.kernels import square_sum
 from rig.gap.localise import frequency_shares, over_time, phase_shares, region_shares
 from rig.gap.lost import bridged, lost_rows
 from rig.gap.next_experiment import recommend
 from rig.gap.prepared import Judged, Prepared, untriggered
 from rig.gap.result import Cause, Diagnosis, Ranked
+from rig.gap.signatures import Signature
 from rig.gap.verdict import explained
 from rig.log.record import Column, Record
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.parameters import Model
+
+WORSENED = 0.8
+"""A cause makes the angle plainly worse when without it this share of the rms is left."""
+MOST_EXPLAINED = 1.25
+"""An explained fraction above 1 says that less than the floor is left: the case's day was a quiet one."""
 
 
 def diagnose(
@@ -54,19 +61,33 @@ def diagnose_with_findings(
 ) -> tuple[Diagnosis, Findings]:
     """`diagnose`, with everything that it computed on the way."""
     effects = library_of(library)
-    prepared = prepare(model, records, baselines, pressures)
+    as_read = prepared = prepare(model, records, baselines, pressures)
     known = {effect.name for effect in effects}
     marks = [mark for mark in signatures_of(prepared) if mark.effect is None or mark.effect in known]
     if any(mark.found and mark.effect == "lost_samples" for mark in marks):
         prepared = _without_lost(prepared, model, pressures)
+        noise = next(mark for mark in signatures_of(prepared) if mark.mark == "noise")
+        marks = [noise if mark.mark == "noise" else mark for mark in marks]
     valve = judge(prepared, valve_side(prepared), effects) if prepared.pairing.pressures else None
+    findings = _both_sides(prepared, valve, effects, marks, model, as_read)
+    if valve is not None and _misled(findings):
+        findings = _both_sides(prepared, _misread(prepared, valve), effects, marks, model, as_read)
+    told = _told(findings)
+    told.evidence["model_misfit_deg"] = model_misfit_deg(model, prepared)
+    return told, findings
+
+
+def _both_sides(
+    prepared: Prepared,
+    valve: Judged | None,
+    effects: Sequence[Effect],
+    marks: list[Signature],
+    model: Model | None,
+    as_read: Prepared,
+) -> Findings:
+    """The angle judged with what the valve side hands over."""
     if valve is not None and valve.trigger.found and misreading(valve, angle_side(prepared, driven=False, model=model)):
-        offsets = 1e3 * valve.side.free_sizes(valve.side.gap)[[0, 3]]
-        prepared.pairing.notes.append(
-            f"the monitors read {offsets[0]:+.1f} and {offsets[1]:+.1f} kPa off the reference, and the angle does not follow: "
-            "taken for their own error"
-        )
-        valve = untriggered(valve)
+        valve = _misread(prepared, valve)
     driven = valve is not None and valve.trigger.found
     doubted: Sequence[Column] = ()
     if valve is not None and valve.accepted:
@@ -78,10 +99,29 @@ def diagnose_with_findings(
     added = sum(mark.smoothed_deg2 for mark in marks if mark.found)
     side = angle_side(prepared, driven=driven, model=model, added_variance=added, doubted=doubted)
     angle = judge(prepared, side, effects, driven=driven, beside=valve.side if valve is not None and not driven else None)
-    findings = Findings(prepared, valve, angle, marks)
-    told = _told(findings)
-    told.evidence["model_misfit_deg"] = model_misfit_deg(model, prepared)
-    return told, findings
+    return Findings(prepared, valve, angle, marks, model, as_read)
+
+
+def _misread(prepared: Prepared, valve: Judged) -> Judged:
+    """The valve side taken for its monitors' own error, and a note of it."""
+    offsets = 1e3 * valve.side.free_sizes(valve.side.gap)[[0, 3]]
+    prepared.pairing.notes.append(
+        f"the monitors read {offsets[0]:+.1f} and {offsets[1]:+.1f} kPa off the reference, and the angle does not follow: "
+        "taken for their own error"
+    )
+    return untriggered(valve)
+
+
+def _misled(findings: Findings) -> bool:
+    """Whether a faint cause in the pressures makes the angle plainly worse: then the monitors are off, and not the pressures."""
+    valve, angle = findings.valve, findings.angle
+    if valve is None or not valve.accepted or not faint(valve):
+        return False
+    others = [candidate.applied for candidate in angle.accepted]
+    with_it, without = (
+        angle.side.rms(np.concatenate(overall_gap(findings.prepared, causes))) for causes in (applied_causes(findings), others)
+    )
+    return with_it > 1.2 * angle.side.floor and without < WORSENED * with_it
 
 
 def _without_lost(prepared: Prepared, model: Model | None, pressures: bool) -> Prepared:
@@ -99,21 +139,20 @@ def _told(findings: Findings) -> Diagnosis:
     before = undriven.rms(np.concatenate(overall_gap(prepared, [])))
     causes = name_causes(findings, before, undriven.floor)
     sides = [judged for judged in (valve, angle) if judged is not None]
-    open_sides = [judged for judged in sides if judged.trigger.found and not judged.accepted]
+    open_sides = [judged for judged in sides if judged.open]
     named = [cause for cause in causes if cause.effect != "unknown"]
     verdict = _verdict(bool(named), bool(open_sides))
-    after = _after(findings, undriven.rms)
+    gaps, remaining = overall_gap(prepared, []), remaining_gap(findings.model, applied_causes(findings), prepared)
+    after = _after(findings, undriven.rms(np.concatenate(remaining)))
     gap = {
         "rms_deg": before,
         "floor_deg": undriven.floor,
         "ratio": before / undriven.floor,
-        "explained_fraction": _fraction(before, after, undriven.floor, sides) if named else 0.0,
+        "explained_fraction": _fraction(findings, before, after, undriven.floor) if named else 0.0,
         "after_deg": after,
         "floor_source": undriven.source,
     }
     ranking = _ranking(findings)
-    gaps = overall_gap(prepared, [])
-    remaining = overall_gap(prepared, applied_causes(findings))
     healthy = [track.reference.angle_deg for track in prepared.tracks]
     where = {
         "stage": _stage(causes, valve),
@@ -145,11 +184,16 @@ def _told(findings: Findings) -> Diagnosis:
     )
 
 
-def _fraction(before: float, after: float, floor: float, sides: Sequence[Judged]) -> float:
-    """Explained fraction of the angle gap; of the side's own gap where the angle has none (a gain of both valves, a lost sample)."""
+def _fraction(findings: Findings, before: float, after: float, floor: float) -> float:
+    """Explained fraction of the angle gap; of the noise where signatures alone explain; of the side's own gap where the angle has
+    none (a gain of both valves)."""
+    accepted = [judged.fraction for judged in (findings.valve, findings.angle) if judged is not None and judged.accepted]
+    marked = [Applied(mark.effect, mark.numbers) for mark in findings.signatures if mark.found and mark.effect]
+    if marked and not accepted:
+        return noise_fraction(findings.model, marked, findings.as_read)
     if before > 1.2 * floor:
-        return explained(before, after, floor)
-    return max((judged.fraction for judged in sides if judged.accepted), default=1.0)
+        return explained(before, after, floor, most=MOST_EXPLAINED)
+    return max(accepted, default=1.0)
 
 
 def _hidden(side: Side) -> dict[str, object]:
@@ -204,14 +248,12 @@ def applied_causes(findings: Findings) -> list[Applied]:
     return [candidate.applied for judged in sides for candidate in judged.accepted]
 
 
-def _after(findings: Findings, rms: "np.ufunc | object") -> float:
+def _after(findings: Findings, left_deg: float) -> float:
     """Rms of the angle gap that all causes leave, on held-out records, what the signatures explain taken off."""
-    left = np.concatenate(overall_gap(findings.prepared, applied_causes(findings)))
-    plain = float(np.sqrt(left @ left / max(findings.angle.side.rows, 1.0)))
     held = [candidate for judged in (findings.valve, findings.angle) if judged for candidate in judged.accepted]
     ratio = max((_held_out_ratio(candidate, findings) for candidate in held), default=1.0)
     explained_marks = sum(mark.smoothed_deg2 for mark in findings.signatures if mark.found and mark.effect)
-    return float(np.sqrt(max((plain * ratio) ** 2 - explained_marks, 0.0)))
+    return float(np.sqrt(max((left_deg * ratio) ** 2 - explained_marks, 0.0)))
 
 
 def _held_out_ratio(candidate: Candidate, findings: Findings) -> float:

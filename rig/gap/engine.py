@@ -34,7 +34,16 @@ from rig.gap.nominal import Reference, describe, fit_regulators, mean_session
 from rig.gap.pairs import Pair, pair_up
 from rig.gap.prepared import Judged, Prepared, untriggered
 from rig.gap.signatures import Signature, read_signatures
-from rig.gap.verdict import HALF, clearing_first, explained, explained_beside_modes, name_set, sufficient, trigger
+from rig.gap.verdict import (
+    HALF,
+    clearing_first,
+    explained,
+    explained_beside_modes,
+    leaves_too_much,
+    name_set,
+    sufficient,
+    trigger,
+)
 from rig.log.record import Column, Record
 from rig.model.kernels import simulate
 from rig.model.parameters import Model
@@ -226,7 +235,7 @@ def judge(
         by_carrier = fraction < HALF and not trigger(side, None, STRANGE_HANDOVER * side.handed).found
         if side.handed > 0.0 and by_carrier:
             return untriggered(Judged(side, sign, bench, [], [], [], [], 0.0))
-    return Judged(side, sign, bench, ranking, chances, names, accepted, fraction)
+    return Judged(side, sign, bench, ranking, chances, names, accepted, fraction, leaves_too_much(accepted, side))
 
 
 def overall_gap(prepared: Prepared, causes: Sequence[Applied]) -> list[Column]:

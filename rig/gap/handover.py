@@ -138,7 +138,12 @@ def doubts(prepared: Prepared, valve: Judged) -> list[Column]:
 
 def misreading(valve: Judged, plain: Side) -> bool:
     """Whether a faint offset, gain or lag of the monitors is but theirs: the angle (`plain`: as commanded) does not follow."""
-    return valve.trigger.structure <= STRUCTURE and valve.trigger.strength < MISREADING and not trigger(plain).found
+    return faint(valve) and not trigger(plain).found
+
+
+def faint(valve: Judged) -> bool:
+    """Whether the pressures' gap is an offset, gain or lag of the size that monitors may be off by themselves."""
+    return valve.trigger.structure <= STRUCTURE and valve.trigger.strength < MISREADING
 
 
 def monitor_noise(prepared: Prepared, side: Side) -> float:

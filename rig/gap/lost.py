@@ -1,4 +1,4 @@
-"""Samples that were lost: rows that repeat the row before exactly, how many do so by chance, and what is put in their place."""
+"""Noise and samples that were lost: rows that repeat the row before exactly, how many do so by chance, and what is put in their place."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -13,6 +13,12 @@ Lost = tuple["np.typing.NDArray[np.bool_]", "np.typing.NDArray[np.bool_]"]
 
 def angles_of(records: Sequence[Record]) -> list[Column]:
     return [record.angle_deg[np.isfinite(record.angle_deg)] for record in records if record.angle_deg is not None]
+
+
+def high_rms(angle_deg: Column) -> float:
+    """Rms of white noise (deg) that would have these second differences."""
+    known = angle_deg[np.isfinite(angle_deg)]
+    return float(np.sqrt(np.mean(np.diff(known, 2) ** 2) / 6.0))
 
 
 def repeat_share(records: Sequence[Record], least: float) -> tuple[float, float, int]:

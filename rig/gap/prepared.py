@@ -43,6 +43,13 @@ class Judged:
     """The causes that explain it, strongest first; empty when it has no gap or none explains it."""
     fraction: float
     """Explained fraction of the side's own gap by the accepted causes, or by the best candidate when none is accepted."""
+    remainder: bool = False
+    """More is left than the accepted causes' laws usually leave: something unknown beside or instead of them."""
+
+    @property
+    def open(self) -> bool:
+        """Whether a gap is there that nothing, or not all of it, explains."""
+        return self.trigger.found and (not self.accepted or self.remainder)
 
 
 def untriggered(judged: Judged) -> Judged:

@@ -31,6 +31,12 @@ SECOND_CAUSE = 0.3
 """A further cause must take away this share of what the first ones leave above the floor."""
 UNCLEARED = 0.05
 """What is left of an effect's chance when it leaves an offset, gain or lag that another effect takes away."""
+MISFITS = 2.0
+"""How many times its law's usual misfit an effect may leave before something else must be there."""
+LEAST_EXACT = 8.0
+"""Most that odds fall, in nats, for a law that leaves more than it usually does."""
+BLURRED = 0.3
+"""Share of the floor by which a misfit is blurred."""
 IN_SET = 0.05
 """Names with at least this probability stay in the set."""
 
@@ -89,13 +95,34 @@ def sufficient(fraction: float, ranking: Sequence[Candidate], still_found: bool)
     return fraction >= (HALF if alone or not still_found else KNOWN)
 
 
+def misfit_share(candidate: Candidate, side: Side) -> float:
+    """What a candidate leaves of the gap beside the floor, as a share of the rms."""
+    beside = max(candidate.left**2 - side.remainder**2, 0.0)
+    return float(np.sqrt(beside)) / max(side.rms(side.gap), 1e-12)
+
+
+def leaves_too_much(accepted: Sequence[Candidate], side: Side) -> bool:
+    """Whether more is left of a side than its floor and the misfit of the loosest accepted law: then the name is not all there is."""
+    if not accepted:
+        return False
+    law = MISFITS * max(candidate.effect.misfit for candidate in accepted) * side.rms(side.gap)
+    return accepted[-1].left > float(np.hypot(STRUCTURE * side.remainder, law))
+
+
+def exactness(candidate: Candidate, side: Side) -> float:
+    """Log odds from how exact a law is known to be: an exact one that leaves much is unlikely, a rough one that leaves little as well."""
+    blur = BLURRED * side.remainder / max(side.rms(side.gap), 1e-12)
+    usual = float(np.hypot(candidate.effect.misfit, blur))
+    return -float(np.log(usual)) - min(0.5 * (misfit_share(candidate, side) / usual) ** 2, LEAST_EXACT)
+
+
 def probabilities(ranking: Sequence[Candidate], side: Side) -> list[float]:
-    """How likely each candidate is, from how much less it leaves than the others; they add up to 1."""
+    """How likely each candidate is, from how much less it leaves than the others and how exact its law is; they add up to 1."""
     if not ranking:
         return []
     scores = np.array([max(candidate.score, 1e-9) for candidate in ranking])
-    logs = -0.5 * SHARPNESS * np.log(scores / scores.min())
-    weights = np.exp(logs)
+    logs = -0.5 * SHARPNESS * np.log(scores / scores.min()) + np.array([exactness(candidate, side) for candidate in ranking])
+    weights = np.exp(logs - logs.max())
     return [float(weight) for weight in weights / weights.sum()]
 
 
@@ -128,10 +155,10 @@ def name_set(ranking: Sequence[Candidate], chances: Sequence[float], pressures: 
     return kept
 
 
-def explained(before: float, after: float, floor: float) -> float:
-    """EF = (G - E) / (G - F) in mean squares, from rms values; 0 when nothing stands above the floor."""
+def explained(before: float, after: float, floor: float, most: float = 1.0) -> float:
+    """EF = (G - E) / (G - F) in mean squares, from rms values, at most `most`; 0 when nothing stands above the floor."""
     gap = before**2 - floor**2
-    return float(np.clip((before**2 - after**2) / gap, -1.0, 1.0)) if gap > 1e-12 else 0.0
+    return float(np.clip((before**2 - after**2) / gap, -1.0, most)) if gap > 1e-12 else 0.0
 
 
 def explained_beside_modes(side: Side, residual: Column) -> float:

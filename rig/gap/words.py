@@ -93,5 +93,5 @@ def _how_far(diagnosis: Diagnosis) -> str:
         return f"the unsmoothed gap falls from {cause.gap_before_deg:.3g} to {cause.gap_after_deg:.3g} deg rms."
     return (
         f"on held-out records the gap falls from {gap['rms_deg']:.3g} to {gap['after_deg']:.3g} deg rms; "
-        f"{100 * gap['explained_fraction']:.0f} % of what stands above the floor is explained."
+        f"{100 * min(gap['explained_fraction'], 1.0):.0f} % of what stands above the floor is explained."
     )

@@ -12,6 +12,7 @@ import numpy as np
 from rig.errors import RigError
 from rig.gap.blind.source import Named, records_of
 from rig.gap.effects import LIBRARY, effect_class
+from rig.gap.lost import high_rms
 from rig.log.record import Column, Record
 
 ALSO_RIGHT: Final = {"co_contraction": {"valve"}, "leak": {"valve"}}
@@ -103,14 +104,10 @@ def _course(case: Column, healthy: Sequence[Column], change: Column) -> tuple[fl
 
 def _loudness(case: Column, healthy: Sequence[Column], change: Column) -> tuple[float, float, float]:
     """The same of the high-frequency rms (second differences), for effects whose course no simulator can repeat."""
-    quiet = [_high_rms(day) for day in healthy]
+    quiet = [high_rms(day) for day in healthy]
     base = float(np.mean(quiet))
-    predicted = float(np.mean([_high_rms(day + change) for day in healthy]))
-    return (_high_rms(case) - base) ** 2, (_high_rms(case) - predicted) ** 2, float(np.var(quiet))
-
-
-def _high_rms(angle_deg: Column) -> float:
-    return float(np.sqrt(np.mean(np.diff(angle_deg, 2) ** 2) / 6.0))
+    predicted = float(np.mean([high_rms(day + change) for day in healthy]))
+    return (high_rms(case) - base) ** 2, (high_rms(case) - predicted) ** 2, float(np.var(quiet))
 
 
 def _angle(record: Record) -> Column:
