@@ -26,7 +26,7 @@ from rig.rig_config import RigConfig
 from rig.sample import unpack
 from rig.service.orders import order_of, session_facts
 from rig.service.recorder import RunOrder, RunResult, said_of
-from rig.service.session import Session, is_warning, own_signals, spoken
+from rig.service.session import Session, ending_signals, is_warning, own_signals, spoken
 
 _POLL_S = 0.05
 
@@ -60,7 +60,7 @@ def carry_out(rig: RigConfig, runs: Sequence[Planned], wishes: Wishes) -> Outcom
     _prepare_folder(wishes.out, [f"{planned.name}.mcap" for planned in runs])
     outcome = Outcome([], len(runs))
     operator = _Operator()
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.getsignal(number) for number in ending_signals()}
     own_signals(operator.signalled)
     try:
         session = Session(

@@ -5,7 +5,6 @@ import contextlib
 import logging
 import os
 import shutil
-import signal
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -21,6 +20,7 @@ from rig.service.live import LiveView
 from rig.service.notify import Notifier
 from rig.service.protocol import VERSION, Code, Refused, Request
 from rig.service.rotation import rotate
+from rig.service.session import ending_signals
 from rig.service.settings import DaemonSettings
 from rig.service.telemetry import fault_json
 from rig.service.work import Queue
@@ -74,7 +74,7 @@ class Daemon:
 
     async def _begin(self) -> None:
         loop = asyncio.get_running_loop()
-        for number in (signal.SIGTERM, signal.SIGINT):
+        for number in ending_signals():
             loop.add_signal_handler(number, self.end)
         if self._settings.view.port and self._settings.view.token_file:
             token = _token(self._settings.view.token_file)

@@ -71,7 +71,8 @@ class RunResult:
 
 def record(ring_path: Path, session: int, orders: Connection, results: Connection) -> None:
     """Entry of the recorder's process: until the orders end, then finish what is open."""
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGTSTP):  # they are for the process that commands
+    # they are for the process that commands, or go to all when a terminal is closed: the file is to be finished also then
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGTSTP, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)  # the end of the orders ends the recorder, also when that process is killed
     with suppress(OSError):
         os.nice(5)

@@ -298,7 +298,13 @@ def start_process(process: BaseProcess) -> None:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
+def ending_signals() -> list[signal.Signals]:
+    """What asks a commanding process to end: Ctrl-C, SIGTERM, and the end of its terminal, unless `nohup` has it ignored."""
+    hang_up = [] if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN else [signal.SIGHUP]
+    return [signal.SIGINT, signal.SIGTERM, *hang_up]
+
+
 def own_signals(handler: Callable[[int], None]) -> None:
-    """Call `handler` with the number of SIGINT and SIGTERM instead of being ended by them."""
-    for number in (signal.SIGINT, signal.SIGTERM):
+    """Call `handler` with the number of each of `ending_signals` instead of being ended by them."""
+    for number in ending_signals():
         signal.signal(number, lambda n, _frame: handler(n))

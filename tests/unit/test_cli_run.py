@@ -93,7 +93,8 @@ class Running:
 
     def __init__(self, *arguments: object) -> None:
         call = [str(PAMRIG), "run", *map(str, arguments)]
-        self.process = subprocess.Popen(call, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        pipe = subprocess.PIPE
+        self.process = subprocess.Popen(call, stdout=pipe, stderr=pipe, text=True, start_new_session=True)
         self.ring = until(self._ring)
 
     def _ring(self) -> Ring | None:
@@ -301,6 +302,20 @@ def test_sigterm_ramps_down_and_finishes_the_file(sweep: Path, rig: Path, tmp_pa
     status, result, _ = run.end()
     assert status == 130
     assert contents(Path(result["runs"][0]["file"])).samples[-1].state == State.DONE
+
+
+def test_a_terminal_that_is_closed_leaves_a_safe_rig_and_a_finished_file(sweep: Path, rig: Path, tmp_path: Path) -> None:
+    running = Running(sweep, "--rig", rig, "--out", tmp_path / "out", "--json", "-")
+    running.reach(Phase.SWEEP)
+    os.killpg(running.process.pid, signal.SIGHUP)  # the kernel tells every process of the terminal
+    status, result, _ = running.end()
+    assert status == 1
+    (run,) = result["runs"]
+    assert run["fault"].startswith("CONTROL_LOST")
+    assert Path(run["file"]).name == "sine_2hz_0.10mpa.mcap"
+    assert Path(run["file"]).exists()
+    assert running.rest == (0.2, 0.2)
+    assert not list(shared.folder().glob(f"{running.ring.block.path.name.removesuffix('-ring')}-*"))
 
 
 def test_a_killed_recorder_stops_the_rig_and_the_record_is_invalid(sweep: Path, rig: Path, tmp_path: Path) -> None:
