@@ -54,7 +54,7 @@ def probe(rig_path: Path | None, ticks: int, step: bool, step_mpa: float, settle
     if step and not result["findings"]:
         result |= probing.steps(rig, step_mpa, settle)
     screen.print(probing.table(result))
-    screen.print("\n".join(probing.facts(result)), markup=False)
+    screen.print("\n".join([*probing.moved(result), *probing.facts(result)]), markup=False)
     for warning in result["warnings"]:
         screen.print(f"[yellow]warning:[/] {warning}")
     for finding in result["findings"][1:]:

@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Callable
 from typing import Any
 
-from rich.table import Table
+from rich.table import Column, Table
 
 from rig.cli import compose, inventory
 from rig.cli.bringup import Leash, Timing, let_go, step_valves, time_reads
@@ -95,24 +95,30 @@ def steps(rig: RigConfig, step_mpa: float, settle_s: float) -> dict[str, Any]:
 
 
 def table(result: dict[str, Any]) -> Table:
-    """For a person."""
-    shown = Table("device", "answers", "read p50 / p99 us", "age p50 / p99 ms", f"holds {result['period_ms']:g} ms", "sees")
+    """For a person: what each device answers."""
+    holds = f"holds {result['period_ms']:g} ms"
+    shown = Table("device", "answers", "read us\np50 / p99", "age ms\np50 / p99", holds, Column("sees", overflow="fold"))
     for row in result["devices"]:
         if not row["answers"]:
             shown.add_row(row["name"], "no", "", "", "", "")
             continue
         last = row["last"] or {}
-        sees = ", ".join(f"{key} {value:.3f}" for key, value in last.items() if value == value)
-        fresh = "yes" if row["values_fresh"] else "yes, with old values"
+        sees = "\n".join(f"{key} {value:.3f}" for key, value in last.items() if value == value)
+        fresh = "yes" if row["values_fresh"] else "yes, with\nold values"
         shown.add_row(
             row["name"], "yes", f"{row['read_p50_us']:.0f} / {row['read_p99_us']:.0f}",
             f"{row['age_p50_ms']:.2f} / {row['age_p99_ms']:.2f}", fresh if row["holds_period"] else "no", sees,
         )  # fmt: skip
-        shown.add_section()
-    for one in result.get("steps", ()):
-        moved = f"p1 {one['moved_1_mpa']:+.3f} MPa, p2 {one['moved_2_mpa']:+.3f} MPa, angle {one['moved_deg']:+.2f} deg"
-        shown.add_row(f"valve {one['valve']}", f"stepped {one['step_mpa']:+g} MPa", "", "", "", moved)
     return shown
+
+
+def moved(result: dict[str, Any]) -> list[str]:
+    """What followed from each step, one line a valve."""
+    return [
+        f"valve {one['valve']} stepped {one['step_mpa']:+g} MPa: p1 {one['moved_1_mpa']:+.3f} MPa, "
+        f"p2 {one['moved_2_mpa']:+.3f} MPa, angle {one['moved_deg']:+.2f} deg"
+        for one in result.get("steps", ())
+    ]
 
 
 def facts(result: dict[str, Any]) -> list[str]:

@@ -31,7 +31,11 @@ def check_table(result: Mapping[str, Any]) -> "Table":
     from rich.table import Table
 
     modes = [mode for mode in MODE_WORDS if mode in result["modes"]]
-    table = Table("figure", *(MODE_WORDS[mode] for mode in modes), title=f"blind check of {result['cases']} cases")
+    table = Table(
+        "figure",
+        *(MODE_WORDS[mode] for mode in modes),
+        title=f"blind check of {result['cases']} cases: share (95 % interval; count) and its goal",
+    )
     for row in rows_of(result):
         cells = [f"{cell['text']}  {cell['goal']}{'' if cell['reached'] is not False else '  missed'}" for cell in row["cells"]]
         table.add_row(row["words"], *cells)

@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
-from rig.errors import RigError
+from rig.errors import EnvelopeError, RigError
 from rig.excite.envelope import check
 from rig.excite.experiment import RunPlan, expand, load_sweep
 from rig.log.writer import PARTIAL_SUFFIX
@@ -38,7 +38,10 @@ def plans_of(path: Path, rig: RigConfig) -> list[RunPlan]:
     for plan in plans:
         way = (id(plan.dp_mpa), plan.p0_mpa, plan.ramp_in_ticks, plan.ramp_out_ticks)
         if way not in checked:  # repeats go the same way
-            check(plan, rig.limits, rig.period_ns)
+            try:
+                check(plan, rig.limits, rig.period_ns)
+            except EnvelopeError as error:
+                raise EnvelopeError(f"{path.name}: {error}") from None
             checked.add(way)
     return plans
 

@@ -185,7 +185,7 @@ def test_wrong_states_say_what_to_do(bench: FaultBench, client: Client) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("records: [{sine: {frequency_hz: 1, amplitude_mpa: 0.9}}]", "set-point p2 would be"),
+        ("records: [{sine: {frequency_hz: 1, amplitude_mpa: 0.9}}]", "^bad.yaml: sine_1hz_0.90mpa: set-point p2 would be"),
         ("records: [{sin: {}}]", "expected one signal; did you mean 'sine'"),
         ("records: [", "not valid YAML"),
     ],

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import pytest
@@ -17,7 +17,7 @@ from hil.emulators.nifpga.board import Wiring
 from hil.emulators.nifpga.shared import READ
 from hil.emulators.nifpga.stand_in import StandIn
 from hil.emulators.world import World
-from rig.cli import bringup, calibrating, compose
+from rig.cli import bringup, calibrating, compose, probing
 from rig.cli.bringup import Leash, StepResult, step_valves, time_reads
 from rig.cli.devices import devices
 from rig.errors import DeviceError, DeviceLost, NotSo, RigError
@@ -123,6 +123,13 @@ def test_probe_of_an_emulated_rig_says_it_holds_the_period() -> None:
 def test_probe_of_absent_hardware_is_not_so() -> None:
     line = refusal("probe", "--rig", str(RIGS / "paper_myrio.yaml"))
     assert "bitfile" in line
+
+
+def test_steps_are_told_a_line_a_valve() -> None:
+    step = StepResult(2, 0.03, 0.0, 0.029, -5.6)
+    assert probing.moved({"steps": [asdict(step)]}) == [
+        "valve 2 stepped +0.03 MPa: p1 +0.000 MPa, p2 +0.029 MPa, angle -5.60 deg"
+    ]
 
 
 def test_probe_asks_before_it_steps() -> None:
