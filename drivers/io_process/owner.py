@@ -22,7 +22,7 @@ _RESTART_NS: Final = 500_000_000
 _STUCK_NS: Final = 1_000_000_000
 """An I/O process that has not moved for this long does not hear an alarm either."""
 _WHY: Final = {
-    Trip.SILENCE: "no call came in time, so the I/O process wrote the safe set-points; close and open again",
+    Trip.SILENCE: "no call came in time (busy machine? hung loop?), so the I/O process wrote the safe set-points; close and open again",
     Trip.ORPHANED: "its owner was gone, so the I/O process wrote the safe set-points; close and open again",
     Trip.OUTAGE: "the line was lost while driving; the safe set-points are written as soon as it is back; close and open again",
     Trip.ALARM: "another process (the supervisor) took it to the safe set-points; close and open again",

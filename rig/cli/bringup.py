@@ -3,7 +3,9 @@
 The rig is held at its period without a program, set-points go at a gentle rate, and every way out ends in the safe state.
 """
 
+import contextlib
 import math
+import os
 import threading
 import time
 from collections import Counter, deque
@@ -22,6 +24,8 @@ SLEW_MPA_S: Final = 0.1
 LOOK_S: Final = 0.2
 """Measurements over this time are averaged before and after a step."""
 MAKE_SAFE_TRIES: Final = 100
+PRIORITY: Final = 20
+"""Real-time, where it is allowed: a device that watches for silence gives a busy machine a few periods only."""
 PATIENCE: Final = 20
 """Failed ticks in a row before the leash lets go."""
 
@@ -105,6 +109,8 @@ class Leash:
             raise self._error
 
     def _ticks(self) -> None:
+        with contextlib.suppress(OSError):  # this thread alone; without permission it ticks as well as it can
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
         clock, failed = MonotonicClock(), 0
         due_ns = clock.now_ns()
         while not self._quit.is_set():

@@ -1,6 +1,8 @@
 """`pamrig devices`: what it lists, what the probe finds out about wiring, and guided calibration; bad input in one line."""
 
 import json
+import os
+import threading
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -135,6 +137,21 @@ def test_steps_are_told_a_line_a_valve() -> None:
 def test_probe_asks_before_it_steps() -> None:
     assert "nothing was moved" in refusal("probe", "--rig", EMULATED, "--step", typed="n\n")
     assert "nothing was moved" in refusal("probe", "--rig", EMULATED, "--step")
+
+
+@pytest.mark.parametrize("allowed", [True, False])
+def test_the_leash_asks_for_priority_for_its_thread_alone(lab: Lab, monkeypatch: pytest.MonkeyPatch, allowed: bool) -> None:
+    asked: list[tuple[str, int, int]] = []
+
+    def ask(pid: int, policy: int, _parameters: object) -> None:
+        asked.append((threading.current_thread().name, pid, policy))
+        if not allowed:
+            raise PermissionError
+
+    monkeypatch.setattr(os, "sched_setscheduler", ask)
+    with Leash(lab.device, 5_000_000, SAFE) as leash:
+        assert leash.collect(0.05)
+    assert asked == [("leash", 0, os.SCHED_FIFO)]
 
 
 @pytest.mark.parametrize(
