@@ -245,18 +245,16 @@ def _with_progress(work: Any) -> "Identified":
     from rich.progress import BarColumn, Progress, TextColumn
 
     terminal = Console(stderr=True)
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.percentage:>3.0f} %  best {task.fields[best]:.4g} deg"),
-    )
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[said]}"))
     with Progress(*columns, console=terminal, transient=True, disable=not terminal.is_terminal) as bars:
+        first = bars.add_task("records, regulators", total=None, said="")  # of unknown length: until the first search reports
         tasks: dict[str, Any] = {}
 
         def report(title: str, share: float, best: float) -> None:
+            bars.update(first, visible=False)
             if title not in tasks:
-                tasks[title] = bars.add_task(title, total=1.0, best=best)
-            bars.update(tasks[title], completed=min(share, 1.0), best=best)
+                tasks[title] = bars.add_task(title, total=1.0, said="")
+            bars.update(tasks[title], completed=min(share, 1.0), said=f"{share:4.0%}  best {best:.4g} deg")
 
         found: Identified = work(report if terminal.is_terminal else None)
         return found
