@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rig.errors import ConfigError, RigError
 
 if TYPE_CHECKING:
-    from rig.gap.causes import Findings
+    from rig.gap.findings import Findings
     from rig.gap.result import Diagnosis
     from rig.log.record import Record
     from rig.model.parameters import Model

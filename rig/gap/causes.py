@@ -1,10 +1,9 @@
 """The named causes of a diagnosis with their numbers, intervals, doubts and confidence, from the judged sides.
 
-What was computed is handed on as `Findings`; the verdict and the other answers are in `rig.gap.diagnosis`.
+The verdict and the other answers are in `rig.gap.diagnosis`.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,29 +11,16 @@ from rig.gap.attribute import LOOSENESS, Candidate
 from rig.gap.carry import Applied, full_numbers
 from rig.gap.effects import LIBRARY, alike
 from rig.gap.engine import overall_gap
+from rig.gap.findings import Findings
 from rig.gap.prepared import Judged, Prepared
 from rig.gap.result import Cause, Interval
 from rig.gap.signatures import Signature
 from rig.gap.verdict import explained, trigger
 from rig.model.effect_stages import EFFECT_STAGES
-from rig.model.parameters import Model
 
+CLIPPED_TRUST = 0.5
 PAIR_CHANCE = 0.7
 """Confidence in each of two causes on one side: from the development data."""
-
-
-@dataclass(frozen=True)
-class Findings:
-    """What was computed, for the report and for judging further records."""
-
-    prepared: Prepared
-    valve: Judged | None
-    angle: Judged
-    signatures: list[Signature]
-    model: Model | None
-    """The simulator that the causes are to be added to."""
-    as_read: Prepared
-    """As `prepared`, before lost samples were bridged."""
 
 
 def name_causes(findings: Findings, before: float, floor: float) -> list[Cause]:
@@ -150,5 +136,7 @@ def _marked(mark: Signature, prepared: Prepared) -> Cause:
 
 
 def trust(prepared: Prepared) -> float:
-    """How far the floor is known: less without repeated sessions, much less without a baseline."""
-    return 1.0 if len(prepared.pairs[0].sessions) >= 2 else 0.8 if prepared.has_baseline else 0.5
+    """How far the records can be trusted: less without repeated sessions, much less without a baseline, half where a sensor seems
+    clipped."""
+    known = 1.0 if len(prepared.pairs[0].sessions) >= 2 else 0.8 if prepared.has_baseline else 0.5
+    return known * (CLIPPED_TRUST if prepared.pairing.clipped else 1.0)

@@ -1,6 +1,6 @@
-"""From judged sides to the diagnosis: the verdict, the causes with their numbers, the shares, the ranking.
+"""From findings to the diagnosis: the verdict, the causes with their numbers, the shares, the ranking.
 
-Computing is in `rig.gap.engine`; here the pieces are put into words and numbers.
+What is there is found in `rig.gap.findings`; here it is put into words and numbers.
 """
 
 from collections.abc import Sequence
@@ -10,25 +10,21 @@ import numpy as np
 from rig.gap.attribute import Candidate
 from rig.gap.augment import noise_fraction, remaining_gap
 from rig.gap.carry import Applied
-from rig.gap.causes import Findings, name_causes, trust
-from rig.gap.effects import LIBRARY, Effect
-from rig.gap.engine import angle_side, judge, library_of, model_misfit_deg, overall_gap, prepare, signatures_of, valve_side
+from rig.gap.causes import name_causes, trust
+from rig.gap.effects import LIBRARY
+from rig.gap.engine import angle_side, model_misfit_deg, overall_gap
+from rig.gap.findings import Findings, find
 from rig.gap.floor import Side
-from rig.gap.handover import doubts, faint, misreading, stiffened, stripped, with_mean_law
 from rig.gap.kernels import square_sum
 from rig.gap.localise import frequency_shares, over_time, phase_shares, region_shares
-from rig.gap.lost import bridged, lost_rows
 from rig.gap.next_experiment import recommend
-from rig.gap.prepared import Judged, Prepared, untriggered
+from rig.gap.prepared import Judged, Prepared
 from rig.gap.result import Cause, Diagnosis, Ranked
-from rig.gap.signatures import Signature
 from rig.gap.verdict import explained
 from rig.log.record import Column, Record
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.parameters import Model
 
-WORSENED = 0.8
-"""A cause makes the angle plainly worse when without it this share of the rms is left."""
 MOST_EXPLAINED = 1.25
 """An explained fraction above 1 says that less than the floor is left: the case's day was a quiet one."""
 
@@ -60,77 +56,10 @@ def diagnose_with_findings(
     library: Sequence[str] | None = None,
 ) -> tuple[Diagnosis, Findings]:
     """`diagnose`, with everything that it computed on the way."""
-    effects = library_of(library)
-    as_read = prepared = prepare(model, records, baselines, pressures)
-    known = {effect.name for effect in effects}
-    marks = [mark for mark in signatures_of(prepared) if mark.effect is None or mark.effect in known]
-    if any(mark.found and mark.effect == "lost_samples" for mark in marks):
-        prepared = _without_lost(prepared, model, pressures)
-        noise = next(mark for mark in signatures_of(prepared) if mark.mark == "noise")
-        marks = [noise if mark.mark == "noise" else mark for mark in marks]
-    valve = judge(prepared, valve_side(prepared), effects) if prepared.pairing.pressures else None
-    findings = _both_sides(prepared, valve, effects, marks, model, as_read)
-    if valve is not None and _misled(findings):
-        findings = _both_sides(prepared, _misread(prepared, valve), effects, marks, model, as_read)
+    findings = find(model, records, baselines, pressures, library)
     told = _told(findings)
-    told.evidence["model_misfit_deg"] = model_misfit_deg(model, prepared)
+    told.evidence["model_misfit_deg"] = model_misfit_deg(model, findings.as_read)
     return told, findings
-
-
-def _both_sides(
-    prepared: Prepared,
-    valve: Judged | None,
-    effects: Sequence[Effect],
-    marks: list[Signature],
-    model: Model | None,
-    as_read: Prepared,
-) -> Findings:
-    """The angle judged with what the valve side hands over."""
-    if valve is not None and valve.trigger.found and misreading(valve, angle_side(prepared, driven=False, model=model)):
-        valve = _misread(prepared, valve)
-    driven = valve is not None and valve.trigger.found
-    doubted: Sequence[Column] = ()
-    if valve is not None and valve.accepted:
-        prepared, shared = stripped(prepared, valve)
-        doubted = [*shared, *doubts(prepared, valve)]
-    if driven:
-        prepared = with_mean_law(prepared)
-        doubted = [*doubted, stiffened(prepared)]
-    added = sum(mark.smoothed_deg2 for mark in marks if mark.found)
-    side = angle_side(prepared, driven=driven, model=model, added_variance=added, doubted=doubted)
-    angle = judge(prepared, side, effects, driven=driven, beside=valve.side if valve is not None and not driven else None)
-    return Findings(prepared, valve, angle, marks, model, as_read)
-
-
-def _misread(prepared: Prepared, valve: Judged) -> Judged:
-    """The valve side taken for its monitors' own error, and a note of it."""
-    offsets = 1e3 * valve.side.free_sizes(valve.side.gap)[[0, 3]]
-    prepared.pairing.notes.append(
-        f"the monitors read {offsets[0]:+.1f} and {offsets[1]:+.1f} kPa off the reference, and the angle does not follow: "
-        "taken for their own error"
-    )
-    return untriggered(valve)
-
-
-def _misled(findings: Findings) -> bool:
-    """Whether a faint cause in the pressures makes the angle plainly worse: then the monitors are off, and not the pressures."""
-    valve, angle = findings.valve, findings.angle
-    if valve is None or not valve.accepted or not faint(valve):
-        return False
-    others = [candidate.applied for candidate in angle.accepted]
-    with_it, without = (
-        angle.side.rms(np.concatenate(overall_gap(findings.prepared, causes))) for causes in (applied_causes(findings), others)
-    )
-    return with_it > 1.2 * angle.side.floor and without < WORSENED * with_it
-
-
-def _without_lost(prepared: Prepared, model: Model | None, pressures: bool) -> Prepared:
-    """Prepared anew with the case's lost samples bridged, in the baselines as well."""
-    lost = [lost_rows(pair.raw) for pair in prepared.pairs]
-    count = len(prepared.pairs[0].raw_baselines)
-    records = [bridged(pair.raw, rows) for pair, rows in zip(prepared.pairs, lost, strict=True)]
-    days = [[bridged(pair.raw_baselines[k], rows) for pair, rows in zip(prepared.pairs, lost, strict=True)] for k in range(count)]
-    return prepare(model, records, days, pressures)
 
 
 def _told(findings: Findings) -> Diagnosis:
@@ -142,7 +71,7 @@ def _told(findings: Findings) -> Diagnosis:
     open_sides = [judged for judged in sides if judged.open]
     named = [cause for cause in causes if cause.effect != "unknown"]
     verdict = _verdict(bool(named), bool(open_sides))
-    gaps, remaining = overall_gap(prepared, []), remaining_gap(findings.model, applied_causes(findings), prepared)
+    gaps, remaining = overall_gap(prepared, []), remaining_gap(findings.model, findings.applied, prepared)
     after = _after(findings, undriven.rms(np.concatenate(remaining)))
     gap = {
         "rms_deg": before,
@@ -240,12 +169,6 @@ def _verdict(named: bool, open_side: bool) -> str:
     if not named:
         return "unknown" if open_side else "none"
     return "partly_explained" if open_side else "explained"
-
-
-def applied_causes(findings: Findings) -> list[Applied]:
-    """The accepted causes as stages, upstream first."""
-    sides = [judged for judged in (findings.valve, findings.angle) if judged is not None]
-    return [candidate.applied for judged in sides for candidate in judged.accepted]
 
 
 def _after(findings: Findings, left_deg: float) -> float:

@@ -34,6 +34,7 @@ from rig.gap.nominal import Reference, describe, fit_regulators, mean_session
 from rig.gap.pairs import Pair, pair_up
 from rig.gap.prepared import Judged, Prepared, untriggered
 from rig.gap.signatures import Signature, read_signatures
+from rig.gap.strangers import without_strangers
 from rig.gap.verdict import (
     HALF,
     clearing_first,
@@ -62,7 +63,7 @@ MISFIT_SHARE = 0.05
 
 def prepare(model: Model | None, records: Sequence[Record], baselines: Sequence[Sequence[Record]], pressures: bool) -> Prepared:
     """Pair the records and describe the healthy rig; RecordError and ModelError when there is nothing to compare with."""
-    pairing = pair_up(records, baselines, model.p0_mpa if model else 0.2, pressures=pressures)
+    pairing = without_strangers(pair_up(records, baselines, model.p0_mpa if model else 0.2, pressures=pressures))
     pairs = pairing.pairs
     has_baseline = bool(pairs[0].sessions)
     if has_baseline:
@@ -225,7 +226,7 @@ def judge(
     ranking = rank(effects, bench)
     if not ranking:
         return Judged(side, sign, bench, [], [], [], [], 0.0)
-    ranking, chances = clearing_first(ranking, side)
+    ranking, chances = clearing_first(ranking, side, prepared.pairing.pressures)
     names = name_set(ranking, chances, prepared.pairing.pressures)
     accepted = with_second(ranking, effects, bench) if prepared.has_baseline else [ranking[0]]
     left = accepted[-1].residual
@@ -235,7 +236,9 @@ def judge(
         by_carrier = fraction < HALF and not trigger(side, None, STRANGE_HANDOVER * side.handed).found
         if side.handed > 0.0 and by_carrier:
             return untriggered(Judged(side, sign, bench, [], [], [], [], 0.0))
-    return Judged(side, sign, bench, ranking, chances, names, accepted, fraction, leaves_too_much(accepted, side))
+    possible = [[one] for one in ranking if one.effect.name in names] if len(accepted) == 1 else []
+    remainder = bool(accepted) and all(leaves_too_much(causes, side) for causes in [accepted, *possible])
+    return Judged(side, sign, bench, ranking, chances, names, accepted, fraction, remainder)
 
 
 def overall_gap(prepared: Prepared, causes: Sequence[Applied]) -> list[Column]:

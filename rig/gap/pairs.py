@@ -10,7 +10,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from rig.errors import RecordError
-from rig.gap.usable import LONGEST_GAP_S, SHORTEST_S, check_scale, hole, reasons, usable
+from rig.gap.usable import LONGEST_GAP_S, SHORTEST_S, check_scale, hole, reasons, silent_monitor, usable
 from rig.log.record import Column, Record
 
 SMOOTHING_S = 0.012
@@ -22,6 +22,8 @@ SAME_COMMAND = 0.1
 
 OTHER_P0_MPA = 0.01
 """Sweeps whose commanded P0 differs by more are not the same sweep."""
+CLIPPED = 0.1
+"""A column that stands at its end for more than this share of the time is said to be clipped."""
 SHIFTED_MPA = 0.03
 """A measured P0 that lies this far from the baselines' is said: another commanded P0, or a shift of both pressures."""
 
@@ -65,6 +67,8 @@ class Pairing:
     p0_mpa: float
     notes: list[str] = field(default_factory=list)
     unpaired: list[str] = field(default_factory=list)
+    clipped: bool = False
+    """A sensor seems clipped: what cuts off a value cannot be told from that."""
 
 
 def pair_up(
@@ -90,8 +94,7 @@ def pair_up(
     _say_shift(kept, [partner for record in kept for partner in found[id(record)] if partner is not None], notes)
     pressed = pressures and _all_have_pressures(kept, found, notes)
     pairs = [_pair(record, found[id(record)], p0, pressed) for record in kept]
-    _check_amplitude(pairs, notes)
-    return Pairing(pairs, pressed, len(pairs[0].sessions), p0, notes, unpaired)
+    return Pairing(pairs, pressed, len(pairs[0].sessions), p0, notes, unpaired, _clipped(pairs, notes))
 
 
 def _distinct(sessions: list[list[Record]], case: Sequence[Record], notes: list[str]) -> list[list[Record]]:
@@ -203,6 +206,10 @@ def _say_shift(records: Sequence[Record], partners: Sequence[Record], notes: lis
 
 def _all_have_pressures(records: Sequence[Record], found: dict[int, list[Record | None]], notes: list[str]) -> bool:
     """Pressures count only when case and baselines have both; a monitor that sees nothing is no monitor."""
+    silent = next((f"{record.name}: {said}" for record in records if (said := silent_monitor(record))), None)
+    if silent and all(record.has_pressures for record in records):
+        notes.append(f"{silent}; broken wire? the angle alone is used")
+        return False
     case = all(record.has_pressures for record in records)
     base = all(partner is not None and partner.has_pressures for record in records for partner in found[id(record)])
     if case != base and any(found[id(record)] for record in records):
@@ -264,14 +271,21 @@ def _smooth(column: Column, dt: float) -> Column:
     return smooth
 
 
-def _check_amplitude(pairs: Sequence[Pair], notes: list[str]) -> None:
-    """A clipped sensor repeats its end value."""
+def _clipped(pairs: Sequence[Pair], notes: list[str]) -> bool:
+    """Whether a sensor repeats its end value while the command moves on."""
+    before = len(notes)
     for pair in pairs:
-        angle = pair.raw.angle_deg
-        assert angle is not None
-        known = angle[np.isfinite(angle)]
-        for end, word in ((known.max(), "upper"), (known.min(), "lower")):
-            if np.mean(known == end) > 0.1:
-                notes.append(
-                    f"{pair.name}: the angle stays at its {word} end {end:.2f} deg for {100 * np.mean(known == end):.0f} % of the time: clipped?"  # noqa: E501
-                )
+        for what, unit, column in (
+            ("the angle", "deg", pair.raw.angle_deg),
+            ("the monitor of p1", "MPa", pair.raw.p1_mpa),
+            ("the monitor of p2", "MPa", pair.raw.p2_mpa),
+        ):
+            known = column[np.isfinite(column)] if column is not None else np.zeros(0)
+            if not len(known) or np.ptp(known) == 0.0:
+                continue
+            for end, word in ((known.max(), "upper"), (known.min(), "lower")):
+                if (share := np.mean(known == end)) > CLIPPED:
+                    notes.append(
+                        f"{pair.name}: {what} stays at its {word} end {end:.4g} {unit} for {100 * share:.0f} % of the time: clipped?"
+                    )
+    return len(notes) > before

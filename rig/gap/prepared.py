@@ -44,7 +44,7 @@ class Judged:
     fraction: float
     """Explained fraction of the side's own gap by the accepted causes, or by the best candidate when none is accepted."""
     remainder: bool = False
-    """More is left than the accepted causes' laws usually leave: something unknown beside or instead of them."""
+    """More is left than the laws of the accepted causes, or of any other name in the set, usually leave: something unknown is there."""
 
     @property
     def open(self) -> bool:

@@ -64,8 +64,9 @@ def lattice_step(angles: Sequence[Column]) -> float:
     """Distance of the values that occur; 0 when the values are too many for a lattice to show."""
     steps = []
     for angle in angles:
-        values = np.unique(np.round(angle, 7))
-        if 3 <= len(values) < 0.5 * len(angle):
+        inner = angle[(angle > angle.min()) & (angle < angle.max())]  # a clipped sensor repeats its ends
+        values = np.unique(np.round(inner, 7))
+        if 3 <= len(values) < 0.5 * len(inner):
             gaps = np.diff(values)
             gaps = gaps[gaps > 0.2 * np.median(gaps)]
             steps.append(float(np.median(gaps)))

@@ -9,7 +9,7 @@ import numpy as np
 
 from rig.errors import RecordError
 from rig.identify.data import strange_units
-from rig.log.record import Record
+from rig.log.record import Column, Record
 
 LONGEST_GAP_S = 0.25
 """Longer holes in a column are left out of every sum."""
@@ -21,6 +21,11 @@ AGAINST = -0.9
 """Correlation of the measured with the commanded p1 - p2 below which the two sides are swapped."""
 RADIANS = (0.75 * np.pi / 180, 1.25 * np.pi / 180)
 """An angle that spreads by this share of the baseline's is the same angle in radians."""
+LONGEST_LAG_S = 1.0
+FOLLOWED_S = 0.05
+STILL_MPA = 1e-4
+FOLLOWS = 0.3
+"""A column that follows at all correlates by more than this with what drives it, at some lag up to LONGEST_LAG_S."""
 MOST_REASONS = 3
 """Reasons that are told when no record can be used."""
 
@@ -52,6 +57,10 @@ def usable(record: Record, notes: list[str], kind: str = "") -> bool:
         )
     elif np.ptp(record.angle_deg[np.isfinite(record.angle_deg)]) < 1e-6:
         notes.append(f"{where}: the angle never moves; broken sensor or stuck joint")
+    elif not follows(record, record.angle_deg):
+        notes.append(
+            f"{where}: the angle does not follow its command at any lag up to {LONGEST_LAG_S:g} s; broken sensor or loose joint?"
+        )
     elif _runs_against(record):
         notes.append(f"{where}: the measured p1 - p2 runs against its command; are the two monitors, or the valves, swapped?")
     else:
@@ -91,6 +100,36 @@ def _runs_against(record: Record) -> bool:
     if known.sum() < LEAST_ROWS or np.ptp(record.dp_mpa[known]) < 0.005:
         return False
     return bool(np.corrcoef(record.dp_mpa[known], record.dp_cmd_mpa[known])[0, 1] < AGAINST)
+
+
+def silent_monitor(record: Record) -> str | None:
+    """The monitor that stands still or follows nothing, in words; None when both are heard, or none was measured."""
+    for name, column in (("p1", record.p1_mpa), ("p2", record.p2_mpa)):
+        if column is None:
+            continue
+        known = column[np.isfinite(column)]
+        if len(known) and np.ptp(known) < STILL_MPA:
+            return f"the monitor of {name} does not move"
+        if not follows(record, column):
+            return f"the monitor of {name} does not follow its command"
+    return None
+
+
+def follows(record: Record, column: Column) -> bool:
+    """Whether a column has anything to do with the commanded p1 - p2, either way round and with some lag."""
+    t = np.linspace(record.t_s[0], record.t_s[-1], max(int((record.t_s[-1] - record.t_s[0]) / FOLLOWED_S), 2))
+    known = np.isfinite(column)
+    if known.sum() < LEAST_ROWS:
+        return True
+    command = np.interp(t, record.t_s, record.dp_cmd_mpa)
+    heard = np.interp(t, record.t_s[known], column[known])
+    lags = range(min(int(LONGEST_LAG_S / FOLLOWED_S), len(t) // 2))
+    return any(abs(_correlation(command[: len(t) - lag], heard[lag:])) > FOLLOWS for lag in lags)
+
+
+def _correlation(one: Column, other: Column) -> float:
+    one, other = one - one.mean(), other - other.mean()
+    return float(one @ other / max(float(np.sqrt((one @ one) * (other @ other))), 1e-30))
 
 
 def check_scale(record: Record, partners: Sequence[Record | None]) -> None:

@@ -31,12 +31,14 @@ SECOND_CAUSE = 0.3
 """A further cause must take away this share of what the first ones leave above the floor."""
 UNCLEARED = 0.05
 """What is left of an effect's chance when it leaves an offset, gain or lag that another effect takes away."""
-MISFITS = 2.0
+MISFITS = 1.7
 """How many times its law's usual misfit an effect may leave before something else must be there."""
 LEAST_EXACT = 8.0
 """Most that odds fall, in nats, for a law that leaves more than it usually does."""
 BLURRED = 0.3
 """Share of the floor by which a misfit is blurred."""
+FROM_ANGLE = 0.25
+"""Share of the log odds that counts where no pressures were measured: the laws then act on pressures that are themselves modelled."""
 IN_SET = 0.05
 """Names with at least this probability stay in the set."""
 
@@ -101,12 +103,10 @@ def misfit_share(candidate: Candidate, side: Side) -> float:
     return float(np.sqrt(beside)) / max(side.rms(side.gap), 1e-12)
 
 
-def leaves_too_much(accepted: Sequence[Candidate], side: Side) -> bool:
-    """Whether more is left of a side than its floor and the misfit of the loosest accepted law: then the name is not all there is."""
-    if not accepted:
-        return False
-    law = MISFITS * max(candidate.effect.misfit for candidate in accepted) * side.rms(side.gap)
-    return accepted[-1].left > float(np.hypot(STRUCTURE * side.remainder, law))
+def leaves_too_much(causes: Sequence[Candidate], side: Side) -> bool:
+    """Whether causes leave more of a side than its floor and the misfit of the loosest of their laws: then they are not all there is."""
+    law = MISFITS * max(candidate.effect.misfit for candidate in causes) * side.rms(side.gap)
+    return causes[-1].left > float(np.hypot(STRUCTURE * side.remainder, law))
 
 
 def exactness(candidate: Candidate, side: Side) -> float:
@@ -116,24 +116,24 @@ def exactness(candidate: Candidate, side: Side) -> float:
     return -float(np.log(usual)) - min(0.5 * (misfit_share(candidate, side) / usual) ** 2, LEAST_EXACT)
 
 
-def probabilities(ranking: Sequence[Candidate], side: Side) -> list[float]:
+def probabilities(ranking: Sequence[Candidate], side: Side, pressures: bool) -> list[float]:
     """How likely each candidate is, from how much less it leaves than the others and how exact its law is; they add up to 1."""
     if not ranking:
         return []
     scores = np.array([max(candidate.score, 1e-9) for candidate in ranking])
     logs = -0.5 * SHARPNESS * np.log(scores / scores.min()) + np.array([exactness(candidate, side) for candidate in ranking])
-    weights = np.exp(logs - logs.max())
+    weights = np.exp((logs - logs.max()) * (1.0 if pressures else FROM_ANGLE))
     return [float(weight) for weight in weights / weights.sum()]
 
 
-def clearing_first(ranking: Sequence[Candidate], side: Side) -> tuple[list[Candidate], list[float]]:
+def clearing_first(ranking: Sequence[Candidate], side: Side, pressures: bool) -> tuple[list[Candidate], list[float]]:
     """The ranking and its probabilities: where some effects leave no offset, gain or lag but what days bring, the others are less likely.
 
     The chi-square hardly sees an offset of the size of a few days' spreads among thousands of rows; the trigger does.
     """
     loose = LOOSENESS * side.rms(side.gap)
     clear = [len(one.residual) == len(side.gap) and not trigger(side, one.residual, loose).by_modes for one in ranking]
-    chances = probabilities(ranking, side)
+    chances = probabilities(ranking, side, pressures)
     if any(clear):
         chances = [chance * (1.0 if good else UNCLEARED) for chance, good in zip(chances, clear, strict=True)]
     total = sum(chances)

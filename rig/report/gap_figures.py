@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rig.gap.augment import remaining_gap
-from rig.gap.causes import Findings
-from rig.gap.diagnosis import applied_causes
 from rig.gap.engine import overall_gap
+from rig.gap.findings import Findings
 from rig.gap.result import Diagnosis
 from rig.log.record import Column
 
@@ -28,7 +27,7 @@ POINTS = 700
 def figures(diagnosis: Diagnosis, findings: Findings) -> list[tuple[str, str]]:
     """(caption, SVG) of every figure, in the order of the page."""
     before = overall_gap(findings.prepared, [])
-    after = remaining_gap(findings.model, applied_causes(findings), findings.prepared)
+    after = remaining_gap(findings.model, findings.applied, findings.prepared)
     top = int(np.argmax([float(np.mean(gap**2)) for gap in before]))
     drawn: list[tuple[str, Callable[[], Figure]]] = [
         (

@@ -7,7 +7,7 @@ from typing import Final
 import jinja2
 
 from rig.errors import RigError
-from rig.gap.causes import Findings
+from rig.gap.findings import Findings
 from rig.gap.result import Diagnosis
 from rig.gap.words import SOURCES, answers
 from rig.model.parameters import Model

@@ -13,6 +13,7 @@ from rig.gap import diagnose
 from rig.gap.result import Diagnosis
 from rig.gap.words import answers
 from rig.log.record import Column, Record
+from rig.model.kernels import simulate
 from rig.model.parameters import AddedEffect
 from tests.unit.gap_rigs import baselines, model, session
 
@@ -101,7 +102,8 @@ def test_record_without_excitation_is_refused() -> None:
 
 
 def test_baseline_of_other_sweeps_is_said_and_not_used() -> None:
-    other = [replace(record, dp_cmd_mpa=0.1 * np.sign(np.sin(9 * record.t_s)), name="square") for record in session(53)]
+    t_s = session(53)[0].t_s
+    other = [simulate(model(), Record("square", t_s, 0.1 * np.sign(np.sin(9 * t_s))), start_deg=0.0)]
     found = diagnose(model(), session(54), [other])
     assert any("pairs with no record" in note for note in found.notes)
     assert found.gap["floor_source"] == "model"
@@ -109,7 +111,8 @@ def test_baseline_of_other_sweeps_is_said_and_not_used() -> None:
 
 def test_records_without_a_partner_are_named() -> None:
     records = session(55)
-    lonely = replace(records[0], name="lonely", dp_cmd_mpa=0.1 * np.sin(2.5 * records[0].t_s) ** 3)
+    t_s = records[0].t_s
+    lonely = simulate(model(), Record("lonely", t_s, 0.1 * np.sin(2.5 * t_s) ** 3), start_deg=0.0)
     found = asked([*records, lonely])
     assert found.evidence["unpaired"] == ["lonely"]
     assert found.verdict == "none"
@@ -146,6 +149,10 @@ def _worse(day: list[Record], **columns: Callable[[Record], Column]) -> list[Rec
         ({"angle_deg": lambda r: np.deg2rad(r.angle_deg)}, "is it in radians"),
         ({"angle_deg": lambda r: np.where(r.t_s == 3.0, 1e300, r.angle_deg)}, "angle_deg reaches 1e.300"),
         ({"angle_deg": lambda r: np.full(len(r), 7.0)}, "the angle never moves"),
+        (
+            {"angle_deg": lambda r: 5.0 * np.random.default_rng(1).standard_normal(len(r))},
+            "the angle does not follow its command",
+        ),
         ({"p1_mpa": lambda r: r.p2_mpa, "p2_mpa": lambda r: r.p1_mpa}, "runs against its command"),
         ({"t_s": lambda r: 1e3 * r.t_s}, "sampled every 5 s"),
         ({"t_s": lambda r: np.where(r.t_s == r.t_s[-1], 1e9, r.t_s)}, "do not fill its"),
@@ -200,3 +207,40 @@ def test_what_the_model_itself_misses_is_told_apart_from_the_gap() -> None:
     assert found.verdict == "none"
     assert found.evidence["model_misfit_deg"] > 1.0
     assert "misses the healthy sessions" in answers(found)["Model:"]
+
+
+@pytest.mark.parametrize(
+    ("read", "said"),
+    [
+        (lambda r: np.full(len(r), 0.2), "does not move"),
+        (lambda r: 0.2 + 0.05 * np.random.default_rng(1).standard_normal(len(r)), "does not follow its command"),
+    ],
+)
+def test_a_monitor_that_hears_nothing_is_no_monitor(read: Callable[[Record], Column], said: str) -> None:
+    found = asked(_worse(session(154), p1_mpa=read))
+    assert any(f"the monitor of p1 {said}; broken wire? the angle alone is used" in note for note in found.notes)
+    assert found.verdict == "none"
+    assert not found.evidence["pressures_used"]
+
+
+@pytest.mark.parametrize("column", ["p1_mpa", "angle_deg"])
+def test_a_clipped_sensor_gives_no_confident_name(column: str) -> None:
+    def clip(record: Record) -> Column:
+        values = getattr(record, column)
+        middle = 0.5 * (values.max() + values.min())
+        return np.clip(values, None, middle + 0.2 * (values.max() - values.min()))
+
+    found = asked(_worse(session(155), **{column: clip}))
+    assert any("clipped?" in note for note in found.notes)
+    assert all(cause.confidence <= 0.5 for cause in found.causes)
+
+
+def test_a_session_of_another_rig_is_left_out_and_said() -> None:
+    other = session(156, AddedEffect("sensor_gain", {"gain": 0.2}))
+    late = session(157, AddedEffect("delay", {"delay_s": 0.03}))
+    found = diagnose(model(), late, [*(list(day) for day in baselines()), other])
+    assert found.evidence["sessions"] == 3
+    assert any("baseline session 4 differs from every other" in note and "left out" in note for note in found.notes)
+    assert names(found) == {"delay"}
+    two = diagnose(model(), late, [list(baselines()[0]), other])
+    assert any("the two baseline sessions differ" in note for note in two.notes)

@@ -1,0 +1,121 @@
+"""What there is to find in the records: marks, the pressures' side judged, and the angle's with what the pressures hand over.
+
+Each step's computing is in `rig.gap.engine`, what goes between the sides in `rig.gap.handover`; here stands their order.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rig.gap.carry import Applied
+from rig.gap.effects import Effect
+from rig.gap.engine import angle_side, judge, library_of, overall_gap, prepare, signatures_of, valve_side
+from rig.gap.handover import doubts, faint, misreading, stiffened, stripped, with_mean_law
+from rig.gap.lost import bridged, lost_rows
+from rig.gap.prepared import Judged, Prepared, untriggered
+from rig.gap.signatures import Signature
+from rig.log.record import Column, Record
+from rig.model.parameters import Model
+
+WORSENED = 0.8
+"""A cause makes the angle plainly worse when without it this share of the rms is left."""
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What was computed, for the words, the report and for judging further records."""
+
+    prepared: Prepared
+    valve: Judged | None
+    angle: Judged
+    signatures: list[Signature]
+    model: Model | None
+    """The simulator that the causes are to be added to."""
+    as_read: Prepared
+    """As `prepared`, before lost samples were bridged."""
+
+    @property
+    def applied(self) -> list[Applied]:
+        """The accepted causes as stages, upstream first."""
+        sides = [judged for judged in (self.valve, self.angle) if judged is not None]
+        return [candidate.applied for judged in sides for candidate in judged.accepted]
+
+
+def find(
+    model: Model | None,
+    records: Sequence[Record],
+    baselines: Sequence[Sequence[Record]],
+    pressures: bool,
+    library: Sequence[str] | None,
+) -> Findings:
+    """Everything from the records to the judged sides; raises what `prepare` raises."""
+    effects = library_of(library)
+    as_read = prepared = prepare(model, records, baselines, pressures)
+    known = {effect.name for effect in effects}
+    marks = [mark for mark in signatures_of(prepared) if mark.effect is None or mark.effect in known]
+    if any(mark.found and mark.effect == "lost_samples" for mark in marks):
+        prepared = _without_lost(prepared, model, pressures)
+        noise = next(mark for mark in signatures_of(prepared) if mark.mark == "noise")
+        marks = [noise if mark.mark == "noise" else mark for mark in marks]
+    valve = judge(prepared, valve_side(prepared), effects) if prepared.pairing.pressures else None
+    findings = _both_sides(prepared, valve, effects, marks, model, as_read)
+    if valve is not None and _misled(findings):
+        findings = _both_sides(prepared, _misread(prepared, valve), effects, marks, model, as_read)
+    return findings
+
+
+def _both_sides(
+    prepared: Prepared,
+    valve: Judged | None,
+    effects: Sequence[Effect],
+    marks: list[Signature],
+    model: Model | None,
+    as_read: Prepared,
+) -> Findings:
+    """The angle judged with what the valve side hands over."""
+    if valve is not None and valve.trigger.found and misreading(valve, angle_side(prepared, driven=False, model=model)):
+        valve = _misread(prepared, valve)
+    driven = valve is not None and valve.trigger.found
+    doubted: Sequence[Column] = ()
+    if valve is not None and valve.accepted:
+        prepared, shared = stripped(prepared, valve)
+        doubted = [*shared, *doubts(prepared, valve)]
+    if driven:
+        prepared = with_mean_law(prepared)
+        doubted = [*doubted, stiffened(prepared)]
+    added = sum(mark.smoothed_deg2 for mark in marks if mark.found)
+    side = angle_side(prepared, driven=driven, model=model, added_variance=added, doubted=doubted)
+    angle = judge(prepared, side, effects, driven=driven, beside=valve.side if valve is not None and not driven else None)
+    return Findings(prepared, valve, angle, marks, model, as_read)
+
+
+def _misread(prepared: Prepared, valve: Judged) -> Judged:
+    """The valve side taken for its monitors' own error, and a note of it."""
+    offsets = 1e3 * valve.side.free_sizes(valve.side.gap)[[0, 3]]
+    prepared.pairing.notes.append(
+        f"the monitors read {offsets[0]:+.1f} and {offsets[1]:+.1f} kPa off the reference, and the angle does not follow: "
+        "taken for their own error"
+    )
+    return untriggered(valve)
+
+
+def _misled(findings: Findings) -> bool:
+    """Whether a faint cause in the pressures makes the angle plainly worse: then the monitors are off, and not the pressures."""
+    valve, angle = findings.valve, findings.angle
+    if valve is None or not valve.accepted or not faint(valve):
+        return False
+    others = [candidate.applied for candidate in angle.accepted]
+    with_it, without = (
+        angle.side.rms(np.concatenate(overall_gap(findings.prepared, causes))) for causes in (findings.applied, others)
+    )
+    return with_it > 1.2 * angle.side.floor and without < WORSENED * with_it
+
+
+def _without_lost(prepared: Prepared, model: Model | None, pressures: bool) -> Prepared:
+    """Prepared anew with the case's lost samples bridged, in the baselines as well."""
+    lost = [lost_rows(pair.raw) for pair in prepared.pairs]
+    count = len(prepared.pairs[0].raw_baselines)
+    records = [bridged(pair.raw, rows) for pair, rows in zip(prepared.pairs, lost, strict=True)]
+    days = [[bridged(pair.raw_baselines[k], rows) for pair, rows in zip(prepared.pairs, lost, strict=True)] for k in range(count)]
+    return prepare(model, records, days, pressures)

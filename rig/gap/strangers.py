@@ -1,0 +1,61 @@
+"""Baseline sessions that do not belong to the others: another rig's, or a day with a fault of its own.
+
+One such day among healthy ones would hide every gap below what it differs by. Nothing of the case is looked at here.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from rig.gap.pairs import Pair, Pairing
+from rig.log.record import Column
+
+FAR = 5.0
+"""A session is a stranger when its nearest neighbour is this many times as far as the others' nearest neighbours usually are..."""
+LEAST = 0.05
+"""... and by at least this share of the angle's spread: days of one rig differ by less than half of it."""
+FEWEST = 3
+"""Sessions from which on one can be told to be the stranger."""
+
+
+def without_strangers(pairing: Pairing) -> Pairing:
+    """The pairing without sessions that no other comes near, and a note for each; with two sessions that differ so much, a note alone."""
+    count = pairing.sessions
+    if count < 2:
+        return pairing
+    apart = _distances([pair for pair in pairing.pairs if len(pair.sessions) == count], count)
+    nearest = np.min(apart + np.diag(np.full(count, np.inf)), axis=1)
+    far = [k for k in range(count) if _is_far(k, nearest)]
+    for k in far if count >= FEWEST else far[:1]:
+        who = f"baseline session {k + 1} differs from every other" if count >= FEWEST else "the two baseline sessions differ"
+        end = "left out" if count >= FEWEST else "the floor is as high; a third session would tell which"
+        pairing.notes.append(
+            f"{who} by {100 * nearest[k]:.0f} % of the angle's spread or more: another rig, or a day with a fault; {end}"
+        )
+    if count < FEWEST or not far or len(far) > count - 2:
+        return pairing
+    kept = [k for k in range(count) if k not in far]
+    pairs = [_with_sessions(pair, kept) for pair in pairing.pairs]
+    return replace(pairing, pairs=pairs, sessions=len(kept))
+
+
+def _is_far(k: int, nearest: Column) -> bool:
+    others = np.delete(nearest, k)
+    usual = float(np.median(others)) if len(others) >= FEWEST - 1 else 0.0
+    return bool(nearest[k] > max(LEAST, FAR * usual))
+
+
+def _distances(pairs: Sequence[Pair], count: int) -> Column:
+    """(count, count) rms by which the sessions' angles differ, in shares of the angle's spread."""
+    squares, spread = np.zeros((count, count)), 0.0
+    for pair in pairs:
+        angles = np.array([session.angle_deg for session in pair.sessions]) * pair.used
+        squares += np.sum((angles[:, None, :] - angles[None, :, :]) ** 2, axis=2)
+        spread += float(np.median(np.var(angles, axis=1))) * angles.shape[1]
+    shares: Column = np.sqrt(squares / max(spread, 1e-12))
+    return shares
+
+
+def _with_sessions(pair: Pair, kept: Sequence[int]) -> Pair:
+    return replace(pair, sessions=tuple(pair.sessions[k] for k in kept), raw_baselines=tuple(pair.raw_baselines[k] for k in kept))
