@@ -77,18 +77,13 @@ def emit(result: dict[str, Any], json_to: str | None) -> None:
 
 @contextmanager
 def progress(what: str, total: float | None = None) -> Iterator[Callable[[float, str], None]]:
-    """A progress bar on a terminal, silence in a pipe; yields `update(done, note)`."""
+    """A progress bar on a terminal (one that only moves, without `total`), silence in a pipe; yields `update(done, note)`."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
     terminal = Console(stderr=True)
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.percentage:>3.0f} %"),
-        TimeRemainingColumn(),
-        TextColumn("{task.fields[note]}"),
-    )
+    how_far = () if total is None else (TextColumn("{task.percentage:>3.0f} %"), TimeRemainingColumn())
+    columns = (TextColumn("{task.description}"), BarColumn(), *how_far, TextColumn("{task.fields[note]}"))
     with Progress(*columns, console=terminal, transient=True, disable=not terminal.is_terminal) as bar:
         task = bar.add_task(what, total=total, note="")
 

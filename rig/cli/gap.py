@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rig.cli.common import console, emit, json_option, listing, writable
+from rig.cli.common import console, emit, json_option, listing, progress, writable
 from rig.cli.gap_check import check
 
 if TYPE_CHECKING:
@@ -61,7 +61,11 @@ def diagnose(logs: tuple[Path, ...], workers: int | None, dask: str | None, json
 
     check_effects(wishes["effects"])
     wish, cases = Wishes(**wishes), cases_of(logs)
-    made = [diagnose_case(wish, cases[0])] if len(cases) == 1 else diagnose_campaign(wish, cases, dask, workers)
+    if len(cases) == 1:
+        with progress("diagnosing"):
+            made = [diagnose_case(wish, cases[0])]
+    else:
+        made = list(diagnose_campaign(wish, cases, dask, workers))
     results = {case.name: diagnosis for case, diagnosis in made}
     results = {case.name: results[case.name] for case in cases}
     for name, diagnosis in results.items():
