@@ -141,6 +141,7 @@ class _Task:
 
     def __init__(self, data: Sequence[Prepared], start: Model, settings: Settings, report: Report | None) -> None:
         self._data, self._start, self._settings, self._report = data, start, settings, report
+        self._given_up = False
         self.space = Space(start)
         self._limit = angle_limit(data, settings.sweep)
         self._signals = search_signals(settings.sweep)
@@ -207,11 +208,19 @@ class _Task:
 
     def _at_once(self, work: Callable[[T], Found], items: Sequence[T]) -> list[Found]:
         with ThreadPoolExecutor(max(1, min(self._settings.workers, len(items)))) as pool:
-            return list(pool.map(work, items))
+            try:
+                return list(pool.map(work, items))
+            except BaseException:
+                self._given_up = True  # Ctrl-C: the pool waits for its threads, which would search to their ends
+                raise
 
     def _run(self, title: str, made: Optimizer, bounded: bool, evaluations: int, thin: int = 1) -> Found:
-        report = self._report
-        told = None if report is None else (lambda done, best: report(title, done / evaluations, best))
+        def told(done: int, best: float) -> None:
+            if self._given_up:
+                raise InterruptedError("the search was given up")
+            if self._report is not None:
+                self._report(title, done / evaluations, best)
+
         objective = self.objective(self._term(bounded), thin)
         return search(objective, made, Budget(evaluations, self._settings.patience), told)
 

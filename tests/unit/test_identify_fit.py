@@ -48,6 +48,20 @@ def start(**wish: object) -> Model:
     return template_model(template, input_gain(RECORDS, template.u_unit_mpa))
 
 
+def test_one_search_that_is_interrupted_ends_the_others() -> None:
+    shares: dict[str, float] = {}
+
+    def report(title: str, share: float, _best: float) -> None:
+        first = len(shares) == 1 and title not in shares
+        shares[title] = share
+        if first:  # once, in the search that came second
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        identify([measured()], start(), Settings(seeds=(1, 2), workers=2), report=report)
+    assert max(shares.values()) < 0.9
+
+
 def test_the_simulated_rig_is_found_again_from_its_pressures() -> None:
     found = identify(RECORDS, start(drive=Input.PRESSURE, mean_exponent=1.0), QUICK)
     assert found.rmse_deg < 0.12, "the sensor's noise is 0.03, the monitors' adds to it"
