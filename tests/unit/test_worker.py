@@ -25,18 +25,17 @@ def worked_on(folder: Path, sweep: Path, spare_gb: float) -> Job:
     """A job of `sweep`, after the worker has looked at it."""
     (folder / "logs").mkdir()
 
-    async def look() -> None:
+    async def look() -> Job:
         work, queue = worker(folder, spare_gb)
-        queue.add(sweep, sweep.stem, 1, 10.0, 0.0)
+        job = queue.add(sweep, sweep.stem, 1, 10.0, 0.0)
         work.go_on()
         task = asyncio.create_task(work.run())
         while work.working:
             await asyncio.sleep(0.01)
         task.cancel()
+        return job
 
-    asyncio.run(asyncio.wait_for(look(), 30.0))
-    (job,) = Queue(folder / "queue.json").jobs
-    return job
+    return asyncio.run(asyncio.wait_for(look(), 30.0))
 
 
 def test_a_full_disk_stops_a_job_that_can_go_on_later_and_leaves_no_folder(tmp_path: Path) -> None:
