@@ -57,7 +57,7 @@ def name_causes(findings: Findings, before: float, floor: float) -> list[Cause]:
                     trust(prepared) * fit(judged) * (chance if len(judged.accepted) == 1 else PAIR_CHANCE),
                 )
             )
-        if judged.remainder:
+        if judged.open:
             found.append(_unknown(judged, before))
     found += [_marked(mark, prepared) for mark in findings.signatures if mark.found and mark.effect]
     return sorted(found, key=lambda cause: cause.gap_after_deg - cause.gap_before_deg)

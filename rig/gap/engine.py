@@ -231,13 +231,13 @@ def judge(
     accepted = with_second(ranking, effects, bench) if prepared.has_baseline else [ranking[0]]
     left = accepted[-1].residual
     fraction = max(explained(side.rms(side.gap), side.rms(left), side.floor), explained_beside_modes(side, left))
-    if not sufficient(fraction, ranking, trigger(side, left).found):
+    possible = [[one] for one in ranking if one.effect.name in names] if len(accepted) == 1 else []
+    remainder = all(leaves_too_much(causes, side) for causes in [accepted, *possible])
+    if not sufficient(fraction, ranking, trigger(side, left).found, remainder):
         accepted = []
         by_carrier = fraction < HALF and not trigger(side, None, STRANGE_HANDOVER * side.handed).found
         if side.handed > 0.0 and by_carrier:
             return untriggered(Judged(side, sign, bench, [], [], [], [], 0.0))
-    possible = [[one] for one in ranking if one.effect.name in names] if len(accepted) == 1 else []
-    remainder = bool(accepted) and all(leaves_too_much(causes, side) for causes in [accepted, *possible])
     return Judged(side, sign, bench, ranking, chances, names, accepted, fraction, remainder)
 
 

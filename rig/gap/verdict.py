@@ -10,7 +10,7 @@ import numpy as np
 from scipy.stats import t as student
 
 from rig.gap.attribute import LOOSENESS, SHARPNESS, Candidate
-from rig.gap.effects import effect_class
+from rig.gap.effects import LIBRARY, effect_class
 from rig.gap.floor import Side
 from rig.gap.kernels import square_sum
 from rig.log.record import Column
@@ -37,6 +37,8 @@ LEAST_EXACT = 8.0
 """Most that odds fall, in nats, for a law that leaves more than it usually does."""
 BLURRED = 0.3
 """Share of the floor by which a misfit is blurred."""
+BORROWED = 1.0
+"""What a law costs, in nats, that is another effect's own: of two names for one course of events the owner's comes first."""
 FROM_ANGLE = 0.25
 """Share of the log odds that counts where no pressures were measured: the laws then act on pressures that are themselves modelled."""
 IN_SET = 0.05
@@ -89,12 +91,12 @@ def trigger(side: Side, residual: Column | None = None, looseness: float = 0.0) 
     return replace(sign, found=structure > STRUCTURE or sign.by_modes)
 
 
-def sufficient(fraction: float, ranking: Sequence[Candidate], still_found: bool) -> bool:
+def sufficient(fraction: float, ranking: Sequence[Candidate], still_found: bool, remainder: bool) -> bool:
     """Whether the accepted causes explain a side: by their share; by half of it when nothing stands out any more, because the share
-    of a small gap is blurred by the floor's scatter; or by half of it when no other effect comes near, because a law that repeats
-    only roughly (a regulator that holds, then jumps) never explains more."""
+    of a small gap is blurred by the floor's scatter, or no more `remainder` than their laws usually leave; or by half of it when no
+    other effect comes near, because a law that repeats only roughly (a regulator that holds, then jumps) never explains more."""
     alone = len(ranking) > 1 and ranking[1].score > PLAINLY * ranking[0].score
-    return fraction >= (HALF if alone or not still_found else KNOWN)
+    return fraction >= (HALF if alone or not still_found or not remainder else KNOWN)
 
 
 def misfit_share(candidate: Candidate, side: Side) -> float:
@@ -105,15 +107,21 @@ def misfit_share(candidate: Candidate, side: Side) -> float:
 
 def leaves_too_much(causes: Sequence[Candidate], side: Side) -> bool:
     """Whether causes leave more of a side than its floor and the misfit of the loosest of their laws: then they are not all there is."""
-    law = MISFITS * max(candidate.effect.misfit for candidate in causes) * side.rms(side.gap)
+    law = MISFITS * max(law_misfit(candidate) for candidate in causes) * side.rms(side.gap)
     return causes[-1].left > float(np.hypot(STRUCTURE * side.remainder, law))
+
+
+def law_misfit(candidate: Candidate) -> float:
+    """How much a candidate's law usually leaves: that of the effect whose own law it is."""
+    return LIBRARY[candidate.applied.effect].misfit
 
 
 def exactness(candidate: Candidate, side: Side) -> float:
     """Log odds from how exact a law is known to be: an exact one that leaves much is unlikely, a rough one that leaves little as well."""
     blur = BLURRED * side.remainder / max(side.rms(side.gap), 1e-12)
-    usual = float(np.hypot(candidate.effect.misfit, blur))
-    return -float(np.log(usual)) - min(0.5 * (misfit_share(candidate, side) / usual) ** 2, LEAST_EXACT)
+    usual = float(np.hypot(law_misfit(candidate), blur))
+    borrowed = BORROWED if candidate.applied.effect != candidate.effect.name else 0.0
+    return -float(np.log(usual)) - min(0.5 * (misfit_share(candidate, side) / usual) ** 2, LEAST_EXACT) - borrowed
 
 
 def probabilities(ranking: Sequence[Candidate], side: Side, pressures: bool) -> list[float]:
