@@ -125,7 +125,7 @@ def _show(diagnosis: "Diagnosis", name: str | None, json_to: str | None) -> None
     for question, answer in answers(diagnosis).items():
         out.print(f"[bold]{question}[/bold]  {answer}")
     if diagnosis.ranking:
-        table = listing("effect", "stage", "judged on", "explains", "probability")
+        table = listing("alone", "stage", "judged on", "explains", "probability")
         for line in diagnosis.ranking[:6]:
             table.add_row(line.effect, line.stage, line.side, f"{100 * line.explained_fraction:.0f} %", f"{line.probability:.2f}")
         out.print(table)

@@ -5,10 +5,11 @@ worker died is done again, so a piece writes its result whole (see blind.folder.
 """
 
 import os
+import signal
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
-from multiprocessing import get_context
+from multiprocessing import active_children, get_context
 from typing import Any, TypeVar
 
 from rig.errors import RigError
@@ -25,8 +26,19 @@ def executor(dask: str | None = None, workers: int | None = None) -> Iterator[Ex
     RigError when the cluster cannot be reached or dask is not installed. A cluster's workers must see the same files.
     """
     if dask is None:
-        with ProcessPoolExecutor(workers or os.cpu_count() or 1, mp_context=get_context("spawn")) as pool:
-            yield pool
+        pool = ProcessPoolExecutor(
+            workers or os.cpu_count() or 1,
+            get_context("spawn"),
+            signal.signal,
+            (signal.SIGINT, signal.SIG_IGN),  # Ctrl-C is for the parent
+        )
+        with pool:
+            try:
+                yield pool
+            except KeyboardInterrupt:
+                for worker in active_children():  # a piece may take minutes; done again, it is whole
+                    worker.terminate()
+                raise
         return
     try:
         import distributed

@@ -33,6 +33,36 @@ def test_a_failing_piece_ends_the_work_with_its_own_error() -> None:
         list(each(pool, fail, range(3)))
 
 
+INTERRUPTED = """
+import sys
+from functools import partial
+from cluster_work import begin_and_stay
+from rig.gap.jobs import each, executor
+if __name__ == "__main__":
+    try:
+        with executor(workers=2) as pool:
+            list(each(pool, partial(begin_and_stay, sys.argv[1]), range(4)))
+    except KeyboardInterrupt:
+        sys.exit(130)
+"""
+
+
+def test_ctrl_c_ends_pieces_that_never_would_and_says_nothing(tmp_path: Path) -> None:
+    script = tmp_path / "work.py"
+    script.write_text(INTERRUPTED)
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
+    process = subprocess.Popen(
+        [sys.executable, str(script), str(tmp_path)], env=environment, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    while len(list(tmp_path.glob("*.begun"))) < 2:
+        assert process.poll() is None
+        time.sleep(0.02)
+    os.killpg(process.pid, signal.SIGINT)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert said == ""
+
+
 def test_a_killed_dask_worker_loses_nothing_and_counts_nothing_twice(tmp_path: Path) -> None:
     pytest.importorskip("distributed")
     place = tmp_path / "scheduler.json"

@@ -28,6 +28,7 @@ def answer_cases(questions: str, answers: str, tokens: Sequence[str]) -> int:
     missing = [token for token in tokens if not (Path(answers) / f"{token}.json").exists()]
     if not missing:
         return 0
+    questions, answers = str(Path(questions).resolve()), str(Path(answers).resolve())  # the process stands elsewhere
     Path(answers).mkdir(parents=True, exist_ok=True)
     environment = {name: os.environ[name] for name in KEPT_ENVIRONMENT if name in os.environ}
     environment |= dict.fromkeys(ONE_THREAD, "1")
