@@ -109,7 +109,7 @@ def _write(wishes: Wishes, case: Case, model: "Model", diagnosis: "Diagnosis", f
         from rig.gap.augment import augmented
         from rig.model.parameters import save_model
 
-        save_model(augmented(model, diagnosis, findings.prepared.nominal), place(wishes.augmented_to))
+        save_model(augmented(model, diagnosis, findings.prepared), place(wishes.augmented_to))
     if wishes.next_to and diagnosis.next_experiment:
         try:
             place(wishes.next_to).write_text(str(diagnosis.next_experiment["config"]), encoding="utf-8")

@@ -14,29 +14,77 @@ from rig.errors import RigError
 from rig.gap.carry import Applied, full_numbers
 from rig.gap.engine import overall_gap
 from rig.gap.handover import must
+from rig.gap.kernels import square_sum
 from rig.gap.lost import high_rms
-from rig.gap.nominal import Nominal
 from rig.gap.prepared import Prepared
 from rig.gap.result import Diagnosis
 from rig.log.record import Column
 from rig.model.kernels import simulate
 from rig.model.parameters import AddedEffect, Model
 
+MEAN_EXPONENTS = (0.6, 0.7, 0.8, 0.9, 1.0)
+"""Laws of the mean pressure that are tried: d = (p1 - p2) (2 P0 / (p1 + p2))^exponent; 1 without, less with passive stiffness."""
+MEAN_MOVED = 0.01
+"""Shares of change of the mean pressure below this show nothing of its law."""
 
-def augmented(model: Model, diagnosis: Diagnosis, nominal: Nominal) -> Model:
+
+def augmented(model: Model, diagnosis: Diagnosis, prepared: Prepared) -> Model:
     """`model` with every cause, those found by their signature included, and a word on where they come from."""
     causes = [cause.applied for cause in diagnosis.causes if cause.applied is not None]
     names = ", ".join(cause.effect for cause in causes) or "nothing"
-    text = f"{model.provenance.text} With {names} added by pamrig gap diagnose.".strip()
-    return replace(with_causes(model, causes, nominal), provenance=replace(model.provenance, text=text))
+    made = with_causes(model, causes, prepared)
+    law = "" if made.muscle == model.muscle else " and another law of the mean pressure"
+    text = f"{model.provenance.text} With {names}{law} added by pamrig gap diagnose.".strip()
+    return replace(made, provenance=replace(model.provenance, text=text))
 
 
-def with_causes(model: Model, causes: Sequence[Applied], nominal: Nominal) -> Model:
-    """`model` with each cause as an added effect, all its numbers written out."""
+def with_causes(model: Model, causes: Sequence[Applied], prepared: Prepared) -> Model:
+    """`model` with each cause as an added effect, all its numbers written out; where they change the mean pressure, with the law of the
+    mean pressure that leaves least of the gap, because the records that `model` was identified on never showed another."""
     added = [
-        AddedEffect(cause.stage, {name: float(value) for name, value in full_numbers(cause, nominal).items()}) for cause in causes
+        AddedEffect(cause.stage, {name: float(value) for name, value in full_numbers(cause, prepared.nominal).items()})
+        for cause in causes
     ]
-    return replace(model, effects=[*model.effects, *added])
+    changed = replace(model, effects=[*model.effects, *added])
+    if not added or "mean_exponent" not in model.muscle.parameters or not _mean_moves(model, changed, prepared):
+        return changed
+    tried = [with_mean_exponent(changed, exponent) for exponent in MEAN_EXPONENTS]
+    left = [_left_deg2(model, one, prepared) for one in tried]
+    return tried[int(np.argmin(left))] if np.isfinite(min(left)) else changed
+
+
+def with_mean_exponent(model: Model, exponent: float) -> Model:
+    """`model` with another law of the mean pressure."""
+    muscle = model.muscle
+    parameters = dict(muscle.parameters)
+    parameters["mean_exponent"] = replace(parameters["mean_exponent"], value=exponent)
+    return replace(model, muscle=replace(muscle, parameters=parameters))
+
+
+def _mean_moves(model: Model, changed: Model, prepared: Prepared) -> bool:
+    """Whether the mean of the simulated pressures changes by more than MEAN_MOVED in the first record."""
+    try:
+        before, after = (simulate(one, prepared.pairs[0].raw) for one in (model, changed))
+    except RigError:
+        return False
+    if before.p1_mpa is None or before.p2_mpa is None or after.p1_mpa is None or after.p2_mpa is None:
+        return False
+    share = float(np.mean(after.p1_mpa + after.p2_mpa) / np.mean(before.p1_mpa + before.p2_mpa))
+    return abs(share - 1.0) > MEAN_MOVED
+
+
+def _left_deg2(model: Model, changed: Model, prepared: Prepared) -> float:
+    """Sum of squares that is left of the gap; infinite where the simulator runs away."""
+    changes = simulated_changes(model, changed, prepared)
+    return np.inf if changes is None else sum(square_sum(left) for left in _less(changes, prepared))
+
+
+def _less(changes: Sequence[Column], prepared: Prepared) -> list[Column]:
+    """For each pair (n,): its angle gap (deg) less these changes at the raw record's times."""
+    return [
+        gap - np.interp(pair.t_s, pair.raw.t_s - pair.raw.t_s[0], change) * pair.used
+        for pair, gap, change in zip(prepared.pairs, overall_gap(prepared, []), changes, strict=True)
+    ]
 
 
 def remaining_gap(model: Model | None, causes: Sequence[Applied], prepared: Prepared) -> list[Column]:
@@ -46,13 +94,8 @@ def remaining_gap(model: Model | None, causes: Sequence[Applied], prepared: Prep
     """
     if model is None or not causes:
         return overall_gap(prepared, causes)
-    changes = simulated_changes(model, causes, prepared)
-    if changes is None:
-        return overall_gap(prepared, causes)
-    return [
-        gap - np.interp(pair.t_s, pair.raw.t_s - pair.raw.t_s[0], change) * pair.used
-        for pair, gap, change in zip(prepared.pairs, overall_gap(prepared, []), changes, strict=True)
-    ]
+    changes = simulated_changes(model, with_causes(model, causes, prepared), prepared)
+    return overall_gap(prepared, causes) if changes is None else _less(changes, prepared)
 
 
 def noise_fraction(model: Model | None, causes: Sequence[Applied], prepared: Prepared) -> float:
@@ -60,7 +103,7 @@ def noise_fraction(model: Model | None, causes: Sequence[Applied], prepared: Pre
 
     1 without baselines or simulator: the numbers were fitted to just that.
     """
-    changes = None if model is None else simulated_changes(model, causes, prepared)
+    changes = None if model is None else simulated_changes(model, with_causes(model, causes, prepared), prepared)
     if changes is None or not prepared.has_baseline:
         return 1.0
     gap = left = floor = 0.0
@@ -74,9 +117,8 @@ def noise_fraction(model: Model | None, causes: Sequence[Applied], prepared: Pre
     return float(np.clip((gap - left) / max(gap - floor, 1e-12), -1.0, 1.0))
 
 
-def simulated_changes(model: Model, causes: Sequence[Applied], prepared: Prepared) -> list[Column] | None:
-    """For each pair, at the raw record's times: what the causes change in the simulated angle (deg); None where the model runs away."""
-    changed = with_causes(model, causes, prepared.nominal)
+def simulated_changes(model: Model, changed: Model, prepared: Prepared) -> list[Column] | None:
+    """For each pair, at the raw record's times: by how much the angle (deg) of `changed` differs; None where one runs away."""
     try:
         sims = [[must(simulate(one, pair.raw).angle_deg) for one in (model, changed)] for pair in prepared.pairs]
     except RigError:

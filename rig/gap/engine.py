@@ -38,8 +38,7 @@ from rig.gap.strangers import without_strangers
 from rig.gap.verdict import (
     HALF,
     clearing_first,
-    explained,
-    explained_beside_modes,
+    explained_share,
     leaves_too_much,
     name_set,
     sufficient,
@@ -229,16 +228,16 @@ def judge(
     ranking, chances = clearing_first(ranking, side, prepared.pairing.pressures)
     names = name_set(ranking, chances, prepared.pairing.pressures)
     accepted = with_second(ranking, effects, bench) if prepared.has_baseline else [ranking[0]]
-    left = accepted[-1].residual
-    fraction = max(explained(side.rms(side.gap), side.rms(left), side.floor), explained_beside_modes(side, left))
     possible = [[one] for one in ranking if one.effect.name in names] if len(accepted) == 1 else []
     remainder = all(leaves_too_much(causes, side) for causes in [accepted, *possible])
-    if not sufficient(fraction, ranking, trigger(side, left).found, remainder):
-        accepted = []
-        by_carrier = fraction < HALF and not trigger(side, None, STRANGE_HANDOVER * side.handed).found
-        if side.handed > 0.0 and by_carrier:
-            return untriggered(Judged(side, sign, bench, [], [], [], [], 0.0))
-    return Judged(side, sign, bench, ranking, chances, names, accepted, fraction, remainder)
+    fraction = explained_share(accepted, side)
+    for causes in [accepted, *possible]:  # of what cannot be told apart, the likeliest that explains the side
+        if sufficient(explained_share(causes, side), ranking, trigger(side, causes[-1].residual).found, remainder):
+            return Judged(side, sign, bench, ranking, chances, names, causes, explained_share(causes, side), remainder)
+    by_carrier = fraction < HALF and not trigger(side, None, STRANGE_HANDOVER * side.handed).found
+    if side.handed > 0.0 and by_carrier:
+        return untriggered(Judged(side, sign, bench, [], [], [], [], 0.0))
+    return Judged(side, sign, bench, ranking, chances, names, [], fraction, remainder)
 
 
 def overall_gap(prepared: Prepared, causes: Sequence[Applied]) -> list[Column]:

@@ -21,8 +21,8 @@ DURATION_S = 10.0
 LOW_MPA, HIGH_MPA = 0.02, 0.45
 REST_MPA = (0.15, 0.2, 0.3)
 _NO_RECORD = Record("planned", np.zeros(2), np.zeros(2))
-WORTH = 1.0
-"""Expected differences below this many floors are not worth an experiment."""
+WORTH = 3.0
+"""Expected differences below this many floors are not worth an experiment: a gap of three is what the diagnosis is held to."""
 
 
 def recommend(

@@ -169,8 +169,9 @@ def explained(before: float, after: float, floor: float, most: float = 1.0) -> f
     return float(np.clip((before**2 - after**2) / gap, -1.0, most)) if gap > 1e-12 else 0.0
 
 
-def explained_beside_modes(side: Side, residual: Column) -> float:
-    """The explained fraction in chi-square: what sessions usually differ by is no gap, and need not be explained."""
-    weigh = side.whitened()
-    before, after = square_sum(weigh(side.gap)), square_sum(weigh(residual))
-    return float(np.clip((before - after) / max(before - side.effective, 1e-9), 0.0, 1.0))
+def explained_share(causes: Sequence[Candidate], side: Side) -> float:
+    """The explained fraction of a side: of its rms, or of its chi-square, where what sessions usually differ by need not be explained."""
+    weigh, left = side.whitened(), causes[-1].residual
+    before, after = square_sum(weigh(side.gap)), square_sum(weigh(left))
+    beside_modes = float(np.clip((before - after) / max(before - side.effective, 1e-9), 0.0, 1.0))
+    return max(explained(side.rms(side.gap), side.rms(left), side.floor), beside_modes)

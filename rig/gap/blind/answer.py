@@ -81,9 +81,12 @@ def diagnosed(model: Any, records: Sequence[Any], days: Sequence[Any], mode: str
 
     library = [name for name in LIBRARY if name not in leave_out] if mode == "withheld" else None
     diagnosis, findings = diagnose_with_findings(model, records, days, pressures=mode != "angle", library=library)
-    effects = [] if model is None else augmented(model, diagnosis, findings.prepared.nominal).effects
-    added = [{"effect": each.effect, "parameters": each.parameters} for each in effects]
-    return {"diagnosis": diagnosis.to_json(), "added": added}
+    if model is None:
+        return {"diagnosis": diagnosis.to_json(), "added": []}
+    simulator = augmented(model, diagnosis, findings.prepared)
+    added = [{"effect": each.effect, "parameters": each.parameters} for each in simulator.effects]
+    law = simulator.muscle.parameters.get("mean_exponent")
+    return {"diagnosis": diagnosis.to_json(), "added": added, "mean_exponent": None if law is None else law.value}
 
 
 if __name__ == "__main__":

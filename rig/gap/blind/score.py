@@ -74,18 +74,22 @@ def realised(
     stochastic = any(effect in UNPREDICTABLE for effect in label["effects"])
     gap = left = floor = 0.0
     for record in records_of(untouched):
-        change = _model_change(model, added, record)
+        change = _model_change(model, added, answer.get("mean_exponent"), record)
         part = (_loudness if stochastic else _course)(_angle(record), [_angle(day[record.name]) for day in days], change)
         gap, left, floor = gap + part[0], left + part[1], floor + part[2]
     return (gap - left) / (gap - floor) if gap > EXCITED**2 * floor else None
 
 
-def _model_change(model: Any, added: Sequence[Mapping[str, Any]], record: Record) -> Column:
-    """What the added effects change in the simulated angle (deg), shape (n,); nothing when either simulation fails."""
+def _model_change(model: Any, added: Sequence[Mapping[str, Any]], mean_exponent: float | None, record: Record) -> Column:
+    """What the added effects (and another law of the mean pressure with them) change in the simulated angle (deg), shape (n,);
+    nothing when either simulation fails."""
+    from rig.gap.augment import with_mean_exponent
     from rig.model.kernels import simulate
     from rig.model.parameters import AddedEffect
 
     with_causes = replace(model, effects=[AddedEffect(each["effect"], dict(each["parameters"])) for each in added])
+    if mean_exponent is not None:
+        with_causes = with_mean_exponent(with_causes, mean_exponent)
     start = float(_angle(record)[0])
     try:
         before, after = (simulate(each, record, start_deg=start).angle_deg for each in (model, with_causes))
