@@ -71,7 +71,7 @@ def _told(findings: Findings) -> Diagnosis:
     open_sides = [judged for judged in sides if judged.open]
     named = [cause for cause in causes if cause.effect != "unknown"]
     verdict = _verdict(bool(named), bool(open_sides))
-    gaps, remaining = overall_gap(prepared, []), remaining_gap(findings.model, findings.applied, prepared)
+    gaps, remaining = overall_gap(prepared, []), remaining_gap(findings.simulator, findings.applied, prepared)
     after = _after(findings, undriven.rms(np.concatenate(remaining)))
     gap = {
         "rms_deg": before,
@@ -119,7 +119,7 @@ def _fraction(findings: Findings, before: float, after: float, floor: float) -> 
     accepted = [judged.fraction for judged in (findings.valve, findings.angle) if judged is not None and judged.accepted]
     marked = [Applied(mark.effect, mark.numbers) for mark in findings.signatures if mark.found and mark.effect]
     if marked and not accepted:
-        return noise_fraction(findings.model, marked, findings.as_read)
+        return noise_fraction(findings.simulator, marked, findings.as_read)
     if before > 1.2 * floor:
         return explained(before, after, floor, most=MOST_EXPLAINED)
     return max(accepted, default=1.0)

@@ -4,13 +4,13 @@ Each step's computing is in `rig.gap.engine`, what goes between the sides in `ri
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from rig.gap.carry import Applied
 from rig.gap.effects import Effect
-from rig.gap.engine import angle_side, judge, library_of, overall_gap, prepare, signatures_of, valve_side
+from rig.gap.engine import angle_side, judge, library_of, model_misfit_deg, overall_gap, prepare, signatures_of, valve_side
 from rig.gap.handover import doubts, faint, misreading, stiffened, stripped, with_mean_law
 from rig.gap.lost import bridged, lost_rows
 from rig.gap.prepared import Judged, Prepared, untriggered
@@ -18,6 +18,8 @@ from rig.gap.signatures import Signature
 from rig.log.record import Column, Record
 from rig.model.parameters import Model
 
+ANOTHER_RIG = 0.3
+"""A model that misses the healthy sessions by this share of the angle's spread is no simulator of this rig."""
 WORSENED = 0.8
 """A cause makes the angle plainly worse when without it this share of the rms is left."""
 
@@ -30,8 +32,8 @@ class Findings:
     valve: Judged | None
     angle: Judged
     signatures: list[Signature]
-    model: Model | None
-    """The simulator that the causes are to be added to."""
+    simulator: Model | None
+    """What the causes are added to, and asked how far the gap shrinks; None without one, or when it is plainly another rig's."""
     as_read: Prepared
     """As `prepared`, before lost samples were bridged."""
 
@@ -62,7 +64,21 @@ def find(
     findings = _both_sides(prepared, valve, effects, marks, model, as_read)
     if valve is not None and _misled(findings):
         findings = _both_sides(prepared, _misread(prepared, valve), effects, marks, model, as_read)
-    return findings
+    return findings if model is None or _is_of_this_rig(model, as_read) else replace(findings, simulator=None)
+
+
+def _is_of_this_rig(model: Model, prepared: Prepared) -> bool:
+    """Whether the model follows the healthy sessions at all; said when not."""
+    missed = model_misfit_deg(model, prepared)
+    if missed is None:
+        return True
+    spread = float(np.std(np.concatenate([reference.angle_deg for reference in prepared.references])))
+    if missed > ANOTHER_RIG * spread:
+        prepared.pairing.notes.append(
+            f"the model misses the healthy sessions by {missed:.2g} deg, {100 * missed / spread:.0f} % of its spread: another rig's? "
+            "How far the gap shrinks is by the description of the healthy sessions, not by this model"
+        )
+    return missed <= ANOTHER_RIG * spread
 
 
 def _both_sides(
