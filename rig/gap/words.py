@@ -91,6 +91,11 @@ def _how_far(diagnosis: Diagnosis) -> str:
     if all(cause.side == "signature" for cause in diagnosis.causes):
         cause = diagnosis.causes[0]
         return f"the unsmoothed gap falls from {cause.gap_before_deg:.3g} to {cause.gap_after_deg:.3g} deg rms."
+    if gap["explained_fraction"] < 0.0:
+        return (
+            f"not at all: with this in it the simulator would be {gap['after_deg']:.3g} instead of {gap['rms_deg']:.3g} deg rms off. "
+            "Something in the answer is wrong; do not use the augmented model."
+        )
     return (
         f"on held-out records the gap falls from {gap['rms_deg']:.3g} to {gap['after_deg']:.3g} deg rms; "
         f"{100 * min(gap['explained_fraction'], 1.0):.0f} % of what stands above the floor is explained."
