@@ -60,6 +60,7 @@ def _machine() -> dict[str, Any]:
 def _show(name: str, figures: dict[str, Any], json_to: str | None) -> None:
     table = listing(name, "value", "unit", "peer", "peer's value", "ratio")
     for figure, row in figures.items():
-        cells = (row.get("value"), row.get("unit", ""), row.get("peer", ""), row.get("peer_value"), row.get("ratio"))
+        unit = f"{row['unit']} ({row['low']:.0f} to {row['high']:.0f}, of {row['of']})" if "of" in row else row.get("unit", "")
+        cells = (row.get("value"), unit, row.get("peer", ""), row.get("peer_value"), row.get("ratio"))
         table.add_row(figure, *(f"{cell:.4g}" if isinstance(cell, int | float) else str(cell or "") for cell in cells))
     console(json_to).print(table)
