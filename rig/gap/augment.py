@@ -13,9 +13,9 @@ import numpy as np
 from rig.errors import RigError
 from rig.gap.carry import Applied, full_numbers
 from rig.gap.engine import overall_gap
-from rig.gap.handover import must
+from rig.gap.handover import MEAN_MOVED, must
 from rig.gap.kernels import square_sum
-from rig.gap.lost import high_rms
+from rig.gap.lost import loudness
 from rig.gap.prepared import Prepared
 from rig.gap.result import Diagnosis
 from rig.log.record import Column
@@ -24,8 +24,6 @@ from rig.model.parameters import AddedEffect, Model
 
 MEAN_EXPONENTS = (0.6, 0.7, 0.8, 0.9, 1.0)
 """Laws of the mean pressure that are tried: d = (p1 - p2) (2 P0 / (p1 + p2))^exponent; 1 without, less with passive stiffness."""
-MEAN_MOVED = 0.01
-"""Shares of change of the mean pressure below this show nothing of its law."""
 
 
 def augmented(model: Model, diagnosis: Diagnosis, prepared: Prepared) -> Model:
@@ -48,8 +46,9 @@ def with_causes(model: Model, causes: Sequence[Applied], prepared: Prepared) -> 
     changed = replace(model, effects=[*model.effects, *added])
     if not added or "mean_exponent" not in model.muscle.parameters or not _mean_moves(model, changed, prepared):
         return changed
+    before = _simulated(model, prepared)
     tried = [with_mean_exponent(changed, exponent) for exponent in MEAN_EXPONENTS]
-    left = [_left_deg2(model, one, prepared) for one in tried]
+    left = [_left_deg2(before, _simulated(one, prepared), prepared) for one in tried]
     return tried[int(np.argmin(left))] if np.isfinite(min(left)) else changed
 
 
@@ -73,9 +72,9 @@ def _mean_moves(model: Model, changed: Model, prepared: Prepared) -> bool:
     return abs(share - 1.0) > MEAN_MOVED
 
 
-def _left_deg2(model: Model, changed: Model, prepared: Prepared) -> float:
+def _left_deg2(before: list[Column] | None, after: list[Column] | None, prepared: Prepared) -> float:
     """Sum of squares that is left of the gap; infinite where the simulator runs away."""
-    changes = simulated_changes(model, changed, prepared)
+    changes = _changes(before, after)
     return np.inf if changes is None else sum(square_sum(left) for left in _less(changes, prepared))
 
 
@@ -106,21 +105,28 @@ def noise_fraction(model: Model | None, causes: Sequence[Applied], prepared: Pre
     changes = None if model is None else simulated_changes(model, with_causes(model, causes, prepared), prepared)
     if changes is None or not prepared.has_baseline:
         return 1.0
-    gap = left = floor = 0.0
-    for pair, change in zip(prepared.pairs, changes, strict=True):
-        days = [must(day.angle_deg) for day in pair.raw_baselines]
-        usual = [high_rms(day) for day in days]
-        base, now = float(np.mean(usual)), high_rms(must(pair.raw.angle_deg))
-        rows = min(len(change), *(len(day) for day in days))
-        said = float(np.mean([high_rms(day[:rows] + change[:rows]) for day in days]))
-        gap, left, floor = gap + (now - base) ** 2, left + (now - said) ** 2, floor + float(np.var(usual))
+    parts = [
+        loudness(must(pair.raw.angle_deg), [must(day.angle_deg) for day in pair.raw_baselines], change)
+        for pair, change in zip(prepared.pairs, changes, strict=True)
+    ]
+    gap, left, floor = (sum(part) for part in zip(*parts, strict=True))
     return float(np.clip((gap - left) / max(gap - floor, 1e-12), -1.0, 1.0))
 
 
 def simulated_changes(model: Model, changed: Model, prepared: Prepared) -> list[Column] | None:
     """For each pair, at the raw record's times: by how much the angle (deg) of `changed` differs; None where one runs away."""
+    return _changes(_simulated(model, prepared), _simulated(changed, prepared))
+
+
+def _changes(before: list[Column] | None, after: list[Column] | None) -> list[Column] | None:
+    if before is None or after is None:
+        return None
+    return [now - then for then, now in zip(before, after, strict=True)]
+
+
+def _simulated(model: Model, prepared: Prepared) -> list[Column] | None:
+    """The simulated angle (deg) of each pair at the raw record's times; None where the model runs away."""
     try:
-        sims = [[must(simulate(one, pair.raw).angle_deg) for one in (model, changed)] for pair in prepared.pairs]
+        return [must(simulate(model, pair.raw).angle_deg) for pair in prepared.pairs]
     except RigError:
         return None
-    return [after - before for before, after in sims]

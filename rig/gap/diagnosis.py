@@ -12,7 +12,7 @@ from rig.gap.augment import noise_fraction, remaining_gap
 from rig.gap.carry import Applied
 from rig.gap.causes import name_causes, trust
 from rig.gap.effects import LIBRARY
-from rig.gap.engine import angle_side, model_misfit_deg, overall_gap
+from rig.gap.engine import angle_side, overall_gap
 from rig.gap.findings import Findings, find
 from rig.gap.floor import Side
 from rig.gap.kernels import square_sum
@@ -57,9 +57,7 @@ def diagnose_with_findings(
 ) -> tuple[Diagnosis, Findings]:
     """`diagnose`, with everything that it computed on the way."""
     findings = find(model, records, baselines, pressures, library)
-    told = _told(findings)
-    told.evidence["model_misfit_deg"] = model_misfit_deg(model, findings.as_read)
-    return told, findings
+    return _told(findings), findings
 
 
 def _told(findings: Findings) -> Diagnosis:
@@ -99,6 +97,7 @@ def _told(findings: Findings) -> Diagnosis:
         "pressures_used": prepared.pairing.pressures,
         "unpaired": prepared.pairing.unpaired,
         "reidentification": _hidden(undriven),
+        "model_misfit_deg": findings.model_misfit_deg,
     }
     return Diagnosis(
         verdict,

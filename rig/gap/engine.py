@@ -230,10 +230,11 @@ def judge(
     accepted = with_second(ranking, effects, bench) if prepared.has_baseline else [ranking[0]]
     possible = [[one] for one in ranking if one.effect.name in names] if len(accepted) == 1 else []
     remainder = all(leaves_too_much(causes, side) for causes in [accepted, *possible])
-    fraction = explained_share(accepted, side)
     for causes in [accepted, *possible]:  # of what cannot be told apart, the likeliest that explains the side
-        if sufficient(explained_share(causes, side), ranking, trigger(side, causes[-1].residual).found, remainder):
-            return Judged(side, sign, bench, ranking, chances, names, causes, explained_share(causes, side), remainder)
+        fraction = explained_share(causes, side)
+        if sufficient(fraction, ranking, trigger(side, causes[-1].residual).found, remainder):
+            return Judged(side, sign, bench, ranking, chances, names, causes, fraction, remainder)
+    fraction = explained_share(accepted, side)
     by_carrier = fraction < HALF and not trigger(side, None, STRANGE_HANDOVER * side.handed).found
     if side.handed > 0.0 and by_carrier:
         return untriggered(Judged(side, sign, bench, [], [], [], [], 0.0))

@@ -36,6 +36,8 @@ class Findings:
     """What the causes are added to, and asked how far the gap shrinks; None without one, or when it is plainly another rig's."""
     as_read: Prepared
     """As `prepared`, before lost samples were bridged."""
+    model_misfit_deg: float | None = None
+    """How far the model as it stands is from the healthy sessions."""
 
     @property
     def applied(self) -> list[Applied]:
@@ -64,14 +66,13 @@ def find(
     findings = _both_sides(prepared, valve, effects, marks, model, as_read)
     if valve is not None and _misled(findings):
         findings = _both_sides(prepared, _misread(prepared, valve), effects, marks, model, as_read)
-    return findings if model is None or _is_of_this_rig(model, as_read) else replace(findings, simulator=None)
+    missed = model_misfit_deg(model, as_read)
+    simulator = model if missed is None or _is_of_this_rig(missed, as_read) else None
+    return replace(findings, simulator=simulator, model_misfit_deg=missed)
 
 
-def _is_of_this_rig(model: Model, prepared: Prepared) -> bool:
-    """Whether the model follows the healthy sessions at all; said when not."""
-    missed = model_misfit_deg(model, prepared)
-    if missed is None:
-        return True
+def _is_of_this_rig(missed: float, prepared: Prepared) -> bool:
+    """Whether a model that misses the healthy sessions by so many degrees follows them at all; said when not."""
     spread = float(np.std(np.concatenate([reference.angle_deg for reference in prepared.references])))
     if missed > ANOTHER_RIG * spread:
         prepared.pairing.notes.append(

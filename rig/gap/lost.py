@@ -21,6 +21,15 @@ def high_rms(angle_deg: Column) -> float:
     return float(np.sqrt(np.mean(np.diff(known, 2) ** 2) / 6.0))
 
 
+def loudness(case: Column, healthy: Sequence[Column], change: Column) -> tuple[float, float, float]:
+    """(G, E, F) of the noise's rms: case against healthy days, what is left with `change` (deg) added to them, and between them."""
+    quiet = [high_rms(day) for day in healthy]
+    base, now = float(np.mean(quiet)), high_rms(case)
+    rows = min(len(change), *(len(day) for day in healthy))
+    predicted = float(np.mean([high_rms(day[:rows] + change[:rows]) for day in healthy]))
+    return (now - base) ** 2, (now - predicted) ** 2, float(np.var(quiet))
+
+
 def repeat_share(records: Sequence[Record], least: float) -> tuple[float, float, int]:
     """Among rows where the angle moves by more than `least` a row: the share of exact repeats, by how many steps the row after
     them goes on, and how many rows there are. After a lost sample it goes on by two, in a dead spot or on a lattice by one."""

@@ -5,7 +5,6 @@ The threshold of detection is fitted on one unit and scored on the other. Labels
 """
 
 import json
-import math
 import os
 import time
 from collections.abc import Iterable, Sequence
@@ -24,9 +23,6 @@ PLACES = ("../shared/practice",)
 UNITS = ("unit_a", "unit_b")
 UNTOUCHED = 2
 """Records of each case that are kept from the diagnosis to see how far the gap shrinks on them."""
-SHOWN = 2.0
-"""Floors that the gap must have on them to be counted."""
-CLOSE = 0.05
 
 
 def bench_gap() -> dict[str, Any]:
@@ -103,6 +99,10 @@ def _scored(data: dict[str, Any], pressures: bool) -> dict[str, Any]:
 def _held_out(data: dict[str, Any], pressures: bool) -> dict[str, Any]:
     """How far the gap shrinks on two records that the diagnosis was never given, and whether that was predicted. By the description of
     the healthy rig: the set has no simulator of these rigs."""
+    import numpy as np
+
+    from rig.gap.blind.score import EXCITED
+    from rig.gap.blind.tally import CLOSE
     from rig.gap.diagnosis import diagnose_with_findings
     from rig.gap.engine import angle_side, overall_gap, prepare
     from rig.gap.verdict import explained
@@ -116,11 +116,8 @@ def _held_out(data: dict[str, Any], pressures: bool) -> dict[str, Any]:
             told, findings = diagnose_with_findings(None, records[:-UNTOUCHED], one["baselines"], pressures=pressures)
             fresh = prepare(None, records[-UNTOUCHED:], one["baselines"], pressures)
             side = angle_side(fresh, driven=False, model=None)
-            before, after = (
-                math.sqrt(sum(float(gap @ gap) for gap in overall_gap(fresh, causes)) / side.rows)
-                for causes in ([], findings.applied)
-            )
-            if findings.applied and before > SHOWN * side.floor:
+            before, after = (side.rms(np.concatenate(overall_gap(fresh, causes))) for causes in ([], findings.applied))
+            if findings.applied and before > EXCITED * side.floor:
                 closed.append(explained(before, after, side.floor, most=2.0))
                 near.append(abs(closed[-1] - told.gap["explained_fraction"]) <= CLOSE)
     return {
@@ -133,6 +130,7 @@ def _held_out(data: dict[str, Any], pressures: bool) -> dict[str, Any]:
 def _withheld(data: dict[str, Any]) -> dict[str, Any]:
     """Single effects with their own class taken out of the library: is something unknown said, or another name?"""
     from rig.gap import diagnose
+    from rig.gap.blind.score import FLAGS
     from rig.gap.effects import LIBRARY, effect_class
 
     flagged = []
@@ -142,7 +140,7 @@ def _withheld(data: dict[str, Any]) -> dict[str, Any]:
                 continue
             gone = effect_class(names[0], True)
             library = [name for name in LIBRARY if effect_class(name, True) != gone]
-            flagged.append(diagnose(None, records, one["baselines"], library=library).verdict in ("unknown", "partly_explained"))
+            flagged.append(diagnose(None, records, one["baselines"], library=library).verdict in FLAGS)
     return {"class withheld: flagged, pressures": _rate(flagged)}
 
 

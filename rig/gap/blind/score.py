@@ -12,7 +12,7 @@ import numpy as np
 from rig.errors import RigError
 from rig.gap.blind.source import Named, records_of
 from rig.gap.effects import LIBRARY, effect_class
-from rig.gap.lost import high_rms
+from rig.gap.lost import loudness
 from rig.log.record import Column, Record
 
 ALSO_RIGHT: Final = {"co_contraction": {"valve"}, "leak": {"valve"}}
@@ -75,7 +75,7 @@ def realised(
     gap = left = floor = 0.0
     for record in records_of(untouched):
         change = _model_change(model, added, answer.get("mean_exponent"), record)
-        part = (_loudness if stochastic else _course)(_angle(record), [_angle(day[record.name]) for day in days], change)
+        part = (loudness if stochastic else _course)(_angle(record), [_angle(day[record.name]) for day in days], change)
         gap, left, floor = gap + part[0], left + part[1], floor + part[2]
     return (gap - left) / (gap - floor) if gap > EXCITED**2 * floor else None
 
@@ -104,14 +104,6 @@ def _course(case: Column, healthy: Sequence[Column], change: Column) -> tuple[fl
     others = [float(np.mean((day - (mean * n - day) / (n - 1)) ** 2)) for day in healthy]
     scale = (1 + 1 / n) / (1 + 1 / (n - 1))
     return float(np.mean((case - mean) ** 2)), float(np.mean((case - mean - change) ** 2)), scale * float(np.mean(others))
-
-
-def _loudness(case: Column, healthy: Sequence[Column], change: Column) -> tuple[float, float, float]:
-    """The same of the high-frequency rms (second differences), for effects whose course no simulator can repeat."""
-    quiet = [high_rms(day) for day in healthy]
-    base = float(np.mean(quiet))
-    predicted = float(np.mean([high_rms(day + change) for day in healthy]))
-    return (high_rms(case) - base) ** 2, (high_rms(case) - predicted) ** 2, float(np.var(quiet))
 
 
 def _angle(record: Record) -> Column:
