@@ -17,6 +17,7 @@ from rig.gap.floor import Side
 from rig.gap.kernels import normal, square_sum
 from rig.gap.nominal import Nominal
 from rig.gap.solve import Fit, descend
+from rig.gap.trigger import trigger
 from rig.log.record import Column
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.slots import Slot
@@ -65,6 +66,15 @@ class Bench:
     def valves(self) -> "Bench | None":
         """The same on the pressures' side, where upstream effects must fit as well."""
         return None if self.beside is None else Bench(self.tracks, self.nominal, self.beside, accepted=self.accepted)
+
+    def ruled_out(self, causes: Sequence[Applied]) -> bool:
+        """Whether the pressures speak against causes: they show no plain gap, and with these they would."""
+        valves = self.valves
+        if valves is None:
+            return False
+        left = (valves.measured - valves.predicted(causes)) * valves.used
+        would, does = trigger(valves.side, left), trigger(valves.side)
+        return would.found and would.strength > does.strength
 
     @cached_property
     def measured(self) -> Column:
@@ -140,7 +150,8 @@ def rank(
 ) -> list[Candidate]:
     """Every effect's best law on this side, best first. Effects that this side cannot show are left out.
 
-    All are tried on the three records that show most; those within reach of the best are then fitted to all records.
+    All are tried on the three records that show most; those within reach of the best are then fitted to all records. What the
+    monitors speak against is left out.
     """
     fitting = [effect for effect in effects if not effect.signature and shows(effect, bench)]
     few = bench.on(telling_records(bench.side))
@@ -149,7 +160,8 @@ def rank(
         rough.sort(key=lambda candidate: candidate.score)
         near = [candidate for k, candidate in enumerate(rough) if k < least or candidate.score < reach * rough[0].score]
         full = list(pool.map(lambda candidate: refit(candidate, bench), near))
-    known = sorted((candidate for candidate in full if candidate is not None), key=lambda candidate: candidate.score)
+    possible = [candidate for candidate in full if candidate is not None and not bench.ruled_out([candidate.applied])]
+    known = sorted(possible, key=lambda candidate: candidate.score)
     if not known:
         return []
     scale = bench.side.effective / few.side.effective

@@ -15,7 +15,8 @@ from rig.gap.findings import Findings
 from rig.gap.prepared import Judged, Prepared
 from rig.gap.result import Cause, Interval
 from rig.gap.signatures import Signature
-from rig.gap.verdict import explained, trigger
+from rig.gap.trigger import trigger
+from rig.gap.verdict import explained
 from rig.model.effect_stages import EFFECT_STAGES
 
 CLIPPED_TRUST = 0.5

@@ -5,7 +5,8 @@ from dataclasses import replace
 
 from rig.gap.attribute import LOOSENESS, Bench, Candidate, rank, refit
 from rig.gap.effects import Effect
-from rig.gap.verdict import SECOND_CAUSE, leaves_too_much, trigger
+from rig.gap.trigger import trigger
+from rig.gap.verdict import SECOND_CAUSE, leaves_too_much
 
 LEADERS, LEADERS_BLIND = 2, 4
 """How many of the best single causes are tried as the first of a pair: with pressures, and from the angle alone."""

@@ -35,6 +35,7 @@ from rig.gap.pairs import Pair, pair_up
 from rig.gap.prepared import Judged, Prepared, untriggered
 from rig.gap.signatures import Signature, read_signatures
 from rig.gap.strangers import without_strangers
+from rig.gap.trigger import trigger
 from rig.gap.verdict import (
     HALF,
     clearing_first,
@@ -42,7 +43,6 @@ from rig.gap.verdict import (
     leaves_too_much,
     name_set,
     sufficient,
-    trigger,
 )
 from rig.log.record import Column, Record
 from rig.model.kernels import simulate
@@ -229,16 +229,16 @@ def judge(
     names = name_set(ranking, chances, prepared.pairing.pressures)
     accepted = with_second(ranking, effects, bench) if prepared.has_baseline else [ranking[0]]
     possible = [[one] for one in ranking if one.effect.name in names] if len(accepted) == 1 else []
-    remainder = all(leaves_too_much(causes, side) for causes in [accepted, *possible])
-    for causes in [accepted, *possible]:  # of what cannot be told apart, the likeliest that explains the side
-        fraction = explained_share(causes, side)
+    # of what cannot be told apart, the likeliest that explains the side; one that leaves no more than its law usually does goes first
+    for causes in sorted([accepted, *possible], key=lambda causes: leaves_too_much(causes, side)):
+        fraction, remainder = explained_share(causes, side), leaves_too_much(causes, side)
         if sufficient(fraction, ranking, trigger(side, causes[-1].residual).found, remainder):
             return Judged(side, sign, bench, ranking, chances, names, causes, fraction, remainder)
     fraction = explained_share(accepted, side)
     by_carrier = fraction < HALF and not trigger(side, None, STRANGE_HANDOVER * side.handed).found
     if side.handed > 0.0 and by_carrier:
         return untriggered(Judged(side, sign, bench, [], [], [], [], 0.0))
-    return Judged(side, sign, bench, ranking, chances, names, [], fraction, remainder)
+    return Judged(side, sign, bench, ranking, chances, names, [], fraction, True)
 
 
 def overall_gap(prepared: Prepared, causes: Sequence[Applied]) -> list[Column]:

@@ -15,7 +15,7 @@ from rig.gap.carry import Applied, angle_under, lay_tracks
 from rig.gap.floor import Side, angle_deviations, angle_gap
 from rig.gap.kernels import regulated
 from rig.gap.prepared import Judged, Prepared
-from rig.gap.verdict import STRUCTURE, trigger
+from rig.gap.trigger import STRUCTURE, trigger
 from rig.log.record import Column
 
 MISREADING = 2.0

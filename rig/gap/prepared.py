@@ -7,7 +7,7 @@ from rig.gap.carry import Track
 from rig.gap.floor import Side
 from rig.gap.nominal import Nominal, Reference
 from rig.gap.pairs import Pair, Pairing
-from rig.gap.verdict import Trigger
+from rig.gap.trigger import Trigger
 
 
 @dataclass(frozen=True)

@@ -146,7 +146,7 @@ def _withheld(data: dict[str, Any]) -> dict[str, Any]:
 
 def _strength(diagnosis: "Diagnosis") -> float:
     """How far the strongest sign stands above its threshold; a signature counts as plain."""
-    from rig.gap.verdict import STRUCTURE
+    from rig.gap.trigger import STRUCTURE
 
     marked = any(mark["found"] and mark["effect"] for mark in diagnosis.evidence["signatures"])
     signs = [3.0 if marked else 0.0]
