@@ -26,6 +26,8 @@ LOOSENESS = 0.04
 """A law is an approximation: share of the gap that even the right one may leave."""
 SHARPNESS = 40.0
 """How many independent comparisons the ranking counts for: from the reliability plot."""
+PLAIN = 4.0
+"""Standard deviations from which on a number that a law needs is there."""
 AT_BOUND = 45.0
 """What a flexible number at its bound costs, in chi-square: a form stretched to its limit is seldom the truth."""
 MOST_CREDIT = 30.0
@@ -281,6 +283,10 @@ class _Trial:
         if not np.isfinite(fit.cost):
             return None
         held_out, spread = cross_validated(fit, side)
+        if law.needs and not any(
+            abs(x) > PLAIN * deviation for name, x, deviation in zip(law.free, fit.x, spread, strict=True) if name in law.needs
+        ):
+            return None
         residual = self.raw(fit.x, fixed)
         modes = side.mode_sizes(residual, self.looseness)
         left = side.rms(residual - side.modes @ modes) * float(np.sqrt(max(held_out, 1e-12) / max(fit.cost, 1e-12)))

@@ -25,6 +25,9 @@ from rig.model.parameters import AddedEffect, Model
 MEAN_EXPONENTS = (0.6, 0.7, 0.8, 0.9, 1.0)
 """Laws of the mean pressure that are tried: d = (p1 - p2) (2 P0 / (p1 + p2))^exponent; 1 without, less with passive stiffness."""
 
+WORSE = 0.8
+"""A cause is left out of the simulator when without it this share of the mean square is left."""
+
 
 def augmented(model: Model, diagnosis: Diagnosis, prepared: Prepared) -> Model:
     """`model` with every cause, those found by their signature included, and a word on where they come from."""
@@ -37,19 +40,33 @@ def augmented(model: Model, diagnosis: Diagnosis, prepared: Prepared) -> Model:
 
 
 def with_causes(model: Model, causes: Sequence[Applied], prepared: Prepared) -> Model:
-    """`model` with each cause as an added effect, all its numbers written out; where they change the mean pressure, with the law of the
-    mean pressure that leaves least of the gap, because the records that `model` was identified on never showed another."""
+    """`model` with each cause as an added effect, all its numbers written out, but for those that make it worse on these records."""
+    before = _simulated(model, prepared)
+    kept, best = list(causes), _with_all(model, causes, prepared, before)
+    while kept:
+        fewer = [(kept[:k] + kept[k + 1 :]) for k in range(len(kept))]
+        made = [_with_all(model, some, prepared, before) for some in fewer]
+        k = int(np.argmin([left for _, left in made]))
+        if not made[k][1] < WORSE * best[1]:
+            break
+        kept, best = fewer[k], made[k]
+    return best[0]
+
+
+def _with_all(model: Model, causes: Sequence[Applied], prepared: Prepared, before: list[Column] | None) -> tuple[Model, float]:
+    """`model` with all causes, and the sum of squares that it leaves of the gap; where they change the mean pressure, with the law of
+    the mean pressure that leaves least, because the records that `model` was identified on never showed another."""
     added = [
         AddedEffect(cause.stage, {name: float(value) for name, value in full_numbers(cause, prepared.nominal).items()})
         for cause in causes
     ]
     changed = replace(model, effects=[*model.effects, *added])
-    if not added or "mean_exponent" not in model.muscle.parameters or not _mean_moves(model, changed, prepared):
-        return changed
-    before = _simulated(model, prepared)
-    tried = [with_mean_exponent(changed, exponent) for exponent in MEAN_EXPONENTS]
+    tried = [changed]
+    if added and "mean_exponent" in model.muscle.parameters and _mean_moves(model, changed, prepared):
+        tried = [with_mean_exponent(changed, exponent) for exponent in MEAN_EXPONENTS]
     left = [_left_deg2(before, _simulated(one, prepared), prepared) for one in tried]
-    return tried[int(np.argmin(left))] if np.isfinite(min(left)) else changed
+    k = int(np.argmin(left))
+    return (tried[k], left[k]) if np.isfinite(left[k]) else (changed, left[k])
 
 
 def with_mean_exponent(model: Model, exponent: float) -> Model:

@@ -3,13 +3,18 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from rig.gap.attribute import LOOSENESS, Bench, Candidate, rank, refit
-from rig.gap.effects import Effect
+from rig.gap.effects import Effect, effect_class
+from rig.gap.kernels import square_sum
 from rig.gap.trigger import trigger
 from rig.gap.verdict import SECOND_CAUSE, leaves_too_much
 
 LEADERS, LEADERS_BLIND = 2, 4
 """How many of the best single causes are tried as the first of a pair: with pressures, and from the angle alone."""
+MAKEWEIGHT = 0.12
+"""A cause beside another on the same side that explains less than this of the gap by itself mends the other's law."""
 SEVERAL, SETTLED = 8, 4
 """How many second causes are fitted for an offset, gain or lag that the first one leaves, and how many of those that relieve it are
 fitted again together with it."""
@@ -51,14 +56,20 @@ def with_second(ranking: Sequence[Candidate], effects: Sequence[Effect], bench: 
 
 
 def _leaders(bench: Bench) -> int:
-    blind = bench.side.name == "angle" and bench.beside is None and not bench.driven
-    return LEADERS_BLIND if blind else LEADERS
+    return LEADERS_BLIND if _blind(bench) else LEADERS
+
+
+def _blind(bench: Bench) -> bool:
+    """Whether no pressures were measured."""
+    return bench.side.name == "angle" and bench.beside is None and not bench.driven
 
 
 def _beside(leader: Candidate, effects: Sequence[Effect], bench: Bench, several: int) -> list[Candidate]:
-    """Second causes beside the leader, best first; at least `several` of them are fitted to all records."""
+    """Second causes beside the leader, best first; at least `several` of them are fitted to all records. None of the leader's own class:
+    what two that look alike leave together says more about the laws than about the rig."""
     around = replace(bench, accepted=(leader.applied,))
-    others = [effect for effect in effects if effect.name != leader.effect.name]
+    word = effect_class(leader.effect.name, not _blind(bench))
+    others = [effect for effect in effects if effect_class(effect.name, not _blind(bench)) != word]
     return rank(others, around, least=several, reach=1.2)
 
 
@@ -68,3 +79,12 @@ def _settled(first: Candidate, second: Candidate, bench: Bench) -> list[Candidat
         first = refit(first, replace(bench, accepted=(second.applied,))) or first
         second = refit(second, replace(bench, accepted=(first.applied,))) or second
     return [first, second]
+
+
+def makeweight(causes: Sequence[Candidate], bench: Bench) -> bool:
+    """Whether one of two causes explains next to nothing of the side's gap by itself: it is there to mend the other, and one effect
+    that the library does not hold would look the same."""
+    alone = replace(bench, accepted=())
+    gap = square_sum(bench.side.gap)
+    left = [square_sum((alone.measured - alone.predicted([cause.applied])) * alone.used) for cause in causes]
+    return len(causes) > 1 and 1.0 - float(np.max(left)) / gap < MAKEWEIGHT

@@ -35,6 +35,8 @@ class Law:
     """Tighter bounds than the stage's: flexible forms are held to what they are meant for."""
     scan: bool = False
     """Look closely around the best size before going on: the response jumps with it."""
+    needs: tuple[str, ...] = ()
+    """Free numbers of which at least one must be plainly there: without them the law is another effect's."""
     charge: float = 0.0
     """What a special form pays beside its parameters, in units of the score (as one nat each)."""
 
@@ -165,7 +167,7 @@ _LIBRARY: tuple[Effect, ...] = (
     Effect("sensor_nonlinearity", (
         Law("sensor_nonlinearity", ("square", "cube"), (0.02, 0.1), signs=BOTH_SIGNS, shapes=({"cube": 0.0},)),
         Law("sensor_nonlinearity", ("cube", "square"), (0.02, 0.1), signs=BOTH_SIGNS, shapes=({"square": 0.0},)),
-        Law("sensor_nonlinearity", ("cube", "square", "slope"), (0.05, 0.2), signs=BOTH_SIGNS, shapes=({"square": 0.0},), charge=1.0),
+        Law("sensor_nonlinearity", ("cube", "square", "slope"), (0.05, 0.2), signs=BOTH_SIGNS, shapes=({"square": 0.0},), charge=1.0, needs=("cube", "square")),
     ), "the angle is bent: even and odd harmonics without delay", "bent", "bent", 0.03),
     Effect("sensor_lag", (Law("sensor_lag", ("tau_s",), TIMES),), "the angle is late and its corners are rounded", "late", "lag", 0.02),
     Effect("quantisation", (Law("quantisation", ("step_deg",), (0.1,)),), "the angle takes only values of a lattice", "lattice", "lattice", signature=True),

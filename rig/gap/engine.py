@@ -11,7 +11,7 @@ import numpy as np
 from rig.errors import ModelError, RigError
 from rig.gap.attribute import Bench, case_pressures, rank
 from rig.gap.carry import Applied, angle_under, lay_tracks, ready, response_with
-from rig.gap.compound import with_second
+from rig.gap.compound import makeweight, with_second
 from rig.gap.effects import Effect, chosen
 from rig.gap.floor import (
     ANGLE_PRIORS,
@@ -233,7 +233,7 @@ def judge(
     for causes in sorted([accepted, *possible], key=lambda causes: leaves_too_much(causes, side)):
         fraction, remainder = explained_share(causes, side), leaves_too_much(causes, side)
         if sufficient(fraction, ranking, trigger(side, causes[-1].residual).found, remainder):
-            return Judged(side, sign, bench, ranking, chances, names, causes, fraction, remainder)
+            return Judged(side, sign, bench, ranking, chances, names, causes, fraction, remainder or makeweight(causes, bench))
     fraction = explained_share(accepted, side)
     by_carrier = fraction < HALF and not trigger(side, None, STRANGE_HANDOVER * side.handed).found
     if side.handed > 0.0 and by_carrier:

@@ -12,6 +12,7 @@ from rig.gap.carry import Applied
 from rig.gap.effects import Effect
 from rig.gap.engine import angle_side, judge, library_of, model_misfit_deg, overall_gap, prepare, signatures_of, valve_side
 from rig.gap.handover import doubts, faint, misreading, stiffened, stripped, with_mean_law
+from rig.gap.kernels import square_sum
 from rig.gap.lost import bridged, lost_rows
 from rig.gap.prepared import Judged, Prepared, untriggered
 from rig.gap.signatures import Signature
@@ -20,6 +21,10 @@ from rig.model.parameters import Model
 
 ANOTHER_RIG = 0.3
 """A model that misses the healthy sessions by this share of the angle's spread is no simulator of this rig."""
+UNDOING = 0.4
+"""Causes of a rig that have nothing to do with each other hardly fit together as closely as to leave less than this of themselves."""
+MOST_CAUSES = 2
+"""More at once are less likely than one that the library does not hold."""
 WORSENED = 0.8
 """A cause makes the angle plainly worse when without it this share of the rms is left."""
 
@@ -104,7 +109,30 @@ def _both_sides(
     added = sum(mark.smoothed_deg2 for mark in marks if mark.found)
     side = angle_side(prepared, driven=driven, model=model, added_variance=added, doubted=doubted)
     angle = judge(prepared, side, effects, driven=driven, beside=valve.side if valve is not None and not driven else None)
-    return Findings(prepared, valve, angle, marks, model, as_read)
+    return _doubting_conspiracies(Findings(prepared, valve, angle, marks, model, as_read))
+
+
+def _doubting_conspiracies(findings: Findings) -> Findings:
+    """Causes that all but undo each other in the angle, or more of them than are likely at once, leave room for one that is unknown."""
+    causes = findings.applied
+    if len(causes) < 2 or not findings.angle.accepted:
+        return findings
+    undone = _coherence(findings.prepared, causes) < UNDOING
+    if undone:
+        findings.prepared.pairing.notes.append(
+            f"{', '.join(cause.effect for cause in causes)} all but undo each other in the angle: one effect that the library does not "
+            "hold would look the same"
+        )
+    return replace(findings, angle=replace(findings.angle, remainder=True)) if undone or len(causes) > MOST_CAUSES else findings
+
+
+def _coherence(prepared: Prepared, causes: Sequence[Applied]) -> float:
+    """What causes do to the angle together, over what they would do if they had nothing to do with each other; 0 when they undo each
+    other."""
+    healthy = np.concatenate(overall_gap(prepared, []))
+    together = square_sum(healthy - np.concatenate(overall_gap(prepared, causes)))
+    apart = sum(square_sum(healthy - np.concatenate(overall_gap(prepared, [cause]))) for cause in causes)
+    return float(np.sqrt(together / max(apart, 1e-12)))
 
 
 def _misread(prepared: Prepared, valve: Judged) -> Judged:
