@@ -288,8 +288,7 @@ class _Trial:
         ):
             return None
         residual = self.raw(fit.x, fixed)
-        modes = side.mode_sizes(residual, self.looseness)
-        left = side.rms(residual - side.modes @ modes) * float(np.sqrt(max(held_out, 1e-12) / max(fit.cost, 1e-12)))
+        left = side.rms(side.beside(residual, self.looseness)) * float(np.sqrt(max(held_out, 1e-12) / max(fit.cost, 1e-12)))
         valves, at_rest = self.valves_cost(fit.x, fixed), self.valves_at_rest()
         score = max(held_out - valves, 1e-9) + max(valves - at_rest, 0.0) + 2.0 * law.charge + 2.0 * (len(law.free) - 1)
         at_bound = sum(

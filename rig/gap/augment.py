@@ -40,17 +40,25 @@ def augmented(model: Model, diagnosis: Diagnosis, prepared: Prepared) -> Model:
 
 
 def with_causes(model: Model, causes: Sequence[Applied], prepared: Prepared) -> Model:
-    """`model` with each cause as an added effect, all its numbers written out, but for those that make it worse on these records."""
+    """`model` with each cause as an added effect, all its numbers written out."""
+    return _with_all(model, causes, prepared, _simulated(model, prepared))[0]
+
+
+def helping(model: Model | None, causes: Sequence[Applied], prepared: Prepared) -> list[Applied]:
+    """The causes without those that make the simulator follow the records worse; all of them without a simulator."""
+    kept = list(causes)
+    if model is None or not kept:
+        return kept
     before = _simulated(model, prepared)
-    kept, best = list(causes), _with_all(model, causes, prepared, before)
+    best = _with_all(model, kept, prepared, before)[1]
     while kept:
-        fewer = [(kept[:k] + kept[k + 1 :]) for k in range(len(kept))]
-        made = [_with_all(model, some, prepared, before) for some in fewer]
-        k = int(np.argmin([left for _, left in made]))
-        if not made[k][1] < WORSE * best[1]:
+        fewer = [kept[:k] + kept[k + 1 :] for k in range(len(kept))]
+        left = [_with_all(model, some, prepared, before)[1] for some in fewer]
+        k = int(np.argmin(left))
+        if not left[k] < WORSE * best:
             break
-        kept, best = fewer[k], made[k]
-    return best[0]
+        kept, best = fewer[k], left[k]
+    return kept
 
 
 def _with_all(model: Model, causes: Sequence[Applied], prepared: Prepared, before: list[Column] | None) -> tuple[Model, float]:

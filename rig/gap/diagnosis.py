@@ -4,11 +4,12 @@ What is there is found in `rig.gap.findings`; here it is put into words and numb
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from rig.gap.attribute import Candidate
-from rig.gap.augment import noise_fraction, remaining_gap
+from rig.gap.augment import helping, noise_fraction, remaining_gap
 from rig.gap.carry import Applied
 from rig.gap.causes import name_causes, trust
 from rig.gap.effects import LIBRARY
@@ -25,6 +26,8 @@ from rig.log.record import Column, Record
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.parameters import Model
 
+SPOILING = 0.5
+"""What remains of the confidence in a cause that the simulator speaks against."""
 MOST_EXPLAINED = 1.25
 """An explained fraction above 1 says that less than the floor is left: the case's day was a quiet one."""
 
@@ -64,12 +67,13 @@ def _told(findings: Findings) -> Diagnosis:
     prepared, valve, angle, marks = findings.prepared, findings.valve, findings.angle, findings.signatures
     undriven = angle_side(prepared, driven=False, model=None) if valve is not None and valve.trigger.found else angle.side
     before = undriven.rms(np.concatenate(overall_gap(prepared, [])))
-    causes = name_causes(findings, before, undriven.floor)
+    added = helping(findings.simulator, findings.applied, prepared)
+    causes = [_unless_spoiling(cause, added, prepared) for cause in name_causes(findings, before, undriven.floor)]
     sides = [judged for judged in (valve, angle) if judged is not None]
     open_sides = [judged for judged in sides if judged.open]
     named = [cause for cause in causes if cause.effect != "unknown"]
     verdict = _verdict(bool(named), bool(open_sides))
-    gaps, remaining = overall_gap(prepared, []), remaining_gap(findings.simulator, findings.applied, prepared)
+    gaps, remaining = overall_gap(prepared, []), remaining_gap(findings.simulator, added, prepared)
     after = _after(findings, undriven.rms(np.concatenate(remaining)))
     gap = {
         "rms_deg": before,
@@ -110,6 +114,16 @@ def _told(findings: Findings) -> Diagnosis:
         evidence,
         list(prepared.pairing.notes),
     )
+
+
+def _unless_spoiling(cause: Cause, added: Sequence[Applied], prepared: Prepared) -> Cause:
+    """The cause, or without what would be added to the simulator where that makes it worse; said when so."""
+    if cause.applied is None or cause.side == "signature" or cause.applied.stage in {one.stage for one in added}:
+        return cause
+    prepared.pairing.notes.append(
+        f"with {cause.effect} in it the simulator would follow these records worse: named, but not added to it, and less sure"
+    )
+    return replace(cause, applied=None, confidence=SPOILING * cause.confidence)
 
 
 def _fraction(findings: Findings, before: float, after: float, floor: float) -> float:
@@ -182,8 +196,7 @@ def _held_out_ratio(candidate: Candidate, findings: Findings) -> float:
     """How much more a cause leaves on held-out records than on those it was fitted to."""
     judged = findings.angle if candidate in findings.angle.accepted else findings.valve
     assert judged is not None
-    modes = judged.side.mode_sizes(candidate.residual, 0.0)
-    fitted = judged.side.rms(candidate.residual - judged.side.modes @ modes)
+    fitted = judged.side.rms(judged.side.beside(candidate.residual))
     return float(np.clip(candidate.left / max(fitted, 1e-12), 1.0, 2.0))
 
 

@@ -6,6 +6,7 @@ learnt from the baselines and held up by a prior where they are few; the remaind
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -55,6 +56,8 @@ class Side:
     """Number of independent rows."""
     handed: float = 0.0
     """Rms that the other side's gap is worth on this one, by the carrier."""
+    doubts: Column | None = None
+    """(n, k) changes that may be there or not, one standard deviation each: what the other side hands over and nobody knows closer."""
 
     def rms(self, column: Column) -> float:
         """Root mean square over the measured rows."""
@@ -69,6 +72,7 @@ class Side:
             self,
             gap=self.gap[rows],
             modes=self.modes[rows],
+            doubts=None if self.doubts is None else self.doubts[rows],
             records=renamed,
             rows=self.rows * share,
             effective=self.effective * share,
@@ -78,11 +82,32 @@ class Side:
         """Variance of a row as the fits see it; `looseness` is the rms by which laws are only approximations."""
         return (self.remainder**2 + looseness**2) * self.rows / self.effective
 
+    @cached_property
+    def known(self) -> tuple[Column, Column]:
+        """(n, m + k) and (m + k,): the modes and the doubts, with their standard deviations."""
+        if self.doubts is None:
+            return self.modes, self.spread
+        return np.hstack([self.modes, self.doubts]), np.concatenate([self.spread, np.ones(self.doubts.shape[1])])
+
     def mode_sizes(self, column: Column, looseness: float = 0.0) -> Column:
         """(m,) size of each mode in a column: as much as its spread allows."""
+        return self._sizes(self.modes, self.spread, column, looseness)
+
+    def beside(self, column: Column, looseness: float = 0.0) -> Column:
+        """(n,) what is in a column beside its modes and doubts, each as large as its spread allows."""
+        known, spread = self.known
+        out: Column = column - known @ self._sizes(known, spread, column, looseness)
+        return out
+
+    def less(self, column: Column, doubts: Column, looseness: float) -> Column:
+        """(n,) a column without doubts (n, k), each as large as one standard deviation allows."""
+        out: Column = column - doubts @ self._sizes(doubts, np.ones(doubts.shape[1]), column, looseness)
+        return out
+
+    def _sizes(self, known: Column, spread: Column, column: Column, looseness: float) -> Column:
         noise = self.noise(looseness)
-        gram = self.modes.T @ self.modes / noise + np.diag(1.0 / self.spread**2)
-        return np.asarray(np.linalg.solve(gram, self.modes.T @ column / noise), dtype=np.float64)
+        gram = known.T @ known / noise + np.diag(1.0 / spread**2)
+        return np.asarray(np.linalg.solve(gram, known.T @ column / noise), dtype=np.float64)
 
     def free_sizes(self, column: Column) -> Column:
         """(m,) size of each mode in a column, by least squares."""
@@ -91,10 +116,11 @@ class Side:
 
     def whitened(self, looseness: float = 0.0) -> "Whitener":
         """How to weigh residuals of this side."""
+        known, spread = self.known
         noise = self.noise(looseness)
-        gram = self.modes.T @ self.modes / noise + np.diag(1.0 / self.spread**2)
-        to_sizes = np.ascontiguousarray(np.linalg.solve(gram, self.modes.T / noise).T)
-        return Whitener(self.modes, to_sizes, 1.0 / self.spread, 1.0 / float(np.sqrt(noise)))
+        gram = known.T @ known / noise + np.diag(1.0 / spread**2)
+        to_sizes = np.ascontiguousarray(np.linalg.solve(gram, known.T / noise).T)
+        return Whitener(np.ascontiguousarray(known), to_sizes, 1.0 / spread, 1.0 / float(np.sqrt(noise)))
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,8 @@ MEAN_LAWS = ((1.0, 1.0), (1.0, 0.0), (0.5, 0.5), (0.0, 1.0), (0.0, 0.0))
 """(exponent, softness): what the mean pressure may do, a bounded nuisance."""
 MEAN_DOUBT = 0.2
 """Share of what another mean pressure does to the angle that is not known."""
+PLAIN_DOUBT = 0.1
+"""Doubts smaller than this share of the remainder are none."""
 MEAN_MOVED = 0.01
 """Shares of change of the mean pressure below this are none."""
 
@@ -155,13 +157,14 @@ def monitor_noise(prepared: Prepared, side: Side) -> float:
 
 
 def doubting(side: Side, doubted: Sequence[Column]) -> Side:
-    """The side with its floor raised by changes that may be there or not."""
-    for column in doubted:
-        sizes = side.free_sizes(column)
-        rest = side.rms(column - side.modes @ sizes)
-        floor = float(np.hypot(side.floor, side.rms(column)))
-        side = replace(side, spread=np.hypot(side.spread, sizes), remainder=float(np.hypot(side.remainder, rest)), floor=floor)
-    return side
+    """The side with changes (n,) that may be there or not: as patterns of their own, the large ones, and in its floor."""
+    if not doubted:
+        return side
+    together = np.column_stack(doubted)
+    sizes, ways = np.linalg.eigh(together.T @ together / side.rows)
+    plain = sizes > (PLAIN_DOUBT * side.remainder) ** 2
+    floor = float(np.sqrt(side.floor**2 + max(float(sizes.sum()), 0.0)))
+    return replace(side, floor=floor, doubts=together @ ways[:, plain] if plain.any() else None)
 
 
 def with_mean_law(prepared: Prepared) -> Prepared:
