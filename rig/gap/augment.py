@@ -18,13 +18,17 @@ from rig.gap.kernels import square_sum
 from rig.gap.lost import loudness
 from rig.gap.prepared import Prepared
 from rig.gap.result import Diagnosis
+from rig.gap.solve import descend
 from rig.log.record import Column
+from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.kernels import simulate
 from rig.model.parameters import AddedEffect, Model
 
 MEAN_EXPONENTS = (0.6, 0.7, 0.8, 0.9, 1.0)
 """Laws of the mean pressure that are tried: d = (p1 - p2) (2 P0 / (p1 + p2))^exponent; 1 without, less with passive stiffness."""
 
+TUNED = 0.4
+"""Most by which a size is changed for the simulator's sake."""
 WORSE = 0.8
 """A cause is left out of the simulator when without it this share of the mean square is left."""
 
@@ -61,16 +65,56 @@ def helping(model: Model | None, causes: Sequence[Applied], prepared: Prepared) 
     return kept
 
 
-def _with_all(model: Model, causes: Sequence[Applied], prepared: Prepared, before: list[Column] | None) -> tuple[Model, float]:
-    """`model` with all causes, and the sum of squares that it leaves of the gap; where they change the mean pressure, with the law of
-    the mean pressure that leaves least, because the records that `model` was identified on never showed another."""
-    added = [
+def tuned(model: Model | None, causes: Sequence[Applied], sizes: Sequence[str], prepared: Prepared) -> list[Applied]:
+    """The causes with the number that is each one's size (`sizes`: its name) as serves the simulator best on these records: its loops
+    are not the rig's, and the same cause counts a little more or less in them. Unchanged without a simulator, or where it runs away."""
+    before = None if model is None or not causes else _simulated(model, prepared)
+    if model is None or before is None:
+        return list(causes)
+    start = np.array([cause.numbers[name] for cause, name in zip(causes, sizes, strict=True)])
+    exponent = _with_all(model, causes, prepared, before)[0]
+
+    def scaled(share: Column) -> list[Applied]:
+        return [
+            replace(cause, numbers=_scaled(cause, name, float(factor)))
+            for cause, name, factor in zip(causes, sizes, share, strict=True)
+        ]
+
+    def left(share: Column) -> Column:
+        changed = replace(exponent, effects=[*model.effects, *_added(scaled(share), prepared)])
+        changes = _changes(before, _simulated(changed, prepared))
+        if changes is None:
+            return np.full(sum(len(pair) for pair in prepared.pairs), np.inf)
+        return np.concatenate(_less(changes, prepared))
+
+    ones = np.ones(len(start))
+    best = descend(left, ones, (1.0 - TUNED) * ones, (1.0 + TUNED) * ones, 4)
+    return scaled(best.x) if np.isfinite(best.cost) else list(causes)
+
+
+def _scaled(cause: Applied, name: str, factor: float) -> dict[str, float]:
+    """The cause's numbers with its size, and what is tied to that, times a factor; within the stage's bounds."""
+    size = cause.numbers[name]
+    bounds = {number.name: (number.low, number.high) for number in EFFECT_STAGES[cause.stage].numbers}
+    return {
+        other: float(np.clip(factor * value, *bounds[other])) if other == name or value == size else value
+        for other, value in cause.numbers.items()
+    }
+
+
+def _added(causes: Sequence[Applied], prepared: Prepared) -> list[AddedEffect]:
+    return [
         AddedEffect(cause.stage, {name: float(value) for name, value in full_numbers(cause, prepared.nominal).items()})
         for cause in causes
     ]
-    changed = replace(model, effects=[*model.effects, *added])
+
+
+def _with_all(model: Model, causes: Sequence[Applied], prepared: Prepared, before: list[Column] | None) -> tuple[Model, float]:
+    """`model` with all causes, and the sum of squares that it leaves of the gap; where they change the mean pressure, with the law of
+    the mean pressure that leaves least, because the records that `model` was identified on never showed another."""
+    changed = replace(model, effects=[*model.effects, *_added(causes, prepared)])
     tried = [changed]
-    if added and "mean_exponent" in model.muscle.parameters and _mean_moves(model, changed, prepared):
+    if causes and "mean_exponent" in model.muscle.parameters and _mean_moves(model, changed, prepared):
         tried = [with_mean_exponent(changed, exponent) for exponent in MEAN_EXPONENTS]
     left = [_left_deg2(before, _simulated(one, prepared), prepared) for one in tried]
     k = int(np.argmin(left))

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from rig.gap.attribute import Candidate
-from rig.gap.augment import helping, noise_fraction, remaining_gap
-from rig.gap.carry import Applied
+from rig.gap.augment import helping, noise_fraction, remaining_gap, tuned
+from rig.gap.carry import Applied, full_numbers
 from rig.gap.causes import name_causes, trust
 from rig.gap.effects import LIBRARY
 from rig.gap.engine import angle_side, overall_gap
@@ -67,7 +67,8 @@ def _told(findings: Findings) -> Diagnosis:
     prepared, valve, angle, marks = findings.prepared, findings.valve, findings.angle, findings.signatures
     undriven = angle_side(prepared, driven=False, model=None) if valve is not None and valve.trigger.found else angle.side
     before = undriven.rms(np.concatenate(overall_gap(prepared, [])))
-    added = helping(findings.simulator, findings.applied, prepared)
+    kept = helping(findings.simulator, findings.applied, prepared)
+    added = tuned(findings.simulator, kept, [findings.size_of(cause) for cause in kept], prepared)
     causes = [_unless_spoiling(cause, added, prepared) for cause in name_causes(findings, before, undriven.floor)]
     sides = [judged for judged in (valve, angle) if judged is not None]
     open_sides = [judged for judged in sides if judged.open]
@@ -118,8 +119,11 @@ def _told(findings: Findings) -> Diagnosis:
 
 def _unless_spoiling(cause: Cause, added: Sequence[Applied], prepared: Prepared) -> Cause:
     """The cause, or without what would be added to the simulator where that makes it worse; said when so."""
-    if cause.applied is None or cause.side == "signature" or cause.applied.stage in {one.stage for one in added}:
+    if cause.applied is None or cause.side == "signature":
         return cause
+    mine = next((one for one in added if one.stage == cause.applied.stage), None)
+    if mine is not None:
+        return replace(cause, applied=Applied(mine.stage, full_numbers(mine, prepared.nominal)))
     prepared.pairing.notes.append(
         f"with {cause.effect} in it the simulator would follow these records worse: named, but not added to it, and less sure"
     )

@@ -50,6 +50,11 @@ class Findings:
         sides = [judged for judged in (self.valve, self.angle) if judged is not None]
         return [candidate.applied for judged in sides for candidate in judged.accepted]
 
+    def size_of(self, cause: Applied) -> str:
+        """The number that is an accepted cause's size."""
+        sides = [judged for judged in (self.valve, self.angle) if judged is not None]
+        return next(one.law.free[0] for judged in sides for one in judged.accepted if one.applied is cause)
+
 
 def find(
     model: Model | None,
