@@ -61,6 +61,7 @@ def name_causes(findings: Findings, before: float, floor: float) -> list[Cause]:
         if judged.open:
             found.append(_unknown(judged, before))
     found += [_marked(mark, prepared) for mark in findings.signatures if mark.found and mark.effect]
+    found += [Cause("unknown", "sensor", "signature", None, {}, before, before, 0.0, (), 0.5) for _ in findings.strange]
     return sorted(found, key=lambda cause: cause.gap_after_deg - cause.gap_before_deg)
 
 

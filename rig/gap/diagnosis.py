@@ -73,7 +73,7 @@ def _told(findings: Findings) -> Diagnosis:
     sides = [judged for judged in (valve, angle) if judged is not None]
     open_sides = [judged for judged in sides if judged.open]
     named = [cause for cause in causes if cause.effect != "unknown"]
-    verdict = _verdict(bool(named), bool(open_sides))
+    verdict = _verdict(bool(named), bool(open_sides or findings.strange))
     gaps, remaining = overall_gap(prepared, []), remaining_gap(findings.simulator, added, prepared)
     after = _after(findings, undriven.rms(np.concatenate(remaining)))
     gap = {

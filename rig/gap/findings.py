@@ -3,7 +3,7 @@
 Each step's computing is in `rig.gap.engine`, what goes between the sides in `rig.gap.handover`; here stands their order.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -50,6 +50,11 @@ class Findings:
         sides = [judged for judged in (self.valve, self.angle) if judged is not None]
         return [candidate.applied for judged in sides for candidate in judged.accepted]
 
+    @property
+    def strange(self) -> list[Signature]:
+        """Marks of something in the angle that the library has no name for."""
+        return [mark for mark in self.signatures if mark.found and mark.effect is None and mark.variance_deg2 > 0.0]
+
     def size_of(self, cause: Applied) -> str:
         """The number that is an accepted cause's size."""
         sides = [judged for judged in (self.valve, self.angle) if judged is not None]
@@ -67,10 +72,10 @@ def find(
     effects = library_of(library)
     as_read = prepared = prepare(model, records, baselines, pressures)
     known = {effect.name for effect in effects}
-    marks = [mark for mark in signatures_of(prepared) if mark.effect is None or mark.effect in known]
+    marks = [_named_by(known, mark) for mark in signatures_of(prepared)]
     if any(mark.found and mark.effect == "lost_samples" for mark in marks):
         prepared = _without_lost(prepared, model, pressures)
-        noise = next(mark for mark in signatures_of(prepared) if mark.mark == "noise")
+        noise = next(_named_by(known, mark) for mark in signatures_of(prepared) if mark.mark == "noise")
         marks = [noise if mark.mark == "noise" else mark for mark in marks]
     valve = judge(prepared, valve_side(prepared), effects) if prepared.pairing.pressures else None
     findings = _both_sides(prepared, valve, effects, marks, model, as_read)
@@ -79,6 +84,11 @@ def find(
     missed = model_misfit_deg(model, as_read)
     simulator = model if missed is None or _is_of_this_rig(missed, as_read) else None
     return replace(findings, simulator=simulator, model_misfit_deg=missed)
+
+
+def _named_by(known: Collection[str], mark: Signature) -> Signature:
+    """The mark, without its name where the library does not hold that."""
+    return mark if mark.effect is None or mark.effect in known else replace(mark, effect=None)
 
 
 def _is_of_this_rig(missed: float, prepared: Prepared) -> bool:
