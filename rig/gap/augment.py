@@ -5,7 +5,7 @@ The description of the healthy rig that names causes (`rig.gap.nominal`) carries
 What a user gets is the simulator's: so it is asked itself, on the records at hand.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -65,40 +65,38 @@ def helping(model: Model | None, causes: Sequence[Applied], prepared: Prepared) 
     return kept
 
 
-def tuned(model: Model | None, causes: Sequence[Applied], sizes: Sequence[str], prepared: Prepared) -> list[Applied]:
-    """The causes with the number that is each one's size (`sizes`: its name) as serves the simulator best on these records: its loops
-    are not the rig's, and the same cause counts a little more or less in them. Unchanged without a simulator, or where it runs away."""
+def tuned(model: Model | None, causes: Sequence[Applied], sizes: Sequence[Collection[str]], prepared: Prepared) -> list[Applied]:
+    """The causes with the numbers that are each one's size (`sizes`: their names) as serves the simulator best on these records: its
+    loops are not the rig's, and the same cause counts a little more or less in them. Unchanged without a simulator, or where it runs
+    away."""
     before = None if model is None or not causes else _simulated(model, prepared)
     if model is None or before is None:
         return list(causes)
-    start = np.array([cause.numbers[name] for cause, name in zip(causes, sizes, strict=True)])
-    exponent = _with_all(model, causes, prepared, before)[0]
+    with_mean_law = _with_all(model, causes, prepared, before)[0]
 
-    def scaled(share: Column) -> list[Applied]:
+    def scaled(shares: Column) -> list[Applied]:
         return [
-            replace(cause, numbers=_scaled(cause, name, float(factor)))
-            for cause, name, factor in zip(causes, sizes, share, strict=True)
+            replace(cause, numbers=_scaled(cause, names, float(share)))
+            for cause, names, share in zip(causes, sizes, shares, strict=True)
         ]
 
-    def left(share: Column) -> Column:
-        changed = replace(exponent, effects=[*model.effects, *_added(scaled(share), prepared)])
+    def left(shares: Column) -> Column:
+        changed = replace(with_mean_law, effects=[*model.effects, *_added(scaled(shares), prepared)])
         changes = _changes(before, _simulated(changed, prepared))
         if changes is None:
             return np.full(sum(len(pair) for pair in prepared.pairs), np.inf)
         return np.concatenate(_less(changes, prepared))
 
-    ones = np.ones(len(start))
+    ones = np.ones(len(causes))
     best = descend(left, ones, (1.0 - TUNED) * ones, (1.0 + TUNED) * ones, 4)
     return scaled(best.x) if np.isfinite(best.cost) else list(causes)
 
 
-def _scaled(cause: Applied, name: str, factor: float) -> dict[str, float]:
-    """The cause's numbers with its size, and what is tied to that, times a factor; within the stage's bounds."""
-    size = cause.numbers[name]
+def _scaled(cause: Applied, names: Collection[str], share: float) -> dict[str, float]:
+    """The cause's numbers, those named times a share; within the stage's bounds."""
     bounds = {number.name: (number.low, number.high) for number in EFFECT_STAGES[cause.stage].numbers}
     return {
-        other: float(np.clip(factor * value, *bounds[other])) if other == name or value == size else value
-        for other, value in cause.numbers.items()
+        name: float(np.clip(share * value, *bounds[name])) if name in names else value for name, value in cause.numbers.items()
     }
 
 

@@ -68,8 +68,8 @@ def _beside(leader: Candidate, effects: Sequence[Effect], bench: Bench, several:
     """Second causes beside the leader, best first; at least `several` of them are fitted to all records. None of the leader's own class:
     what two that look alike leave together says more about the laws than about the rig."""
     around = replace(bench, accepted=(leader.applied,))
-    word = effect_class(leader.effect.name, not _blind(bench))
-    others = [effect for effect in effects if effect_class(effect.name, not _blind(bench)) != word]
+    word = effect_class(leader.effect.name, True)
+    others = [effect for effect in effects if effect_class(effect.name, True) != word]
     return rank(others, around, least=several, reach=1.2)
 
 
@@ -81,10 +81,11 @@ def _settled(first: Candidate, second: Candidate, bench: Bench) -> list[Candidat
     return [first, second]
 
 
-def makeweight(causes: Sequence[Candidate], bench: Bench) -> bool:
-    """Whether one of two causes explains next to nothing of the side's gap by itself: it is there to mend the other, and one effect
-    that the library does not hold would look the same."""
+def makeweight(causes: Sequence[Candidate], bench: Bench) -> Candidate | None:
+    """The one of two causes that explains next to nothing of the side's gap by itself, if any: it is there to mend the other, and one
+    effect that the library does not hold would look the same."""
     alone = replace(bench, accepted=())
     gap = square_sum(bench.side.gap)
     left = [square_sum((alone.measured - alone.predicted([cause.applied])) * alone.used) for cause in causes]
-    return len(causes) > 1 and 1.0 - float(np.max(left)) / gap < MAKEWEIGHT
+    weakest = int(np.argmax(left))
+    return causes[weakest] if len(causes) > 1 and 1.0 - left[weakest] / gap < MAKEWEIGHT else None

@@ -113,7 +113,7 @@ def _told(findings: Findings) -> Diagnosis:
         ranking,
         _next(findings, causes, undriven.floor),
         evidence,
-        list(prepared.pairing.notes),
+        list(dict.fromkeys(prepared.pairing.notes)),
     )
 
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from rig.errors import ModelError, RigError
-from rig.gap.attribute import Bench, case_pressures, rank
+from rig.gap.attribute import Bench, Candidate, case_pressures, rank
 from rig.gap.carry import Applied, angle_under, lay_tracks, ready, response_with
 from rig.gap.compound import makeweight, with_second
 from rig.gap.effects import Effect, chosen
@@ -233,12 +233,24 @@ def judge(
     for causes in sorted([accepted, *possible], key=lambda causes: leaves_too_much(causes, side)):
         fraction, remainder = explained_share(causes, side), leaves_too_much(causes, side)
         if sufficient(fraction, ranking, trigger(side, causes[-1].residual).found, remainder):
-            return Judged(side, sign, bench, ranking, chances, names, causes, fraction, remainder or makeweight(causes, bench))
+            remainder |= _mended(causes, bench, prepared)
+            return Judged(side, sign, bench, ranking, chances, names, causes, fraction, remainder)
     fraction = explained_share(accepted, side)
     by_carrier = fraction < HALF and not trigger(side, None, STRANGE_HANDOVER * side.handed).found
     if side.handed > 0.0 and by_carrier:
         return untriggered(Judged(side, sign, bench, [], [], [], [], 0.0))
     return Judged(side, sign, bench, ranking, chances, names, [], fraction, True)
+
+
+def _mended(causes: Sequence[Candidate], bench: Bench, prepared: Prepared) -> bool:
+    """Whether one of the causes is there for the other's sake; said when so."""
+    mending = makeweight(causes, bench)
+    if mending is not None:
+        prepared.pairing.notes.append(
+            f"{mending.effect.name} explains next to nothing by itself, it mends what the other cause leaves; one effect that the "
+            "library does not hold would look the same"
+        )
+    return mending is not None
 
 
 def overall_gap(prepared: Prepared, causes: Sequence[Applied]) -> list[Column]:

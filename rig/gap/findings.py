@@ -55,10 +55,11 @@ class Findings:
         """Marks of something in the angle that the library has no name for."""
         return [mark for mark in self.signatures if mark.found and mark.effect is None and mark.variance_deg2 > 0.0]
 
-    def size_of(self, cause: Applied) -> str:
-        """The number that is an accepted cause's size."""
+    def size_of(self, cause: Applied) -> set[str]:
+        """The numbers that are an accepted cause's size."""
         sides = [judged for judged in (self.valve, self.angle) if judged is not None]
-        return next(one.law.free[0] for judged in sides for one in judged.accepted if one.applied is cause)
+        law = next(one.law for judged in sides for one in judged.accepted if one.applied is cause)
+        return {law.free[0]} | {name for name, owner in law.tied.items() if owner == law.free[0]}
 
 
 def find(
@@ -132,13 +133,15 @@ def _doubting_conspiracies(findings: Findings) -> Findings:
     causes = findings.applied
     if len(causes) < 2 or not findings.angle.accepted:
         return findings
-    undone = _coherence(findings.prepared, causes) < UNDOING
-    if undone:
-        findings.prepared.pairing.notes.append(
-            f"{', '.join(cause.effect for cause in causes)} all but undo each other in the angle: one effect that the library does not "
-            "hold would look the same"
-        )
-    return replace(findings, angle=replace(findings.angle, remainder=True)) if undone or len(causes) > MOST_CAUSES else findings
+    names = ", ".join(cause.effect for cause in causes)
+    if _coherence(findings.prepared, causes) < UNDOING:
+        doubt = f"{names} all but undo each other in the angle"
+    elif len(causes) > MOST_CAUSES:
+        doubt = f"{names}: so many at once are seldom"
+    else:
+        return findings
+    findings.prepared.pairing.notes.append(f"{doubt}; one effect that the library does not hold would look the same")
+    return replace(findings, angle=replace(findings.angle, remainder=True))
 
 
 def _coherence(prepared: Prepared, causes: Sequence[Applied]) -> float:
