@@ -12,9 +12,9 @@ from rig.gap.carry import Applied, full_numbers
 from rig.gap.effects import LIBRARY, alike
 from rig.gap.engine import overall_gap
 from rig.gap.findings import Findings
+from rig.gap.mark import Signature
 from rig.gap.prepared import Judged, Prepared
 from rig.gap.result import Cause, Interval
-from rig.gap.signatures import Signature
 from rig.gap.trigger import trigger
 from rig.gap.verdict import explained
 from rig.model.effect_stages import EFFECT_STAGES

@@ -5,7 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from rig.gap.attribute import LOOSENESS, Bench, Candidate, rank, refit
+from rig.gap.attribute import LOOSENESS, Candidate, rank, refit
+from rig.gap.bench import Bench
 from rig.gap.effects import Effect, effect_class
 from rig.gap.kernels import square_sum
 from rig.gap.trigger import trigger

@@ -1,6 +1,6 @@
-"""The diagnosis from end to end: pair, describe the healthy rig, look for signatures, judge each side, name causes, say how far.
+"""The computing of each step: pair and describe the healthy rig, each side's gap and floor, and the judgement of a side.
 
-The one entry is `diagnose`; everything it uses is in the other files of this room.
+Their order is in `rig.gap.findings`, the words in `rig.gap.diagnosis`.
 """
 
 from collections.abc import Sequence
@@ -9,7 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from rig.errors import ModelError, RigError
-from rig.gap.attribute import Bench, Candidate, case_pressures, rank
+from rig.gap.attribute import Candidate, rank
+from rig.gap.bench import Bench, case_pressures
 from rig.gap.carry import Applied, angle_under, lay_tracks, ready, response_with
 from rig.gap.compound import makeweight, with_second
 from rig.gap.effects import Effect, chosen
@@ -18,7 +19,6 @@ from rig.gap.floor import (
     MODEL_PRIORS,
     MODEL_VALVE_PRIORS,
     VALVE_PRIORS,
-    Side,
     angle_deviations,
     angle_gap,
     angle_modes,
@@ -30,10 +30,12 @@ from rig.gap.floor import (
 )
 from rig.gap.handover import doubting, echo, monitor_noise, must
 from rig.gap.kernels import regulated
+from rig.gap.mark import Signature
 from rig.gap.nominal import Reference, describe, fit_regulators, mean_session
 from rig.gap.pairs import Pair, pair_up
 from rig.gap.prepared import Judged, Prepared, untriggered
-from rig.gap.signatures import Signature, read_signatures
+from rig.gap.side import Side
+from rig.gap.signatures import read_signatures
 from rig.gap.strangers import without_strangers
 from rig.gap.trigger import trigger
 from rig.gap.verdict import (

@@ -14,8 +14,8 @@ from rig.gap.engine import angle_side, judge, library_of, model_misfit_deg, over
 from rig.gap.handover import doubts, faint, misreading, stiffened, stripped, with_mean_law
 from rig.gap.kernels import square_sum
 from rig.gap.lost import bridged, lost_rows
+from rig.gap.mark import Signature
 from rig.gap.prepared import Judged, Prepared, untriggered
-from rig.gap.signatures import Signature
 from rig.log.record import Column, Record
 from rig.model.parameters import Model
 

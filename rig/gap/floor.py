@@ -5,14 +5,13 @@ learnt from the baselines and held up by a prior where they are few; the remaind
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
-from rig.gap.kernels import square_sum, stops, whitened
+from rig.gap.kernels import stops
 from rig.gap.nominal import Nominal, Reference
 from rig.gap.pairs import Pair
+from rig.gap.side import Side
 from rig.log.record import Column
 
 MEMORY_S = 1.0
@@ -26,115 +25,6 @@ VALVE_PRIORS = (0.0008, 0.003, 0.001)
 MODEL_PRIORS = (0.03, 0.08, 0.03, 0.5)
 MODEL_VALVE_PRIORS = (0.01, 0.05, 0.05)
 """The same for a model in place of a baseline."""
-
-
-@dataclass(frozen=True)
-class Side:
-    """One side of the chain: its gap, its modes, its floor. Columns run over all pairs, one after the other."""
-
-    name: str
-    unit: str
-    gap: Column
-    """(n,) case minus healthy reference, 0 where not measured."""
-    modes: Column
-    """(n, m) ways in which sessions differ."""
-    spread: Column
-    """(m,) standard deviation of each mode between sessions."""
-    degrees: float
-    """Degrees of freedom of `spread`."""
-    remainder: float
-    """Rms of what sessions differ beside the modes."""
-    floor: float
-    """Rms of a healthy session against the mean of the baselines, modes and all."""
-    source: str
-    """sessions, periods, noise or model: what the floor was taken from."""
-    records: Column
-    """(n,) index of the pair that each row belongs to."""
-    rows: float
-    """Number of rows that were measured."""
-    effective: float
-    """Number of independent rows."""
-    handed: float = 0.0
-    """Rms that the other side's gap is worth on this one, by the carrier."""
-    doubts: Column | None = None
-    """(n, k) changes that may be there or not, one standard deviation each: what the other side hands over and nobody knows closer."""
-
-    def rms(self, column: Column) -> float:
-        """Root mean square over the measured rows."""
-        return float(np.sqrt(square_sum(column) / self.rows))
-
-    def on(self, chosen: Sequence[int]) -> "Side":
-        """The same side with the rows of some records only."""
-        rows = np.flatnonzero(np.isin(self.records, chosen))
-        share = len(rows) / max(len(self.records), 1)
-        renamed = np.searchsorted(np.array(chosen), self.records[rows]).astype(float)
-        return replace(
-            self,
-            gap=self.gap[rows],
-            modes=self.modes[rows],
-            doubts=None if self.doubts is None else self.doubts[rows],
-            records=renamed,
-            rows=self.rows * share,
-            effective=self.effective * share,
-        )
-
-    def noise(self, looseness: float = 0.0) -> float:
-        """Variance of a row as the fits see it; `looseness` is the rms by which laws are only approximations."""
-        return (self.remainder**2 + looseness**2) * self.rows / self.effective
-
-    @cached_property
-    def known(self) -> tuple[Column, Column]:
-        """(n, m + k) and (m + k,): the modes and the doubts, with their standard deviations."""
-        if self.doubts is None:
-            return self.modes, self.spread
-        return np.hstack([self.modes, self.doubts]), np.concatenate([self.spread, np.ones(self.doubts.shape[1])])
-
-    def mode_sizes(self, column: Column, looseness: float = 0.0) -> Column:
-        """(m,) size of each mode in a column: as much as its spread allows."""
-        return self._sizes(self.modes, self.spread, column, looseness)
-
-    def beside(self, column: Column, looseness: float = 0.0) -> Column:
-        """(n,) what is in a column beside its modes and doubts, each as large as its spread allows."""
-        known, spread = self.known
-        out: Column = column - known @ self._sizes(known, spread, column, looseness)
-        return out
-
-    def less(self, column: Column, doubts: Column, looseness: float) -> Column:
-        """(n,) a column without doubts (n, k), each as large as one standard deviation allows."""
-        out: Column = column - doubts @ self._sizes(doubts, np.ones(doubts.shape[1]), column, looseness)
-        return out
-
-    def _sizes(self, known: Column, spread: Column, column: Column, looseness: float) -> Column:
-        noise = self.noise(looseness)
-        gram = known.T @ known / noise + np.diag(1.0 / spread**2)
-        return np.asarray(np.linalg.solve(gram, known.T @ column / noise), dtype=np.float64)
-
-    def free_sizes(self, column: Column) -> Column:
-        """(m,) size of each mode in a column, by least squares."""
-        gram = self.modes.T @ self.modes
-        return np.asarray(np.linalg.solve(gram + 1e-12 * np.diag(np.diag(gram) + 1e-30), self.modes.T @ column), dtype=np.float64)
-
-    def whitened(self, looseness: float = 0.0) -> "Whitener":
-        """How to weigh residuals of this side."""
-        known, spread = self.known
-        noise = self.noise(looseness)
-        gram = known.T @ known / noise + np.diag(1.0 / spread**2)
-        to_sizes = np.ascontiguousarray(np.linalg.solve(gram, known.T / noise).T)
-        return Whitener(np.ascontiguousarray(known), to_sizes, 1.0 / spread, 1.0 / float(np.sqrt(noise)))
-
-
-@dataclass(frozen=True)
-class Whitener:
-    """Turns a residual into one whose sum of squares is its chi-square: modes cost what their spread says."""
-
-    modes: Column
-    to_sizes: Column
-    precision: Column
-    scale: float
-
-    def __call__(self, residual: Column) -> Column:
-        out: Column = whitened(residual, self.modes, self.to_sizes, self.precision, self.scale)
-        return out
 
 
 def angle_modes(pairs: Sequence[Pair], references: Sequence[Reference]) -> Column:

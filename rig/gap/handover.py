@@ -10,11 +10,13 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from rig.gap.attribute import LOOSENESS, case_pressures
+from rig.gap.attribute import LOOSENESS
+from rig.gap.bench import case_pressures
 from rig.gap.carry import Applied, angle_under, lay_tracks
-from rig.gap.floor import Side, angle_deviations, angle_gap
+from rig.gap.floor import angle_deviations, angle_gap
 from rig.gap.kernels import regulated
 from rig.gap.prepared import Judged, Prepared
+from rig.gap.side import Side
 from rig.gap.trigger import STRUCTURE, trigger
 from rig.log.record import Column
 

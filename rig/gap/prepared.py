@@ -2,11 +2,12 @@
 
 from dataclasses import dataclass, replace
 
-from rig.gap.attribute import Bench, Candidate
+from rig.gap.attribute import Candidate
+from rig.gap.bench import Bench
 from rig.gap.carry import Track
-from rig.gap.floor import Side
 from rig.gap.nominal import Nominal, Reference
 from rig.gap.pairs import Pair, Pairing
+from rig.gap.side import Side
 from rig.gap.trigger import Trigger
 
 

@@ -5,21 +5,16 @@ noise is no finding. Without a baseline the marks must be plain.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d, median_filter, uniform_filter1d
-from scipy.signal import filtfilt, iirnotch, periodogram
+from scipy.ndimage import gaussian_filter1d, uniform_filter1d
 
+from rig.gap.lines import lone_line, mains_line, without_line
 from rig.gap.lost import angles_of, repeat_share, share_by_chance
+from rig.gap.mark import SMOOTHED, Signature
 from rig.gap.pairs import SMOOTHING_S, Pair
 from rig.log.record import Column, Record
 
-LINES_HZ = (50.0, 60.0)
-TONE_FROM_HZ, TONE_AROUND_HZ = 20.0, 8.0
-"""Lines are looked for above the motion's own, and compared with what lies within so much around them."""
-TONE_CLEAR, TONE_ALONE = 6.0, 3.0
-"""How many times a line's amplitude must exceed what lies around it, and every other line: the motion's multiples come in rows."""
 LOST_JUMP = 1.2
 """Steps that the row after a repeat must go on by: 2 after a lost sample, 1 + 1/n after n in a row, 1 in a dead spot."""
 LEAST_MOVING = 200
@@ -28,28 +23,8 @@ LOST_MORE = 0.25
 """Repeats must exceed those of the baselines by this share of them: on a lattice they come and go with the speed."""
 UNEVEN = 1.3
 """Codes of a converter are not quite even."""
-SMOOTHED = 0.25
-"""Share of a white disturbance's variance that the smoothing lets through, generously."""
 CLEAR = 5.0
 """Standard deviations by which a share or a level must stand out."""
-
-
-@dataclass(frozen=True)
-class Signature:
-    """One mark: what was looked for, what the case and the baselines show, and the effect it stands for."""
-
-    mark: str
-    effect: str | None
-    found: bool
-    value: float
-    baseline: float
-    unit: str
-    text: str
-    numbers: dict[str, float] = field(default_factory=dict)
-    variance_deg2: float = 0.0
-    """What the effect adds to the mean square of the angle."""
-    smoothed_deg2: float = 0.0
-    """What of it the smoothing lets through."""
 
 
 def read_signatures(pairs: Sequence[Pair]) -> list[Signature]:
@@ -59,8 +34,8 @@ def read_signatures(pairs: Sequence[Pair]) -> list[Signature]:
     sessions = [[pair.raw_baselines[k] for pair in pairs] for k in range(count)]
     lattice = _lattice(cases, sessions)
     repeats = _repeats(cases, sessions, lattice)
-    hum = _hum(cases, sessions)
-    tone = _tone(cases, sessions)
+    hum = mains_line(cases, sessions)
+    tone = lone_line(cases, sessions)
     noise = _noise(cases, sessions, lattice, repeats, [mark for mark in (hum, tone) if mark.found])
     return [lattice, repeats, hum, tone, noise, _stamps(cases, sessions), _common_mode(cases, sessions), *_wires(cases)]
 
@@ -154,106 +129,6 @@ def _repeats(cases: Sequence[Record], sessions: Sequence[Sequence[Record]], latt
     return Signature("repeats", "lost_samples", found, share, base, "1", text, numbers, added)
 
 
-def _line(records: Sequence[Record], line_hz: float) -> tuple[float, float]:
-    """Amplitude of a mains line in the angle and the usual amplitude beside it; 0, 0 when the sampling cannot show it."""
-    lines, besides = [], []
-    for record in records:
-        if record.angle_deg is None:
-            continue
-        rate = 1.0 / record.period_s
-        alias = _alias(line_hz, rate)
-        if alias < 8.0 or alias > 0.5 * rate - 1.0:
-            continue
-        frequency, power = _fast_spectrum(record)
-        near = np.abs(frequency - alias)
-        lines.append(float(power[near < 0.6].max()))
-        besides.append(float(np.median(power[(near > 1.0) & (near < 8.0)])))
-    if not lines:
-        return 0.0, 0.0
-    return float(np.sqrt(2 * np.median(lines))), float(np.sqrt(2 * np.median(besides)))
-
-
-def _alias(line_hz: float, rate_hz: float) -> float:
-    """Where a line shows at this sampling."""
-    return abs(line_hz - rate_hz * round(line_hz / rate_hz))
-
-
-def _fast_spectrum(record: Record) -> tuple[Column, Column]:
-    """Frequency (Hz) and power (deg^2) of what the smoothing takes off the angle."""
-    assert record.angle_deg is not None
-    rate = 1.0 / record.period_s
-    grid = record.t_s[0] + np.arange(len(record)) / rate
-    known = np.isfinite(record.angle_deg)
-    angle = np.interp(grid, record.t_s[known], record.angle_deg[known])
-    rest = angle - gaussian_filter1d(angle, SMOOTHING_S * rate)
-    frequency, power = periodogram(rest, rate, window="hann", scaling="spectrum")
-    return frequency, power
-
-
-def _tone(cases: Sequence[Record], sessions: Sequence[Sequence[Record]]) -> Signature:
-    """A line that stands alone where no mains line is: no effect of the library makes it, but noise it is not either."""
-
-    def powers(records: Sequence[Record]) -> Column:
-        spectra = [_fast_spectrum(record) for record in records if record.angle_deg is not None]
-        return np.median([np.interp(grid, frequency, power, right=0.0) for frequency, power in spectra], axis=0)
-
-    grid = max((_fast_spectrum(record)[0] for record in cases if record.angle_deg is not None), key=len)
-    rate = 2.0 * float(grid[-1])
-    own = powers(cases)
-    usual = np.max([powers(session) for session in sessions], axis=0) if sessions else np.zeros_like(own)
-    beside = median_filter(own, max(3, round(TONE_AROUND_HZ / float(grid[1]))), mode="nearest")
-    free = (grid > TONE_FROM_HZ) & (grid < 0.5 * rate - 1.0)
-    for line in LINES_HZ:
-        for multiple in (1, 3, 5):
-            free &= np.abs(grid - _alias(multiple * line, rate)) > 1.0
-    stands = np.where(free, own, 0.0)
-    k = int(np.argmax(stands))
-    others = float(np.max(np.where(np.abs(grid - grid[k]) > 1.0, stands, 0.0)))
-    found = bool(own[k] > TONE_CLEAR**2 * max(beside[k], 1e-30) and own[k] > 4.0 * usual[k] and own[k] > TONE_ALONE**2 * others)
-    amplitude = float(np.sqrt(2.0 * max(own[k] - usual[k], 0.0)))
-    text = f"the strongest line that is no mains line: {amplitude:.3g} deg at {grid[k]:.1f} Hz"
-    added = 0.5 * amplitude**2 if found else 0.0
-    numbers = {"amplitude_deg": amplitude, "frequency_hz": float(grid[k])}
-    return Signature(
-        "tone", None, found, amplitude, float(np.sqrt(2.0 * usual[k])), "deg", text, numbers, added, SMOOTHED * added
-    )
-
-
-def _without_line(record: Record, line_hz: float) -> Column:
-    """The angle with a narrow notch at the line."""
-    assert record.angle_deg is not None
-    rate = 1.0 / record.period_s
-    alias = _alias(line_hz, rate)
-    numerator, denominator = iirnotch(alias, alias / 4.0, rate)
-    left: Column = filtfilt(numerator, denominator, record.angle_deg[np.isfinite(record.angle_deg)])
-    return left
-
-
-def _hum(cases: Sequence[Record], sessions: Sequence[Sequence[Record]]) -> Signature:
-    best = (0.0, 0.0, 50.0)
-    for line in LINES_HZ:
-        amplitude, beside = _line(cases, line)
-        if amplitude > best[0]:
-            best = (amplitude, beside, line)
-    amplitude, beside, line = best
-    base = max((_line(session, line)[0] for session in sessions), default=0.0)
-    found = amplitude > 6.0 * beside and amplitude > 2.0 * base and amplitude > 0.0
-    size = float(np.sqrt(max(amplitude**2 - base**2, 0.0)))
-    text = f"a line of {amplitude:.3g} deg at {line:.0f} Hz, {base:.3g} deg in the baselines, {beside:.2g} deg beside it"
-    return Signature(
-        "mains line",
-        "mains_hum",
-        found,
-        amplitude,
-        base,
-        "deg",
-        text,
-        {"amplitude_deg": size, "frequency_hz": line},
-        0.5 * size**2 if found else 0.0,
-        SMOOTHED * 0.5 * size**2 if found else 0.0,
-    )
-
-
 def _noise(
     cases: Sequence[Record],
     sessions: Sequence[Sequence[Record]],
@@ -265,7 +140,7 @@ def _noise(
     measure = _white_level if repeats.found else _high_level
     strongest = max(lines, key=lambda line: line.value, default=None)
     level = measure(
-        [_without_line(record, strongest.numbers["frequency_hz"]) for record in cases] if strongest else angles_of(cases)
+        [without_line(record, strongest.numbers["frequency_hz"]) for record in cases] if strongest else angles_of(cases)
     )
     own = level**2 - (lattice.value**2 / 12.0 if lattice.found else 0.0)
     levels = [measure(angles_of(session)) for session in sessions]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import t as student
 
-from rig.gap.floor import Side
+from rig.gap.side import Side
 from rig.log.record import Column
 
 FALSE_ALARM = 0.003

@@ -9,8 +9,8 @@ import numpy as np
 
 from rig.gap.attribute import LOOSENESS, SHARPNESS, Candidate
 from rig.gap.effects import LIBRARY, effect_class
-from rig.gap.floor import Side
 from rig.gap.kernels import square_sum
+from rig.gap.side import Side
 from rig.gap.trigger import STRUCTURE, trigger
 
 KNOWN = 0.73

@@ -13,7 +13,7 @@ from rig.gap.carry import Applied
 from rig.gap.compound import makeweight
 from rig.gap.effects import LIBRARY
 from rig.gap.findings import Findings, find
-from rig.gap.floor import Side
+from rig.gap.side import Side
 from rig.gap.trigger import trigger
 from rig.log.record import Column, Record
 from rig.model.parameters import AddedEffect

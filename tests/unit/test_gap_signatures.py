@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from rig.gap.lost import bridged, lost_rows
+from rig.gap.mark import Signature
 from rig.gap.pairs import pair_up
-from rig.gap.signatures import Signature, read_signatures
+from rig.gap.signatures import read_signatures
 from rig.log.record import Column, Record
 from tests.unit.gap_rigs import baselines, session
 
