@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d, median_filter
 from scipy.signal import filtfilt, iirnotch, periodogram
 
@@ -71,14 +72,12 @@ def _usual_spectrum(records: Sequence[Record]) -> tuple[Column, Column]:
     return grid, np.median([np.interp(grid, frequency, power, right=0.0) for frequency, power in spectra], axis=0)
 
 
-def _free_of_mains(frequency_hz: Column) -> Column:
+def _free_of_mains(frequency_hz: Column) -> NDArray[np.bool_]:
     """Where a line that is not the mains' may stand: above the motion, beside the mains lines and their odd multiples."""
     rate = 2.0 * float(frequency_hz[-1])
-    free: Column = (frequency_hz > TONE_FROM_HZ) & (frequency_hz < 0.5 * rate - 1.0)
-    for line in LINES_HZ:
-        for multiple in (1, 3, 5):
-            free &= np.abs(frequency_hz - _alias(multiple * line, rate)) > 1.0
-    return free
+    mains = np.array([_alias(multiple * line, rate) for line in LINES_HZ for multiple in (1, 3, 5)])
+    near = np.abs(frequency_hz[:, None] - mains).min(axis=1)
+    return (frequency_hz > TONE_FROM_HZ) & (frequency_hz < 0.5 * rate - 1.0) & (near > 1.0)
 
 
 def _line(records: Sequence[Record], line_hz: float) -> tuple[float, float]:
