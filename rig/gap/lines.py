@@ -77,7 +77,8 @@ def _free_of_mains(frequency_hz: Column) -> NDArray[np.bool_]:
     rate = 2.0 * float(frequency_hz[-1])
     mains = np.array([_alias(multiple * line, rate) for line in LINES_HZ for multiple in (1, 3, 5)])
     near = np.abs(frequency_hz[:, None] - mains).min(axis=1)
-    return (frequency_hz > TONE_FROM_HZ) & (frequency_hz < 0.5 * rate - 1.0) & (near > 1.0)
+    free: NDArray[np.bool_] = (frequency_hz > TONE_FROM_HZ) & (frequency_hz < 0.5 * rate - 1.0) & (near > 1.0)
+    return free
 
 
 def _line(records: Sequence[Record], line_hz: float) -> tuple[float, float]:

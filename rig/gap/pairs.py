@@ -84,6 +84,7 @@ def pair_up(
         raise RecordError(reasons(notes))
     sessions = [[record for record in session if usable(record, notes, "baseline ")] for session in baselines]
     sessions = _distinct([session for session in sessions if session], fit, notes)
+    _say_repeated(fit[0], sessions, notes)
     found = {id(record): [_partner(record, session) for session in sessions] for record in fit}
     kept, unpaired = _fullest(fit, found, sessions, notes)
     for record in kept:
@@ -113,6 +114,17 @@ def _distinct(sessions: list[list[Record]], case: Sequence[Record], notes: list[
         seen |= mine
         kept.append(session)
     return kept
+
+
+def _say_repeated(record: Record, sessions: Sequence[Sequence[Record]], notes: list[str]) -> None:
+    """A sweep that a session holds more than once: two days in one folder would count as one."""
+    for number, session in enumerate(sessions, 1):
+        same = [other.name for other in session if _same_command(record, other)]
+        if len(same) > 1:
+            notes.append(
+                f"baseline session {number} holds the sweep of {record.name} {len(same)} times ({', '.join(same[:3])}): one of each is "
+                "used; if these are several days, give each its own --baseline"
+            )
 
 
 def _partner(record: Record, session: Sequence[Record]) -> Record | None:

@@ -187,6 +187,13 @@ def test_a_day_that_is_given_twice_counts_once() -> None:
     assert diagnose(model(), days[0], days).evidence["sessions"] == len(days) - 1, "nor is the case its own baseline"
 
 
+def test_two_days_in_one_session_are_said() -> None:
+    both = [replace(record, name=f"{day}_{record.name}") for day, days in enumerate(baselines()[:2]) for record in days]
+    found = diagnose(model(), session(35), [both, list(baselines()[2])])
+    assert any("holds the sweep of" in note and "2 times" in note for note in found.notes)
+    assert not any("holds the sweep of" in note for note in asked(session(35)).notes)
+
+
 def test_baselines_around_another_commanded_p0_do_not_pair() -> None:
     def around(p0_mpa: float, records: list[Record]) -> list[Record]:
         return [replace(record, p1_cmd_mpa=None, p2_cmd_mpa=None, facts={**record.facts, "p0_mpa": p0_mpa}) for record in records]
