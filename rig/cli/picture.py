@@ -34,14 +34,15 @@ def status_lines(status: dict[str, Any]) -> Iterator[str]:
 
 
 def queue_lines(status: dict[str, Any]) -> Iterator[str]:
-    """The jobs that are not over and how long they take, and a last one that failed."""
+    """The jobs that are not over and how long they take, and a last one that failed or holds records that are not valid."""
     jobs = status["queue"]
     left = [job for job in jobs if job["state"] in ("waiting", "running", "stopped")]
     over = [job for job in jobs if job not in left]
-    for job in [job for job in over[-1:] if job["state"] == "failed"] + left:
+    for job in [job for job in over[-1:] if job["state"] == "failed" or job.get("not_valid")] + left:
+        spoilt = f", {job['not_valid']} not valid" if job.get("not_valid") else ""
         why = f" ({job['error']})" if job["error"] else ""
-        line = escape(f"job {job['id']} {job['name']}: {job['state']}, {job['done']} of {job['total']} records{why}")
-        yield f"[red]{line}[/]" if job["state"] == "failed" else line
+        line = escape(f"job {job['id']} {job['name']}: {job['state']}, {job['done']} of {job['total']} records{spoilt}{why}")
+        yield f"[red]{line}[/]" if job["state"] == "failed" or spoilt else line
     if left:
         yield f"{status['left_s']:.0f} s of work left" + ("" if status["working"] else "; held: `pamrig start` goes on")
 

@@ -44,12 +44,15 @@ class Job:
     state: JobState = JobState.WAITING
     done: int = 0
     folder: str = ""
+    not_valid: int = 0
+    """Of these, records that a missed period or the like makes no measurement of."""
     files: list[str] = field(default_factory=list)
     """The last KEPT_FILES records made."""
     error: str = ""
 
-    def made(self, file: Path) -> None:
+    def made(self, file: Path, *, valid: bool) -> None:
         """Remember one more record."""
+        self.not_valid += not valid
         self.files = [*self.files, str(file)][-KEPT_FILES:]
 
     @property

@@ -131,7 +131,7 @@ class Worker:
             if result is None or result.fault or result.error or self._keeper.fault:
                 self._give_up(job, JobState.STOPPED, self._why(result))
                 return
-            job.made(result.file)
+            job.made(result.file, valid=result.valid)
             if not result.complete and not self._held:
                 lost = f"{result.missed} ticks missed and {result.dropped} dropped"
                 self._give_up(job, JobState.STOPPED, f"{result.file.name}: {lost}: the sweep is not whole")

@@ -60,7 +60,7 @@ def test_only_so_many_records_of_a_long_job_are_kept_by_name(tmp_path: Path) -> 
     jobs = queue(tmp_path)
     job = jobs.add(Path("/a.yaml"), "a", KEPT_FILES + 5, 1.0, 0.0)
     for number in range(KEPT_FILES + 5):
-        job.made(Path(f"{number}.mcap"))
+        job.made(Path(f"{number}.mcap"), valid=True)
     jobs.save()
     (left,) = queue(tmp_path).jobs
     assert left.files == [f"{number}.mcap" for number in range(5, KEPT_FILES + 5)]
@@ -78,3 +78,12 @@ def test_a_queue_that_cannot_be_saved_says_so(tmp_path: Path) -> None:
     with pytest.raises(RigError, match="the queue cannot be saved: No such file"):
         jobs.add(Path("/a.yaml"), "a", 1, 1.0, 0.0)
     assert jobs.next() is None
+
+
+def test_records_that_are_not_valid_are_counted_over_a_restart(tmp_path: Path) -> None:
+    first = queue(tmp_path)
+    job = first.add(Path("/a.yaml"), "a", 3, 30.0, 0.0)
+    for valid in (True, False, False):
+        job.made(tmp_path / "one.mcap", valid=valid)
+    first.save()
+    assert queue(tmp_path).jobs[0].not_valid == 2

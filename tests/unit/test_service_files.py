@@ -286,6 +286,12 @@ def test_a_job_that_failed_is_shown_until_another_is_over() -> None:
     assert "failed" not in shown(status(queue=[job, job | {"state": "done", "error": ""}]), Window())
 
 
+def test_a_finished_job_with_records_that_are_not_valid_says_so() -> None:
+    job = {"id": 1, "name": "a", "state": "done", "done": 10, "total": 10, "not_valid": 2, "error": ""}
+    assert "job 1 a: done, 10 of 10 records, 2 not valid" in shown(status(queue=[job]), Window())
+    assert "job 1" not in shown(status(queue=[job | {"not_valid": 0}]), Window())
+
+
 def test_the_picture_plots_what_came_in() -> None:
     text = shown(status(), swept())
     assert "angle in degrees over seconds" in text
