@@ -25,7 +25,7 @@ PAIR_CHANCE = 0.7
 
 
 def name_causes(findings: Findings, before: float, floor: float) -> list[Cause]:
-    """Named causes, strongest first; a side that nothing explains gives the cause `unknown`."""
+    """Named causes, strongest first, a side's second one after all first ones; a side that nothing explains gives `unknown`, last."""
     prepared = findings.prepared
     found: list[Cause] = []
     for judged in (findings.valve, findings.angle):
@@ -41,9 +41,7 @@ def name_causes(findings: Findings, before: float, floor: float) -> list[Cause]:
                 if candidate.effect.name == judged.names[0] or len(judged.accepted) == 1
                 else alike_left(candidate, judged, prepared)
             )
-            chance = dict(zip((line.effect.name for line in judged.ranking), judged.chances, strict=True)).get(
-                candidate.effect.name, 0.5
-            )
+            chance = _chances(judged).get(candidate.effect.name, 0.5)
             found.append(
                 Cause(
                     candidate.effect.name,
@@ -62,7 +60,25 @@ def name_causes(findings: Findings, before: float, floor: float) -> list[Cause]:
             found.append(_unknown(judged, before))
     found += [_marked(mark, prepared) for mark in findings.signatures if mark.found and mark.effect]
     found += [Cause("unknown", "sensor", "signature", None, {}, before, before, 0.0, (), 0.5) for _ in findings.strange]
-    return sorted(found, key=lambda cause: cause.gap_after_deg - cause.gap_before_deg)
+    seconds = {name for judged in (findings.valve, findings.angle) if judged for name in _second(judged)}
+
+    def place(cause: Cause) -> tuple[int, float]:
+        rank = 2 if cause.effect == "unknown" else int(cause.effect in seconds)
+        return rank, cause.gap_after_deg - cause.gap_before_deg
+
+    return sorted(found, key=place)
+
+
+def _chances(judged: Judged) -> dict[str, float]:
+    """How likely each effect is to be all there is on a side."""
+    return dict(zip((line.effect.name for line in judged.ranking), judged.chances, strict=True))
+
+
+def _second(judged: Judged) -> list[str]:
+    """Of several causes of a side those that alone are less likely than the likeliest."""
+    alone = _chances(judged)
+    names = [candidate.effect.name for candidate in judged.accepted]
+    return sorted(names, key=lambda name: -alone.get(name, 0.0))[1:]
 
 
 def fit(judged: Judged) -> float:

@@ -40,6 +40,7 @@ from rig.gap.strangers import without_strangers
 from rig.gap.trigger import trigger
 from rig.gap.verdict import (
     HALF,
+    UNCLEARED,
     clearing_first,
     explained_share,
     leaves_too_much,
@@ -242,6 +243,19 @@ def judge(
     if side.handed > 0.0 and by_carrier:
         return untriggered(Judged(side, sign, bench, [], [], [], [], 0.0))
     return Judged(side, sign, bench, ranking, chances, names, [], fraction, True)
+
+
+def preferring(candidate: Candidate, judged: Judged) -> Judged:
+    """A side judged anew: something outside it speaks for one of its names, and against the others."""
+    chances = [
+        chance * (1.0 if one is candidate else UNCLEARED) for one, chance in zip(judged.ranking, judged.chances, strict=True)
+    ]
+    order = sorted(range(len(chances)), key=lambda k: judged.ranking[k] is not candidate)
+    ranking = [judged.ranking[k] for k in order]
+    shares = [chances[k] / sum(chances) for k in order]
+    fraction = explained_share([candidate], judged.side)
+    names = name_set(ranking, shares, True)
+    return replace(judged, ranking=ranking, chances=shares, names=names, accepted=[candidate], fraction=fraction)
 
 
 def _mended(causes: Sequence[Candidate], bench: Bench, prepared: Prepared) -> bool:

@@ -3,19 +3,30 @@
 Each step's computing is in `rig.gap.engine`, what goes between the sides in `rig.gap.handover`; here stands their order.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from rig.gap.carry import Applied
 from rig.gap.effects import Effect
-from rig.gap.engine import angle_side, judge, library_of, model_misfit_deg, overall_gap, prepare, signatures_of, valve_side
+from rig.gap.engine import (
+    angle_side,
+    judge,
+    library_of,
+    model_misfit_deg,
+    overall_gap,
+    preferring,
+    prepare,
+    signatures_of,
+    valve_side,
+)
 from rig.gap.handover import doubts, faint, misreading, stiffened, stripped, with_mean_law
 from rig.gap.kernels import square_sum
 from rig.gap.lost import bridged, lost_rows
 from rig.gap.mark import Signature
 from rig.gap.prepared import Judged, Prepared, untriggered
+from rig.gap.verdict import leaves_too_much
 from rig.log.record import Column, Record
 from rig.model.parameters import Model
 
@@ -79,9 +90,13 @@ def find(
         noise = next(_named_by(known, mark) for mark in signatures_of(prepared) if mark.mark == "noise")
         marks = [noise if mark.mark == "noise" else mark for mark in marks]
     valve = judge(prepared, valve_side(prepared), effects) if prepared.pairing.pressures else None
-    findings = _both_sides(prepared, valve, effects, marks, model, as_read)
+
+    def with_valves(judged: Judged | None) -> Findings:
+        return _both_sides(prepared, judged, effects, marks, model, as_read)
+
+    findings = _sparing(with_valves(valve), with_valves)
     if valve is not None and _misled(findings):
-        findings = _both_sides(prepared, _misread(prepared, valve), effects, marks, model, as_read)
+        findings = with_valves(_misread(prepared, valve))
     missed = model_misfit_deg(model, as_read)
     simulator = model if missed is None or _is_of_this_rig(missed, as_read) else None
     return replace(findings, simulator=simulator, model_misfit_deg=missed)
@@ -126,6 +141,24 @@ def _both_sides(
     side = angle_side(prepared, driven=driven, model=model, added_variance=added, doubted=doubted)
     angle = judge(prepared, side, effects, driven=driven, beside=valve.side if valve is not None and not driven else None)
     return _doubting_conspiracies(Findings(prepared, valve, angle, marks, model, as_read))
+
+
+def _sparing(findings: Findings, with_valves: Callable[[Judged], Findings]) -> Findings:
+    """The same, or with another of the names that the pressures cannot tell apart, if that one leaves the angle without a gap where the
+    likeliest needs a second cause there."""
+    valve = findings.valve
+    if valve is None or len(valve.accepted) != 1 or not findings.angle.accepted:
+        return findings
+    notes = findings.prepared.pairing.notes
+    for candidate in valve.ranking:
+        known = candidate.effect.name in valve.names and candidate is not valve.accepted[0]
+        if known and not leaves_too_much([candidate], valve.side):
+            told = list(notes)
+            spared = with_valves(preferring(candidate, valve))
+            if not spared.angle.trigger.found:
+                return spared
+            notes[:] = told
+    return findings
 
 
 def _doubting_conspiracies(findings: Findings) -> Findings:
