@@ -12,6 +12,7 @@ from rig.gap.augment import helping, tuned
 from rig.gap.carry import Applied
 from rig.gap.compound import makeweight
 from rig.gap.effects import LIBRARY
+from rig.gap.engine import preferring
 from rig.gap.findings import Findings, find
 from rig.gap.side import Side
 from rig.gap.trigger import trigger
@@ -79,6 +80,27 @@ def test_the_simulator_takes_the_size_that_serves_it(start: float) -> None:
     findings = found_in(session(77, AddedEffect("sensor_gain", {"gain": 0.06})))
     (best,) = tuned(model(), [Applied("sensor_gain", {"gain": start})], [{"gain"}], findings.prepared)
     assert best.numbers["gain"] == pytest.approx(0.06, abs=0.006)
+
+
+def test_what_speaks_for_one_name_speaks_against_the_others() -> None:
+    angle = found_in(session(79, AddedEffect("sensor_gain", {"gain": 0.06}))).angle
+    other = next(one for one in angle.ranking if one.effect.name != angle.accepted[0].effect.name)
+    judged = preferring(other, angle)
+    assert judged.accepted == [other]
+    assert judged.ranking[0] is other
+    assert judged.names[0] == other.effect.name
+    assert sum(judged.chances) == pytest.approx(1.0)
+    mine = [angle.chances[angle.ranking.index(other)], judged.chances[0]]
+    assert mine[1] >= mine[0]
+
+
+def test_of_two_causes_on_a_side_the_likelier_comes_first_and_an_unknown_last() -> None:
+    day = session(80, AddedEffect("sensor_gain", {"gain": 0.08}), AddedEffect("backlash", {"width_deg": 0.4}))
+    findings, said = found_in(day), asked(day)
+    alone = dict(zip((one.effect.name for one in findings.angle.ranking), findings.angle.chances, strict=True))
+    order = [cause.effect for cause in said.causes if cause.effect != "unknown"]
+    assert order == sorted(order, key=lambda name: -alone.get(name, 0.0))
+    assert "unknown" not in [cause.effect for cause in said.causes[: len(order)]]
 
 
 def with_tone(hertz: float) -> list[Record]:
