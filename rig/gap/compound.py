@@ -14,6 +14,9 @@ from rig.gap.verdict import SECOND_CAUSE, leaves_too_much
 
 LEADERS, LEADERS_BLIND = 2, 4
 """How many of the best single causes are tried as the first of a pair: with pressures, and from the angle alone."""
+PLAINLY_LEFT, BESIDE_A_LAW = 2.0, 0.6
+"""From the angle alone a rough law may well take in a second cause: one is tried also where the first leaves no more than its law, but this
+many remainders, and it must take away this share of the mean square above the floor."""
 MAKEWEIGHT = 0.12
 """A cause beside another on the same side that explains less than this of the gap by itself mends the other's law."""
 SEVERAL, SETTLED = 8, 4
@@ -32,14 +35,15 @@ def with_second(ranking: Sequence[Candidate], effects: Sequence[Effect], bench: 
     side = bench.side
     loose = 1.5 * LOOSENESS * side.rms(side.gap)
     before = trigger(side, first.residual, loose)
-    if not (before.by_modes or leaves_too_much([first], side)):
+    within_law = not (before.by_modes or leaves_too_much([first], side))
+    if within_law and not (_blind(bench) and first.left > PLAINLY_LEFT * side.remainder):
         return [first]
     alone = [one for one in ranking if len(one.residual) == len(side.gap) and not trigger(side, one.residual, loose).found]
     if alone:
         return alone[:1]
     floor = side.remainder**2
     best: list[Candidate] = [first]
-    goal = floor + (1.0 - SECOND_CAUSE) * (first.left**2 - floor)
+    goal = floor + (1.0 - (BESIDE_A_LAW if within_law else SECOND_CAUSE)) * (first.left**2 - floor)
     calm: list[list[Candidate]] = []
     for leader in ranking[: _leaders(bench)]:
         seconds = _beside(leader, effects, bench, SEVERAL if before.by_modes else 1)
