@@ -113,7 +113,11 @@ def _told(findings: Findings) -> Diagnosis:
         ranking,
         _next(findings, causes, undriven.floor),
         evidence,
-        list(dict.fromkeys(prepared.pairing.notes)),
+        list(
+            dict.fromkeys(
+                [*prepared.pairing.notes, *(f"{mark.text}: no effect of the library does that" for mark in findings.strange)]
+            )
+        ),
     )
 
 

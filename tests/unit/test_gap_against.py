@@ -115,6 +115,7 @@ def with_tone(hertz: float) -> list[Record]:
 def test_a_tone_that_is_no_mains_line_is_unknown_and_no_noise() -> None:
     said = asked(with_tone(37.0))
     assert said.verdict == "unknown"
+    assert any("at 37.0 Hz: no effect of the library does that" in note for note in said.notes)
     assert names(said) == {"unknown"}
 
 
