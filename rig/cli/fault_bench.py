@@ -78,7 +78,8 @@ class FaultBench:
     # the daemon's life
 
     def start(self) -> None:
-        """Start the daemon and wait until it answers."""
+        """Start the daemon anew and wait until it answers; one that is still there is ended first."""
+        self.end()
         with (self.folder / "daemon.log").open("ab") as log:
             command = [sys.executable, "-m", "rig.cli.main", "daemon", "--rig", str(self._rig), "--logs", str(self.logs)]
             command += ["--state", str(self.state), "--socket", str(self.socket), *self._arguments]
