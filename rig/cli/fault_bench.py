@@ -145,7 +145,6 @@ class FaultBench:
         """Into the middle of a sweep: start, reset, arm, start the sweep, as far as needed."""
         self.terminals.inject(Injection.NONE)
         if not self.alive:
-            self.end()
             self.start()
         for _ in range(_TRIES):
             try:

@@ -72,7 +72,7 @@ def tuned(model: Model | None, causes: Sequence[Applied], sizes: Sequence[Collec
     before = None if model is None or not causes else _simulated(model, prepared)
     if model is None or before is None:
         return list(causes)
-    with_mean_law = _with_all(model, causes, prepared, before)[0]
+    mean_learnt = _with_all(model, causes, prepared, before)[0]
 
     def scaled(shares: Column) -> list[Applied]:
         return [
@@ -81,7 +81,7 @@ def tuned(model: Model | None, causes: Sequence[Applied], sizes: Sequence[Collec
         ]
 
     def left(shares: Column) -> Column:
-        changed = replace(with_mean_law, effects=[*model.effects, *_added(scaled(shares), prepared)])
+        changed = replace(mean_learnt, effects=[*model.effects, *_added(scaled(shares), prepared)])
         changes = _changes(before, _simulated(changed, prepared))
         if changes is None:
             return np.full(sum(len(pair) for pair in prepared.pairs), np.inf)

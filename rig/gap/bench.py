@@ -12,7 +12,7 @@ import numpy as np
 from rig.gap.carry import Applied, Ready, Track, angle_under, angle_with, pressures_with, ready, response_with
 from rig.gap.nominal import Nominal
 from rig.gap.side import Side
-from rig.gap.trigger import trigger
+from rig.gap.trigger import Trigger, trigger
 from rig.log.record import Column
 
 
@@ -53,8 +53,13 @@ class Bench:
         if valves is None:
             return False
         left = (valves.measured - valves.predicted(causes)) * valves.used
-        would, does = trigger(valves.side, left), trigger(valves.side)
-        return would.found and would.strength > does.strength
+        would = trigger(valves.side, left)
+        return would.found and would.strength > valves.sign.strength
+
+    @cached_property
+    def sign(self) -> Trigger:
+        """Whether the side has a gap at all, and by what."""
+        return trigger(self.side)
 
     @cached_property
     def measured(self) -> Column:

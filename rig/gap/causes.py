@@ -28,8 +28,8 @@ def name_causes(findings: Findings, before: float, floor: float) -> list[Cause]:
     """Named causes, strongest first, a side's second one after all first ones; a side that nothing explains gives `unknown`, last."""
     prepared = findings.prepared
     found: list[Cause] = []
-    for judged in (findings.valve, findings.angle):
-        if judged is None or not judged.trigger.found:
+    for judged in findings.sides:
+        if not judged.trigger.found:
             continue
         if not judged.accepted:
             found.append(_unknown(judged, before))
@@ -60,7 +60,7 @@ def name_causes(findings: Findings, before: float, floor: float) -> list[Cause]:
             found.append(_unknown(judged, before))
     found += [_marked(mark, prepared) for mark in findings.signatures if mark.found and mark.effect]
     found += [Cause("unknown", "sensor", "signature", None, {}, before, before, 0.0, (), 0.5) for _ in findings.strange]
-    seconds = {name for judged in (findings.valve, findings.angle) if judged for name in _second(judged)}
+    seconds = {name for judged in findings.sides for name in _second(judged)}
 
     def place(cause: Cause) -> tuple[int, float]:
         rank = 2 if cause.effect == "unknown" else int(cause.effect in seconds)

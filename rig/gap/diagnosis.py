@@ -70,8 +70,7 @@ def _told(findings: Findings) -> Diagnosis:
     kept = helping(findings.simulator, findings.applied, prepared)
     added = tuned(findings.simulator, kept, [findings.size_of(cause) for cause in kept], prepared)
     causes = [_unless_spoiling(cause, added, prepared) for cause in name_causes(findings, before, undriven.floor)]
-    sides = [judged for judged in (valve, angle) if judged is not None]
-    open_sides = [judged for judged in sides if judged.open]
+    open_sides = [judged for judged in findings.sides if judged.open]
     named = [cause for cause in causes if cause.effect != "unknown"]
     verdict = _verdict(bool(named), bool(open_sides or findings.strange))
     gaps, remaining = overall_gap(prepared, []), remaining_gap(findings.simulator, added, prepared)
@@ -95,7 +94,7 @@ def _told(findings: Findings) -> Diagnosis:
         "time": over_time(prepared.pairs, gaps),
     }
     evidence = {
-        "triggers": {judged.side.name: _trigger_facts(judged) for judged in sides},
+        "triggers": {judged.side.name: _trigger_facts(judged) for judged in findings.sides},
         "signatures": [vars(mark) for mark in marks],
         "records": _per_record(prepared, gaps, remaining),
         "sessions": len(prepared.pairs[0].sessions),
@@ -106,7 +105,7 @@ def _told(findings: Findings) -> Diagnosis:
     }
     return Diagnosis(
         verdict,
-        _confidence(causes, sides, prepared),
+        _confidence(causes, findings.sides, prepared),
         gap,
         where,
         causes,
@@ -137,7 +136,7 @@ def _unless_spoiling(cause: Cause, added: Sequence[Applied], prepared: Prepared)
 def _fraction(findings: Findings, before: float, after: float, floor: float) -> float:
     """Explained fraction of the angle gap; of the noise where signatures alone explain; of the side's own gap where the angle has
     none (a gain of both valves)."""
-    accepted = [judged.fraction for judged in (findings.valve, findings.angle) if judged is not None and judged.accepted]
+    accepted = [judged.fraction for judged in findings.sides if judged.accepted]
     marked = [Applied(mark.effect, mark.numbers) for mark in findings.signatures if mark.found and mark.effect]
     if marked and not accepted:
         return noise_fraction(findings.simulator, marked, findings.as_read)
@@ -172,8 +171,8 @@ def _per_record(prepared: Prepared, before: Sequence[Column], after: Sequence[Co
 
 def _next(findings: Findings, causes: Sequence[Cause], floor_deg: float) -> dict[str, object] | None:
     """The experiment that best tells apart what is still possible for the strongest uncertain cause."""
-    for judged in (findings.valve, findings.angle):
-        if judged is None or not judged.trigger.found or not judged.ranking:
+    for judged in findings.sides:
+        if not judged.trigger.found or not judged.ranking:
             continue
         own = [cause for cause in causes if cause.side == judged.side.name]
         names = (
@@ -194,8 +193,7 @@ def _verdict(named: bool, open_side: bool) -> str:
 
 def _after(findings: Findings, left_deg: float) -> float:
     """Rms of the angle gap that all causes leave, on held-out records, what the signatures explain taken off."""
-    held = [candidate for judged in (findings.valve, findings.angle) if judged for candidate in judged.accepted]
-    ratio = max((_held_out_ratio(candidate, findings) for candidate in held), default=1.0)
+    ratio = max((_held_out_ratio(candidate, findings) for candidate in findings.accepted), default=1.0)
     explained_marks = sum(mark.smoothed_deg2 for mark in findings.signatures if mark.found and mark.effect)
     return float(np.sqrt(max((left_deg * ratio) ** 2 - explained_marks, 0.0)))
 
@@ -215,9 +213,7 @@ def _ranking(findings: Findings) -> list[Ranked]:
         for mark in findings.signatures
         if mark.found and mark.effect
     ]
-    for judged in (findings.valve, findings.angle):
-        if judged is None:
-            continue
+    for judged in findings.sides:
         before = judged.side.rms(judged.side.gap)
         for candidate, chance in zip(judged.ranking, judged.chances, strict=True):
             fraction = explained(before, judged.side.rms(candidate.residual), judged.side.floor)

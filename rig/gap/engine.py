@@ -222,7 +222,7 @@ def judge(
 ) -> Judged:
     """Test a side; where it has a gap, rank the library, and look for a second cause where one does not suffice."""
     bench = Bench(prepared.tracks, prepared.nominal, side, driven, beside)
-    sign = trigger(side)
+    sign = bench.sign
     if not sign.found:
         return Judged(side, sign, bench, [], [], [], [], 0.0)
     ranking = rank(effects, bench)

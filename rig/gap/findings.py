@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rig.gap.attribute import Candidate
 from rig.gap.carry import Applied
 from rig.gap.effects import Effect
 from rig.gap.engine import (
@@ -56,10 +57,19 @@ class Findings:
     """How far the model as it stands is from the healthy sessions."""
 
     @property
+    def sides(self) -> list[Judged]:
+        """The judged sides, upstream first."""
+        return [judged for judged in (self.valve, self.angle) if judged is not None]
+
+    @property
+    def accepted(self) -> list[Candidate]:
+        """The accepted causes of all sides, upstream first."""
+        return [candidate for judged in self.sides for candidate in judged.accepted]
+
+    @property
     def applied(self) -> list[Applied]:
         """The accepted causes as stages, upstream first."""
-        sides = [judged for judged in (self.valve, self.angle) if judged is not None]
-        return [candidate.applied for judged in sides for candidate in judged.accepted]
+        return [candidate.applied for candidate in self.accepted]
 
     @property
     def strange(self) -> list[Signature]:
@@ -68,8 +78,7 @@ class Findings:
 
     def size_of(self, cause: Applied) -> set[str]:
         """The numbers that are an accepted cause's size."""
-        sides = [judged for judged in (self.valve, self.angle) if judged is not None]
-        law = next(one.law for judged in sides for one in judged.accepted if one.applied is cause)
+        law = next(one.law for one in self.accepted if one.applied is cause)
         return {law.free[0]} | {name for name, owner in law.tied.items() if owner == law.free[0]}
 
 

@@ -1,6 +1,7 @@
 """Lines in the spectrum of what the smoothing takes off the angle: the mains', and any other that stands alone."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,21 @@ TONE_CLEAR, TONE_ALONE, TONE_MORE = 6.0, 3.0, 2.0
 baselines'."""
 
 
-def mains_line(cases: Sequence[Record], sessions: Sequence[Sequence[Record]]) -> Signature:
+class Spectrum(NamedTuple):
+    """What the smoothing takes off one record's angle."""
+
+    rate_hz: float
+    frequency_hz: Column
+    power_deg2: Column
+
+
+def fast_spectra(records: Sequence[Record]) -> list[Spectrum]:
+    """The spectrum of each record that has an angle."""
+    return [_fast_spectrum(record) for record in records if record.angle_deg is not None]
+
+
+def mains_line(cases: Sequence[Spectrum], sessions: Sequence[Sequence[Spectrum]]) -> Signature:
+    """A line at 50 or 60 Hz that stands out, and more so than in the baselines."""
     best = (0.0, 0.0, 50.0)
     for line in LINES_HZ:
         amplitude, beside = _line(cases, line)
@@ -44,7 +59,7 @@ def mains_line(cases: Sequence[Record], sessions: Sequence[Sequence[Record]]) ->
     )
 
 
-def lone_line(cases: Sequence[Record], sessions: Sequence[Sequence[Record]]) -> Signature:
+def lone_line(cases: Sequence[Spectrum], sessions: Sequence[Sequence[Spectrum]]) -> Signature:
     """A line that stands alone where no mains line is: no effect of the library makes it, but noise it is not either."""
     grid, own = _usual_spectrum(cases)
     usual = np.zeros_like(own)
@@ -65,11 +80,10 @@ def lone_line(cases: Sequence[Record], sessions: Sequence[Sequence[Record]]) -> 
     )
 
 
-def _usual_spectrum(records: Sequence[Record]) -> tuple[Column, Column]:
+def _usual_spectrum(spectra: Sequence[Spectrum]) -> tuple[Column, Column]:
     """Frequency (Hz) and the median power (deg^2) of records: what only some of them show, their motion, is not in it."""
-    spectra = [_fast_spectrum(record) for record in records if record.angle_deg is not None]
-    grid = max((frequency for frequency, _ in spectra), key=len)
-    return grid, np.median([np.interp(grid, frequency, power, right=0.0) for frequency, power in spectra], axis=0)
+    grid = max((one.frequency_hz for one in spectra), key=len)
+    return grid, np.median([np.interp(grid, one.frequency_hz, one.power_deg2, right=0.0) for one in spectra], axis=0)
 
 
 def _free_of_mains(frequency_hz: Column) -> NDArray[np.bool_]:
@@ -81,17 +95,13 @@ def _free_of_mains(frequency_hz: Column) -> NDArray[np.bool_]:
     return free
 
 
-def _line(records: Sequence[Record], line_hz: float) -> tuple[float, float]:
+def _line(spectra: Sequence[Spectrum], line_hz: float) -> tuple[float, float]:
     """Amplitude of a mains line in the angle and the usual amplitude beside it; 0, 0 when the sampling cannot show it."""
     lines, besides = [], []
-    for record in records:
-        if record.angle_deg is None:
-            continue
-        rate = 1.0 / record.period_s
+    for rate, frequency, power in spectra:
         alias = _alias(line_hz, rate)
         if alias < 8.0 or alias > 0.5 * rate - 1.0:
             continue
-        frequency, power = _fast_spectrum(record)
         near = np.abs(frequency - alias)
         lines.append(float(power[near < 0.6].max()))
         besides.append(float(np.median(power[(near > 1.0) & (near < 8.0)])))
@@ -100,8 +110,7 @@ def _line(records: Sequence[Record], line_hz: float) -> tuple[float, float]:
     return float(np.sqrt(2 * np.median(lines))), float(np.sqrt(2 * np.median(besides)))
 
 
-def _fast_spectrum(record: Record) -> tuple[Column, Column]:
-    """Frequency (Hz) and power (deg^2) of what the smoothing takes off the angle."""
+def _fast_spectrum(record: Record) -> Spectrum:
     assert record.angle_deg is not None
     rate = 1.0 / record.period_s
     grid = record.t_s[0] + np.arange(len(record)) / rate
@@ -109,7 +118,7 @@ def _fast_spectrum(record: Record) -> tuple[Column, Column]:
     angle = np.interp(grid, record.t_s[known], record.angle_deg[known])
     rest = angle - gaussian_filter1d(angle, SMOOTHING_S * rate)
     frequency, power = periodogram(rest, rate, window="hann", scaling="spectrum")
-    return frequency, power
+    return Spectrum(rate, frequency, power)
 
 
 def _alias(line_hz: float, rate_hz: float) -> float:

@@ -91,6 +91,11 @@ class Diagnosis:
     """Triggers, signatures, per-record gaps, what re-identification could hide, what was assumed."""
     notes: list[str] = field(default_factory=list)
 
+    @property
+    def added(self) -> list[Applied]:
+        """What goes into the simulator and has a course there: the causes without those found by a signature and those that spoil it."""
+        return [cause.applied for cause in self.causes if cause.applied is not None and cause.side != "signature"]
+
     def to_json(self) -> dict[str, Any]:
         """The JSON of the command, plain data throughout."""
         return {

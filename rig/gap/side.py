@@ -84,15 +84,29 @@ class Side:
         out: Column = column - known @ self._sizes(known, spread, column, looseness)
         return out
 
-    def less(self, column: Column, doubts: Column, looseness: float) -> Column:
-        """(n,) a column without doubts (n, k), each as large as one standard deviation allows."""
+    @cached_property
+    def doubt_shares(self) -> Column:
+        """(m, k) what each doubt is worth in the modes."""
+        if self.doubts is None:
+            return np.zeros((self.modes.shape[1], 0))
+        return np.column_stack([self.free_sizes(one) for one in self.doubts.T])
+
+    @cached_property
+    def _doubts_beside(self) -> Column | None:
+        """(n, k) the doubts beside the modes."""
+        return None if self.doubts is None else self.doubts - self.modes @ self.doubt_shares
+
+    def without_doubts(self, column: Column, looseness: float) -> Column:
+        """(n,) a column that holds no modes, without its doubts, each as large as one standard deviation allows."""
+        doubts = self._doubts_beside
+        if doubts is None:
+            return column
         out: Column = column - doubts @ self._sizes(doubts, np.ones(doubts.shape[1]), column, looseness)
         return out
 
     def _sizes(self, known: Column, spread: Column, column: Column, looseness: float) -> Column:
         noise = self.noise(looseness)
-        gram = known.T @ known / noise + np.diag(1.0 / spread**2)
-        return np.asarray(np.linalg.solve(gram, known.T @ column / noise), dtype=np.float64)
+        return np.asarray(np.linalg.solve(_gram(known, spread, noise), known.T @ column / noise), dtype=np.float64)
 
     def free_sizes(self, column: Column) -> Column:
         """(m,) size of each mode in a column, by least squares."""
@@ -103,9 +117,14 @@ class Side:
         """How to weigh residuals of this side."""
         known, spread = self.known
         noise = self.noise(looseness)
-        gram = known.T @ known / noise + np.diag(1.0 / spread**2)
-        to_sizes = np.ascontiguousarray(np.linalg.solve(gram, known.T / noise).T)
+        to_sizes = np.ascontiguousarray(np.linalg.solve(_gram(known, spread, noise), known.T / noise).T)
         return Whitener(np.ascontiguousarray(known), to_sizes, 1.0 / spread, 1.0 / float(np.sqrt(noise)))
+
+
+def _gram(known: Column, spread: Column, noise: float) -> Column:
+    """(k, k) how firmly sizes of known patterns are held: by the rows, and by what is usual."""
+    out: Column = known.T @ known / noise + np.diag(1.0 / spread**2)
+    return out
 
 
 @dataclass(frozen=True)

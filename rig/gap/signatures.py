@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.ndimage import gaussian_filter1d, uniform_filter1d
 
-from rig.gap.lines import lone_line, mains_line, without_line
+from rig.gap.lines import fast_spectra, lone_line, mains_line, without_line
 from rig.gap.lost import angles_of, repeat_share, share_by_chance
 from rig.gap.mark import SMOOTHED, Signature
 from rig.gap.pairs import SMOOTHING_S, Pair
@@ -34,8 +34,8 @@ def read_signatures(pairs: Sequence[Pair]) -> list[Signature]:
     sessions = [[pair.raw_baselines[k] for pair in pairs] for k in range(count)]
     lattice = _lattice(cases, sessions)
     repeats = _repeats(cases, sessions, lattice)
-    hum = mains_line(cases, sessions)
-    tone = lone_line(cases, sessions)
+    fast, usual = fast_spectra(cases), [fast_spectra(session) for session in sessions]
+    hum, tone = mains_line(fast, usual), lone_line(fast, usual)
     noise = _noise(cases, sessions, lattice, repeats, [mark for mark in (hum, tone) if mark.found])
     return [lattice, repeats, hum, tone, noise, _stamps(cases, sessions), _common_mode(cases, sessions), *_wires(cases)]
 

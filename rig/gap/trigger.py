@@ -56,11 +56,8 @@ def trigger(side: Side, residual: Column | None = None, looseness: float = 0.0) 
     noise = side.noise(looseness)
     own = np.sqrt(np.diag(np.linalg.pinv(side.modes.T @ side.modes))) * np.sqrt(noise)
     relax = looseness / np.maximum(np.sqrt(np.sum(side.modes**2, axis=0) / side.rows), 1e-12)
-    beside, doubt = column - side.modes @ sizes, np.zeros_like(sizes)
-    if side.doubts is not None:
-        shares = np.column_stack([side.free_sizes(one) for one in side.doubts.T])
-        doubt = np.sqrt(np.sum(shares**2, axis=1))
-        beside = side.less(beside, side.doubts - side.modes @ shares, looseness)
+    beside = side.without_doubts(column - side.modes @ sizes, looseness)
+    doubt = np.sqrt(np.sum(side.doubt_shares**2, axis=1))
     scores = sizes / np.sqrt(side.spread**2 + doubt**2 + own**2 + relax**2)
     half = len(scores) // 2 if side.name == "valve" else 0
     first, second = scores[:half] / np.sqrt(2.0), scores[len(scores) - half :] / np.sqrt(2.0)

@@ -27,7 +27,7 @@ POINTS = 700
 def figures(diagnosis: Diagnosis, findings: Findings) -> list[tuple[str, str]]:
     """(caption, SVG) of every figure, in the order of the page."""
     before = overall_gap(findings.prepared, [])
-    after = remaining_gap(findings.simulator, findings.applied, findings.prepared)
+    after = remaining_gap(findings.simulator, diagnosis.added, findings.prepared)
     top = int(np.argmax([float(np.mean(gap**2)) for gap in before]))
     drawn: list[tuple[str, Callable[[], Figure]]] = [
         (
