@@ -21,11 +21,11 @@ from typing import Any, Final
 import numpy as np
 from numpy.random import Generator, SeedSequence
 
+from hil.reference.disturbance import HEALTHY, Disturbance
 from hil.reference.excitations import Excitation, draw_set, draw_untouched
-from hil.reference.knobs import HEALTHY, Disturbance
+from hil.reference.other_laws import FOREIGN, OTHER_LAWS, EffectLaw, merged
 from hil.reference.physics import Session
 from hil.reference.plant import Columns, Plant, make_plant, run
-from hil.reference.twins import FOREIGN, TWINS, Twin, merged
 
 CASES_PER_UNIT: Final = 10
 BASELINE_DAYS: Final = 6
@@ -113,7 +113,7 @@ def draw_sheet(purpose: Purpose, seed: int, n: int) -> list[Case]:
     random = _random(purpose, seed, 0)
     kinds = [kind for kind, share in SHARES.items() for _ in range(round(share * n))]
     kinds += ["single"] * (n - len(kinds))
-    singles, foreign, pairs = (_endless(random, items) for items in (_alone(TWINS), _alone(FOREIGN), _pairs()))
+    singles, foreign, pairs = (_endless(random, items) for items in (_alone(OTHER_LAWS), _alone(FOREIGN), _pairs()))
     drawn = {"none": _endless(random, [()]), "single": singles, "foreign": foreign, "pair": pairs}
     rows = [(kind, next(drawn[kind])) for kind in kinds]
     order = random.permutation(n)
@@ -160,11 +160,11 @@ def realise(case: Case, bench: Bench, sizes: Mapping[str, float] | None = None) 
     parts: list[Disturbance] = []
     effects: dict[str, dict[str, Any]] = {}
     for effect, sign, wanted in zip(case.effects, case.signs, case.wanted_ratios, strict=True):
-        twin, detail = (TWINS | FOREIGN)[effect], int(random.integers(2**31))
-        size, ratio = _size_for(twin, sign, wanted, detail, day, bench) if sizes is None else (sizes[effect], wanted)
-        parts.append(twin.law(size, np.random.default_rng(detail)))
+        entry, detail = (OTHER_LAWS | FOREIGN)[effect], int(random.integers(2**31))
+        size, ratio = _size_for(entry, sign, wanted, detail, day, bench) if sizes is None else (sizes[effect], wanted)
+        parts.append(entry.law(size, np.random.default_rng(detail)))
         effects[effect] = {
-            "stage": twin.stage, "size": size, "unit": twin.unit, "library_parameter": twin.library_parameter, "ratio": ratio
+            "stage": entry.stage, "size": size, "unit": entry.unit, "library_parameter": entry.library_parameter, "ratio": ratio
         }  # fmt: skip
     disturbance = merged(parts)
     records = record_day(bench.plant, day, bench.excitations, disturbance)
@@ -175,21 +175,21 @@ def realise(case: Case, bench: Bench, sizes: Mapping[str, float] | None = None) 
 def _draw_case(purpose: Purpose, seed: int, number: int, kind: str, effects: tuple[str, ...], random: Generator) -> Case:
     low, high = RATIO_RANGE if kind == "single" else CLEAR_RANGE
     ratios = np.exp(random.uniform(math.log(low), math.log(high), len(effects))).tolist()
-    signs = [int(random.choice((-1, 1))) if (TWINS | FOREIGN)[effect].signed else 1 for effect in effects]
+    signs = [int(random.choice((-1, 1))) if (OTHER_LAWS | FOREIGN)[effect].signed else 1 for effect in effects]
     return Case(purpose, seed, number, kind, effects, tuple(signs), tuple(ratios), int(random.choice((3, 6))))
 
 
-def _size_for(twin: Twin, sign: int, wanted: float, detail: int, day: Session, bench: Bench) -> tuple[float, float]:
+def _size_for(entry: EffectLaw, sign: int, wanted: float, detail: int, day: Session, bench: Bench) -> tuple[float, float]:
     """The signed size whose gap is `wanted` floors on some of the excitations, and the ratio it has."""
     some = bench.excitations[:SIZED_ON]
     healthy = record_day(bench.plant, day, some)
 
     def ratio(log_size: float) -> float:
-        law = twin.law(sign * math.exp(log_size), np.random.default_rng(detail))
+        law = entry.law(sign * math.exp(log_size), np.random.default_rng(detail))
         return _ratios(record_day(bench.plant, day, some, law), healthy, bench)[0]
 
-    weak, strong = math.log(twin.low), math.log(twin.high)
-    if twin.falling:
+    weak, strong = math.log(entry.low), math.log(entry.high)
+    if entry.falling:
         weak, strong = strong, weak
     size, reached = _reach(ratio, wanted, weak, strong)
     return sign * math.exp(size), reached
@@ -229,14 +229,18 @@ def _floor(days: list[Any]) -> float:
     return math.sqrt(float(np.mean([np.mean((day - (total - day) / (len(days) - 1)) ** 2) for day in days])))
 
 
-def _alone(twins: dict[str, Twin]) -> list[tuple[str, ...]]:
-    return [(effect,) for effect in twins]
+def _alone(laws: dict[str, EffectLaw]) -> list[tuple[str, ...]]:
+    return [(effect,) for effect in laws]
 
 
 def _pairs() -> list[tuple[str, ...]]:
     """One valve-side and one joint-side effect."""
     return [
-        (valve, joint) for valve in TWINS if TWINS[valve].stage == "valve" for joint in TWINS if TWINS[joint].stage == "joint"
+        (valve, joint)
+        for valve in OTHER_LAWS
+        if OTHER_LAWS[valve].stage == "valve"
+        for joint in OTHER_LAWS
+        if OTHER_LAWS[joint].stage == "joint"
     ]
 
 

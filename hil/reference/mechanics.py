@@ -6,7 +6,7 @@ Force law of Chou and Hannaford (1996): F = pi r^2 p (a (1 - e)^2 - b), a = 3/ta
 import math
 
 from hil.reference.compiling import State, compiled
-from hil.reference.knobs import RigLaw
+from hil.reference.disturbance import RigLaw
 from hil.reference.physics import Physics
 from hil.reference.pneumatics import TANK
 

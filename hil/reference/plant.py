@@ -7,9 +7,9 @@ import numpy as np
 
 from hil.reference.command import arrivals_s, held, repeated, stamped
 from hil.reference.compiling import Array
+from hil.reference.disturbance import HEALTHY, Disturbance
 from hil.reference.excitations import Excitation
 from hil.reference.integrate import integrate
-from hil.reference.knobs import HEALTHY, Disturbance
 from hil.reference.physics import Physics, Session, draw_session, draw_unit
 from hil.reference.sensing import angle_reading, coloured, monitor_reading
 from rig.errors import RigError

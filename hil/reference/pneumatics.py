@@ -6,7 +6,7 @@ Flow function of ISO 6358 with critical pressure ratio b = 0.3; chamber filling 
 import math
 
 from hil.reference.compiling import State, compiled
-from hil.reference.knobs import RigLaw
+from hil.reference.disturbance import RigLaw
 from hil.reference.physics import ATMOSPHERE_MPA, Physics
 
 ATM = ATMOSPHERE_MPA

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.random import Generator
 
 from hil.reference.compiling import Array, compiled
-from hil.reference.knobs import SensorLaw
+from hil.reference.disturbance import SensorLaw
 from hil.reference.physics import Session
 
 CODE_DEG: Final = 345.0 / 4096

@@ -1,6 +1,6 @@
 """The physics plant as a source of cases for the blind check: labels in, columns out.
 
-Fits the protocol of `rig.gap.blind.source` by its shape; knows nothing of records, files or diagnosis.
+Fits the protocol of `rig.blind_check.source` by its shape; knows nothing of records, files or diagnosis.
 """
 
 from collections.abc import Mapping
@@ -11,7 +11,7 @@ import numpy as np
 
 from hil.reference.cases import Case, Named, Purpose, bench_of, draw_sheet, realise, record_day
 from hil.reference.compiling import Array
-from hil.reference.knobs import HEALTHY, Disturbance
+from hil.reference.disturbance import HEALTHY, Disturbance
 from hil.reference.physics import Session
 from hil.reference.plant import Plant, simulate
 
@@ -21,7 +21,7 @@ UNTOUCHED_DAYS = 3
 
 @dataclass(frozen=True)
 class Bench:
-    """See rig.gap.blind.source.BenchData."""
+    """See rig.blind_check.source.BenchData."""
 
     p0_mpa: float
     baselines: list[Named]
@@ -30,7 +30,7 @@ class Bench:
 
 @dataclass(frozen=True)
 class Carried:
-    """See rig.gap.blind.source.CaseData."""
+    """See rig.blind_check.source.CaseData."""
 
     records: Named
     untouched: Named

@@ -9,7 +9,7 @@ import click
 from rig.cli.common import console, emit, json_option, progress
 
 if TYPE_CHECKING:
-    from rig.gap.blind.folder import CheckFolder
+    from rig.blind_check.folder import CheckFolder
 
 _place = click.Path(path_type=Path, resolve_path=True)
 """Made absolute here: whoever answers works in another folder than the caller."""
@@ -46,9 +46,9 @@ def check(
     import time
     from functools import partial
 
-    from rig.gap.blind.check import make_answer_score, result_of
-    from rig.gap.blind.folder import CheckFolder
-    from rig.gap.blind.make import units
+    from rig.blind_check.check import make_answer_score, result_of
+    from rig.blind_check.folder import CheckFolder
+    from rig.blind_check.generate import units
 
     begun, source = time.monotonic(), _source(development)
     folder = CheckFolder(out or _new_folder())
@@ -69,8 +69,8 @@ def make(folder: Path, cases: int, seed: int | None, development: bool, dask: st
 
     Whoever answers gets sealed.json and the folder questions; labels and key stay in the folder maker.
     """
-    from rig.gap.blind.folder import CheckFolder
-    from rig.gap.blind.make import make_unit, units
+    from rig.blind_check.folder import CheckFolder
+    from rig.blind_check.generate import make_unit, units
 
     source, place = _source(development), CheckFolder(folder)
     _draw(source, place, cases, seed, None)
@@ -90,9 +90,9 @@ def answer(folder: Path, dask: str | None, workers: int | None) -> None:
     """
     from functools import partial
 
+    from rig.blind_check.check import CHUNK, answer_chunk
+    from rig.blind_check.folder import CheckFolder
     from rig.errors import RecordError
-    from rig.gap.blind.check import CHUNK, answer_chunk
-    from rig.gap.blind.folder import CheckFolder
 
     place = CheckFolder(folder)
     tokens = sorted(path.name for path in place.questions.iterdir() if path.is_dir()) if place.questions.is_dir() else []
@@ -115,10 +115,10 @@ def score(
     folder: Path, labels: Path | None, development: bool, dask: str | None, workers: int | None, html_to: Path | None, json_to: str | None
 ) -> None:  # fmt: skip
     """Open the labels of FOLDER and score its answers; recommended experiments are carried out first."""
-    from rig.gap.blind.check import result_of, score_unit
-    from rig.gap.blind.folder import CheckFolder
-    from rig.gap.blind.make import units
-    from rig.gap.blind.own import score_own
+    from rig.blind_check.check import result_of, score_unit
+    from rig.blind_check.folder import CheckFolder
+    from rig.blind_check.generate import units
+    from rig.blind_check.user_labels import score_own
 
     place = CheckFolder(folder)
     if labels is not None:
@@ -147,7 +147,7 @@ def _draw(source: Any, folder: "CheckFolder", cases: int, seed: int | None, json
     """Seal the labels, or go on with those that are there, and print the hash before anything is computed."""
     import secrets
 
-    from rig.gap.blind.make import draw, open_labels
+    from rig.blind_check.generate import draw, open_labels
 
     if seed is None:
         seed = open_labels(folder)[1] if folder.sealed.exists() else secrets.randbits(48)
@@ -170,7 +170,7 @@ def _spread(work: Any, pieces: Sequence[Any], total: int, what: str, dask: str |
 
 def _report(folder: "CheckFolder", result: dict[str, Any], html_to: Path | None, json_to: str | None) -> None:
     """Keep the result, write the page, print the table."""
-    from rig.gap.blind.check import write_result
+    from rig.blind_check.check import write_result
     from rig.report.check_page import check_table, write_page
 
     kept = write_result(folder, result)

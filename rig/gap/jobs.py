@@ -1,7 +1,7 @@
 """Many independent pieces of work over local processes or a Dask cluster, with progress, surviving lost workers and kills.
 
 The same code path for both: anything with the interface of concurrent.futures.Executor. Work must be repeatable: a piece whose
-worker died is done again, so a piece writes its result whole (see blind.folder.write_json) and under one name.
+worker died is done again, so a piece writes its result whole and under one name.
 """
 
 import os

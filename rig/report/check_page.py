@@ -9,8 +9,8 @@ from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rig.blind_check.goals import GOALS, bound, figure, reached, told
 from rig.errors import RigError
-from rig.gap.blind.goals import GOALS, bound, figure, reached, told
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

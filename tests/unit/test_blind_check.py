@@ -13,12 +13,12 @@ from click.testing import CliRunner
 
 from hil.reference.cases import Purpose
 from hil.reference.source import PhysicsSource
+from rig.blind_check import generate
+from rig.blind_check.check import make_answer_score, result_of, score_unit
+from rig.blind_check.folder import CheckFolder, read_json, read_truth
+from rig.blind_check.generate import draw, make_unit, open_labels, units
 from rig.cli.gap_check import check
 from rig.errors import RecordError
-from rig.gap.blind import make
-from rig.gap.blind.check import make_answer_score, result_of, score_unit
-from rig.gap.blind.folder import CheckFolder, read_json, read_truth
-from rig.gap.blind.make import draw, make_unit, open_labels, units
 from rig.log.reader import read
 
 pytestmark = pytest.mark.xdist_group("blind check")
@@ -44,7 +44,7 @@ def result(finished: CheckFolder) -> dict[str, Any]:
 
 def test_the_small_check_holds_its_lower_bounds(result: dict[str, Any]) -> None:
     assert result["kinds"] == {"foreign": 1, "none": 2, "pair": 1, "single": 4}
-    assert "audit" in result["walls"]
+    assert "audit" in result["sandbox_layers"]
     for mode in ("pressures", "angle"):
         figures = result["modes"][mode]
         assert figures["errors"]["k"] == 0
@@ -171,7 +171,7 @@ def test_own_records_are_scored_by_own_labels(finished: CheckFolder, tmp_path: P
 
 
 def test_nothing_is_made_for_answered_cases(finished: CheckFolder, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(make, "write_model", lambda *_: pytest.fail("a finished unit was made again"))
+    monkeypatch.setattr(generate, "write_model", lambda *_: pytest.fail("a finished unit was made again"))
     unit = units(PhysicsSource(Purpose.SCORING), finished)[0]
     assert make_unit(unit) == []
     assert score_unit(unit) == CASES

@@ -7,15 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rig.blind_check.check import result_from
+from rig.blind_check.follow_up import commands_of, tie
+from rig.blind_check.generate import left_out, modes_of
+from rig.blind_check.goals import GOALS, bound, figure, reached, told
+from rig.blind_check.rates import Rate
+from rig.blind_check.score import realised, score_mode
+from rig.blind_check.statistics import breakdown, mode_result, naive_result, reliability, shuffled_control, withheld_result
+from rig.blind_check.user_labels import label_of
 from rig.errors import RecordError
-from rig.gap.blind.check import result_from
-from rig.gap.blind.goals import GOALS, bound, figure, reached, told
-from rig.gap.blind.make import left_out, modes_of
-from rig.gap.blind.own import label_of
-from rig.gap.blind.rates import Rate
-from rig.gap.blind.score import realised, score_mode
-from rig.gap.blind.second import commands_of, tie
-from rig.gap.blind.tally import breakdown, mode_result, naive_result, reliability, shuffled_control, withheld_result
 from rig.gap.effects import LIBRARY, effect_class
 from rig.model.parameters import Input, Model, MuscleModel, Parameter
 from rig.report.check_page import write_page
@@ -131,7 +131,7 @@ def test_a_page_of_healthy_cases_alone_is_drawn(tmp_path: Path) -> None:
     case = {
         "rows": {row["mode"]: row for row in rows},
         "naive": dict.fromkeys(("pressures", "angle"), naive),
-        "walls": ["audit"],
+        "sandbox_layers": ["audit"],
         "tie": None,
     }
     result = result_from([case], seed=1) | {"sealed_sha256": "0"}
@@ -217,7 +217,7 @@ def columns(gain: float, noise: int) -> dict[str, np.ndarray]:
 @pytest.mark.parametrize(("stated", "expected"), [(None, 0.0), (0.1, 1.0), (0.05, 0.75), (-0.1, -3.0)])
 def test_realised_fraction_is_what_the_augmented_model_closes(stated: float | None, expected: float) -> None:
     model = gain_model()
-    from rig.gap.blind.source import records_of
+    from rig.blind_check.source import records_of
     from rig.model.kernels import simulate
 
     swing = np.ptp(simulate(model, records_of({"x": columns(1.0, 0)})[0], start_deg=0.0).angle_deg) / 80.0

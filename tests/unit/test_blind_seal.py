@@ -1,4 +1,4 @@
-"""Seal and cage of the blind check: labels stay closed, and the answering process cannot get at them."""
+"""Seal and sandbox of the blind check: labels stay closed, and the answering process cannot get at them."""
 
 import hashlib
 import json
@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from rig.blind_check.seal import new_key, open_sealed, seal
 from rig.errors import RecordError
-from rig.gap.blind.seal import new_key, open_sealed, seal
 
 pytestmark = pytest.mark.real_time
 
@@ -18,10 +18,10 @@ LABELS = {"seed": 7, "cases": [{"effects": ["valve_lag"]}, {"effects": []}]}
 PROBE = """
 import ctypes, json, os, sys
 from pathlib import Path
-root, caged = Path(sys.argv[1]), sys.argv[2] == "caged"
-if caged:
-    from rig.gap.blind import cage
-    cage.enter([root / "questions" / "a"], [root / "answers"])
+root, shut_in = Path(sys.argv[1]), sys.argv[2] == "shut_in"
+if shut_in:
+    from rig.blind_check import sandbox
+    sandbox.enter([root / "questions" / "a"], [root / "answers"])
 def outcome(action):
     try:
         return bool(action() or True)
@@ -65,23 +65,23 @@ def probe(root: Path, how: str) -> dict[str, bool]:
     return said
 
 
-def test_the_caged_process_reads_its_question_and_nothing_of_the_labels(check_folder: Path) -> None:
-    said = probe(check_folder, "caged")
+def test_the_shut_in_process_reads_its_question_and_nothing_of_the_labels(check_folder: Path) -> None:
+    said = probe(check_folder, "shut_in")
     assert said["question"]
     assert said["answer"]
-    ask = "from rig.gap.blind import cage; print(*cage.enter([], []))"
-    walls = subprocess.run([sys.executable, "-c", ask], capture_output=True, text=True, check=True).stdout.split()
-    guarded = SECRET if "landlock" in walls else [name for name in SECRET if name not in ("libc", "overwrite")]
+    ask = "from rig.blind_check import sandbox; print(*sandbox.enter([], []))"
+    layers = subprocess.run([sys.executable, "-c", ask], capture_output=True, text=True, check=True).stdout.split()
+    guarded = SECRET if "landlock" in layers else [name for name in SECRET if name not in ("libc", "overwrite")]
     assert [name for name in guarded if said[name]] == []
 
 
-def test_without_the_cage_the_same_probe_reads_everything(check_folder: Path) -> None:
+def test_without_the_sandbox_the_same_probe_reads_everything(check_folder: Path) -> None:
     said = probe(check_folder, "free")
     assert [name for name in SECRET if not said[name]] == [], "the probe can tell an open door from a closed one"
 
 
 def test_the_answering_process_is_told_nothing_but_places(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    from rig.gap.blind import answer
+    from rig.blind_check import answer
 
     seen: dict[str, object] = {}
 
@@ -96,7 +96,7 @@ def test_the_answering_process_is_told_nothing_but_places(monkeypatch: pytest.Mo
         sys.executable,
         "-I",
         "-m",
-        "rig.gap.blind.answer",
+        "rig.blind_check.answer",
         str(tmp_path / "questions"),
         str(tmp_path / "answers"),
         "a1",

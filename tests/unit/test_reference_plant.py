@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from hil.reference.cases import CLEAR_RANGE, Purpose, bench_of, draw_sheet, realise, record_day
+from hil.reference.disturbance import HEALTHY, Disturbance, RigLaw
 from hil.reference.excitations import Excitation, paper_set
-from hil.reference.knobs import HEALTHY, Disturbance, RigLaw
 from hil.reference.mechanics import muscle_force
+from hil.reference.other_laws import FOREIGN, OTHER_LAWS, merged
 from hil.reference.plant import make_plant, run, simulate
 from hil.reference.pneumatics import flow_function
-from hil.reference.twins import FOREIGN, TWINS, merged
 from rig.errors import RigError
 from rig.gap.effects import LIBRARY
 
@@ -84,37 +84,37 @@ def test_a_disturbance_that_throws_the_joint_is_named(plant):
         run(SINE, plant, plant.still(), Disturbance(rig=RigLaw(push_nm=500.0, push_hz=0.5)))
 
 
-def test_every_effect_of_the_library_has_a_twin_and_the_foreign_ones_are_of_every_stage():
-    assert set(TWINS) == set(LIBRARY)
+def test_every_effect_of_the_library_has_another_law_and_the_foreign_ones_are_of_every_stage():
+    assert set(OTHER_LAWS) == set(LIBRARY)
     assert not set(FOREIGN) & set(LIBRARY)
     assert len(FOREIGN) >= 6
-    assert {twin.stage for twin in FOREIGN.values()} == {"timing", "valve", "muscle", "joint", "sensor"}
+    assert {entry.stage for entry in FOREIGN.values()} == {"timing", "valve", "muscle", "joint", "sensor"}
 
 
-@pytest.mark.parametrize("effect", sorted(TWINS | FOREIGN))
-def test_twin_acts_and_grows_with_its_size(plant, effect):
-    twin = (TWINS | FOREIGN)[effect]
+@pytest.mark.parametrize("effect", sorted(OTHER_LAWS | FOREIGN))
+def test_effect_acts_and_grows_with_its_size(plant, effect):
+    entry = (OTHER_LAWS | FOREIGN)[effect]
     day = plant.still()
     short = (Excitation("mixed", 0.5, 0.1, seconds=8.0), Excitation("sine", 0.8, 0.2, seconds=8.0))
     healthy = record_day(plant, day, short)
 
     def change(share: float) -> float:
-        size = math.exp(math.log(twin.low) + share * (math.log(twin.high) - math.log(twin.low)))
-        records = record_day(plant, day, short, twin.law(size, np.random.default_rng(4)))
+        size = math.exp(math.log(entry.low) + share * (math.log(entry.high) - math.log(entry.low)))
+        records = record_day(plant, day, short, entry.law(size, np.random.default_rng(4)))
         return math.sqrt(sum(np.mean((records[name]["angle_deg"] - healthy[name]["angle_deg"]) ** 2) for name in healthy))
 
-    small, large = (change(0.9), change(0.1)) if twin.falling else (change(0.1), change(0.9))
+    small, large = (change(0.9), change(0.1)) if entry.falling else (change(0.1), change(0.9))
     assert large > 0.2
     assert large > 2 * small
 
 
-def test_signed_twins_go_both_ways(plant):
-    twin, day = TWINS["muscle_mismatch"], plant.still()
-    means = [np.mean(run(SINE, plant, day, twin.law(size, np.random.default_rng(1)))["angle_deg"]) for size in (-0.1, 0.0, 0.1)]
+def test_signed_effects_go_both_ways(plant):
+    entry, day = OTHER_LAWS["muscle_mismatch"], plant.still()
+    means = [np.mean(run(SINE, plant, day, entry.law(size, np.random.default_rng(1)))["angle_deg"]) for size in (-0.1, 0.0, 0.1)]
     assert means[0] < means[1] < means[2]
 
 
-def test_two_effects_at_once_keep_each_others_knobs():
+def test_two_effects_at_once_keep_each_others_parameters():
     both = merged([Disturbance(rig=RigLaw(lugre_nm=1.0)), Disturbance(rig=RigLaw(pilot_s=0.1))])
     assert (both.rig.lugre_nm, both.rig.pilot_s) == (1.0, 0.1)
     assert merged([]) == HEALTHY
@@ -126,7 +126,7 @@ def test_sheet_has_the_promised_kinds_and_is_repeatable():
     assert (kinds.count("none"), kinds.count("foreign"), kinds.count("pair"), kinds.count("single")) == (120, 60, 60, 160)
     assert sheet == draw_sheet(Purpose.SCORING, 9, 400)
     drawn = {case.effects[0] for case in sheet if case.kind == "single"}
-    assert drawn == set(TWINS)
+    assert drawn == set(OTHER_LAWS)
     assert {sign for case in sheet for sign in case.signs} == {-1, 1}
 
 

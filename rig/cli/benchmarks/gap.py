@@ -101,8 +101,8 @@ def _held_out(data: dict[str, Any], pressures: bool) -> dict[str, Any]:
     the healthy rig: the set has no simulator of these rigs."""
     import numpy as np
 
-    from rig.gap.blind.score import EXCITED
-    from rig.gap.blind.tally import CLOSE
+    from rig.blind_check.score import EXCITED
+    from rig.blind_check.statistics import CLOSE
     from rig.gap.diagnosis import diagnose_with_findings
     from rig.gap.engine import angle_side, overall_gap, prepare
     from rig.gap.verdict import explained
@@ -129,8 +129,8 @@ def _held_out(data: dict[str, Any], pressures: bool) -> dict[str, Any]:
 
 def _withheld(data: dict[str, Any]) -> dict[str, Any]:
     """Single effects with their own class taken out of the library: is something unknown said, or another name?"""
+    from rig.blind_check.score import FLAGS
     from rig.gap import diagnose
-    from rig.gap.blind.score import FLAGS
     from rig.gap.effects import LIBRARY, effect_class
 
     flagged = []
@@ -166,7 +166,7 @@ def _threshold(results: "Iterable[tuple[list[str], Diagnosis]]") -> float:
 
 def _rate(outcomes: Sequence[bool]) -> dict[str, Any]:
     """Per cent with its Wilson interval."""
-    from rig.gap.blind.rates import Rate
+    from rig.blind_check.rates import Rate
 
     rate = Rate.of(outcomes)
     low, high = rate.interval
@@ -175,7 +175,7 @@ def _rate(outcomes: Sequence[bool]) -> dict[str, Any]:
 
 def _naive(data: dict[str, Any]) -> dict[str, Any]:
     """Exact names on single effects by answers that need no diagnosis."""
-    from rig.gap.blind.naive import naive_answers
+    from rig.blind_check.naive import naive_answers
 
     right: dict[str, list[bool]] = {}
     for one in data.values():

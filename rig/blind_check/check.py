@@ -8,14 +8,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
+from rig.blind_check.answer import answer_cases
+from rig.blind_check.folder import CheckFolder, read_json, read_truth, write_json
+from rig.blind_check.follow_up import MODE, carry_out, tie
+from rig.blind_check.generate import MODES, Unit, make_unit, open_labels
+from rig.blind_check.score import realised, score_mode
+from rig.blind_check.source import Label
+from rig.blind_check.statistics import breakdown, mode_result, naive_result, shuffled_control, withheld_result
 from rig.errors import RecordError
-from rig.gap.blind.answer import answer_cases
-from rig.gap.blind.folder import CheckFolder, read_json, read_truth, write_json
-from rig.gap.blind.make import MODES, Unit, make_unit, open_labels
-from rig.gap.blind.score import realised, score_mode
-from rig.gap.blind.second import MODE, carry_out, tie
-from rig.gap.blind.source import Label
-from rig.gap.blind.tally import breakdown, mode_result, naive_result, shuffled_control, withheld_result
 from rig.gap.effects import LIBRARY, effect_class
 
 CHUNK: Final = 10
@@ -28,7 +28,7 @@ def make_answer_score(unit: Unit, keep: bool = False) -> int:
     answer_cases(str(unit.folder.questions), str(unit.folder.answers), unit.tokens)
     score_unit(unit)
     if not keep:
-        for folder in (unit.folder, unit.folder.second()):
+        for folder in (unit.folder, unit.folder.follow_up()):
             for token in unit.tokens:
                 shutil.rmtree(folder.question(token), ignore_errors=True)
         shutil.rmtree(unit.folder.maker / "benches" / unit.source.bench_key(unit.labels[0]), ignore_errors=True)
@@ -63,9 +63,16 @@ def score_case(folder: CheckFolder, token: str, label: Label) -> dict[str, Any]:
         rows[mode] = score_mode(mode, said, label, facts)
         rows[mode]["realised_ef"] = realised(model, said, label, untouched, healthy)
         rows[mode]["truth_withheld"] = bool(set(label["effects"]) & set(answer["leave_out"]))
-    again = folder.second().answer(token)
+    again = folder.follow_up().answer(token)
     broken = tie(answer["modes"][MODE], read_json(again)["modes"][MODE], label["effects"]) if again.exists() else None
-    return {"token": token, "rows": rows, "naive": answer["naive"], "walls": answer["walls"], "tie": broken, "facts": facts}
+    return {
+        "token": token,
+        "rows": rows,
+        "naive": answer["naive"],
+        "sandbox_layers": answer["sandbox_layers"],
+        "tie": broken,
+        "facts": facts,
+    }
 
 
 def result_of(folder: CheckFolder) -> dict[str, Any]:
@@ -93,7 +100,7 @@ def result_from(cases: Sequence[Mapping[str, Any]], seed: int) -> dict[str, Any]
     return {
         "cases": len(cases),
         "kinds": {kind: kinds.count(kind) for kind in sorted(set(kinds))},
-        "walls": sorted({wall for case in cases for wall in case["walls"]}),
+        "sandbox_layers": sorted({layer for case in cases for layer in case["sandbox_layers"]}),
         "modes": modes,
         **withheld,
         "naive": {name: _naive(cases, name) for name in ("always_none", "random", "largest_rmse", "retuned")},
@@ -109,7 +116,7 @@ def write_result(folder: CheckFolder, result: Mapping[str, Any]) -> Path:
 
 
 def _ties(cases: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    from rig.gap.blind.rates import Rate
+    from rig.blind_check.rates import Rate
 
     return Rate.of(case["tie"]["broken"] for case in cases if case["tie"]).to_json()
 

@@ -9,8 +9,8 @@ from typing import Any, Final
 
 import numpy as np
 
+from rig.blind_check.source import Named, records_of
 from rig.errors import RigError
-from rig.gap.blind.source import Named, records_of
 from rig.gap.effects import LIBRARY, effect_class
 from rig.gap.lost import loudness
 from rig.log.record import Column, Record

@@ -22,8 +22,8 @@ from typing import Any, Final
 
 import numpy as np
 
+from rig.blind_check.source import Named, records_of
 from rig.errors import RecordError
-from rig.gap.blind.source import Named, records_of
 from rig.log.convert import write_record
 
 FORMAT: Final = "pamrig blind check 1"
@@ -63,9 +63,9 @@ class CheckFolder:
     def score(self, token: str) -> Path:
         return self.root / "scores" / f"{token}.json"
 
-    def second(self) -> "CheckFolder":
+    def follow_up(self) -> "CheckFolder":
         """The round in which recommended experiments were carried out."""
-        return CheckFolder(self.root / "second")
+        return CheckFolder(self.root / "follow_up")
 
 
 def token_of(key: bytes, number: int) -> str:

@@ -10,11 +10,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from rig.blind_check.check import result_from
+from rig.blind_check.folder import CheckFolder, read_json
+from rig.blind_check.score import score_mode
+from rig.blind_check.source import Label
 from rig.errors import RecordError
-from rig.gap.blind.check import result_from
-from rig.gap.blind.folder import CheckFolder, read_json
-from rig.gap.blind.score import score_mode
-from rig.gap.blind.source import Label
 from rig.gap.effects import LIBRARY
 
 
@@ -48,7 +48,7 @@ def _scored(folder: CheckFolder, name: str, label: Label) -> dict[str, Any]:
         mode: score_mode(mode, said, label, facts) | {"realised_ef": None, "truth_withheld": False}
         for mode, said in answer["modes"].items()
     }
-    return {"rows": rows, "naive": answer["naive"], "walls": answer["walls"], "tie": None, "facts": facts}
+    return {"rows": rows, "naive": answer["naive"], "sandbox_layers": answer["sandbox_layers"], "tie": None, "facts": facts}
 
 
 def _facts(label: Label, answer: Mapping[str, Any]) -> dict[str, Any]:

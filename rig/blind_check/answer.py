@@ -1,6 +1,6 @@
 """Answering: the diagnosis on questions, in a process of its own that can see nothing else.
 
-`answer_cases` starts the process and returns when its answers are written; `python -m rig.gap.blind.answer` is that process.
+`answer_cases` starts the process and returns when its answers are written; `python -m rig.blind_check.answer` is that process.
 Nothing of the labels, their seed or the maker's folder is among its arguments, its environment or the files it may open.
 """
 
@@ -12,9 +12,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
+from rig.blind_check import sandbox
+from rig.blind_check.folder import read_json, write_json
 from rig.errors import RecordError, RigError
-from rig.gap.blind import cage
-from rig.gap.blind.folder import read_json, write_json
 
 KEPT_ENVIRONMENT: Final = ("PATH", "LANG", "LC_ALL", "LD_LIBRARY_PATH", "TZ")
 ONE_THREAD: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -32,7 +32,7 @@ def answer_cases(questions: str, answers: str, tokens: Sequence[str]) -> int:
     Path(answers).mkdir(parents=True, exist_ok=True)
     environment = {name: os.environ[name] for name in KEPT_ENVIRONMENT if name in os.environ}
     environment |= dict.fromkeys(ONE_THREAD, "1")
-    call = [sys.executable, "-I", "-m", "rig.gap.blind.answer", questions, answers, *missing]
+    call = [sys.executable, "-I", "-m", "rig.blind_check.answer", questions, answers, *missing]
     ended = subprocess.run(call, env=environment, cwd=questions, capture_output=True, text=True, check=False)
     if ended.returncode != 0:
         lines = ended.stderr.strip().splitlines() or ["no message"]
@@ -44,16 +44,16 @@ def main(arguments: Sequence[str]) -> None:
     """The answering process: questions folder, answers folder, tokens."""
     questions, answers = Path(arguments[0]).resolve(), Path(arguments[1]).resolve()
     parent = os.getppid()
-    walls = cage.enter([questions / token for token in arguments[2:]], [answers])
+    layers = sandbox.enter([questions / token for token in arguments[2:]], [answers])
     for token in arguments[2:]:
         if os.getppid() != parent:
             return
-        write_json(answers / f"{token}.json", answer_question(questions / token) | {"walls": walls})
+        write_json(answers / f"{token}.json", answer_question(questions / token) | {"sandbox_layers": layers})
 
 
 def answer_question(place: Path) -> dict[str, Any]:
     """The answers of one question, mode by mode: diagnosis as JSON, augmented model, seconds, or the error."""
-    from rig.gap.blind.naive import naive_answers
+    from rig.blind_check.naive import naive_answers
     from rig.log.reader import read
     from rig.model.parameters import load_model
 

@@ -1,7 +1,7 @@
 """Every effect of the library as another law: what the blind check switches on in the physics plant.
 
-A twin turns one signed size into the plant's knobs; chance details that are no size (which valve, which phase, how uneven) are
-drawn. The comment at each entry says which law stands here against which one in the library.
+An entry turns one signed size into the plant's disturbance parameters; chance details that are no size (which valve, which phase,
+how uneven) are drawn. The comment at each entry says which law stands here against which one in the library.
 """
 
 import math
@@ -10,12 +10,12 @@ from typing import Any, Final, NamedTuple
 
 from numpy.random import Generator
 
-from hil.reference.knobs import CommandLaw, Disturbance, RigLaw, SensorLaw
+from hil.reference.disturbance import CommandLaw, Disturbance, RigLaw, SensorLaw
 
 Law = Callable[[float, Generator], Disturbance]
 
 
-class Twin(NamedTuple):
+class EffectLaw(NamedTuple):
     """One effect of the plant. Sizes lie between `low` and `high`, both positive; `signed` ones may be negative too."""
 
     stage: str
@@ -30,16 +30,16 @@ class Twin(NamedTuple):
     """A smaller size is the stronger effect (a limit, a ceiling)."""
 
 
-def rig(**knobs: float) -> Disturbance:
-    return Disturbance(rig=RigLaw(**knobs))
+def rig(**parameters: float) -> Disturbance:
+    return Disturbance(rig=RigLaw(**parameters))
 
 
-def command(**knobs: float) -> Disturbance:
-    return Disturbance(command=CommandLaw(**knobs))
+def command(**parameters: float) -> Disturbance:
+    return Disturbance(command=CommandLaw(**parameters))
 
 
-def sensor(**knobs: float) -> Disturbance:
-    return Disturbance(sensor=SensorLaw(**knobs))
+def sensor(**parameters: float) -> Disturbance:
+    return Disturbance(sensor=SensorLaw(**parameters))
 
 
 def one_of(random: Generator, *choices: Any) -> Any:
@@ -73,8 +73,8 @@ def _asymmetry(size: float, random: Generator) -> Disturbance:
 
 
 def _leak(size: float, random: Generator) -> Disturbance:
-    knob = one_of(random, "leak_1_s", "leak_2_s", "tap_1", "tap_2")
-    return rig(**{knob: size * (22.0 if knob.startswith("leak") else 1.0)})
+    name = one_of(random, "leak_1_s", "leak_2_s", "tap_1", "tap_2")
+    return rig(**{name: size * (22.0 if name.startswith("leak") else 1.0)})
 
 
 def _mismatch(size: float, random: Generator) -> Disturbance:
@@ -128,62 +128,62 @@ def _hum(size: float, random: Generator) -> Disturbance:
     return sensor(hum_deg=size, hum_hz=float(one_of(random, 50.0, 60.0)))
 
 
-TWINS: Final[dict[str, Twin]] = {
+OTHER_LAWS: Final[dict[str, EffectLaw]] = {
     # jittering queue | fixed delay
-    "delay": Twin("timing", "s", 1e-3, 0.15, False, _delay, "delay_s"),
+    "delay": EffectLaw("timing", "s", 1e-3, 0.15, False, _delay, "delay_s"),
     # drift that settles as the clock warms up | constant rate
-    "clock_drift": Twin("timing", "relative", 5e-5, 0.02, True, lambda size, _: command(clock_rate=size), "drift"),
+    "clock_drift": EffectLaw("timing", "relative", 5e-5, 0.02, True, lambda size, _: command(clock_rate=size), "drift"),
     # bursts of repeated packets, whole or angle only | independent repeats
-    "lost_samples": Twin("timing", "probability", 0.01, 0.85, False, _lost),
+    "lost_samples": EffectLaw("timing", "probability", 0.01, 0.85, False, _lost),
     # bent, uneven pressure sensors inside the control loop | gain on the set-point
-    "valve_gain": Twin("valve", "relative", 2e-3, 0.25, True, _valve_gain, "gain"),
-    "valve_offset": Twin("valve", "MPa", 2e-4, 0.04, True, _valve_offset, "offset_mpa"),
+    "valve_gain": EffectLaw("valve", "relative", 2e-3, 0.25, True, _valve_gain, "gain"),
+    "valve_offset": EffectLaw("valve", "MPa", 2e-4, 0.04, True, _valve_offset, "offset_mpa"),
     # laminar filling of a pilot chamber | linear first order
-    "valve_lag": Twin("valve", "s", 1e-3, 0.3, False, lambda size, _: rig(pilot_s=size), "tau_s"),
+    "valve_lag": EffectLaw("valve", "s", 1e-3, 0.3, False, lambda size, _: rig(pilot_s=size), "tau_s"),
     # choked orifice behind a spool of unchanged bandwidth | limit of dp/dt
-    "valve_slew": Twin("valve", "orifice", 0.03, 0.9, False, _slew, falling=True),
+    "valve_slew": EffectLaw("valve", "orifice", 0.03, 0.9, False, _slew, falling=True),
     # one of two orifices clogged | two time constants
-    "fill_exhaust_asymmetry": Twin("valve", "ratio - 1", 0.05, 12.0, True, _asymmetry),
+    "fill_exhaust_asymmetry": EffectLaw("valve", "ratio - 1", 0.05, 12.0, True, _asymmetry),
     # spool overlap: opens late, closes late (hysteretic hold) | dead-band
-    "valve_dead_band": Twin("valve", "MPa", 1e-3, 0.06, False, lambda size, _: rig(overlap_mpa=size), "width_mpa"),
+    "valve_dead_band": EffectLaw("valve", "MPa", 1e-3, 0.06, False, lambda size, _: rig(overlap_mpa=size), "width_mpa"),
     # relief valve that yields to the regulator | sharp ceiling
-    "pressure_ceiling": Twin("valve", "MPa", 0.16, 0.40, False, lambda size, _: rig(relief_mpa=size), "ceiling_mpa", falling=True),
+    "pressure_ceiling": EffectLaw("valve", "MPa", 0.16, 0.40, False, lambda size, _: rig(relief_mpa=size), "ceiling_mpa", falling=True),
     # tank refilled through a restriction | sag in proportion to the flow, at once
-    "supply_droop": Twin("valve", "ratio", 0.5, 60.0, False, lambda size, _: rig(tank=size)),
-    "co_contraction": Twin("muscle", "MPa", 5e-4, 0.08, True, _co_contraction, "shift_mpa"),
+    "supply_droop": EffectLaw("valve", "ratio", 0.5, 60.0, False, lambda size, _: rig(tank=size)),
+    "co_contraction": EffectLaw("muscle", "MPa", 5e-4, 0.08, True, _co_contraction, "shift_mpa"),
     # braid angle: strength with another force law | factor on the pressure
-    "muscle_mismatch": Twin("muscle", "relative", 1e-3, 0.25, True, _mismatch),
+    "muscle_mismatch": EffectLaw("muscle", "relative", 1e-3, 0.25, True, _mismatch),
     # choked leak against the regulator, or tap with a quadratic drop behind the monitor | share of the pressure
-    "leak": Twin("muscle", "relative", 1e-3, 0.2, False, _leak),
+    "leak": EffectLaw("muscle", "relative", 1e-3, 0.2, False, _leak),
     # four relaxing springs, 0.3 to 30 s | one low pass
-    "creep": Twin("muscle", "relative", 0.003, 0.9, False, lambda size, _: rig(relaxing=size)),
+    "creep": EffectLaw("muscle", "relative", 0.003, 0.9, False, lambda size, _: rig(relaxing=size)),
     # warming towards an end, rubber softens and force sinks | straight line
-    "thermal_drift": Twin("muscle", "relative", 0.005, 0.35, True, _warm_up),
+    "thermal_drift": EffectLaw("muscle", "relative", 0.005, 0.35, True, _warm_up),
     # LuGre with Stribeck | play of fixed width
-    "coulomb_friction": Twin("joint", "N m", 0.01, 8.0, False, lambda size, _: rig(lugre_nm=size)),
+    "coulomb_friction": EffectLaw("joint", "N m", 0.01, 8.0, False, lambda size, _: rig(lugre_nm=size)),
     # shear-thinning grease | proportional to speed
-    "viscous_friction": Twin("joint", "N m s/rad", 0.03, 12.0, False, lambda size, _: rig(grease_nm_s=size)),
+    "viscous_friction": EffectLaw("joint", "N m s/rad", 0.03, 12.0, False, lambda size, _: rig(grease_nm_s=size)),
     # mass inside the non-linear joint | linear second order
-    "inertia": Twin("joint", "kg m2", 1e-3, 1.2, False, lambda size, _: rig(inertia_kgm2=size)),
-    "gravity_load": Twin("joint", "N m", 0.02, 10.0, True, _gravity),
+    "inertia": EffectLaw("joint", "kg m2", 1e-3, 1.2, False, lambda size, _: rig(inertia_kgm2=size)),
+    "gravity_load": EffectLaw("joint", "N m", 0.02, 10.0, True, _gravity),
     # worn coupling that pulls softly, wider where worn | play operator
-    "backlash": Twin("joint", "deg", 0.01, 6.0, False, _play, "width_deg"),
+    "backlash": EffectLaw("joint", "deg", 0.01, 6.0, False, _play, "width_deg"),
     # Hunt-Crossley buffer | clipped angle
-    "end_stop": Twin("joint", "deg", 6.0, 44.0, False, _end_stop, falling=True),
-    "sensor_gain": Twin("sensor", "relative", 1e-3, 0.25, True, _sensor_gain, "gain"),
-    "sensor_offset": Twin("sensor", "deg", 0.03, 8.0, True, lambda size, _: sensor(offset_deg=size), "offset_deg"),
+    "end_stop": EffectLaw("joint", "deg", 6.0, 44.0, False, _end_stop, falling=True),
+    "sensor_gain": EffectLaw("sensor", "relative", 1e-3, 0.25, True, _sensor_gain, "gain"),
+    "sensor_offset": EffectLaw("sensor", "deg", 0.03, 8.0, True, lambda size, _: sensor(offset_deg=size), "offset_deg"),
     # drift that settles | straight line
-    "sensor_drift": Twin("sensor", "deg/min", 0.2, 40.0, True, _sensor_drift, "rate_deg_min"),
+    "sensor_drift": EffectLaw("sensor", "deg/min", 0.2, 40.0, True, _sensor_drift, "rate_deg_min"),
     # eccentric disc | square and cube
-    "sensor_nonlinearity": Twin("sensor", "deg", 0.1, 12.0, True, _nonlinearity),
+    "sensor_nonlinearity": EffectLaw("sensor", "deg", 0.1, 12.0, True, _nonlinearity),
     # two or three poles | one pole
-    "sensor_lag": Twin("sensor", "s", 1e-3, 0.2, False, _sensor_lag, "tau_s"),
+    "sensor_lag": EffectLaw("sensor", "s", 1e-3, 0.2, False, _sensor_lag, "tau_s"),
     # uneven converter | even rounding
-    "quantisation": Twin("sensor", "deg", 0.12, 10.0, False, _quantisation, "step_deg"),
+    "quantisation": EffectLaw("sensor", "deg", 0.12, 10.0, False, _quantisation, "step_deg"),
     # swelling line with third harmonic | sine
-    "mains_hum": Twin("sensor", "deg", 0.02, 4.0, False, _hum),
+    "mains_hum": EffectLaw("sensor", "deg", 0.02, 4.0, False, _hum),
     # heavy tails, stronger when moving | white and normal
-    "sensor_noise": Twin("sensor", "deg", 0.02, 4.0, False, lambda size, _: sensor(noise_deg=size), "std_deg"),
+    "sensor_noise": EffectLaw("sensor", "deg", 0.02, 4.0, False, lambda size, _: sensor(noise_deg=size), "std_deg"),
 }  # fmt: skip
 
 
@@ -222,22 +222,22 @@ def _dead_spot(size: float, random: Generator) -> Disturbance:
     return sensor(dead_low_deg=middle - 0.5 * size, dead_high_deg=middle + 0.5 * size)
 
 
-FOREIGN: Final[dict[str, Twin]] = {
-    "command_stall": Twin("timing", "s", 0.01, 0.8, False, _stall),
-    "hose_ringing": Twin("valve", "3 Hz / f", 0.12, 2.2, False, _hose),
-    "valve_hunting": Twin("valve", "MPa", 5e-4, 0.05, False, _hunting),
-    "bladder_threshold": Twin("muscle", "MPa", 1e-3, 0.09, False, lambda size, _: rig(threshold_mpa=size)),
-    "bladder_kink": Twin("muscle", "share", 0.005, 0.5, True, _notch),
-    "cogging": Twin("joint", "N m", 0.03, 3.0, False, _cogging),
-    "brake_grabs": Twin("joint", "s", 0.015, 1.5, False, _jam),
-    "foreign_push": Twin("joint", "N m", 0.02, 6.0, False, _push),
-    "worn_track": Twin("sensor", "deg", 0.4, 25.0, False, _dead_spot),
+FOREIGN: Final[dict[str, EffectLaw]] = {
+    "command_stall": EffectLaw("timing", "s", 0.01, 0.8, False, _stall),
+    "hose_ringing": EffectLaw("valve", "3 Hz / f", 0.12, 2.2, False, _hose),
+    "valve_hunting": EffectLaw("valve", "MPa", 5e-4, 0.05, False, _hunting),
+    "bladder_threshold": EffectLaw("muscle", "MPa", 1e-3, 0.09, False, lambda size, _: rig(threshold_mpa=size)),
+    "bladder_kink": EffectLaw("muscle", "share", 0.005, 0.5, True, _notch),
+    "cogging": EffectLaw("joint", "N m", 0.03, 3.0, False, _cogging),
+    "brake_grabs": EffectLaw("joint", "s", 0.015, 1.5, False, _jam),
+    "foreign_push": EffectLaw("joint", "N m", 0.02, 6.0, False, _push),
+    "worn_track": EffectLaw("sensor", "deg", 0.4, 25.0, False, _dead_spot),
 }
 """Effects that no library has, of every stage."""
 
 
 def merged(parts: list[Disturbance]) -> Disturbance:
-    """Several disturbances at once. Each knob may be turned by one of them only, or by all to the same value."""
+    """Several disturbances at once. Each parameter may be set by one of them only, or by all to the same value."""
     total: dict[str, Any] = {}
     for place, neutral in Disturbance()._asdict().items():
         values = [item for part in parts for item in getattr(part, place)._asdict().items()]

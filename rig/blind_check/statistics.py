@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from rig.gap.blind.rates import Rate
+from rig.blind_check.rates import Rate
 
 Row = Mapping[str, Any]
 CLEAR: Final = 3.0

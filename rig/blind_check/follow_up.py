@@ -11,11 +11,11 @@ from typing import Any, Final
 import numpy as np
 import yaml
 
+from rig.blind_check.answer import answer_cases
+from rig.blind_check.folder import CheckFolder, link_day, read_json, read_truth, write_day, write_json
+from rig.blind_check.source import Commands, Label, Source
 from rig.errors import RigError
 from rig.excite.experiment import expand, load_sweep
-from rig.gap.blind.answer import answer_cases
-from rig.gap.blind.folder import CheckFolder, link_day, read_json, read_truth, write_day, write_json
-from rig.gap.blind.source import Commands, Label, Source
 
 MODE: Final = "pressures"
 PERIOD_NS: Final = 5_000_000
@@ -23,17 +23,17 @@ PERIOD_NS: Final = 5_000_000
 
 def carry_out(source: Source, folder: CheckFolder, labels: Mapping[str, Label]) -> None:
     """Make and answer the second questions of those cases whose first answer left a tie and recommended an experiment."""
-    second = folder.second()
+    again = folder.follow_up()
     asked = []
     for token, label in labels.items():
-        if second.answer(token).exists() or not folder.question(token).exists():
+        if again.answer(token).exists() or not folder.question(token).exists():
             continue
         commands = recommended(read_json(folder.answer(token)))
         if commands:
             _ask(source, folder, token, label, commands)
             asked.append(token)
     if asked:
-        answer_cases(str(second.questions), str(second.answers), asked)
+        answer_cases(str(again.questions), str(again.answers), asked)
 
 
 def recommended(answer: Mapping[str, Any]) -> Commands:
@@ -75,7 +75,7 @@ def _set(answer: Mapping[str, Any]) -> list[str]:
 
 
 def _ask(source: Source, folder: CheckFolder, token: str, label: Label, commands: Commands) -> None:
-    first, place = folder.question(token), folder.second().question(token)
+    first, place = folder.question(token), folder.follow_up().question(token)
     facts, _, _ = read_truth(folder.truth(token))
     disturbed, days = source.repeat(label, facts, commands)
     link_day(first / "records", place / "records")

@@ -1,6 +1,6 @@
 """What can be wrong with the physics plant, as plain numbers: on the set-points' way, in the rig, on the readings' way.
 
-Neutral by default. `twins` turns an effect and a size into these; `command`, `integrate` and `sensing` read them.
+Neutral by default. `other_laws` turns an effect and a size into these; `command`, `integrate` and `sensing` read them.
 """
 
 from typing import NamedTuple

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+from rig.blind_check.folder import FORMAT, CheckFolder, link_day, read_json, token_of, write_day, write_json, write_truth
+from rig.blind_check.seal import new_key, open_sealed, seal
+from rig.blind_check.source import BenchData, Label, Source, records_of
 from rig.errors import RecordError
-from rig.gap.blind.folder import FORMAT, CheckFolder, link_day, read_json, token_of, write_day, write_json, write_truth
-from rig.gap.blind.seal import new_key, open_sealed, seal
-from rig.gap.blind.source import BenchData, Label, Source, records_of
 from rig.log.record import Record
 
 MODES: Final = ("pressures", "angle", "no_baseline", "withheld")

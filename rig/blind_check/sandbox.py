@@ -1,9 +1,9 @@
 """Where the answering process lives: it may read its question, the program and the system, and write its answer; nothing else.
 
-Two walls. The kernel's (Landlock, Linux 5.13 and later) cannot be climbed from inside: files beyond the given folders, other
+Two layers. The kernel's (Landlock, Linux 5.13 and later) cannot be climbed from inside: files beyond the given folders, other
 processes' memory and command lines, and outgoing connections are refused whatever code runs. The interpreter's (an audit hook)
 says the same in Python where the kernel has no Landlock, and there it stops accidents, not attackers; `enter` returns which
-walls stand, and the result says so. Call it before any thread starts: it cannot be undone.
+layers stand, and the result says so. Call it before any thread starts: it cannot be undone.
 """
 
 import ctypes
@@ -68,12 +68,12 @@ def compile_caches() -> list[Path]:
 
 
 def enter(readable: Sequence[Path], writable: Sequence[Path]) -> list[str]:
-    """Shut this process in; returns the walls that stand, "landlock" and "audit" or "audit" alone."""
+    """Shut this process in; returns the layers that stand, "landlock" and "audit" or "audit" alone."""
     readable = [*readable, *python_folders(), *(Path(path) for path in SYSTEM_FOLDERS)]
     writable = [*writable, *compile_caches(), *(Path(path) for path in SYSTEM_WRITABLE)]
-    walls = ["landlock"] if _landlock(readable, writable) else []
+    layers = ["landlock"] if _landlock(readable, writable) else []
     _watch(readable, writable)
-    return [*walls, "audit"]
+    return [*layers, "audit"]
 
 
 def _landlock(readable: Sequence[Path], writable: Sequence[Path]) -> bool:
