@@ -3,11 +3,14 @@
 import functools
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from rig.cli.common import F, console, emit, json_option
+
+if TYPE_CHECKING:
+    from rig.service.settings import DaemonSettings
 
 
 def socket_option(command: F) -> F:
@@ -22,9 +25,16 @@ def socket_option(command: F) -> F:
 @click.option("--logs", type=click.Path(path_type=Path), help="Folder for the records; overrides the config.")
 @click.option("--state", type=click.Path(path_type=Path), help="Folder for queue and black boxes; overrides the config.")
 @click.option("--clock", type=click.Choice(["real", "virtual"]), default="real", show_default=True, help="Virtual: for soaking.")
+@click.option("--dry-run", is_flag=True, help="Only say which records retention (keep_gb, keep_days) would remove today.")
 @socket_option
 def daemon(
-    rig_path: Path | None, config: Path | None, logs: Path | None, state: Path | None, clock: str, socket: Path | None
+    rig_path: Path | None,
+    config: Path | None,
+    logs: Path | None,
+    state: Path | None,
+    clock: str,
+    dry_run: bool,
+    socket: Path | None,
 ) -> None:
     """Keep a rig as a service: loop, recorder and supervisor, commanded over a socket. Ends safe on SIGTERM and Ctrl-C."""
     import asyncio
@@ -43,6 +53,9 @@ def daemon(
     settings = load_settings(config)
     given: dict[str, Any] = {"logs": logs, "state": state, "socket": socket}
     settings = dataclasses.replace(settings, **{key: value for key, value in given.items() if value is not None})
+    if dry_run:
+        _say_what_would_go(settings)
+        return
     if settings.live.port:
         live.check_available()
     if settings.metrics is not None:
@@ -61,6 +74,28 @@ def daemon(
         asyncio.run(Daemon(parts_of(rig, virtual=clock == "virtual"), settings).serve())
     finally:
         listener.stop()
+
+
+def _say_what_would_go(settings: "DaemonSettings") -> None:
+    import time
+    from datetime import UTC, datetime
+
+    from rig.service.ledger import Ledger
+
+    say = console().print
+    if settings.retention.off:
+        say("retention is off: no record is ever removed (set keep_gb or keep_days in the daemon's settings)")
+        return
+    entries = Ledger(settings.ledger).entries
+    due = settings.retention.due(entries, time.time())
+    for entry in due:
+        say(
+            f"would go: {entry.path}  {entry.size} bytes, of {datetime.fromtimestamp(entry.recorded_s, UTC):%Y-%m-%d %H:%M} UTC",
+            markup=False,
+        )
+    say(
+        f"{len(due)} of {len(entries)} records of this daemon, {sum(entry.size for entry in due) / 1e9:.3f} GB; nothing was removed"
+    )
 
 
 def _client_command(name: str) -> Callable[[Callable[..., None]], click.Command]:

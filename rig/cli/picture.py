@@ -31,6 +31,9 @@ def status_lines(status: dict[str, Any]) -> Iterator[str]:
     if denied:
         yield f"[yellow]real-time measures: {'; '.join(denied)}[/]"
     yield f"disk {status['disk_free_gb']:.1f} GB free, logs in {status['logs']}"
+    if due := status.get("retention"):
+        first_h = due["first_in_s"] / 3600
+        yield f"[yellow]retention: {due['announced']} records will be removed, the first in {first_h:.1f} h[/]; the log names them"
 
 
 def queue_lines(status: dict[str, Any]) -> Iterator[str]:

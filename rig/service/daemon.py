@@ -16,10 +16,11 @@ from rig.realtime.state import Event, State
 from rig.service import blackbox, metrics
 from rig.service.control import Server
 from rig.service.keeper import Keeper, Parts
+from rig.service.ledger import Ledger
 from rig.service.live import LiveView
 from rig.service.notify import Notifier
 from rig.service.protocol import VERSION, Code, Refused, Request
-from rig.service.rotation import rotate
+from rig.service.retention import NOTICE_S, Retention
 from rig.service.session import ending_signals
 from rig.service.settings import DaemonSettings
 from rig.service.telemetry import fault_json
@@ -30,6 +31,7 @@ _TURN_S: Final = 0.02
 _NICE: Final = -10
 """Where it is allowed: the loop stops when this process does not get to its heartbeat for a second."""
 _HOUSEKEEPING_S: Final = 10.0
+_RETENTION_S: Final = 600.0
 _DISARM_PATIENCE_S: Final = 5.0
 _LOG = logging.getLogger("pamrig")
 
@@ -41,7 +43,9 @@ class Daemon:
         self._parts, self._settings = parts, settings
         self._keeper = Keeper(parts, settings.force)
         self._queue = Queue(settings.state / "queue.json")
-        self._worker = Worker(self._keeper, self._queue, parts.rig, settings)
+        self._ledger = Ledger(settings.ledger)
+        self._retention = Retention(self._ledger, settings.retention)
+        self._worker = Worker(self._keeper, self._queue, parts.rig, settings, self._ledger)
         self._server = Server(self._handle, self.status)
         self._live = LiveView(settings.live.port)
         self._notifier = Notifier()
@@ -84,7 +88,7 @@ class Daemon:
             self._keep(saved, "left by a daemon that had died")
         await loop.run_in_executor(self._starter, self._keeper.open)
         self._live.follow(self._keeper.session)
-        self._tasks = [asyncio.create_task(work) for work in (self._turn(), self._worker.run(), self._house())]
+        self._tasks = [asyncio.create_task(work) for work in (self._turn(), self._worker.run(), self._house(), self._make_room())]
         for task in self._tasks:
             task.add_done_callback(self._task_ended)
         self._notifier.say(READY=1, STATUS=self._keeper.state.name.lower())
@@ -156,19 +160,26 @@ class Daemon:
         _LOG.warning("black box saved: %s (%s)", saved, why)
 
     async def _house(self) -> None:
-        """Rotation and metrics, out of the way of everything else."""
+        """Metrics, out of the way of everything else."""
         while True:
-            settings, current = self._settings, self._worker.current
-            spared = [current, current.with_name(current.name + ".partial")] if current else []
-            removed = await asyncio.to_thread(
-                rotate, settings.logs, int(settings.keep_gb * 1e9), settings.keep_days * 86400, spared
-            )
-            for path in removed:
-                _LOG.info("rotated out: %s", path)
-            if settings.metrics is not None:
+            if self._settings.metrics is not None:
                 with contextlib.suppress(OSError):
-                    await asyncio.to_thread(metrics.write, settings.metrics, self.status(None))
+                    await asyncio.to_thread(metrics.write, self._settings.metrics, self.status(None))
             await asyncio.sleep(_HOUSEKEEPING_S)
+
+    async def _make_room(self) -> None:
+        """Retention: what goes is announced a day before and named when it has gone."""
+        while True:
+            try:
+                announced, removed = await asyncio.to_thread(self._retention.turn)
+            except RigError as error:
+                _LOG.error("retention: %s", error)
+            else:
+                for entry in announced:
+                    _LOG.warning("retention: %s goes in %.0f h (keep_gb, keep_days in the settings)", entry.path, NOTICE_S / 3600)
+                for entry in removed:
+                    _LOG.warning("retention: removed %s (%d bytes)", entry.path, entry.size)
+            await asyncio.sleep(_RETENTION_S)
 
     # commands
 
@@ -254,6 +265,7 @@ class Daemon:
             "realtime": session.facts.get("realtime", {}) if session else {},
             "disk_free_gb": shutil.disk_usage(self._settings.logs).free / 1e9,
             "logs": str(self._settings.logs.absolute()),
+            "retention": self._retention.to_json(),
             "clients": self._server.clients,
             "dropped_events": self._server.dropped_events,
             "black_boxes": [str(path) for path in self.black_boxes[-5:]],

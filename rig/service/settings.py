@@ -8,6 +8,7 @@ from rig.config import load
 from rig.errors import ConfigError
 from rig.fields import bounded
 from rig.service.protocol import default_socket
+from rig.service.retention import Policy
 
 
 def default_state_folder() -> Path:
@@ -46,8 +47,10 @@ class DaemonSettings:
     """Members of this group may command the rig; empty: only the daemon's own user."""
     logs: Path = Path("logs")
     state: Path = field(default_factory=default_state_folder)
-    keep_gb: float = bounded(0.01, 1e6, "GB", default=50.0)
-    keep_days: float = bounded(0.01, 36500.0, "d", default=365.0)
+    keep_gb: float | None = bounded(0.01, 1e6, "GB", default=None)
+    """When the daemon's own records are more, its oldest go, announced a day before (retention.py); None: they all stay."""
+    keep_days: float | None = bounded(0.01, 36500.0, "d", default=None)
+    """The daemon's own records that are older go, announced a day before; None: they all stay."""
     spare_gb: float = bounded(0.0, 1e6, "GB", default=0.2)
     """With less free space than this no sweep is started."""
     metrics: Path | None = None
@@ -56,6 +59,17 @@ class DaemonSettings:
     """Command real hardware although real-time measures were denied."""
     live: Live = field(default_factory=Live)
     view: View = field(default_factory=View)
+
+    @property
+    def ledger(self) -> Path:
+        """Where the daemon writes down which records it made."""
+        return self.state / "records.jsonl"
+
+    @property
+    def retention(self) -> Policy:
+        """What may make room for new records."""
+        keep_bytes = None if self.keep_gb is None else int(self.keep_gb * 1e9)
+        return Policy(keep_bytes, None if self.keep_days is None else self.keep_days * 86400)
 
 
 def load_settings(path: Path | None) -> DaemonSettings:

@@ -17,6 +17,7 @@ from rig.realtime.program import Program
 from rig.realtime.state import State
 from rig.rig_config import RigConfig
 from rig.service.keeper import Keeper
+from rig.service.ledger import Ledger
 from rig.service.orders import order_of, program_of, session_facts
 from rig.service.protocol import Code, Refused
 from rig.service.recorder import RunResult
@@ -53,8 +54,8 @@ class NoSpace(Refused):
 class Worker:
     """Turns jobs into runs of the keeper's session."""
 
-    def __init__(self, keeper: Keeper, queue: Queue, rig: RigConfig, settings: DaemonSettings) -> None:
-        self._keeper, self._queue, self._rig, self._settings = keeper, queue, rig, settings
+    def __init__(self, keeper: Keeper, queue: Queue, rig: RigConfig, settings: DaemonSettings, ledger: Ledger) -> None:
+        self._keeper, self._queue, self._rig, self._settings, self._ledger = keeper, queue, rig, settings, ledger
         self._held = True
         """Nothing is started by itself: not after a restart, not after a stop or a fault."""
         self._wake = asyncio.Event()
@@ -132,6 +133,7 @@ class Worker:
                 self._give_up(job, JobState.STOPPED, self._why(result))
                 return
             job.made(result.file, valid=result.valid)
+            await self._remember(result.file)
             if not result.complete and not self._held:
                 lost = f"{result.missed} ticks missed and {result.dropped} dropped"
                 self._give_up(job, JobState.STOPPED, f"{result.file.name}: {lost}: the sweep is not whole")
@@ -140,6 +142,13 @@ class Worker:
                 return  # stopped by the operator: it is made again when the job goes on
             job.done += 1
             await asyncio.to_thread(self._queue.save)
+
+    async def _remember(self, file: Path) -> None:
+        """Write down that the daemon made it. A record that cannot be written down stays for ever, which is no reason to stop."""
+        try:
+            await asyncio.to_thread(self._ledger.add, file, time.time())
+        except RigError as error:
+            _LOG.error("%s", error)
 
     async def _record(self, job: Job, plan: RunPlan) -> RunResult | None:
         """Carry out one run; None when the session broke under it."""

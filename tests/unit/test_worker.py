@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from rig.cli import compose
+from rig.service.ledger import Ledger
 from rig.service.settings import DaemonSettings
 from rig.service.work import Job, JobState, Queue
 from rig.service.worker import NoSpace, Worker
@@ -18,7 +19,8 @@ QUICK = compose.configs() / "sweeps" / "quick.yaml"
 def worker(folder: Path, spare_gb: float) -> tuple[Worker, Queue]:
     queue = Queue(folder / "queue.json")
     keeper: Any = SimpleNamespace(fault=None, session=None, telemetry=None)
-    return Worker(keeper, queue, compose.load(None), DaemonSettings(logs=folder / "logs", state=folder, spare_gb=spare_gb)), queue
+    settings = DaemonSettings(logs=folder / "logs", state=folder, spare_gb=spare_gb)
+    return Worker(keeper, queue, compose.load(None), settings, Ledger(settings.ledger)), queue
 
 
 def worked_on(folder: Path, sweep: Path, spare_gb: float) -> Job:

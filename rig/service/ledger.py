@@ -1,0 +1,107 @@
+"""Which records this daemon made: a line each, kept in its state folder. Retention takes nothing that does not stand here.
+
+A record is known by its path and by its file's identity (device, inode, size), so that what somebody renamed, replaced, restored
+from a copy or reached through a link of his own is not ours any more. A ledger that is broken is put aside: then nothing is ours.
+"""
+
+import json
+import os
+import threading
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from rig.errors import RigError
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One record that this daemon made."""
+
+    path: str
+    """As the daemon named it, with every link resolved."""
+    device: int
+    inode: int
+    size: int
+    recorded_s: float
+    """Wall clock at its end."""
+
+    @property
+    def session(self) -> str:
+        """The folder of the sweep that it belongs to."""
+        return os.path.dirname(self.path)
+
+    @property
+    def ours(self) -> bool:
+        """The very file is still there, under the name that the daemon gave it."""
+        with suppress(OSError):
+            now = os.lstat(self.path)
+            same = (now.st_dev, now.st_ino, now.st_size) == (self.device, self.inode, self.size)
+            return same and os.path.realpath(self.path) == self.path
+        return False
+
+
+class Ledger:
+    """The file of entries; a line is on the disk when `add` returns. Any thread may call."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._writing = threading.Lock()
+        self._broken = False
+        self._entries = self._read() if path.exists() else {}
+
+    @property
+    def entries(self) -> list[Entry]:
+        """Every record that was ever written down and not forgotten, whether or not it is still there."""
+        with self._writing:
+            return list(self._entries.values())
+
+    def add(self, file: Path, recorded_s: float) -> None:
+        """Remember a record that is finished; one that is not there is no record. RigError when it cannot be written down."""
+        with suppress(FileNotFoundError):
+            path = file.resolve(strict=True)
+            seen = path.stat()
+            entry = Entry(str(path), seen.st_dev, seen.st_ino, seen.st_size, recorded_s)
+            with self._writing:
+                self._entries[entry.path] = entry
+                self._write(_line(entry), "a", self._path)
+
+    def forget(self, paths: list[str]) -> None:
+        """Leave out entries whose files are gone, and write the rest anew. RigError when that cannot be written."""
+        with self._writing:
+            for path in paths:
+                self._entries.pop(path, None)
+            fresh = self._path.with_suffix(".new")
+            self._write("".join(_line(entry) for entry in self._entries.values()), "w", fresh)
+            fresh.replace(self._path)
+
+    def _write(self, text: str, mode: str, path: Path) -> None:
+        try:
+            if self._broken:  # only now: who merely looks changes nothing
+                self._path.replace(self._path.with_suffix(".broken"))
+                self._broken = False
+            with path.open(mode, encoding="utf-8") as file:
+                file.write(text)
+        except OSError as error:
+            raise RigError(f"{self._path}: cannot be written: {error.strerror}") from None
+
+    def _read(self) -> dict[str, Entry]:
+        try:
+            lines = self._path.read_text(encoding="utf-8").splitlines()
+            entries = [_entry(json.loads(line)) for line in lines]
+        except (OSError, ValueError, TypeError):
+            self._broken = True
+            return {}
+        return {entry.path: entry for entry in entries}
+
+
+def _line(entry: Entry) -> str:
+    return json.dumps(asdict(entry)) + "\n"
+
+
+def _entry(raw: dict[str, Any]) -> Entry:
+    entry = Entry(**raw)
+    if not isinstance(entry.path, str) or not all(isinstance(n, int | float) for n in asdict(entry).values() if n != entry.path):
+        raise TypeError("an entry of another kind")
+    return entry
