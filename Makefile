@@ -7,7 +7,7 @@ export OPENBLAS_NUM_THREADS = 1
 .PHONY: run test lint bench lock clean
 
 run: .venv/run.stamp
-	$(if $(RIG),$(BIN)/pamrig run paper --rig $(RIG),$(BIN)/python -m rig.cli.tour)
+	$(if $(RIG),$(BIN)/pamrig run paper --rig $(RIG),$(BIN)/python -m rig.app.tour)
 
 test: .venv/test.stamp lint
 	$(BIN)/python -m pytest -q -n 2 --dist loadgroup

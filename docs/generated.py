@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from rig.cli.fault_table import TABLE as FAULT_ROWS
+from rig.qualify.faults.table import TABLE as FAULT_ROWS
 from rig.realtime.faults import EXPLANATIONS, Fault
 from rig.realtime.guard import Limits
 from rig.realtime.measures import Measures

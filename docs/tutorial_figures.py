@@ -14,8 +14,8 @@ from pathlib import Path
 from rig.gap.diagnosis import diagnose_with_findings
 from rig.gap.words import answers
 from rig.log.reader import read
-from rig.log.record import Record
 from rig.model.parameters import Model, load_model
+from rig.record import Record
 from rig.report.gap_figures import figures
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from rig.log.collector import LogLine
-from rig.log.columns import DTYPES, Samples
 from rig.log.convert import LogContent, write_content
+from rig.log.mcap.collector import LogLine
+from rig.log.mcap.columns import DTYPES, Samples
 from rig.sample import WIRES, Flag, Phase
 
 PERIOD_NS = 5_000_000

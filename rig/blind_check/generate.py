@@ -13,7 +13,7 @@ from rig.blind_check.folder import FORMAT, CheckFolder, link_day, read_json, tok
 from rig.blind_check.seal import new_key, open_sealed, seal
 from rig.blind_check.source import BenchData, Label, Source, records_of
 from rig.errors import RecordError
-from rig.log.record import Record
+from rig.record import Record
 
 MODES: Final = ("pressures", "angle", "no_baseline", "withheld")
 """With the monitors; without them; without baselines; with the library short of a class. Without baselines for every fourth case only."""

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from rig.gap.effects import LIBRARY
-from rig.log.record import Column, Record
+from rig.record import Column, Record
 
 NOTICED: Final = 0.02
 """A change below this share of the signal's own spread goes unnoticed."""

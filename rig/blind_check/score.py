@@ -13,7 +13,7 @@ from rig.blind_check.source import Named, records_of
 from rig.errors import RigError
 from rig.gap.effects import LIBRARY, effect_class
 from rig.gap.lost import loudness
-from rig.log.record import Column, Record
+from rig.record import Column, Record
 
 ALSO_RIGHT: Final = {"co_contraction": {"valve"}, "leak": {"valve"}}
 """Muscle effects that show on the valve side (gap.md): both places count as right."""

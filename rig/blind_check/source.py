@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from rig.log.record import Column, Record
+from rig.record import Column, Record
 
 Columns = Mapping[str, Column]
 Named = Mapping[str, Columns]

@@ -1,6 +1,6 @@
 """`pamrig bench`: the project's own benchmarks, each beside its peer in the same run.
 
-A benchmark is a module of rig.cli.benchmarks with a function `bench_NAME() -> {figure: {value, unit, peer, peer_value, ratio}}`.
+A benchmark is a module of rig.qualify.benchmarks with a function `bench_NAME() -> {figure: {value, unit, peer, peer_value, ratio}}`.
 """
 
 import importlib
@@ -8,16 +8,17 @@ from typing import Any
 
 import click
 
-from rig.cli.common import console, emit, json_option, listing, progress
+from rig.app.terminal import console, listing, progress
+from rig.cli.common import emit, json_option
 
 BENCHMARKS = {
-    "loop": "rig.cli.benchmarks.loop:bench_loop",
-    "record": "rig.cli.benchmarks.record:bench_record",
-    "identify": "rig.cli.benchmarks.identify:bench_identify",
-    "log": "rig.cli.benchmarks.log:bench_log",
-    "devices": "rig.cli.benchmarks.devices:bench_devices",
-    "safety": "rig.cli.benchmarks.safety:bench_safety",
-    "gap": "rig.cli.benchmarks.gap:bench_gap",
+    "loop": "rig.qualify.benchmarks.loop:bench_loop",
+    "record": "rig.qualify.benchmarks.record:bench_record",
+    "identify": "rig.qualify.benchmarks.identify:bench_identify",
+    "log": "rig.qualify.benchmarks.log:bench_log",
+    "devices": "rig.qualify.benchmarks.devices:bench_devices",
+    "safety": "rig.qualify.benchmarks.safety:bench_safety",
+    "gap": "rig.qualify.benchmarks.gap:bench_gap",
 }
 """Name -> where it lives; imported when it is run."""
 

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rig.cli.common import F, console, emit, json_option
+from rig.app.terminal import console
+from rig.cli.common import F, emit, json_option
 
 if TYPE_CHECKING:
     from rig.service.settings import DaemonSettings
@@ -43,8 +44,8 @@ def daemon(
     import logging.handlers
     import queue
 
-    from rig.cli import compose
-    from rig.cli.supervise import parts_of
+    from rig.app import compose
+    from rig.app.supervise import parts_of
     from rig.errors import RigError
     from rig.service import live, metrics
     from rig.service.daemon import Daemon
@@ -141,7 +142,7 @@ def arm(client: Any) -> None:
 )
 def start(client: Any, sweeps: tuple[Path, ...], pause_s: float) -> None:
     """Queue SWEEPS and work on the queue; without any, go on with what is in it."""
-    from rig.cli import compose
+    from rig.app import compose
 
     jobs = client.start(*(compose.find_config(sweep, "sweeps") for sweep in sweeps), pause_s=pause_s)
     for job in jobs:

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import click
 
-from rig.cli.common import console, emit, json_option, progress
+from rig.app.terminal import console, progress
+from rig.cli.common import emit, json_option
 
 _RIG = click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig to look at; default: the simulated rig.")
 
@@ -19,7 +20,7 @@ def devices() -> None:
 @json_option
 def list_devices(rig_path: Path | None, json_to: str | None) -> None:
     """What the rig's YAML says: devices, roles, calibrations and their age. Nothing is opened."""
-    from rig.cli import compose, inventory
+    from rig.app import compose, inventory
 
     rig = compose.load(rig_path)
     found = inventory.inventory(rig)
@@ -43,7 +44,7 @@ def probe(rig_path: Path | None, ticks: int, step: bool, step_mpa: float, settle
 
     Exit status 1 when a device does not answer, cannot hold the period, or its wiring is not as the config says.
     """
-    from rig.cli import compose, inventory, probing
+    from rig.app import compose, inventory, probing
 
     rig = compose.load(rig_path)
     screen = console(json_to)
@@ -94,7 +95,7 @@ def calibrate(
 
     Guided, `angle` moves nothing: you turn the joint. `pressures` MOVES THE RIG through --levels, both muscles alike; you read a gauge.
     """
-    from rig.cli import calibrating, compose, inventory
+    from rig.app import calibrating, compose, inventory
     from rig.errors import ConfigError, RigError
 
     if (what is None) == (points is None):

@@ -5,10 +5,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rig.cli.common import console, emit, json_option, listing, progress
+from rig.app.terminal import console, listing, progress
+from rig.cli.common import emit, json_option
 
 if TYPE_CHECKING:
-    from rig.cli.fault_trial import Finding
+    from rig.qualify.faults.trial import Finding
 
 
 _WIDTH = 150
@@ -30,11 +31,11 @@ def faults(
     """
     import tempfile
 
-    from rig.cli.fault_bench import FaultBench
-    from rig.cli.fault_table import TABLE
-    from rig.cli.fault_trial import try_row
     from rig.config import suggest
     from rig.errors import NotSo, RigError
+    from rig.qualify.faults.bench import FaultBench
+    from rig.qualify.faults.table import TABLE
+    from rig.qualify.faults.trial import try_row
 
     if soak_hours is not None:
         _soak(soak_hours, real, keep, json_to)
@@ -66,8 +67,8 @@ def _soak(hours: float, real: bool, keep: Path | None, json_to: str | None) -> N
     """Sweeps for hours; NotSo when the rig did not get through, or a record is not valid and no stall of the machine the reason."""
     import tempfile
 
-    from rig.cli.soak import soak
     from rig.errors import NotSo
+    from rig.qualify.soak import soak
 
     with tempfile.TemporaryDirectory(prefix="pamrig-") as temporary, progress("soak", None) as update:
         result = soak(_own_folder(keep or Path(temporary)), hours, not real, update)
@@ -89,7 +90,7 @@ def _own_folder(folder: Path) -> Path:
 
 
 def _tell_soak(result: dict[str, Any], json_to: str | None) -> None:
-    from rig.cli.stalls import summary
+    from rig.qualify.stalls import summary
 
     terminal = console(json_to)
     for key, value in result.items():

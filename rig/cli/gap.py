@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rig.cli.common import console, emit, json_option, listing, progress, writable
+from rig.app.terminal import console, listing, progress
+from rig.cli.common import emit, json_option, writable
 from rig.cli.gap_check import check
 
 if TYPE_CHECKING:
@@ -57,7 +58,7 @@ def diagnose(logs: tuple[Path, ...], workers: int | None, dask: str | None, json
 
     A folder of several days as LOG gives one diagnosis a day, side by side.
     """
-    from rig.cli.diagnosing import Wishes, cases_of, check_effects, diagnose_campaign, diagnose_case, told
+    from rig.app.diagnosing import Wishes, cases_of, check_effects, diagnose_campaign, diagnose_case, told
 
     check_effects(wishes["effects"])
     wish, cases = Wishes(**wishes), cases_of(logs)

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rig.cli.common import console, emit, json_option, progress
+from rig.app.terminal import console, progress
+from rig.cli.common import emit, json_option
 
 if TYPE_CHECKING:
     from rig.blind_check.folder import CheckFolder
@@ -159,7 +160,7 @@ def _draw(source: Any, folder: "CheckFolder", cases: int, seed: int | None, json
 
 def _spread(work: Any, pieces: Sequence[Any], total: int, what: str, dask: str | None, workers: int | None) -> None:
     """Do the pieces over processes or a cluster; each returns how many of `total` it was worth."""
-    from rig.gap.jobs import each, executor
+    from rig.parallel import each, executor
 
     done = 0
     with executor(dask, workers) as pool, progress(what, total) as update:

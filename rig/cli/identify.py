@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rig.cli.common import console, emit, json_option
+from rig.app.terminal import console
+from rig.cli.common import emit, json_option
 
 if TYPE_CHECKING:
     from rig.identify.fit import Identified
     from rig.identify.stability import SweepRange
-    from rig.log.record import Record
     from rig.model.parameters import Model
+    from rig.record import Record
 
 _LOGS = click.argument("logs", nargs=-1, required=True, metavar="LOG...", type=click.Path(path_type=Path))
 
@@ -157,7 +158,7 @@ def validate(model: Path, logs: tuple[Path, ...], beside: tuple[Path, ...], json
     Exit status 1 when the model is not bounded over the sweep range.
     """
     _one_blas_thread()
-    from rig.cli.compose import find_config
+    from rig.app.compose import find_config
     from rig.cli.identify_show import show_validation, show_worst, validation_json, write_validation
     from rig.errors import NotSo
     from rig.identify.validate import validate as judge
@@ -218,7 +219,7 @@ def _sweep(text: str, amplitude_mpa: float | None, records: "Sequence[Record]") 
 
 def _start_model(wish: dict[str, Any], records: "list[Record]") -> "Model":
     """The model at the start: the given one, or the template of the kind with bounds that fit the records."""
-    from rig.cli.compose import find_config
+    from rig.app.compose import find_config
     from rig.identify.data import cut
     from rig.identify.templates import Template, input_gain, rest_pressure, template_model
     from rig.model.parameters import Input, load_model

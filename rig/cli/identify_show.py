@@ -10,14 +10,14 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from rig.cli.common import listing
+from rig.app.terminal import listing
 from rig.errors import RigError
 from rig.identify.data import Options, prepare
 from rig.identify.fit import Identified
 from rig.identify.objective import predict
 from rig.identify.validate import Score, Validation
-from rig.log.record import Record
 from rig.model.parameters import Input, Model
+from rig.record import Record
 from rig.report.fit_figures import comparison_figure, convergence_figure, save_figure, terminal_comparison
 
 

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import click
 
-from rig.cli.common import console, emit, json_option
+from rig.app.terminal import console
+from rig.cli.common import emit, json_option
 
 
 @click.command()
@@ -20,8 +21,9 @@ def latency(seconds: float, rig_path: Path | None, json_to: str | None) -> None:
 
     Nothing real is moved. Exit status 1 when a period was missed.
     """
-    from rig.cli import compose, lateness
+    from rig.app import compose
     from rig.errors import NotSo, RigError
+    from rig.qualify import lateness
 
     rig = compose.load(rig_path)
     if not compose.is_simulated(rig):

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rig.cli.common import console, emit, json_option
+from rig.app.terminal import console
+from rig.cli.common import emit, json_option
 
 if TYPE_CHECKING:
     from rig.log.convert import LogContent
@@ -25,7 +26,7 @@ def log() -> None:
 @json_option
 def info(logs: tuple[Path, ...], json_to: str | None) -> None:
     """What LOGS hold: records, duration, rate, columns, run facts, log lines."""
-    from rig.cli.logs import describe, found_files, plain_lines
+    from rig.app.logs import describe, found_files, plain_lines
 
     descriptions = [describe(file) for file in found_files(logs)]
     terminal = console(json_to)
@@ -43,7 +44,7 @@ def info(logs: tuple[Path, ...], json_to: str | None) -> None:
 @json_option
 def check(logs: tuple[Path, ...], json_to: str | None) -> None:
     """Are LOGS whole and true: CRCs, schema, ticks, time, values, `valid`? One line a finding; exit status 1 if there is any."""
-    from rig.cli.logs import UNFINISHED, found_or_unfinished
+    from rig.app.logs import UNFINISHED, found_or_unfinished
     from rig.errors import NotSo
     from rig.log.check import check as check_file
 
@@ -108,7 +109,7 @@ def import_(file: Path, mapping_path: Path | None, out: Path | None, json_to: st
 
     Columns with our names and units need no mapping; anything ambiguous is refused.
     """
-    from rig.cli.logs import import_content
+    from rig.app.logs import import_content
     from rig.log.convert import write_content
     from rig.log.reader import stem
 
@@ -137,7 +138,7 @@ def import_(file: Path, mapping_path: Path | None, out: Path | None, json_to: st
 @json_option
 def export(logs: tuple[Path, ...], kind: str, out: Path | None, period_s: float | None, json_to: str | None) -> None:
     """Write LOGS for other tools, with units and run facts; every tick and field, unless --resample is given."""
-    from rig.cli.logs import contents_of, export_target, found_files
+    from rig.app.logs import contents_of, export_target, found_files
     from rig.log.exchange import export as write
 
     contents: list[tuple[Path, LogContent]] = [item for file in found_files(logs) for item in contents_of(file, period_s)]

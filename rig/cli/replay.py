@@ -4,7 +4,8 @@ from pathlib import Path
 
 import click
 
-from rig.cli.common import console, emit, json_option
+from rig.app.terminal import console
+from rig.cli.common import emit, json_option
 
 
 @click.command()
@@ -40,7 +41,7 @@ def replay(
 
     The comparison stands in the new log (channel /rig/replay and its facts), as a figure beside it, and here.
     """
-    from rig.cli import replaying
+    from rig.app import replaying
     from rig.errors import NotSo
 
     job = replaying.prepare(log, rig_path, model_path, p0_mpa, resample)

@@ -25,7 +25,7 @@ def run(
     SWEEP is a YAML file, or the name of one that comes with pamrig (paper, quick, identify, gap, cocontraction).
     Ctrl-C ramps down and finishes the file; a second Ctrl-C writes the safe state at once.
     """
-    from rig.cli import compose, inventory, outcome, runner
+    from rig.app import compose, inventory, outcome, runner
     from rig.errors import RigError
     from rig.excite.envelope import check
     from rig.excite.experiment import expand, load_sweep

@@ -9,7 +9,8 @@ from typing import Final
 
 import click
 
-from rig.cli.common import F, console
+from rig.app.terminal import console
+from rig.cli.common import F
 from rig.errors import DeviceError, RigError
 
 TARGETS: Final = {"systemd": Path("/etc/systemd/system/pamrig.service"), "sysv": Path("/etc/init.d/pamrig")}
@@ -36,7 +37,7 @@ def _init_option(command: F) -> F:
 @click.option("--dry-run", is_flag=True, help="Only say what would be done.")
 def install(rig_path: Path | None, init: str | None, root: Path, dry_run: bool) -> None:
     """Install, enable and start the daemon as a service of this machine. Says each thing it does; needs root."""
-    from rig.cli import compose
+    from rig.app import compose
     from rig.service.settings import load_settings
 
     kind = init or running_init()
@@ -79,7 +80,7 @@ def uninstall(init: str | None, root: Path) -> None:
 @click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Default: the simulated rig.")
 def safe(rig_path: Path | None) -> None:
     """Write the safe state to the rig's device from here, whoever else has it. What systemd does after the daemon has ended."""
-    from rig.cli import compose
+    from rig.app import compose
     from rig.realtime.clock import MonotonicClock
 
     rig = compose.load(rig_path)
@@ -106,7 +107,7 @@ def program() -> str:
 
 def render(kind: str, pamrig: str, rig: Path, config: Path, logs: Path) -> str:
     """The unit or script with its places filled in."""
-    from rig.cli import compose
+    from rig.app import compose
 
     text = (compose.configs() / _TEMPLATES[kind]).read_text(encoding="utf-8")
     for place, value in {"pamrig": pamrig, "rig": rig, "config": config, "logs": logs}.items():

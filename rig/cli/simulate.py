@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rig.cli.common import console, emit, json_option
+from rig.app.terminal import console
+from rig.cli.common import emit, json_option
 
 if TYPE_CHECKING:
-    from rig.log.record import Record
+    from rig.record import Record
 
 Simulator = Callable[["Record"], "Record"]
 
@@ -74,7 +75,7 @@ def simulate(commands: Path, output: Path, json_to: str | None, **wish: Any) -> 
 
 def _by_model(wish: dict[str, Any]) -> tuple[Simulator, float, dict[str, Any]]:
     """The model as a function of a record, its sample time, and what the log should say of it."""
-    from rig.cli.compose import find_config
+    from rig.app.compose import find_config
     from rig.model.kernels import simulate as run
     from rig.model.parameters import Input, load_model
 
@@ -93,8 +94,8 @@ def _by_plant(wish: dict[str, Any]) -> tuple[Simulator, float, dict[str, Any]]:
 
     from hil.reference.plant import make_plant
     from hil.reference.plant import simulate as run
-    from rig.log.record import MAIN_COLUMNS
     from rig.model.resample import set_points
+    from rig.record import MAIN_COLUMNS
 
     plant = make_plant(wish["plant"])
     day = plant.session(wish["session"])
@@ -110,7 +111,7 @@ def _by_plant(wish: dict[str, Any]) -> tuple[Simulator, float, dict[str, Any]]:
 
 def _records(commands: Path, period_s: float) -> "list[Record]":
     """The commands as records: a sweep's at that period, or a log's own."""
-    from rig.cli.compose import find_config
+    from rig.app.compose import find_config
 
     if commands.suffix not in (".yaml", ".yml") and (commands.exists() or commands.suffix):
         from rig.log.reader import read
@@ -119,7 +120,7 @@ def _records(commands: Path, period_s: float) -> "list[Record]":
     import numpy as np
 
     from rig.excite.experiment import expand, load_sweep
-    from rig.log.record import Record
+    from rig.record import Record
 
     period_ns = round(period_s * 1e9)
     made = []

@@ -138,7 +138,7 @@ def keys() -> Iterator[Any]:
 @socket_option
 def watch(rate_hz: float, socket: Path | None) -> None:
     """Watch the daemon: state, fault and hint, pressures, angle, lateness. In a pipe: one picture of now."""
-    from rig.cli.common import console
+    from rig.app.terminal import console
     from rig.cli.picture import status_lines
     from rig.service.client import Client
 

@@ -16,9 +16,9 @@ from rig.gap.effects import FAINT, Effect, Law
 from rig.gap.kernels import normal, square_sum
 from rig.gap.side import Side
 from rig.gap.solve import Fit, descend
-from rig.log.record import Column
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.slots import Slot
+from rig.record import Column
 
 LOOSENESS = 0.04
 """A law is an approximation: share of the gap that even the right one may leave."""

@@ -19,10 +19,10 @@ from rig.gap.lost import loudness
 from rig.gap.prepared import Prepared
 from rig.gap.result import Diagnosis
 from rig.gap.solve import descend
-from rig.log.record import Column
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.kernels import simulate
 from rig.model.parameters import AddedEffect, Model
+from rig.record import Column
 
 MEAN_EXPONENTS = (0.6, 0.7, 0.8, 0.9, 1.0)
 """Laws of the mean pressure that are tried: d = (p1 - p2) (2 P0 / (p1 + p2))^exponent; 1 without, less with passive stiffness."""

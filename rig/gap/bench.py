@@ -13,7 +13,7 @@ from rig.gap.carry import Applied, Ready, Track, angle_under, angle_with, pressu
 from rig.gap.nominal import Nominal
 from rig.gap.side import Side
 from rig.gap.trigger import Trigger, trigger
-from rig.log.record import Column
+from rig.record import Column
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,10 @@ import numpy as np
 
 from rig.gap.nominal import Nominal, Reference
 from rig.gap.pairs import Pair
-from rig.log.record import Column
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.kernels import compiled
 from rig.model.slots import Slot
+from rig.record import Column
 
 SAME_STIFFNESS = 0.005
 """Changes of the mean pressure below this share are not worth solving the joint's balance again."""

@@ -22,9 +22,9 @@ from rig.gap.prepared import Judged, Prepared
 from rig.gap.result import Cause, Diagnosis, Ranked
 from rig.gap.side import Side
 from rig.gap.verdict import explained
-from rig.log.record import Column, Record
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.parameters import Model
+from rig.record import Column, Record
 
 SPOILING = 0.5
 """What remains of the confidence in a cause that the simulator speaks against."""

@@ -47,9 +47,9 @@ from rig.gap.verdict import (
     name_set,
     sufficient,
 )
-from rig.log.record import Column, Record
 from rig.model.kernels import simulate
 from rig.model.parameters import Model
+from rig.record import Column, Record
 
 USUAL_REGULATOR = (0.005, 0.05, 0.05)
 """Dead time, fill and exhaust time constant (s) of a regulator of which nothing is known."""

@@ -28,8 +28,8 @@ from rig.gap.lost import bridged, lost_rows
 from rig.gap.mark import Signature
 from rig.gap.prepared import Judged, Prepared, untriggered
 from rig.gap.verdict import leaves_too_much
-from rig.log.record import Column, Record
 from rig.model.parameters import Model
+from rig.record import Column, Record
 
 ANOTHER_RIG = 0.3
 """A model that misses the healthy sessions by this share of the angle's spread is no simulator of this rig."""

@@ -12,7 +12,7 @@ from rig.gap.kernels import stops
 from rig.gap.nominal import Nominal, Reference
 from rig.gap.pairs import Pair
 from rig.gap.side import Side
-from rig.log.record import Column
+from rig.record import Column
 
 MEMORY_S = 1.0
 """Samples closer than this count as one: residuals are coloured."""

@@ -18,7 +18,7 @@ from rig.gap.kernels import regulated
 from rig.gap.prepared import Judged, Prepared
 from rig.gap.side import Side
 from rig.gap.trigger import STRUCTURE, trigger
-from rig.log.record import Column
+from rig.record import Column
 
 MISREADING = 2.0
 """Thresholds up to which monitors may be off by themselves."""

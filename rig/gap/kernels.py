@@ -8,8 +8,8 @@ from math import exp, floor
 import numpy as np
 from numba import njit
 
-from rig.log.record import Column
 from rig.model.effect_stages.joint import LOOP_RADII_DEG
+from rig.record import Column
 
 LAGS_S = (0.02, 0.05, 0.12, 0.3, 1.0, 4.0)
 PLAYS_MPA = (0.005, 0.015, 0.04, 0.08, 0.13)

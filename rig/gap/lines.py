@@ -10,7 +10,7 @@ from scipy.signal import filtfilt, iirnotch, periodogram
 
 from rig.gap.mark import SMOOTHED, Signature
 from rig.gap.pairs import SMOOTHING_S
-from rig.log.record import Column, Record
+from rig.record import Column, Record
 
 LINES_HZ = (50.0, 60.0)
 TONE_FROM_HZ, TONE_AROUND_HZ = 20.0, 8.0

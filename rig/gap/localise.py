@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from rig.gap.pairs import Pair
-from rig.log.record import Column
+from rig.record import Column
 
 REGIONS = 5
 STEP_SHARE = 0.5

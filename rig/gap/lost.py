@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from rig.log.record import Column, Record
+from rig.record import Column, Record
 
 Lost = tuple["np.typing.NDArray[np.bool_]", "np.typing.NDArray[np.bool_]"]
 

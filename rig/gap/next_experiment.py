@@ -14,7 +14,7 @@ import yaml
 from rig.gap.carry import Applied, Track, lay_tracks, ready, response_with
 from rig.gap.nominal import Nominal, Reference
 from rig.gap.pairs import Pair, Session
-from rig.log.record import Column, Record
+from rig.record import Column, Record
 
 PERIOD_S = 0.005
 DURATION_S = 10.0

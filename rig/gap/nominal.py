@@ -16,8 +16,8 @@ from scipy.optimize import lsq_linear
 from rig.gap.kernels import CARRIER_TERMS, carried, carrier_terms, pushed, regulated, stops
 from rig.gap.pairs import Pair
 from rig.gap.solve import descend
-from rig.log.record import Column
 from rig.model.effect_stages.joint import LOOP_RADII_DEG
+from rig.record import Column
 
 RIDGE = 1e-6
 LOOP_RIDGE = 1e-4

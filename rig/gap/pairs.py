@@ -11,7 +11,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from rig.errors import RecordError
 from rig.gap.usable import LONGEST_GAP_S, SHORTEST_S, check_scale, hole, reasons, silent_monitor, usable
-from rig.log.record import Column, Record
+from rig.record import Column, Record
 
 SMOOTHING_S = 0.012
 """Standard deviation of the symmetric smoothing; the sample time when that is longer."""

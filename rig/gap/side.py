@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from rig.gap.kernels import square_sum, whitened
-from rig.log.record import Column
+from rig.record import Column
 
 
 @dataclass(frozen=True)

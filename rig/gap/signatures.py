@@ -13,7 +13,7 @@ from rig.gap.lines import fast_spectra, lone_line, mains_line, without_line
 from rig.gap.lost import angles_of, repeat_share, share_by_chance
 from rig.gap.mark import SMOOTHED, Signature
 from rig.gap.pairs import SMOOTHING_S, Pair
-from rig.log.record import Column, Record
+from rig.record import Column, Record
 
 LOST_JUMP = 1.2
 """Steps that the row after a repeat must go on by: 2 after a lost sample, 1 + 1/n after n in a row, 1 in a dead spot."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rig.gap.kernels import normal, square_sum
-from rig.log.record import Column
+from rig.record import Column
 
 
 @dataclass(frozen=True)

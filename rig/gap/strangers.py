@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from rig.gap.pairs import Pair, Pairing
-from rig.log.record import Column
+from rig.record import Column
 
 FAR = 5.0
 """A session is a stranger when its nearest neighbour is this many times as far as the others' nearest neighbours usually are..."""

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.stats import t as student
 
 from rig.gap.side import Side
-from rig.log.record import Column
+from rig.record import Column
 
 FALSE_ALARM = 0.003
 """Allowed for each mode of each side."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from rig.errors import RecordError
 from rig.identify.data import strange_units
-from rig.log.record import Column, Record
+from rig.record import Column, Record
 
 LONGEST_GAP_S = 0.25
 """Longer holes in a column are left out of every sum."""

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
 from rig.errors import RecordError
-from rig.log.record import Column, Record
 from rig.model.parameters import Input, Model
 from rig.model.resample import held_commands, is_regular, on_grid
+from rig.record import Column, Record
 
 SHORTEST_S = 1.0
 """A record shorter than this shows no loop at any frequency of the sweep range."""

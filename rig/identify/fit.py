@@ -20,9 +20,9 @@ from rig.identify.swarm import SwarmSettings
 from rig.identify.uncertainty import Uncertainty, local_uncertainty
 from rig.identify.validate import Score, angle_limit, excited_hz, score
 from rig.identify.valves import ValveFit, identify_valves
-from rig.log.record import Record
 from rig.model.parameters import AddedEffect, Input, Model, Provenance, SourceLog, ValidRange
 from rig.model.swarm_kernel import cores
+from rig.record import Record
 
 _TERM_SHARE = 0.8
 """The search keeps within this share of the verdict's limit, so that what lies between its few excitations fits in too."""

@@ -12,13 +12,13 @@ import numpy as np
 from rig.identify.data import Prepared
 from rig.identify.space import Space
 from rig.identify.stability import StabilityTerm
-from rig.log.record import Column
 from rig.model.chain import lay_out
 from rig.model.kernels import DIVERGED_DEG, compiled, run_stages
 from rig.model.parameters import Model
 from rig.model.slots import Placed, Slot
 from rig.model.stages import modified_bouc_wen
 from rig.model.swarm_kernel import HOPELESS, LAW, Table, lay_inputs, swarm_errors
+from rig.record import Column
 
 _BW_NAMES = {"xi1": "xi", "phi1": "psi", "beta1": "beta"}
 """What the discrete Bouc-Wen model (8) calls the parameters of (11); its second terms are zero."""

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from rig.errors import ModelError
 from rig.excite.signals import Mixed, Signal, Sine, Triangle, sampled
-from rig.log.record import Column, Record
 from rig.model.kernels import simulate
 from rig.model.parameters import Input, Model
 from rig.model.swarm_kernel import Inputs, lay_inputs, swarm_peaks
+from rig.record import Column, Record
 
 Table = NDArray[np.float64]
 MIXED_PEAK = 2.0

@@ -12,8 +12,8 @@ import numpy as np
 
 from rig.config import suggest
 from rig.errors import ModelError
-from rig.log.record import Record
 from rig.model.parameters import KINDS, Input, Model, MuscleModel, Parameter, StageModel
+from rig.record import Record
 
 _LEAK = {"lambda1": (0.005, 0.1), "lambda2": (0.02, 1.0)}
 """1 - lambda at a sample time of 5 ms: the first must not integrate without end, the second not cancel u."""

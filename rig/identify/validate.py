@@ -8,10 +8,10 @@ import numpy as np
 from rig.identify.data import Options, Prepared, driving_pressures, prepare
 from rig.identify.objective import predict
 from rig.identify.stability import SweepRange, Verdict, check_bounded
-from rig.log.record import Column, Record
 from rig.model.chain import lay_out
 from rig.model.kernels import DIVERGED_DEG, run_stages
 from rig.model.parameters import Input, Model
+from rig.record import Column, Record
 
 _POWER_SHARE = 0.02
 """A frequency counts as part of an excitation when it holds this share of the strongest one's power."""

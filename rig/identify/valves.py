@@ -10,11 +10,11 @@ import numpy as np
 from scipy import optimize
 
 from rig.errors import RecordError
-from rig.log.record import Column, Record
 from rig.model.kernels import compiled
 from rig.model.parameters import Parameter, StageModel
 from rig.model.resample import held_commands, on_grid
 from rig.model.stages import regulators
+from rig.record import Column, Record
 
 _BOUNDS = {
     "gain": (0.5, 1.5, "1"),

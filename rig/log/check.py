@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 
 from rig.config import structure
 from rig.errors import ConfigError, RecordError
-from rig.log import schema
-from rig.log.blocks import MAGIC, DamageError, Unpacker
-from rig.log.collector import SampleCollector, is_sample_channel
-from rig.log.columns import DTYPES, Samples, layout_of
-from rig.log.contents import Contents, map_file
+from rig.log.mcap import schema
+from rig.log.mcap.collector import SampleCollector, is_sample_channel
+from rig.log.mcap.columns import DTYPES, Samples, layout_of
+from rig.log.mcap.contents import Contents, map_file
+from rig.log.mcap.framing import MAGIC, DamageError, Unpacker
+from rig.log.mcap.salvage import salvage
 from rig.log.reader import read
-from rig.log.record import Record
-from rig.log.salvage import salvage
 from rig.realtime.faults import Fault
 from rig.realtime.guard import Limits
+from rig.record import Record
 from rig.sample import WIRES, Flag
 
 ESSENTIAL: Final = (

@@ -13,13 +13,13 @@ from typing import Any
 
 import numpy as np
 
-from rig.log import schema
-from rig.log.collector import LogLine
-from rig.log.columns import DTYPES, Array, Samples, message_rows, pack_columns
-from rig.log.mcap_log import McapLog
-from rig.log.record import Record
+from rig.log.mcap import schema
+from rig.log.mcap.collector import LogLine
+from rig.log.mcap.columns import DTYPES, Array, Samples, message_rows, pack_columns
+from rig.log.mcap.reader import McapLog
+from rig.log.mcap.writer import RunWriter
 from rig.log.replay import Comparison
-from rig.log.writer import RunWriter
+from rig.record import Record
 from rig.sample import WIRES, Flag, Phase
 
 CHUNK_ROWS = 100

@@ -15,12 +15,12 @@ from typing import Any, Final, TextIO
 import numpy as np
 
 from rig.errors import RecordError
-from rig.log.blocks import unpacked_limit
-from rig.log.collector import LogLine
-from rig.log.columns import DTYPES, Array, Samples
 from rig.log.convert import LogContent
-from rig.log.delimited import read_text
-from rig.log.sidecar import Sidecar, from_plain, read_sidecar, sidecar_path, write_sidecar
+from rig.log.foreign.delimited import read_text
+from rig.log.foreign.sidecar import Sidecar, from_plain, read_sidecar, sidecar_path, write_sidecar
+from rig.log.mcap.collector import LogLine
+from rig.log.mcap.columns import DTYPES, Array, Samples
+from rig.log.mcap.framing import unpacked_limit
 from rig.sample import WIRES
 
 SUFFIXES: Final = {"csv": ".csv", "csv.gz": ".csv.gz", "parquet": ".parquet", "mat": ".mat"}

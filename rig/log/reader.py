@@ -12,14 +12,14 @@ from typing import Any, Final
 import numpy as np
 
 from rig.errors import RecordError
-from rig.log.blocks import MAGIC
-from rig.log.columns import Array, Samples
-from rig.log.contents import map_file
-from rig.log.delimited import read_table
-from rig.log.mcap_log import McapLog
-from rig.log.record import MAIN_COLUMNS, Column, Record
-from rig.log.sidecar import read_sidecar
-from rig.log.tables import TDMS_MAGIC, own_columns, read_tdms
+from rig.log.foreign.delimited import read_table
+from rig.log.foreign.sidecar import read_sidecar
+from rig.log.foreign.tables import TDMS_MAGIC, own_columns, read_tdms
+from rig.log.mcap.columns import Array, Samples
+from rig.log.mcap.contents import map_file
+from rig.log.mcap.framing import MAGIC
+from rig.log.mcap.reader import McapLog
+from rig.record import MAIN_COLUMNS, Column, Record
 from rig.sample import Phase
 
 SUFFIXES: Final = (".mcap", ".csv", ".csv.gz", ".tdms")

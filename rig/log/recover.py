@@ -10,14 +10,14 @@ from typing import Any, Final
 import numpy as np
 
 from rig.errors import RecordError
-from rig.log import schema
-from rig.log.blocks import DamageError, Unpacker
-from rig.log.collector import LogLine, SampleCollector
-from rig.log.columns import Samples
-from rig.log.contents import map_file
 from rig.log.convert import LogContent, write_content
+from rig.log.mcap import schema
+from rig.log.mcap.collector import LogLine, SampleCollector
+from rig.log.mcap.columns import Samples
+from rig.log.mcap.contents import map_file
+from rig.log.mcap.framing import DamageError, Unpacker
+from rig.log.mcap.salvage import Damage, Salvage, salvage
 from rig.log.reader import stem
-from rig.log.salvage import Damage, Salvage, salvage
 
 RECOVERED_SUFFIX: Final = ".recovered.mcap"
 

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from rig.errors import RecordError
 from rig.excite.experiment import Timing
-from rig.log.columns import Samples
-from rig.log.record import Column
+from rig.log.mcap.columns import Samples
 from rig.realtime.program import Program
+from rig.record import Column
 from rig.sample import WIRES, Phase
 
 _PERIOD_TOLERANCE: Final = 0.01

@@ -13,11 +13,11 @@ import numba
 import numpy as np
 
 from rig.errors import ModelError, RecordError
-from rig.log.record import Column, Record
 from rig.model.chain import lay_out
 from rig.model.parameters import Input, Model
 from rig.model.resample import held_commands, is_regular, on_grid
 from rig.model.slots import Placed, Slot, StageFunction
+from rig.record import Column, Record
 
 DIVERGED_DEG = 1e4
 """An angle beyond this is no angle: the parameter set diverges under that input."""

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from rig.errors import RecordError
-from rig.log.record import Column, Record
+from rig.record import Column, Record
 
 MOST_ROWS = 20_000_000
 """More than a day at 5 ms: a time stamp that is wrong asks for more, and would take all the memory."""

@@ -15,8 +15,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.log.record import Column
 from rig.model.lanes import any_below, difference, fused, larger, load, magnitude, negative, product, spread, store
+from rig.record import Column
 
 Table = NDArray[np.float64]
 BLOCK = 16

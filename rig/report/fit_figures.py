@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rig.errors import RigError
-from rig.log.record import Column, Record
+from rig.record import Column, Record
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

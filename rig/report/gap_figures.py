@@ -13,7 +13,7 @@ from rig.gap.augment import remaining_gap
 from rig.gap.engine import overall_gap
 from rig.gap.findings import Findings
 from rig.gap.result import Diagnosis
-from rig.log.record import Column
+from rig.record import Column
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from rig.errors import RecordError
-from rig.log.record import Column, Record
 from rig.log.replay import Comparison
+from rig.record import Column, Record
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

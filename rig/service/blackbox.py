@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from rig.errors import RigError, StateError
-from rig.log.writer import RunWriter
+from rig.log.mcap.writer import RunWriter
 from rig.realtime.faults import Fault, explain
 from rig.realtime.ring import Ring
 from rig.realtime.shared import KEPT_RING, folder, living_owner

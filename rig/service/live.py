@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Final
 
 from rig.errors import RigError
-from rig.log import schema
+from rig.log.mcap import schema
 from rig.realtime.faults import explain
 from rig.realtime.ring import Ring, RingReader
 from rig.sample import unpack

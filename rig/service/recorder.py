@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from rig.errors import RecordError
-from rig.log.writer import RunWriter
+from rig.log.mcap.writer import RunWriter
 from rig.realtime.faults import Fault, explain
 from rig.realtime.ring import Ring, RingReader
 from rig.realtime.state import State

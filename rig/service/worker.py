@@ -11,7 +11,7 @@ from typing import Any, Final
 from rig.errors import EnvelopeError, RigError
 from rig.excite.envelope import check
 from rig.excite.experiment import RunPlan, expand, load_sweep
-from rig.log.writer import PARTIAL_SUFFIX
+from rig.log.mcap.writer import PARTIAL_SUFFIX
 from rig.realtime.commands import Request
 from rig.realtime.program import Program
 from rig.realtime.state import State

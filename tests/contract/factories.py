@@ -22,7 +22,7 @@ from hil.emulators.nifpga.stand_in import StandIn
 from hil.emulators.world import Outputs, World
 from hil.faults import FaultyRig, FaultySettings, Injection
 from hil.terminals import Terminals
-from rig.cli.playback import PlaybackRig, PlaybackSettings
+from rig.app.playback import PlaybackRig, PlaybackSettings
 from rig.interfaces import Clock, Device, DeviceContext, Role
 from rig.realtime.clock import VirtualClock
 

@@ -10,7 +10,7 @@ import pytest
 from test_emulated_rigs import CONFIGS, EXACT, run
 
 from hil.emulators.world import Plant
-from rig.cli.emulated import EmulatedRig, EmulatedSettings
+from rig.app.emulated import EmulatedRig, EmulatedSettings
 from rig.errors import DeviceError
 from rig.interfaces import DeviceContext, Role
 from rig.log.reader import read

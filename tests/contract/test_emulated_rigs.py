@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rig.cli.emulated import EmulatedRig, EmulatedSettings
+from rig.app.emulated import EmulatedRig, EmulatedSettings
 from rig.errors import ConfigError, DeviceError
 from rig.interfaces import DeviceContext, Measurement, Role
 from rig.log.reader import read

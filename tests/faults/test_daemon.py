@@ -19,9 +19,9 @@ from typing import Any
 
 import pytest
 
-from rig.cli.fault_bench import SAFE_MPA, FaultBench
 from rig.errors import RigError, StateError
-from rig.log.schema import SAMPLE_SCHEMA, SAMPLE_TOPIC
+from rig.log.mcap.schema import SAMPLE_SCHEMA, SAMPLE_TOPIC
+from rig.qualify.faults.bench import SAFE_MPA, FaultBench
 from rig.service import protocol
 from rig.service.client import Client
 from rig.service.control import MAX_CLIENTS

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from rig.cli.fault_modbus import ModbusFaultBench
-from rig.cli.fault_table import TABLE
-from rig.cli.fault_trial import try_row
+from rig.qualify.faults.modbus import ModbusFaultBench
+from rig.qualify.faults.table import TABLE
+from rig.qualify.faults.trial import try_row
 
 pytestmark = pytest.mark.xdist_group("real processes")
 

@@ -1,6 +1,6 @@
 """Every row of the fault table with real processes and real signals: cause, time to the safe state, evidence.
 
-The bounds are those of the table; a trial is repeated when the machine itself stood still (see rig.cli.fault_trial).
+The bounds are those of the table; a trial is repeated when the machine itself stood still (see rig.qualify.faults.trial).
 """
 
 from collections.abc import Iterator
@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from rig.cli.fault_bench import FaultBench
-from rig.cli.fault_table import TABLE, Row
-from rig.cli.fault_trial import try_row
+from rig.qualify.faults.bench import FaultBench
+from rig.qualify.faults.table import TABLE, Row
+from rig.qualify.faults.trial import try_row
 from rig.realtime.faults import Fault
 
 pytestmark = pytest.mark.xdist_group("real processes")

@@ -7,8 +7,8 @@ import pytest
 from click.testing import CliRunner
 
 from rig.cli.faults import faults
-from rig.cli.soak import soak
 from rig.errors import RigError
+from rig.qualify.soak import soak
 
 pytestmark = pytest.mark.xdist_group("real processes")
 

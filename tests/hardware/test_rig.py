@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from rig.cli import compose, inventory
-from rig.cli.bringup import Leash, let_go, mean, step_valves, time_reads
+from rig.app import compose, inventory
+from rig.app.bringup import Leash, let_go, mean, step_valves, time_reads
 from rig.interfaces import Device, Role
 from rig.realtime.clock import MonotonicClock
 from rig.rig_config import RigConfig
@@ -128,7 +128,7 @@ def test_another_process_can_make_the_rig_safe(rig: RigConfig, leash: Leash) -> 
     leash.loosen()
     code = f"""
 from pathlib import Path
-from rig.cli import compose
+from rig.app import compose
 from rig.realtime.clock import MonotonicClock
 compose.make_device(compose.load(Path({str(rig.path)!r})), MonotonicClock()).safe()
 """

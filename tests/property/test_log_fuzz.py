@@ -18,15 +18,15 @@ from hypothesis import strategies as st
 from made_logs import made_log
 
 from rig.errors import RigError
-from rig.log import schema
-from rig.log.blocks import MAGIC
 from rig.log.check import check
 from rig.log.exchange import read_exported
-from rig.log.mapping import load_mapping, read_mapped
-from rig.log.mcap_log import read_stretch
+from rig.log.foreign.mapping import load_mapping, read_mapped
+from rig.log.mcap import schema
+from rig.log.mcap.framing import MAGIC
+from rig.log.mcap.reader import read_stretch
+from rig.log.mcap.writer import RunWriter
 from rig.log.reader import read
 from rig.log.recover import recover
-from rig.log.writer import RunWriter
 
 FEW = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 BOUND_BYTES = 500 << 20

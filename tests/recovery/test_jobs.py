@@ -13,7 +13,7 @@ import pytest
 from cluster_work import fail, leave_trace
 
 from rig.errors import RigError
-from rig.gap.jobs import each, executor
+from rig.parallel import each, executor
 
 pytestmark = pytest.mark.xdist_group("real processes")
 PIECES = 16
@@ -37,7 +37,7 @@ INTERRUPTED = """
 import sys
 from functools import partial
 from cluster_work import begin_and_stay
-from rig.gap.jobs import each, executor
+from rig.parallel import each, executor
 if __name__ == "__main__":
     try:
         with executor(workers=2) as pool:
@@ -93,7 +93,7 @@ def test_a_killed_dask_worker_loses_nothing_and_counts_nothing_twice(tmp_path: P
 
 def test_a_cluster_that_is_not_there_is_one_clear_line(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("distributed")
-    monkeypatch.setattr("rig.gap.jobs.PATIENCE_S", 1.0)
+    monkeypatch.setattr("rig.parallel.PATIENCE_S", 1.0)
     with pytest.raises(RigError, match=r"^--dask 127\.0\.0\.1:1: no scheduler answers"), executor(dask="127.0.0.1:1"):
         pytest.fail("no cluster is there")
 

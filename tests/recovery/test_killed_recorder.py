@@ -5,7 +5,7 @@
 
 from pathlib import Path
 
-from rig.cli.benchmarks.recorder_kill import killed_recordings
+from rig.qualify.benchmarks.recorder_kill import killed_recordings
 
 
 def test_a_killed_recorder_loses_at_most_a_second(tmp_path: Path) -> None:

@@ -9,8 +9,8 @@ from made_logs import assert_same_content, assert_same_samples, made_content, ma
 
 from rig.errors import RecordError
 from rig.log.check import check
-from rig.log.contents import map_file, walk
 from rig.log.convert import CHUNK_ROWS, LogContent, read_content, write_content
+from rig.log.mcap.contents import map_file, walk
 from rig.log.recover import recover
 
 ROWS = 1000

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from rig.cli import compose, replaying
+from rig.app import compose, replaying
 from rig.log.convert import read_content
 
 HERE = Path(__file__).resolve().parent

@@ -1,0 +1,197 @@
+"""The roof: the one place that knows rig, drivers and hil, and makes a running loop of them.
+
+Nothing heavy is imported here: this module is also loaded by the loop's process, on the controller.
+"""
+
+import ctypes
+import dataclasses
+import importlib
+import os
+import signal
+import sys
+import time
+import traceback
+from collections.abc import Mapping
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+from rig.config import structure, suggest
+from rig.errors import ConfigError, DeviceError, RigError
+from rig.interfaces import Clock, Device, DeviceContext
+from rig.realtime import measures
+from rig.realtime.clock import MonotonicClock, RehearsingClock, VirtualClock
+from rig.realtime.commands import Mailbox, Script, program_path
+from rig.realtime.faults import Fault
+from rig.realtime.loop import Loop, LoopSettings
+from rig.realtime.program import Program
+from rig.realtime.rehearsal import NoDevice, Rehearsal
+from rig.realtime.ring import Ring, RingWriter
+from rig.rig_config import DeviceEntry, RigConfig, load_rig, resolve_paths
+from rig.service.session import LoopOrders
+
+STAND_INS = {
+    "simulated": "hil.bench:SimulatedRig",
+    "simulated_faulty": "hil.faults:FaultyRig",
+    "emulated": "rig.app.emulated:EmulatedRig",
+    "playback": "rig.app.playback:PlaybackRig",
+}
+"""Devices that are no hardware: kind -> where; the real ones stand in drivers.catalog."""
+
+_PR_SET_PDEATHSIG = 1
+
+
+def configs() -> Path:
+    """The folder of the configs that come with pamrig: in the checkout, or inside the installed package."""
+    root = Path(__file__).resolve().parent.parent
+    checkout = root.parent / "configs"
+    return checkout if checkout.is_dir() else root / "_configs"
+
+
+def default_rig() -> Path:
+    """The simulated rig."""
+    return configs() / "rigs" / "simulated.yaml"
+
+
+def find_config(path: Path, folder: str) -> Path:
+    """`path` as it stands, or the config of that name among those that come with pamrig (`paper`, `configs/sweeps/paper.yaml`).
+
+    ConfigError when `path` is neither.
+    """
+    if os.path.exists(path):
+        return path
+    ours = {item.stem: item for item in (configs() / folder).glob("*.yaml")}
+    if path.parent in (Path("."), Path("configs") / folder):
+        if found := ours.get(path.name.removesuffix(".yaml")):
+            return found
+        raise ConfigError(f"{path}: no such file, nor one of pamrig's own {folder}; {suggest(path.stem, list(ours))}")
+    return path
+
+
+def device_class(kind: str, where: str) -> Any:
+    """The class of a device, imported now; ConfigError when there is no such kind."""
+    if kind in STAND_INS:
+        module, name = STAND_INS[kind].split(":")
+        return getattr(importlib.import_module(module), name)
+    from drivers import catalog
+
+    if kind not in catalog.KINDS:
+        raise ConfigError(f"{where}: unknown kind of device {kind!r}; {suggest(kind, [*STAND_INS, *catalog.KINDS])}")
+    return catalog.entry(kind, where).driver
+
+
+def device_settings(entry: DeviceEntry, rig: RigConfig, options: Mapping[str, Any]) -> tuple[Any, Any]:
+    """Class and checked settings of one device; `options` may override settings (model, seed)."""
+    where = f"{rig.path}: devices.{entry.name}"
+    kind = device_class(entry.kind, where)
+    settings = structure(entry.settings, kind.Settings, where)
+    own = {f.name for f in dataclasses.fields(settings)}
+    overrides = {key: value for key, value in options.items() if key in own}
+    return kind, dataclasses.replace(settings, **resolve_paths(settings, rig.path.parent) | overrides)
+
+
+def make_device(rig: RigConfig, clock: Clock, options: Mapping[str, Any] | None = None) -> Device:
+    """The rig's device, closed: the one that fills all roles, or the mixture of several."""
+    parts = []
+    for entry in rig.devices:
+        kind, settings = device_settings(entry, rig, options or {})
+        context = DeviceContext(clock, entry.roles, rig.safe.p1_mpa, rig.safe.p2_mpa, rig.period_ns, rig.calibration)
+        parts.append(kind(settings, context))
+    if len(parts) == 1:
+        device: Device = parts[0]
+        return device
+    from drivers.mixed import MixedRig
+
+    return MixedRig(parts, clock, rig.period_ns)
+
+
+def loop_settings(rig: RigConfig) -> LoopSettings:
+    """What the loop needs of the rig's config."""
+    return LoopSettings(rig.period_ns, rig.safe.p1_mpa, rig.safe.p2_mpa, rig.safe.return_mpa_s, rig.limits)
+
+
+def loop_process(orders: LoopOrders, pipe: Connection) -> None:
+    """Entry of the loop's process: open the device, take the real-time measures, wait for the word, tick."""
+    for number in (signal.SIGINT, signal.SIGTSTP):
+        signal.signal(number, signal.SIG_IGN)  # the terminal's Ctrl-C and Ctrl-Z are for the process that commands
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGHUP)  # if that process is killed, end safe, and know why
+    try:
+        loop, facts = _prepare(orders)
+    except RigError as error:
+        pipe.send(("device" if isinstance(error, DeviceError) else "config", str(error)))
+        return
+    signal.signal(signal.SIGTERM, lambda *_: loop.terminate(Fault.TERMINATED))
+    signal.signal(signal.SIGHUP, lambda *_: loop.terminate(Fault.CONTROL_LOST))
+    pipe.send(("ready", facts))
+    try:
+        if pipe.recv() == "go":
+            loop.run()
+            return
+    except EOFError:
+        pass
+    except RigError as error:
+        pipe.send(("error", str(error)))
+        return
+    except Exception as error:  # noqa: BLE001  # the process's last resort: one line instead of a traceback
+        pipe.send(("error", f"the loop ended by an error of the program, the rig is in its safe state: {_one_line(error)}"))
+        sys.exit(1)
+    loop.leave()
+
+
+def _one_line(error: BaseException) -> str:
+    """What a traceback says, for one line: the error and where it came from."""
+    where = traceback.extract_tb(error.__traceback__)[-1]
+    return f"{type(error).__name__}: {' '.join(str(error).split())} ({Path(where.filename).name}, line {where.lineno})"
+
+
+def _prepare(orders: LoopOrders) -> tuple[Loop, dict[str, Any]]:
+    ring = Ring.attach(orders.ring, orders.session)
+    mailbox = Mailbox.attach(orders.mailbox, orders.session)
+    rig: RigConfig = orders.rig
+    clock: Clock = VirtualClock(pace=ring.pace) if orders.virtual else MonotonicClock()
+    seed = {} if orders.seed is None else {"seed": orders.seed}
+    device = make_device(rig, clock, {**orders.options, **seed})
+    commands: Mailbox | Script = mailbox
+    if orders.script is not None:
+        programs = [Program.attach(program_path(orders.session, run), orders.session) for run in orders.script]
+        commands = Script(programs, mailbox)
+    waiting = clock if orders.virtual else punctual(clock, device, rig)
+    loop = Loop(device, waiting, RingWriter(ring, os.getpid()), commands, loop_settings(rig))
+    facts: dict[str, Any] = {"device": dict(device.open())}
+    facts["realtime"] = {} if orders.virtual else measures.apply(rig.realtime)
+    facts["wall_offset_ns"] = time.time_ns() - clock.now_ns()
+    return loop, facts
+
+
+def punctual(clock: Clock, device: Device, rig: RigConfig) -> Clock:
+    """The clock on which the loop waits: it rehearses each tick beforehand, if the rig's config asks for that."""
+    early_ns = min(rig.realtime.early_us * 1000, rig.period_ns // 4)
+    if not early_ns:
+        return clock
+    beside, settings = VirtualClock(), loop_settings(rig)
+    twin = getattr(device, "twin", None)  # a driver has none: its calls would reach the hardware
+    stand_in = twin(beside) if twin else NoDevice(settings.safe_p1_mpa, settings.safe_p2_mpa)
+    return RehearsingClock(early_ns, Rehearsal(stand_in, beside, settings))
+
+
+def is_simulated(rig: RigConfig) -> bool:
+    """No device of the rig moves anything real."""
+    return all(entry.kind in STAND_INS for entry in rig.devices)
+
+
+def load(path: Path | None) -> RigConfig:
+    """The rig's config at `path`, or the simulated rig's; settings of all devices are checked too."""
+    rig = load_rig(find_config(path, "rigs") if path else default_rig())
+    files = dict(rig.files)
+    for entry in rig.devices:
+        settings = device_settings(entry, rig, {})[1]
+        files |= {path.name: path.read_bytes() for path in _paths(settings)}
+        if entry.kind == "emulated":
+            files |= {name: data for name, data in load(settings.rig).files.items() if name != "rig.yaml"}
+    return dataclasses.replace(rig, files=files)
+
+
+def _paths(settings: Any) -> list[Path]:
+    """The YAML files that a device's settings name, a model for example."""
+    values = [getattr(settings, f.name) for f in dataclasses.fields(settings)]
+    return [value for value in values if isinstance(value, Path) and value.suffix == ".yaml" and value.is_file()]

@@ -1,0 +1,95 @@
+"""What a rig consists of, read from its config alone, and the question before anything moves."""
+
+import datetime
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import click
+from rich.markup import escape
+from rich.table import Column, Table
+
+from drivers.calibration import Calibration, Potentiometer, complaint, parse_all
+from drivers.catalog import KINDS
+from drivers.fitting import summary
+from rig.app import compose
+from rig.errors import RigError
+from rig.interfaces import Role
+from rig.rig_config import RigConfig
+
+
+def calibrations(rig: RigConfig) -> dict[Role, Calibration | Potentiometer]:
+    """The rig's calibrations by role; ConfigError when one cannot be read."""
+    return parse_all(rig.calibration, f"{rig.path}: calibration") if rig.calibration else {}
+
+
+def warnings(rig: RigConfig, today: datetime.date | None = None) -> list[str]:
+    """A line for every role of real hardware whose calibration is missing or old."""
+    found = calibrations(rig)
+    today = today or datetime.datetime.now().astimezone().date()
+    real = [role for entry in rig.devices if entry.kind in KINDS for role in sorted(entry.roles)]
+    lines = []
+    for role in real:
+        line = (
+            complaint(role.value, found[role].taken, today)
+            if role in found
+            else complaint(role.value, Potentiometer().taken, today)
+        )
+        if line:
+            lines.append(line)
+    return lines
+
+
+def inventory(rig: RigConfig) -> dict[str, Any]:
+    """Devices, roles and calibrations, for JSON and for `table`."""
+    rows = [
+        {
+            "name": entry.name,
+            "kind": entry.kind,
+            "what": (compose.device_class(entry.kind, str(rig.path)).__doc__ or "").strip().partition("\n")[0],
+            "roles": [role.value for role in Role if role in entry.roles],
+            "settings": dict(_flat(entry.settings)),
+        }
+        for entry in rig.devices
+    ]
+    return {
+        "rig": rig.name,
+        "file": str(rig.path),
+        "period_ms": rig.period_ns / 1e6,
+        "devices": rows,
+        "calibration": summary(calibrations(rig)),
+        "kinds": sorted([*KINDS, *compose.STAND_INS]),
+        "warnings": warnings(rig),
+    }
+
+
+def _flat(settings: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+    """Settings inside settings by dotted names: `valve_1.device`."""
+    for key, value in settings.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{before}{key}.")
+        else:
+            yield f"{before}{key}", value
+
+
+def table(found: dict[str, Any]) -> Table:
+    """For a person."""
+    last = Column("settings", overflow="fold")
+    shown = Table("device", "kind", "roles", last, title=f"{found['rig']}, {found['period_ms']:g} ms", title_justify="left")
+    for row in found["devices"]:
+        settings = "\n".join(f"{key} {value}" for key, value in row["settings"].items())
+        shown.add_row(row["name"], row["kind"], "\n".join(row["roles"]), escape(settings))
+    for role, one in found["calibration"].items():
+        spread = "" if one["uncertainty"] is None else f", uncertainty {one['uncertainty']:.3g} {one['unit']}"
+        shown.add_row("", "calibration", role, f"{one['date'] or 'no date'}, {one['form']}, {one['points']} points{spread}")
+    return shown
+
+
+def ask_to_move(rig: RigConfig, what: str) -> None:
+    """The question before a command moves something; no answer, or no terminal, is a no."""
+    moved = "The simulated rig" if compose.is_simulated(rig) else "THE RIG MOVES: it"
+    try:
+        sure = click.confirm(f"{moved} {what}. Is everybody clear, and the dump valve within reach?", default=False)
+    except click.Abort:
+        sure = False
+    if not sure:
+        raise RigError("nothing was moved; answer y, or give --yes")

@@ -1,0 +1,142 @@
+"""What the commands about logs do between their arguments and rig.log: finding files, describing, choosing a way in."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Final
+
+from rig.errors import RecordError
+from rig.log import reader
+from rig.log.convert import LogContent, content_of_record, read_content, unkept_columns
+from rig.log.exchange import SUFFIXES, read_exported
+from rig.log.foreign.mapping import load_mapping, read_mapped
+from rig.log.mcap.reader import McapLog
+from rig.log.mcap.writer import PARTIAL_SUFFIX
+from rig.model.resample import on_grid
+from rig.record import Record
+from rig.sample import Phase
+
+UNFINISHED: Final = "not finished: still being written, or cut; `pamrig log recover` saves what it holds"
+
+
+def found_files(paths: tuple[Path, ...]) -> list[Path]:
+    """The paths themselves, and for a folder every log in it; RecordError for a folder without."""
+    return [file for path in paths for file in (reader.logs_in(path) if path.is_dir() else [path])]
+
+
+def found_or_unfinished(paths: tuple[Path, ...]) -> tuple[list[Path], list[Path]]:
+    """As `found_files`, and what recorders began in the folders and did not finish; a folder with neither is a RecordError."""
+    finished, unfinished = [], []
+    for path in paths:
+        begun = sorted(path.rglob(f"*{PARTIAL_SUFFIX}")) if path.is_dir() else []
+        unfinished += begun
+        try:
+            finished += found_files((path,))
+        except RecordError:
+            if not begun:
+                raise
+    return finished, unfinished
+
+
+def describe(path: Path) -> dict[str, Any]:
+    """What a file holds, as plain data."""
+    if reader.kind_of(path) == "mcap":
+        return _describe_mcap(path)
+    records = reader.read(path, phases=None)
+    return {"file": str(path), "records": [_describe_record(record) for record in records], "facts": dict(records[0].facts)}
+
+
+def plain_lines(told: Mapping[str, Any]) -> Iterator[str]:
+    """A description for a person: a line a value, what belongs to one key below it."""
+    for key, value in told.items():
+        if isinstance(value, Mapping) and value:
+            yield f"{key}:"
+            yield from (f"  {line}" for line in plain_lines(value))
+        else:
+            yield f"{key}: {value:.6g}" if isinstance(value, float) else f"{key}: {value}"
+
+
+def _describe_mcap(path: Path) -> dict[str, Any]:
+    with McapLog(path) as opened:
+        samples, lines = opened.everything()
+        start_ns = int(samples.log_time_ns[0]) if len(samples) else 0
+        phases = {phase.name: int((samples["phase"] == phase).sum()) for phase in Phase if (samples["phase"] == phase).any()}
+        seconds = (int(samples["scheduled_ns"][-1]) - int(samples["scheduled_ns"][0])) / 1e9 if len(samples) else 0.0
+        return {
+            "file": str(path),
+            "samples": len(samples),
+            "seconds": seconds,
+            "bytes_a_record": path.stat().st_size / max(len(samples), 1),
+            "phases": phases,
+            "facts": opened.run_facts | opened.result_facts,
+            "attachments": {name: len(data) for name, data in opened.attachments.items()},
+            "channels": opened.contents.describe_channels(),
+            "log": [((line.time_ns - start_ns) / 1e9, line.level, line.message) for line in lines],
+        }
+
+
+def _describe_record(record: Record) -> dict[str, Any]:
+    return {
+        "name": record.name,
+        "rows": len(record),
+        "seconds": float(record.t_s[-1]),
+        "period_s": record.period_s if len(record) > 1 else None,
+        "columns": list(record.columns()),
+    }
+
+
+def import_content(path: Path, mapping_path: Path | None) -> tuple[LogContent, list[str]]:
+    """A foreign file as a log, and the columns that found no place in it. RecordError for anything ambiguous."""
+    if mapping_path is None:
+        if path.suffix in (".parquet", ".mat") or reader.kind_of(path) == "text":
+            content = read_exported(path)
+            if content is not None:
+                return content, []
+        if path.suffix in (".parquet", ".mat"):
+            raise RecordError(f"{path}: not written by `pamrig log export`; export it as CSV and give a --mapping")
+        if reader.kind_of(path) == "mcap":
+            raise RecordError(f"{path}: importing MCAP needs a --mapping; {_channels(path)}")
+        (record,) = reader.read(path, phases=None)
+    else:
+        columns, facts = read_mapped(path, load_mapping(mapping_path))
+        record = reader.record_from_columns(columns, facts, path)
+    return content_of_record(record, {"imported_from": path.name}), unkept_columns(record)
+
+
+def _channels(path: Path) -> str:
+    with McapLog(path) as opened:
+        return f"it has {opened.contents.describe_channels()}"
+
+
+def contents_of(path: Path, period_s: float | None) -> list[tuple[Path, LogContent]]:
+    """What a log holds, whole; or its sweeps on a regular grid of `period_s`. Each with the name of a file for it."""
+    if period_s is None and reader.kind_of(path) == "mcap":
+        return [(path, read_content(path))]
+    records = reader.read(path, reader.SWEEP_ONLY if period_s else None)
+    if period_s is not None:
+        records = [_resampled(record, period_s) for record in records]
+    several = len(records) > 1
+    return [(path.with_name(f"{record.name}.mcap") if several else path, content_of_record(record, {})) for record in records]
+
+
+def _resampled(record: Record, period_s: float) -> Record:
+    if not 1e-4 <= period_s <= record.t_s[-1]:
+        raise RecordError(
+            f"{record.source}: a period of {period_s:g} s; allowed is 0.0001 s up to the record's {record.t_s[-1]:g} s"
+        )
+    facts = dict(record.facts) | {"resampled_to_s": period_s, "resampled_from_rows": len(record)}
+    return replace(on_grid(record, period_s), facts=facts)
+
+
+def export_target(log_file: Path, kind: str, out: Path | None, several: bool) -> Path:
+    """Where the export of `log_file` goes."""
+    name = reader.stem(log_file) + SUFFIXES[kind]
+    if out is None:
+        return log_file.with_name(name)
+    if several or out.is_dir() or not out.suffix:
+        try:
+            out.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise RecordError(f"{out}: cannot be made: {error.strerror}") from None
+        return out / name
+    return out

@@ -1,0 +1,59 @@
+"""What came of the runs: as JSON, as a table for a person, and as the command's exit status."""
+
+import math
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from rig.app.terminal import console, listing
+from rig.errors import NotSo
+from rig.realtime.faults import Fault
+from rig.service.recorder import RunResult
+
+
+@dataclass
+class Outcome:
+    """What came of it all."""
+
+    runs: list[RunResult]
+    planned: int
+    interrupted: bool = False
+    error: str = ""
+    recorder_lost: bool = False
+    realtime: Mapping[str, str] = field(default_factory=dict)
+
+    def to_json(self) -> dict[str, Any]:
+        """The result in the shape that `--json` promises."""
+        keys = ("ticks", "missed", "dropped", "valid", "complete", "lateness_us", "error", "angle_zero_deg")
+        runs = [{"file": str(r.file), **{k: getattr(r, k) for k in keys}, "fault": r.cause} for r in self.runs]
+        return {"runs": runs, "interrupted": self.interrupted, "error": self.error, "realtime": dict(self.realtime)}
+
+    def judge(self) -> None:
+        """End the command as the outcome asks: 130 interrupted, NotSo after a fault or an invalid run."""
+        faults = [r for r in self.runs if r.fault and not (self.interrupted and r.fault == Fault.ESTOP)]
+        if faults:
+            raise NotSo(f"{faults[0].file.name}: {faults[0].cause}; the rig is in its safe state")
+        if self.error:
+            raise NotSo(self.error)
+        if self.interrupted:
+            sys.exit(130)
+        invalid = [r for r in self.runs if not r.valid]
+        if invalid:
+            first = invalid[0]
+            raise NotSo(f"{first.file}: not valid: {first.error or f'{first.missed} ticks missed, {first.dropped} dropped'}")
+        if len(self.runs) < self.planned:
+            raise NotSo(f"{len(self.runs)} of {self.planned} runs were recorded")
+
+
+def summary(outcome: Outcome, json_to: str | None) -> None:
+    """The table at the end: one row a run."""
+    table = listing("record", "ticks", "missed", "dropped", "late p50/p99/max us", "valid")
+    for run in outcome.runs:
+        late = "/".join(f"{run.lateness_us.get(k, math.nan):.0f}" for k in ("p50", "p99", "max"))
+        valid = ("yes" if run.complete else "cut short") if run.valid else "[red]no[/]"
+        table.add_row(run.file.stem, str(run.ticks), str(run.missed), str(run.dropped), late, valid)
+    terminal = console(json_to)
+    if outcome.runs:
+        terminal.print(table)
+        terminal.print(f"{len(outcome.runs)} of {outcome.planned} records in {outcome.runs[0].file.parent}")

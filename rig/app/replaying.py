@@ -1,0 +1,180 @@
+"""What `pamrig replay` does: a program from each recording, a session for it, the comparison into the log and a figure."""
+
+import hashlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from rig.app import compose, runner
+from rig.app.outcome import Outcome
+from rig.config import read_yaml, structure
+from rig.errors import ConfigError, NotSo, RecordError, RigError
+from rig.excite.envelope import check_setpoints
+from rig.log import reader
+from rig.log.convert import LogContent, content_of_record, read_content, write_content
+from rig.log.replay import compare, departures, onto_period, program_of
+from rig.realtime.program import Program
+from rig.report import log_figures
+from rig.rig_config import RigConfig
+from rig.sample import Phase
+
+_KEPT_FACTS = ("signal", "frequency_hz", "amplitude_mpa", "p0_mpa", "repeat", "sweep")
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One log to be replayed."""
+
+    name: str
+    source: Path
+    content: LogContent
+    program: Program
+
+
+@dataclass(frozen=True)
+class Job:
+    """Recordings and the rig they go to."""
+
+    rig: RigConfig
+    recordings: list[Recording]
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class ReplayWishes:
+    """How it is to be done."""
+
+    out: Path | None = None
+    clock: str | None = None
+    seed: int | None = None
+    force: bool = False
+    figure: Path | None = None
+    tolerances: Mapping[str, float] | None = None
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """What came of one recording."""
+
+    file: Path
+    figure: Path
+    comparison: Mapping[str, Any]
+    departures: list[str]
+    outcome: Outcome
+
+    def to_json(self) -> dict[str, Any]:
+        """The result as the commands' reference has it."""
+        run: dict[str, Any] = self.outcome.to_json()["runs"][0] | {"file": str(self.file), "figure": str(self.figure)}
+        return run | dict(self.comparison) | {"departures": self.departures}
+
+
+def prepare(log: Path, rig_path: Path | None, model: Path | None, p0_mpa: float | None, resample: bool) -> Job:
+    """Read, turn into programs, and check against the rig's envelope: nothing has moved yet."""
+    rig = compose.load(rig_path)
+    if model is not None:
+        if not compose.is_simulated(rig):
+            raise RigError(f"{rig.path}: --model is for a simulated rig; this one is real")
+        from rig.model.parameters import load_model
+
+        load_model(model)  # whatever is wrong with it is said before the session starts
+    recordings = [_recording(name, source, content, rig, p0_mpa, resample) for name, source, content in _contents(log)]
+    return Job(rig, recordings, {} if model is None else {"model": model.resolve()})
+
+
+def load_gate(path: Path) -> dict[str, float]:
+    """The tolerances at `path`: a YAML mapping of fields of a sample to the largest difference allowed."""
+    raw = read_yaml(path)
+    if not isinstance(raw, dict) or not all(isinstance(value, int | float) for value in raw.values()):
+        raise ConfigError(f"{path}: a gate maps fields to tolerances, for example `angle_deg: 0.001`")
+    return structure(raw, dict[str, float], str(path))
+
+
+def replay_all(job: Job, wishes: ReplayWishes) -> list[Replayed]:
+    """Each recording in a session of its own, so that what comes before it does not matter."""
+    out = wishes.out or runner.new_folder("replay")
+    single = out.suffix == ".mcap" and len(job.recordings) == 1
+    targets = [out if single else out / f"{recording.name}.mcap" for recording in job.recordings]
+    for target in targets:
+        if target.exists():
+            raise RecordError(f"{target}: exists already; a log is never overwritten")
+    return [_replay(job, recording, wishes, target) for recording, target in zip(job.recordings, targets, strict=True)]
+
+
+def _contents(log: Path) -> Iterator[tuple[str, Path, LogContent]]:
+    files = sorted(log.rglob("*.mcap")) if log.is_dir() else [log]
+    if not files:
+        raise RecordError(f"{log}: no .mcap file in this folder")
+    for file in files:
+        if reader.kind_of(file) == "mcap":
+            yield reader.stem(file), file, read_content(file)
+            continue
+        for record in reader.read(file):
+            yield reader.stem(file), file, content_of_record(record, {})
+
+
+def _recording(name: str, source: Path, content: LogContent, rig: RigConfig, p0_mpa: float | None, resample: bool) -> Recording:
+    if p0_mpa is None and isinstance(content.run_facts.get("p0_mpa"), int | float):
+        p0_mpa = float(content.run_facts["p0_mpa"])
+    if resample:
+        content = replace(content, samples=onto_period(content.samples, rig.period_ns))
+    program = program_of(content.samples, rig.period_ns, p0_mpa, str(source))
+    rest = program.rest_p1_mpa, program.rest_p2_mpa
+    check_setpoints(name, _after_settling(program, rest), rest, rig.limits, rig.period_ns)
+    return Recording(name, source, content, program)
+
+
+def _after_settling(program: Program, rest: tuple[float, float]) -> Iterator[tuple[str, float, float]]:
+    for index in range(program.settle_ticks, program.ticks):
+        phase, p1_mpa, p2_mpa = program.at(index, rest)
+        yield Phase(phase).name.lower().replace("_", " "), p1_mpa, p2_mpa
+
+
+def _replay(job: Job, recording: Recording, wishes: ReplayWishes, target: Path) -> Replayed:
+    """Carry it out into a file beside `target`, which stays if anything goes wrong, and add the comparison."""
+    simulated = compose.is_simulated(job.rig)
+    virtual = wishes.clock == "virtual" if wishes.clock else simulated
+    if virtual and not simulated:
+        raise RigError(f"{job.rig.path}: a real rig runs in real time; --clock virtual needs a simulated one")
+    given = recording.content.run_facts
+    seed = wishes.seed if wishes.seed is not None else given.get("seed")
+    facts = {key: given[key] for key in _KEPT_FACTS if key in given}
+    facts |= {"name": recording.name, "replay_of": recording.source.name, "replay_of_sha256": _sha256(recording.source)}
+    outcome = runner.carry_out(
+        job.rig,
+        [runner.Planned(f"{target.stem}.uncompared", recording.program, facts)],
+        runner.Wishes(
+            target.parent,
+            virtual=virtual,
+            seed=seed if isinstance(seed, int) else None,
+            force=wishes.force,
+            attachments={name: data for name, data in recording.content.attachments.items() if name == "sweep.yaml"},
+            options=job.options,
+        ),
+    )
+    if not outcome.runs:
+        outcome.judge()
+        raise NotSo(f"{recording.source}: the replay recorded nothing")
+    return _compared(recording, outcome, target, wishes)
+
+
+def _compared(recording: Recording, outcome: Outcome, target: Path, wishes: ReplayWishes) -> Replayed:
+    """The comparison, written into the log that stays."""
+    raw = outcome.runs[0].file
+    made = read_content(raw)
+    if not (made.samples["phase"] == Phase.SWEEP).any():
+        outcome.judge()
+        raise NotSo(f"{raw}: the replay ended before the sweep")
+    comparison = compare(recording.content.samples, made.samples, str(recording.source))
+    facts = comparison.facts()
+    write_content(replace(made, result_facts=dict(made.result_facts) | {"replay": facts}, comparison=comparison), target)
+    raw.unlink()
+    outcome.runs[0].file = target
+    figure = wishes.figure if wishes.figure and wishes.figure.suffix else (wishes.figure or target.parent) / f"{target.stem}.svg"
+    log_figures.save(log_figures.replay_figure(recording.name, comparison), figure)
+    moved = departures(recording.content.samples, made.samples, wishes.tolerances) if wishes.tolerances is not None else []
+    return Replayed(target, figure, facts, moved, outcome)
+
+
+def _sha256(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()

@@ -1,0 +1,140 @@
+"""Tables of numbers as text: CSV and CSV.gz in, with any separator and decimal mark, and every fault named by its row.
+
+It knows nothing of what the columns mean; rig.log.reader and rig.log.foreign.mapping do.
+"""
+
+import csv
+import gzip
+import zlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.errors import RecordError
+from rig.log.mcap.framing import unpacked_limit
+
+GZIP_MAGIC: Final = b"\x1f\x8b"
+
+_COLUMNS_LIMIT = 1000
+_SEPARATOR_HINT = "; decimal commas? import it with `separator` and `decimal` in a mapping"
+_DECIMAL_HINT = "; decimal comma? import it with `decimal: ','` in a mapping"
+
+
+@dataclass(frozen=True)
+class Style:
+    """How a file writes its numbers."""
+
+    separator: str = ","
+    decimal: str = "."
+    skip_rows: int = 0
+    """Lines before the header."""
+
+
+def read_table(
+    path: Path, style: Style | None = None, require: Callable[[list[str]], None] | None = None
+) -> dict[str, NDArray[np.float64]]:
+    """Header -> column, in the order of the file; an empty cell is NaN, all columns have the same length.
+
+    `require` sees the names before the rows are looked at, and raises when they are not what is wanted.
+
+    RecordError names the row and the column when a cell is not a number, a row is too short or too long, or a name stands twice.
+    """
+    style = style or Style()
+    text = read_text(path)
+    lines = text.split("\n")
+    names, first = _header(path, lines, style)
+    if require is not None:
+        require(names)
+    body = lines[first:]
+    while body and not body[-1].strip():
+        body.pop()
+    if not body:
+        raise RecordError(f"{path}: a header and no rows")
+    table = _quick(body, style, len(names))
+    if table is None:
+        table = _careful(path, body, names, style, first + 1)
+    return {name: np.ascontiguousarray(table[:, number]) for number, name in enumerate(names)}
+
+
+def read_text(path: Path) -> str:
+    """The text of a plain or gzipped file, bounded; RecordError when it cannot be read, or is not text."""
+    try:
+        raw = path.read_bytes()
+        data = _gunzip(path, raw) if raw[:2] == GZIP_MAGIC else raw
+        text = data.decode("utf-8-sig")
+    except OSError as error:
+        raise RecordError(f"{path}: cannot be read: {error.strerror or error}") from None
+    except UnicodeDecodeError:
+        raise RecordError(f"{path}: neither MCAP, TDMS nor text in UTF-8; a log is .mcap, .csv, .csv.gz or .tdms") from None
+    if not text.strip():
+        raise RecordError(f"{path}: the file is empty")
+    if "\0" in text:
+        raise RecordError(f"{path}: neither MCAP, TDMS nor text: it holds zero bytes")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _gunzip(path: Path, raw: bytes) -> bytes:
+    limit = unpacked_limit(len(raw))
+    try:
+        with gzip.open(path) as file:
+            data = file.read(limit + 1)
+    except (EOFError, zlib.error, gzip.BadGzipFile):
+        raise RecordError(f"{path}: the gzip data are cut or broken") from None
+    if len(data) > limit:
+        raise RecordError(f"{path}: unpacks to more than {limit >> 20} MiB, more than a log of this size can hold")
+    return data
+
+
+def _header(path: Path, lines: list[str], style: Style) -> tuple[list[str], int]:
+    """The column names, and the index of the line after them; comment lines before them are skipped."""
+    first = style.skip_rows
+    while first < len(lines) and (not lines[first].strip() or lines[first].startswith("#")):
+        first += 1
+    if first >= len(lines):
+        raise RecordError(f"{path}: no header line")
+    names = [name.strip() for name in next(csv.reader([lines[first][:65536]], delimiter=style.separator))]
+    if len(names) > _COLUMNS_LIMIT:
+        raise RecordError(f"{path}: {len(names)} columns in the header, at most {_COLUMNS_LIMIT} are allowed")
+    twice = next((name for number, name in enumerate(names) if name in names[:number]), None)
+    if twice is not None:
+        raise RecordError(f"{path}: the column {twice!r} stands twice in the header")
+    return names, first + 1
+
+
+def _quick(body: list[str], style: Style, columns: int) -> NDArray[np.float64] | None:
+    """The table by numpy's parser; None when some cell is not a plain number."""
+    if style.decimal != ".":
+        return None
+    try:
+        table: NDArray[np.float64] = np.loadtxt(body, delimiter=style.separator, comments=None, ndmin=2)
+    except (ValueError, IndexError, UserWarning):
+        return None
+    return table if table.shape == (len(body), columns) else None
+
+
+def _careful(path: Path, body: list[str], names: list[str], style: Style, first_row: int) -> NDArray[np.float64]:
+    """The table cell by cell, so that a fault can be named; rows are counted from 1 as an editor does."""
+    table = np.empty((len(body), len(names)))
+    for number, cells in enumerate(_rows(path, body, style)):
+        where = f"{path}, row {first_row + number}"
+        if len(cells) != len(names):
+            hint = _SEPARATOR_HINT if len(cells) == 2 * len(names) and style.separator == "," else ""
+            raise RecordError(f"{where}: {len(cells)} cells where the header names {len(names)} columns{hint}")
+        for column, cell in enumerate(cells):
+            try:
+                table[number, column] = float(cell.replace(style.decimal, ".")) if cell.strip() else np.nan
+            except ValueError:
+                hint = _DECIMAL_HINT if style.decimal == "." and "," in cell else ""
+                raise RecordError(f"{where}: {names[column]}: {cell[:40]!r} is not a number{hint}") from None
+    return table
+
+
+def _rows(path: Path, body: list[str], style: Style) -> Iterator[list[str]]:
+    try:
+        yield from csv.reader(body, delimiter=style.separator, strict=True)
+    except csv.Error as error:
+        raise RecordError(f"{path}: not a table: {error}") from None

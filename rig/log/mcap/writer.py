@@ -1,0 +1,194 @@
+"""One run into one MCAP file: what the recorder process calls for every sample, message and flush.
+
+The file grows as NAME.mcap.partial and gets its name when it is finished. Pure Python (mcap, protobuf and the standard
+library), so that it runs on the controller. Turning columns into a file is in rig.log.convert.
+"""
+
+import errno
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from rig.errors import RecordError
+from rig.log.mcap import schema
+from rig.log.mcap.frame_writer import McapWriter
+from rig.sample import SAMPLE_BYTES, Wire
+
+PARTIAL_SUFFIX: Final = ".partial"
+BACKLOG_BYTES: Final = 8 << 20
+"""How much may wait in memory while the disk takes nothing; beyond it samples are dropped and counted."""
+
+_MEDIA_TYPES = {".yaml": "application/yaml", ".json": "application/json", ".txt": "text/plain"}
+
+
+class _Tail:
+    """A file that only grows. What could not be written stays queued in order, so a full disk loses nothing once it has room."""
+
+    def __init__(self, path: Path) -> None:
+        self._fd = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644)
+        self._written = 0
+        self.pending = bytearray()
+
+    def write(self, data: bytes) -> int:
+        self.pending += data
+        return len(data)
+
+    def tell(self) -> int:
+        return self._written + len(self.pending)
+
+    def flush(self) -> None:
+        while self.pending:
+            count = os.write(self._fd, self.pending)
+            del self.pending[:count]
+            self._written += count
+
+    def sync(self) -> None:
+        self.flush()
+        os.fsync(self._fd)
+
+    def close(self) -> None:
+        if self._fd >= 0:
+            os.close(self._fd)
+            self._fd = -1
+
+
+class RunWriter:
+    """Writes one run. Not thread-safe. RecordError when the file exists already or the disk refuses."""
+
+    def __init__(
+        self, path: Path, facts: Mapping[str, Any], attachments: Mapping[str, bytes], unfinished: str = PARTIAL_SUFFIX
+    ) -> None:
+        """Opens PATH.partial and puts `facts` (as `pamrig.run`) and `attachments` (file name -> content) on the disk at once.
+
+        `unfinished` is another ending for conversions, whose leftovers are no recordings.
+
+        `facts["started_ns"]`, nanoseconds since the Unix epoch, stamps the attachments; 0 without it.
+        """
+        self.path = path
+        self.partial = path.with_name(path.name + unfinished)
+        self.records = 0
+        self.dropped = 0
+        """Samples that were not written because the disk took nothing for too long."""
+        if path.exists():
+            raise RecordError(f"{path}: exists already; a log is never overwritten")
+        self._tail = self._open_tail()
+        self._writer = McapWriter(self._tail, "pamrig")
+        self.sample_channel, self.log_channel = self._head(facts, attachments)
+        self.flush()
+
+    def add(self, packed: bytes | memoryview, log_time_ns: int, sequence: int) -> None:
+        """One packed sample; `log_time_ns` counts from the Unix epoch, a gap in `sequence` is a sample lost on the way."""
+        if len(packed) != SAMPLE_BYTES:
+            raise ValueError(f"a packed sample has {SAMPLE_BYTES} bytes, not {len(packed)}")
+        if len(self._tail.pending) > BACKLOG_BYTES:
+            self.dropped += 1
+            return
+        self._writer.add_message(self.sample_channel, sequence & 0xFFFFFFFF, log_time_ns, packed)
+        self.records += 1
+
+    def add_records(self, records: bytes | memoryview, times_ns: Sequence[int]) -> None:
+        """Whole message records of samples, from rig.log.mcap.columns.message_rows; for who converts a file."""
+        self._writer.add_records(self.sample_channel, records, times_ns)
+        self.records += len(times_ns)
+
+    def open_channel(self, topic: str, kind: str, wires: Mapping[str, Wire]) -> int:
+        """A further channel of flat Protobuf messages `kind` with the fields `wires`; returns its number for `put`."""
+        schema_id = self._writer.add_schema(kind, "protobuf", schema.descriptor_set(kind, wires))
+        return self._writer.add_channel(topic, "protobuf", schema_id, schema.field_metadata(wires))
+
+    def put(self, channel: int, message: bytes, log_time_ns: int) -> None:
+        """One message into a channel of `open_channel`."""
+        self._writer.add_message(channel, 0, log_time_ns, message)
+
+    def log(self, level: str, message: str, time_ns: int) -> None:
+        """One line for people on `/log`; `level` is debug, info, warning, error or fatal."""
+        self._writer.add_message(self.log_channel, 0, time_ns, schema.log_message(level, message, time_ns))
+
+    def flush(self) -> None:
+        """Close the chunk and put everything on the disk: a kill after this loses nothing from before it.
+
+        RecordError when the disk refuses; what is waiting is kept and goes out with the next flush that succeeds.
+        """
+        try:
+            self._writer.close_chunk()
+            self._tail.sync()
+        except OSError as error:
+            raise self._refused(error) from None
+
+    def close_chunk(self) -> None:
+        """Close the chunk without waiting for the disk: for who converts a file and can do it again."""
+        try:
+            self._writer.close_chunk()
+            self._tail.flush()
+        except OSError as error:
+            raise self._refused(error) from None
+
+    def finish(self, facts: Mapping[str, Any]) -> Path:
+        """Write `facts` (as `pamrig.result`) and the index, and give the file its name, which is returned.
+
+        Adds `records`; samples dropped here add to `dropped` and make `valid` false.
+        """
+        result = dict(facts) | {"records": self.records, "dropped": int(facts.get("dropped", 0)) + self.dropped}
+        result["valid"] = bool(facts.get("valid", True)) and not self.dropped
+        try:
+            self._writer.close_chunk()
+            self._writer.add_metadata(schema.RESULT_METADATA, schema.facts_to_text(result))
+            self._writer.finish()
+            self._tail.sync()
+        except OSError as error:
+            raise self._refused(error) from None
+        finally:
+            self._tail.close()
+        take_name(self.partial, self.path)
+        return self.path
+
+    def abort(self) -> None:
+        """Let go of the file as it is: NAME.mcap.partial stays, up to the last flush. Idempotent."""
+        self._tail.close()
+
+    def discard(self) -> None:
+        """Let go of the file and remove it: for who converts a file and failed."""
+        self._tail.close()
+        self.partial.unlink(missing_ok=True)
+
+    def _open_tail(self) -> _Tail:
+        try:
+            return _Tail(self.partial)
+        except FileExistsError:
+            raise RecordError(f"{self.partial}: an unfinished recording lies there; recover it or move it away") from None
+        except OSError as error:
+            raise self._refused(error) from None
+
+    def _head(self, facts: Mapping[str, Any], attachments: Mapping[str, bytes]) -> tuple[int, int]:
+        """Everything that stands before the first sample; returns the channels of samples and of log lines."""
+        writer = self._writer
+        writer.add_metadata(schema.RUN_METADATA, schema.facts_to_text(facts))
+        started_ns = int(facts.get("started_ns", 0))
+        for name, data in attachments.items():
+            writer.add_attachment(name, _MEDIA_TYPES.get(Path(name).suffix, "application/octet-stream"), data, started_ns)
+        sample_schema = writer.add_schema(schema.SAMPLE_SCHEMA, "protobuf", schema.sample_descriptor_set())
+        log_schema = writer.add_schema(schema.LOG_SCHEMA, "jsonschema", schema.log_json_schema())
+        samples = writer.add_channel(schema.SAMPLE_TOPIC, "protobuf", sample_schema, schema.sample_channel_metadata())
+        return samples, writer.add_channel(schema.LOG_TOPIC, "json", log_schema, {})
+
+    def _refused(self, error: OSError) -> RecordError:
+        return RecordError(f"{self.partial}: cannot be written: {error.strerror}")
+
+
+def take_name(partial: Path, path: Path) -> None:
+    """Give the finished file `partial` the name `path`; RecordError, and `partial` stays, when that name is taken."""
+    try:
+        os.link(partial, path)  # unlike a rename, refuses a name that is taken
+        os.unlink(partial)
+    except FileExistsError:
+        raise RecordError(f"{path}: exists already; the new recording is whole and stays at {partial}") from None
+    except OSError as error:
+        if error.errno not in (errno.EPERM, errno.ENOTSUP, errno.ENOSYS, errno.EXDEV, errno.EMLINK) or path.exists():
+            raise RecordError(f"{path}: cannot be written: {error.strerror}") from None
+        os.rename(partial, path)  # a file system without hard links, such as FAT
+    folder = os.open(path.parent, os.O_RDONLY)
+    try:
+        os.fsync(folder)
+    finally:
+        os.close(folder)

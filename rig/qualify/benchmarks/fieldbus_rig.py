@@ -1,0 +1,71 @@
+"""The emulated serial valves and Modbus modules that the benchmarks drive, and settings to match them."""
+
+from typing import Any, Final
+
+from drivers.itv_serial.device import ItvSettings
+from drivers.modbus_io.settings import AngleChannel, ModbusSettings, Mode, PressureChannel, SerialLine
+from drivers.serial_port import SerialPort
+from drivers.signals import Signal
+from hil.emulators.emulation import Emulation
+from hil.emulators.modbus.module import Wire, Wiring
+from hil.emulators.spec import BusSpec, ModuleSpec, RigSpec, ValveSpec
+from rig.app import compose
+from rig.interfaces import DeviceContext, Role
+from rig.realtime.clock import MonotonicClock
+
+BAUDS: Final = (9600, 19200, 38400, 57600, 115200)
+SAFE: Final = (0.2, 0.2)
+VALVE_ROLES: Final = frozenset({Role.VALVE_1, Role.VALVE_2, Role.MONITOR_1, Role.MONITOR_2})
+CHANNELS: Final[dict[str, Any]] = {
+    "valve_1": PressureChannel(0, Signal.V_0_10),
+    "valve_2": PressureChannel(1, Signal.V_0_10),
+    "monitor_1": PressureChannel(0, Signal.V_1_5),
+    "monitor_2": PressureChannel(1, Signal.V_1_5),
+    "angle": AngleChannel(2, excitation=3),
+}
+WIRING: Final = Wiring(Wire(0), Wire(1), Wire(0, 1.0, 5.0), Wire(1, 1.0, 5.0), wiper=2, excitation=3)
+
+
+def spec(rtu_baud: int | None = None, serial_baud: int | None = None) -> RigSpec:
+    """A WAGO coupler on TCP or RTU, and serial valves when they have a baud rate."""
+    model = compose.configs() / "models" / "simulated.yaml"
+    module = ModuleSpec(compose.configs() / "modbus/wago_750.yaml", WIRING, kind="wago")
+    valves = {name: ValveSpec(serial_baud) for name in ("valve_1", "valve_2")} if serial_baud else {}
+    return RigSpec(model, left_at_mpa=SAFE, valves=valves, buses={"io": BusSpec([module], baud=rtu_baud)})
+
+
+def modbus(running: Emulation, mode: Mode = Mode.SEPARATE, baud: int | None = None) -> ModbusSettings:
+    place = running.places["io"]
+    if baud is None:
+        return modbus_at(int(place), mode)
+    line = SerialLine(str(place), baud, "N", 2)
+    return ModbusSettings(
+        compose.configs() / "modbus/wago_750.yaml", serial=line, watchdog_s=30.0, patience_s=0.5, silence_periods=1000, **CHANNELS
+    )
+
+
+def modbus_at(port: int, mode: Mode) -> ModbusSettings:
+    table = compose.configs() / "modbus/wago_750.yaml"
+    return ModbusSettings(
+        table, "127.0.0.1", port, mode=mode, watchdog_s=30.0, patience_s=0.5, reply_s=0.1, silence_periods=1000, **CHANNELS
+    )
+
+
+def itv(running: Emulation, baud: int) -> ItvSettings:
+    return ItvSettings(
+        SerialPort(running.places["valve_1"], baud),
+        SerialPort(running.places["valve_2"], baud),
+        patience_s=0.1,
+        silence_periods=1000,
+    )
+
+
+def context(roles: frozenset[Role] = frozenset(Role)) -> DeviceContext:
+    return DeviceContext(MonotonicClock(), roles, *SAFE)
+
+
+def quantiles(times_ns: list[int]) -> dict[str, float]:
+    """Microseconds."""
+    ordered = sorted(times_ns)
+    last = len(ordered) - 1
+    return {"p50": ordered[last // 2] / 1e3, "p99": ordered[last * 99 // 100] / 1e3}

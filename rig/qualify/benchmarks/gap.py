@@ -1,0 +1,223 @@
+"""`pamrig bench gap`: the practice set across its two units, the time of a case, and what simpler answers reach on the same records.
+
+The threshold of detection is fitted on one unit and scored on the other. Labels are open here; the check on withheld data is
+`pamrig gap check`.
+"""
+
+import json
+import os
+import time
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rig.errors import RecordError
+from rig.qualify.benchmarks import figure
+
+if TYPE_CHECKING:
+    from rig.gap.result import Diagnosis
+    from rig.record import Record
+
+PLACES = ("../shared/practice",)
+"""Where the practice set may lie, from the working folder; or the environment variable PAMRIG_PRACTICE."""
+UNITS = ("unit_a", "unit_b")
+UNTOUCHED = 2
+"""Records of each case that are kept from the diagnosis to see how far the gap shrinks on them."""
+
+
+def bench_gap() -> dict[str, Any]:
+    """Every row of the goals that the practice set can show, with pressures and from the angle alone, and the times."""
+    practice = _practice()
+    labels = {case: [one["effect"] for one in said] for case, said in json.loads((practice / "labels.json").read_text()).items()}
+    data = {unit: _unit(practice, unit, labels) for unit in UNITS}
+    rows: dict[str, Any] = {}
+    for mode, pressures in (("pressures", True), ("angle", False)):
+        rows |= {f"{name}, {mode}": row for name, row in _scored(data, pressures).items()}
+        rows |= {f"{name}, {mode}": row for name, row in _held_out(data, pressures).items()}
+    return rows | _withheld(data) | _naive(data) | _times(data)
+
+
+def _practice() -> Path:
+    for place in (os.environ.get("PAMRIG_PRACTICE", ""), *PLACES):
+        if place and (Path(place) / "labels.json").is_file():
+            return Path(place)
+    raise RecordError("bench gap: no practice set; run beside ../shared/practice or set PAMRIG_PRACTICE to its folder")
+
+
+def _unit(practice: Path, unit: str, labels: dict[str, list[str]]) -> dict[str, Any]:
+    from rig.log.reader import read
+
+    cases = {case: [name for name in names if name != "none"] for case, names in labels.items() if case.startswith(unit)}
+    return {
+        "baselines": [read(practice / unit / f"baseline_{k}") for k in (1, 2, 3, 4)],
+        "cases": {case: (read(practice / case), names) for case, names in cases.items()},
+    }
+
+
+def _scored(data: dict[str, Any], pressures: bool) -> dict[str, Any]:
+    """Goals over both units; a case is detected when it is stronger than the threshold fitted on the other unit."""
+    from rig.gap import diagnose
+    from rig.gap.effects import LIBRARY, effect_class
+
+    found = {
+        unit: [
+            (names, diagnose(None, records, one["baselines"], pressures=pressures)) for records, names in one["cases"].values()
+        ]
+        for unit, one in data.items()
+    }
+    tally: dict[str, list[bool]] = {}
+    sizes: list[int] = []
+    for unit, other in (UNITS, UNITS[::-1]):
+        limit = _threshold(found[other])
+        for names, diagnosis in found[unit]:
+            if not names:
+                tally.setdefault("false alarms", []).append(_strength(diagnosis) > limit)
+                continue
+            said = [cause.effect for cause in diagnosis.causes]
+            tally.setdefault("detected", []).append(_strength(diagnosis) > limit)
+            if len(names) > 1:
+                tally.setdefault("pairs, both right", []).append(set(said) == set(names))
+                continue
+            first = diagnosis.causes[0] if diagnosis.causes else None
+            around = (first.effect, *first.ambiguous_with) if first else ()
+            word = effect_class(names[0], pressures)
+            tally.setdefault("stage right", []).append(first is not None and first.stage == LIBRARY[names[0]].stage)
+            tally.setdefault("class first", []).append(
+                first is not None and first.effect in LIBRARY and effect_class(first.effect, pressures) == word
+            )
+            tally.setdefault("exact name first", []).append(first is not None and first.effect == names[0])
+            tally.setdefault("truth in the set", []).append(names[0] in around)
+            tally.setdefault("known kept", []).append(first is not None and first.effect != "unknown")
+            sizes.append(len(around))
+    closed = [diagnosis.gap["explained_fraction"] for results in found.values() for names, diagnosis in results if names]
+    rows = {name: _rate(outcomes) for name, outcomes in tally.items()}
+    rows["size of the set"] = figure(sum(sizes) / len(sizes), "names")
+    rows["gap closed, median"] = figure(100 * sorted(closed)[len(closed) // 2], "%")
+    return rows
+
+
+def _held_out(data: dict[str, Any], pressures: bool) -> dict[str, Any]:
+    """How far the gap shrinks on two records that the diagnosis was never given, and whether that was predicted. By the description of
+    the healthy rig: the set has no simulator of these rigs."""
+    import numpy as np
+
+    from rig.blind_check.score import EXCITED
+    from rig.blind_check.statistics import CLOSE
+    from rig.gap.diagnosis import diagnose_with_findings
+    from rig.gap.engine import angle_side, overall_gap, prepare
+    from rig.gap.verdict import explained
+
+    closed: list[float] = []
+    near: list[bool] = []
+    for one in data.values():
+        for records, names in one["cases"].values():
+            if not names:
+                continue
+            told, findings = diagnose_with_findings(None, records[:-UNTOUCHED], one["baselines"], pressures=pressures)
+            fresh = prepare(None, records[-UNTOUCHED:], one["baselines"], pressures)
+            side = angle_side(fresh, driven=False, model=None)
+            before, after = (side.rms(np.concatenate(overall_gap(fresh, causes))) for causes in ([], findings.applied))
+            if findings.applied and before > EXCITED * side.floor:
+                closed.append(explained(before, after, side.floor, most=2.0))
+                near.append(abs(closed[-1] - told.gap["explained_fraction"]) <= CLOSE)
+    return {
+        "gap closed on records never given, median": figure(100 * sorted(closed)[len(closed) // 2], "%"),
+        "the same, worst case": figure(100 * min(closed), "%"),
+        "predicted within 0.05 of that": _rate(near),
+    }
+
+
+def _withheld(data: dict[str, Any]) -> dict[str, Any]:
+    """Single effects with their own class taken out of the library: is something unknown said, or another name?"""
+    from rig.blind_check.score import FLAGS
+    from rig.gap import diagnose
+    from rig.gap.effects import LIBRARY, effect_class
+
+    flagged = []
+    for one in data.values():
+        for records, names in one["cases"].values():
+            if len(names) != 1:
+                continue
+            gone = effect_class(names[0], True)
+            library = [name for name in LIBRARY if effect_class(name, True) != gone]
+            flagged.append(diagnose(None, records, one["baselines"], library=library).verdict in FLAGS)
+    return {"class withheld: flagged, pressures": _rate(flagged)}
+
+
+def _strength(diagnosis: "Diagnosis") -> float:
+    """How far the strongest sign stands above its threshold; a signature counts as plain."""
+    from rig.gap.trigger import STRUCTURE
+
+    marked = any(mark["found"] and mark["effect"] for mark in diagnosis.evidence["signatures"])
+    signs = [3.0 if marked else 0.0]
+    for side in diagnosis.evidence["triggers"].values():
+        signs += [side["structure_ratio"] / STRUCTURE, *(abs(score) / side["threshold"] for score in side["mode_scores"])]
+    return max(signs)
+
+
+def _threshold(results: "Iterable[tuple[list[str], Diagnosis]]") -> float:
+    """Between the strongest case without and the weakest case with an effect, in the middle of their ratio, but at least 1."""
+    none: list[float] = []
+    some: list[float] = []
+    for names, diagnosis in results:
+        (some if names else none).append(_strength(diagnosis))
+    return float(max(1.0, (max(none, default=0.5) * min(some, default=2.0)) ** 0.5))
+
+
+def _rate(outcomes: Sequence[bool]) -> dict[str, Any]:
+    """Per cent with its Wilson interval."""
+    from rig.blind_check.rates import Rate
+
+    rate = Rate.of(outcomes)
+    low, high = rate.interval
+    return figure(100 * rate.value, "%", of=rate.n, low=100 * low, high=100 * high)
+
+
+def _naive(data: dict[str, Any]) -> dict[str, Any]:
+    """Exact names on single effects by answers that need no diagnosis."""
+    from rig.blind_check.naive import naive_answers
+
+    right: dict[str, list[bool]] = {}
+    for one in data.values():
+        for records, names in one["cases"].values():
+            for method, answer in naive_answers(records, one["baselines"], f"{len(right):x}{len(names):x}5", True).items():
+                right.setdefault(method, []).append(answer == (names[0] if names else "none") and len(names) < 2)
+    return {f"exact name by {method.replace('_', ' ')}": _rate(outcomes) for method, outcomes in right.items()}
+
+
+def _times(data: dict[str, Any]) -> dict[str, Any]:
+    """Seconds a case, and how they grow: records, their length, effects of the library."""
+    from rig.gap import diagnose
+    from rig.gap.effects import LIBRARY
+
+    one = data["unit_a"]
+    records, _ = one["cases"]["unit_a/case_02"]
+    half = [record.rows(slice(0, len(record) // 2)) for record in records]
+
+    def seconds(chosen: "Sequence[Record]", library: list[str] | None = None) -> float:
+        diagnose(None, chosen, one["baselines"], library=library)
+        start = time.perf_counter()
+        diagnose(None, chosen, one["baselines"], library=library)
+        return time.perf_counter() - start
+
+    return {
+        "time a case: 7 records of 20 s, whole library": figure(seconds(records), "s"),
+        "time a case: 3 records of 20 s": figure(seconds(records[:3]), "s"),
+        "time a case: 7 records of 10 s": figure(seconds(half), "s"),
+        "time a case: half of the library": figure(seconds(records, list(LIBRARY)[::2]), "s"),
+        "time a case: 14 records of 20 s": figure(_doubled(one, records), "s"),
+    }
+
+
+def _doubled(one: dict[str, Any], records: "Sequence[Record]") -> float:
+    """Seconds for twice the records (each once more under another name)."""
+    from dataclasses import replace
+
+    from rig.gap import diagnose
+
+    def twice(session: "Sequence[Record]") -> "list[Record]":
+        return [*session, *(replace(record, name=f"again_{record.name}") for record in session)]
+
+    start = time.perf_counter()
+    diagnose(None, twice(records), [twice(session) for session in one["baselines"]])
+    return time.perf_counter() - start

@@ -1,0 +1,73 @@
+"""`pamrig bench record`: what recording costs: bytes a record, CPU of the two processes, and the speed of the virtual clock."""
+
+import os
+import time
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from rig.app import compose
+from rig.excite.experiment import RunPlan, expand, load_sweep
+from rig.qualify.benchmarks import figure
+from rig.rig_config import RigConfig
+from rig.service.orders import program_of
+from rig.service.recorder import RunOrder, RunResult
+from rig.service.session import Session
+
+
+def bench_record() -> dict[str, Any]:
+    """The paper's programme in virtual time, and one record of it in real time."""
+    rig = compose.load(None)
+    plans = expand(load_sweep(compose.configs() / "sweeps" / "paper.yaml"), rig.period_ns)
+    virtual = _carried_out(rig, plans, virtual=True)
+    real = _carried_out(rig, plans[:1], virtual=False)
+    rig_s = virtual["ticks"] * rig.period_ns / 1e9
+    period_us = rig.period_ns / 1e3
+    return {
+        "bytes a record, real clock": figure(real["bytes"] / real["ticks"], "B", "goal", 100),
+        "bytes a record, virtual clock": figure(virtual["bytes"] / virtual["ticks"], "B", "goal", 100),
+        "virtual clock, times real time": figure(rig_s / virtual["wall_s"], "x", "goal", 100),
+        "virtual clock, a tick": figure(virtual["wall_s"] / virtual["ticks"] * 1e6, "us"),
+        "CPU of the loop, real clock": figure(real["loop_cpu_s"] / real["wall_s"] * 100, "% of a core"),
+        "CPU of the recorder, real clock": figure(real["recorder_cpu_s"] / real["wall_s"] * 100, "% of a core"),
+        "CPU of the loop a tick": figure(real["loop_cpu_s"] / real["ticks"] * 1e6, "us", "period", period_us),
+    }
+
+
+def _carried_out(rig: RigConfig, plans: list[RunPlan], *, virtual: bool) -> dict[str, float]:
+    programs = [program_of(plan, number) for number, plan in enumerate(plans, 1)]
+    with TemporaryDirectory(prefix="pamrig-bench-") as folder, Session(compose.loop_process, rig, virtual=virtual) as session:
+        session.open(programs, scripted=True)
+        for plan, program in zip(plans, programs, strict=True):
+            path = Path(folder) / f"{plan.name}.mcap"
+            session.expect(RunOrder(program.run, path, {}, {}, len(plan.dp_mpa), session.facts["wall_offset_ns"]))
+        before = _cpu_s(session.loop), _cpu_s(session.recorder)
+        start = time.perf_counter()
+        session.go()
+        cpu = before
+        results: list[RunResult] = []
+        while session.loop_alive:
+            session.beat()
+            results += session.results()
+            cpu = _cpu_s(session.loop) or cpu[0], _cpu_s(session.recorder)
+            time.sleep(0.02)
+        wall_s = time.perf_counter() - start
+        results += session.close()
+        return {
+            "wall_s": wall_s,
+            "ticks": sum(r.ticks for r in results),
+            "bytes": sum(r.file.stat().st_size for r in results),
+            "loop_cpu_s": cpu[0] - before[0],
+            "recorder_cpu_s": cpu[1] - before[1],
+        }
+
+
+def _cpu_s(process: BaseProcess | None) -> float:
+    """User and system time of a living process (Linux, proc(5)); 0 when it is gone."""
+
+    try:
+        fields = Path(f"/proc/{process.pid if process else 0}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
+    except OSError:
+        return 0.0
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")

@@ -1,0 +1,238 @@
+"""A daemon on a faulty simulated rig, in real processes, to which faults can be done: the floor under `pamrig faults` and its tests.
+
+Everything lies in a folder of its own. The terminals of the rig are in shared memory, so the time until the safe set-points stand at
+the valves is measured where it counts.
+"""
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Final, Self, TypeVar
+
+from hil.faults import Injection
+from hil.terminals import Terminals
+from rig.app import compose
+from rig.errors import RigError, StateError
+from rig.realtime.shared import folder as shared_folder
+from rig.service.client import Client
+
+T = TypeVar("T")
+SAFE_MPA: Final = (0.15, 0.15)
+"""Not P0, so that the safe state cannot be mistaken for a moment of the sweep."""
+_COUNT_MPA: Final = 0.001
+_TRIES: Final = 10
+_PATIENCE_S: Final = 40.0
+_LOOK_S: Final = 0.0005
+
+RIG: Final = """\
+name: faulty
+period_ms: 5
+safe: {{p1_mpa: 0.15, p2_mpa: 0.15, return_mpa_s: 1.0}}
+limits: {{misses_per_s: 20, follow_s: 0.3, frozen_s: 0.3}}
+devices:
+  main: {{kind: simulated_faulty, model: {model}, seed: 1, terminals: {terminals}}}
+roles: {{valve_1: main, valve_2: main, monitor_1: main, monitor_2: main, angle: main}}
+"""
+SWEEP: Final = """\
+settle_s: 0.1
+zero_s: 0.05
+ramp_in_s: 0.1
+duration_s: 60.0
+ramp_out_s: 0.1
+records: [{sine: {frequency_hz: 0.5, amplitude_mpa: 0.2}}]
+"""
+
+
+class Spoilt(RigError):
+    """Something else than the injected fault stopped the rig, such as a machine that stood still: try again."""
+
+
+class FaultBench:
+    """Use as a context manager. `ready` brings the rig into the middle of a sweep, from wherever it is."""
+
+    def __init__(self, folder: Path, rig: str = RIG, arguments: tuple[str, ...] = (), terminals: Path | None = None) -> None:
+        """`rig`: text of the rig's YAML; `arguments` go to `pamrig daemon`; `terminals`: where they are, if somebody made them."""
+        self.folder, self._arguments = folder, arguments
+        self.logs, self.state, self.socket = folder / "logs", folder / "state", folder / "s.sock"
+        self._terminals_path = terminals or shared_folder() / f"terminals-{os.getpid()}-{time.monotonic_ns():x}"
+        self.terminals = Terminals.at(self._terminals_path)
+        model = compose.configs() / "models" / "simulated.yaml"
+        self._rig = folder / "rig.yaml"
+        self._rig.write_text(rig.format(model=model, terminals=self._terminals_path), encoding="utf-8")
+        self.sweep = folder / "long.yaml"
+        self.sweep.write_text(SWEEP, encoding="utf-8")
+        self._daemon: subprocess.Popen[bytes] | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.end()
+        self._terminals_path.unlink(missing_ok=True)
+
+    # the daemon's life
+
+    def start(self) -> None:
+        """Start the daemon anew and wait until it answers; one that is still there is ended first."""
+        self.end()
+        with (self.folder / "daemon.log").open("ab") as log:
+            command = [sys.executable, "-m", "rig.cli.main", "daemon", "--rig", str(self._rig), "--logs", str(self.logs)]
+            command += ["--state", str(self.state), "--socket", str(self.socket), *self._arguments]
+            self._daemon = subprocess.Popen(command, stdout=log, stderr=log, stdin=subprocess.DEVNULL)
+        self.wait(self._answers, "the daemon to answer")
+
+    def end(self) -> int | None:
+        """End the daemon by SIGTERM; returns its exit status."""
+        daemon, self._daemon = self._daemon, None
+        if daemon is None:
+            return None
+        daemon.send_signal(signal.SIGCONT)
+        daemon.terminate()
+        try:
+            return daemon.wait(_PATIENCE_S)
+        except subprocess.TimeoutExpired:
+            daemon.kill()
+            return daemon.wait()
+
+    @property
+    def daemon_pid(self) -> int:
+        """Pid of the control process."""
+        assert self._daemon is not None
+        return self._daemon.pid
+
+    @property
+    def alive(self) -> bool:
+        """The control process has not ended."""
+        return self._daemon is not None and self._daemon.poll() is None
+
+    def _answers(self) -> bool:
+        if not self.alive:
+            raise RigError(f"the daemon ended: {self.log_text()[-400:]}")
+        with contextlib.suppress(RigError):
+            return self.status()["loop"] is not None
+        return False
+
+    def log_text(self) -> str:
+        """What the daemon has written to its log so far."""
+        return (self.folder / "daemon.log").read_text(encoding="utf-8", errors="replace")
+
+    # talking to it
+
+    def client(self) -> Client:
+        """A new connection."""
+        return Client(self.socket)
+
+    def status(self) -> dict[str, Any]:
+        """The daemon's status."""
+        with self.client() as client:
+            return client.status()
+
+    def fault(self) -> str:
+        """Name of the fault that stands, empty without one."""
+        shown = self.status()["fault"]
+        return str(shown["name"]) if shown else ""
+
+    def pid(self, process: str) -> int:
+        """Pid of one of its processes."""
+        return int(self.status()["processes"][process]["pid"])
+
+    def ready(self) -> None:
+        """Into the middle of a sweep: start, reset, arm, start the sweep, as far as needed."""
+        self.terminals.inject(Injection.NONE)
+        if not self.alive:
+            self.start()
+        for _ in range(_TRIES):
+            try:
+                self._into_the_sweep()
+                return
+            except Spoilt:
+                continue  # the machine stood still on the way
+        raise RigError(f"the rig does not come into its sweep: {self.log_text()[-400:]}")
+
+    def _into_the_sweep(self) -> None:
+        with self.client() as client:
+            status = client.status()
+            if status["state"] == "fault":
+                self._reset(client)
+                status = client.status()
+            if status["state"] == "disarmed":
+                with contextlib.suppress(StateError):
+                    client.arm()
+            client.clear()
+            if client.status()["state"] != "running":
+                try:
+                    client.start(self.sweep)
+                except RigError as error:
+                    raise Spoilt(str(error)) from None
+            self.wait(lambda: self._sweeping(client), "the sweep")
+
+    def _reset(self, client: Client) -> None:
+        deadline = time.monotonic() + _PATIENCE_S
+        while True:
+            try:
+                client.reset()
+                return
+            except RigError:
+                if time.monotonic() > deadline:
+                    raise
+                time.sleep(0.05)
+
+    def _sweeping(self, client: Client) -> bool:
+        status = client.status()
+        if status["fault"]:
+            raise Spoilt(str(status["fault"]))
+        return status["loop"]["phase"] == "sweep" and not self._safe
+
+    @property
+    def _safe(self) -> bool:
+        """The safe set-points stand at the valves, as exactly as a converter can put them there."""
+        there = self.terminals.setpoints
+        return all(abs(p - safe) < _COUNT_MPA for p, safe in zip(there, SAFE_MPA, strict=True))
+
+    # measuring
+
+    def wait(self, condition: Callable[[], T], what: str, patience_s: float = _PATIENCE_S) -> T:
+        """Until `condition` is true; RigError when it does not become so."""
+        deadline = time.monotonic() + patience_s
+        while True:
+            if value := condition():
+                return value
+            if time.monotonic() > deadline:
+                raise RigError(f"waited {patience_s:g} s in vain for {what}")
+            time.sleep(_LOOK_S if patience_s < 1 else 0.01)
+
+    def ms_to_safe(self, since_ns: int, patience_s: float = 5.0) -> float:
+        """Milliseconds from `since_ns` until the safe set-points stood at the terminals, where they must stay."""
+        deadline = time.monotonic() + patience_s
+        while not self._safe:
+            if time.monotonic() > deadline:
+                raise RigError(
+                    f"the safe set-points did not reach the valves within {patience_s:g} s; there: {self.terminals.setpoints}"
+                )
+            time.sleep(_LOOK_S)
+        reached_ns = self.terminals.changed_ns
+        settled = time.monotonic() + 0.05
+        while time.monotonic() < settled:
+            if not self._safe:
+                return self.ms_to_safe(since_ns, patience_s)  # somebody wrote after it: that does not count
+            time.sleep(_LOOK_S)
+        if reached_ns < since_ns:
+            raise Spoilt("the rig was in its safe state already")
+        return (reached_ns - since_ns) / 1e6
+
+    def inject(self, fault: Injection) -> int:
+        """Switch a fault of the device on; returns when."""
+        self.terminals.inject(fault)
+        return self.terminals.fault_since_ns
+
+    def send(self, process: str, number: int) -> int:
+        """Send a signal to one of the processes (or `control`); returns when."""
+        pid = self.daemon_pid if process == "control" else self.pid(process)
+        now_ns = time.monotonic_ns()
+        os.kill(pid, number)
+        return now_ns

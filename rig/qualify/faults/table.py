@@ -1,0 +1,191 @@
+"""The fault table: what is done to the rig, what must follow, within how long, and which evidence must be left.
+
+`pamrig faults` runs it and prints it, the tests assert it, the docs are made from it.
+"""
+
+import resource
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+from hil.faults import Injection
+from rig.errors import NotSo, RigError, StateError
+from rig.qualify.faults.bench import FaultBench
+from rig.service import protocol
+
+
+@dataclass(frozen=True)
+class Row:
+    """One fault."""
+
+    name: str
+    done: str
+    """What is done, in words."""
+    act: Callable[[FaultBench], int]
+    """Does it; returns when (monotonic ns)."""
+    causes: tuple[str, ...]
+    """Names of the fault that may be reported; empty: none, the sweep goes on."""
+    bound_ms: float = 0.0
+    """From the fault to the safe set-points at the valves."""
+    said: str = ""
+    """What the daemon's log must say besides the cause."""
+    control_dies: bool = False
+
+
+def _device(fault: Injection) -> Callable[[FaultBench], int]:
+    return lambda bench: bench.inject(fault)
+
+
+def _signal(process: str, number: int) -> Callable[[FaultBench], int]:
+    return lambda bench: bench.send(process, number)
+
+
+def _after_a_flush(number: int) -> Callable[[FaultBench], int]:
+    """To the recorder, when something of the record is on the disk already."""
+
+    def act(bench: FaultBench) -> int:
+        time.sleep(0.8)
+        return bench.send("recorder", number)
+
+    return act
+
+
+def _estop(bench: FaultBench) -> int:
+    with bench.client() as client:
+        now_ns = time.monotonic_ns()
+        client.estop()
+    return now_ns
+
+
+def _full_disk(bench: FaultBench) -> int:
+    """Files of the recorder may not grow any more: what a full disk is to it. The run is then stopped, to see what became of it."""
+    pid = bench.pid("recorder")
+    now_ns = time.monotonic_ns()
+    resource.prlimit(pid, resource.RLIMIT_FSIZE, (1, resource.RLIM_INFINITY))
+    time.sleep(1.2)  # two flushes
+    with bench.client() as client:
+        if client.status()["state"] != "running":
+            raise NotSo("the loop did not go on")
+        client.stop()
+        bench.wait(lambda: not client.status()["working"], "the end of the run")
+    resource.prlimit(pid, resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+    return now_ns
+
+
+def _flood(bench: FaultBench) -> int:
+    """Nonsense and status requests as fast as they go, and a subscriber that never reads."""
+    now_ns = time.monotonic_ns()
+    lazy = socket.socket(socket.AF_UNIX)
+    lazy.connect(str(bench.socket))
+    lazy.sendall(protocol.encode({"id": 1, "command": "subscribe", "rate_hz": 50, "samples": True}))
+    floods = [socket.socket(socket.AF_UNIX) for _ in range(4)]
+    for flood in floods:
+        flood.connect(str(bench.socket))
+        flood.setblocking(False)
+    until = time.monotonic() + 1.5
+    lines = protocol.encode({"id": 1, "command": "status"}) * 20 + b"nonsense\n" * 20
+    while time.monotonic() < until:
+        for flood in floods:
+            try:
+                flood.send(lines)
+            except (BlockingIOError, ConnectionError):
+                time.sleep(0.001)
+    for each in (lazy, *floods):
+        each.close()
+    return now_ns
+
+
+def _second_daemon(bench: FaultBench) -> int:
+    now_ns = time.monotonic_ns()
+    command = [sys.executable, "-m", "rig.cli.main", "daemon", "--socket", str(bench.socket), "--state", str(bench.state)]
+    second = subprocess.run([*command, "--logs", str(bench.logs)], capture_output=True, text=True, timeout=30, check=False)
+    if second.returncode != 2 or "another daemon is running" not in second.stderr:
+        raise NotSo(f"the second daemon was not refused: {second.returncode} {second.stderr}")
+    return now_ns
+
+
+def _sweep_outside(bench: FaultBench) -> int:
+    now_ns = time.monotonic_ns()
+    sweep = bench.folder / "outside.yaml"
+    sweep.write_text("records: [{sine: {frequency_hz: 0.5, amplitude_mpa: 0.9}}]", encoding="utf-8")
+    with bench.client() as client:
+        try:
+            client.start(sweep)
+        except StateError:
+            raise
+        except RigError as error:
+            if "would be" in str(error):
+                return now_ns
+    raise NotSo("a sweep outside the envelope was not refused")
+
+
+_D, _S = _device, _signal
+TABLE: Final[tuple[Row, ...]] = (
+    Row("late", "one call of the device takes 3 ms", _D(Injection.LATE), ()),
+    Row("skip", "one call takes 12 ms: periods are skipped and counted", _D(Injection.SKIP), ()),
+    Row("misses", "every call takes 7.5 ms", _D(Injection.MISSES), ("MISSED_TICKS",), 1000.0),
+    Row("stall", "one call takes 40 ms", _D(Injection.STALL), ("LOOP_DIED", "LONG_STALL"), 25.0),
+    Row("timeout", "one reply does not come", _D(Injection.ONE_TIMEOUT), ()),
+    Row("timeouts", "no reply comes any more", _D(Injection.TIMEOUTS), ("DEVICE_ERRORS",), 60.0, "no reply within 5 ms"),
+    Row("garbled", "every reply is garbled", _D(Injection.GARBLED), ("DEVICE_ERRORS",), 60.0, "checksum is wrong"),
+    Row("lost", "the connection is closed", _D(Injection.LOST), ("DEVICE_LOST",), 15.0, "the connection was closed"),
+    Row("hang", "the driver hangs", _D(Injection.HANG), ("LOOP_DIED",), 25.0, "it hung or was stopped"),
+    Row("crash", "the driver has a bug", _D(Injection.CRASH), ("LOOP_ERROR", "LOOP_DIED"), 15.0),
+    Row("frozen", "all sensors repeat their last value", _D(Injection.FROZEN), ("FROZEN_SENSOR",), 1000.0),
+    Row("nan", "the angle is not a number", _D(Injection.NOT_A_NUMBER), ("BAD_VALUE",), 60.0),
+    Row("range", "a pressure reads 9.9 MPa", _D(Injection.OUT_OF_RANGE), ("BAD_VALUE",), 60.0),
+    Row("jump", "the angle jumps by 40 degrees", _D(Injection.JUMP), ("BAD_VALUE",), 100.0),
+    Row("wire", "a monitor's wire breaks", _D(Injection.BROKEN_WIRE), ("BROKEN_WIRE",), 60.0),
+    Row("stale", "values get older and older", _D(Injection.STALE), ("STALE_VALUE",), 60.0),
+    Row("air", "the air is cut off", _D(Injection.NO_AIR), ("NOT_FOLLOWING",), 1500.0),
+    Row("loop killed", "SIGKILL to the loop", _S("loop", signal.SIGKILL), ("LOOP_DIED",), 15.0, "killed by signal 9"),
+    Row("loop stopped", "SIGSTOP to the loop", _S("loop", signal.SIGSTOP), ("LOOP_DIED",), 25.0, "it hung or was stopped"),
+    Row("loop ended", "SIGTERM to the loop", _S("loop", signal.SIGTERM), ("TERMINATED", "LOOP_DIED"), 15.0),
+    Row(
+        "recorder killed", "SIGKILL to the recorder", _after_a_flush(signal.SIGKILL), ("RECORDER_DIED",), 100.0, "process is gone"
+    ),
+    Row(
+        "recorder stopped",
+        "SIGSTOP to the recorder",
+        _S("recorder", signal.SIGSTOP),
+        ("RECORDER_DIED",),
+        1000.0,
+        "stopped by a signal",
+    ),
+    Row(
+        "recorder ended", "SIGTERM to the recorder", _S("recorder", signal.SIGTERM), ("RECORDER_DIED",), 1000.0, "process is gone"
+    ),
+    Row(
+        "supervisor killed", "SIGKILL to the supervisor", _S("supervisor", signal.SIGKILL), ("SUPERVISOR_DIED",), 100.0, "is gone"
+    ),
+    Row("supervisor stopped", "SIGSTOP to it", _S("supervisor", signal.SIGSTOP), ("SUPERVISOR_DIED",), 500.0, "has not moved"),
+    Row("supervisor told", "SIGTERM to the supervisor", _S("supervisor", signal.SIGTERM), ()),
+    Row("control stopped", "SIGSTOP to the control process", _S("control", signal.SIGSTOP), ("CONTROL_LOST",), 1200.0),
+    Row(
+        "control killed",
+        "SIGKILL to the control process",
+        _S("control", signal.SIGKILL),
+        ("CONTROL_LOST",),
+        15.0,
+        control_dies=True,
+    ),
+    Row(
+        "control ended",
+        "SIGTERM to the control process",
+        _S("control", signal.SIGTERM),
+        ("TERMINATED",),
+        100.0,
+        control_dies=True,
+    ),
+    Row("estop", "`pamrig estop`", _estop, ("ESTOP",), 10.0),
+    Row("full disk", "the disk takes nothing any more", _full_disk, (), said="not valid"),
+    Row("flood", "four floods and a subscriber that does not read", _flood, ()),
+    Row("second daemon", "another daemon is started", _second_daemon, ()),
+    Row("sweep outside", "a sweep that leaves the envelope is sent", _sweep_outside, ()),
+)
+"""Every fault of the table, in the order of ../explanation/safety.md."""

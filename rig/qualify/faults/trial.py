@@ -1,0 +1,159 @@
+"""One row of the fault table carried out: do it, time it, and look for the cause and the evidence."""
+
+import contextlib
+import os
+import signal
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from rig.errors import RigError
+from rig.log.mcap.writer import PARTIAL_SUFFIX
+from rig.qualify.faults.bench import FaultBench, Spoilt
+from rig.qualify.faults.table import Row
+from rig.realtime.faults import Fault
+
+ATTEMPTS: Final = 4
+"""A trial is repeated when the machine itself stood still, which a virtual one does now and then."""
+_FINISH_S: Final = 2.0
+_BY_THE_MACHINE: Final = ("MISSED_TICKS", "LONG_STALL", "LOOP_DIED")
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What was seen; `problem` is empty when all was as the table says."""
+
+    row: Row
+    cause: str = ""
+    ms: float | None = None
+    evidence: str = ""
+    problem: str = ""
+
+
+def try_row(bench: FaultBench, row: Row) -> Finding:
+    """Carry out `row`; again when something else got in the way, or a bound was missed that a standing machine explains."""
+    finding = Finding(row, problem="not tried")
+    for _ in range(ATTEMPTS):
+        try:
+            bench.ready()
+            seen = _Seen(bench)
+            since_ns = row.act(bench)
+            finding = _stopped(bench, row, seen, since_ns) if row.causes else _unmoved(bench, row, seen)
+        except Spoilt as error:
+            finding = Finding(row, problem=f"spoilt: {error}")
+            continue
+        except RigError as error:
+            finding = Finding(row, problem=str(error))
+        if not finding.problem:
+            break
+    return finding
+
+
+class _Seen:
+    """How things stood before the fault."""
+
+    def __init__(self, bench: FaultBench) -> None:
+        status = bench.status()
+        self.log_chars = len(bench.log_text())
+        self.missed = status["loop"]["missed"]
+        self.black_boxes = _black_boxes(bench)
+
+
+def _black_boxes(bench: FaultBench) -> set[Path]:
+    return set((bench.state / "blackbox").glob("*.mcap"))
+
+
+def _unmoved(bench: FaultBench, row: Row, seen: _Seen) -> Finding:
+    """The rig must go on as if nothing had been."""
+    time.sleep(0.1)
+    cause = bench.fault()
+    if cause in _BY_THE_MACHINE:
+        raise Spoilt(cause)
+    missed = bench.status()["loop"]["missed"] - seen.missed
+    said = bench.log_text()[seen.log_chars :]
+    problem = f"the rig stopped: {cause}" if cause else "" if row.said in said else f"the log does not say {row.said!r}"
+    return Finding(row, cause, None, f"{missed} periods skipped" if missed else "on the grid", problem)
+
+
+def _stopped(bench: FaultBench, row: Row, seen: _Seen, since_ns: int) -> Finding:
+    """The rig must reach its safe state, for the right reason, in time, and leave its evidence."""
+    ms = bench.ms_to_safe(since_ns)
+    if row.control_dies:
+        cause = _cause_found_later(bench)
+    else:
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(bench.daemon_pid, signal.SIGCONT)
+        cause = bench.wait(bench.fault, "the fault to be reported")
+        bench.wait(lambda: _black_boxes(bench) - seen.black_boxes, "the black box")
+    if cause not in row.causes and cause in _BY_THE_MACHINE:
+        raise Spoilt(cause)
+    said = bench.log_text()[seen.log_chars :]
+    boxes = _black_boxes(bench) - seen.black_boxes
+    evidence = ", ".join(
+        [*(f"black box of {_samples(box)} samples" for box in boxes), *_records(bench, cause == Fault.RECORDER_DIED.name)]
+    )
+    return Finding(row, cause, ms, evidence, _problem(row, cause, ms, said, evidence))
+
+
+def _problem(row: Row, cause: str, ms: float, said: str, evidence: str) -> str:
+    if cause not in row.causes:
+        return f"the cause is given as {cause or 'none'}, not {' or '.join(row.causes)}"
+    if row.said not in said:
+        return f"the log does not say {row.said!r}"
+    if ms > row.bound_ms:
+        return f"{ms:.1f} ms to the safe state; the bound is {row.bound_ms:g} ms"
+    return "" if evidence else "no evidence was kept"
+
+
+def _cause_found_later(bench: FaultBench) -> str:
+    """With the control process gone, what the record says; then a new daemon must come up disarmed."""
+    bench.wait(lambda: not bench.alive, "the control process to end")
+    records: list[Path] = bench.wait(lambda: sorted(bench.logs.rglob("*.mcap"), key=_age), "the record to be finished")
+    bench.end()
+    bench.start()
+    status = bench.status()
+    if status["state"] != "disarmed":
+        return f"(state {status['state']} after the restart)"
+    return _fault_of(records[0])
+
+
+def _age(path: Path) -> float:
+    return -path.stat().st_mtime
+
+
+def _records(bench: FaultBench, recorder_lost: bool) -> list[str]:
+    """The newest record of the folder: finished by the recorder, or cut where that one is lost."""
+    deadline = time.monotonic() + _FINISH_S
+    while True:
+        files = sorted([*bench.logs.rglob("*.mcap"), *bench.logs.rglob(f"*.mcap{PARTIAL_SUFFIX}")], key=_age)
+        cut = bool(files) and files[0].suffix == PARTIAL_SUFFIX
+        if not cut or recorder_lost or time.monotonic() > deadline:
+            return [f"{'cut ' if cut else ''}record of {_samples(files[0])} samples"] if files else []
+        time.sleep(0.01)
+
+
+def _samples(path: Path) -> int:
+    """How many samples can be read from a log, cut or whole."""
+    return sum(1 for _ in _messages(path))
+
+
+def _fault_of(path: Path) -> str:
+    """Name of the fault in the last sample of a record."""
+    from rig.sample import unpack
+
+    packed = list(_messages(path))
+    return Fault(unpack(packed[-1]).fault).name if packed else ""
+
+
+def _messages(path: Path) -> Any:
+    from mcap.exceptions import McapError
+    from mcap.records import Message
+    from mcap.stream_reader import StreamReader
+
+    from rig.sample import SAMPLE_BYTES
+
+    with path.open("rb") as file, contextlib.suppress(McapError, EOFError):
+        for record in StreamReader(file).records:
+            if isinstance(record, Message) and len(record.data) == SAMPLE_BYTES:
+                yield record.data

@@ -1,0 +1,75 @@
+"""Streams that are closed or full, and Ctrl-C while a process is being started: a fitting status, never a traceback."""
+
+import multiprocessing
+import signal
+import subprocess
+import sys
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+import pytest
+
+from rig.service.session import start_process
+
+pytestmark = pytest.mark.real_time
+
+PAMRIG = Path(sys.executable).with_name("pamrig")
+
+
+def shell(command: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(["bash", "-c", f"set -o pipefail; {command}"], capture_output=True, text=True, timeout=60, check=False)
+
+
+@pytest.mark.parametrize("arguments", ["gap effects", "gap effects --json -", "--help"])
+@pytest.mark.parametrize("reader", ["| true", ">&-"])
+def test_a_reader_that_has_seen_enough_is_no_failure(arguments: str, reader: str) -> None:
+    done = shell(f"{PAMRIG} {arguments} {reader}")
+    assert done.returncode == 0, done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_full_output_is_one_line_and_status_2() -> None:
+    done = shell(f"{PAMRIG} gap effects > /dev/full")
+    assert done.returncode == 2
+    assert done.stderr == "pamrig: the system: No space left on device\n"
+
+
+def test_json_into_a_folder_is_refused_for_what_it_is(tmp_path: Path) -> None:
+    done = shell(f"{PAMRIG} gap effects --json {tmp_path}")
+    assert done.returncode == 2
+    assert done.stderr == f"pamrig: {tmp_path}: cannot be written: it is a folder\n"
+
+
+def tell_mask(pipe: Connection) -> None:
+    pipe.send(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ()))
+
+
+def test_ctrl_c_does_not_reach_a_process_that_is_being_started() -> None:
+    context = multiprocessing.get_context("spawn")
+    ours, theirs = context.Pipe(duplex=False)
+    process = context.Process(target=tell_mask, args=(theirs,))
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, ())
+    start_process(process)
+    assert ours.poll(30)
+    assert ours.recv() is True
+    process.join()
+    assert signal.pthread_sigmask(signal.SIG_BLOCK, ()) == before
+
+
+@pytest.mark.parametrize("package", ["click", "rig.cli.commands", "rig.errors", "rig.cli.run", "rig.app.compose"])
+def test_ctrl_c_while_pamrig_is_still_importing_ends_it_quietly(package: str) -> None:
+    code = f"""
+import sys
+
+class Interrupting:
+    def find_spec(self, name, path=None, target=None):
+        if name == {package!r}:
+            raise KeyboardInterrupt
+
+sys.meta_path.insert(0, Interrupting())
+sys.argv = ["pamrig", "run", "quick", "--clock", "virtual"]
+from rig.cli.main import main
+main()
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stderr.strip()) == (130, "")

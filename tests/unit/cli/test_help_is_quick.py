@@ -1,0 +1,56 @@
+"""`pamrig --help` imports nothing heavy, and neither does the loop's side: which modules are loaded is checked, not time."""
+
+import importlib
+import subprocess
+import sys
+
+import click
+import pytest
+from conftest import ROOT
+
+from rig.cli.commands import COMMANDS
+
+pytestmark = pytest.mark.real_time
+
+HEAVY = {"numpy", "numba", "scipy", "matplotlib", "pandas", "pyarrow", "jinja2", "plotext", "cmaes", "nptdms", "dask", "foxglove"}
+NOT_FOR_HELP = HEAVY | {"yaml", "cattrs", "rich", "mcap", "google", "nifpga", "pymodbus", "serial", "asyncio", "multiprocessing"}
+
+
+def loaded_by(code: str) -> set[str]:
+    """Top-level names of all modules that are loaded after `code`, in a fresh interpreter."""
+    script = f"import sys\n{code}\nprint('\\n' + ' '.join(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", script], check=True, capture_output=True, text=True)
+    return {name.split(".")[0] for name in done.stdout.splitlines()[-1].split()}
+
+
+def test_help_loads_click_and_our_table_only() -> None:
+    code = "from rig.cli.commands import cli\ntry: cli.main(['--help'])\nexcept SystemExit: pass"
+    loaded = loaded_by(code)
+    assert "click" in loaded
+    assert not loaded & NOT_FOR_HELP
+
+
+def test_the_real_time_side_loads_the_standard_library_only() -> None:
+    modules = sorted(f"rig.realtime.{path.stem}" for path in (ROOT / "rig" / "realtime").glob("[a-z]*.py"))
+    loaded = loaded_by("\n".join(f"import {name}" for name in modules))
+    foreign = {name for name in loaded if name not in sys.stdlib_module_names and not name.startswith("_")}
+    assert foreign <= {"rig", "sitecustomize", "usercustomize", "sys"}
+    assert not loaded & {"logging", "asyncio"}
+
+
+def test_the_loop_s_process_loads_nothing_compiled_that_the_controller_lacks() -> None:
+    loaded = loaded_by("import rig.app.compose, hil.bench, rig.service.recorder\nfrom drivers import catalog")
+    assert not loaded & HEAVY
+
+
+def test_no_command_loads_heavy_packages_before_it_is_called() -> None:
+    modules = sorted({where.split(":")[0] for where, _ in COMMANDS.values()})
+    assert not loaded_by("\n".join(f"import {name}" for name in modules)) & HEAVY
+
+
+def test_the_table_of_commands_is_complete_and_true() -> None:
+    for name, (where, line) in COMMANDS.items():
+        module, attribute = where.split(":")
+        command = getattr(importlib.import_module(module), attribute)
+        assert isinstance(command, click.Command), name
+        assert line.endswith((".", "?"))

@@ -1,0 +1,244 @@
+"""The diagnosis on a small rig: names, sizes, none, unknown, bad input."""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from gap_rigs import asked, baselines, model, names, session
+
+from rig.cli.common import _plain
+from rig.errors import ModelError, RecordError
+from rig.gap import diagnose
+from rig.gap.words import answers
+from rig.model.kernels import simulate
+from rig.model.parameters import AddedEffect
+from rig.record import Column, Record
+
+
+@pytest.mark.parametrize("pressures", [True, False])
+def test_healthy_day_is_no_gap(pressures: bool) -> None:
+    for seed in (11, 12):
+        found = asked(session(seed), pressures=pressures)
+        assert found.verdict == "none"
+        assert found.causes == []
+
+
+@pytest.mark.parametrize(
+    ("effect", "numbers", "size"),
+    [
+        ("delay", {"delay_s": 0.03}, "delay_s"),
+        ("valve_gain", {"gain": 0.06}, "gain"),
+        ("sensor_lag", {"tau_s": 0.03}, "tau_s"),
+        ("sensor_gain", {"gain": -0.05}, "gain"),
+        ("backlash", {"width_deg": 1.0}, "width_deg"),
+        ("sensor_offset", {"offset_deg": -1.5}, "offset_deg"),
+    ],
+)
+def test_single_effect_is_named_with_its_size(effect: str, numbers: dict[str, float], size: str) -> None:
+    found = asked(session(21, AddedEffect(effect, numbers)))
+    first = found.causes[0]
+    assert effect in {first.effect, *first.ambiguous_with}
+    if first.effect == effect:
+        assert first.parameters[size].value == pytest.approx(numbers[size], rel=0.12)
+    assert found.gap["explained_fraction"] > 0.85
+    assert found.verdict == "explained"
+
+
+def test_pair_of_valve_and_joint_is_found_on_both_sides() -> None:
+    found = asked(session(31, AddedEffect("delay", {"delay_s": 0.04}), AddedEffect("backlash", {"width_deg": 1.5})))
+    assert {"delay", "backlash"} <= names(found)
+    assert found.where["shares"]["valve"] + found.where["shares"]["downstream"] == pytest.approx(1.0)
+
+
+def test_effect_withheld_from_the_library_is_not_named() -> None:
+    records = session(41, AddedEffect("valve_dead_band", {"width_mpa": 0.02, "tau0_s": 0.04}))
+    found = asked(records, library=["sensor_gain", "valve_gain", "pressure_ceiling"])
+    assert found.verdict in ("unknown", "partly_explained")
+    assert names(found) == {"unknown"} or found.verdict == "partly_explained"
+
+
+def test_shares_of_every_breakdown_add_up() -> None:
+    found = asked(session(22, AddedEffect("backlash", {"width_deg": 1.0})))
+    for line in found.where["frequency"]:
+        assert sum(line["shares"].values()) == pytest.approx(1.0)
+    for key in ("phase", "region"):
+        assert sum(line["share"] for line in found.where[key]) == pytest.approx(1.0)
+
+
+def test_json_is_plain_and_repeatable() -> None:
+    records = session(23, AddedEffect("delay", {"delay_s": 0.03}))
+    first, second = (json.dumps(_plain(asked(records).to_json()), allow_nan=False) for _ in range(2))
+    assert first == second
+    assert {"verdict", "gap", "where", "causes", "ranking", "next_experiment"} <= json.loads(first).keys()
+
+
+def test_without_baseline_it_works_and_is_less_sure() -> None:
+    found = diagnose(model(), session(51, AddedEffect("delay", {"delay_s": 0.2})), [])
+    assert found.gap["floor_source"] == "model"
+    assert found.confidence <= 0.5
+    assert "delay" in names(found)
+
+
+def test_nothing_to_compare_with_is_refused() -> None:
+    with pytest.raises(ModelError, match="neither a fitting baseline nor a model"):
+        diagnose(None, session(51), [])
+
+
+def test_record_without_excitation_is_refused() -> None:
+    still = [replace(record, dp_cmd_mpa=np.zeros(len(record))) for record in session(52)]
+    with pytest.raises(RecordError, match="no excitation"):
+        asked(still)
+
+
+def test_baseline_of_other_sweeps_is_said_and_not_used() -> None:
+    t_s = session(53)[0].t_s
+    other = [simulate(model(), Record("square", t_s, 0.1 * np.sign(np.sin(9 * t_s))), start_deg=0.0)]
+    found = diagnose(model(), session(54), [other])
+    assert any("pairs with no record" in note for note in found.notes)
+    assert found.gap["floor_source"] == "model"
+
+
+def test_records_without_a_partner_are_named() -> None:
+    records = session(55)
+    t_s = records[0].t_s
+    lonely = simulate(model(), Record("lonely", t_s, 0.1 * np.sin(2.5 * t_s) ** 3), start_deg=0.0)
+    found = asked([*records, lonely])
+    assert found.evidence["unpaired"] == ["lonely"]
+    assert found.verdict == "none"
+
+
+def test_holes_and_missing_pressure_are_survived() -> None:
+    records = session(56)
+    angle = records[0].angle_deg
+    assert angle is not None
+    angle = angle.copy()
+    angle[400:900] = np.nan
+    holed = [replace(records[0], angle_deg=angle), replace(records[1], p1_mpa=None), records[2]]
+    found = asked(holed)
+    assert found.verdict == "none"
+    assert not found.evidence["pressures_used"]
+    assert any("the angle alone is used" in note for note in found.notes)
+
+
+def test_model_in_other_units_is_refused_without_a_baseline() -> None:
+    small = [replace(record, angle_deg=np.deg2rad(record.angle_deg)) for record in session(57)]
+    with pytest.raises(ModelError, match="other units"):
+        diagnose(model(), small, [])
+
+
+def _worse(day: list[Record], **columns: Callable[[Record], Column]) -> list[Record]:
+    """A day whose records have these columns instead of their own."""
+    return [replace(record, **{name: made(record) for name, made in columns.items()}) for record in day]  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("columns", "said"),
+    [
+        ({"p1_mpa": lambda r: 1e3 * r.p1_mpa, "p2_mpa": lambda r: 1e3 * r.p2_mpa}, "p1_mpa reaches .* is it in kPa"),
+        ({"angle_deg": lambda r: np.deg2rad(r.angle_deg)}, "is it in radians"),
+        ({"angle_deg": lambda r: np.where(r.t_s == 3.0, 1e300, r.angle_deg)}, "angle_deg reaches 1e.300"),
+        ({"angle_deg": lambda r: np.full(len(r), 7.0)}, "the angle never moves"),
+        (
+            {"angle_deg": lambda r: 5.0 * np.random.default_rng(1).standard_normal(len(r))},
+            "the angle does not follow its command",
+        ),
+        ({"p1_mpa": lambda r: r.p2_mpa, "p2_mpa": lambda r: r.p1_mpa}, "runs against its command"),
+        ({"t_s": lambda r: 1e3 * r.t_s}, "sampled every 5 s"),
+        ({"t_s": lambda r: np.where(r.t_s == r.t_s[-1], 1e9, r.t_s)}, "do not fill its"),
+    ],
+)
+def test_what_cannot_be_is_refused_and_not_named_an_effect(columns: dict[str, Callable[[Record], Column]], said: str) -> None:
+    with pytest.raises(RecordError, match=said):
+        asked(_worse(session(58), **columns))
+
+
+def test_refusal_of_many_records_stays_one_short_line() -> None:
+    stuck = _worse(session(59), angle_deg=lambda record: np.zeros(len(record)))
+    with pytest.raises(RecordError, match=r"; and 87 more$") as refused:
+        asked(stuck * 30)
+    assert len(str(refused.value)) < 300
+
+
+def test_hundreds_of_records_are_one_diagnosis() -> None:
+    day = session(141, AddedEffect("delay", {"delay_s": 0.03}))
+    many = [replace(record.rows(record.t_s < 4.0), facts={**record.facts, "repeat": k}) for k in range(70) for record in day]
+    found = asked(many)
+    assert len(many) > 200
+    assert names(found) == {"delay"}
+    assert found.causes[0].parameters["delay_s"].value == pytest.approx(0.03, rel=0.12)
+
+
+def test_a_day_that_is_given_twice_counts_once() -> None:
+    days = [list(day) for day in baselines()]
+    twice = diagnose(model(), session(151), [*days, days[0]])
+    assert twice.evidence["sessions"] == len(days)
+    assert any("repeats records" in note for note in twice.notes)
+    assert diagnose(model(), days[0], days).evidence["sessions"] == len(days) - 1, "nor is the case its own baseline"
+
+
+def test_two_days_in_one_session_are_said() -> None:
+    both = [replace(record, name=f"{day}_{record.name}") for day, days in enumerate(baselines()[:2]) for record in days]
+    found = diagnose(model(), session(35), [both, list(baselines()[2])])
+    assert any("holds the sweep of" in note and "2 times" in note for note in found.notes)
+    assert not any("holds the sweep of" in note for note in asked(session(35)).notes)
+
+
+def test_baselines_around_another_commanded_p0_do_not_pair() -> None:
+    def around(p0_mpa: float, records: list[Record]) -> list[Record]:
+        return [replace(record, p1_cmd_mpa=None, p2_cmd_mpa=None, facts={**record.facts, "p0_mpa": p0_mpa}) for record in records]
+
+    found = diagnose(model(), around(0.2, session(152)), [around(0.3, list(day)) for day in baselines()])
+    assert found.evidence["sessions"] == 0
+    assert any("at P0 0.3 MPa): other sweeps" in note for note in found.notes)
+
+
+def test_a_measured_p0_far_from_the_baselines_is_said() -> None:
+    found = asked(session(153, AddedEffect("co_contraction", {"shift_mpa": 0.05})))
+    assert any("recorded around another P0, or both pressures are shifted" in note for note in found.notes)
+
+
+def test_what_the_model_itself_misses_is_told_apart_from_the_gap() -> None:
+    late = [list(session(160 + k, AddedEffect("delay", {"delay_s": 0.1}))) for k in range(3)]
+    found = diagnose(model(), session(170, AddedEffect("delay", {"delay_s": 0.1})), late)
+    assert found.verdict == "none"
+    assert found.evidence["model_misfit_deg"] > 1.0
+    assert "misses the healthy sessions" in answers(found)["Model:"]
+
+
+@pytest.mark.parametrize(
+    ("read", "said"),
+    [
+        (lambda r: np.full(len(r), 0.2), "does not move"),
+        (lambda r: 0.2 + 0.05 * np.random.default_rng(1).standard_normal(len(r)), "does not follow its command"),
+    ],
+)
+def test_a_monitor_that_hears_nothing_is_no_monitor(read: Callable[[Record], Column], said: str) -> None:
+    found = asked(_worse(session(154), p1_mpa=read))
+    assert any(f"the monitor of p1 {said}; broken wire? the angle alone is used" in note for note in found.notes)
+    assert found.verdict == "none"
+    assert not found.evidence["pressures_used"]
+
+
+@pytest.mark.parametrize("column", ["p1_mpa", "angle_deg"])
+def test_a_clipped_sensor_gives_no_confident_name(column: str) -> None:
+    def clip(record: Record) -> Column:
+        values = getattr(record, column)
+        middle = 0.5 * (values.max() + values.min())
+        return np.clip(values, None, middle + 0.2 * (values.max() - values.min()))
+
+    found = asked(_worse(session(155), **{column: clip}))
+    assert any("clipped?" in note for note in found.notes)
+    assert all(cause.confidence <= 0.5 for cause in found.causes)
+
+
+def test_a_session_of_another_rig_is_left_out_and_said() -> None:
+    other = session(156, AddedEffect("sensor_gain", {"gain": 0.2}))
+    late = session(157, AddedEffect("delay", {"delay_s": 0.03}))
+    found = diagnose(model(), late, [*(list(day) for day in baselines()), other])
+    assert found.evidence["sessions"] == 3
+    assert any("baseline session 4 differs from every other" in note and "left out" in note for note in found.notes)
+    assert names(found) == {"delay"}
+    two = diagnose(model(), late, [list(baselines()[0]), other])
+    assert any("the two baseline sessions differ" in note for note in two.notes)

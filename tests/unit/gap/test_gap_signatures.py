@@ -1,0 +1,99 @@
+"""Marks in the raw records: each is found when it is there, and nothing is found when it is not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from gap_rigs import baselines, session
+
+from rig.gap.lost import bridged, lost_rows
+from rig.gap.mark import Signature
+from rig.gap.pairs import pair_up
+from rig.gap.signatures import read_signatures
+from rig.record import Column, Record
+
+
+def marks(records: list[Record]) -> dict[str, Signature]:
+    pairing = pair_up(records, [list(day) for day in baselines()], 0.2)
+    return {mark.mark: mark for mark in read_signatures(pairing.pairs)}
+
+
+def changed(seed: int, change: "object") -> list[Record]:
+    assert callable(change)
+    return [replace(record, angle_deg=change(record.t_s, record.angle_deg)) for record in session(seed)]
+
+
+def repeated(t: Column, y: Column) -> Column:
+    lost = np.random.default_rng(5).random(len(y)) < 0.08
+    lost[0] = False
+    out = y.copy()
+    for k in np.flatnonzero(lost):
+        out[k] = out[k - 1]
+    return out
+
+
+def test_healthy_records_bear_no_mark() -> None:
+    assert [mark.mark for mark in marks(session(61)).values() if mark.found] == []
+
+
+@pytest.mark.parametrize(
+    ("mark", "effect", "change", "key", "size"),
+    [
+        ("lattice", "quantisation", lambda t, y: 0.5 * np.round(y / 0.5), "step_deg", 0.5),
+        ("mains line", "mains_hum", lambda t, y: y + 0.2 * np.sin(2 * np.pi * 50 * t + 1), "amplitude_deg", 0.2),
+        ("noise", "sensor_noise", lambda t, y: y + 0.1 * np.random.default_rng(3).standard_normal(len(y)), "std_deg", 0.1),
+        ("repeats", "lost_samples", repeated, "probability", 0.08),
+    ],
+)
+def test_mark_is_found_alone_and_measured(mark: str, effect: str, change: object, key: str, size: float) -> None:
+    found = {name: one for name, one in marks(changed(62, change)).items() if one.found}
+    assert list(found) == [mark]
+    assert found[mark].effect == effect
+    assert found[mark].numbers[key] == pytest.approx(size, rel=0.2)
+
+
+def test_dead_spot_is_not_lost_samples() -> None:
+    def stuck(t: Column, y: Column) -> Column:
+        return np.where((y > 3.0) & (y < 6.0), 3.0, y)
+
+    assert not marks(changed(63, stuck))["repeats"].found
+
+
+def test_dead_monitor_is_seen() -> None:
+    records = [replace(record, p1_mpa=np.zeros(len(record))) for record in session(64)]
+    assert marks(records)["wire p1"].found
+
+
+def test_lost_samples_in_runs_are_found_and_bridged() -> None:
+    def lost(t: Column, y: Column) -> Column:
+        out = y.copy()
+        for start in np.random.default_rng(8).choice(len(y) - 10, 100, replace=False):
+            out[start + 1 : start + 5] = out[start]
+        return out
+
+    records = changed(64, lost)
+    assert marks(records)["repeats"].found
+    healthy = session(64)
+    for record, mended, truth in zip(records, [bridged(one, lost_rows(one)) for one in records], healthy, strict=True):
+        assert mended.angle_deg is not None
+        assert record.angle_deg is not None
+        assert truth.angle_deg is not None
+        assert np.std(mended.angle_deg - truth.angle_deg) < 0.3 * np.std(record.angle_deg - truth.angle_deg)
+
+
+def test_more_noise_is_no_lost_sample() -> None:
+    def noisy(t: Column, y: Column) -> Column:
+        return 0.08 * np.round((y + 0.4 * np.random.default_rng(4).standard_normal(len(y))) / 0.08)
+
+    assert not marks(changed(65, noisy))["repeats"].found
+
+
+def test_a_hole_in_the_stamps_is_said() -> None:
+    def holed(record: Record) -> Record:
+        kept = (record.t_s < 4.0) | (record.t_s > 6.5)
+        columns = ("t_s", "dp_cmd_mpa", "p1_mpa", "p2_mpa", "p1_cmd_mpa", "p2_cmd_mpa", "angle_deg")
+        return replace(record, **{name: getattr(record, name)[kept] for name in columns if getattr(record, name) is not None})
+
+    pairing = pair_up([holed(record) for record in session(66)], [list(day) for day in baselines()], 0.2)
+    assert any("s without samples from" in note for note in pairing.notes)
+    assert all(pair.used[(pair.t_s > 4.1) & (pair.t_s < 6.4)].max() == 0.0 for pair in pairing.pairs)

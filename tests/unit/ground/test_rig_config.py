@@ -1,0 +1,113 @@
+"""The YAML of a rig: roles, ranges and paths, each mistake in one line; the rigs that come with pamrig load."""
+
+from pathlib import Path
+
+import pytest
+
+from rig.app import compose
+from rig.errors import ConfigError
+from rig.interfaces import Role
+from rig.rig_config import load_rig
+
+GOOD = """\
+name: mine
+devices:
+  main: {kind: simulated, model: m.yaml}
+roles: {valve_1: main, valve_2: main, angle: main}
+"""
+EMPTY = "is empty; the first value must be the smaller one"
+
+
+def load(folder: Path, text: str) -> str:
+    path = folder / "rig.yaml"
+    path.write_text(text)
+    with pytest.raises(ConfigError) as error:
+        load_rig(path)
+    line = str(error.value)
+    assert "\n" not in line
+    return line.removeprefix(f"{path}: ")
+
+
+def test_the_smallest_rig_has_the_defaults(tmp_path: Path) -> None:
+    path = tmp_path / "rig.yaml"
+    path.write_text(GOOD)
+    rig = load_rig(path)
+    assert (rig.name, rig.period_ns, rig.safe.p1_mpa, rig.limits.slew_mpa_s) == ("mine", 5_000_000, 0.2, 5.0)
+    (device,) = rig.devices
+    assert (device.kind, device.settings) == ("simulated", {"model": "m.yaml"})
+    assert device.roles == {Role.VALVE_1, Role.VALVE_2, Role.ANGLE}
+    assert rig.files == {"rig.yaml": GOOD.encode()}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line"),
+    [
+        ("name: mine", "nam: mine", "unknown key 'nam'; did you mean 'name'?"),
+        ("name: mine", "name: mine\nperiod_s: 0.005", "unknown key 'period_s'; did you mean 'period_ms'?"),
+        ("name: mine", "name: mine\nperiod_ms: 0.5", "period_ms: 0.5 ms is outside 1 .. 100 ms"),
+        ("name: mine", "name: mine\nsafe: {p1_mpa: 0.7}", "safe.p1_mpa: 0.7 MPa is outside limits.pressure_mpa, 0 .. 0.5 MPa"),
+        ("name: mine", "name: mine\nlimits: {pressure_mpa: [0.5, 0.0]}", f"limits.pressure_mpa: 0.5 .. 0 {EMPTY}"),
+        ("name: mine", "name: mine\nlimits: {angle_deg: [9, 9]}", f"limits.angle_deg: 9 .. 9 {EMPTY}"),
+        ("name: mine", "name: mine\nlimits: {slew_mpa: 3}", "limits: unknown key 'slew_mpa'; did you mean 'slew_mpa_s'?"),
+        ("valve_1: main", "valve_1: man", "roles.valve_1: no device 'man'; did you mean 'main'?"),
+        ("valve_1: main", "vlave_1: main", "roles: unknown role 'vlave_1'; did you mean 'valve_1'?"),
+        ("angle: main", "monitor_1: main", "roles: angle is missing; a rig needs valve_1, valve_2 and angle"),
+        ("  main:", "  spare: {kind: simulated}\n  main:", "devices.spare: no role names this device"),
+        ("{kind: simulated, model: m.yaml}", "{model: m.yaml}", "devices.main: expected a mapping with the key kind"),
+        ("{kind: simulated, model: m.yaml}", "3", "devices.main: expected a mapping with the key kind"),
+    ],
+)  # fmt: skip
+def test_mistakes_are_one_line(tmp_path: Path, old: str, new: str, line: str) -> None:
+    assert load(tmp_path, GOOD.replace(old, new)) == line
+
+
+def test_a_missing_calibration_is_told_by_its_own_path(tmp_path: Path) -> None:
+    assert load(tmp_path, GOOD + "calibration: cal.yaml\n").startswith(f"{tmp_path}/cal.yaml: no such file")
+    (tmp_path / "cal.yaml").write_text("- a\n")
+    assert load(tmp_path, GOOD + "calibration: cal.yaml\n").endswith("expected a mapping of roles to calibrations")
+
+
+def test_the_roof_checks_the_device_s_own_settings(tmp_path: Path) -> None:
+    path = tmp_path / "rig.yaml"
+    for text, expected in [
+        (GOOD.replace("model:", "modle:"), f"{path}: devices.main: unknown key 'modle'; did you mean 'model'?"),
+        (
+            GOOD.replace("simulated", "simulatd"),
+            f"{path}: devices.main: unknown kind of device 'simulatd'; did you mean 'simulated'?",
+        ),
+        (GOOD.replace("m.yaml", "m.yaml, angle_bits: 99"), f"{path}: devices.main: angle_bits: 99 is outside 8 .. 24"),
+    ]:
+        path.write_text(text)
+        with pytest.raises(ConfigError) as error:
+            compose.load(path)
+        assert str(error.value) == expected
+
+
+@pytest.mark.parametrize("path", sorted((compose.configs() / "rigs").glob("*.yaml")), ids=lambda path: path.stem)
+def test_the_rigs_that_come_with_pamrig_load(path: Path) -> None:
+    rig = compose.load(path)
+    assert set().union(*(device.roles for device in rig.devices)) >= {Role.VALVE_1, Role.VALVE_2, Role.ANGLE}
+
+
+def test_the_log_gets_the_rig_and_its_model() -> None:
+    rig = compose.load(None)
+    assert set(rig.files) == {"rig.yaml", "simulated.yaml"}
+    assert rig.files["simulated.yaml"] == (compose.configs() / "models" / "simulated.yaml").read_bytes()
+
+
+def test_own_configs_are_found_by_name_and_strangers_by_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    own = compose.configs() / "sweeps" / "quick.yaml"
+    for name in ("quick", "quick.yaml", "configs/sweeps/quick.yaml"):
+        assert compose.find_config(Path(name), "sweeps") == own
+    (tmp_path / "quick").write_text("")
+    assert compose.find_config(Path("quick"), "sweeps") == Path("quick"), "a file of the user comes first"
+    assert compose.find_config(Path("/elsewhere/quick"), "sweeps") == Path("/elsewhere/quick")
+    with pytest.raises(ConfigError, match="quik: no such file, nor one of pamrig's own sweeps; did you mean 'quick'"):
+        compose.find_config(Path("quik"), "sweeps")
+
+
+def test_an_emulated_rig_names_every_file_that_it_stands_on() -> None:
+    files = compose.load(compose.configs() / "rigs" / "emulated_all_modbus.yaml").files
+    assert sorted(files) == ["all_modbus.yaml", "rig.yaml", "simulated.yaml", "wago_750.yaml"]
+    assert b"emulated" in files["rig.yaml"]

@@ -1,0 +1,175 @@
+"""The recorder's writer: names, flushes, full disks, missing packages; and that what is written is what is read."""
+
+import errno
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from made_logs import assert_same_content, assert_same_samples, made_content, made_log, made_samples
+from mcap.reader import make_reader
+
+from rig.errors import RecordError
+from rig.log.convert import read_content, write_content
+from rig.log.mcap import compression, writer
+from rig.log.mcap.columns import pack_columns
+from rig.log.mcap.contents import map_file
+from rig.log.mcap.salvage import salvage
+from rig.log.mcap.writer import RunWriter
+from rig.log.reader import read_samples
+from rig.sample import SAMPLE_BYTES, WIRES
+
+
+def packed(count: int) -> list[bytes]:
+    return [row.tobytes() for row in pack_columns(made_samples(count).fields, WIRES)]
+
+
+def put(run: RunWriter, messages: list[bytes], start: int = 0) -> None:
+    times = made_samples(start + len(messages)).log_time_ns[start:]
+    for number, (message, time_ns) in enumerate(zip(messages, times.tolist(), strict=True), start):
+        run.add(message, time_ns, number)
+
+
+def test_what_is_written_is_what_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    content = made_log(path, 523, missed_at=100)
+    assert_same_content(read_content(path), content)
+
+
+def test_tick_by_tick_and_in_bulk_give_the_same_samples(tmp_path: Path) -> None:
+    run = RunWriter(tmp_path / "run.mcap", {}, {})
+    put(run, packed(250))
+    run.finish({})
+    assert_same_samples(read_samples(tmp_path / "run.mcap"), made_samples(250))
+
+
+def test_the_name_is_given_at_the_end(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    run = RunWriter(path, {}, {})
+    assert [file.name for file in tmp_path.iterdir()] == ["run.mcap.partial"]
+    assert run.finish({}) == path
+    assert [file.name for file in tmp_path.iterdir()] == ["run.mcap"]
+
+
+def test_nothing_is_ever_overwritten(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    path.write_text("somebody's")
+    with pytest.raises(RecordError, match="exists already"):
+        RunWriter(path, {}, {})
+    path.unlink()
+    run = RunWriter(path, {}, {})
+    with pytest.raises(RecordError, match="unfinished recording"):
+        RunWriter(path, {}, {})
+    path.write_text("somebody's")
+    with pytest.raises(RecordError, match=r"stays at .*run\.mcap\.partial"):
+        run.finish({})
+    assert path.read_text() == "somebody's"
+    assert len(read_content_of_partial(path)) == 0
+
+
+def read_content_of_partial(path: Path) -> list[int]:
+    found = salvage(map_file(path.with_name(path.name + ".partial")))
+    assert found.whole
+    return [chunk.start for chunk in found.contents.chunks]
+
+
+def test_finish_works_where_there_are_no_hard_links(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object) -> None:
+        raise OSError(errno.EPERM, "Operation not permitted")
+
+    monkeypatch.setattr(writer.os, "link", refuse)
+    path = tmp_path / "run.mcap"
+    assert RunWriter(path, {}, {}).finish({}) == path
+    assert path.exists()
+
+
+def test_what_was_flushed_is_on_the_disk(tmp_path: Path) -> None:
+    run = RunWriter(tmp_path / "run.mcap", {"name": "x"}, {"rig.yaml": b"name: r\n"})
+    put(run, packed(300)[:200])
+    run.flush()
+    put(run, packed(300)[200:], 200)  # never flushed
+    found = salvage(map_file(run.partial))
+    assert [len(found.contents.chunks), found.contents.facts("pamrig.run")] == [1, {"name": "x"}]
+    assert found.contents.attachments == {"rig.yaml": b"name: r\n"}
+    run.abort()
+    run.abort()
+    assert run.partial.exists()
+
+
+def test_a_full_disk_loses_nothing_once_it_has_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    run = RunWriter(tmp_path / "run.mcap", {}, {})
+    real_write, room = os.write, [True]
+
+    def write(fd: int, data: bytes) -> int:
+        if not room[0]:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return real_write(fd, bytes(data[:100]))  # and it takes little at a time
+
+    monkeypatch.setattr(writer.os, "write", write)
+    put(run, packed(300)[:100])
+    room[0] = False
+    with pytest.raises(RecordError, match="No space left"):
+        run.flush()
+    put(run, packed(300)[100:], 100)
+    room[0] = True
+    run.finish({"valid": True})
+    assert_same_samples(read_samples(tmp_path / "run.mcap"), made_samples(300))
+
+
+def test_what_does_not_fit_into_memory_is_counted_and_makes_the_run_invalid(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = RunWriter(tmp_path / "run.mcap", {}, {})
+    monkeypatch.setattr(writer, "BACKLOG_BYTES", 1000)
+
+    def full(fd: int, data: bytes) -> int:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    real_write = os.write
+    monkeypatch.setattr(writer.os, "write", full)
+    put(run, packed(300)[:100])
+    with pytest.raises(RecordError):
+        run.flush()
+    put(run, packed(300)[100:130], 100)
+    assert run.dropped == 30
+    monkeypatch.setattr(writer.os, "write", real_write)
+    run.finish({"valid": True, "dropped": 1})
+    content = read_content(tmp_path / "run.mcap")
+    assert content.result_facts == {"valid": False, "dropped": 31, "records": 100}
+
+
+@pytest.mark.parametrize(("missing", "name"), [(("zstandard",), "lz4"), (("zstandard", "lz4_frame"), "")])
+def test_without_compression_packages(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, missing: tuple[str, ...], name: str
+) -> None:
+    for package in missing:
+        monkeypatch.setattr(compression, package, None)
+    path = tmp_path / "run.mcap"
+    content = made_log(path, 200)
+    assert_same_content(read_content(path), content)
+    with path.open("rb") as file:
+        summary = make_reader(file).get_summary()
+    assert summary is not None
+    assert {chunk.compression for chunk in summary.chunk_indexes} == {name}
+
+
+def test_only_whole_samples_are_taken(tmp_path: Path) -> None:
+    run = RunWriter(tmp_path / "run.mcap", {}, {})
+    with pytest.raises(ValueError, match=f"{SAMPLE_BYTES} bytes"):
+        run.add(b"short", 0, 0)
+    run.abort()
+
+
+def test_a_conversion_that_fails_leaves_no_file(tmp_path: Path) -> None:
+    content = made_content(100)
+    content.samples.fields["tick"] = np.zeros(3, np.uint32)
+    with pytest.raises(ValueError, match="broadcast"):
+        write_content(content, tmp_path / "run.mcap")
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_writer_needs_no_numpy() -> None:
+    code = "import sys, rig.log.mcap.writer; sys.exit(any(name in sys.modules for name in ('numpy', 'scipy', 'pandas')))"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -1,0 +1,201 @@
+"""The stages alone, the chain tick by tick, and the chain over whole records: they are one simulator."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rig.errors import ConfigError, ModelError, RecordError
+from rig.model import stages
+from rig.model.chain import Chain, lay_out
+from rig.model.kernels import simulate
+from rig.model.parameters import AddedEffect, Input, Model, StageModel, load_model, save_model
+from rig.model.slots import Slot
+from rig.record import Record
+
+MODELS = Path(__file__).parents[3] / "configs" / "models"
+
+
+@pytest.fixture
+def model() -> Model:
+    return load_model(MODELS / "simulated.yaml")
+
+
+def sine(frequency: float = 0.5, amplitude: float = 0.2, seconds: float = 10.0, dt_s: float = 0.005) -> Record:
+    time = np.arange(round(seconds / dt_s)) * dt_s
+    return Record("sine", time, amplitude * np.sin(2 * np.pi * frequency * time))
+
+
+def mixed() -> Record:
+    time = np.arange(2000) * 0.005
+    parts = [(1.0, 1.0), (0.6, 0.3), (0.7, 1.5), (0.1, 4.0)]
+    return Record("mixed", time, sum(0.1 * a * np.sin(2 * np.pi * 0.5 * f * time) for a, f in parts))
+
+
+def test_chain_and_compiled_record_agree_to_the_last_bit(model: Model) -> None:
+    model = replace(model, joint=_joint(), effects=[AddedEffect("valve_lag", {"tau_s": 0.05})])
+    record, chain = sine(), Chain(model)
+    held = np.concatenate([record.dp_cmd_mpa[:1], record.dp_cmd_mpa[:-1]])
+    ticks = np.array([chain.step(0.2 + dp / 2, 0.2 - dp / 2) for dp in held.tolist()])
+    whole = simulate(model, record)
+    assert np.array_equal(ticks[:, 2], whole.angle_deg)
+    assert np.array_equal(ticks[:, 0], whole.p1_mpa)
+
+
+def _joint() -> StageModel:
+    from rig.model.parameters import Parameter
+
+    return StageModel("second_order", {"omega_rad_per_s": Parameter(30.0), "damping": Parameter(0.2)})
+
+
+@pytest.mark.parametrize("frequency", [0.1, 0.2, 0.5, 0.8, 1.0])
+def test_the_simulated_rig_is_bounded_and_shows_a_loop(model: Model, frequency: float) -> None:
+    record = sine(frequency, 0.2, 20.0)
+    angle = simulate(model, record).angle_deg
+    assert angle is not None
+    assert 35.0 < np.max(np.abs(angle)) < 42.0
+    crossing = np.abs(record.dp_cmd_mpa[2000:]) < 0.006
+    assert np.ptp(angle[2000:][crossing]) > 5.0, "no hysteresis"
+
+
+def test_the_simulated_rig_is_bounded_under_the_mixed_sine(model: Model) -> None:
+    angle = simulate(model, mixed()).angle_deg
+    assert angle is not None
+    assert np.max(np.abs(angle)) < 45.0
+
+
+def test_the_next_row_answers_to_a_set_point(model: Model) -> None:
+    """Row k is measured before its set-point is written: a step written in row 10 shows from row 11 on."""
+    dp = np.where(np.arange(400) >= 10, 0.1, 0.0)
+    simulated = simulate(model, Record("step", np.arange(400) * 0.005, dp))
+    assert simulated.p1_mpa is not None
+    assert simulated.p1_mpa[10] == pytest.approx(0.2)
+    assert simulated.p1_mpa[11] > 0.203
+
+
+def test_regulators_lag_and_limit_the_flow() -> None:
+    params = (1.0, 0.0, 0.1, 1e3, 1e3, 1.0, 0.0, 0.1, 0.5, 0.25)
+    p1, p2, state = [0.1] + [0.2] * 99, [0.1] + [0.2] * 50 + [0.1] * 49, [0.0] * 3
+    stages.regulators(p1, p2, [0.0] * 100, state, params, 0.005)
+    assert p1[20] == pytest.approx(0.2 - 0.1 * np.exp(-1.0), abs=1e-12), "one time constant after 20 ticks"
+    assert p2[1] - p2[0] == pytest.approx(0.5 * 0.005), "filling is limited"
+    assert p2[51] - p2[50] == pytest.approx(-0.25 * 0.005), "exhausting is limited apart"
+
+
+def test_monitors_are_read_ahead_of_a_leak(model: Model) -> None:
+    leaking = replace(model, effects=[AddedEffect("leak", {"loss": 0.2})])
+    plain, leaky = simulate(model, sine()), simulate(leaking, sine())
+    assert np.array_equal(plain.p1_mpa, leaky.p1_mpa)
+    assert np.max(np.abs(plain.angle_deg - leaky.angle_deg)) > 1.0
+
+
+def test_slots_run_in_order(model: Model) -> None:
+    effects = [
+        AddedEffect("sensor_gain", {"gain": 0.1}),
+        AddedEffect("valve_lag", {"tau_s": 0.1}),
+        AddedEffect("delay", {"delay_s": 0.1}),
+    ]
+    order = [placed.slot for placed in lay_out(replace(model, effects=effects))]
+    assert order == sorted(order, key=list(Slot).index)
+
+
+def test_the_joint_rings_and_settles_on_its_input() -> None:
+    y, state = [10.0] * 4000, [1.0, 0.0, 0.0]
+    stages.second_order_joint([0.0] * 4000, [0.0] * 4000, y, state, (25.0, 0.1), 0.005)
+    assert max(y) == pytest.approx(10.0 * (1 + np.exp(-0.1 * np.pi / np.sqrt(1 - 0.01))), rel=0.01), (
+        "overshoot of a damped oscillator"
+    )
+    assert y[-1] == pytest.approx(10.0, abs=1e-6)
+
+
+def test_the_continuous_model_follows_its_closed_form() -> None:
+    """n = 1, w >= 0, u rising: dw/du = eps - (psi + gamma) w, so w = eps / (psi + gamma) (1 - exp(-(psi + gamma) u))."""
+    u = np.linspace(0.0, 3.0, 61).tolist()
+    y = [0.0] * len(u)
+    stages.bouc_wen(list(u), [0.0] * len(u), y, [0.0] * 3, (0.0, 1.0, 2.0, 0.6, 0.3, 1.0, 1.0, 1.0), 0.005)
+    assert y == pytest.approx([2.0 / 0.9 * (1 - np.exp(-0.9 * value)) for value in u], abs=1e-6)
+
+
+def test_the_continuous_model_does_not_depend_on_the_rate() -> None:
+    params = (0.2, 1.0, 1.0, 0.5, 0.3, 1.5, 1.0, 1.0)
+    peaks = []
+    for ticks in (400, 4000):
+        u = np.sin(np.linspace(0.0, 4 * np.pi, ticks + 1)).tolist()
+        y = [0.0] * len(u)
+        stages.bouc_wen(u, [0.0] * len(u), y, [0.0] * 3, params, 0.005)
+        peaks.append(y[ticks])
+    assert peaks[0] == pytest.approx(peaks[1], abs=1e-4)
+
+
+def test_irregular_records_come_back_at_their_own_times(model: Model) -> None:
+    record = sine(seconds=10.0)
+    kept = np.sort(np.random.default_rng(1).permutation(len(record))[: len(record) // 2])
+    thinned = record.rows(kept)
+    whole, part = simulate(model, record), simulate(model, thinned)
+    assert len(part) == len(thinned)
+    assert part.angle_deg is not None
+    assert np.sqrt(np.mean((part.angle_deg - whole.angle_deg[kept]) ** 2)) < 1.0
+
+
+def test_measured_pressures_drive_the_muscles(model: Model) -> None:
+    truth = simulate(model, sine())
+    again = simulate(model, truth, drive=Input.PRESSURE)
+    assert np.allclose(again.angle_deg, truth.angle_deg)
+    with pytest.raises(RecordError, match="pressures were not measured"):
+        simulate(model, sine(), drive=Input.PRESSURE)
+
+
+def test_a_diverging_model_says_where(model: Model) -> None:
+    muscle = replace(
+        model.muscle, parameters={**model.muscle.parameters, "phi1": replace(model.muscle.parameters["phi1"], value=-0.05)}
+    )
+    with pytest.raises(ModelError, match=r"sine: the model diverges under this input at \d+\.\d+ s"):
+        simulate(replace(model, muscle=muscle), sine())
+
+
+def test_yaml_round_trip(model: Model, tmp_path: Path) -> None:
+    model = replace(model, effects=[AddedEffect("valve_lag", {"tau_s": 0.1})])
+    save_model(model, tmp_path / "model.yaml")
+    assert load_model(tmp_path / "model.yaml") == model
+
+
+@pytest.mark.parametrize("file", sorted(MODELS.glob("*.yaml")), ids=lambda file: file.stem)
+def test_every_model_that_comes_with_pamrig_loads(file: Path) -> None:
+    assert lay_out(load_model(file))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("kind: mbw", "kind: mwb", "muscle.kind: unknown kind 'mwb'; did you mean 'mbw'?"),
+        ("lambda1:", "lamda1:", "unknown parameter 'lamda1'"),
+        ("u_unit_mpa: {value: 0.2,", "u_unit_mpa: {value: 0.0,", "u_unit_mpa: 0 is outside"),
+        ("input: pressure", "input: command", "allowed with input 'command': direct"),
+        ("lambda1: {value: 0.981,", "lambda1: {value: 1.5,", "outside its own bounds 0 .. 1"),
+        ("sample_time_s: 0.005", "sample_time_s: 0.0", "sample_time_s"),
+    ],
+)
+def test_a_broken_model_is_refused_in_one_line(old: str, new: str, said: str, tmp_path: Path) -> None:
+    text = (MODELS / "simulated.yaml").read_text(encoding="utf-8")
+    assert old in text
+    file = tmp_path / "broken.yaml"
+    file.write_text(text.replace(old, new), encoding="utf-8")
+    with pytest.raises((ModelError, ConfigError)) as failure:
+        load_model(file)
+    assert said in str(failure.value)
+    assert "\n" not in str(failure.value)
+
+
+@pytest.mark.parametrize(
+    ("effect", "said"),
+    [
+        (AddedEffect("valve_lagg", {"tau_s": 0.1}), "did you mean 'valve_lag'"),
+        (AddedEffect("valve_lag", {"tau": 0.1}), "unknown parameter 'tau'"),
+        (AddedEffect("valve_lag", {}), "'tau_s' is missing"),
+        (AddedEffect("valve_lag", {"tau_s": -1.0}), "tau_s -1 is outside"),
+    ],
+)
+def test_a_broken_effect_is_refused(model: Model, effect: AddedEffect, said: str) -> None:
+    with pytest.raises(ModelError, match=said):
+        lay_out(replace(model, effects=[effect]))

@@ -1,0 +1,38 @@
+"""The keeper of one rig before its session is open: a clear answer, not a bug of the daemon."""
+
+import asyncio
+from pathlib import Path
+from typing import Any, cast
+
+import pytest
+
+from rig.app.compose import find_config, load
+from rig.app.supervise import parts_of
+from rig.realtime.faults import Fault
+from rig.realtime.state import State
+from rig.service.keeper import Keeper
+from rig.service.protocol import Refused
+
+
+def test_arm_before_the_rig_is_open_says_to_try_again() -> None:
+    keeper = Keeper(cast(Any, None))
+    with pytest.raises(Refused, match="still being opened; try again in a second"):
+        asyncio.run(keeper.arm())
+
+
+def test_a_reset_without_a_session_says_to_try_again() -> None:
+    keeper = Keeper(cast(Any, None))
+    with pytest.raises(Refused, match="still being opened; try again in a second"):
+        asyncio.run(keeper.clear_fault())
+
+
+def test_a_rig_that_was_never_open_is_not_called_safe() -> None:
+    assert "was not open" in Keeper(cast(Any, None)).close()
+
+
+def test_a_file_that_the_device_needs_is_the_device_s_fault_not_the_loop_s() -> None:
+    rig = load(find_config(Path("paper_myrio"), "rigs"))
+    keeper = Keeper(parts_of(rig))
+    keeper.open()
+    assert (keeper.fault, keeper.state) == (Fault.DEVICE_LOST, State.FAULT)
+    assert "the bitfile cannot be read" in keeper.said

@@ -1,0 +1,59 @@
+"""The worker of the daemon, where no rig is needed: what it does when a sweep cannot be begun."""
+
+import asyncio
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from rig.app import compose
+from rig.service.ledger import Ledger
+from rig.service.settings import DaemonSettings
+from rig.service.work import Job, JobState, Queue
+from rig.service.worker import NoSpace, Worker
+
+QUICK = compose.configs() / "sweeps" / "quick.yaml"
+
+
+def worker(folder: Path, spare_gb: float) -> tuple[Worker, Queue]:
+    queue = Queue(folder / "queue.json")
+    keeper: Any = SimpleNamespace(fault=None, session=None, telemetry=None)
+    settings = DaemonSettings(logs=folder / "logs", state=folder, spare_gb=spare_gb)
+    return Worker(keeper, queue, compose.load(None), settings, Ledger(settings.ledger)), queue
+
+
+def worked_on(folder: Path, sweep: Path, spare_gb: float) -> Job:
+    """A job of `sweep`, after the worker has looked at it."""
+    (folder / "logs").mkdir()
+
+    async def look() -> Job:
+        work, queue = worker(folder, spare_gb)
+        job = queue.add(sweep, sweep.stem, 1, 10.0, 0.0)
+        work.go_on()
+        task = asyncio.create_task(work.run())
+        while work.working:
+            await asyncio.sleep(0.01)
+        task.cancel()
+        return job
+
+    return asyncio.run(asyncio.wait_for(look(), 30.0))
+
+
+def test_a_full_disk_stops_a_job_that_can_go_on_later_and_leaves_no_folder(tmp_path: Path) -> None:
+    job = worked_on(tmp_path, QUICK, spare_gb=1e6)
+    assert job.state is JobState.STOPPED
+    assert "1e+06 GB are to be spared" in job.error
+    assert not list((tmp_path / "logs").iterdir())
+
+
+def test_a_sweep_that_is_gone_fails(tmp_path: Path) -> None:
+    job = worked_on(tmp_path, tmp_path / "gone.yaml", spare_gb=0.0)
+    assert job.state is JobState.FAILED
+    assert "no such file" in job.error
+
+
+def test_a_full_disk_is_said_before_a_sweep_is_queued(tmp_path: Path) -> None:
+    (tmp_path / "logs").mkdir()
+    with pytest.raises(NoSpace, match=r"GB free; 1e\+06 GB are to be spared \(`spare_gb`\)"):
+        worker(tmp_path, 1e6)[0].check_space()
