@@ -22,6 +22,7 @@ COMMANDS = {
     "status": ("rig.cli.daemon:status", "What the daemon is doing."),
     "arm": ("rig.cli.daemon:arm", "Let the daemon command the rig."),
     "start": ("rig.cli.daemon:start", "Start a sweep on the armed daemon."),
+    "queue": ("rig.cli.daemon:queue", "What the daemon has done and still has to do."),
     "stop": ("rig.cli.daemon:stop", "Ramp down and stop."),
     "clear": ("rig.cli.daemon:clear", "Take what waits out of the daemon's queue."),
     "estop": ("rig.cli.daemon:estop", "Safe state at once."),

@@ -1,6 +1,7 @@
-"""`pamrig daemon` and its clients: status, arm, start, stop, clear, estop, reset."""
+"""`pamrig daemon` and its clients: status, arm, start, queue, stop, clear, estop, reset."""
 
 import functools
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -140,15 +141,38 @@ def arm(client: Any) -> None:
 @click.option(
     "--pause", "pause_s", type=click.FloatRange(0), default=0.0, show_default=True, help="Seconds of rest after each sweep."
 )
-def start(client: Any, sweeps: tuple[Path, ...], pause_s: float) -> None:
+@click.option("--first", "before", flag_value="first", help="What an interrupted queue still holds is done before SWEEPS.")
+@click.option("--only", "before", flag_value="leave", help="Only SWEEPS; what an interrupted queue still holds stays there.")
+@click.option("--wait", is_flag=True, help="Return when the work is done; exit status 1 when it was not done whole and valid.")
+def start(client: Any, sweeps: tuple[Path, ...], pause_s: float, before: str | None, wait: bool) -> None:
     """Queue SWEEPS and work on the queue; without any, go on with what is in it."""
     from rig.app import compose
+    from rig.cli import queued
 
-    jobs = client.start(*(compose.find_config(sweep, "sweeps") for sweep in sweeps), pause_s=pause_s)
+    paths = [compose.find_config(sweep, "sweeps") for sweep in sweeps]
+    waiting = queued.interrupted(client.status())
+    if waiting and not sweeps:
+        console().print(f"going on with the queue: {queued.described(waiting)}", markup=False)
+    elif waiting and not before and sys.stdin.isatty():
+        before = queued.ask(waiting)
+    jobs = client.start(*paths, pause_s=pause_s, before=before or "")
     for job in jobs:
-        console().print(f"job {job['id']}: {job['sweep']}, {job['records']} records, {job['seconds']:.0f} s")
-    if not jobs:
-        console().print("going on with the queue")
+        console().print(f"job {job['id']}: {job['sweep']}, {job['records']} records, {job['seconds']:.0f} s", markup=False)
+    if wait:
+        leaving = () if before == "leave" else [job["id"] for job in waiting]
+        queued.wait(client, [*leaving, *(job["id"] for job in jobs)])
+
+
+@_client_command("queue")
+@json_option
+def queue(client: Any, json_to: str | None) -> None:
+    """What was done, what runs, what waits, and how long it takes."""
+    from rig.cli import queued
+
+    now = client.status()
+    console(json_to).print(queued.table(now["queue"]))
+    console(json_to).print(queued.total(now), markup=False)
+    emit({key: now[key] for key in ("working", "left_s", "queue")}, json_to)
 
 
 @_client_command("stop")

@@ -66,10 +66,14 @@ class Client:
         """Let the daemon command the rig; nothing moves yet. Returns what to know of calibrations and devices, a line each."""
         return list(self.call("arm"))
 
-    def start(self, *sweeps: str | Path, pause_s: float = 0.0) -> list[dict[str, Any]]:
-        """Queue sweeps and work on the queue; without sweeps, go on with what is in it. Returns the new jobs."""
+    def start(self, *sweeps: str | Path, pause_s: float = 0.0, before: str = "") -> list[dict[str, Any]]:
+        """Queue sweeps and work on the queue; without sweeps, go on with what is in it. Returns the new jobs.
+
+        StateError when an interrupted queue still holds something and `before` does not say what is to become of it: "first"
+        does it before the new sweeps, "leave" leaves it where it is.
+        """
         paths = [str(Path(sweep).absolute()) for sweep in sweeps]
-        return list(self.call("start", sweeps=paths, pause_s=pause_s))
+        return list(self.call("start", sweeps=paths, pause_s=pause_s, **({"before": before} if before else {})))
 
     def stop(self, after_current: bool = False) -> None:
         """Ramp down and hold the queue, at once or after the record that runs."""

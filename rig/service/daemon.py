@@ -189,9 +189,9 @@ class Daemon:
             return self.status(None)
         _LOG.info("command %s %s", name, given or "")
         if name == "arm":
-            return await self._keeper.arm()
+            return [*await self._keeper.arm(), *self._of_before()]
         if name == "start":
-            return await self._start(given.get("sweeps", []), float(given.get("pause_s", 0.0)))
+            return await self._start(given.get("sweeps", []), float(given.get("pause_s", 0.0)), given.get("before", ""))
         if name == "stop":
             return await self._stop(bool(given.get("after_current", False)))
         if name == "estop":
@@ -201,19 +201,24 @@ class Daemon:
             return await self._reset()
         return {"cleared": await asyncio.to_thread(self._queue.clear)}
 
-    async def _start(self, sweeps: list[Any], pause_s: float) -> list[dict[str, Any]]:
+    def _of_before(self) -> list[str]:
+        """What the operator is to know before anything moves."""
+        waits = self._worker.interrupted
+        return [f"the queue holds {waits}; `pamrig start` goes on with it, `pamrig clear` drops it"] if waits else []
+
+    async def _start(self, sweeps: list[Any], pause_s: float, before: str) -> list[dict[str, Any]]:
         if self._keeper.state is not State.RUNNING:
             self._keeper.must(Event.START)
-        if not 0 <= pause_s <= 86400:
-            raise Refused(Code.BAD_ARGUMENT, f"start: pause_s: {pause_s:g} s is outside 0 .. 86400 s")
-        if not all(isinstance(sweep, str) and os.path.isabs(sweep) for sweep in sweeps):
-            raise Refused(Code.BAD_ARGUMENT, "start: sweeps: expected a list of absolute paths")
+        _check_start(sweeps, pause_s, before)
         await asyncio.to_thread(self._worker.check_space)
         planned = [(Path(sweep), await asyncio.to_thread(plans_of, Path(sweep), self._parts.rig)) for sweep in sweeps]
+        waits = self._worker.interrupted
+        if sweeps and waits and not before:
+            raise Refused(Code.WRONG_STATE, f"the queue holds {waits}; {_DECIDE}")
         jobs = [await asyncio.to_thread(self._worker.add, path, plans, pause_s) for path, plans in planned]
         if self._queue.next() is None:
             raise Refused(Code.WRONG_STATE, "the queue is empty; give a sweep to start")
-        self._worker.go_on()
+        self._worker.go_on([job.id for job in jobs] if waits and before == "leave" else None)
         return [{"id": job.id, "sweep": job.sweep, "records": job.total, "seconds": job.seconds} for job in jobs]
 
     async def _stop(self, after_current: bool) -> dict[str, str]:
@@ -273,6 +278,24 @@ class Daemon:
         if cursor is not None and keeper.telemetry:
             status["cursor"], status["samples"] = keeper.telemetry.columns(cursor)
         return status
+
+
+_DECIDE: Final = (
+    "say what is to become of it: `pamrig start --first` does it before the new sweeps, `pamrig start --only` leaves it where it "
+    "is, `pamrig clear` drops it"
+)
+
+
+def _check_start(sweeps: list[Any], pause_s: float, before: str) -> None:
+    """Refused when the arguments of `start` are not what they should be."""
+    if not 0 <= pause_s <= 86400:
+        raise Refused(Code.BAD_ARGUMENT, f"start: pause_s: {pause_s:g} s is outside 0 .. 86400 s")
+    if not all(isinstance(sweep, str) and os.path.isabs(sweep) for sweep in sweeps):
+        raise Refused(Code.BAD_ARGUMENT, "start: sweeps: expected a list of absolute paths")
+    if before not in ("", "first", "leave"):
+        raise Refused(Code.BAD_ARGUMENT, f"start: before: {before!r}; allowed: first, leave")
+    if before and not sweeps:
+        raise Refused(Code.BAD_ARGUMENT, "start: before: only with sweeps; without any, the queue goes on")
 
 
 def _processes(session: Any) -> dict[str, dict[str, Any]]:

@@ -59,9 +59,10 @@ COMMANDS: Final[dict[str, Command]] = {
     ),
     "arm": Command({}, False, "take the measured pressures as set-points, ready to start; nothing moves"),
     "start": Command(
-        {"sweeps": list, "pause_s": (int, float)},
+        {"sweeps": list, "pause_s": (int, float), "before": str},
         False,
-        "put sweeps (absolute paths) at the end of the queue and work on it; none: go on",
+        "put sweeps (absolute paths) at the end of the queue and work on it; none: go on. What an interrupted queue still holds "
+        "must be decided on with `before`: `first` does it before them, `leave` leaves it where it is",
     ),
     "stop": Command({"after_current": bool}, False, "ramp down and hold the queue; while nothing runs: disarm"),
     "estop": Command({}, False, "safe state at once, in any state"),

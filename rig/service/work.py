@@ -3,7 +3,7 @@
 import json
 import os
 import threading
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import asdict, dataclass, field, fields
 from enum import StrEnum
 from pathlib import Path
@@ -13,6 +13,7 @@ from rig.errors import RigError
 
 KEPT_DONE = 50
 """So many finished jobs are remembered."""
+_NAMED = 3
 KEPT_FILES = 200
 """So many records of a job are remembered by name, the last; the others are in its folder. A sweep may go on for days."""
 
@@ -60,6 +61,11 @@ class Job:
         """There is something left to do that an operator did not give up."""
         return self.state in (JobState.WAITING, JobState.RUNNING, JobState.STOPPED)
 
+    @property
+    def seconds_left(self) -> float:
+        """Time of the records that are still to come."""
+        return self.seconds * (1 - self.done / self.total)
+
 
 class Queue:
     """Jobs in order. Every change is on the disk before the call returns; any thread may make one."""
@@ -98,9 +104,13 @@ class Queue:
             raise
         return job
 
-    def next(self) -> Job | None:
-        """The first job that is not over."""
-        return next((job for job in self.jobs if job.open), None)
+    def left(self, only: Collection[int] | None = None) -> list[Job]:
+        """The jobs that are not over, in order; of `only` these ids, when they are given."""
+        return [job for job in self.jobs if job.open and (only is None or job.id in only)]
+
+    def next(self, only: Collection[int] | None = None) -> Job | None:
+        """The first of them."""
+        return next(iter(self.left(only)), None)
 
     def clear(self) -> list[int]:
         """Drop what is neither running nor done; returns the ids."""
@@ -109,11 +119,21 @@ class Queue:
         self.save()
         return dropped
 
-    def seconds_left(self) -> float:
-        """Time of the records that are still to come, and of the pauses between them."""
-        waiting = [job for job in self.jobs if job.open]
-        records = sum(job.seconds * (1 - job.done / job.total) for job in waiting)
-        return records + sum(job.pause_s for job in waiting[:-1])
+    def seconds_left(self, only: Collection[int] | None = None) -> float:
+        """Time of the records that are still to come, and of the pauses between the sweeps."""
+        left = self.left(only)
+        return sum(job.seconds_left for job in left) + sum(job.pause_s for job in left[:-1])
+
+    def described(self) -> str:
+        """What waits or was interrupted, with its length: what would move before anything that is added now. Empty: nothing."""
+        left = self.left()
+        if not left:
+            return ""
+        named = ", ".join(f"{job.name} ({job.total - job.done} of {job.total} records)" for job in left[:_NAMED])
+        more = f" and {len(left) - _NAMED} more" if len(left) > _NAMED else ""
+        sweeps = "1 sweep" if len(left) == 1 else f"{len(left)} sweeps"
+        records = sum(job.total - job.done for job in left)
+        return f"{sweeps} of before: {named}{more}; {records} records, {self.seconds_left():.0f} s"
 
     def save(self) -> None:
         """Onto the disk, whole or not at all. RigError when the folder takes nothing."""

@@ -4,6 +4,7 @@ import asyncio
 import logging
 import shutil
 import time
+from collections.abc import Collection
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
@@ -58,6 +59,8 @@ class Worker:
         self._keeper, self._queue, self._rig, self._settings, self._ledger = keeper, queue, rig, settings, ledger
         self._held = True
         """Nothing is started by itself: not after a restart, not after a stop or a fault."""
+        self._only: frozenset[int] | None = None
+        """The jobs that were asked for; None: the whole queue."""
         self._wake = asyncio.Event()
         self._last_run = 0
         self._now: tuple[RunPlan, Program, int] | None = None
@@ -69,8 +72,9 @@ class Worker:
         seconds = sum(plan.ticks for plan in plans) * self._rig.period_ns / 1e9
         return self._queue.add(path, path.stem, len(plans), seconds, pause_s)
 
-    def go_on(self) -> None:
-        """Work until the queue is empty."""
+    def go_on(self, only: Collection[int] | None = None) -> None:
+        """Work until the queue, or what of it was asked for, is done."""
+        self._only = None if only is None else frozenset(only)
         self._held = False
         self._wake.set()
 
@@ -78,6 +82,15 @@ class Worker:
         """Start no further record."""
         self._held = True
         self._pause_until = 0.0
+
+    @property
+    def interrupted(self) -> str:
+        """What stands in a queue that nobody works on, with its length; empty when nothing does."""
+        return "" if self.working else self._queue.described()
+
+    @property
+    def _next(self) -> Job | None:
+        return self._queue.next(self._only)
 
     async def idle(self) -> None:
         """Until the record that runs, if any, has been given up or finished."""
@@ -87,16 +100,16 @@ class Worker:
     @property
     def working(self) -> bool:
         """Something runs, or will without being asked again."""
-        return self._now is not None or (not self._held and self._queue.next() is not None)
+        return self._now is not None or (not self._held and self._next is not None)
 
     async def run(self) -> None:
         """For ever: wait for work, do it."""
         while True:
             await self._wake.wait()
             self._wake.clear()
-            while not self._held and (job := self._queue.next()) is not None:
+            while not self._held and (job := self._next) is not None:
                 await self._job(job)
-                if not self._held and self._queue.next() is not None:
+                if not self._held and self._next is not None:
                     await self._rest(job.pause_s)
 
     async def _rest(self, seconds: float) -> None:
@@ -225,7 +238,7 @@ class Worker:
                 "done": tick / program.ticks,
                 "left_s": (program.ticks - tick) * self._rig.period_ns / 1e9,
             }
-        shown["left_s"] = max(self._queue.seconds_left() - done_s, 0.0) + shown["pause_s"]
+        shown["left_s"] = max(self._queue.seconds_left(None if self._held else self._only) - done_s, 0.0) + shown["pause_s"]
         return shown
 
 

@@ -18,7 +18,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from click.testing import CliRunner
 
+from rig.cli import daemon as cli_daemon
 from rig.errors import RigError, StateError
 from rig.log.mcap.schema import SAMPLE_SCHEMA, SAMPLE_TOPIC
 from rig.qualify.faults.bench import SAFE_MPA, FaultBench
@@ -131,6 +133,51 @@ def test_stop_ramps_down_and_start_goes_on_with_the_record_that_was_not_finished
     assert [job["state"] for job in status["queue"]][-1] == "stopped"
     client.start()
     bench.wait(lambda: client.status()["record"], "the same record again")
+    client.stop()
+    client.wait()
+
+
+def test_after_an_emergency_stop_a_new_sweep_asks_before_the_old_queue_moves(bench: FaultBench, client: Client) -> None:
+    client.arm()
+    (old,) = client.start(bench.sweep)
+    bench.wait(lambda: client.status()["record"], "the record")
+    client.estop()
+    bench.wait(lambda: client.status()["fault"], "the fault")
+    bench.wait(lambda: not client.status()["working"], "the worker to hold")
+    client.reset()
+    assert any("the queue holds 1 sweep of before: long (1 of 1 records); 1 records" in line for line in client.arm())
+    short = bench.folder / "short.yaml"
+    with pytest.raises(StateError, match=r"the queue holds 1 sweep of before: long .*`pamrig start --only` leaves it"):
+        client.start(short)
+    assert not client.status()["working"]
+    (new,) = client.start(short, before="leave")
+    states = {job["id"]: job["state"] for job in client.wait()["queue"]}
+    assert (states[old["id"]], states[new["id"]]) == ("stopped", "done")
+    (third,) = client.start(short, before="first")
+    status = bench.wait(lambda: (now := client.status())["record"] and now, "the old sweep again")
+    assert status["record"]["name"].startswith("sine_0.5hz")
+    assert {job["id"]: job["state"] for job in status["queue"]}[third["id"]] == "waiting"
+    client.stop()
+    client.wait()
+
+
+def test_start_and_queue_say_what_moves_and_how_it_ended(bench: FaultBench, client: Client) -> None:
+    client.arm()
+    short, call = str(bench.folder / "short.yaml"), CliRunner().invoke
+    done = call(cli_daemon.start, [short, "--wait", "--socket", str(bench.socket)])
+    assert (done.exit_code, "short: done, 2 of 2 records" in done.output) == (0, True), done.output
+    client.start(bench.sweep)
+    bench.wait(lambda: client.status()["record"], "the record")
+    client.stop()
+    client.wait()
+    shown = call(cli_daemon.queue, ["--socket", str(bench.socket)]).output
+    assert "long" in shown
+    assert "; held: `pamrig start` goes on" in shown
+    refused = call(cli_daemon.start, [short, "--socket", str(bench.socket)])
+    assert isinstance(refused.exception, StateError)
+    on = call(cli_daemon.start, ["--socket", str(bench.socket)])
+    assert on.output.startswith("going on with the queue: long (1 of 1 records); 60 s"), on.output
+    bench.wait(lambda: client.status()["record"], "the record")
     client.stop()
     client.wait()
 

@@ -87,3 +87,22 @@ def test_records_that_are_not_valid_are_counted_over_a_restart(tmp_path: Path) -
         job.made(tmp_path / "one.mcap", valid=valid)
     first.save()
     assert queue(tmp_path).jobs[0].not_valid == 2
+
+
+def test_what_an_interrupted_queue_holds_is_named_with_its_length(tmp_path: Path) -> None:
+    jobs = queue(tmp_path)
+    assert jobs.described() == ""
+    jobs.add(Path("/paper.yaml"), "paper", 15, 225.0, 0.0).done = 2
+    assert jobs.described() == "1 sweep of before: paper (13 of 15 records); 13 records, 195 s"
+    for name in ("b", "c", "d"):
+        jobs.add(Path(f"/{name}.yaml"), name, 1, 10.0, 0.0)
+    assert (
+        "4 sweeps of before: paper (13 of 15 records), b (1 of 1 records), c (1 of 1 records) and 1 more; 16" in jobs.described()
+    )
+
+
+def test_of_a_queue_only_what_was_asked_for_counts(tmp_path: Path) -> None:
+    jobs = queue(tmp_path)
+    old, new = (jobs.add(Path(f"/{name}.yaml"), name, 1, 10.0, 5.0) for name in ("old", "new"))
+    assert (jobs.next(), jobs.next({new.id})) == (old, new)
+    assert (jobs.seconds_left(), jobs.seconds_left({new.id})) == (25.0, 10.0)

@@ -57,3 +57,23 @@ def test_a_full_disk_is_said_before_a_sweep_is_queued(tmp_path: Path) -> None:
     (tmp_path / "logs").mkdir()
     with pytest.raises(NoSpace, match=r"GB free; 1e\+06 GB are to be spared \(`spare_gb`\)"):
         worker(tmp_path, 1e6)[0].check_space()
+
+
+def test_only_the_jobs_that_were_asked_for_are_begun(tmp_path: Path) -> None:
+    (tmp_path / "logs").mkdir()
+
+    async def look() -> tuple[Job, Job, str]:
+        work, queue = worker(tmp_path, 0.0)
+        old, new = (queue.add(tmp_path / f"{name}.yaml", name, 1, 10.0, 0.0) for name in ("old", "new"))
+        assert "2 sweeps of before: old (1 of 1 records), new" in work.interrupted
+        work.go_on([new.id])
+        assert work.interrupted == ""
+        task = asyncio.create_task(work.run())
+        while work.working:
+            await asyncio.sleep(0.01)
+        task.cancel()
+        return old, new, work.interrupted
+
+    old, new, left = asyncio.run(asyncio.wait_for(look(), 30.0))
+    assert (old.state, new.state) == (JobState.WAITING, JobState.FAILED)  # there is no such file
+    assert left == "1 sweep of before: old (1 of 1 records); 1 records, 10 s"

@@ -1,0 +1,81 @@
+"""The daemon's queue for a terminal: what an interrupted one still holds, the question about it, its table, and waiting for it."""
+
+from collections.abc import Collection, Iterable
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rig.cli.common import console, listing
+from rig.errors import NotSo
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from rig.service.client import Client
+
+Job = dict[str, Any]
+_OPEN = ("waiting", "running", "stopped")
+
+
+def interrupted(status: dict[str, Any]) -> list[Job]:
+    """The jobs of a queue that nobody works on."""
+    return [] if status["working"] else [job for job in status["queue"] if job["state"] in _OPEN]
+
+
+def described(jobs: Iterable[Job]) -> str:
+    """What would move, with its length."""
+    jobs = list(jobs)
+    names = ", ".join(f"{job['name']} ({job['total'] - job['done']} of {job['total']} records)" for job in jobs)
+    return f"{names}; {sum(map(_seconds_left, jobs)):.0f} s"
+
+
+def ask(waiting: list[Job]) -> str:
+    """What is to become of an interrupted queue; the answer for `Client.start`. Aborts when nothing is to move."""
+    console().print(f"the queue still holds {described(waiting)}", markup=False, style="yellow")
+    kind = click.Choice(["first", "only", "nothing"])
+    answer = click.prompt("first: do that before the new sweeps; only: leave it there; nothing: do not start", type=kind)
+    if answer == "nothing":
+        raise click.Abort
+    return {"first": "first", "only": "leave"}[answer]
+
+
+def table(jobs: Iterable[Job]) -> "Table":
+    """The jobs in order."""
+    shown = listing("job", "sweep", "state", "records", "left", "said")
+    for job in jobs:
+        spoilt = f"{job['not_valid']} not valid" if job.get("not_valid") else ""
+        said = "; ".join(text for text in (spoilt, job["error"]) if text)
+        left = f"{_seconds_left(job):.0f} s" if job["state"] in _OPEN else ""
+        cells = (str(job["id"]), job["name"], job["state"], f"{job['done']} of {job['total']}", left, said)
+        shown.add_row(*(_plain(cell) for cell in cells))
+    return shown
+
+
+def total(status: dict[str, Any]) -> str:
+    """The last line under the table."""
+    held = "" if status["working"] or not status["left_s"] else "; held: `pamrig start` goes on"
+    return f"{status['left_s']:.0f} s of work left{held}"
+
+
+def wait(client: "Client", ids: Collection[int]) -> None:
+    """Until the daemon has done these jobs; NotSo when one of them was not done, or not every record of it is valid."""
+    status = client.wait()
+    jobs = [job for job in status["queue"] if job["id"] in ids]
+    for job in jobs:
+        console().print(f"job {job['id']} {job['name']}: {job['state']}, {job['done']} of {job['total']} records", markup=False)
+    if fault := status["fault"]:
+        raise NotSo(f"{fault['name']}: {fault['cause']}")
+    for job in jobs:
+        if job["state"] != "done" or job.get("not_valid"):
+            why = job["error"] or (f"{job['not_valid']} records not valid" if job.get("not_valid") else job["state"])
+            raise NotSo(f"job {job['id']} {job['name']}: {why}")
+
+
+def _seconds_left(job: Job) -> float:
+    return float(job["seconds"] * (1 - job["done"] / job["total"]))
+
+
+def _plain(text: str) -> Any:
+    from rich.text import Text
+
+    return Text(text)
