@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rig.cli.common import console, listing
+from rig.app.terminal import console, listing
 from rig.errors import NotSo
 
 if TYPE_CHECKING:
