@@ -8,11 +8,13 @@ import dataclasses
 import difflib
 import errno
 import math
+import os
 import re
+import sys
 from collections.abc import Mapping
 from enum import Enum
 from pathlib import Path
-from typing import Any, TypeVar, cast, get_args, get_origin
+from typing import Any, TypeGuard, TypeVar, cast, get_args, get_origin
 
 import cattrs
 import yaml
@@ -22,11 +24,13 @@ from cattrs.gen import make_dict_structure_fn
 from rig.errors import ConfigError
 from rig.fields import bounded
 
-__all__ = ["bounded", "load", "read_yaml", "structure", "suggest", "unstructure"]
+__all__ = ["bounded", "load", "read_yaml", "shown", "structure", "suggest", "unstructure"]
 
 T = TypeVar("T")
 MOST_BYTES = 4 * 1024 * 1024
 """No config is longer; what is, was meant for another program."""
+_SHOWN_CHARACTERS = 200
+_LONG_NUMBER = 10**20
 
 
 def load(path: Path, schema: type[T]) -> T:
@@ -37,16 +41,12 @@ def load(path: Path, schema: type[T]) -> T:
 def structure(raw: object, schema: type[T], where: str) -> T:
     """Plain YAML data as a `schema`. `where` opens the message of an error: a file, or a file and a key."""
     if get_origin(schema) is dict and not isinstance(raw, dict):
-        raise ConfigError(f"{where}: expected a mapping, got {_shown(raw)}")
+        raise ConfigError(f"{where}: expected a mapping, got {shown(raw)}")
     try:
-        value = _CONVERTER.structure(raw, schema)
-    except (ClassValidationError, IterableValidationError) as error:
+        return _CONVERTER.structure(raw, schema)
+    except (ClassValidationError, IterableValidationError, ValueError, TypeError, KeyError) as error:
         path, leaf = _first_leaf(error)
         raise ConfigError(f"{where}: {_join(path)}{_explain(leaf)}") from None
-    except (ValueError, TypeError, KeyError) as error:
-        raise ConfigError(f"{where}: {_explain(error)}") from None
-    _check_bounds(value, where, "")
-    return value
 
 
 def read_yaml(path: Path) -> object:
@@ -57,6 +57,8 @@ def read_yaml(path: Path) -> object:
         raise ConfigError(f"{path}: no such file{_nearest_file(path)}") from None
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or 'it is not UTF-8 text'}") from None
+    except ValueError:
+        raise ConfigError(f"{str(path)!r}: cannot be read: no file can have such a name") from None
     try:
         return yaml.load(text, Loader=_StrictLoader)
     except yaml.MarkedYAMLError as error:
@@ -134,21 +136,25 @@ _StrictLoader.add_implicit_resolver(
 
 def _structure_float(raw: object, _: type) -> float:
     if isinstance(raw, bool) or not isinstance(raw, int | float):
-        raise ValueError(f"expected a number, got {_shown(raw)}")
-    if not math.isfinite(raw):
+        raise ValueError(f"expected a number, got {shown(raw)}")
+    try:
+        value = float(raw)
+    except OverflowError:
+        raise ValueError(f"expected a number below {sys.float_info.max:.2g}, got {shown(raw)}") from None
+    if not math.isfinite(value):
         raise ValueError(f"expected a finite number, got {raw}")
-    return float(raw)
+    return value
 
 
 def _structure_int(raw: object, _: type) -> int:
     if isinstance(raw, bool) or not isinstance(raw, int):
-        raise ValueError(f"expected a whole number, got {_shown(raw)}")
+        raise ValueError(f"expected a whole number, got {shown(raw)}")
     return raw
 
 
 def _structure_bool(raw: object, _: type) -> bool:
     if not isinstance(raw, bool):
-        raise ValueError(f"expected true or false, got {_shown(raw)}")
+        raise ValueError(f"expected true or false, got {shown(raw)}")
     return raw
 
 
@@ -156,19 +162,29 @@ def _structure_str(raw: object, kind: type) -> str:
     if issubclass(kind, Enum):  # the converter comes here for a StrEnum too
         return cast(str, _structure_enum(raw, kind))
     if not isinstance(raw, str):
-        raise ValueError(f"expected text, got {_shown(raw)}")
+        raise ValueError(f"expected text, got {shown(raw)}")
     return raw
 
 
 def _structure_path(raw: object, _: type) -> Path:
-    return Path(_structure_str(raw, str))
+    text = _structure_str(raw, str)
+    if not _can_be_a_name(text):
+        raise ValueError(f"expected a path, got {shown(raw)} with a character that no file name can have")
+    return Path(text)
+
+
+def _can_be_a_name(text: str) -> bool:
+    try:
+        return b"\0" not in os.fsencode(text)
+    except UnicodeEncodeError:
+        return False
 
 
 def _structure_enum(raw: object, kind: type[Enum]) -> Enum:
     try:
         return kind(raw)
     except ValueError:
-        raise ValueError(f"unknown value {_shown(raw)}; {suggest(str(raw), [str(m.value) for m in kind])}") from None
+        raise ValueError(f"unknown value {shown(raw)}; {suggest(str(raw), [str(m.value) for m in kind])}") from None
 
 
 def _is_sequence(kind: Any) -> bool:
@@ -177,7 +193,7 @@ def _is_sequence(kind: Any) -> bool:
 
 def _structure_sequence(raw: object, kind: Any) -> Any:
     if not isinstance(raw, list):
-        raise ValueError(f"expected a list, got {_shown(raw)}")
+        raise ValueError(f"expected a list, got {shown(raw)}")
     args = get_args(kind)
     if get_origin(kind) is list or args[-1] is Ellipsis:
         types = [args[0]] * len(raw)
@@ -203,7 +219,8 @@ def _dataclass_hook(kind: type) -> Any:
     def hook(raw: object, _: type) -> Any:
         if not isinstance(raw, dict):
             names = ", ".join(f.name for f in dataclasses.fields(kind))
-            raise ValueError(f"expected a mapping with the keys {names}; got {_shown(raw)}")
+            raise ValueError(f"expected a mapping with the keys {names}; got {shown(raw)}")
+        _check_numbers(raw, kind)
         return inner(raw, kind)
 
     inner = make_dict_structure_fn(cast(Any, kind), _CONVERTER, _cattrs_forbid_extra_keys=True)
@@ -261,31 +278,40 @@ def _explain(error: BaseException) -> str:
     return str(error)
 
 
-def _check_bounds(value: object, where: str, path: str) -> None:
-    if not dataclasses.is_dataclass(value):
-        for key, item in (
-            value.items() if isinstance(value, Mapping) else enumerate(value) if isinstance(value, list | tuple) else ()
-        ):
-            _check_bounds(item, where, f"{path}.{key}" if isinstance(value, Mapping) else f"{path}[{key}]")
-        return
-    for item in dataclasses.fields(value):
-        inner = getattr(value, item.name)
-        here = f"{path}.{item.name}".lstrip(".")
-        if "low" in item.metadata:
-            _check_range(inner, item.metadata, where, here)
-        _check_bounds(inner, where, here)
+def _check_numbers(raw: Mapping[Any, Any], kind: type) -> None:
+    """ValueError for a number outside its field's range, before anything is built from it: what is built may be as large."""
+    for item in dataclasses.fields(kind):
+        if "low" in item.metadata and item.name in raw:
+            try:
+                _check_range(raw[item.name], item.metadata)
+            except ValueError as error:
+                error.__notes__ = [_Step(item.name)]
+                raise
 
 
-def _check_range(inner: object, allowed: Mapping[str, Any], where: str, path: str) -> None:
-    for number in inner if isinstance(inner, list | tuple) else (inner,):
-        if isinstance(number, int | float) and not allowed["low"] <= number <= allowed["high"]:
-            unit = f" {allowed['unit']}" if allowed["unit"] else ""
-            raise ConfigError(f"{where}: {path}: {number:g}{unit} is outside {allowed['low']:g} .. {allowed['high']:g}{unit}")
+def _check_range(given: object, allowed: Mapping[str, Any]) -> None:
+    unit = f" {allowed['unit']}" if allowed["unit"] else ""
+    for number in given if isinstance(given, list) else (given,):
+        if _is_number(number) and not allowed["low"] <= number <= allowed["high"]:
+            raise ValueError(f"{_amount(number)}{unit} is outside {allowed['low']:g} .. {allowed['high']:g}{unit}")
 
 
-def _shown(raw: object) -> str:
+def _is_number(given: Any) -> TypeGuard[int | float]:
+    """One to be compared: what is no number, or not finite, is told by its own check."""
+    return isinstance(given, int | float) and not isinstance(given, bool) and not (given != given or abs(given) == math.inf)
+
+
+def _amount(number: int | float) -> str:
+    return shown(number) if isinstance(number, int) and abs(number) >= _LONG_NUMBER else f"{number:g}"
+
+
+def shown(raw: object) -> str:
+    """What somebody wrote, for a message of one line: never the whole of something long."""
     kind = {dict: "a mapping", list: "a list", type(None): "nothing"}.get(type(raw))
-    return kind or f"{raw!r}"
+    if isinstance(raw, int) and abs(raw) >= _LONG_NUMBER:
+        return "a number of more than 20 digits"
+    text = f"{raw!r}"
+    return kind or (text if len(text) <= _SHOWN_CHARACTERS else f"{text[:_SHOWN_CHARACTERS]}...")
 
 
 def _nearest_file(path: Path) -> str:

@@ -4,8 +4,10 @@ Blocks are files in /dev/shm (or the temporary folder where there is none). Each
 the session's id, so that a stale one is recognised. Words of 8 bytes are stored and loaded whole.
 """
 
+import errno
 import mmap
 import os
+import stat
 import tempfile
 from pathlib import Path
 from typing import Final, Self
@@ -63,7 +65,7 @@ class SharedBlock:
     def attach(cls, path: Path, session: int | None = None) -> Self:
         """Map an existing block; StateError when it is missing, foreign, or of another session."""
         try:
-            descriptor = os.open(path, os.O_RDWR)
+            descriptor = _open_own(path, os.O_RDWR)
         except OSError as error:
             raise StateError(f"{path}: no such shared memory ({error.strerror})") from None
         try:
@@ -116,21 +118,47 @@ def _take_name(draft: Path, path: Path) -> None:
         _take_name(draft, path)
 
 
+def _open_own(path: Path, how: int) -> int:
+    """Descriptor of a regular file of this user. The folder is everybody's: what lies there may be a pipe, a link or a trap.
+
+    OSError, without ever waiting, when it is anything else.
+    """
+    descriptor = os.open(path, how | os.O_NONBLOCK | os.O_NOFOLLOW | os.O_CLOEXEC)
+    found = os.fstat(descriptor)
+    if stat.S_ISREG(found.st_mode) and found.st_uid == os.geteuid():
+        return descriptor
+    os.close(descriptor)
+    raise OSError(errno.EPERM, f"is not a file of yours: mode {stat.filemode(found.st_mode)}, user {found.st_uid}")
+
+
 def living_owner(path: Path) -> int:
-    """Pid of the living process that made the block at `path`; 0 when there is none, or when it is another user's."""
+    """Pid of the living process of this user that made the block at `path`; 0 when there is none."""
+    return _living_owner(path) or 0
+
+
+def _living_owner(path: Path) -> int | None:
+    """None: what lies there is no block of this user, and not to be touched."""
     try:
-        with path.open("rb") as file:
-            header = memoryview(file.read(HEADER_WORDS * 8)).cast("Q")
-    except (OSError, TypeError):
-        return 0
-    pid = header[_PID_WORD] if len(header) == HEADER_WORDS else 0
+        descriptor = _open_own(path, os.O_RDONLY)
+    except OSError:
+        return None
+    try:
+        header = os.read(descriptor, HEADER_WORDS * 8)
+    finally:
+        os.close(descriptor)
+    pid = memoryview(header).cast("Q")[_PID_WORD] if len(header) == HEADER_WORDS * 8 else 0
     return pid if pid and Path(f"/proc/{pid}").exists() else 0
 
 
+def is_stale(path: Path) -> bool:
+    """A file of this user whose maker is dead: what somebody else left in the folder is neither read nor removed."""
+    return _living_owner(path) == 0
+
+
 def sweep_stale(kept: str = "") -> list[Path]:
-    """Remove the blocks of dead processes, but not those whose name ends with `kept`; returns what was removed."""
+    """Remove this user's blocks of dead processes, but not those whose name ends with `kept`; returns what was removed."""
     found = [path for path in folder().glob("pamrig-*") if not (kept and path.name.endswith(kept))]
-    return [path for path in found if not living_owner(path) and _removed(path)]
+    return [path for path in found if is_stale(path) and _removed(path)]
 
 
 def _removed(path: Path) -> bool:

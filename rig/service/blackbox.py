@@ -14,7 +14,7 @@ from rig.errors import RigError, StateError
 from rig.log.mcap.writer import RunWriter
 from rig.realtime.faults import Fault, explain
 from rig.realtime.ring import Ring
-from rig.realtime.shared import KEPT_RING, folder, living_owner
+from rig.realtime.shared import KEPT_RING, folder, is_stale
 from rig.sample import unpack
 
 SECONDS: Final = 30.0
@@ -65,7 +65,7 @@ def salvage(out: Path) -> list[Path]:
     """Save and remove the rings that dead daemons left behind; returns the black boxes. A ring that is broken is only removed."""
     saved = []
     for path in folder().glob(f"pamrig-*{KEPT_RING}"):
-        if living_owner(path):
+        if not is_stale(path):
             continue
         try:
             ring = Ring.attach(path)

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from rig.errors import RigError, StateError
-from rig.service import protocol
+from rig.service import places, protocol
 from rig.service.protocol import Code
 
 
@@ -23,15 +23,20 @@ class Client:
     """One connection. RigError, one line, when there is no daemon; StateError when a command does not fit the state."""
 
     def __init__(self, path: Path | None = None, timeout_s: float = 40.0) -> None:
-        self.path = path or protocol.default_socket()
+        self.path = path or places.default_socket()
         self._number = 0
+        places.check_folder(self.path.parent)
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         self._socket.settimeout(timeout_s)
         try:
             self._socket.connect(str(self.path))
+            places.check_daemon(self.path, self._socket)
         except OSError as error:
             self._socket.close()
             raise RigError(f"{self.path}: {_no_daemon(error)}") from None
+        except StateError:
+            self._socket.close()
+            raise
         self._lines = self._socket.makefile("rb")
 
     def __enter__(self) -> Self:

@@ -13,7 +13,7 @@ from typing import Any, Final
 from rig.errors import RigError
 from rig.realtime.faults import Fault, explain
 from rig.realtime.state import Event, State
-from rig.service import blackbox, metrics
+from rig.service import blackbox, metrics, places
 from rig.service.control import Server
 from rig.service.keeper import Keeper, Parts
 from rig.service.ledger import Ledger
@@ -40,6 +40,13 @@ class Daemon:
     """One rig as a service. `serve` returns when it was told to end; the rig is safe then."""
 
     def __init__(self, parts: Parts, settings: DaemonSettings) -> None:
+        """StateError when another daemon has the state folder: its queue and ledger are read here, and have one writer."""
+        for folder in (settings.logs, settings.state):
+            _make(folder)
+        taken = (
+            f"{settings.state}: another daemon is running with this state folder; see `pamrig status`, or give another by --state"
+        )
+        self._lock = places.take_lock(settings.state / "daemon.lock", taken)
         self._parts, self._settings = parts, settings
         self._keeper = Keeper(parts, settings.force)
         self._queue = Queue(settings.state / "queue.json")
@@ -61,16 +68,17 @@ class Daemon:
 
     async def serve(self) -> None:
         """Listen, start the session, work; until SIGTERM, SIGINT or `end`."""
-        for folder in (self._settings.logs, self._settings.state):
-            _make(folder)
         if not self._parts.virtual:
             _ask_for_attention()
-        await self._server.listen(self._settings.socket, self._settings.group)
         try:
-            await self._begin()
-            await self._over.wait()
+            await self._server.listen(self._settings.socket, self._settings.group)
+            try:
+                await self._begin()
+                await self._over.wait()
+            finally:
+                await self._finish()
         finally:
-            await self._finish()
+            os.close(self._lock)
 
     def end(self) -> None:
         """Leave `serve`."""

@@ -7,18 +7,18 @@ Lines that nobody asked for, after `subscribe`, carry `"event"` instead of an id
 
 import json
 import math
-import os
+import sys
 from dataclasses import dataclass, field
 from enum import StrEnum
-from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from rig.config import suggest
+from rig.config import shown, suggest
 from rig.errors import RigError
 
 VERSION: Final = 1
 MAX_LINE_BYTES: Final = 64 * 1024
 """A longer line is no request; the connection that sent it is closed."""
+_MOST: Final = sys.float_info.max
 
 
 class Code(StrEnum):
@@ -128,29 +128,36 @@ def request_id(message: dict[str, Any]) -> int | str | None:
 def parse(message: dict[str, Any]) -> Request:
     """The request in a message; Refused says what is wrong with it."""
     if message.get("v") != VERSION:
-        raise Refused(Code.WRONG_VERSION, f"version {message.get('v')!r} is not spoken here; this is version {VERSION}")
+        raise Refused(Code.WRONG_VERSION, f"version {shown(message.get('v'))} is not spoken here; this is version {VERSION}")
     name = message.get("command")
     if not isinstance(name, str) or name not in COMMANDS:
-        raise Refused(Code.UNKNOWN_COMMAND, f"unknown command {name!r}; {suggest(str(name), list(COMMANDS))}")
+        raise Refused(Code.UNKNOWN_COMMAND, f"unknown command {shown(name)}; {suggest(str(name), list(COMMANDS))}")
     allowed = COMMANDS[name].arguments
     given = {key: value for key, value in message.items() if key not in ("v", "id", "command", "token")}
     for key, value in given.items():
         if key not in allowed:
             raise Refused(
                 Code.BAD_ARGUMENT,
-                f"{name}: unknown argument {key!r}; {suggest(key, list(allowed)) if allowed else 'it takes none'}",
+                f"{name}: unknown argument {shown(key)}; {suggest(key, list(allowed)) if allowed else 'it takes none'}",
             )
         if not isinstance(value, allowed[key]) or (isinstance(value, bool) and allowed[key] is not bool):
-            raise Refused(Code.BAD_ARGUMENT, f"{name}: {key}: {value!r} is not what it should be; see the control protocol")
+            raise Refused(Code.BAD_ARGUMENT, f"{name}: {key}: {shown(value)} is not what it should be; see the control protocol")
+        _check_usable(f"{name}: {key}", value)
     return Request(request_id(message), name, given)
 
 
-def default_socket() -> Path:
-    """Where the daemon listens: $PAMRIG_SOCKET, the service's folder under /run, the user's runtime folder, or /tmp."""
-    if named := os.environ.get("PAMRIG_SOCKET"):
-        return Path(named)
-    service = Path("/run/pamrig/pamrig.sock")
-    if service.exists() or os.access(service.parent, os.W_OK):
-        return service
-    runtime = os.environ.get("XDG_RUNTIME_DIR")
-    return Path(runtime) / "pamrig.sock" if runtime else Path(f"/tmp/pamrig-{os.getuid()}.sock")
+def _check_usable(where: str, value: Any) -> None:
+    """Refused for texts that no file name can be, and numbers that no float can hold, which JSON knows and nobody means."""
+    for item in value if isinstance(value, list) else (value,):
+        if isinstance(item, str) and ("\0" in item or not _encodable(item)):
+            raise Refused(Code.BAD_ARGUMENT, f"{where}: {shown(item)} holds a character that no file name can have")
+        if isinstance(item, int | float) and not -_MOST <= item <= _MOST:
+            raise Refused(Code.BAD_ARGUMENT, f"{where}: {shown(item)} is not a number that can be worked with")
+
+
+def _encodable(text: str) -> bool:
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True

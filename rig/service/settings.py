@@ -7,7 +7,7 @@ from pathlib import Path
 from rig.config import load
 from rig.errors import ConfigError
 from rig.fields import bounded
-from rig.service.protocol import default_socket
+from rig.service.places import default_socket
 from rig.service.retention import Policy
 
 

@@ -5,6 +5,7 @@ import fcntl
 import json
 import os
 import pty
+import secrets
 import select
 import socket
 import struct
@@ -24,6 +25,8 @@ from rig.cli import daemon as cli_daemon
 from rig.errors import RigError, StateError
 from rig.log.mcap.schema import SAMPLE_SCHEMA, SAMPLE_TOPIC
 from rig.qualify.faults.bench import SAFE_MPA, FaultBench
+from rig.realtime.shared import KEPT_RING
+from rig.realtime.shared import folder as shared_folder
 from rig.service import protocol
 from rig.service.client import Client
 from rig.service.control import MAX_CLIENTS
@@ -291,6 +294,44 @@ def test_too_many_clients_are_turned_away_and_the_others_served(bench: FaultBenc
             late.status()
         assert client.status()["clients"] == MAX_CLIENTS
     bench.wait(lambda: client.status()["clients"] == 1, "the crowd to go")
+
+
+def test_silent_connections_from_the_network_and_a_full_house_leave_the_emergency_stop_its_place(
+    bench: FaultBench, client: Client, ports: tuple[int, int]
+) -> None:
+    bench.wait(lambda: client.status()["clients"] == 1, "the clients of other tests to be forgotten")
+    with ExitStack() as crowd:
+        for _ in range(80):
+            crowd.enter_context(socket.create_connection(("127.0.0.1", ports[1]), timeout=10))
+        assert client.status()["state"] == "disarmed"
+        for _ in range(MAX_CLIENTS - 1 + 20):
+            silent = crowd.enter_context(socket.socket(socket.AF_UNIX))
+            silent.connect(str(bench.socket))
+        with bench.client() as late:
+            late.estop()
+        bench.wait(lambda: client.status()["fault"], "the fault")
+    bench.wait(lambda: client.status()["clients"] == 1, "the crowd to be forgotten")
+
+
+def test_a_second_daemon_with_the_same_state_folder_is_refused(bench: FaultBench, client: Client) -> None:
+    command = [sys.executable, "-m", "rig.cli.main", "daemon", "--socket", str(bench.folder / "t.sock")]
+    command += ["--logs", str(bench.folder / "other logs"), "--state", str(bench.state)]
+    second = subprocess.run(command, capture_output=True, text=True, timeout=30, check=False)
+    assert second.returncode == 2
+    assert f"{bench.state}: another daemon is running with this state folder" in second.stderr
+
+
+def test_a_pipe_among_the_shared_memory_holds_up_no_daemon(bench: FaultBench, client: Client) -> None:
+    pipes = [shared_folder() / f"pamrig-{secrets.token_hex(4)}{ending}" for ending in ("", KEPT_RING)]
+    for pipe in pipes:
+        os.mkfifo(pipe)
+    try:
+        bench.start()
+        assert bench.status()["state"] == "disarmed"
+        assert all(pipe.is_fifo() for pipe in pipes)
+    finally:
+        for pipe in pipes:
+            pipe.unlink()
 
 
 def test_the_socket_is_for_its_owner_only_unless_a_group_is_named(bench: FaultBench) -> None:

@@ -37,6 +37,7 @@ class Outer:
     several: list[Inner] = field(default_factory=list)
     named: dict[str, Inner] = field(default_factory=dict)
     path: Path | None = None
+    free: float = 0.0
 
 
 def fails(raw: Any, schema: type = Outer) -> str:
@@ -69,7 +70,7 @@ def test_what_fits_comes_out_typed() -> None:
         ({}, "the key 'name' is missing"),
         ({"name": "a", "inner": {"lenght_s": 1}}, "inner: unknown key 'lenght_s'; did you mean 'length_s'?"),
         ({"nmae": "a"}, "unknown key 'nmae'; did you mean 'name'?"),
-        ({"name": "a", 7: 1, "zz": 2}, "unknown key 7; allowed: count, inner, name, named, path, quick, several"),
+        ({"name": "a", 7: 1, "zz": 2}, "unknown key 7; allowed: count, free, inner, name, named, path, quick, several"),
         ({"name": 3}, "name: expected text, got 3"),
         ({"name": "a", "count": 1.5}, "count: expected a whole number, got 1.5"),
         ({"name": "a", "count": True}, "count: expected a whole number, got True"),
@@ -78,6 +79,12 @@ def test_what_fits_comes_out_typed() -> None:
         ({"name": "a", "quick": 1}, "quick: expected true or false, got 1"),
         ({"name": "a", "inner": {"length_s": "2 s"}}, "inner.length_s: expected a number, got '2 s'"),
         ({"name": "a", "inner": {"length_s": float("nan")}}, "inner.length_s: expected a finite number, got nan"),
+        ({"name": "a", "inner": {"length_s": 10**400}}, "inner.length_s: a number of more than 20 digits s is outside 0 .. 10 s"),
+        ({"name": "a", "free": 10**400}, "free: expected a number below 1.8e+308, got a number of more than 20 digits"),
+        ({"name": "a", "count": -(10**400)}, "count: a number of more than 20 digits is outside 1 .. 5"),
+        ({"name": "a", "quick": 10**400}, "quick: expected true or false, got a number of more than 20 digits"),
+        ({"name": "a", "path": "a\0b"}, "path: expected a path, got 'a\\x00b' with a character that no file name can have"),
+        ({"name": "a", "path": "\ud800"}, "path: expected a path, got '\\ud800' with a character that no file name can have"),
         ({"name": "a", "inner": {"length_s": 11}}, "inner.length_s: 11 s is outside 0 .. 10 s"),
         ({"name": "a", "inner": {"pair_mpa": [0.1]}}, "inner.pair_mpa: expected 2 values, got 1"),
         ({"name": "a", "inner": {"pair_mpa": 0.1}}, "inner.pair_mpa: expected a list, got 0.1"),
@@ -87,8 +94,8 @@ def test_what_fits_comes_out_typed() -> None:
         ({"name": "a", "inner": 3}, "inner: expected a mapping with the keys length_s, pair_mpa, colour; got 3"),
         ({"name": "a", "several": [{}, {"length_s": -1}]}, "several[1].length_s: -1 s is outside 0 .. 10 s"),
         ({"name": "a", "named": {"k": {"x": 1}}}, "named.k: unknown key 'x'; allowed: colour, length_s, pair_mpa"),
-        (None, "expected a mapping with the keys name, count, quick, inner, several, named, path; got nothing"),
-        ([1], "expected a mapping with the keys name, count, quick, inner, several, named, path; got a list"),
+        (None, "expected a mapping with the keys name, count, quick, inner, several, named, path, free; got nothing"),
+        ([1], "expected a mapping with the keys name, count, quick, inner, several, named, path, free; got a list"),
     ],
 )
 def test_what_does_not_fit_is_one_line(raw: Any, line: str) -> None:
@@ -144,6 +151,23 @@ def test_a_missing_file_is_told_with_its_neighbour(tmp_path: Path) -> None:
     (tmp_path / "latin.yaml").write_bytes(b"name: \xff")
     with pytest.raises(ConfigError, match="cannot be read: it is not UTF-8 text"):
         read_yaml(tmp_path / "latin.yaml")
+
+
+def test_a_number_outside_its_range_is_refused_before_anything_is_built_from_it() -> None:
+    @dataclass(frozen=True)
+    class Built:
+        length: int = bounded(1, 10)
+
+        def __post_init__(self) -> None:
+            assert self.length <= 10, "built from a number that nobody had looked at"
+
+    assert fails({"length": 2**31 - 1}, Built) == "length: 2.14748e+09 is outside 1 .. 10"
+
+
+@pytest.mark.parametrize("name", ["a\0b", "a\ud800"])
+def test_a_name_that_no_file_can_have_is_one_line(name: str) -> None:
+    with pytest.raises(ConfigError, match=r"cannot be read: no file can have such a name"):
+        read_yaml(Path(f"/tmp/{name}"))
 
 
 def test_suggestions() -> None:

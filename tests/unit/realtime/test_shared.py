@@ -2,6 +2,7 @@
 
 import os
 import secrets
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -11,7 +12,7 @@ import pytest
 
 from rig.errors import StateError
 from rig.realtime import shared
-from rig.realtime.shared import SharedBlock, living_owner, sweep_stale
+from rig.realtime.shared import SharedBlock, is_stale, living_owner, sweep_stale
 
 pytestmark = pytest.mark.real_time
 
@@ -140,3 +141,46 @@ def test_closing_ends_the_views(name: str) -> None:
     block.close()
     with pytest.raises(ValueError, match="released"):
         _ = block.words[0]
+
+
+@pytest.fixture
+def _in_time() -> Iterator[None]:
+    """Who hangs for two seconds is interrupted."""
+    before = signal.signal(signal.SIGALRM, lambda *_: pytest.fail("it hangs"))
+    signal.setitimer(signal.ITIMER_REAL, 2.0)
+    yield
+    signal.setitimer(signal.ITIMER_REAL, 0.0)
+    signal.signal(signal.SIGALRM, before)
+
+
+@pytest.mark.usefixtures("_in_time")
+@pytest.mark.parametrize("kind", ["pipe", "folder", "link", "dangling link"])
+def test_what_anybody_put_into_the_folder_is_neither_waited_for_nor_followed_nor_removed(name: str, kind: str) -> None:
+    path, target = shared.folder() / f"pamrig-{name}", of_a_dead_process(f"{name}-target")
+    {
+        "pipe": lambda: os.mkfifo(path),
+        "folder": lambda: path.mkdir(),
+        "link": lambda: path.symlink_to(target),
+        "dangling link": lambda: path.symlink_to("nowhere"),
+    }[kind]()
+    try:
+        assert living_owner(path) == 0
+        assert not is_stale(path)
+        assert path not in sweep_stale()
+        with pytest.raises(StateError, match="no such shared memory"):
+            SharedBlock.attach(path)
+        assert os.path.lexists(path)
+    finally:
+        path.rmdir() if kind == "folder" else path.unlink()
+
+
+def test_another_user_s_block_is_neither_mapped_nor_removed(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = of_a_dead_process(name)
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "geteuid", lambda: 12345)
+        assert not is_stale(path)
+        assert path not in sweep_stale()
+        with pytest.raises(StateError, match="is not a file of yours: mode -rw-------, user "):
+            SharedBlock.attach(path)
+    assert path.exists()
+    assert is_stale(path)

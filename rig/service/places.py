@@ -1,0 +1,116 @@
+"""Where socket and locks lie, and whether what is found there may be trusted. Folders like /tmp belong to everybody on the machine.
+
+Nothing here blocks or follows a link: who may write to the folder could have put a pipe, a link or a process of his own there.
+"""
+
+import errno
+import fcntl
+import os
+import socket
+import stat
+import struct
+import tempfile
+from pathlib import Path
+from typing import Final
+
+from rig.errors import StateError
+
+_SERVICE: Final = Path("/run/pamrig/pamrig.sock")
+_CREDENTIALS: Final = struct.Struct("3i")  # struct ucred: pid, uid, gid (unix(7))
+_OTHERS_WRITE: Final = stat.S_IWGRP | stat.S_IWOTH
+
+
+def default_socket() -> Path:
+    """Where the daemon listens: $PAMRIG_SOCKET, the service's folder under /run, the user's runtime folder, or one in /tmp."""
+    if named := os.environ.get("PAMRIG_SOCKET"):
+        return Path(named)
+    if _SERVICE.exists() or os.access(_SERVICE.parent, os.W_OK):
+        return _SERVICE
+    runtime = os.environ.get("XDG_RUNTIME_DIR")
+    return (Path(runtime) if runtime else own_folder()) / "pamrig.sock"
+
+
+def own_folder() -> Path:
+    """The user's folder where the system gives him none, in /tmp; `check_folder` says whether it is his indeed."""
+    return Path(tempfile.gettempdir()) / f"pamrig-{os.getuid()}"
+
+
+def check_folder(folder: Path, *, make: bool = False) -> None:
+    """StateError when `folder` is `own_folder` and not a folder of this user alone. With `make`, a missing one is made (mode 700)."""
+    if folder != own_folder():
+        return
+    if make:
+        try:
+            folder.mkdir(mode=0o700)
+        except FileExistsError:
+            pass
+        except OSError as error:
+            raise StateError(f"{folder}: cannot be made: {error.strerror}") from None
+    try:
+        found = os.lstat(folder)
+    except FileNotFoundError:
+        return  # then there is no socket either
+    if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid() or found.st_mode & 0o077:
+        whose = f"mode {stat.S_IMODE(found.st_mode):o}, of user {found.st_uid}"
+        raise StateError(f"{folder}: is not a folder of yours alone ({whose}): somebody else made it; set PAMRIG_SOCKET")
+
+
+def make_way(path: Path) -> None:
+    """Remove a stale socket (or an empty file) at `path`; StateError for anything else: it is not ours to remove."""
+    try:
+        found = os.lstat(path)
+    except FileNotFoundError:
+        return
+    if not stat.S_ISSOCK(found.st_mode) and not (stat.S_ISREG(found.st_mode) and found.st_size == 0):
+        raise StateError(f"{path}: is there already and is no socket; give another place with --socket")
+    path.unlink(missing_ok=True)
+
+
+def take_lock(path: Path, taken: str) -> int:
+    """The lock file at `path`, made where it is missing; returns its descriptor. StateError, with the words `taken`, when it is held."""
+    try:
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, 0o600)
+    except OSError as error:
+        why = "it is a symbolic link" if error.errno == errno.ELOOP else error.strerror
+        raise StateError(f"{path}: cannot be made: {why}") from None
+    try:
+        _check_lock(path, os.fstat(descriptor))
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(descriptor)
+        raise StateError(taken) from None
+    except StateError:
+        os.close(descriptor)
+        raise
+    return descriptor
+
+
+def _check_lock(path: Path, found: os.stat_result) -> None:
+    if not stat.S_ISREG(found.st_mode):
+        raise StateError(f"{path}: is no regular file, as a lock is")
+    if found.st_uid != os.geteuid() and found.st_uid != _owner(path.parent):
+        raise StateError(f"{path}: belongs to user {found.st_uid}, not to you")
+
+
+def _owner(folder: Path) -> int | None:
+    """User whose folder it is; None where others may write too."""
+    found = os.stat(folder)
+    return None if found.st_mode & _OTHERS_WRITE else found.st_uid
+
+
+def peer_uid(connection: socket.socket) -> int:
+    """User of the process at the other end of a Unix socket, as the kernel knows it (SO_PEERCRED)."""
+    credentials = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
+    return int(_CREDENTIALS.unpack(credentials)[1])
+
+
+def check_daemon(path: Path, connection: socket.socket) -> None:
+    """StateError when who listens at `path` is neither this user, root, nor the one whose folder it is: its "ok" would mean nothing."""
+    uid = peer_uid(connection)
+    if uid not in (0, os.getuid(), _owner(path.parent)):
+        raise StateError(f"{path}: who listens there is user {uid}, neither you nor root: not a daemon to rely on")
+
+
+def may_command(connection: socket.socket, group: str) -> bool:
+    """A client may command: this user's, root's, or one whom the permissions for `group` have let in."""
+    return bool(group) or peer_uid(connection) in (0, os.getuid())
