@@ -15,8 +15,8 @@ from rig.gap.carry import Applied, full_numbers
 from rig.gap.engine import overall_gap
 from rig.gap.handover import MEAN_MOVED, must
 from rig.gap.kernels import square_sum
-from rig.gap.lost import loudness
 from rig.gap.prepared import Prepared
+from rig.gap.raw_tests.lost import loudness
 from rig.gap.result import Diagnosis
 from rig.gap.solve import descend
 from rig.model.effect_stages import EFFECT_STAGES

@@ -12,8 +12,8 @@ from rig.gap.carry import Applied, full_numbers
 from rig.gap.effects import LIBRARY, alike
 from rig.gap.engine import overall_gap
 from rig.gap.findings import Findings
-from rig.gap.mark import Signature
 from rig.gap.prepared import Judged, Prepared
+from rig.gap.raw_tests.signature import Signature
 from rig.gap.result import Cause, Interval
 from rig.gap.trigger import trigger
 from rig.gap.verdict import explained

@@ -30,13 +30,13 @@ from rig.gap.floor import (
 )
 from rig.gap.handover import doubting, echo, monitor_noise, must
 from rig.gap.kernels import regulated
-from rig.gap.mark import Signature
 from rig.gap.nominal import Reference, describe, fit_regulators, mean_session
-from rig.gap.pairs import Pair, pair_up
 from rig.gap.prepared import Judged, Prepared, untriggered
+from rig.gap.raw_tests.read import read_signatures
+from rig.gap.raw_tests.signature import Signature
+from rig.gap.records.pairs import Pair, pair_up
+from rig.gap.records.strangers import without_strangers
 from rig.gap.side import Side
-from rig.gap.signatures import read_signatures
-from rig.gap.strangers import without_strangers
 from rig.gap.trigger import trigger
 from rig.gap.verdict import (
     HALF,

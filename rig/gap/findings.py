@@ -24,9 +24,9 @@ from rig.gap.engine import (
 )
 from rig.gap.handover import doubts, faint, misreading, stiffened, stripped, with_mean_law
 from rig.gap.kernels import square_sum
-from rig.gap.lost import bridged, lost_rows
-from rig.gap.mark import Signature
 from rig.gap.prepared import Judged, Prepared, untriggered
+from rig.gap.raw_tests.lost import bridged, lost_rows
+from rig.gap.raw_tests.signature import Signature
 from rig.gap.verdict import leaves_too_much
 from rig.model.parameters import Model
 from rig.record import Column, Record

@@ -10,7 +10,7 @@ import numpy as np
 
 from rig.gap.kernels import stops
 from rig.gap.nominal import Nominal, Reference
-from rig.gap.pairs import Pair
+from rig.gap.records.pairs import Pair
 from rig.gap.side import Side
 from rig.record import Column
 

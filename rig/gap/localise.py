@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from rig.gap.pairs import Pair
+from rig.gap.records.pairs import Pair
 from rig.record import Column
 
 REGIONS = 5

@@ -13,7 +13,7 @@ import yaml
 
 from rig.gap.carry import Applied, Track, lay_tracks, ready, response_with
 from rig.gap.nominal import Nominal, Reference
-from rig.gap.pairs import Pair, Session
+from rig.gap.records.pairs import Pair, Session
 from rig.record import Column, Record
 
 PERIOD_S = 0.005

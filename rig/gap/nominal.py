@@ -14,7 +14,7 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.optimize import lsq_linear
 
 from rig.gap.kernels import CARRIER_TERMS, carried, carrier_terms, pushed, regulated, stops
-from rig.gap.pairs import Pair
+from rig.gap.records.pairs import Pair
 from rig.gap.solve import descend
 from rig.model.effect_stages.joint import LOOP_RADII_DEG
 from rig.record import Column

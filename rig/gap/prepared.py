@@ -6,7 +6,7 @@ from rig.gap.attribute import Candidate
 from rig.gap.bench import Bench
 from rig.gap.carry import Track
 from rig.gap.nominal import Nominal, Reference
-from rig.gap.pairs import Pair, Pairing
+from rig.gap.records.pairs import Pair, Pairing
 from rig.gap.side import Side
 from rig.gap.trigger import Trigger
 

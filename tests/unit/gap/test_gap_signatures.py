@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from gap_rigs import baselines, session
 
-from rig.gap.lost import bridged, lost_rows
-from rig.gap.mark import Signature
-from rig.gap.pairs import pair_up
-from rig.gap.signatures import read_signatures
+from rig.gap.raw_tests.lost import bridged, lost_rows
+from rig.gap.raw_tests.read import read_signatures
+from rig.gap.raw_tests.signature import Signature
+from rig.gap.records.pairs import pair_up
 from rig.record import Column, Record
 
 

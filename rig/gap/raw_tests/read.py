@@ -9,10 +9,10 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.ndimage import gaussian_filter1d, uniform_filter1d
 
-from rig.gap.lines import fast_spectra, lone_line, mains_line, without_line
-from rig.gap.lost import angles_of, repeat_share, share_by_chance
-from rig.gap.mark import SMOOTHED, Signature
-from rig.gap.pairs import SMOOTHING_S, Pair
+from rig.gap.raw_tests.lost import angles_of, repeat_share, share_by_chance
+from rig.gap.raw_tests.signature import SMOOTHED, Signature
+from rig.gap.raw_tests.spectral_lines import fast_spectra, lone_line, mains_line, without_line
+from rig.gap.records.pairs import SMOOTHING_S, Pair
 from rig.record import Column, Record
 
 LOST_JUMP = 1.2

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d, median_filter
 from scipy.signal import filtfilt, iirnotch, periodogram
 
-from rig.gap.mark import SMOOTHED, Signature
-from rig.gap.pairs import SMOOTHING_S
+from rig.gap.raw_tests.signature import SMOOTHED, Signature
+from rig.gap.records.pairs import SMOOTHING_S
 from rig.record import Column, Record
 
 LINES_HZ = (50.0, 60.0)

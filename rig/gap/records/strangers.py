@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rig.gap.pairs import Pair, Pairing
+from rig.gap.records.pairs import Pair, Pairing
 from rig.record import Column
 
 FAR = 5.0

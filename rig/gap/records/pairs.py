@@ -10,7 +10,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from rig.errors import RecordError
-from rig.gap.usable import LONGEST_GAP_S, SHORTEST_S, check_scale, hole, reasons, silent_monitor, usable
+from rig.gap.records.usable import LONGEST_GAP_S, SHORTEST_S, check_scale, hole, reasons, silent_monitor, usable
 from rig.record import Column, Record
 
 SMOOTHING_S = 0.012
