@@ -7,6 +7,7 @@ wrong ends in one ConfigError line: the file, the path of the key, what stands t
 import dataclasses
 import difflib
 import errno
+import itertools
 import math
 import os
 import re
@@ -24,11 +25,13 @@ from cattrs.gen import make_dict_structure_fn
 from rig.errors import ConfigError
 from rig.fields import bounded
 
-__all__ = ["bounded", "load", "read_yaml", "shown", "structure", "suggest", "unstructure"]
+__all__ = ["bounded", "load", "read_text", "read_yaml", "shown", "structure", "suggest", "unstructure"]
 
 T = TypeVar("T")
 MOST_BYTES = 4 * 1024 * 1024
 """No config is longer; what is, was meant for another program."""
+MOST_VALUES = 500_000
+"""Nor does any hold more values; anchors and aliases that multiply count as often as they stand for something."""
 _SHOWN_CHARACTERS = 200
 _LONG_NUMBER = 10**20
 
@@ -49,18 +52,11 @@ def structure(raw: object, schema: type[T], where: str) -> T:
         raise ConfigError(f"{where}: {_join(path)}{_explain(leaf)}") from None
 
 
-def read_yaml(path: Path) -> object:
-    """The YAML at `path` as plain data; ConfigError names the line when it is broken."""
+def read_yaml(path: Path, most_bytes: int = MOST_BYTES) -> object:
+    """The YAML at `path` as plain data; ConfigError names the line when it is broken, and what is too large before it is built."""
+    text = read_text(path, most_bytes)
     try:
-        text = _text(path)
-    except FileNotFoundError:
-        raise ConfigError(f"{path}: no such file{_nearest_file(path)}") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or 'it is not UTF-8 text'}") from None
-    except ValueError:
-        raise ConfigError(f"{str(path)!r}: cannot be read: no file can have such a name") from None
-    try:
-        return yaml.load(text, Loader=_StrictLoader)
+        return _built(text)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark
         line = f", line {mark.line + 1}" if mark else ""
@@ -71,13 +67,49 @@ def read_yaml(path: Path) -> object:
         raise ConfigError(f"{path}: not valid YAML: nested too deeply") from None
 
 
-def _text(path: Path) -> str:
-    """What stands in a file. A pipe may never end and a device is endless: neither is opened, a daemon would hang on it."""
+def read_text(path: Path, most_bytes: int = MOST_BYTES) -> str:
+    """What stands in a file of text; ConfigError, one line, when it cannot be read or is longer than that."""
+    try:
+        return _text(path, most_bytes)
+    except FileNotFoundError:
+        raise ConfigError(f"{path}: no such file{_nearest_file(path)}") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or 'it is not UTF-8 text'}") from None
+    except ValueError:
+        raise ConfigError(f"{str(path)!r}: cannot be read: no file can have such a name") from None
+
+
+def _text(path: Path, most_bytes: int) -> str:
+    """A pipe may never end and a device is endless: neither is opened, a daemon would hang on it."""
     if path.exists() and not path.is_file() and not path.is_dir():
         raise OSError(errno.EINVAL, "it is not a regular file")
-    if path.is_file() and (size := path.stat().st_size) > MOST_BYTES:
-        raise OSError(errno.EFBIG, f"it has {size} bytes, allowed are {MOST_BYTES}")
+    if path.is_file() and (size := path.stat().st_size) > most_bytes:
+        raise OSError(errno.EFBIG, f"it has {size} bytes, allowed are {most_bytes}")
     return path.read_text(encoding="utf-8")
+
+
+def _built(text: str) -> object:
+    loader = _StrictLoader(text)
+    try:
+        root = loader.get_single_node()
+        if root is None:
+            return None
+        if _values(root, {}) > MOST_VALUES:
+            raise yaml.YAMLError(f"it stands for more than {MOST_VALUES} values, written out")
+        return loader.construct_document(root)
+    finally:
+        loader.dispose()
+
+
+def _values(node: yaml.Node, known: dict[int, int]) -> int:
+    """How many values a part of a document stands for when each alias is written out."""
+    if isinstance(node, yaml.ScalarNode):
+        return 1
+    if id(node) not in known:
+        known[id(node)] = MOST_VALUES  # a list that holds itself has no end
+        parts = itertools.chain(*node.value) if isinstance(node, yaml.MappingNode) else node.value
+        known[id(node)] = 1 + sum(_values(part, known) for part in parts)
+    return known[id(node)]
 
 
 def unstructure(value: object) -> Any:

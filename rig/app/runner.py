@@ -141,7 +141,8 @@ def _orders(session: Session, rig: RigConfig, runs: Sequence[Planned], wishes: W
     return [
         order_of(
             session,
-            planned.program,
+            planned.program.run,
+            len(planned.program.p1_mpa),
             wishes.out / f"{planned.name}.mcap",
             {**common, "name": planned.name, **planned.facts},
             attachments,

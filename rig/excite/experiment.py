@@ -6,13 +6,14 @@ Whether a run fits the rig is envelope.py; carrying it out tick by tick is rig.r
 """
 
 import itertools
+import math
 from array import array
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, cast
 
-from rig.config import read_yaml, structure, suggest
+from rig.config import read_yaml, shown, structure, suggest
 from rig.errors import ConfigError
 from rig.excite.signals import Chirp, Mixed, Multisine, Signal, Sine, Triangle, amount, sampled
 from rig.excite.steps import Hold, Prbs, Staircase
@@ -34,6 +35,11 @@ SIGNALS: dict[str, type] = {
 
 TICKS_PER_CYCLE = 4
 """A frequency that gets fewer ticks than this in a cycle is refused: the rig would see another signal."""
+MOST_SWEEP_BYTES = 256 * 1024
+MOST_RECORDS = 20_000
+"""Of one sweep: two days of records of ten seconds."""
+MOST_TICKS = 20_000_000
+"""Of all different waveforms of a sweep together: a day at 5 ms and some more, 160 MB."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +96,7 @@ class _Head(Timing):
 
 def load_sweep(path: Path) -> Sweep:
     """The sweep at `path`; ConfigError names the key when it does not fit. Any parameter of a signal may be a list."""
-    raw = read_yaml(path)
+    raw = read_yaml(path, MOST_SWEEP_BYTES)
     if not isinstance(raw, dict):
         raise ConfigError(f"{path}: expected a mapping with the keys records, {', '.join(f.name for f in fields(_Head))}")
     keys = dict(raw)
@@ -101,6 +107,11 @@ def load_sweep(path: Path) -> Sweep:
     if "p0_mpa" in keys and not isinstance(keys["p0_mpa"], list):
         keys["p0_mpa"] = [keys["p0_mpa"]]
     head = structure(keys, _Head, str(path))
+    count = head.repeats * len(head.p0_mpa) * sum(_combinations(record) for record in records)
+    if count > MOST_RECORDS:
+        raise ConfigError(
+            f"{path}: records: stand for {shown(count)} records (lists, p0_mpa and repeats multiply); at most {MOST_RECORDS}"
+        )
     shared = {f.name: keys[f.name] for f in fields(Timing) if f.name in keys}
     signals = tuple(pair for index, record in enumerate(records) for pair in _record(record, shared, path, f"records[{index}]"))
     return Sweep(head.name or path.stem, signals, head.p0_mpa, head.repeats)
@@ -122,6 +133,13 @@ def _record(raw: object, shared: Mapping[str, Any], path: Path, where: str) -> I
         yield signal, structure(dict(shared) | whole | own, Timing, f"{path}: {where}")
 
 
+def _combinations(record: object) -> int:
+    """How many signals one entry of `records` stands for, without making them; what is no signal counts once, and is told later."""
+    settings = [value for key, value in record.items() if key in SIGNALS] if isinstance(record, dict) else []
+    lists = [item for each in settings if isinstance(each, dict) for item in each.values() if isinstance(item, list)]
+    return math.prod(len(item) for item in lists)
+
+
 def _product(settings: object) -> Iterator[object]:
     """{a: [1, 2], b: 3} as {a: 1, b: 3}, {a: 2, b: 3}; the first key varies slowest."""
     if not isinstance(settings, dict):
@@ -133,13 +151,34 @@ def _product(settings: object) -> Iterator[object]:
 
 
 def expand(sweep: Sweep, period_ns: int) -> list[RunPlan]:
-    """Every run of the sweep on a grid of `period_ns`, in order. ConfigError when the grid is too coarse for a signal."""
-    waves: dict[tuple[Signal, int], array[float]] = {}  # repeats share theirs
+    """Every run of the sweep on a grid of `period_ns`, in order. ConfigError when the grid is too coarse for a signal.
+
+    Also when all its waveforms together would be more than MOST_TICKS, before one is made.
+    """
+    lengths = {(signal, _ticks(timing.duration_s, period_ns, 1)) for signal, timing in sweep.signals}
+    total = sum(ticks for _, ticks in lengths)
+    if total > MOST_TICKS:
+        hours = total * period_ns / 3.6e12
+        raise ConfigError(f"{sweep.name}: its waveforms last {hours:.1f} h together, {total} ticks; at most {MOST_TICKS} ticks")
+    for signal, _ in sweep.signals:
+        _check_grid(sweep.name, signal, period_ns)
+    waves = {(signal, ticks): sampled(signal, ticks, period_ns) for signal, ticks in lengths}  # repeats share theirs
     plans = [
         _plan(signal, timing, p0, sweep, repeat, period_ns, waves)
         for repeat, p0, (signal, timing) in itertools.product(range(1, sweep.repeats + 1), sweep.p0_mpa, sweep.signals)
     ]
     return _told_apart(plans)
+
+
+def _ticks(length_s: float, period_ns: int, least: int = 0) -> int:
+    return max(round(length_s * 1e9 / period_ns), least)
+
+
+def _check_grid(sweep: str, signal: Signal, period_ns: int) -> None:
+    if signal.highest_hz * period_ns * 1e-9 * TICKS_PER_CYCLE > 1:
+        most = 1e9 / period_ns / TICKS_PER_CYCLE
+        has = f"{sweep}: {signal.label} holds {signal.highest_hz:g} Hz"
+        raise ConfigError(f"{has}; a period of {period_ns / 1e6:g} ms allows {most:g} Hz")
 
 
 def _plan(
@@ -149,28 +188,17 @@ def _plan(
     sweep: Sweep,
     repeat: int,
     period_ns: int,
-    waves: "dict[tuple[Signal, int], array[float]]",
+    waves: "Mapping[tuple[Signal, int], array[float]]",
 ) -> RunPlan:
-    if signal.highest_hz * period_ns * 1e-9 * TICKS_PER_CYCLE > 1:
-        most = 1e9 / period_ns / TICKS_PER_CYCLE
-        has = f"{sweep.name}: {signal.label} holds {signal.highest_hz:g} Hz"
-        raise ConfigError(f"{has}; a period of {period_ns / 1e6:g} ms allows {most:g} Hz")
-
-    def ticks(length_s: float) -> int:
-        return round(length_s * 1e9 / period_ns)
-
-    key = (signal, max(ticks(timing.duration_s), 1))
-    if key not in waves:
-        waves[key] = sampled(*key, period_ns)
     several = (f"_p0_{amount(p0_mpa)}mpa" if len(sweep.p0_mpa) > 1 else "") + (f"_r{repeat}" if sweep.repeats > 1 else "")
     return RunPlan(
         name=signal.label + several,
         p0_mpa=p0_mpa,
-        dp_mpa=waves[key],
-        settle_ticks=ticks(timing.settle_s),
-        zero_ticks=ticks(timing.zero_s),
-        ramp_in_ticks=ticks(timing.ramp_in_s),
-        ramp_out_ticks=ticks(timing.ramp_out_s),
+        dp_mpa=waves[signal, _ticks(timing.duration_s, period_ns, 1)],
+        settle_ticks=_ticks(timing.settle_s, period_ns),
+        zero_ticks=_ticks(timing.zero_s, period_ns),
+        ramp_in_ticks=_ticks(timing.ramp_in_s, period_ns),
+        ramp_out_ticks=_ticks(timing.ramp_out_s, period_ns),
         facts=_parameters(signal) | {"p0_mpa": p0_mpa, "repeat": repeat, "sweep": sweep.name},
     )
 

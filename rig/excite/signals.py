@@ -108,6 +108,10 @@ class Mixed(_Tone):
         return self.amplitude_mpa * math.fsum(part * math.sin(factor * turn) for part, factor in MIXED_PARTS)
 
 
+_MOST_LINE = 2500
+"""Its peak is looked for on 16 points a line, with every line at each: five seconds for this many."""
+
+
 @dataclass(frozen=True)
 class Multisine:
     """Equal sines on the odd multiples of 1/period_s between low and high, with random phases drawn from the seed.
@@ -123,6 +127,9 @@ class Multisine:
     seed: int = bounded(0, 2**32 - 1, default=1)
 
     def __post_init__(self) -> None:
+        if self.high_hz * self.period_s > _MOST_LINE:
+            highest = f"high_hz times period_s is {self.high_hz * self.period_s:g}"
+            raise ValueError(f"{highest}, the number of its highest line; at most {_MOST_LINE}")
         if not self.lines:
             raise ValueError(f"no odd multiple of 1/{self.period_s:g} s lies in {self.low_hz:g} .. {self.high_hz:g} Hz")
 

@@ -12,6 +12,9 @@ from pathlib import Path
 from rig.errors import ConfigError
 from rig.fields import bounded
 
+MOST_TABLE_BYTES = 512 * 1024 * 1024
+"""A day of rows at 5 ms, written with every digit."""
+
 
 @dataclass(frozen=True)
 class Waveform:
@@ -37,8 +40,12 @@ class Waveform:
         try:
             if self.file.exists() and not self.file.is_file():
                 raise OSError(errno.EINVAL, "it is not a regular file")
+            if self.file.exists() and (size := self.file.stat().st_size) > MOST_TABLE_BYTES:
+                raise OSError(errno.EFBIG, f"it has {size} bytes, allowed are {MOST_TABLE_BYTES}")
             with self.file.open(newline="", encoding="utf-8") as lines:
                 return _table(self.file, csv.DictReader(lines))
+        except csv.Error as error:
+            raise ConfigError(f"{self.file}: cannot be read: {error}") from None
         except (OSError, UnicodeDecodeError) as error:
             why = getattr(error, "strerror", None) or "it is not UTF-8 text"
             raise ConfigError(f"{self.file}: cannot be read: {why}") from None

@@ -87,8 +87,11 @@ class Program:
         counts = (self.run, self.settle_ticks, self.zero_ticks, self.ramp_in_ticks, n, self.ramp_out_ticks)
         for word, value in enumerate(counts, _FIRST):
             block.words[word] = value
-        table = array("d", (self.rest_p1_mpa, self.rest_p2_mpa, *self.p1_mpa, *self.p2_mpa)).tobytes()
-        block.bytes[_TABLE : _TABLE + len(table)] = table
+        place = _TABLE
+        for part in ((self.rest_p1_mpa, self.rest_p2_mpa), self.p1_mpa, self.p2_mpa):
+            table = memoryview(array("d", part)).cast("B")
+            block.bytes[place : place + len(table)] = table
+            place += len(table)
         return block
 
     @classmethod

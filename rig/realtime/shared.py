@@ -81,6 +81,13 @@ class SharedBlock:
             raise StateError(f"{path}: belongs to session {block.session:x}, not {session:x}: stale shared memory")
         return block
 
+    @classmethod
+    def adopt(cls, path: Path, session: int) -> Self:
+        """Map a block that another process has made for this one, and be its owner from now on."""
+        block = cls.attach(path, session)
+        block.words[_PID_WORD] = os.getpid()
+        return block
+
     @property
     def session(self) -> int:
         """Id of the session that made the block."""

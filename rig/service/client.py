@@ -12,11 +12,14 @@ import socket
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Final, Self
 
 from rig.errors import RigError, StateError
 from rig.service import places, protocol
 from rig.service.protocol import Code
+
+_EXPANDING_S: Final = 60.0
+"""So long the daemon bears with each sweep of a `start`."""
 
 
 class Client:
@@ -24,7 +27,7 @@ class Client:
 
     def __init__(self, path: Path | None = None, timeout_s: float = 40.0) -> None:
         self.path = path or places.default_socket()
-        self._number = 0
+        self._number, self._timeout_s = 0, timeout_s
         places.check_folder(self.path.parent)
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         self._socket.settimeout(timeout_s)
@@ -78,6 +81,13 @@ class Client:
         does it before the new sweeps, "leave" leaves it where it is.
         """
         paths = [str(Path(sweep).absolute()) for sweep in sweeps]
+        self._socket.settimeout(self._timeout_s + _EXPANDING_S * len(paths))
+        try:
+            return self._start(paths, pause_s, before)
+        finally:
+            self._socket.settimeout(self._timeout_s)
+
+    def _start(self, paths: list[str], pause_s: float, before: str) -> list[dict[str, Any]]:
         return list(self.call("start", sweeps=paths, pause_s=pause_s, **({"before": before} if before else {})))
 
     def stop(self, after_current: bool = False) -> None:

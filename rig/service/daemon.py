@@ -19,13 +19,14 @@ from rig.service.keeper import Keeper, Parts
 from rig.service.ledger import Ledger
 from rig.service.live import LiveView
 from rig.service.notify import Notifier
+from rig.service.planner import Planner
 from rig.service.protocol import VERSION, Code, Refused, Request
 from rig.service.retention import NOTICE_S, Retention
 from rig.service.session import ending_signals
 from rig.service.settings import DaemonSettings
 from rig.service.telemetry import fault_json
 from rig.service.work import Queue
-from rig.service.worker import Worker, plans_of
+from rig.service.worker import Worker
 
 _TURN_S: Final = 0.02
 _NICE: Final = -10
@@ -53,6 +54,9 @@ class Daemon:
         self._ledger = Ledger(settings.ledger)
         self._retention = Retention(self._ledger, settings.retention)
         self._worker = Worker(self._keeper, self._queue, parts.rig, settings, self._ledger)
+        self._checker = Planner(parts.rig)
+        """Apart from the worker's: what a client sends must not hold up a sweep that runs."""
+        self._starting = asyncio.Lock()
         self._server = Server(self._handle, self.status)
         self._live = LiveView(settings.live.port)
         self._notifier = Notifier()
@@ -96,7 +100,10 @@ class Daemon:
             self._keep(saved, "left by a daemon that had died")
         await loop.run_in_executor(self._starter, self._keeper.open)
         self._live.follow(self._keeper.session)
-        self._tasks = [asyncio.create_task(work) for work in (self._turn(), self._worker.run(), self._house(), self._make_room())]
+        self._tasks = [asyncio.create_task(planner.warm()) for planner in (self._checker, self._worker.planner)]
+        self._tasks += [
+            asyncio.create_task(work) for work in (self._turn(), self._worker.run(), self._house(), self._make_room())
+        ]
         for task in self._tasks:
             task.add_done_callback(self._task_ended)
         self._notifier.say(READY=1, STATUS=self._keeper.state.name.lower())
@@ -112,6 +119,8 @@ class Daemon:
         self._notifier.say(STOPPING=1)
         for task in self._tasks:
             task.cancel()
+        for planner in (self._checker, self._worker.planner):
+            await asyncio.to_thread(planner.close)
         await asyncio.gather(*self._tasks, return_exceptions=True)
         self._live.close()
         left = await asyncio.get_running_loop().run_in_executor(self._starter, self._keeper.close)
@@ -218,12 +227,16 @@ class Daemon:
         if self._keeper.state is not State.RUNNING:
             self._keeper.must(Event.START)
         _check_start(sweeps, pause_s, before)
+        async with self._starting:  # what one start adds is not what the next finds left over
+            return await self._queue_up([Path(sweep) for sweep in sweeps], pause_s, before)
+
+    async def _queue_up(self, sweeps: list[Path], pause_s: float, before: str) -> list[dict[str, Any]]:
         await asyncio.to_thread(self._worker.check_space)
-        planned = [(Path(sweep), await asyncio.to_thread(plans_of, Path(sweep), self._parts.rig)) for sweep in sweeps]
+        planned = [(sweep, await self._checker.check(sweep)) for sweep in sweeps]
         waits = self._worker.interrupted
         if sweeps and waits and not before:
             raise Refused(Code.WRONG_STATE, f"the queue holds {waits}; {_DECIDE}")
-        jobs = [await asyncio.to_thread(self._worker.add, path, plans, pause_s) for path, plans in planned]
+        jobs = [await asyncio.to_thread(self._worker.add, path, summary, pause_s) for path, summary in planned]
         if self._queue.next() is None:
             raise Refused(Code.WRONG_STATE, "the queue is empty; give a sweep to start")
         self._worker.go_on([job.id for job in jobs] if waits and before == "leave" else None)

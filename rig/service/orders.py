@@ -2,6 +2,7 @@
 
 import platform
 import time
+from array import array
 from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
@@ -21,8 +22,8 @@ def program_of(plan: RunPlan, run: int) -> Program:
         run=run,
         rest_p1_mpa=p0,
         rest_p2_mpa=p0,
-        p1_mpa=[p0 + dp / 2 for dp in plan.dp_mpa],
-        p2_mpa=[p0 - dp / 2 for dp in plan.dp_mpa],
+        p1_mpa=array("d", (p0 + dp / 2 for dp in plan.dp_mpa)),
+        p2_mpa=array("d", (p0 - dp / 2 for dp in plan.dp_mpa)),
         settle_ticks=plan.settle_ticks,
         zero_ticks=plan.zero_ticks,
         ramp_in_ticks=plan.ramp_in_ticks,
@@ -47,7 +48,7 @@ def session_facts(session: Session, rig: RigConfig) -> dict[str, Any]:
 
 
 def order_of(
-    session: Session, program: Program, path: Path, facts: Mapping[str, Any], attachments: Mapping[str, bytes]
+    session: Session, run: int, sweep_ticks: int, path: Path, facts: Mapping[str, Any], attachments: Mapping[str, bytes]
 ) -> RunOrder:
     """What the recorder is told of one run."""
-    return RunOrder(program.run, path, facts, attachments, len(program.p1_mpa), session.facts["wall_offset_ns"])
+    return RunOrder(run, path, facts, attachments, sweep_ticks, session.facts["wall_offset_ns"])

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from rig.errors import ConfigError, DeviceError, RigError
-from rig.realtime.commands import Mailbox, program_name
+from rig.realtime.commands import Mailbox, program_name, program_path
 from rig.realtime.program import Program
 from rig.realtime.ring import CAPACITY, Ring
 from rig.realtime.shared import KEPT_RING, SharedBlock, sweep_stale
@@ -129,6 +129,10 @@ class Session:
     def publish(self, program: Program) -> None:
         """Put a program where the loop finds it."""
         self._programs[program.run] = program.publish(program_name(self.id, program.run), self.id)
+
+    def adopt(self, run: int) -> None:
+        """Take over a program that another process has put where the loop finds it."""
+        self._programs[run] = SharedBlock.adopt(program_path(self.id, run), self.id)
 
     def retire(self, run: int) -> None:
         """Let go of the program of a run that is over."""

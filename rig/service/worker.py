@@ -9,17 +9,15 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
-from rig.errors import EnvelopeError, RigError
-from rig.excite.envelope import check
-from rig.excite.experiment import RunPlan, expand, load_sweep
+from rig.errors import RigError
 from rig.log.mcap.writer import PARTIAL_SUFFIX
 from rig.realtime.commands import Request
-from rig.realtime.program import Program
 from rig.realtime.state import State
 from rig.rig_config import RigConfig
 from rig.service.keeper import Keeper
 from rig.service.ledger import Ledger
-from rig.service.orders import order_of, program_of, session_facts
+from rig.service.orders import order_of, session_facts
+from rig.service.planner import Planner, Published, Summary
 from rig.service.protocol import Code, Refused
 from rig.service.recorder import RunResult
 from rig.service.session import Session
@@ -33,21 +31,6 @@ _LAST_RESULT_S: Final = 0.1
 _LOG = logging.getLogger("pamrig")
 
 
-def plans_of(path: Path, rig: RigConfig) -> list[RunPlan]:
-    """Every run of the sweep at `path`, checked against the rig's envelope. RigError, one line, when it does not fit."""
-    plans = expand(load_sweep(path), rig.period_ns)
-    checked = set()
-    for plan in plans:
-        way = (id(plan.dp_mpa), plan.p0_mpa, plan.ramp_in_ticks, plan.ramp_out_ticks)
-        if way not in checked:  # repeats go the same way
-            try:
-                check(plan, rig.limits, rig.period_ns)
-            except EnvelopeError as error:
-                raise EnvelopeError(f"{path.name}: {error}") from None
-            checked.add(way)
-    return plans
-
-
 class NoSpace(Refused):
     """The disk is too full for another record."""
 
@@ -57,20 +40,21 @@ class Worker:
 
     def __init__(self, keeper: Keeper, queue: Queue, rig: RigConfig, settings: DaemonSettings, ledger: Ledger) -> None:
         self._keeper, self._queue, self._rig, self._settings, self._ledger = keeper, queue, rig, settings, ledger
+        self.planner = Planner(rig)
         self._held = True
         """Nothing is started by itself: not after a restart, not after a stop or a fault."""
         self._only: frozenset[int] | None = None
         """The jobs that were asked for; None: the whole queue."""
         self._wake = asyncio.Event()
         self._last_run = 0
-        self._now: tuple[RunPlan, Program, int] | None = None
+        self._now: tuple[Published, int] | None = None
+        """The record that runs, and the loop's tick when it began."""
         self.current: Path | None = None
         self._pause_until = 0.0
 
-    def add(self, path: Path, plans: list[RunPlan], pause_s: float) -> Job:
+    def add(self, path: Path, sweep: Summary, pause_s: float) -> Job:
         """A sweep at the end of the queue."""
-        seconds = sum(plan.ticks for plan in plans) * self._rig.period_ns / 1e9
-        return self._queue.add(path, path.stem, len(plans), seconds, pause_s)
+        return self._queue.add(path, path.stem, sweep.records, sweep.seconds, pause_s)
 
     def go_on(self, only: Collection[int] | None = None) -> None:
         """Work until the queue, or what of it was asked for, is done."""
@@ -121,10 +105,12 @@ class Worker:
         job.state, job.error = JobState.RUNNING, ""
         await asyncio.to_thread(self._queue.save)
         try:
-            plans = await asyncio.to_thread(plans_of, Path(job.sweep), self._rig)
-            if len(plans) != job.total:
-                raise RigError(f"{job.sweep}: has {len(plans)} records now and had {job.total} when it was queued; start it anew")
-            await self._records(job, plans)
+            sweep = await self.planner.open(Path(job.sweep))
+            if sweep.records != job.total:
+                raise RigError(
+                    f"{job.sweep}: has {sweep.records} records now and had {job.total} when it was queued; start it anew"
+                )
+            await self._records(job, sweep)
         except NoSpace as error:
             self._give_up(job, JobState.STOPPED, str(error))
         except RigError as error:
@@ -133,15 +119,15 @@ class Worker:
             job.state = JobState.DONE if job.done == job.total else JobState.STOPPED
         await asyncio.to_thread(self._queue.save)
 
-    async def _records(self, job: Job, plans: list[RunPlan]) -> None:
+    async def _records(self, job: Job, sweep: Summary) -> None:
         self.check_space()
         job.folder = job.folder or str(self._folder(job.name))
         await asyncio.to_thread(Path(job.folder).mkdir, parents=True, exist_ok=True)
-        for plan in plans[job.done :]:
+        for index in range(job.done, job.total):
             if self._held:
                 return
             self.check_space()
-            result = await self._record(job, plan)
+            result = await self._record(job, sweep, index)
             if result is None or result.fault or result.error or self._keeper.fault:
                 self._give_up(job, JobState.STOPPED, self._why(result))
                 return
@@ -163,23 +149,23 @@ class Worker:
         except RigError as error:
             _LOG.error("%s", error)
 
-    async def _record(self, job: Job, plan: RunPlan) -> RunResult | None:
+    async def _record(self, job: Job, sweep: Summary, index: int) -> RunResult | None:
         """Carry out one run; None when the session broke under it."""
         keeper, session = self._keeper, self._keeper.session
         if session is None:
             return None
         self._last_run += 1
         run = self._last_run
-        program = await asyncio.to_thread(program_of, plan, run)
-        self.current = await asyncio.to_thread(_free, Path(job.folder) / f"{plan.name}.mcap")
-        facts: dict[str, Any] = {**session_facts(session, self._rig), **plan.facts, "name": plan.name, "job": job.id}
-        attachments = {**self._rig.files, "sweep.yaml": await asyncio.to_thread(Path(job.sweep).read_bytes)}
-        session.publish(program)
-        session.expect(order_of(session, program, self.current, facts, attachments))
-        session.mailbox.stop(False)
+        plan = await self.planner.publish(index, run, session.id)
+        session.adopt(run)
         try:
+            self.current = await asyncio.to_thread(_free, Path(job.folder) / f"{plan.name}.mcap")
+            facts: dict[str, Any] = {**session_facts(session, self._rig), **plan.facts, "name": plan.name, "job": job.id}
+            attachments = {**self._rig.files, "sweep.yaml": sweep.text}
+            session.expect(order_of(session, run, plan.sweep_ticks, self.current, facts, attachments))
+            session.mailbox.stop(False)
             await keeper.request(Request.START, run)
-            self._now = plan, program, keeper.telemetry.latest.tick if keeper.telemetry and keeper.telemetry.latest else 0
+            self._now = plan, keeper.telemetry.latest.tick if keeper.telemetry and keeper.telemetry.latest else 0
             _LOG.info("%s started, run %d", plan.name, run)
             return await self._result(session, run)
         finally:
@@ -230,13 +216,13 @@ class Worker:
         shown["pause_s"] = max(self._pause_until - time.monotonic(), 0.0)
         done_s = 0.0
         if self._now is not None and self._keeper.telemetry and self._keeper.telemetry.latest:
-            plan, program, started = self._now
-            tick = min(self._keeper.telemetry.latest.tick - started, program.ticks)
+            plan, started = self._now
+            tick = min(self._keeper.telemetry.latest.tick - started, plan.ticks)
             done_s = tick * self._rig.period_ns / 1e9
             shown["record"] = {
                 "name": plan.name,
-                "done": tick / program.ticks,
-                "left_s": (program.ticks - tick) * self._rig.period_ns / 1e9,
+                "done": tick / plan.ticks,
+                "left_s": (plan.ticks - tick) * self._rig.period_ns / 1e9,
             }
         shown["left_s"] = max(self._queue.seconds_left(None if self._held else self._only) - done_s, 0.0) + shown["pause_s"]
         return shown

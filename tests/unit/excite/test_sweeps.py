@@ -1,5 +1,7 @@
 """Sweeps: what their YAML expands to, what the shipped ones hold, and what is refused before anything moves."""
 
+import time
+import tracemalloc
 from array import array
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -138,3 +140,37 @@ def test_a_jump_is_refused_wherever_it_lies() -> None:
     }.items():
         with pytest.raises(EnvelopeError, match=rf"calm: set-point p1 would change by \d+ MPa/s; allowed is 2 .{part}"):
             check(plan, Envelope(), PERIOD_NS)
+
+
+TOO_MUCH = {
+    "lists that multiply": ("records: [{sine: {frequency_hz: [" + "1," * 2000 + "1], amplitude_mpa: [" + "0.1," * 2000 + "0.1]}}]",
+                            r"records: stand for 4004001 records \(lists, p0_mpa and repeats multiply\); at most 20000"),
+    "repeats": ("repeats: 10000\np0_mpa: [0.2, 0.21, 0.22]\nrecords: [{hold: {amplitude_mpa: 0.1}}]", "stand for 30000 records"),
+    "days of waveforms": ("duration_s: 86400\nrecords: [{sine: {frequency_hz: [0.1, 0.2], amplitude_mpa: 0.1}}]",
+                          "its waveforms last 48.0 h together, 34560000 ticks; at most 20000000 ticks"),
+    "lines without end": ("records: [{multisine: {amplitude_mpa: 0.1, high_hz: 2147483647}}]",
+                          r"multisine: high_hz: 2.14748e\+09 Hz is outside 0.001 .. 100 Hz"),
+    "lines and lines": ("records: [{multisine: {amplitude_mpa: 0.1, high_hz: 100, period_s: 1000}}]",
+                        "high_hz times period_s is 100000, the number of its highest line; at most 2500"),
+    "a long file": ("records: []" + " " * 300_000, "it has 300011 bytes, allowed are 262144"),
+    "numbers without end": ("records: [{sine: {frequency_hz: 1" + "0" * 400 + ", amplitude_mpa: 0.1}}]",
+                            "frequency_hz: a number of more than 20 digits Hz is outside"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "message"), TOO_MUCH.values(), ids=TOO_MUCH.keys())
+def test_what_stands_for_too_much_is_refused_before_it_is_built(tmp_path: Path, text: str, message: str) -> None:
+    tracemalloc.start()
+    began = time.process_time()
+    with pytest.raises(ConfigError, match=message):
+        plans(tmp_path, text)
+    assert time.process_time() - began < 3.0
+    assert tracemalloc.get_traced_memory()[1] < 30e6
+    tracemalloc.stop()
+
+
+@pytest.mark.parametrize("text", ["t_s,dp_mpa\n" + "1" * 200_000, "t_s,dp_mpa\n\0,1"])
+def test_a_table_that_is_none_is_one_line(tmp_path: Path, text: str) -> None:
+    (tmp_path / "w.csv").write_text(text)
+    with pytest.raises(ConfigError, match=r"w.csv"):
+        plans(tmp_path, "records: [{waveform: {file: w.csv}}]")

@@ -1,6 +1,7 @@
 """Configs, strictly: everything that is wrong ends in one line that says what, where, and what is allowed."""
 
 import os
+import time
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
@@ -168,6 +169,34 @@ def test_a_number_outside_its_range_is_refused_before_anything_is_built_from_it(
 def test_a_name_that_no_file_can_have_is_one_line(name: str) -> None:
     with pytest.raises(ConfigError, match=r"cannot be read: no file can have such a name"):
         read_yaml(Path(f"/tmp/{name}"))
+
+
+def laughs(depth: int) -> str:
+    """Ten of ten of ten: a text of some lines that stands for 10 ** `depth` values."""
+    lines = ["a0: &a0 [x, x, x, x, x, x, x, x, x, x]"]
+    lines += [f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 10)}]" for n in range(1, depth)]
+    return "\n".join(lines)
+
+
+def merges(depth: int) -> str:
+    """The same by merging mappings, which are copied while they are read."""
+    lines = ["a0: &a0 {k: 1}"]
+    lines += [f"a{n}: &a{n} {{<<: [{', '.join([f'*a{n - 1}'] * 10)}]}}" for n in range(1, depth)]
+    return "\n".join(lines)
+
+
+@pytest.mark.parametrize("text", [laughs(9), merges(9)], ids=["lists", "merges"])
+def test_aliases_that_multiply_count_as_what_they_stand_for(tmp_path: Path, text: str) -> None:
+    (tmp_path / "laughs.yaml").write_text(text)
+    began = time.process_time()
+    with pytest.raises(ConfigError, match=r"not valid YAML: it stands for more than 500000 values, written out"):
+        read_yaml(tmp_path / "laughs.yaml")
+    assert time.process_time() - began < 2.0
+
+
+def test_aliases_that_stay_small_are_welcome(tmp_path: Path) -> None:
+    (tmp_path / "few.yaml").write_text("common: &c {a: 1}\none: {<<: *c, b: 2}\ntwo: [*c, *c]\n")
+    assert read_yaml(tmp_path / "few.yaml") == {"common": {"a": 1}, "one": {"a": 1, "b": 2}, "two": [{"a": 1}, {"a": 1}]}
 
 
 def test_suggestions() -> None:

@@ -35,6 +35,7 @@ def worked_on(folder: Path, sweep: Path, spare_gb: float) -> Job:
         while work.working:
             await asyncio.sleep(0.01)
         task.cancel()
+        work.planner.close()
         return job
 
     return asyncio.run(asyncio.wait_for(look(), 30.0))
@@ -72,6 +73,7 @@ def test_only_the_jobs_that_were_asked_for_are_begun(tmp_path: Path) -> None:
         while work.working:
             await asyncio.sleep(0.01)
         task.cancel()
+        work.planner.close()
         return old, new, work.interrupted
 
     old, new, left = asyncio.run(asyncio.wait_for(look(), 30.0))
