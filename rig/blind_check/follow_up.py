@@ -16,6 +16,7 @@ from rig.blind_check.folder import CheckFolder, link_day, read_json, read_truth,
 from rig.blind_check.source import Commands, Label, Source
 from rig.errors import RigError
 from rig.excite.experiment import expand, load_sweep
+from rig.excite.setpoints import around
 
 MODE: Final = "pressures"
 PERIOD_NS: Final = 5_000_000
@@ -56,8 +57,7 @@ def commands_of(config: Any) -> Commands:
         else:
             path.write_text(config if isinstance(config, str) else yaml.safe_dump(config), encoding="utf-8")
         plans = expand(load_sweep(path), PERIOD_NS)
-    halves = {plan.name: (plan.p0_mpa, 0.5 * np.asarray(plan.dp_mpa, float)) for plan in plans}
-    return {f"next_{name}": (p0 + half, p0 - half, PERIOD_NS * 1e-9) for name, (p0, half) in halves.items()}
+    return {f"next_{plan.name}": (*around(plan.p0_mpa, np.asarray(plan.dp_mpa, float)), PERIOD_NS * 1e-9) for plan in plans}
 
 
 def tie(first: Mapping[str, Any], second: Mapping[str, Any], truth: Sequence[str]) -> dict[str, Any] | None:

@@ -8,6 +8,7 @@ from typing import Final
 
 import numpy as np
 
+from rig.columns import rms
 from rig.gap.effects import LIBRARY
 from rig.record import Column, Record
 
@@ -45,7 +46,7 @@ def _largest_rmse(pairs: Sequence[tuple[Record, Record]], pressures: bool) -> st
             y, y0 = getattr(record, column), getattr(healthy, column)
             if y is None or y0 is None:
                 continue
-            error, spread = float(np.sqrt(np.mean((y - y0) ** 2))), float(np.std(y0))
+            error, spread = rms(y - y0), float(np.std(y0))
             if error / spread <= worst:
                 continue
             worst = error / spread
@@ -66,7 +67,7 @@ def _blamed(column: str, lag: int, lagging: bool, shifted: bool) -> str:
 def _best_lag(y: Column, y0: Column, most: int) -> tuple[int, float]:
     """(samples by which y is late, rms that is left)."""
     inner = slice(most, len(y) - most)
-    left = [float(np.sqrt(np.mean((y[inner] - y0[most - lag : len(y) - most - lag]) ** 2))) for lag in range(most)]
+    left = [rms(y[inner] - y0[most - lag : len(y) - most - lag]) for lag in range(most)]
     lag = int(np.argmin(left))
     return lag, left[lag]
 

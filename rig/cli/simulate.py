@@ -120,6 +120,7 @@ def _records(commands: Path, period_s: float) -> "list[Record]":
     import numpy as np
 
     from rig.excite.experiment import expand, load_sweep
+    from rig.excite.setpoints import around
     from rig.record import Record
 
     period_ns = round(period_s * 1e9)
@@ -127,9 +128,7 @@ def _records(commands: Path, period_s: float) -> "list[Record]":
     for plan in expand(load_sweep(find_config(commands, "sweeps")), period_ns):
         dp = np.array(plan.dp_mpa, dtype=np.float64)
         time_s = np.arange(len(dp), dtype=np.float64) * period_s
-        made.append(
-            Record(plan.name, time_s, dp, p1_cmd_mpa=plan.p0_mpa + dp / 2, p2_cmd_mpa=plan.p0_mpa - dp / 2, facts=plan.facts)
-        )
+        made.append(Record(plan.name, time_s, dp, None, *around(plan.p0_mpa, dp), facts=plan.facts))
     return made
 
 
@@ -147,6 +146,8 @@ def _summary(file: Path, record: "Record", simulated: "Record") -> dict[str, Any
         "lateness_us": on_time,
     }
     if record.angle_deg is not None and simulated.angle_deg is not None:
+        from rig.columns import rms
+
         error = simulated.angle_deg - record.angle_deg
-        entry["rmse_deg"] = float(np.sqrt(np.nanmean(error**2)))
+        entry["rmse_deg"] = rms(error[np.isfinite(error)])
     return entry

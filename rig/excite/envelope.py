@@ -6,6 +6,7 @@ from typing import Protocol
 
 from rig.errors import EnvelopeError
 from rig.excite.experiment import RunPlan
+from rig.excite.setpoints import around
 
 ROUNDING_MPA = 1e-9
 """Set-points closer than this to a limit count as on it."""
@@ -63,4 +64,4 @@ def _setpoints(plan: RunPlan) -> Iterator[tuple[str, float, float]]:
     ramp_out = (last * (1 - (tick + 1) / plan.ramp_out_ticks) for tick in range(plan.ramp_out_ticks))
     for part, dps in (("ramp in", ramp_in), ("sweep", plan.dp_mpa), ("ramp out", itertools.chain(ramp_out, (0.0,)))):
         for dp in dps:
-            yield part, plan.p0_mpa + dp / 2, plan.p0_mpa - dp / 2
+            yield part, *around(plan.p0_mpa, dp)

@@ -8,7 +8,7 @@ from math import exp, floor
 import numpy as np
 from numba import njit
 
-from rig.model.effect_stages.joint import LOOP_RADII_DEG
+from rig.model.joint_balance import LOOP_RADII_DEG
 from rig.record import Column
 
 LAGS_S = (0.02, 0.05, 0.12, 0.3, 1.0, 4.0)

@@ -16,7 +16,7 @@ from scipy.optimize import lsq_linear
 from rig.gap.kernels import CARRIER_TERMS, carried, carrier_terms, pushed, regulated, stops
 from rig.gap.records.pairs import Pair
 from rig.gap.solve import descend
-from rig.model.effect_stages.joint import LOOP_RADII_DEG
+from rig.model.joint_balance import LOOP_RADII_DEG
 from rig.record import Column
 
 RIDGE = 1e-6

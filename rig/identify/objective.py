@@ -13,7 +13,7 @@ from rig.identify.data import Prepared
 from rig.identify.space import Space
 from rig.identify.stability import StabilityTerm
 from rig.model.chain import lay_out
-from rig.model.kernels import DIVERGED_DEG, compiled, run_stages
+from rig.model.kernels import DIVERGED_DEG, compiled, drive, run_stages
 from rig.model.parameters import Model
 from rig.model.slots import Placed, Slot
 from rig.model.stages import modified_bouc_wen
@@ -48,11 +48,7 @@ class Objective(Protocol):
 def muscle_input(model: Model, p1_mpa: Column, p2_mpa: Column) -> Column:
     """u of (11) in the model's unit, as `rig.model.stages.modified_bouc_wen` forms it."""
     muscle = model.muscle
-    u = (p1_mpa - p2_mpa) / muscle.value("u_unit_mpa")
-    exponent = muscle.value("mean_exponent")
-    if exponent:
-        u = u * (2.0 * model.p0_mpa / np.maximum(p1_mpa + p2_mpa, 0.2 * model.p0_mpa)) ** exponent
-    return u
+    return drive(p1_mpa, p2_mpa, model.p0_mpa, muscle.value("mean_exponent")) / muscle.value("u_unit_mpa")
 
 
 def fits_kernel(model: Model, space: Space) -> bool:

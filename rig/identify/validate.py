@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from rig.columns import rms
 from rig.identify.data import Options, Prepared, driving_pressures, prepare
 from rig.identify.objective import predict
 from rig.identify.stability import SweepRange, Verdict, check_bounded
@@ -51,7 +52,7 @@ def score(name: str, measured: Column, simulated: Column, skip: int = 0) -> Scor
     diverged = not bool(np.all(np.abs(simulated) < DIVERGED_DEG))
     wanted = measured[skip:]
     error = np.clip(np.nan_to_num(simulated[skip:], nan=DIVERGED_DEG), -DIVERGED_DEG, DIVERGED_DEG) - wanted
-    rmse = float(np.sqrt(np.mean(error**2)))
+    rmse = rms(error)
     spread = float(np.ptp(wanted))
     deviation = float(np.linalg.norm(wanted - np.mean(wanted)))
     fit = 100.0 * (1.0 - float(np.linalg.norm(error)) / deviation) if deviation > 0 else float("nan")

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import optimize
 
+from rig.columns import rms
 from rig.errors import RecordError
 from rig.model.kernels import compiled
 from rig.model.parameters import Parameter, StageModel
@@ -138,7 +139,7 @@ def _fit(steps: Sequence[_Step], dt_s: float, start: tuple[float, float], most_r
         x_scale=[0.1, 0.01, 0.02, 1.0, 1.0],
         max_nfev=most_rounds,
     )
-    rmse = float(np.sqrt(np.mean(fit.fun**2)))
+    rmse = rms(fit.fun)
     covariance = np.linalg.pinv(fit.jac.T @ fit.jac, hermitian=True) * rmse**2
     return _Fit(fit.x, rmse, np.sqrt(np.diag(covariance)))
 

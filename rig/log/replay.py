@@ -12,8 +12,10 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.columns import rms
 from rig.errors import RecordError
 from rig.excite.experiment import Timing
+from rig.excite.setpoints import around
 from rig.log.mcap.columns import Samples
 from rig.realtime.program import Program
 from rig.record import Column
@@ -97,9 +99,8 @@ class Comparison:
     def facts(self) -> dict[str, Any]:
         """The comparison in numbers."""
         residual = self.residual_deg[np.isfinite(self.residual_deg)]
-        rms = math.sqrt(float(np.mean(residual**2))) if len(residual) else math.nan
         return {
-            "rmse_deg": rms,
+            "rmse_deg": rms(residual),
             "max_deg": float(np.abs(residual).max()) if len(residual) else math.nan,
             "mean_deg": float(residual.mean()) if len(residual) else math.nan,
             "compared_ticks": len(self.tick),
@@ -174,7 +175,7 @@ def _setpoints(samples: Samples, rows: NDArray[np.intp], p0_mpa: float | None, w
     if not np.isfinite(p1 + p2).all():
         if p0_mpa is None:
             raise RecordError(f"{where}: only the difference of the commands was recorded; give the rest pressure with --p0")
-        p1, p2 = p0_mpa + dp / 2, p0_mpa - dp / 2
+        p1, p2 = around(p0_mpa, dp)
     if not np.isfinite(p1 + p2).all():
         raise RecordError(f"{where}: row {int(rows[np.argmin(np.isfinite(p1 + p2))])} has no command")
     return p1, p2

@@ -7,13 +7,16 @@ and diagnosis share one implementation. Many parameter sets at once are in `rig.
 from collections.abc import Iterable
 from dataclasses import replace
 from functools import cache
-from typing import Any
+from types import FunctionType
+from typing import Any, cast
 
 import numba
 import numpy as np
 
 from rig.errors import ModelError, RecordError
 from rig.model.chain import lay_out
+from rig.model.drive import drives
+from rig.model.joint_balance import NOTHING_ADDED, STATE_SIZE, balanced_angles
 from rig.model.parameters import Input, Model
 from rig.model.resample import held_commands, is_regular, on_grid
 from rig.model.slots import Placed, Slot, StageFunction
@@ -24,9 +27,43 @@ DIVERGED_DEG = 1e4
 
 
 @cache
-def compiled(stage: StageFunction) -> Any:
-    """The stage compiled for numpy columns; the machine code is kept beside the source between runs of the program."""
-    return numba.njit(cache=True, nogil=True)(stage)
+def compiled(function: StageFunction | FunctionType) -> Any:
+    """The stage compiled for numpy columns; the machine code is kept beside the source between runs of the program.
+
+    numba calls only what is compiled itself: the functions of `rig.model` that this one names are compiled with it.
+    """
+    plain = cast(FunctionType, function)
+    named = {name: plain.__globals__.get(name) for name in plain.__code__.co_names}
+    called = {name: compiled(helper) for name, helper in named.items() if _ours(helper)}
+    if called:
+        copy = FunctionType(plain.__code__, plain.__globals__ | called, plain.__name__, plain.__defaults__)
+        copy.__qualname__, copy.__module__ = plain.__qualname__, plain.__module__
+        plain = copy
+    return numba.njit(cache=True, nogil=True)(plain)
+
+
+def _ours(helper: object) -> bool:
+    return isinstance(helper, FunctionType) and helper.__module__.startswith("rig.model.")
+
+
+def drive(p1_mpa: Column, p2_mpa: Column, p0_mpa: float, exponent: float) -> Column:
+    """The drive d = (p1 - p2) (2 P0 / (p1 + p2))^exponent of every row (n,), MPa; see `rig.model.drive`."""
+    out = np.empty(len(p1_mpa))
+    compiled(drives)(p1_mpa, p2_mpa, p0_mpa, exponent, out)
+    return out
+
+
+def balanced(
+    angle_deg: Column, offset_deg: Column, friction: Column, viscous_s: float, inertia_s: float, weights: Column, dt_s: float
+) -> Column:
+    """The joint's angle (n,) when the muscles pull `offset_deg` further and its friction counts `friction` times (both (n,)).
+
+    viscous_s, inertia_s and the Maxwell-slip weights (5,) are those of the nominal joint; see `rig.model.joint_balance`.
+    """
+    out = angle_deg.copy()
+    params = np.array([*NOTHING_ADDED, 0.0, viscous_s, inertia_s, *weights])
+    compiled(balanced_angles)(out, offset_deg, friction, np.zeros(STATE_SIZE), params, dt_s)
+    return out
 
 
 def run_stages(

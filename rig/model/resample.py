@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from rig.errors import RecordError
+from rig.excite.setpoints import around
 from rig.record import Column, Record
 
 MOST_ROWS = 20_000_000
@@ -49,7 +50,7 @@ def set_points(record: Record, p0_mpa: float) -> tuple[Column, Column]:
     """Set-points of both muscles as they were written; without a column for each, the difference is split in halves about P0."""
     if record.p1_cmd_mpa is not None and record.p2_cmd_mpa is not None:
         return record.p1_cmd_mpa, record.p2_cmd_mpa
-    return p0_mpa + 0.5 * record.dp_cmd_mpa, p0_mpa - 0.5 * record.dp_cmd_mpa
+    return around(p0_mpa, record.dp_cmd_mpa)
 
 
 def held_commands(record: Record, p0_mpa: float) -> tuple[Column, Column]:

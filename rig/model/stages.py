@@ -9,6 +9,7 @@ all their arithmetic.
 import math
 from collections.abc import Sequence
 
+from rig.model.drive import mean_pressure_factor
 from rig.model.slots import Values
 
 OUTPUT_LIMIT = 1e6
@@ -52,12 +53,10 @@ def modified_bouc_wen(p1: Values, p2: Values, y: Values, state: Values, params: 
     phi1, phi2, beta1, beta2 = params[4], params[5], params[6], params[7]
     per_divisor, per_unit, y_unit = 1.0 / params[8], 1.0 / params[9], params[10]
     exponent, p0 = params[11], params[12]
-    least = 0.2 * p0
     for k in range(len(p1)):
         u = (p1[k] - p2[k]) * per_unit
         if exponent != 0.0:
-            total = p1[k] + p2[k]
-            u *= (2.0 * p0 / (least if total < least else total)) ** exponent
+            u *= mean_pressure_factor(p1[k], p2[k], p0, exponent)
         if state[0] == 0.0:
             state[0] = 1.0
             state[1] = u

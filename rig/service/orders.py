@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from rig.excite.experiment import RunPlan
+from rig.excite.setpoints import around
 from rig.realtime.program import Program
 from rig.rig_config import RigConfig
 from rig.service.recorder import RunOrder
@@ -22,8 +23,8 @@ def program_of(plan: RunPlan, run: int) -> Program:
         run=run,
         rest_p1_mpa=p0,
         rest_p2_mpa=p0,
-        p1_mpa=array("d", (p0 + dp / 2 for dp in plan.dp_mpa)),
-        p2_mpa=array("d", (p0 - dp / 2 for dp in plan.dp_mpa)),
+        p1_mpa=array("d", (around(p0, dp)[0] for dp in plan.dp_mpa)),
+        p2_mpa=array("d", (around(p0, dp)[1] for dp in plan.dp_mpa)),
         settle_ticks=plan.settle_ticks,
         zero_ticks=plan.zero_ticks,
         ramp_in_ticks=plan.ramp_in_ticks,

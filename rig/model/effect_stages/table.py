@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from rig.model.effect_stages import joint, muscle, sensor, timing, valve
+from rig.model.joint_balance import LOOP_RADII_DEG, STATE_SIZE
 from rig.model.slots import Slot, StageFunction
 
 
@@ -72,11 +73,10 @@ _BALANCED = (
     _P("sway_s", "s", 0.0, 0.5, 0.0, "square root of the nominal inertia over stiffness"),
     *(
         _P(f"loop_{j + 1}", "1", 0.0, 50.0, 0.0, f"nominal dry friction that slips after {r:g} degrees")
-        for j, r in enumerate(joint.LOOP_RADII_DEG)
+        for j, r in enumerate(LOOP_RADII_DEG)
     ),
 )
 """What the effects of the joint's balance share; each is the one number that is not neutral."""
-_BALANCE_STATE = 16
 _SEED = _P("seed", "1", 0.0, 1e6, 0.0, "seed of the random numbers")
 
 
@@ -89,7 +89,7 @@ def _entry(effect: str, place: str, function: StageFunction, state_size: int, *n
 
 
 def _balanced(effect: str, size: str) -> EffectStage:
-    return EffectStage(effect, "joint", Slot.JOINT, joint.balance_again, _BALANCE_STATE, _BALANCED, size)
+    return EffectStage(effect, "joint", Slot.JOINT, joint.balance_again, STATE_SIZE, _BALANCED, size)
 
 
 EFFECT_STAGES: dict[str, EffectStage] = {

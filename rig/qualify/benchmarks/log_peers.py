@@ -78,6 +78,7 @@ def hour_of_samples(records: int, seed: int = SEED) -> Any:
     """A run as the rig makes it: 12-bit counts, values computed from them, set-points on a lattice, lateness of a real machine."""
     import numpy as np
 
+    from rig.excite.setpoints import around
     from rig.log.mcap.columns import DTYPES, Samples
     from rig.sample import WIRES, Flag, Phase
 
@@ -87,7 +88,7 @@ def hour_of_samples(records: int, seed: int = SEED) -> Any:
     woken = due + np.abs(rng.normal(16_000, 6_000, records)).astype(np.int64)
     read = woken + rng.normal(120_000, 9_000, records).astype(np.int64)
     dp = 0.2 * np.sin(2 * np.pi * 0.5 * tick * 0.005)
-    p1, p2 = 0.2 + dp / 2, 0.2 - dp / 2
+    p1, p2 = around(0.2, dp)
     counts = {f"p{n}_raw": np.rint((1 + 8 * p + rng.normal(0, 0.002, records)) / 5 * 4095) for n, p in ((1, p1), (2, p2))}
     angle_raw = np.rint(2047 + 11.9 * 40 * np.sin(2 * np.pi * 0.5 * tick * 0.005 - 0.3) + rng.normal(0, 0.7, records))
     excitation = np.rint(4090 + rng.normal(0, 0.5, records))

@@ -1,0 +1,44 @@
+"""What is asked of columns everywhere: their rms, and the white noise in them."""
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+
+from rig.record import Column
+
+THIRD_DIFFERENCE_POWER = 20.0
+"""Variance of the third difference of white noise over its own: 1 + 9 + 9 + 1."""
+MAD_TO_STD = 1.4826
+"""Standard deviation of a normal distribution over the median of its absolute deviations."""
+LEAST_ROWS = 50
+"""Fewer rows than this beside exact repeats say nothing; then all of a column's rows count."""
+
+
+def rms(column: Column, used: Column | None = None) -> float:
+    """Root of the mean square, in the column's unit; of the rows' weights `used` where given. NaN without rows."""
+    if used is None:
+        return float(np.sqrt(np.mean(column**2))) if len(column) else math.nan
+    weight = float(np.sum(used))
+    return float(np.sqrt(np.sum(used * column**2) / weight)) if weight else math.nan
+
+
+def white_noise(columns: Iterable[Column], *, without_repeats: bool = False) -> float:
+    """Standard deviation of the white noise in columns, in their unit, from their third differences by medians.
+
+    Third differences take out what moves slowly, medians what jumps. `without_repeats` leaves out the rows beside a value
+    that was read twice: repeats are no noise.
+    """
+    parts = [_third_differences(column, without_repeats) for column in columns]
+    together = np.concatenate(parts)
+    return float(MAD_TO_STD * np.median(np.abs(together - np.median(together))) / np.sqrt(THIRD_DIFFERENCE_POWER))
+
+
+def _third_differences(column: Column, without_repeats: bool) -> Column:
+    third = np.diff(column, 3)
+    if not without_repeats:
+        return third
+    still = np.diff(column) == 0
+    beside = still[:-2] | still[1:-1] | still[2:] | np.concatenate([[False], still[:-3]])
+    left: Column = third[~beside]
+    return left if len(left) > LEAST_ROWS else third
