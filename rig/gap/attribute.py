@@ -13,9 +13,8 @@ import numpy as np
 from rig.gap.bench import Bench
 from rig.gap.carry import Applied
 from rig.gap.effects import FAINT, Effect, Law
-from rig.gap.kernels import normal, square_sum
 from rig.gap.side import Side
-from rig.gap.solve import Fit, descend
+from rig.identify.descent import Fit, descend, normal, square_sum
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.slots import Slot
 from rig.record import Column

@@ -14,11 +14,10 @@ from rig.errors import RigError
 from rig.gap.carry import Applied, full_numbers
 from rig.gap.engine import overall_gap
 from rig.gap.handover import MEAN_MOVED, must
-from rig.gap.kernels import square_sum
 from rig.gap.prepared import Prepared
 from rig.gap.raw_tests.lost import loudness
 from rig.gap.result import Diagnosis
-from rig.gap.solve import descend
+from rig.identify.descent import descend, square_sum
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.kernels import simulate
 from rig.model.parameters import AddedEffect, Model

@@ -40,7 +40,7 @@ class Track:
     pair: Pair
     reference: Reference
     regulated: tuple[Column, Column]
-    carried: Column
+    propagated: Column
     driven_by: tuple[Column, Column] | None = None
     """The case's pressures without what their monitors misread, once a cause explains them; before that, as measured."""
 
@@ -61,7 +61,7 @@ def lay_tracks(pairs: Sequence[Pair], references: Sequence[Reference], nominal: 
 def full_numbers(applied: Applied, nominal: Nominal) -> dict[str, float]:
     """Every number of the stage, the nominal rig's filled in."""
     known = EFFECT_STAGES[applied.stage]
-    given = {"p0_mpa": nominal.p0_mpa, "tau0_s": nominal.tau0_s} | nominal.loop
+    given = {"p0_mpa": nominal.p0_mpa, "tau0_s": nominal.tau0_s} | nominal.balance.stage_numbers()
     return known.neutral() | {name: given[name] for name in known.parameters if name in given} | dict(applied.numbers)
 
 
@@ -109,24 +109,24 @@ def pressures_with(causes: Sequence[Ready], track: Track, nominal: Nominal) -> t
 def angle_under(p1: Column, p2: Column, track: Track, nominal: Nominal) -> Column:
     """The healthy rig's angle had its pressures been p1 and p2.
 
-    The carrier gives what the difference of the pressures does; their mean changes the stiffness, and with it how much the joint's
-    friction, drag and mass count.
+    The response model gives what the difference of the pressures does; their mean changes the stiffness, and with it how much
+    the joint's friction and inertia count.
     """
     reference = track.reference
     if p1 is reference.p1_mpa and p2 is reference.p2_mpa:
         return reference.angle_deg
     dt = track.pair.dt_s
-    angle = reference.angle_deg + nominal.angle(p1, p2, dt) - track.carried
-    soft = _softer(reference.p1_mpa, reference.p2_mpa, p1, p2, nominal)
-    if abs(float(soft.mean()) - 1.0) < SAME_STIFFNESS and float(soft.std()) < SAME_STIFFNESS:
+    angle = reference.angle_deg + nominal.angle(p1, p2, dt) - track.propagated
+    compliance = _compliance(reference.p1_mpa, reference.p2_mpa, p1, p2, nominal)
+    if abs(float(compliance.mean()) - 1.0) < SAME_STIFFNESS and float(compliance.std()) < SAME_STIFFNESS:
         return angle
-    return nominal.pushed(angle, np.zeros_like(angle), soft, dt)
+    return nominal.balanced(angle, np.zeros_like(angle), compliance, dt)
 
 
-def _softer(p1: Column, p2: Column, q1: Column, q2: Column, nominal: Nominal) -> Column:
+def _compliance(p1: Column, p2: Column, q1: Column, q2: Column, nominal: Nominal) -> Column:
     """How much less stiff the joint is under q than under p."""
     least = 0.2 * nominal.p0_mpa
-    ratio: Column = (np.maximum(p1 + p2, least) / np.maximum(q1 + q2, least)) ** nominal.softness
+    ratio: Column = (np.maximum(p1 + p2, least) / np.maximum(q1 + q2, least)) ** nominal.compliance
     return ratio
 
 
@@ -139,7 +139,9 @@ def angle_with(causes: Sequence[Ready], p1: Column, p2: Column, angle: Column, t
         q1, q2 = p1.copy(), p2.copy()
         for cause in muscle:
             _run(cause, q1, q2, q1, dt)
-        out = nominal.pushed(out, nominal.pull(q1, q2) - nominal.pull(p1, p2), _softer(p1, p2, q1, q2, nominal), dt)
+        out = nominal.balanced(
+            out, nominal.equilibrium(q1, q2) - nominal.equilibrium(p1, p2), _compliance(p1, p2, q1, q2, nominal), dt
+        )
     behind = _in(causes, Slot.JOINT) + _in(causes, Slot.SENSOR)
     if behind:
         out = out.copy()

@@ -8,9 +8,9 @@ import numpy as np
 from rig.gap.attribute import LOOSENESS, Candidate, rank, refit
 from rig.gap.bench import Bench
 from rig.gap.effects import Effect, effect_class
-from rig.gap.kernels import square_sum
 from rig.gap.trigger import trigger
 from rig.gap.verdict import SECOND_CAUSE, leaves_too_much
+from rig.identify.descent import square_sum
 
 LEADERS, LEADERS_BLIND = 2, 4
 """How many of the best single causes are tried as the first of a pair: with pressures, and from the angle alone."""

@@ -15,13 +15,13 @@ from rig.gap.causes import name_causes, trust
 from rig.gap.effects import LIBRARY
 from rig.gap.engine import angle_side, overall_gap
 from rig.gap.findings import Findings, find
-from rig.gap.kernels import square_sum
 from rig.gap.localise import frequency_shares, over_time, phase_shares, region_shares
 from rig.gap.next_experiment import recommend
 from rig.gap.prepared import Judged, Prepared
 from rig.gap.result import Cause, Diagnosis, Ranked
 from rig.gap.side import Side
 from rig.gap.verdict import explained
+from rig.identify.descent import square_sum
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.parameters import Model
 from rig.record import Column, Record

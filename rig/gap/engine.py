@@ -29,7 +29,6 @@ from rig.gap.floor import (
     valve_modes,
 )
 from rig.gap.handover import doubting, echo, monitor_noise, must
-from rig.gap.kernels import regulated
 from rig.gap.nominal import Reference, describe, fit_regulators, mean_session
 from rig.gap.prepared import Judged, Prepared, untriggered
 from rig.gap.raw_tests.read import read_signatures
@@ -49,14 +48,16 @@ from rig.gap.verdict import (
 )
 from rig.model.kernels import simulate
 from rig.model.parameters import Model
+from rig.model.response import Regulator
+from rig.model.response_kernels import regulated
 from rig.record import Column, Record
 
 USUAL_REGULATOR = (0.005, 0.05, 0.05)
 """Dead time, fill and exhaust time constant (s) of a regulator of which nothing is known."""
 HANDOVER = 0.05
-"""Share of what the valve side explains in the angle that the carrier may get wrong."""
+"""Share of what the valve side explains in the angle that the response model may get wrong."""
 STRANGE_HANDOVER = 0.15
-"""The same where nothing explains what is left: a gap within it is taken for the carrier's."""
+"""The same where nothing explains what is left: a gap within it is taken for the response model's."""
 STRANGE = 4.0
 """A model that moves this many times as far as the rig, or as little, is no reference."""
 MISFIT_SHARE = 0.05
@@ -124,11 +125,11 @@ def _references(
     sessions: Sequence[tuple[Column | None, Column | None, Column]],
     pressures: bool,
     has_baseline: bool,
-) -> tuple[Sequence[tuple[float, float, float]], list[Reference]]:
+) -> tuple[tuple[Regulator, Regulator], list[Reference]]:
     """Regulators and references: with measured pressures fitted to them, else the model's or usual ones and virtual pressures."""
     measured = [(first, second) for first, second, _ in sessions if first is not None and second is not None]
     if len(measured) == len(pairs) and (pressures or not has_baseline):
-        regulators: Sequence[tuple[float, float, float]] = fit_regulators(pairs, measured)
+        regulators: tuple[Regulator, Regulator] = fit_regulators(pairs, measured)
         return regulators, [
             Reference(first, second, angle) for (first, second), (_, _, angle) in zip(measured, sessions, strict=True)
         ]
@@ -140,7 +141,7 @@ def _references(
     return regulators, virtual
 
 
-def _regulator_of(model: Model | None, number: int) -> tuple[float, float, float]:
+def _regulator_of(model: Model | None, number: int) -> Regulator:
     if model is None or model.valve.kind != "regulators":
         return USUAL_REGULATOR
     tau = float(np.clip(model.valve.value(f"valve{number}_tau_s"), 0.002, 1.0))
@@ -239,8 +240,8 @@ def judge(
             remainder |= _mended(causes, bench, prepared)
             return Judged(side, sign, bench, ranking, chances, names, causes, fraction, remainder)
     fraction = explained_share(accepted, side)
-    by_carrier = fraction < HALF and not trigger(side, None, STRANGE_HANDOVER * side.handed).found
-    if side.handed > 0.0 and by_carrier:
+    by_model = fraction < HALF and not trigger(side, None, STRANGE_HANDOVER * side.handed).found
+    if side.handed > 0.0 and by_model:
         return untriggered(Judged(side, sign, bench, [], [], [], [], 0.0))
     return Judged(side, sign, bench, ranking, chances, names, [], fraction, True)
 

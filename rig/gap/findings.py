@@ -23,11 +23,11 @@ from rig.gap.engine import (
     valve_side,
 )
 from rig.gap.handover import doubts, faint, misreading, stiffened, stripped, with_mean_law
-from rig.gap.kernels import square_sum
 from rig.gap.prepared import Judged, Prepared, untriggered
 from rig.gap.raw_tests.lost import bridged, lost_rows
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.verdict import leaves_too_much
+from rig.identify.descent import square_sum
 from rig.model.parameters import Model
 from rig.record import Column, Record
 

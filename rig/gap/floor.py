@@ -8,10 +8,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rig.gap.kernels import stops
 from rig.gap.nominal import Nominal, Reference
 from rig.gap.records.pairs import Pair
 from rig.gap.side import Side
+from rig.model.response_kernels import stops
 from rig.record import Column
 
 MEMORY_S = 1.0

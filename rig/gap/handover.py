@@ -14,10 +14,10 @@ from rig.gap.attribute import LOOSENESS
 from rig.gap.bench import case_pressures
 from rig.gap.carry import Applied, angle_under, lay_tracks
 from rig.gap.floor import angle_deviations, angle_gap
-from rig.gap.kernels import regulated
 from rig.gap.prepared import Judged, Prepared
 from rig.gap.side import Side
 from rig.gap.trigger import STRUCTURE, trigger
+from rig.model.response_kernels import regulated
 from rig.record import Column
 
 MISREADING = 2.0
@@ -30,7 +30,7 @@ RECOVERY = (1.0, 0.25)
 MOST_GROWTH = 0.01
 """Most by which a muscle's pressure rises, shut off, for each degree that the joint squeezes it; relative."""
 MEAN_LAWS = ((1.0, 1.0), (1.0, 0.0), (0.5, 0.5), (0.0, 1.0), (0.0, 0.0))
-"""(exponent, softness): what the mean pressure may do, a bounded nuisance."""
+"""(exponent, compliance): what the mean pressure may do, a bounded nuisance."""
 MEAN_DOUBT = 0.2
 """Share of what another mean pressure does to the angle that is not known."""
 PLAIN_DOUBT = 0.1
@@ -179,8 +179,8 @@ def with_mean_law(prepared: Prepared) -> Prepared:
     if abs(float(np.mean(means)) - 1.0) < MEAN_MOVED:
         return prepared
     tried = []
-    for exponent, softness in MEAN_LAWS:
-        nominal = replace(prepared.nominal, exponent=exponent, softness=softness)
+    for exponent, compliance in MEAN_LAWS:
+        nominal = replace(prepared.nominal, exponent=exponent, compliance=compliance)
         tracks = [
             replace(track, driven_by=one.driven_by)
             for track, one in zip(lay_tracks(pairs, prepared.references, nominal), prepared.tracks, strict=True)

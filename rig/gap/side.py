@@ -9,7 +9,8 @@ from functools import cached_property
 
 import numpy as np
 
-from rig.gap.kernels import square_sum, whitened
+from rig.gap.kernels import whitened
+from rig.identify.descent import square_sum
 from rig.record import Column
 
 
@@ -40,7 +41,7 @@ class Side:
     effective: float
     """Number of independent rows."""
     handed: float = 0.0
-    """Rms that the other side's gap is worth on this one, by the carrier."""
+    """Rms that the other side's gap is worth on this one, by the response model."""
     doubts: Column | None = None
     """(n, k) changes that may be there or not, one standard deviation each: what the other side hands over and nobody knows closer."""
 

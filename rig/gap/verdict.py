@@ -9,9 +9,9 @@ import numpy as np
 
 from rig.gap.attribute import LOOSENESS, SHARPNESS, Candidate
 from rig.gap.effects import LIBRARY, effect_class
-from rig.gap.kernels import square_sum
 from rig.gap.side import Side
 from rig.gap.trigger import STRUCTURE, trigger
+from rig.identify.descent import square_sum
 
 KNOWN = 0.73
 """Explained fraction below which the library does not explain a side."""

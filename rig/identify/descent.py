@@ -1,0 +1,90 @@
+"""Bounded least squares for a handful of parameters: damped Gauss-Newton steps with differences for derivatives."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from rig.record import Column
+
+
+@njit(cache=True, nogil=True)
+def square_sum(column: Column) -> float:  # pragma: no cover
+    """Sum of squares. Not numpy's: a threaded BLAS costs more than it gives on columns of this length."""
+    total = 0.0
+    for i in range(len(column)):
+        total += column[i] * column[i]
+    return total
+
+
+@njit(cache=True, nogil=True)
+def normal(slopes: Column, residual: Column, parts: Column, count: int) -> tuple[Column, Column, Column]:  # pragma: no cover
+    """For each part of the rows: slopes' slopes (count, k, k), slopes' residual (count, k), residual's residual (count,)."""
+    n, k = slopes.shape
+    grams, pulls, costs = np.zeros((count, k, k)), np.zeros((count, k)), np.zeros(count)
+    for i in range(n):
+        part = int(parts[i])
+        costs[part] += residual[i] * residual[i]
+        for a in range(k):
+            pulls[part, a] += slopes[i, a] * residual[i]
+            for b in range(k):
+                grams[part, a, b] += slopes[i, a] * slopes[i, b]
+    return grams, pulls, costs
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Where a descent ended."""
+
+    x: Column
+    cost: float
+    """Sum of the squared residuals."""
+    residual: Column
+    jacobian: Column
+    """(n, k), by differences at x; columns of zeros for parameters held at a bound."""
+
+
+def descend(residual: Callable[[Column], Column], start: Column, low: Column, high: Column, steps: int = 8) -> Fit:
+    """Minimise the sum of squares of `residual(x)` within low..high from `start` (all of shape (k,))."""
+    x = np.clip(start, low, high)
+    now = residual(x)
+    cost = square_sum(now)
+    damping = 1e-3
+    slopes = _slopes(residual, x, now, low, high)
+    one = np.zeros(len(now))
+    for _ in range(steps):
+        grams, pulls, _costs = normal(slopes, now, one, 1)
+        gram, pull = grams[0], pulls[0]
+        moved = False
+        for _ in range(4):
+            lift = damping * np.diag(gram) + 1e-30
+            move = -np.linalg.solve(gram + np.diag(lift), pull)
+            trial = np.clip(x + move, low, high)
+            then = residual(trial)
+            better = square_sum(then)
+            if np.isfinite(better) and better < cost:
+                moved = True
+                break
+            damping = max(damping, 1e-3) * 8.0
+        if not moved:
+            break
+        gained = (cost - better) / max(cost, 1e-300)
+        x, now, cost, damping = trial, then, better, damping * 0.2
+        slopes = _slopes(residual, x, now, low, high)
+        if gained < 1e-4:
+            break
+    return Fit(x, cost, now, slopes)
+
+
+def _slopes(residual: Callable[[Column], Column], x: Column, now: Column, low: Column, high: Column) -> Column:
+    """Derivatives by a step of 1 % of the value (at least 1e-4 of the range), inwards at a bound."""
+    slopes = np.zeros((len(now), len(x)))
+    for k in range(len(x)):
+        step = max(0.01 * abs(x[k]), 1e-4 * (high[k] - low[k]))
+        if x[k] + step > high[k]:
+            step = -step
+        there = x.copy()
+        there[k] += step
+        slopes[:, k] = (residual(there) - now) / step
+    return np.nan_to_num(slopes)

@@ -1,0 +1,156 @@
+"""Fits of the response model (`rig.model.response`) to records on a regular grid.
+
+Nothing is known here of sessions, pairs or files: a `Drive` holds the columns of one record.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+from scipy.optimize import lsq_linear
+
+from rig.identify.descent import descend
+from rig.model.joint_balance import LOOP_RADII_DEG
+from rig.model.kernels import drive
+from rig.model.response import NO_FRICTION, Balance, Regulator, ResponseModel
+from rig.model.response_kernels import RESPONSE_TERMS, regulated, response_terms, stops
+from rig.record import Column
+
+RIDGE = 1e-6
+"""Of the bank's weights, in units of each term's own spread: its low-passes and plays are nearly dependent."""
+BALANCE_RIDGE = 1e-4
+BALANCE_SMOOTHING_S = 0.025
+"""Standard deviation of the smoothing of the balance's terms, which hold second derivatives."""
+MOST_SLIP, MOST_VISCOUS_S, MOST_INERTIA_S = 50.0, 2.0, 0.5
+"""Bounds of the balance: those of the effect stages that solve it again."""
+REGULATOR_LOW, REGULATOR_HIGH = np.array([0.0, 2e-3, 2e-3]), np.array([0.5, 1.0, 1.0])
+REGULATOR_STARTS = (np.array([0.01, 0.04, 0.04]), np.array([0.06, 0.1, 0.1]))
+
+
+@dataclass(frozen=True, eq=False)
+class Drive:
+    """One record on a regular grid: what drives the muscles and what the joint answers; columns (n,)."""
+
+    dt_s: float
+    p1_mpa: Column
+    p2_mpa: Column
+    angle_deg: Column
+    used: Column
+    """1 where the record counts, 0 in holes and at its edges."""
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """One record of one regulator on a regular grid; columns (n,)."""
+
+    dt_s: float
+    command_mpa: Column
+    pressure_mpa: Column
+    used: Column
+
+
+def fit_regulator(lines: Sequence[Line]) -> Regulator:
+    """Dead time, fill and exhaust time constant of a regulator from set-points and measured pressures."""
+
+    def residual(x: Column) -> Column:
+        parts = []
+        for line in lines:
+            left = (line.pressure_mpa - regulated(line.command_mpa, x[0], x[1], x[2], line.dt_s)) * line.used
+            parts.append(left - left.mean())
+        return np.concatenate(parts)
+
+    fits = [descend(residual, start, REGULATOR_LOW, REGULATOR_HIGH) for start in REGULATOR_STARTS]
+    dead, fill, exhaust = min(fits, key=lambda fit: fit.cost).x
+    return float(dead), float(fill), float(exhaust)
+
+
+@dataclass(frozen=True, eq=False)
+class BankSums:
+    """What a fit of the bank needs of some records: sums over their rows that count, which add up over records."""
+
+    gram: Column
+    right: Column
+    power: float
+    rows: float
+
+    def __add__(self, other: "BankSums") -> "BankSums":
+        return BankSums(self.gram + other.gram, self.right + other.right, self.power + other.power, self.rows + other.rows)
+
+    def weights(self) -> Column:
+        """Ridge weights (RESPONSE_TERMS,) of the least squared error."""
+        rows = max(self.rows, 1.0)
+        mean = self.gram[0] / rows
+        spread = np.sqrt(np.maximum(np.diag(self.gram) / rows - mean**2, 1e-12))
+        spread[0] = 1.0
+        scaled = self.gram / np.outer(spread, spread) + RIDGE * self.rows * np.eye(RESPONSE_TERMS)
+        weights: Column = np.linalg.solve(scaled, self.right / spread) / spread
+        return weights
+
+    def misfit_deg(self, weights: Column) -> float:
+        """Rms that the bank with `weights` leaves of these records."""
+        left = self.power - 2 * weights @ self.right + weights @ self.gram @ weights
+        return float(np.sqrt(max(float(left), 0.0) / max(self.rows, 1.0)))
+
+
+def bank_sums(record: Drive, p0_mpa: float, exponent: float = 1.0) -> BankSums:
+    """The sums of one record."""
+    terms = np.empty((len(record.angle_deg), RESPONSE_TERMS))
+    response_terms(record.p1_mpa, record.p2_mpa, p0_mpa, exponent, record.dt_s, terms)
+    weighted = terms * record.used[:, None]
+    power = float(np.sum(record.used * record.angle_deg**2))
+    return BankSums(weighted.T @ terms, weighted.T @ record.angle_deg, power, float(record.used.sum()))
+
+
+def fit_bank(records: Sequence[Drive], p0_mpa: float, exponent: float = 1.0) -> tuple[Column, float]:
+    """Ridge weights of the bank that gives the angles from the pressures, and the rms (deg) that it leaves."""
+    first, *others = [bank_sums(record, p0_mpa, exponent) for record in records]
+    total = sum(others, first)
+    weights = total.weights()
+    return weights, total.misfit_deg(weights)
+
+
+def fit_balance(records: Sequence[Drive], p0_mpa: float, exponent: float = 1.0) -> Balance:
+    """The joint's balance over its stiffness, by bounded linear least squares."""
+    blocks = [_balance_rows(record, p0_mpa, exponent) for record in records]
+    rows = np.concatenate([terms for terms, _ in blocks])
+    angle = np.concatenate([target for _, target in blocks])
+    if not len(angle):
+        return NO_FRICTION
+    spread = np.maximum(rows.std(axis=0), 1e-9)
+    spread[0] = 1.0
+    columns = rows.shape[1]
+    ridge = np.column_stack([np.sqrt(BALANCE_RIDGE * len(angle)) * np.eye(columns), np.zeros(columns)])
+    triangle: Column = np.asarray(np.linalg.qr(np.vstack([np.column_stack([rows / spread, angle]), ridge]), mode="r"))
+    low = np.full(columns, -np.inf)
+    low[4:] = 0.0
+    solved = lsq_linear(triangle[:columns, :columns], triangle[:columns, columns], (low, np.full(columns, np.inf))).x / spread
+    slip = tuple(float(min(weight, MOST_SLIP)) for weight in solved[4 : 4 + len(LOOP_RADII_DEG)])
+    viscous, inertia = float(min(solved[-2], MOST_VISCOUS_S)), float(np.sqrt(min(solved[-1], MOST_INERTIA_S**2)))
+    return Balance(viscous, inertia, slip, (float(solved[1]), float(solved[2]), float(solved[3])))
+
+
+def _balance_rows(record: Drive, p0_mpa: float, exponent: float) -> tuple[Column, Column]:
+    """Terms (n, 11) and target (n,) of the balance; both smoothed alike, so that its derivatives are not noise."""
+    sigma = BALANCE_SMOOTHING_S / record.dt_s
+
+    def smooth(column: Column) -> Column:
+        out: Column = gaussian_filter1d(column, sigma, mode="nearest") if sigma > 0.5 else column
+        return out
+
+    angle = record.angle_deg
+    speed = np.gradient(angle, record.dt_s)
+    by = drive(record.p1_mpa, record.p2_mpa, p0_mpa, exponent)
+    terms = [np.ones_like(by), *(smooth(by**k) for k in (1, 2, 3))]
+    terms += [-smooth(stops(angle, radius)) for radius in LOOP_RADII_DEG]
+    terms += [-smooth(speed), -smooth(np.gradient(speed, record.dt_s))]
+    used = record.used > 0
+    return np.column_stack(terms)[used], smooth(angle)[used]
+
+
+def fit_response(
+    records: Sequence[Drive], p0_mpa: float, regulators: tuple[Regulator, Regulator], exponent: float = 1.0
+) -> ResponseModel:
+    """The response model of the rig that made these records; its regulators are given (see `fit_regulator`)."""
+    weights, misfit = fit_bank(records, p0_mpa, exponent)
+    return ResponseModel(p0_mpa, regulators, weights, fit_balance(records, p0_mpa, exponent), misfit, exponent)

@@ -1,0 +1,82 @@
+"""The response model: how one rig answers, described beside the Bouc-Wen muscles closely enough to stand for a day of its records.
+
+Each regulator as a dead time and two lags, the muscles as a ridge bank of low-passes and plays on the drive, the joint's balance as
+Maxwell-slip friction, viscous friction and inertia over the stiffness. `rig.identify.response` fits it; nothing is fitted here.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from rig.model.joint_balance import LOOP_RADII_DEG
+from rig.model.kernels import balanced, drive
+from rig.model.response_kernels import propagated, regulated
+from rig.record import Column
+
+Regulator = tuple[float, float, float]
+"""Dead time, time constant of filling, time constant of exhausting; s."""
+
+
+@dataclass(frozen=True)
+class Balance:
+    """The numbers of `rig.model.joint_balance`, and the equilibrium angle as a polynomial of the drive."""
+
+    viscous_s: float
+    inertia_s: float
+    """Square root of inertia over stiffness."""
+    slip: tuple[float, ...]
+    """Maxwell-slip weights, one for each of LOOP_RADII_DEG."""
+    curve: tuple[float, float, float]
+    """Equilibrium angle by powers of the drive: deg/MPa, deg/MPa^2, deg/MPa^3."""
+
+    def stage_numbers(self) -> dict[str, float]:
+        """The same under the names of the effect stages that solve the balance again."""
+        slip = {f"loop_{j + 1}": weight for j, weight in enumerate(self.slip)}
+        return slip | {"drag_s": self.viscous_s, "sway_s": self.inertia_s}
+
+
+NO_FRICTION = Balance(0.0, 0.0, (0.0,) * len(LOOP_RADII_DEG), (0.0, 0.0, 0.0))
+
+
+@dataclass(frozen=True, eq=False)
+class ResponseModel:
+    """How the rig answers; the drive is d = (p1 - p2) (2 P0 / (p1 + p2))^exponent."""
+
+    p0_mpa: float
+    regulators: tuple[Regulator, Regulator]
+    weights: Column
+    """(RESPONSE_TERMS,) of the bank."""
+    balance: Balance
+    misfit_deg: float
+    """What the bank leaves of the angles that it was fitted to, rms."""
+    exponent: float = 1.0
+    """How the mean pressure divides the drive."""
+    compliance: float = 1.0
+    """How far the stiffness follows the mean pressure: 1 in proportion, 0 not at all."""
+
+    @cached_property
+    def tau0_s(self) -> float:
+        """Mean time constant of the regulators."""
+        return float(np.mean([tau for regulator in self.regulators for tau in regulator[1:]]))
+
+    def pressures(self, u1: Column, u2: Column, dt_s: float) -> tuple[Column, Column]:
+        """Both regulators' pressures (MPa) under set-points (MPa); all (n,)."""
+        return regulated(u1, *self.regulators[0], dt_s), regulated(u2, *self.regulators[1], dt_s)
+
+    def angle(self, p1: Column, p2: Column, dt_s: float) -> Column:
+        """The angle (deg) of the bank under pressures (MPa); all (n,)."""
+        angle: Column = propagated(p1, p2, self.p0_mpa, self.exponent, dt_s, self.weights)
+        return angle
+
+    def equilibrium(self, p1: Column, p2: Column) -> Column:
+        """The angle (deg) to which the muscles pull under pressures (MPa), friction aside; all (n,)."""
+        by = drive(p1, p2, self.p0_mpa, self.exponent)
+        first, second, third = self.balance.curve
+        angle: Column = by * (first + by * (second + by * third))
+        return angle
+
+    def balanced(self, angle: Column, offset: Column, compliance: Column, dt_s: float) -> Column:
+        """The joint's angle when its equilibrium lies `offset` degrees further and its friction counts `compliance` times; all (n,)."""
+        joint = self.balance
+        return balanced(angle, offset, compliance, joint.viscous_s, joint.inertia_s, np.array(joint.slip), dt_s)

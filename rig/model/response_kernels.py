@@ -1,0 +1,106 @@
+"""Compiled inner loops of the response model: a regulator, the bank that answers to the drive, a Maxwell-slip element."""
+
+from math import exp, floor
+
+import numpy as np
+from numba import njit
+
+from rig.model.drive import mean_pressure_factor
+from rig.model.kernels import compiled
+from rig.record import Column
+
+LAGS_S = (0.02, 0.05, 0.12, 0.3, 1.0, 4.0)
+"""Time constants of the bank's low-passes."""
+PLAYS_MPA = (0.005, 0.015, 0.04, 0.08, 0.13)
+"""Half widths of the bank's plays, which follow the second low-pass."""
+RESPONSE_TERMS = 12 + len(PLAYS_MPA)
+"""Constant and powers of the drive (4), low-passes (6), powers of the second (2), plays."""
+_factor = compiled(mean_pressure_factor)
+
+
+@njit(cache=True, nogil=True)
+def regulated(u: Column, dead_s: float, fill_s: float, exhaust_s: float, dt_s: float) -> Column:  # pragma: no cover
+    """A regulator's pressure under set-points u (n,): dead time, then a first-order lag, apart for filling and exhausting."""
+    n = len(u)
+    out = np.empty(n)
+    state = u[0]
+    fill, exhaust = 1.0 - exp(-dt_s / fill_s), 1.0 - exp(-dt_s / exhaust_s)
+    for i in range(n):
+        at = i - dead_s / dt_s
+        whole = int(floor(at))  # noqa: RUF046 (numba's floor gives a float)
+        part = at - whole
+        if whole < 0:
+            goal = u[0]
+        elif whole >= n - 1:
+            goal = u[n - 1]
+        else:
+            goal = (1.0 - part) * u[whole] + part * u[whole + 1]
+        state += (fill if goal > state else exhaust) * (goal - state)
+        out[i] = state
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _bank(d: float, first: bool, keep: Column, row: Column) -> None:  # pragma: no cover
+    """The bank one sample later under the drive d: `row` (RESPONSE_TERMS,) holds its terms, which are its state as well."""
+    if first:
+        row[4:10] = d
+        row[12:] = d
+    row[0], row[1], row[2], row[3] = 1.0, d, d * d, d * d * d
+    for j in range(6):
+        row[4 + j] += keep[j] * (d - row[4 + j])
+    slow = row[5]
+    row[10], row[11] = slow * slow, slow * slow * slow
+    for j in range(5):
+        row[12 + j] = min(max(row[12 + j], slow - PLAYS_MPA[j]), slow + PLAYS_MPA[j])
+
+
+@njit(cache=True, nogil=True)
+def _keeps(dt_s: float) -> Column:  # pragma: no cover
+    keep = np.empty(6)
+    for j in range(6):
+        keep[j] = 1.0 - exp(-dt_s / LAGS_S[j])
+    return keep
+
+
+@njit(cache=True, nogil=True)
+def _drive(p1: float, p2: float, p0: float, exponent: float) -> float:  # pragma: no cover
+    """The drive of one row; the usual exponent apart, since a power takes as long as the rest of the bank."""
+    factor: float = _factor(p1, p2, p0, 1.0) if exponent == 1.0 else _factor(p1, p2, p0, exponent)
+    return (p1 - p2) * factor
+
+
+@njit(cache=True, nogil=True)
+def response_terms(p1: Column, p2: Column, p0: float, exponent: float, dt_s: float, out: Column) -> None:  # pragma: no cover
+    """The bank under the drive of `rig.model.drive`; fills out (n, RESPONSE_TERMS)."""
+    keep, row = _keeps(dt_s), np.empty(RESPONSE_TERMS)
+    for i in range(len(p1)):
+        _bank(_drive(p1[i], p2[i], p0, exponent), i == 0, keep, row)
+        out[i] = row
+
+
+@njit(cache=True, nogil=True)
+def propagated(p1: Column, p2: Column, p0: float, exponent: float, dt_s: float, weights: Column) -> Column:  # pragma: no cover
+    """The angle (n,) of the bank under pressures: `response_terms` times weights, without storing them."""
+    keep, row = _keeps(dt_s), np.empty(RESPONSE_TERMS)
+    out = np.empty(len(p1))
+    for i in range(len(p1)):
+        _bank(_drive(p1[i], p2[i], p0, exponent), i == 0, keep, row)
+        angle = 0.0
+        for j in range(RESPONSE_TERMS):
+            angle += weights[j] * row[j]
+        out[i] = angle
+    return out
+
+
+@njit(cache=True, nogil=True)
+def stops(y: Column, radius: float) -> Column:  # pragma: no cover
+    """The deflection (n,) of a Maxwell-slip element that slips after `radius`, carried along by y."""
+    out = np.empty(len(y))
+    state = 0.0
+    last = y[0]
+    for i in range(len(y)):
+        state = min(max(state + y[i] - last, -radius), radius)
+        last = y[i]
+        out[i] = state
+    return out
