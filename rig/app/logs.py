@@ -9,6 +9,7 @@ from rig.errors import RecordError
 from rig.log import reader
 from rig.log.convert import LogContent, content_of_record, read_content, unkept_columns
 from rig.log.exchange import SUFFIXES, read_exported
+from rig.log.foreign.kinds import Kind, kind_of
 from rig.log.foreign.mapping import load_mapping, read_mapped
 from rig.log.mcap.reader import McapLog
 from rig.log.mcap.writer import PARTIAL_SUFFIX
@@ -40,7 +41,7 @@ def found_or_unfinished(paths: tuple[Path, ...]) -> tuple[list[Path], list[Path]
 
 def describe(path: Path) -> dict[str, Any]:
     """What a file holds, as plain data."""
-    if reader.kind_of(path) == "mcap":
+    if kind_of(path) is Kind.MCAP:
         return _describe_mcap(path)
     records = reader.read(path, phases=None)
     return {"file": str(path), "records": [_describe_record(record) for record in records], "facts": dict(records[0].facts)}
@@ -88,13 +89,13 @@ def _describe_record(record: Record) -> dict[str, Any]:
 def import_content(path: Path, mapping_path: Path | None) -> tuple[LogContent, list[str]]:
     """A foreign file as a log, and the columns that found no place in it. RecordError for anything ambiguous."""
     if mapping_path is None:
-        if path.suffix in (".parquet", ".mat") or reader.kind_of(path) == "text":
+        if path.suffix in (".parquet", ".mat") or kind_of(path) is Kind.TEXT:
             content = read_exported(path)
             if content is not None:
                 return content, []
         if path.suffix in (".parquet", ".mat"):
             raise RecordError(f"{path}: not written by `pamrig log export`; export it as CSV and give a --mapping")
-        if reader.kind_of(path) == "mcap":
+        if kind_of(path) is Kind.MCAP:
             raise RecordError(f"{path}: importing MCAP needs a --mapping; {_channels(path)}")
         (record,) = reader.read(path, phases=None)
     else:
@@ -110,7 +111,7 @@ def _channels(path: Path) -> str:
 
 def contents_of(path: Path, period_s: float | None) -> list[tuple[Path, LogContent]]:
     """What a log holds, whole; or its sweeps on a regular grid of `period_s`. Each with the name of a file for it."""
-    if period_s is None and reader.kind_of(path) == "mcap":
+    if period_s is None and kind_of(path) is Kind.MCAP:
         return [(path, read_content(path))]
     records = reader.read(path, reader.SWEEP_ONLY if period_s else None)
     if period_s is not None:

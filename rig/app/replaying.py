@@ -13,6 +13,7 @@ from rig.errors import ConfigError, NotSo, RecordError, RigError
 from rig.excite.envelope import check_setpoints
 from rig.log import reader
 from rig.log.convert import LogContent, content_of_record, read_content, write_content
+from rig.log.foreign.kinds import Kind, kind_of
 from rig.log.replay import compare, departures, onto_period, program_of
 from rig.realtime.program import Program
 from rig.report import log_figures
@@ -106,7 +107,7 @@ def _contents(log: Path) -> Iterator[tuple[str, Path, LogContent]]:
     if not files:
         raise RecordError(f"{log}: no .mcap file in this folder")
     for file in files:
-        if reader.kind_of(file) == "mcap":
+        if kind_of(file) is Kind.MCAP:
             yield reader.stem(file), file, read_content(file)
             continue
         for record in reader.read(file):

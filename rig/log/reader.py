@@ -13,11 +13,10 @@ import numpy as np
 
 from rig.errors import RecordError
 from rig.log.foreign.delimited import read_table
+from rig.log.foreign.kinds import Kind, kind_of
 from rig.log.foreign.sidecar import read_sidecar
-from rig.log.foreign.tables import TDMS_MAGIC, own_columns, read_tdms
+from rig.log.foreign.tables import own_columns, read_tdms
 from rig.log.mcap.columns import Array, Samples
-from rig.log.mcap.contents import map_file
-from rig.log.mcap.framing import MAGIC
 from rig.log.mcap.reader import McapLog
 from rig.record import MAIN_COLUMNS, Column, Record
 from rig.sample import Phase
@@ -133,18 +132,12 @@ def name_facts(path: Path) -> dict[str, Any]:
     return facts
 
 
-def kind_of(path: Path) -> str:
-    """mcap, tdms or text, by the first bytes; RecordError when the file cannot be opened."""
-    head = bytes(map_file(path)[: len(MAGIC)])
-    return "mcap" if head == MAGIC else "tdms" if head[:4] == TDMS_MAGIC else "text"
-
-
 def _read_file(path: Path, phases: Iterable[Phase] | None) -> list[Record]:
     kind = kind_of(path)
-    if kind == "mcap":
+    if kind is Kind.MCAP:
         with McapLog(path) as log:
             return records_of(log.samples(), log.run_facts | log.result_facts, path, phases)
-    if kind == "tdms":
+    if kind is Kind.TDMS:
         raw = read_tdms(path)
         return [record_from_columns(own_columns(raw), raw.facts, path)]
     columns: dict[str, Array] = dict(read_table(path, require=lambda names: require_columns(names, path)))

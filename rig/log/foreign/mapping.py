@@ -13,11 +13,11 @@ from rig.config import read_yaml, structure, suggest
 from rig.errors import ConfigError, RecordError
 from rig.fields import bounded
 from rig.log.foreign.delimited import Style, read_table
+from rig.log.foreign.kinds import Kind, kind_of
 from rig.log.foreign.mcap_channels import read_foreign
 from rig.log.foreign.tables import RawColumn, RawTable, read_tdms
 from rig.log.foreign.units import conversion, unit_in_name
 from rig.log.mcap.columns import Array
-from rig.log.reader import kind_of
 from rig.record import MAIN_COLUMNS
 
 COLUMN_NAMES = (*MAIN_COLUMNS, "p1_raw", "p2_raw", "angle_raw", "excitation_raw")
@@ -79,9 +79,9 @@ def read_mapped(path: Path, mapping: Mapping) -> tuple[dict[str, Array], dict[st
 
 def _raw_table(path: Path, mapping: Mapping) -> RawTable:
     match kind_of(path):
-        case "tdms":
+        case Kind.TDMS:
             return read_tdms(path)
-        case "mcap":
+        case Kind.MCAP:
             return read_foreign(path, mapping.topic)
     table = read_table(path, Style(mapping.separator, mapping.decimal, mapping.skip_rows))
     return RawTable(path, {name: RawColumn(values) for name, values in table.items()})
