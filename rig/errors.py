@@ -29,7 +29,7 @@ class ModelError(RigError):
     """A model file or a parameter set cannot be used: unknown stage, wrong input, diverging."""
 
 
-class NotSo(RigError):
+class CheckFailed(RigError):
     """The thing asked about is not so (a check that fails, a run that ended in a fault): exit status 1."""
 
 

@@ -1,4 +1,4 @@
-"""A device at the end of a leash: ticked by a thread of its own while somebody types, for probing and calibrating.
+"""A device without a loop: ticked by a thread of its own while somebody types, for probing and calibrating.
 
 The rig is held at its period without a program, set-points go at a gentle rate, and every way out ends in the safe state.
 """
@@ -15,7 +15,7 @@ from statistics import fmean, pstdev
 from types import TracebackType
 from typing import Final, Self
 
-from rig.errors import DeviceError, DeviceLost, NotSo
+from rig.errors import CheckFailed, DeviceError, DeviceLost
 from rig.interfaces import Device, Measurement
 from rig.realtime.clock import MonotonicClock
 from rig.sample import Flag
@@ -27,10 +27,10 @@ MAKE_SAFE_TRIES: Final = 100
 PRIORITY: Final = 20
 """Real-time, where it is allowed: a device that watches for silence gives a busy machine a few periods only."""
 PATIENCE: Final = 20
-"""Failed ticks in a row before the leash lets go."""
+"""Failed ticks in a row before the ticker lets go."""
 
 
-class Leash:
+class DeviceTicker:
     """Opens the device, ticks it in the background, and leaves it safe (when it was moved) and closed."""
 
     def __init__(self, device: Device, period_ns: int, safe_mpa: tuple[float, float]) -> None:
@@ -41,7 +41,7 @@ class Leash:
         self._history: deque[Measurement] = deque(maxlen=2000)
         self._quit = threading.Event()
         self._error: DeviceError | None = None
-        self._thread = threading.Thread(target=self._ticks, name="leash", daemon=True)
+        self._thread = threading.Thread(target=self._ticks, name="ticker", daemon=True)
 
     def __enter__(self) -> Self:
         try:
@@ -194,7 +194,7 @@ def time_reads(device: Device, period_ns: int, ticks: int, tick_done: Callable[[
         flags.update(flag.name or "" for flag in Flag if flag & last.flags)
         tick_done(tick + 1)
     if not took:
-        raise NotSo(f"no answer in {ticks} ticks; last: {last_error}")
+        raise CheckFailed(f"no answer in {ticks} ticks; last: {last_error}")
     took.sort()
     ages.sort()
     share = len(took) - 1
@@ -231,16 +231,16 @@ class StepResult:
         return ""
 
 
-def step_valves(leash: Leash, safe_mpa: tuple[float, float], step_mpa: float, settle_s: float) -> list[StepResult]:
+def step_valves(ticker: DeviceTicker, safe_mpa: tuple[float, float], step_mpa: float, settle_s: float) -> list[StepResult]:
     """Step each valve alone, up from the safe pressures and back, and see what moves."""
     results = []
-    leash.go_to(*safe_mpa, settle_s)
+    ticker.go_to(*safe_mpa, settle_s)
     for valve in (1, 2):
-        before = leash.collect(LOOK_S)
+        before = ticker.collect(LOOK_S)
         stepped = [p + (step_mpa if n == valve else 0.0) for n, p in enumerate(safe_mpa, 1)]
-        leash.go_to(stepped[0], stepped[1], settle_s)
-        after = leash.collect(LOOK_S)
+        ticker.go_to(stepped[0], stepped[1], settle_s)
+        after = ticker.collect(LOOK_S)
         moved = (mean(after, field)[0] - mean(before, field)[0] for field in ("p1_mpa", "p2_mpa", "angle_deg"))
         results.append(StepResult(valve, step_mpa, *moved))
-        leash.go_to(*safe_mpa, settle_s)
+        ticker.go_to(*safe_mpa, settle_s)
     return results

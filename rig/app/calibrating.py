@@ -14,7 +14,7 @@ from rich.table import Table
 from drivers.calibration import Calibration, Potentiometer, parse_all
 from drivers.fitting import Form, Measured, calibrate, summary
 from rig.app import compose
-from rig.app.bringup import Leash, mean
+from rig.app.bringup import DeviceTicker, mean
 from rig.config import read_yaml, structure, unstructure
 from rig.errors import ConfigError, RigError
 from rig.interfaces import Device, Role
@@ -25,7 +25,7 @@ COLLECT_S = 0.5
 
 
 @dataclass(frozen=True)
-class Wishes:
+class CalibrationOptions:
     """What the command was asked for, beside the points."""
 
     form: str
@@ -72,17 +72,17 @@ def read_points(path: Path) -> dict[Role, Measured]:
     return {Role(key): structure(item, Measured, f"{path}: {key}") for key, item in raw.items()}
 
 
-def guided_angle(rig: RigConfig, wishes: Wishes) -> dict[Role, Measured]:
+def guided_angle(rig: RigConfig, options: CalibrationOptions) -> dict[Role, Measured]:
     """Ask for joint angles set by hand and measure the potentiometer at each. Nothing is written to the rig."""
     points: list[tuple[float, float]] = []
     click.echo("Air off and vented. Turn the joint to an angle of the protractor, type the angle in degrees; an empty line ends.")
     device = compose.make_device(rig, MonotonicClock())
-    with _leash(device, rig) as leash:
+    with _leash(device, rig) as ticker:
         while (angle_deg := _ask(f"angle {len(points) + 1} [deg]")) is not None:
-            found = leash.collect(COLLECT_S)
+            found = ticker.collect(COLLECT_S)
             wiper, noise = mean(found, "angle_raw")
             excitation = mean(found, "excitation_raw")[0]
-            reference = wishes.reference_v if math.isnan(excitation) else excitation
+            reference = options.reference_v if math.isnan(excitation) else excitation
             if reference is None:
                 raise RigError("this rig does not read the excitation of its potentiometer: give --reference-v")
             if reference <= 0.0 or Potentiometer().is_dead(wiper / reference):
@@ -92,20 +92,20 @@ def guided_angle(rig: RigConfig, wishes: Wishes) -> dict[Role, Measured]:
                 continue
             points.append((wiper / reference, angle_deg))
             click.echo(f"  ratio {wiper / reference:.5f}, noise {noise / reference:.5f}")
-    return {Role.ANGLE: _measured(points, wishes)}
+    return {Role.ANGLE: _measured(points, options)}
 
 
-def guided_pressures(rig: RigConfig, levels: Sequence[float], wishes: Wishes) -> dict[Role, Measured]:
+def guided_pressures(rig: RigConfig, levels: Sequence[float], options: CalibrationOptions) -> dict[Role, Measured]:
     """Visit `levels` with both muscles, ask for the gauges, and so calibrate regulators and monitors together."""
     nominal = dataclasses.replace(rig, calibration={})
     gauges: dict[Role, list[tuple[float, float]]] = {
         role: [] for role in (Role.VALVE_1, Role.VALVE_2, Role.MONITOR_1, Role.MONITOR_2)
     }
     device = compose.make_device(nominal, MonotonicClock())
-    with _leash(device, rig) as leash:
+    with _leash(device, rig) as ticker:
         for level in levels:
-            leash.go_to(level, level, settle_s=wishes.settle_s)
-            found = leash.collect(COLLECT_S)
+            ticker.go_to(level, level, settle_s=options.settle_s)
+            found = ticker.collect(COLLECT_S)
             for valve, monitor, raw in ((Role.VALVE_1, Role.MONITOR_1, "p1_raw"), (Role.VALVE_2, Role.MONITOR_2, "p2_raw")):
                 gauge_mpa = _ask(f"set {level:g} MPa; gauge of {valve.value} [MPa]")
                 if gauge_mpa is None:
@@ -114,7 +114,7 @@ def guided_pressures(rig: RigConfig, levels: Sequence[float], wishes: Wishes) ->
                 reading = mean(found, raw)[0]
                 if math.isfinite(reading):
                     gauges[monitor].append((reading, gauge_mpa))
-    return {role: _measured(points, wishes) for role, points in gauges.items() if points}
+    return {role: _measured(points, options) for role, points in gauges.items() if points}
 
 
 def kept_in(out: Path) -> dict[Role, Calibration | Potentiometer]:
@@ -170,12 +170,12 @@ def table(result: Mapping[str, Any]) -> Table:
     return shown
 
 
-def _measured(points: list[tuple[float, float]], wishes: Wishes) -> Measured:
-    return Measured(points, Form(wishes.form), "", wishes.reference_uncertainty, wishes.serial_numbers)
+def _measured(points: list[tuple[float, float]], options: CalibrationOptions) -> Measured:
+    return Measured(points, Form(options.form), "", options.reference_uncertainty, options.serial_numbers)
 
 
-def _leash(device: Device, rig: RigConfig) -> Leash:
-    return Leash(device, rig.period_ns, (rig.safe.p1_mpa, rig.safe.p2_mpa))
+def _leash(device: Device, rig: RigConfig) -> DeviceTicker:
+    return DeviceTicker(device, rig.period_ns, (rig.safe.p1_mpa, rig.safe.p2_mpa))
 
 
 def _ask(question: str) -> float | None:

@@ -20,7 +20,7 @@ from rig.config import structure, suggest
 from rig.errors import ConfigError, DeviceError, RigError
 from rig.interfaces import Clock, Device, DeviceContext
 from rig.realtime import measures
-from rig.realtime.clock import MonotonicClock, RehearsingClock, VirtualClock
+from rig.realtime.clock import MonotonicClock, VirtualClock, WarmUpClock
 from rig.realtime.commands import Mailbox, Script, program_path
 from rig.realtime.faults import Fault
 from rig.realtime.loop import Loop, LoopSettings
@@ -171,7 +171,7 @@ def punctual(clock: Clock, device: Device, rig: RigConfig) -> Clock:
     beside, settings = VirtualClock(), loop_settings(rig)
     twin = getattr(device, "twin", None)  # a driver has none: its calls would reach the hardware
     stand_in = twin(beside) if twin else NoDevice(settings.safe_p1_mpa, settings.safe_p2_mpa)
-    return RehearsingClock(early_ns, Rehearsal(stand_in, beside, settings))
+    return WarmUpClock(early_ns, Rehearsal(stand_in, beside, settings))
 
 
 def is_simulated(rig: RigConfig) -> bool:

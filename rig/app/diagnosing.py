@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Wishes:
+class DiagnosisOptions:
     """What every case of one call has in common."""
 
     model: Path
@@ -64,22 +64,22 @@ def check_effects(names: Sequence[str]) -> None:
             raise ConfigError(f"--effect: unknown effect {name!r}; {suggest(name, list(LIBRARY))}")
 
 
-def diagnose_case(wishes: Wishes, case: Case) -> "tuple[Case, Diagnosis]":
+def diagnose_case(options: DiagnosisOptions, case: Case) -> "tuple[Case, Diagnosis]":
     """Read, diagnose, write the report, the model and the next sweep where they were asked for."""
     from rig.gap.diagnosis import diagnose_with_findings
     from rig.model.parameters import load_model
 
-    model = load_model(wishes.model)
+    model = load_model(options.model)
     records = _read(case.logs)
-    sessions = [_read([path]) for path in sessions_of(wishes.baselines)]
-    library = list(wishes.effects) or None
-    diagnosis, findings = diagnose_with_findings(model, records, sessions, pressures=not wishes.no_pressures, library=library)
-    _write(wishes, case, model, diagnosis, findings)
+    sessions = [_read([path]) for path in sessions_of(options.baselines)]
+    library = list(options.effects) or None
+    diagnosis, findings = diagnose_with_findings(model, records, sessions, pressures=not options.no_pressures, library=library)
+    _write(options, case, model, diagnosis, findings)
     return case, diagnosis
 
 
 def diagnose_campaign(
-    wishes: Wishes, cases: Sequence[Case], dask: str | None, workers: int | None
+    options: DiagnosisOptions, cases: Sequence[Case], dask: str | None, workers: int | None
 ) -> "Iterator[tuple[Case, Diagnosis]]":
     """Every case over processes or a cluster; results as they come."""
     from functools import partial
@@ -88,7 +88,7 @@ def diagnose_campaign(
     from rig.parallel import each, executor
 
     with executor(dask, workers) as pool, progress("diagnosing", len(cases)) as update:
-        yield from each(pool, partial(diagnose_case, wishes), cases, lambda done: update(done, f"{done} of {len(cases)} days"))
+        yield from each(pool, partial(diagnose_case, options), cases, lambda done: update(done, f"{done} of {len(cases)} days"))
 
 
 def _read(paths: Sequence[Path]) -> "list[Record]":
@@ -97,27 +97,27 @@ def _read(paths: Sequence[Path]) -> "list[Record]":
     return read_all(paths)
 
 
-def _write(wishes: Wishes, case: Case, model: "Model", diagnosis: "Diagnosis", findings: "Findings") -> None:
+def _write(options: DiagnosisOptions, case: Case, model: "Model", diagnosis: "Diagnosis", findings: "Findings") -> None:
     def place(path: Path) -> Path:
         return path if case.name is None else path.with_name(f"{path.stem}_{case.name}{path.suffix}")
 
-    if wishes.html_to:
+    if options.html_to:
         from rig.report.page import write_page
 
-        write_page(place(wishes.html_to), diagnosis, findings, model)
-    if wishes.augmented_to:
+        write_page(place(options.html_to), diagnosis, findings, model)
+    if options.augmented_to:
         from rig.gap.augment import augmented
         from rig.model.parameters import save_model
 
-        save_model(augmented(model, diagnosis, findings.prepared), place(wishes.augmented_to))
-    if wishes.next_to and diagnosis.next_experiment:
+        save_model(augmented(model, diagnosis, findings.prepared), place(options.augmented_to))
+    if options.next_to and diagnosis.next_experiment:
         try:
-            place(wishes.next_to).write_text(str(diagnosis.next_experiment["config"]), encoding="utf-8")
+            place(options.next_to).write_text(str(diagnosis.next_experiment["config"]), encoding="utf-8")
         except OSError as error:
-            raise RigError(f"{place(wishes.next_to)}: cannot be written: {error.strerror}") from None
+            raise RigError(f"{place(options.next_to)}: cannot be written: {error.strerror}") from None
 
 
-def told(results: "Mapping[str | None, Diagnosis]") -> dict[str, object]:
+def report(results: "Mapping[str | None, Diagnosis]") -> dict[str, object]:
     """The JSON of the command: one diagnosis as it is, several by the names of their days."""
     plain = {name: diagnosis.to_json() for name, diagnosis in results.items()}
     return plain.get(None, {"days": plain})

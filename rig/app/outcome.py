@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from rig.app.terminal import console, listing
-from rig.errors import NotSo
+from rig.errors import CheckFailed
 from rig.realtime.faults import Fault
 from rig.service.recorder import RunResult
 
@@ -30,20 +30,22 @@ class Outcome:
         return {"runs": runs, "interrupted": self.interrupted, "error": self.error, "realtime": dict(self.realtime)}
 
     def judge(self) -> None:
-        """End the command as the outcome asks: 130 interrupted, NotSo after a fault or an invalid run."""
+        """End the command as the outcome asks: 130 interrupted, CheckFailed after a fault or an invalid run."""
         faults = [r for r in self.runs if r.fault and not (self.interrupted and r.fault == Fault.ESTOP)]
         if faults:
-            raise NotSo(f"{faults[0].file.name}: {faults[0].cause}; the rig is in its safe state")
+            raise CheckFailed(f"{faults[0].file.name}: {faults[0].cause}; the rig is in its safe state")
         if self.error:
-            raise NotSo(self.error)
+            raise CheckFailed(self.error)
         if self.interrupted:
             sys.exit(130)
         invalid = [r for r in self.runs if not r.valid]
         if invalid:
             first = invalid[0]
-            raise NotSo(f"{first.file}: not valid: {first.error or f'{first.missed} ticks missed, {first.dropped} dropped'}")
+            raise CheckFailed(
+                f"{first.file}: not valid: {first.error or f'{first.missed} ticks missed, {first.dropped} dropped'}"
+            )
         if len(self.runs) < self.planned:
-            raise NotSo(f"{len(self.runs)} of {self.planned} runs were recorded")
+            raise CheckFailed(f"{len(self.runs)} of {self.planned} runs were recorded")
 
 
 def summary(outcome: Outcome, json_to: str | None) -> None:

@@ -7,8 +7,8 @@ from typing import Any
 from rich.table import Column, Table
 
 from rig.app import compose, inventory
-from rig.app.bringup import Leash, Timing, let_go, step_valves, time_reads
-from rig.errors import DeviceError, NotSo
+from rig.app.bringup import DeviceTicker, Timing, let_go, step_valves, time_reads
+from rig.errors import CheckFailed, DeviceError
 from rig.realtime.clock import MonotonicClock
 from rig.rig_config import DeviceEntry, RigConfig
 
@@ -45,7 +45,7 @@ def _probe_one(rig: RigConfig, entry: DeviceEntry, ticks: int, tick_done: Callab
         row["facts"] = dict(device.open())
         time_reads(device, rig.period_ns, WARM_UP_TICKS)
         timing = time_reads(device, rig.period_ns, ticks, tick_done)
-    except (DeviceError, NotSo) as error:
+    except (DeviceError, CheckFailed) as error:
         row["findings"].append(f"{entry.name}: {error}")
         return row
     finally:
@@ -84,8 +84,8 @@ def steps(rig: RigConfig, step_mpa: float, settle_s: float) -> dict[str, Any]:
     device = compose.make_device(rig, MonotonicClock())
     safe = rig.safe.p1_mpa, rig.safe.p2_mpa
     try:
-        with Leash(device, rig.period_ns, safe) as leash:
-            results = step_valves(leash, safe, step_mpa, settle_s)
+        with DeviceTicker(device, rig.period_ns, safe) as ticker:
+            results = step_valves(ticker, safe, step_mpa, settle_s)
     except DeviceError as error:
         return {"steps": [], "findings": [str(error)]}
     return {
@@ -127,8 +127,8 @@ def facts(result: dict[str, Any]) -> list[str]:
 
 
 def judge(result: dict[str, Any]) -> None:
-    """NotSo with the first finding, when there is one."""
+    """CheckFailed with the first finding, when there is one."""
     if result["findings"]:
         first, *others = result["findings"]
         count = f"; {len(others)} other finding{'s' * (len(others) > 1)} above" if others else ""
-        raise NotSo(first + count)
+        raise CheckFailed(first + count)

@@ -9,7 +9,7 @@ from typing import Any
 from rig.app import compose, runner
 from rig.app.outcome import Outcome
 from rig.config import read_yaml, structure
-from rig.errors import ConfigError, NotSo, RecordError, RigError
+from rig.errors import CheckFailed, ConfigError, RecordError, RigError
 from rig.excite.envelope import check_setpoints
 from rig.log import reader
 from rig.log.convert import LogContent, content_of_record, read_content, write_content
@@ -39,11 +39,11 @@ class Job:
 
     rig: RigConfig
     recordings: list[Recording]
-    options: Mapping[str, Any] = field(default_factory=dict)
+    device_options: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
-class ReplayWishes:
+class ReplayOptions:
     """How it is to be done."""
 
     out: Path | None = None
@@ -91,15 +91,15 @@ def load_gate(path: Path) -> dict[str, float]:
     return structure(raw, dict[str, float], str(path))
 
 
-def replay_all(job: Job, wishes: ReplayWishes) -> list[Replayed]:
+def replay_all(job: Job, options: ReplayOptions) -> list[Replayed]:
     """Each recording in a session of its own, so that what comes before it does not matter."""
-    out = wishes.out or runner.new_folder("replay")
+    out = options.out or runner.new_folder("replay")
     single = out.suffix == ".mcap" and len(job.recordings) == 1
     targets = [out if single else out / f"{recording.name}.mcap" for recording in job.recordings]
     for target in targets:
         if target.exists():
             raise RecordError(f"{target}: exists already; a log is never overwritten")
-    return [_replay(job, recording, wishes, target) for recording, target in zip(job.recordings, targets, strict=True)]
+    return [_replay(job, recording, options, target) for recording, target in zip(job.recordings, targets, strict=True)]
 
 
 def _contents(log: Path) -> Iterator[tuple[str, Path, LogContent]]:
@@ -131,49 +131,51 @@ def _after_settling(program: Program, rest: tuple[float, float]) -> Iterator[tup
         yield Phase(phase).name.lower().replace("_", " "), p1_mpa, p2_mpa
 
 
-def _replay(job: Job, recording: Recording, wishes: ReplayWishes, target: Path) -> Replayed:
+def _replay(job: Job, recording: Recording, options: ReplayOptions, target: Path) -> Replayed:
     """Carry it out into a file beside `target`, which stays if anything goes wrong, and add the comparison."""
     simulated = compose.is_simulated(job.rig)
-    virtual = wishes.clock == "virtual" if wishes.clock else simulated
+    virtual = options.clock == "virtual" if options.clock else simulated
     if virtual and not simulated:
         raise RigError(f"{job.rig.path}: a real rig runs in real time; --clock virtual needs a simulated one")
     given = recording.content.run_facts
-    seed = wishes.seed if wishes.seed is not None else given.get("seed")
+    seed = options.seed if options.seed is not None else given.get("seed")
     facts = {key: given[key] for key in _KEPT_FACTS if key in given}
     facts |= {"name": recording.name, "replay_of": recording.source.name, "replay_of_sha256": _sha256(recording.source)}
     outcome = runner.carry_out(
         job.rig,
         [runner.Planned(f"{target.stem}.uncompared", recording.program, facts)],
-        runner.Wishes(
+        runner.RunOptions(
             target.parent,
             virtual=virtual,
             seed=seed if isinstance(seed, int) else None,
-            force=wishes.force,
+            force=options.force,
             attachments={name: data for name, data in recording.content.attachments.items() if name == "sweep.yaml"},
-            options=job.options,
+            device_options=job.device_options,
         ),
     )
     if not outcome.runs:
         outcome.judge()
-        raise NotSo(f"{recording.source}: the replay recorded nothing")
-    return _compared(recording, outcome, target, wishes)
+        raise CheckFailed(f"{recording.source}: the replay recorded nothing")
+    return _compared(recording, outcome, target, options)
 
 
-def _compared(recording: Recording, outcome: Outcome, target: Path, wishes: ReplayWishes) -> Replayed:
+def _compared(recording: Recording, outcome: Outcome, target: Path, options: ReplayOptions) -> Replayed:
     """The comparison, written into the log that stays."""
     raw = outcome.runs[0].file
     made = read_content(raw)
     if not (made.samples["phase"] == Phase.SWEEP).any():
         outcome.judge()
-        raise NotSo(f"{raw}: the replay ended before the sweep")
+        raise CheckFailed(f"{raw}: the replay ended before the sweep")
     comparison = compare(recording.content.samples, made.samples, str(recording.source))
     facts = comparison.facts()
     write_content(replace(made, result_facts=dict(made.result_facts) | {"replay": facts}, comparison=comparison), target)
     raw.unlink()
     outcome.runs[0].file = target
-    figure = wishes.figure if wishes.figure and wishes.figure.suffix else (wishes.figure or target.parent) / f"{target.stem}.svg"
+    figure = (
+        options.figure if options.figure and options.figure.suffix else (options.figure or target.parent) / f"{target.stem}.svg"
+    )
     log_figures.save(log_figures.replay_figure(recording.name, comparison), figure)
-    moved = departures(recording.content.samples, made.samples, wishes.tolerances) if wishes.tolerances is not None else []
+    moved = departures(recording.content.samples, made.samples, options.tolerances) if options.tolerances is not None else []
     return Replayed(target, figure, facts, moved, outcome)
 
 

@@ -41,7 +41,7 @@ class Planned:
 
 
 @dataclass(frozen=True)
-class Wishes:
+class RunOptions:
     """How the runs are to be carried out."""
 
     out: Path
@@ -51,13 +51,13 @@ class Wishes:
     """Go on real hardware although real-time measures were denied."""
     facts: Mapping[str, Any] = field(default_factory=dict)
     attachments: Mapping[str, bytes] = field(default_factory=dict)
-    options: Mapping[str, Any] = field(default_factory=dict)
+    device_options: Mapping[str, Any] = field(default_factory=dict)
     """Settings of devices to override (a model for the simulated rig)."""
 
 
-def carry_out(rig: RigConfig, runs: Sequence[Planned], wishes: Wishes) -> Outcome:
-    """Carry out the runs in order, one MCAP file each in `wishes.out`; the rig ends in its safe state on every path."""
-    _prepare_folder(wishes.out, [f"{planned.name}.mcap" for planned in runs])
+def carry_out(rig: RigConfig, runs: Sequence[Planned], options: RunOptions) -> Outcome:
+    """Carry out the runs in order, one MCAP file each in `options.out`; the rig ends in its safe state on every path."""
+    _prepare_folder(options.out, [f"{planned.name}.mcap" for planned in runs])
     outcome = Outcome([], len(runs))
     operator = _Operator()
     before = {number: signal.getsignal(number) for number in ending_signals()}
@@ -66,14 +66,14 @@ def carry_out(rig: RigConfig, runs: Sequence[Planned], wishes: Wishes) -> Outcom
         session = Session(
             compose.loop_process,
             rig,
-            virtual=wishes.virtual,
-            seed=wishes.seed,
-            options=wishes.options,
+            virtual=options.virtual,
+            seed=options.seed,
+            options=options.device_options,
             # it ends a loop that is 15 ms late, which a simulated rig on a machine without real-time permission may well be
             supervisor=None if compose.is_simulated(rig) else supervisor_process,
         )
         operator.command(session)
-        _run(session, rig, runs, wishes, operator, outcome)
+        _run(session, rig, runs, options, operator, outcome)
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
@@ -82,14 +82,14 @@ def carry_out(rig: RigConfig, runs: Sequence[Planned], wishes: Wishes) -> Outcom
 
 
 def _run(
-    session: Session, rig: RigConfig, runs: Sequence[Planned], wishes: Wishes, operator: "_Operator", outcome: Outcome
+    session: Session, rig: RigConfig, runs: Sequence[Planned], options: RunOptions, operator: "_Operator", outcome: Outcome
 ) -> None:
     try:
         session.open([planned.program for planned in runs], scripted=True)
         outcome.realtime = session.facts["realtime"]
-        _check_realtime(rig, outcome.realtime, wishes.force)
+        _check_realtime(rig, outcome.realtime, options.force)
         _announce(session.facts["device"])
-        orders = _orders(session, rig, runs, wishes)
+        orders = _orders(session, rig, runs, options)
         for order in orders:
             session.expect(order)
         _watch(session, operator, outcome, sum(planned.program.ticks for planned in runs))
@@ -135,15 +135,15 @@ def _announce(device: Mapping[str, str]) -> None:
         terminal.print(f"{key}: {said}", style="yellow" if is_warning(key) else "", markup=False)
 
 
-def _orders(session: Session, rig: RigConfig, runs: Sequence[Planned], wishes: Wishes) -> list[RunOrder]:
-    common = session_facts(session, rig) | ({} if wishes.seed is None else {"seed": wishes.seed}) | dict(wishes.facts)
-    attachments = {**rig.files, **wishes.attachments}
+def _orders(session: Session, rig: RigConfig, runs: Sequence[Planned], options: RunOptions) -> list[RunOrder]:
+    common = session_facts(session, rig) | ({} if options.seed is None else {"seed": options.seed}) | dict(options.facts)
+    attachments = {**rig.files, **options.attachments}
     return [
         order_of(
             session,
             planned.program.run,
             len(planned.program.p1_mpa),
-            wishes.out / f"{planned.name}.mcap",
+            options.out / f"{planned.name}.mcap",
             {**common, "name": planned.name, **planned.facts},
             attachments,
         )

@@ -61,7 +61,7 @@ def reached(mode: Mapping[str, Any], goal: Goal, name: str) -> bool | None:
     return compare(value, goal.bounds[name])
 
 
-def told(found: Any, unit: str) -> str:
+def figure_text(found: Any, unit: str) -> str:
     """A figure as text, with its interval where it is a rate."""
     if isinstance(found, Mapping):
         if found["rate"] is None:

@@ -6,7 +6,7 @@ import sys
 
 import click
 
-from rig.errors import NotSo, RigError
+from rig.errors import CheckFailed, RigError
 
 COMMANDS = {
     "run": ("rig.cli.run:run", "Run a sweep on the rig and record it, one MCAP file a record."),
@@ -86,7 +86,7 @@ def main() -> None:
     except click.ClickException as error:
         click.echo(f"{_called(error)}: {' '.join(error.format_message().split())}", err=True)
         sys.exit(2)
-    except NotSo as error:
+    except CheckFailed as error:
         click.echo(f"pamrig: {error}", err=True)
         sys.exit(1)
     except RigError as error:

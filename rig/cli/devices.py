@@ -100,18 +100,18 @@ def calibrate(
 
     if (what is None) == (points is None):
         raise RigError("devices calibrate: say either what to calibrate (angle, pressures) or give --points FILE")
-    wishes = calibrating.Wishes(form, reference_uncertainty, calibrating.parse_serials(serials), settle, reference_v)
+    options = calibrating.CalibrationOptions(form, reference_uncertainty, calibrating.parse_serials(serials), settle, reference_v)
     calibrating.kept_in(out)
     if points is not None:
         measured = calibrating.read_points(points)
     elif what == "angle":
-        measured = calibrating.guided_angle(compose.load(rig_path), wishes)
+        measured = calibrating.guided_angle(compose.load(rig_path), options)
     else:
         rig = compose.load(rig_path)
         visits = calibrating.parse_levels(levels, rig)
         if not yes:
             inventory.ask_to_move(rig, f"brings both muscles to {max(visits):g} MPa")
-        measured = calibrating.guided_pressures(rig, visits, wishes)
+        measured = calibrating.guided_pressures(rig, visits, options)
     try:
         result = calibrating.write(out, measured, str(points or "the points"))
     except ConfigError as error:

@@ -32,7 +32,7 @@ def faults(
     import tempfile
 
     from rig.config import suggest
-    from rig.errors import NotSo, RigError
+    from rig.errors import CheckFailed, RigError
     from rig.qualify.faults.bench import FaultBench
     from rig.qualify.faults.table import TABLE
     from rig.qualify.faults.trial import try_row
@@ -58,16 +58,16 @@ def faults(
     emit({"faults": [_plain(finding) for finding in findings]}, json_to)
     wrong = [finding for finding in findings if finding.problem]
     if wrong:
-        raise NotSo(
+        raise CheckFailed(
             f"{len(wrong)} of {len(findings)} faults did not end as they must; first: {wrong[0].row.name}: {wrong[0].problem}"
         )
 
 
 def _soak(hours: float, real: bool, keep: Path | None, json_to: str | None) -> None:
-    """Sweeps for hours; NotSo when the rig did not get through, or a record is not valid and no stall of the machine the reason."""
+    """Sweeps for hours; CheckFailed when the rig did not get through, or a record is not valid and no stall of the machine the reason."""
     import tempfile
 
-    from rig.errors import NotSo
+    from rig.errors import CheckFailed
     from rig.qualify.soak import soak
 
     with tempfile.TemporaryDirectory(prefix="pamrig-") as temporary, progress("soak", None) as update:
@@ -76,7 +76,7 @@ def _soak(hours: float, real: bool, keep: Path | None, json_to: str | None) -> N
     emit({"soak": result}, json_to)
     blamed = result["machine"].get("not_valid_otherwise", result["not_valid"])
     if result["done"] != result["records"] or blamed:
-        raise NotSo(f"{result['done']} of {result['records']} records, {blamed} not valid; {result['error']}")
+        raise CheckFailed(f"{result['done']} of {result['records']} records, {blamed} not valid; {result['error']}")
 
 
 def _own_folder(folder: Path) -> Path:

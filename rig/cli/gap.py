@@ -53,25 +53,25 @@ gap.add_command(check)
 @click.option("--workers", type=click.IntRange(1), help="With several days: local processes; default: one a core.")
 @click.option("--dask", metavar="ADDRESS", help="With several days: the Dask cluster at ADDRESS, which must see the same files.")
 @json_option
-def diagnose(logs: tuple[Path, ...], workers: int | None, dask: str | None, json_to: str | None, **wishes: Any) -> None:
+def diagnose(logs: tuple[Path, ...], workers: int | None, dask: str | None, json_to: str | None, **options: Any) -> None:
     """Compare LOG with the healthy rig's BASELINE sessions (or, without any, with MODEL alone) and name the cause.
 
     A folder of several days as LOG gives one diagnosis a day, side by side.
     """
-    from rig.app.diagnosing import Wishes, cases_of, check_effects, diagnose_campaign, diagnose_case, told
+    from rig.app.diagnosing import DiagnosisOptions, cases_of, check_effects, diagnose_campaign, diagnose_case, report
 
-    check_effects(wishes["effects"])
-    wish, cases = Wishes(**wishes), cases_of(logs)
+    check_effects(options["effects"])
+    chosen, cases = DiagnosisOptions(**options), cases_of(logs)
     if len(cases) == 1:
         with progress("diagnosing"):
-            made = [diagnose_case(wish, cases[0])]
+            made = [diagnose_case(chosen, cases[0])]
     else:
-        made = list(diagnose_campaign(wish, cases, dask, workers))
+        made = list(diagnose_campaign(chosen, cases, dask, workers))
     results = {case.name: diagnosis for case, diagnosis in made}
     results = {case.name: results[case.name] for case in cases}
     for name, diagnosis in results.items():
         _show(diagnosis, name, json_to)
-    emit(told(results), json_to)
+    emit(report(results), json_to)
 
 
 @gap.command()
@@ -82,12 +82,12 @@ def effects(json_to: str | None) -> None:
     from rig.model.effect_stages import EFFECT_STAGES
 
     table = listing("effect", "stage", "numbers", "looks like", "angle alone: like", "with pressures: like")
-    told = {}
+    report = {}
     for effect in LIBRARY.values():
         known = EFFECT_STAGES[effect.laws[0].stage]
         names = {name for law in effect.laws if law.stage == effect.laws[0].stage for name in law.free}
         numbers = [number for number in known.numbers if number.name in names]
-        told[effect.name] = {
+        report[effect.name] = {
             "stage": effect.stage,
             "looks_like": effect.looks_like,
             "alike_angle_only": alike(effect.name, False),
@@ -113,7 +113,7 @@ def effects(json_to: str | None) -> None:
             ", ".join(alike(effect.name, True)),
         )
     console(json_to).print(table)
-    emit({"effects": told}, json_to)
+    emit({"effects": report}, json_to)
 
 
 def _show(diagnosis: "Diagnosis", name: str | None, json_to: str | None) -> None:

@@ -160,7 +160,7 @@ def validate(model: Path, logs: tuple[Path, ...], beside: tuple[Path, ...], json
     _one_blas_thread()
     from rig.app.compose import find_config
     from rig.cli.identify_show import show_validation, show_worst, validation_json, write_validation
-    from rig.errors import NotSo
+    from rig.errors import CheckFailed
     from rig.identify.validate import validate as judge
     from rig.model.parameters import load_model
 
@@ -180,7 +180,7 @@ def validate(model: Path, logs: tuple[Path, ...], beside: tuple[Path, ...], json
     if not result.verdict.bounded:
         verdict = result.verdict
         reached = f"{verdict.worst} reaches {verdict.peak_deg:.3g} deg, allowed {verdict.limit_deg:.3g}"
-        raise NotSo(f"{model}: not bounded over the sweep range: {reached}")
+        raise CheckFailed(f"{model}: not bounded over the sweep range: {reached}")
 
 
 def _one_blas_thread() -> None:

@@ -22,7 +22,7 @@ def latency(seconds: float, rig_path: Path | None, json_to: str | None) -> None:
     Nothing real is moved. Exit status 1 when a period was missed.
     """
     from rig.app import compose
-    from rig.errors import NotSo, RigError
+    from rig.errors import CheckFailed, RigError
     from rig.qualify import lateness
 
     rig = compose.load(rig_path)
@@ -47,7 +47,7 @@ def latency(seconds: float, rig_path: Path | None, json_to: str | None) -> None:
     }
     emit(result, json_to)
     if missed:
-        raise NotSo(f"{missed} of {len(samples) + missed} periods of {rig.period_ns / 1e6:g} ms were missed")
+        raise CheckFailed(f"{missed} of {len(samples) + missed} periods of {rig.period_ns / 1e6:g} ms were missed")
 
 
 def _show(

@@ -45,7 +45,7 @@ def info(logs: tuple[Path, ...], json_to: str | None) -> None:
 def check(logs: tuple[Path, ...], json_to: str | None) -> None:
     """Are LOGS whole and true: CRCs, schema, ticks, time, values, `valid`? One line a finding; exit status 1 if there is any."""
     from rig.app.logs import UNFINISHED, found_or_unfinished
-    from rig.errors import NotSo
+    from rig.errors import CheckFailed
     from rig.log.check import check as check_file
 
     finished, unfinished = found_or_unfinished(logs)
@@ -56,7 +56,7 @@ def check(logs: tuple[Path, ...], json_to: str | None) -> None:
     emit({"files": [{"file": file, "ok": not lines, "findings": lines} for file, lines in findings.items()]}, json_to)
     bad = sum(bool(lines) for lines in findings.values())
     if bad:
-        raise NotSo(f"{bad} of {len(findings)} logs not in order")
+        raise CheckFailed(f"{bad} of {len(findings)} logs not in order")
 
 
 @log.command()

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rig.app.terminal import console, listing
-from rig.errors import NotSo
+from rig.errors import CheckFailed
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -58,17 +58,17 @@ def total(status: dict[str, Any]) -> str:
 
 
 def wait(client: "Client", ids: Collection[int]) -> None:
-    """Until the daemon has done these jobs; NotSo when one of them was not done, or not every record of it is valid."""
+    """Until the daemon has done these jobs; CheckFailed when one of them was not done, or not every record of it is valid."""
     status = client.wait()
     jobs = [job for job in status["queue"] if job["id"] in ids]
     for job in jobs:
         console().print(f"job {job['id']} {job['name']}: {job['state']}, {job['done']} of {job['total']} records", markup=False)
     if fault := status["fault"]:
-        raise NotSo(f"{fault['name']}: {fault['cause']}")
+        raise CheckFailed(f"{fault['name']}: {fault['cause']}")
     for job in jobs:
         if job["state"] != "done" or job.get("not_valid"):
             why = job["error"] or (f"{job['not_valid']} records not valid" if job.get("not_valid") else job["state"])
-            raise NotSo(f"job {job['id']} {job['name']}: {why}")
+            raise CheckFailed(f"job {job['id']} {job['name']}: {why}")
 
 
 def _seconds_left(job: Job) -> float:

@@ -42,11 +42,11 @@ def replay(
     The comparison stands in the new log (channel /rig/replay and its facts), as a figure beside it, and here.
     """
     from rig.app import replaying
-    from rig.errors import NotSo
+    from rig.errors import CheckFailed
 
     job = replaying.prepare(log, rig_path, model_path, p0_mpa, resample)
-    wishes = replaying.ReplayWishes(out, clock, seed, force, figure, replaying.load_gate(gate) if gate else None)
-    done = replaying.replay_all(job, wishes)
+    options = replaying.ReplayOptions(out, clock, seed, force, figure, replaying.load_gate(gate) if gate else None)
+    done = replaying.replay_all(job, options)
     terminal = console(json_to)
     for item in done:
         facts = item.comparison
@@ -59,6 +59,6 @@ def replay(
     emit({"runs": [item.to_json() for item in done]}, json_to)
     moved = sum(bool(item.departures) for item in done)
     if moved:
-        raise NotSo(f"{moved} of {len(done)} replays left the gate's tolerances")
+        raise CheckFailed(f"{moved} of {len(done)} replays left the gate's tolerances")
     for item in done:
         item.outcome.judge()

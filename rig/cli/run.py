@@ -42,14 +42,14 @@ def run(
     for item in plans:
         check(item, rig.limits, rig.period_ns)
     runs = [runner.Planned(item.name, program_of(item, number), item.facts) for number, item in enumerate(plans, 1)]
-    wishes = runner.Wishes(
+    options = runner.RunOptions(
         out=out or runner.new_folder(plan.name),
         virtual=clock == "virtual",
         seed=seed,
         force=force,
         attachments={"sweep.yaml": sweep.read_bytes()},
     )
-    result = runner.carry_out(rig, runs, wishes)
+    result = runner.carry_out(rig, runs, options)
     outcome.summary(result, json_to)
     emit(result.to_json(), json_to)
     result.judge()

@@ -27,8 +27,8 @@ NOMINAL: dict[str, tuple[StageFunction, int]] = {
 def lay_out(model: Model) -> list[Placed]:
     """The stages of `model` in the order in which they run; ModelError for an effect that is not known."""
     nominal = model.stages()
-    usual = _of_the_rig(model)
-    added = [place_effect(effect, usual) for effect in model.effects]
+    defaults = _of_the_rig(model)
+    added = [place_effect(effect, defaults) for effect in model.effects]
     chain: list[Placed] = []
     for slot in Slot:
         chain += [placed for placed in added if placed.slot is slot and EFFECT_STAGES[placed.name].before]
@@ -57,8 +57,8 @@ def _of_the_rig(model: Model) -> dict[str, float]:
     return {"p0_mpa": model.p0_mpa, "tau0_s": 0.5 * (model.valve.value("valve1_tau_s") + model.valve.value("valve2_tau_s"))}
 
 
-def place_effect(added: AddedEffect, usual: Mapping[str, float]) -> Placed:
-    """An added effect with its numbers in order; what is left out is the rig's own (`usual`) or stands at its neutral value, but for
+def place_effect(added: AddedEffect, defaults: Mapping[str, float]) -> Placed:
+    """An added effect with its numbers in order; what is left out is the rig's own (`defaults`) or stands at its neutral value, but for
     the size.
 
     ModelError when the effect or a parameter is unknown, missing or out of its bounds.
@@ -74,7 +74,7 @@ def place_effect(added: AddedEffect, usual: Mapping[str, float]) -> Placed:
     if known.size not in added.parameters:
         raise ModelError(f"{where}: the parameter {known.size!r} is missing")
     params = known.neutral()
-    params |= {name: value for name, value in usual.items() if name in names} | added.parameters
+    params |= {name: value for name, value in defaults.items() if name in names} | added.parameters
     for allowed in known.numbers:
         if not allowed.low <= params[allowed.name] <= allowed.high:
             raise ModelError(

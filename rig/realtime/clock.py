@@ -21,7 +21,7 @@ class MonotonicClock:
             time.sleep(left / 1e9)
 
 
-class RehearsingClock(MonotonicClock):
+class WarmUpClock(MonotonicClock):
     """Wakes `early_ns` before each deadline, has the coming work rehearsed, and waits out the rest on the processor.
 
     So neither waking up nor what the processor forgot while it slept is left for the deadline; it costs at most `early_ns` of

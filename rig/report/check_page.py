@@ -9,7 +9,7 @@ from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rig.blind_check.goals import GOALS, bound, figure, reached, told
+from rig.blind_check.goals import GOALS, bound, figure, figure_text, reached
 from rig.errors import RigError
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ def rows_of(result: Mapping[str, Any]) -> list[dict[str, Any]]:
     for goal in GOALS:
         cells = []
         for name, mode in result["modes"].items():
-            text = told(figure(mode, goal), goal.unit)
+            text = figure_text(figure(mode, goal), goal.unit)
             cells.append({"mode": name, "text": text, "goal": bound(goal, name), "reached": reached(mode, goal, name)})
         rows.append({"words": goal.words, "cells": cells})
     return rows
@@ -126,7 +126,7 @@ def as_html(result: Mapping[str, Any]) -> str:
 
     source = files("rig.report").joinpath("check_page.html.jinja").read_text(encoding="utf-8")
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    environment.filters["figure"] = lambda found, unit="%": told(found, unit)
+    environment.filters["figure"] = lambda found, unit="%": figure_text(found, unit)
     with_goals = {name for goal in GOALS for name in goal.bounds}
     words = {"mode_words": MODE_WORDS, "naive_words": NAIVE_WORDS, "with_goals": with_goals}
     text: str = environment.from_string(source).render(result=result, rows=rows_of(result), pictures=_pictures(result), **words)

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from rig.app import compose, inventory
-from rig.app.bringup import Leash, let_go, mean, step_valves, time_reads
+from rig.app.bringup import DeviceTicker, let_go, mean, step_valves, time_reads
 from rig.interfaces import Device, Role
 from rig.realtime.clock import MonotonicClock
 from rig.rig_config import RigConfig
@@ -52,10 +52,10 @@ def device(rig: RigConfig) -> Iterator[Device]:
 
 
 @pytest.fixture
-def leash(request: pytest.FixtureRequest, rig: RigConfig) -> Iterator[Leash]:
+def ticker(request: pytest.FixtureRequest, rig: RigConfig) -> Iterator[DeviceTicker]:
     if not request.config.getoption("--allow-motion"):
         pytest.skip("moves the rig: give --allow-motion")
-    with Leash(compose.make_device(rig, MonotonicClock()), rig.period_ns, safe(rig)) as held:
+    with DeviceTicker(compose.make_device(rig, MonotonicClock()), rig.period_ns, safe(rig)) as held:
         yield held
 
 
@@ -104,28 +104,28 @@ def test_everything_is_calibrated(rig: RigConfig) -> None:
 # motion: air on at low supply pressure, nobody near, a hand at the emergency stop
 
 
-def test_the_safe_state_is_reached(rig: RigConfig, leash: Leash) -> None:
-    leash.go_to(*safe(rig), settle_s=SETTLE_S)
-    assert_at(rig, leash, safe(rig))
+def test_the_safe_state_is_reached(rig: RigConfig, ticker: DeviceTicker) -> None:
+    ticker.go_to(*safe(rig), settle_s=SETTLE_S)
+    assert_at(rig, ticker, safe(rig))
 
 
-def test_each_valve_moves_its_own_monitor(rig: RigConfig, leash: Leash) -> None:
-    findings = [one.finding() for one in step_valves(leash, safe(rig), STEP_MPA, SETTLE_S)]
+def test_each_valve_moves_its_own_monitor(rig: RigConfig, ticker: DeviceTicker) -> None:
+    findings = [one.finding() for one in step_valves(ticker, safe(rig), STEP_MPA, SETTLE_S)]
     assert not any(findings), "; ".join(filter(None, findings))
 
 
-def test_the_joint_turns_to_either_side(rig: RigConfig, leash: Leash) -> None:
-    first, second = step_valves(leash, safe(rig), STEP_MPA, SETTLE_S)
+def test_the_joint_turns_to_either_side(rig: RigConfig, ticker: DeviceTicker) -> None:
+    first, second = step_valves(ticker, safe(rig), STEP_MPA, SETTLE_S)
     assert first.moved_deg * second.moved_deg < 0.0, "both muscles turn the joint to the same side, or it is stuck"
 
 
-def test_another_process_can_make_the_rig_safe(rig: RigConfig, leash: Leash) -> None:
+def test_another_process_can_make_the_rig_safe(rig: RigConfig, ticker: DeviceTicker) -> None:
     """The supervisor's path: this process stops commanding, another one writes the safe state."""
-    if not getattr(leash.device, "second_path", False):
+    if not getattr(ticker.device, "second_path", False):
         pytest.skip("this rig allows no second path")
     p1, p2 = safe(rig)
-    leash.go_to(p1 + STEP_MPA, p2 - STEP_MPA, settle_s=SETTLE_S)
-    leash.loosen()
+    ticker.go_to(p1 + STEP_MPA, p2 - STEP_MPA, settle_s=SETTLE_S)
+    ticker.loosen()
     code = f"""
 from pathlib import Path
 from rig.app import compose
@@ -133,12 +133,12 @@ from rig.realtime.clock import MonotonicClock
 compose.make_device(compose.load(Path({str(rig.path)!r})), MonotonicClock()).safe()
 """
     subprocess.run([sys.executable, "-c", code], check=True, timeout=30)
-    leash.wait(SETTLE_S)
-    assert_at(rig, leash, (p1, p2))
+    ticker.wait(SETTLE_S)
+    assert_at(rig, ticker, (p1, p2))
 
 
-def assert_at(rig: RigConfig, leash: Leash, wanted: tuple[float, float]) -> None:
-    found = leash.collect(0.5)
+def assert_at(rig: RigConfig, ticker: DeviceTicker, wanted: tuple[float, float]) -> None:
+    found = ticker.collect(0.5)
     for role, field, pressure in zip((Role.MONITOR_1, Role.MONITOR_2), ("p1_mpa", "p2_mpa"), wanted, strict=True):
         if any(role in entry.roles for entry in rig.devices):
             assert mean(found, field)[0] == pytest.approx(pressure, abs=NEAR_MPA), f"{role.value}: the pressure does not follow"

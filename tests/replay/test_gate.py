@@ -18,8 +18,8 @@ REFERENCES = sorted(HERE.glob("*.mcap"))
 
 def replayed(reference: Path, folder: Path, model: Path | None = None) -> replaying.Replayed:
     job = replaying.prepare(reference, None, model, None, resample=False)
-    wishes = replaying.ReplayWishes(out=folder / reference.name, tolerances=replaying.load_gate(HERE / "gate.yaml"))
-    (result,) = replaying.replay_all(job, wishes)
+    options = replaying.ReplayOptions(out=folder / reference.name, tolerances=replaying.load_gate(HERE / "gate.yaml"))
+    (result,) = replaying.replay_all(job, options)
     return result
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from hil.faults import Injection
-from rig.errors import NotSo, RigError, StateError
+from rig.errors import CheckFailed, RigError, StateError
 from rig.qualify.faults.bench import FaultBench
 from rig.service import protocol
 
@@ -70,7 +70,7 @@ def _full_disk(bench: FaultBench) -> int:
     time.sleep(1.2)  # two flushes
     with bench.client() as client:
         if client.status()["state"] != "running":
-            raise NotSo("the loop did not go on")
+            raise CheckFailed("the loop did not go on")
         client.stop()
         bench.wait(lambda: not client.status()["working"], "the end of the run")
     resource.prlimit(pid, resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
@@ -105,7 +105,7 @@ def _second_daemon(bench: FaultBench) -> int:
     command = [sys.executable, "-m", "rig.cli.main", "daemon", "--socket", str(bench.socket), "--state", str(bench.state)]
     second = subprocess.run([*command, "--logs", str(bench.logs)], capture_output=True, text=True, timeout=30, check=False)
     if second.returncode != 2 or "another daemon is running" not in second.stderr:
-        raise NotSo(f"the second daemon was not refused: {second.returncode} {second.stderr}")
+        raise CheckFailed(f"the second daemon was not refused: {second.returncode} {second.stderr}")
     return now_ns
 
 
@@ -121,7 +121,7 @@ def _sweep_outside(bench: FaultBench) -> int:
         except RigError as error:
             if "would be" in str(error):
                 return now_ns
-    raise NotSo("a sweep outside the envelope was not refused")
+    raise CheckFailed("a sweep outside the envelope was not refused")
 
 
 _D, _S = _device, _signal

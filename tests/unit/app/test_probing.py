@@ -3,7 +3,7 @@
 import pytest
 
 from rig.app.probing import judge
-from rig.errors import NotSo
+from rig.errors import CheckFailed
 
 PORT = "valves: valve_1 on /dev/ttyUSB0: there is no such port; this machine has: /dev/ttyS0"
 
@@ -13,7 +13,7 @@ PORT = "valves: valve_1 on /dev/ttyUSB0: there is no such port; this machine has
     [([], PORT), (["a"], f"{PORT}; 1 other finding above"), (["a", "b"], f"{PORT}; 2 other findings above")],
 )
 def test_the_first_finding_ends_the_probe_and_the_others_are_counted_as_such(others: list[str], said: str) -> None:
-    with pytest.raises(NotSo) as error:
+    with pytest.raises(CheckFailed) as error:
         judge({"findings": [PORT, *others]})
     assert str(error.value) == said
 

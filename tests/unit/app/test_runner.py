@@ -12,8 +12,8 @@ from scripted import program
 
 from rig.app import compose, runner
 from rig.app.outcome import Outcome
-from rig.app.runner import Planned, Wishes
-from rig.errors import NotSo, RigError
+from rig.app.runner import Planned, RunOptions
+from rig.errors import CheckFailed, RigError
 from rig.realtime.faults import Fault
 from rig.sample import Sample
 from rig.service.orders import program_of
@@ -28,7 +28,7 @@ def good(**more: object) -> RunResult:
 
 
 def ends(outcome: Outcome) -> str:
-    with pytest.raises(NotSo) as error:
+    with pytest.raises(CheckFailed) as error:
         outcome.judge()
     assert "\n" not in str(error.value)
     return str(error.value)
@@ -91,7 +91,7 @@ def test_a_refusal_ends_the_loop_through_its_safe_state_and_leaves_nothing(
     monkeypatch.setattr(runner, "_check_realtime", refuse)
     before = signal.getsignal(signal.SIGINT)
     with pytest.raises(RigError, match="refused"):
-        runner.carry_out(compose.load(None), [Planned("a", program())], Wishes(tmp_path / "out", virtual=True))
+        runner.carry_out(compose.load(None), [Planned("a", program())], RunOptions(tmp_path / "out", virtual=True))
     (session,) = sessions
     assert session.loop is not None
     assert session.loop.exitcode == 0, "it left by itself and was not killed"
@@ -103,7 +103,7 @@ def test_a_refusal_ends_the_loop_through_its_safe_state_and_leaves_nothing(
 def test_a_fault_outside_a_record_is_told(tmp_path: Path) -> None:
     rig = compose.load(None)
     impossible = replace(rig, limits=replace(rig.limits, monitor_mpa=(0.4, 0.6)))  # at rest the monitors read 0.2 MPa
-    outcome = runner.carry_out(impossible, [Planned("a", program())], Wishes(tmp_path / "out", virtual=True))
+    outcome = runner.carry_out(impossible, [Planned("a", program())], RunOptions(tmp_path / "out", virtual=True))
     assert ends(outcome).startswith("BAD_VALUE: a sensor kept giving values")
 
 

@@ -20,9 +20,9 @@ from hil.emulators.nifpga.shared import READ
 from hil.emulators.nifpga.stand_in import StandIn
 from hil.emulators.world import World
 from rig.app import bringup, calibrating, compose, probing
-from rig.app.bringup import Leash, StepResult, step_valves, time_reads
+from rig.app.bringup import DeviceTicker, StepResult, step_valves, time_reads
 from rig.cli.devices import devices
-from rig.errors import DeviceError, DeviceLost, NotSo, RigError
+from rig.errors import CheckFailed, DeviceError, DeviceLost, RigError
 from rig.interfaces import DeviceContext, Role
 from rig.realtime.clock import MonotonicClock
 from rig.sample import Flag
@@ -69,7 +69,7 @@ def refusal(*arguments: str, typed: str = "") -> str:
 
 @pytest.fixture(autouse=True)
 def _hurried(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The leash lives in real time; these rigs need none of its caution."""
+    """The ticker lives in real time; these rigs need none of its caution."""
     monkeypatch.setattr(bringup, "SLEW_MPA_S", 5.0)
     monkeypatch.setattr(bringup, "LOOK_S", 0.05)
     monkeypatch.setattr(calibrating, "COLLECT_S", 0.05)
@@ -149,9 +149,9 @@ def test_the_leash_asks_for_priority_for_its_thread_alone(lab: Lab, monkeypatch:
             raise PermissionError
 
     monkeypatch.setattr(os, "sched_setscheduler", ask)
-    with Leash(lab.device, 5_000_000, SAFE) as leash:
-        assert leash.collect(0.05)
-    assert asked == [("leash", 0, os.SCHED_FIFO)]
+    with DeviceTicker(lab.device, 5_000_000, SAFE) as ticker:
+        assert ticker.collect(0.05)
+    assert asked == [("ticker", 0, os.SCHED_FIFO)]
 
 
 @pytest.mark.parametrize(
@@ -165,10 +165,10 @@ def test_the_leash_asks_for_priority_for_its_thread_alone(lab: Lab, monkeypatch:
 def test_stepping_one_valve_shows_which_monitor_moves(lab: Lab, damage: str, says: list[str]) -> None:
     if damage == "swapped":
         lab.stand_in.board.swap_valves()
-    with Leash(lab.device, 5_000_000, SAFE) as leash:
+    with DeviceTicker(lab.device, 5_000_000, SAFE) as ticker:
         if damage == "cut":
             lab.stand_in.board.cut("monitor_1")
-        results = step_valves(leash, SAFE, 0.03, 0.05)
+        results = step_valves(ticker, SAFE, 0.03, 0.05)
     assert [one.valve for one in results] == [1, 2]
     for line, one in zip(says, results, strict=False):
         assert one.finding().startswith(line)
@@ -205,22 +205,22 @@ def test_timing_counts_what_failed_and_what_was_seen(lab: Lab) -> None:
 def test_timing_of_a_device_that_never_answers_is_not_so(lab: Lab) -> None:
     lab.device.open()
     lab.stand_in.registers.fail(-61046, READ)
-    with pytest.raises(NotSo, match="no answer in 25 ticks"):
+    with pytest.raises(CheckFailed, match="no answer in 25 ticks"):
         time_reads(lab.device, 1_000_000, 25)
     lab.device.close()
 
 
 def test_the_leash_lets_go_safely_when_the_device_is_lost(lab: Lab) -> None:
-    with pytest.raises(DeviceLost), Leash(lab.device, 5_000_000, SAFE) as leash:  # noqa: PT012
-        leash.go_to(0.22, 0.18)
+    with pytest.raises(DeviceLost), DeviceTicker(lab.device, 5_000_000, SAFE) as ticker:  # noqa: PT012
+        ticker.go_to(0.22, 0.18)
         lab.stand_in.registers.lose_sessions()
-        leash.wait(2.0)
+        ticker.wait(2.0)
     assert lab.stand_in.board.commands_mpa() == pytest.approx(SAFE, abs=1e-3)
 
 
 def test_a_device_that_does_not_open_is_an_error_not_a_hang(lab: Lab) -> None:
     lab.stand_in.registers.fail(-63195)
-    with pytest.raises(DeviceError), Leash(lab.device, 5_000_000, SAFE):
+    with pytest.raises(DeviceError), DeviceTicker(lab.device, 5_000_000, SAFE):
         pass
 
 
@@ -335,7 +335,7 @@ def probed(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> Lab:
 def finding(*arguments: str) -> str:
     """The line with which the probe says that something is not so."""
     result = call("probe", "--rig", str(RIGS / "paper_myrio.yaml"), "--ticks", "20", *arguments)
-    assert isinstance(result.exception, NotSo), result.output
+    assert isinstance(result.exception, CheckFailed), result.output
     assert "\n" not in str(result.exception)
     return str(result.exception)
 

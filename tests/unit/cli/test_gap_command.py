@@ -86,8 +86,8 @@ def test_campaign_of_days_is_diagnosed_day_by_day(days: Path, tmp_path: Path) ->
         "diagnose", "--model", MODEL, "--log", root, *healthy(days), "--json", tmp_path / "days.json",
         "--html", tmp_path / "day.html",
     )  # fmt: skip
-    told = json.loads((tmp_path / "days.json").read_text())["days"]
-    assert [told[day]["verdict"] for day in ("monday", "tuesday")] == ["none", "explained"]
+    report = json.loads((tmp_path / "days.json").read_text())["days"]
+    assert [report[day]["verdict"] for day in ("monday", "tuesday")] == ["none", "explained"]
     assert sorted(path.name for path in tmp_path.glob("*.html")) == ["day_monday.html", "day_tuesday.html"]
 
 
@@ -105,9 +105,9 @@ def test_a_place_that_cannot_be_written_is_refused_before_the_work(days: Path, t
 
 def test_effects_lists_the_library(tmp_path: Path) -> None:
     call("effects", "--json", tmp_path / "effects.json")
-    told = json.loads((tmp_path / "effects.json").read_text())["effects"]
-    assert told["delay"]["parameters"]["delay_s"]["unit"] == "s"
-    assert "muscle_mismatch" in told["leak"]["alike_with_pressures"]
+    report = json.loads((tmp_path / "effects.json").read_text())["effects"]
+    assert report["delay"]["parameters"]["delay_s"]["unit"] == "s"
+    assert "muscle_mismatch" in report["leak"]["alike_with_pressures"]
 
 
 def test_missing_file_is_one_clear_line(days: Path) -> None:

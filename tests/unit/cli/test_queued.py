@@ -7,7 +7,7 @@ import pytest
 from rich.console import Console
 
 from rig.cli import queued
-from rig.errors import NotSo
+from rig.errors import CheckFailed
 
 
 def job(**fields: Any) -> dict[str, Any]:
@@ -56,7 +56,7 @@ def test_waiting_ends_well_only_when_all_was_done_and_is_valid() -> None:
         (Done(job(state="done"), fault={"name": "ESTOP", "cause": "emergency stop"}), "ESTOP: emergency stop"),
     ):
         broken: Any = wrong
-        with pytest.raises(NotSo, match=said):
+        with pytest.raises(CheckFailed, match=said):
             queued.wait(broken, [1])
 
 

@@ -250,10 +250,10 @@ def test_the_commands_end_to_end(tmp_path: Path) -> None:
 
 def test_validate_says_not_so_of_a_model_that_is_not_bounded(tmp_path: Path) -> None:
     from rig.cli.identify import validate as validate_command
-    from rig.errors import NotSo
+    from rig.errors import CheckFailed
 
     log = _write_csv(RECORDS[1], tmp_path)
-    with pytest.raises(NotSo, match="not bounded over the sweep range"):
+    with pytest.raises(CheckFailed, match="not bounded over the sweep range"):
         CliRunner().invoke(validate_command, [str(MODELS / "paper_table3.yaml"), str(log)], catch_exceptions=False)
 
 

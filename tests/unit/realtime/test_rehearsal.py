@@ -9,7 +9,7 @@ from scripted import PERIOD_NS, ListRing, ScriptedDevice, armed_and_running
 from rig.app import compose
 from rig.interfaces import Clock, Device
 from rig.realtime import clock as clocks
-from rig.realtime.clock import MonotonicClock, RehearsingClock, VirtualClock
+from rig.realtime.clock import MonotonicClock, VirtualClock, WarmUpClock
 from rig.realtime.commands import Request
 from rig.realtime.faults import Fault
 from rig.realtime.loop import Loop, LoopSettings
@@ -58,7 +58,7 @@ def taking(fake: FakeTime, takes_ns: int, began: list[int]) -> Callable[[], None
 @pytest.mark.parametrize(("takes_us", "times"), [(20, 14), (100, 2), (300, 1)])
 def test_it_wakes_early_rehearses_while_there_is_time_and_is_on_time(fake: FakeTime, takes_us: int, times: int) -> None:
     began: list[int] = []
-    clock = RehearsingClock(EARLY_NS, taking(fake, takes_us * US, began))
+    clock = WarmUpClock(EARLY_NS, taking(fake, takes_us * US, began))
     for _ in range(20):
         fake.late_ns = 50 * US
         deadline_ns = fake.now_ns + PERIOD_NS
@@ -71,7 +71,7 @@ def test_it_wakes_early_rehearses_while_there_is_time_and_is_on_time(fake: FakeT
 @pytest.mark.parametrize("late_us", [390, 2000])
 def test_who_wakes_too_late_does_not_rehearse(fake: FakeTime, late_us: int) -> None:
     began: list[int] = []
-    clock = RehearsingClock(EARLY_NS, taking(fake, 100 * US, began))
+    clock = WarmUpClock(EARLY_NS, taking(fake, 100 * US, began))
     fake.late_ns = late_us * US
     deadline_ns = fake.now_ns + PERIOD_NS
     clock.wait_until_ns(deadline_ns)
@@ -81,14 +81,14 @@ def test_who_wakes_too_late_does_not_rehearse(fake: FakeTime, late_us: int) -> N
 
 def test_a_deadline_that_has_passed_is_not_waited_for(fake: FakeTime) -> None:
     began: list[int] = []
-    RehearsingClock(EARLY_NS, taking(fake, 100 * US, began)).wait_until_ns(fake.now_ns - PERIOD_NS)
+    WarmUpClock(EARLY_NS, taking(fake, 100 * US, began)).wait_until_ns(fake.now_ns - PERIOD_NS)
     assert began == []
     assert fake.slept_ns == 0
 
 
 def test_on_a_slow_machine_rehearsals_that_make_ticks_late_are_given_up(fake: FakeTime) -> None:
     began: list[int] = []
-    clock = RehearsingClock(EARLY_NS, taking(fake, 2 * EARLY_NS, began))
+    clock = WarmUpClock(EARLY_NS, taking(fake, 2 * EARLY_NS, began))
     for _ in range(1000):
         clock.wait_until_ns(fake.now_ns + PERIOD_NS)
     assert 0 < len(began) <= 10
@@ -96,7 +96,7 @@ def test_on_a_slow_machine_rehearsals_that_make_ticks_late_are_given_up(fake: Fa
 
 def test_after_one_long_rehearsal_one_is_left_out(fake: FakeTime) -> None:
     began: list[int] = []
-    clock = RehearsingClock(EARLY_NS, taking(fake, 2 * EARLY_NS, began))
+    clock = WarmUpClock(EARLY_NS, taking(fake, 2 * EARLY_NS, began))
     clock.wait_until_ns(fake.now_ns + PERIOD_NS)
     clock._rehearse = taking(fake, 300 * US, began)
     for _ in range(300):
@@ -175,7 +175,7 @@ def test_who_does_not_want_it_sleeps_until_the_tick() -> None:
 def test_a_device_without_a_twin_is_never_called_by_a_rehearsal() -> None:
     device = ScriptedDevice()
     clock = made_clock(400, 5, device)
-    assert isinstance(clock, RehearsingClock)
+    assert isinstance(clock, WarmUpClock)
     clock.wait_until_ns(clock.now_ns() + PERIOD_NS)
     assert device._calls == {"read": 0, "write": 0, "safe": 0}
     assert device.outputs == []
