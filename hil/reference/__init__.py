@@ -1,6 +1,6 @@
-"""A physics rig that shares no law with the simulator: what the model is identified on and the blind check is drawn from.
+"""Physics rigs that share no law with the simulator: what the model is identified on and the blind check is drawn from.
 
-`physics` holds the parameters of the healthy rig, `integrate` its compiled equations, `command` and `sensing` what happens
-to set-points and readings on their way, `other_laws` every effect as another law than the library's, `plant` the rig as a function
-of excitation, session and effect, and `cases` the drawing of development and scoring cases. Nothing here reads or writes files.
+`families` is the way in: a family by name, its units, days and effects. `mckibben` and `fluidic` hold one family each, `effect_law` what
+their tables of effects have in common, `excitations` the commands, `cases` the drawing of development and scoring cases, `source` the
+cases as the blind check takes them. Nothing here reads or writes files.
 """

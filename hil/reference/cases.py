@@ -1,18 +1,23 @@
-"""Cases of the blind check: which unit, day, excitation, effect and strength. Drawn from a seed; nothing here is stored.
+"""Cases of the blind check: which unit of a family, day, excitation, effect and strength. Drawn from a seed; nothing here is stored.
 
 Development and scoring cases come from different roots of the random tree, so that no seed of one gives a case of the other.
 A development case in three lines:
 
-    sheet = draw_sheet(Purpose.DEVELOPMENT, seed=1, n=40)
+    sheet = draw_sheet(Purpose.DEVELOPMENT, seed=1, n=40, family="fluidic")
     made = realise(sheet[0], bench_of(sheet[0]))
     made.records, made.effects, made.ratio_angle   # and bench_of(...).baselines
+
+One with a unit and sizes of one's own:
+
+    made, bench = made_to_order("fluidic", unit_seed=7, sizes={"valve_lag": 0.02}, seed=1)
 
 A `Case` is what chance decided (the label), a `Bench` the unit with its healthy baseline days, which ten cases share, and
 a `Made` the case's records with the sizes that give the wanted gap.
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+import zlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from functools import lru_cache
@@ -21,11 +26,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.random import Generator, SeedSequence
 
-from hil.reference.disturbance import HEALTHY, Disturbance
+from hil.reference.effect_law import EffectLaw, merged
 from hil.reference.excitations import Excitation, draw_set, draw_untouched
-from hil.reference.other_laws import FOREIGN, OTHER_LAWS, EffectLaw, merged
-from hil.reference.physics import Session
-from hil.reference.plant import Columns, Plant, make_plant, run
+from hil.reference.families import NAMES, Disturbance, Family, Named, Session, Unit, family, run
 
 CASES_PER_UNIT: Final = 10
 BASELINE_DAYS: Final = 6
@@ -38,9 +41,6 @@ CLEAR_RANGE: Final = (3.0, 10.0)
 """Of each part of a pair, and of effects outside the library."""
 SHARES: Final = {"none": 0.30, "foreign": 0.15, "pair": 0.15}
 """Of all cases; the rest are single effects. 400 cases: 120, 60, 60, 160."""
-
-Named = dict[str, Columns]
-"""Record name -> its columns."""
 
 
 class Purpose(StrEnum):
@@ -66,6 +66,7 @@ class Case:
     """Gap over floor each effect shall have by itself."""
     baselines: int
     """How many baseline days the diagnosis gets: 3 or 6."""
+    family: str = NAMES[0]
 
     @property
     def unit(self) -> int:
@@ -81,7 +82,8 @@ class Case:
 class Bench:
     """A unit with its healthy days; every case on it is recorded under the same excitations."""
 
-    plant: Plant
+    family: Family
+    plant: Unit
     drift: float
     excitations: tuple[Excitation, ...]
     untouched: tuple[Excitation, ...]
@@ -108,22 +110,26 @@ class Made:
     """Gap over floor reached, of the angle and of the monitors."""
 
 
-def draw_sheet(purpose: Purpose, seed: int, n: int) -> list[Case]:
-    """n cases in an order that tells nothing; the same arguments give the same sheet."""
-    random = _random(purpose, seed, 0)
+def draw_sheet(
+    purpose: Purpose, seed: int, n: int, family_name: str = NAMES[0], known: Sequence[str] | None = None
+) -> list[Case]:
+    """n cases in an order that tells nothing; the same arguments give the same sheet.
+
+    `known`: the effects to draw from in place of all that the family has (a library that is short of one cannot be asked for it).
+    """
+    random, chosen = _random(purpose, family_name, seed, 0), family(family_name)
+    effects = {name: law for name, law in chosen.effects.items() if known is None or name in known}
     kinds = [kind for kind, share in SHARES.items() for _ in range(round(share * n))]
     kinds += ["single"] * (n - len(kinds))
-    singles, foreign, pairs = (_endless(random, items) for items in (_alone(OTHER_LAWS), _alone(FOREIGN), _pairs()))
+    singles, foreign, pairs = (_endless(random, items) for items in (_alone(effects), _alone(chosen.foreign), _pairs(effects)))
     drawn = {"none": _endless(random, [()]), "single": singles, "foreign": foreign, "pair": pairs}
     rows = [(kind, next(drawn[kind])) for kind in kinds]
     order = random.permutation(n)
-    return [_draw_case(purpose, seed, number, *rows[int(order[number])], random) for number in range(n)]
+    return [_draw_case(purpose, seed, number, *rows[int(order[number])], chosen, random) for number in range(n)]
 
 
-@lru_cache(maxsize=4)
-def _bench(purpose: Purpose, seed: int, unit: int) -> Bench:
-    random = _random(purpose, seed, 1, unit)
-    plant = make_plant(int(random.integers(2**31)))
+def draw_bench(chosen: Family, plant: Unit, random: Generator) -> Bench:
+    """A unit's days and excitations, by chance."""
     drift = float(np.exp(random.uniform(math.log(0.004), math.log(0.02))))
     p0_mpa = round(float(random.uniform(0.18, 0.25)), 3)
     excitations, untouched = tuple(draw_set(random, RECORDS, p0_mpa)), tuple(draw_untouched(random, p0_mpa))
@@ -133,15 +139,22 @@ def _bench(purpose: Purpose, seed: int, unit: int) -> Bench:
         _floor([np.concatenate([r[column] for r in day.values()]) for day in baselines])
         for column in ("angle_deg", "p1_mpa", "p2_mpa")
     ]
-    return Bench(plant, drift, excitations, untouched, days, baselines, floors[0], math.hypot(floors[1], floors[2]))
+    floor_mpa = math.hypot(floors[1], floors[2])
+    return Bench(chosen, plant, drift, excitations, untouched, days, baselines, floors[0], floor_mpa)
+
+
+@lru_cache(maxsize=4)
+def _bench(purpose: Purpose, family_name: str, seed: int, number: int) -> Bench:
+    random, chosen = _random(purpose, family_name, seed, 1, number), family(family_name)
+    return draw_bench(chosen, chosen.make(int(random.integers(2**31))), random)
 
 
 def bench_of(case: Case) -> Bench:
     """The unit and its baselines on which the case is recorded."""
-    return _bench(case.purpose, case.seed, case.unit)
+    return _bench(case.purpose, case.family, case.seed, case.unit)
 
 
-def record_day(plant: Plant, day: Session, excitations: tuple[Excitation, ...], disturbance: Disturbance = HEALTHY) -> Named:
+def record_day(plant: Unit, day: Session, excitations: Sequence[Excitation], disturbance: Disturbance = None) -> Named:
     """Every excitation once on that day, each with noise of its own; names are unique."""
     named: Named = {}
     for number, excitation in enumerate(excitations):
@@ -155,28 +168,45 @@ def realise(case: Case, bench: Bench, sizes: Mapping[str, float] | None = None) 
 
     `sizes` from an earlier call spare the search.
     """
-    random = _random(case.purpose, case.seed, 2, case.number)
+    random = _random(case.purpose, case.family, case.seed, 2, case.number)
     day = bench.plant.session(int(random.integers(2**31)), bench.drift)
     parts: list[Disturbance] = []
     effects: dict[str, dict[str, Any]] = {}
     for effect, sign, wanted in zip(case.effects, case.signs, case.wanted_ratios, strict=True):
-        entry, detail = (OTHER_LAWS | FOREIGN)[effect], int(random.integers(2**31))
+        entry, detail = bench.family.laws[effect], int(random.integers(2**31))
         size, ratio = _size_for(entry, sign, wanted, detail, day, bench) if sizes is None else (sizes[effect], wanted)
         parts.append(entry.law(size, np.random.default_rng(detail)))
         effects[effect] = {
             "stage": entry.stage, "size": size, "unit": entry.unit, "library_parameter": entry.library_parameter, "ratio": ratio
         }  # fmt: skip
-    disturbance = merged(parts)
+    return _recorded(case, effects, merged(bench.family.healthy, parts), day, bench)
+
+
+def made_to_order(family_name: str, unit_seed: int, sizes: Mapping[str, float], seed: int = 0) -> tuple[Made, Bench]:
+    """A case with these effects (name -> signed size, none for a healthy one) on that unit, and the unit's healthy days.
+
+    Days, excitations and what is no size come from `seed`. RigError for a family or an effect that is not there.
+    """
+    random, chosen = _random(Purpose.DEVELOPMENT, family_name, seed, 3, unit_seed), family(family_name)
+    bench = draw_bench(chosen, chosen.make(unit_seed), random)
+    signs, kind = tuple(1 if size >= 0.0 else -1 for size in sizes.values()), ("none", "single", "pair")[min(len(sizes), 2)]
+    case = Case(Purpose.DEVELOPMENT, seed, 0, kind, tuple(sizes), signs, (math.nan,) * len(sizes), BASELINE_DAYS, family_name)
+    return realise(case, bench, sizes), bench
+
+
+def _recorded(case: Case, effects: dict[str, dict[str, Any]], disturbance: Disturbance, day: Session, bench: Bench) -> Made:
     records = record_day(bench.plant, day, bench.excitations, disturbance)
     angle, pressure = _ratios(records, record_day(bench.plant, day, bench.excitations), bench)
     return Made(case, effects, disturbance, day, records, angle, pressure)
 
 
-def _draw_case(purpose: Purpose, seed: int, number: int, kind: str, effects: tuple[str, ...], random: Generator) -> Case:
+def _draw_case(
+    purpose: Purpose, seed: int, number: int, kind: str, effects: tuple[str, ...], chosen: Family, random: Generator
+) -> Case:
     low, high = RATIO_RANGE if kind == "single" else CLEAR_RANGE
     ratios = np.exp(random.uniform(math.log(low), math.log(high), len(effects))).tolist()
-    signs = [int(random.choice((-1, 1))) if (OTHER_LAWS | FOREIGN)[effect].signed else 1 for effect in effects]
-    return Case(purpose, seed, number, kind, effects, tuple(signs), tuple(ratios), int(random.choice((3, 6))))
+    signs = [int(random.choice((-1, 1))) if chosen.laws[effect].signed else 1 for effect in effects]
+    return Case(purpose, seed, number, kind, effects, tuple(signs), tuple(ratios), int(random.choice((3, 6))), chosen.name)
 
 
 def _size_for(entry: EffectLaw, sign: int, wanted: float, detail: int, day: Session, bench: Bench) -> tuple[float, float]:
@@ -229,19 +259,14 @@ def _floor(days: list[Any]) -> float:
     return math.sqrt(float(np.mean([np.mean((day - (total - day) / (len(days) - 1)) ** 2) for day in days])))
 
 
-def _alone(laws: dict[str, EffectLaw]) -> list[tuple[str, ...]]:
+def _alone(laws: Mapping[str, EffectLaw]) -> list[tuple[str, ...]]:
     return [(effect,) for effect in laws]
 
 
-def _pairs() -> list[tuple[str, ...]]:
+def _pairs(laws: Mapping[str, EffectLaw]) -> list[tuple[str, ...]]:
     """One valve-side and one joint-side effect."""
-    return [
-        (valve, joint)
-        for valve in OTHER_LAWS
-        if OTHER_LAWS[valve].stage == "valve"
-        for joint in OTHER_LAWS
-        if OTHER_LAWS[joint].stage == "joint"
-    ]
+    valves, joints = ([name for name, law in laws.items() if law.stage == stage] for stage in ("valve", "joint"))
+    return [(valve, joint) for valve in valves for joint in joints]
 
 
 def _endless(random: Generator, items: list[tuple[str, ...]]) -> Iterator[tuple[str, ...]]:
@@ -251,5 +276,7 @@ def _endless(random: Generator, items: list[tuple[str, ...]]) -> Iterator[tuple[
             yield items[int(index)]
 
 
-def _random(purpose: Purpose, *path: int) -> Generator:
-    return np.random.default_rng(SeedSequence((_ROOT[purpose], *path)))
+def _random(purpose: Purpose, family_name: str, *path: int) -> Generator:
+    """A branch of the random tree; the first family's are those from before there was another."""
+    branch = () if family_name == NAMES[0] else (zlib.crc32(family_name.encode()),)
+    return np.random.default_rng(SeedSequence((_ROOT[purpose], *path), spawn_key=branch))

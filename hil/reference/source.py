@@ -1,4 +1,4 @@
-"""The physics plant as a source of cases for the blind check: labels in, columns out.
+"""The plant families as a source of cases for the blind check: labels in, columns out.
 
 Fits the protocol of `rig.blind_check.source` by its shape; knows nothing of records, files or diagnosis.
 """
@@ -9,11 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from hil.reference.cases import Case, Named, Purpose, bench_of, draw_sheet, realise, record_day
+from hil.reference.cases import Case, Purpose, bench_of, draw_sheet, realise, record_day
 from hil.reference.compiling import Array
-from hil.reference.disturbance import HEALTHY, Disturbance
-from hil.reference.physics import Session
-from hil.reference.plant import Plant, simulate
+from hil.reference.families import NAMES, Disturbance, Named, Session, Unit
 
 Commands = Mapping[str, tuple[Array, Array, float]]
 UNTOUCHED_DAYS = 3
@@ -39,16 +37,19 @@ class Carried:
 
 @dataclass(frozen=True)
 class PhysicsSource:
-    """Cases of one purpose; a development source never gives a scoring case."""
+    """Cases of one purpose and family; a development source never gives a scoring case."""
 
     purpose: Purpose = Purpose.SCORING
+    family: str = NAMES[0]
+    known: tuple[str, ...] | None = None
+    """Effects to draw from; all of the family's unless said."""
 
     def sheet(self, seed: int, cases: int) -> list[dict[str, Any]]:
-        return [case.label() for case in draw_sheet(self.purpose, seed, cases)]
+        return [case.label() for case in draw_sheet(self.purpose, seed, cases, self.family, self.known)]
 
     def bench_key(self, label: dict[str, Any]) -> str:
         case = _case(label)
-        return f"{case.seed}-{case.unit}"
+        return f"{case.family}-{case.seed}-{case.unit}"
 
     def bench(self, label: dict[str, Any]) -> Bench:
         bench = bench_of(_case(label))
@@ -67,7 +68,7 @@ class PhysicsSource:
         case = _case(label)
         bench = bench_of(case)
         made = realise(case, bench, {effect: fact["size"] for effect, fact in facts["effects"].items()})
-        days = [_played(bench.plant, day, HEALTHY, commands) for day in bench.days[: case.baselines]]
+        days = [_played(bench.plant, day, bench.family.healthy, commands) for day in bench.days[: case.baselines]]
         return _played(bench.plant, made.day, made.disturbance, commands), days
 
 
@@ -76,9 +77,9 @@ def _case(label: dict[str, Any]) -> Case:
     return Case(**label | lists | {"purpose": Purpose(label["purpose"])})
 
 
-def _played(plant: Plant, day: Session, disturbance: Disturbance, commands: Commands) -> Named:
+def _played(plant: Unit, day: Session, disturbance: Disturbance, commands: Commands) -> Named:
     """Given set-points on that day; noise differs from that of any excitation of the bench."""
     return {
-        name: simulate(np.asarray(p1), np.asarray(p2), period_s, plant, day, disturbance, noise_seed=1000 + number)
+        name: plant.simulate(np.asarray(p1), np.asarray(p2), period_s, day, disturbance, noise_seed=1000 + number)
         for number, (name, (p1, p2, period_s)) in enumerate(commands.items())
     }

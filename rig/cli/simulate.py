@@ -21,6 +21,7 @@ Simulator = Callable[["Record"], "Record"]
 @click.option(
     "--plant", type=click.IntRange(0), metavar="UNIT", help="Instead of a model: that unit of the physics rig of hil.reference."
 )
+@click.option("--family", default="mckibben", show_default=True, help="The physics rig's family: mckibben or fluidic.")
 @click.option(
     "--session", default=1, show_default=True, type=click.IntRange(0), help="The physics rig's day; each drifts a little."
 )
@@ -92,21 +93,20 @@ def _by_plant(wish: dict[str, Any]) -> tuple[Simulator, float, dict[str, Any]]:
     """The same for a unit of the physics rig, which measures like a real one: noise, counts, a monitor's bias."""
     from dataclasses import replace
 
-    from hil.reference.plant import make_plant
-    from hil.reference.plant import simulate as run
+    from hil.reference.families import unit
     from rig.model.resample import set_points
     from rig.record import MAIN_COLUMNS
 
-    plant = make_plant(wish["plant"])
+    plant = unit(wish["family"], wish["plant"])
     day = plant.session(wish["session"])
 
     def say(record: "Record") -> "Record":
         p1, p2 = set_points(record, float(record.facts.get("p0_mpa") or 0.2))
-        made = run(p1, p2, record.period_s, plant, day, noise_seed=sum(record.name.encode()))
+        made = plant.simulate(p1, p2, record.period_s, day, noise_seed=sum(record.name.encode()))
         measured: dict[str, Any] = {name: made[name] for name in MAIN_COLUMNS if name not in ("t_s", "dp_cmd_mpa")}
         return replace(record, extra={}, **measured)
 
-    return say, 0.005, {"plant": wish["plant"], "session": f"plant {wish['plant']}, day {wish['session']}"}
+    return say, 0.005, {"plant": wish["plant"], "session": f"{wish['family']} {wish['plant']}, day {wish['session']}"}
 
 
 def _records(commands: Path, period_s: float) -> "list[Record]":

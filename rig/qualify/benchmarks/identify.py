@@ -50,15 +50,15 @@ def _objective(records: int = 1) -> Any:
 
 
 def _record() -> Any:
-    from hil.reference.plant import make_plant, simulate
+    from hil.reference.families import unit
     from rig.excite.setpoints import around
     from rig.excite.signals import Sine
     from rig.identify.stability import excitation
     from rig.record import Record
 
     dp = excitation(Sine(0.5, 0.2), 0.005, periods=5.0)[:2000]
-    plant = make_plant(UNIT)
-    made = simulate(*around(0.2, dp), 0.005, plant, plant.session(1))
+    plant = unit("mckibben", UNIT)
+    made = plant.simulate(*around(0.2, dp), 0.005, plant.session(1))
     return Record(
         "sine_0.5hz_0.20mpa", made["t_s"], dp, angle_deg=made["angle_deg"], p1_mpa=made["p1_mpa"], p2_mpa=made["p2_mpa"]
     )

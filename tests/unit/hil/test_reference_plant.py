@@ -1,26 +1,33 @@
-"""The physics plant: what it must do because it is physics, and that cases are drawn as promised."""
+"""The physics plants: what they must do because they are physics, whatever their family, and that cases are drawn as promised."""
 
 import math
 
 import numpy as np
 import pytest
 
-from hil.reference.cases import CLEAR_RANGE, Purpose, bench_of, draw_sheet, realise, record_day
-from hil.reference.disturbance import HEALTHY, Disturbance, RigLaw
+from hil.reference.cases import CLEAR_RANGE, Purpose, bench_of, draw_sheet, made_to_order, realise, record_day
 from hil.reference.excitations import Excitation, paper_set
-from hil.reference.mechanics import muscle_force
-from hil.reference.other_laws import FOREIGN, OTHER_LAWS, merged
-from hil.reference.plant import make_plant, run, simulate
-from hil.reference.pneumatics import flow_function
+from hil.reference.families import NAMES, disturbance, family, run, unit
+from hil.reference.fluidic.mechanics import muscle_force as fluidic_force
+from hil.reference.fluidic.physics import Physics as FluidicPhysics
+from hil.reference.fluidic.pneumatics import nozzle
+from hil.reference.mckibben.mechanics import muscle_force
+from hil.reference.mckibben.pneumatics import flow_function
 from rig.errors import RigError
 from rig.gap.effects import LIBRARY
 
 SINE = Excitation("sine", 0.5, 0.2)
+EFFECTS = [(name, effect) for name in NAMES for effect in sorted(family(name).laws)]
+
+
+@pytest.fixture(scope="module", params=NAMES)
+def name(request: pytest.FixtureRequest) -> str:
+    return request.param
 
 
 @pytest.fixture(scope="module")
-def plant():
-    return make_plant(3)
+def plant(name):
+    return unit(name, 3)
 
 
 def test_paper_sine_turns_the_joint_about_forty_degrees_with_a_loop(plant):
@@ -40,21 +47,31 @@ def test_stiffness_rises_with_the_mean_pressure(plant):
 
 def test_pressures_follow_the_set_points_late_and_settle_on_them(plant):
     half = np.where(np.arange(1200) < 200, 0.0, 0.05)
-    columns = simulate(0.2 + half, 0.2 - half, 0.005, plant, plant.still())
-    assert columns["p1_mpa"][210] < 0.24, "50 ms after the step it has not arrived"
+    columns = plant.simulate(0.2 + half, 0.2 - half, 0.005, plant.still())
+    assert columns["p1_mpa"][210] < 0.245, "50 ms after the step it has not arrived"
     assert np.mean(columns["p1_mpa"][-200:]) == pytest.approx(0.25, abs=0.002)
     assert np.mean(columns["p2_mpa"][-200:]) == pytest.approx(0.15, abs=0.002)
 
 
-def test_flow_is_choked_below_the_critical_ratio_and_stops_at_equal_pressures():
-    assert flow_function(0.1) == flow_function(0.3) == 1.0
-    assert flow_function(1.0) == flow_function(1.2) == 0.0
+@pytest.mark.parametrize(("flow", "choked"), [(flow_function, 0.3), (nozzle, 0.528)])
+def test_flow_is_choked_below_the_critical_ratio_and_stops_at_equal_pressures(flow, choked):
+    assert flow(0.1) == flow(choked) == 1.0
+    assert flow(1.0) == flow(1.2) == 0.0
+    assert flow(choked + 1e-3) == pytest.approx(1.0, abs=1e-3)
+    assert 0.0 < flow(0.9) < flow(0.7) < 1.0
+
+
+def test_orifices_are_those_of_the_books():
     assert flow_function(0.65) == pytest.approx(math.sqrt(0.75))
+    assert nozzle(0.8) == pytest.approx(math.sqrt(0.8 ** (2 / 1.4) - 0.8 ** (2.4 / 1.4)) / 0.2588, rel=1e-3)
 
 
 def test_muscle_pulls_in_proportion_to_pressure_and_never_pushes():
     assert muscle_force(0.2, 0.1, 0.436, 0.0125) == pytest.approx(2 * muscle_force(0.1, 0.1, 0.436, 0.0125))
     assert muscle_force(0.2, 0.6, 0.436, 0.0125) == 0.0
+    physics = FluidicPhysics()
+    assert fluidic_force(0.2, 0.1, 0.0, physics) > fluidic_force(0.1, 0.1, 0.0, physics) > fluidic_force(0.1, 0.2, 0.0, physics)
+    assert fluidic_force(0.2, 0.6, 0.0, physics) == 0.0
 
 
 def test_same_arguments_same_record_and_another_day_another(plant):
@@ -72,28 +89,51 @@ def test_days_differ_more_with_more_drift(plant):
     assert 0.03 < spread[0] < spread[1] < 2.0
 
 
-def test_halving_the_internal_step_changes_little(plant, monkeypatch):
+def test_sisters_differ_more_than_days_and_are_of_one_build(name, plant):
+    angles = [run(SINE, sister, sister.still())["angle_deg"] for sister in (plant, *(unit(name, seed) for seed in (4, 5)))]
+    days = [run(SINE, plant, plant.session(k))["angle_deg"] for k in range(3)]
+    assert 2.0 * np.std(days, axis=0).mean() < np.std(angles, axis=0).mean() < 5.0
+
+
+def test_halving_the_internal_step_changes_little(name, plant, monkeypatch):
     coarse = run(SINE, plant, plant.still())["angle_deg"]
-    monkeypatch.setattr("hil.reference.plant.STEP_S", 0.00025)
+    monkeypatch.setattr(f"hil.reference.{name}.plant.STEP_S", 0.00025)
     fine = run(SINE, plant, plant.still())["angle_deg"]
     assert np.sqrt(np.mean((coarse - fine) ** 2)) < 0.15
 
 
-def test_a_disturbance_that_throws_the_joint_is_named(plant):
+def test_a_disturbance_that_throws_the_joint_is_named(name, plant):
+    wild = {"mckibben": {"foreign_push": 500.0}, "fluidic": {"gravity_load": -4000.0}}[name]
     with pytest.raises(RigError, match="left"):
-        run(SINE, plant, plant.still(), Disturbance(rig=RigLaw(push_nm=500.0, push_hz=0.5)))
+        run(SINE, plant, plant.still(), disturbance(name, wild))
 
 
-def test_every_effect_of_the_library_has_another_law_and_the_foreign_ones_are_of_every_stage():
-    assert set(OTHER_LAWS) == set(LIBRARY)
-    assert not set(FOREIGN) & set(LIBRARY)
-    assert len(FOREIGN) >= 6
-    assert {entry.stage for entry in FOREIGN.values()} == {"timing", "valve", "muscle", "joint", "sensor"}
+def test_families_and_effects_that_are_not_there_are_named():
+    with pytest.raises(RigError, match=r"plant family 'bellows': expected one of mckibben, fluidic"):
+        unit("bellows", 1)
+    with pytest.raises(RigError, match=r"effect 'gremlins': family fluidic has backlash, "):
+        disturbance("fluidic", {"gremlins": 1.0})
 
 
-@pytest.mark.parametrize("effect", sorted(OTHER_LAWS | FOREIGN))
-def test_effect_acts_and_grows_with_its_size(plant, effect):
-    entry = (OTHER_LAWS | FOREIGN)[effect]
+def test_every_effect_of_the_library_has_another_law_and_the_foreign_ones_are_of_every_stage(name):
+    chosen = family(name)
+    assert set(chosen.effects) >= set(LIBRARY)
+    assert not set(chosen.foreign) & set(LIBRARY)
+    assert len(chosen.foreign) >= 6
+    assert {entry.stage for entry in chosen.foreign.values()} == {"timing", "valve", "muscle", "joint", "sensor"}
+
+
+def test_families_share_no_foreign_effect_and_place_the_known_ones_alike():
+    first, second = (family(name) for name in NAMES)
+    assert not set(first.foreign) & set(second.foreign)
+    assert {effect: law.stage for effect, law in first.effects.items()} == {
+        effect: law.stage for effect, law in second.effects.items()
+    }
+
+
+@pytest.mark.parametrize(("name", "effect"), EFFECTS)
+def test_effect_acts_and_grows_with_its_size(name, effect):
+    plant, entry = unit(name, 3), family(name).laws[effect]
     day = plant.still()
     short = (Excitation("mixed", 0.5, 0.1, seconds=8.0), Excitation("sine", 0.8, 0.2, seconds=8.0))
     healthy = record_day(plant, day, short)
@@ -108,38 +148,46 @@ def test_effect_acts_and_grows_with_its_size(plant, effect):
     assert large > 2 * small
 
 
-def test_signed_effects_go_both_ways(plant):
-    entry, day = OTHER_LAWS["muscle_mismatch"], plant.still()
-    means = [np.mean(run(SINE, plant, day, entry.law(size, np.random.default_rng(1)))["angle_deg"]) for size in (-0.1, 0.0, 0.1)]
+def test_signed_effects_go_both_ways(name, plant):
+    day = plant.still()
+    means = [
+        np.mean(run(SINE, plant, day, disturbance(name, {"muscle_mismatch": size}))["angle_deg"]) for size in (-0.1, 1e-9, 0.1)
+    ]
     assert means[0] < means[1] < means[2]
 
 
 def test_two_effects_at_once_keep_each_others_parameters():
-    both = merged([Disturbance(rig=RigLaw(lugre_nm=1.0)), Disturbance(rig=RigLaw(pilot_s=0.1))])
+    both = disturbance("mckibben", {"coulomb_friction": 1.0, "valve_lag": 0.1})
     assert (both.rig.lugre_nm, both.rig.pilot_s) == (1.0, 0.1)
-    assert merged([]) == HEALTHY
+    assert disturbance("fluidic", {}) == family("fluidic").healthy
 
 
-def test_sheet_has_the_promised_kinds_and_is_repeatable():
-    sheet = draw_sheet(Purpose.SCORING, 9, 400)
+def test_sheet_has_the_promised_kinds_and_is_repeatable(name):
+    sheet = draw_sheet(Purpose.SCORING, 9, 400, name)
     kinds = [case.kind for case in sheet]
     assert (kinds.count("none"), kinds.count("foreign"), kinds.count("pair"), kinds.count("single")) == (120, 60, 60, 160)
-    assert sheet == draw_sheet(Purpose.SCORING, 9, 400)
+    assert sheet == draw_sheet(Purpose.SCORING, 9, 400, name)
     drawn = {case.effects[0] for case in sheet if case.kind == "single"}
-    assert drawn == set(OTHER_LAWS)
+    assert drawn == set(family(name).effects)
     assert {sign for case in sheet for sign in case.signs} == {-1, 1}
+    assert {case.family for case in sheet} == {name}
+    few = draw_sheet(Purpose.SCORING, 9, 40, name, known=("delay", "valve_lag", "backlash"))
+    assert {effect for case in few if case.kind != "foreign" for effect in case.effects} == {"delay", "valve_lag", "backlash"}
 
 
 def test_development_and_scoring_never_share_a_case_or_a_unit():
     for seed in range(5):
-        development, scoring = (draw_sheet(purpose, seed, 60) for purpose in Purpose)
-        assert [case.wanted_ratios for case in development] != [case.wanted_ratios for case in scoring]
+        sheets = [draw_sheet(purpose, seed, 60, name) for purpose in Purpose for name in NAMES]
+        ratios = {tuple(case.wanted_ratios for case in sheet) for sheet in sheets}
+        assert len(ratios) == len(sheets)
     first, second = (bench_of(draw_sheet(purpose, 0, 10)[0]) for purpose in Purpose)
     assert first.plant != second.plant
 
 
-def test_sizes_give_the_wanted_gap():
-    case = next(case for case in draw_sheet(Purpose.DEVELOPMENT, 2, 40) if case.effects == ("sensor_lag",) or case.kind == "pair")
+@pytest.mark.parametrize("name", NAMES)
+def test_sizes_give_the_wanted_gap(name):
+    sheet = draw_sheet(Purpose.DEVELOPMENT, 2, 40, name)
+    case = next(case for case in sheet if case.effects == ("sensor_lag",) or case.kind == "pair")
     made = realise(case, bench_of(case))
     for effect, wanted in zip(case.effects, case.wanted_ratios, strict=True):
         assert made.effects[effect]["ratio"] == pytest.approx(wanted, rel=0.3)
@@ -147,6 +195,18 @@ def test_sizes_give_the_wanted_gap():
     name = next(iter(made.records))
     assert np.array_equal(made.records[name]["angle_deg"], again.records[name]["angle_deg"])
     assert min(case.wanted_ratios) >= CLEAR_RANGE[0] or case.kind == "single"
+
+
+def test_a_case_is_made_to_order(name):
+    made, bench = made_to_order(name, 7, {"valve_lag": 0.05, "sensor_gain": -0.1}, seed=1)
+    assert made.case.effects == ("valve_lag", "sensor_gain")
+    assert made.ratio_angle > 2.0
+    assert len(made.records) == 7
+    assert len(bench.baselines) == 6
+    assert {len(columns["t_s"]) for columns in made.records.values()} == {4000}
+    healthy, _ = made_to_order(name, 7, {}, seed=1)
+    assert healthy.case.kind == "none"
+    assert healthy.ratio_angle == 0.0
 
 
 def test_paper_set_stays_inside_the_regulators_range():

@@ -5,29 +5,12 @@ how uneven) are drawn. The comment at each entry says which law stands here agai
 """
 
 import math
-from collections.abc import Callable
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 from numpy.random import Generator
 
-from hil.reference.disturbance import CommandLaw, Disturbance, RigLaw, SensorLaw
-
-Law = Callable[[float, Generator], Disturbance]
-
-
-class EffectLaw(NamedTuple):
-    """One effect of the plant. Sizes lie between `low` and `high`, both positive; `signed` ones may be negative too."""
-
-    stage: str
-    unit: str
-    low: float
-    high: float
-    signed: bool
-    law: Law
-    library_parameter: str = ""
-    """The library's parameter that means the same as the size; empty where the two laws have no number in common."""
-    falling: bool = False
-    """A smaller size is the stronger effect (a limit, a ceiling)."""
+from hil.reference.effect_law import EffectLaw
+from hil.reference.mckibben.disturbance import CommandLaw, Disturbance, RigLaw, SensorLaw
 
 
 def rig(**parameters: float) -> Disturbance:
@@ -128,6 +111,10 @@ def _hum(size: float, random: Generator) -> Disturbance:
     return sensor(hum_deg=size, hum_hz=float(one_of(random, 50.0, 60.0)))
 
 
+def _dropout(size: float, random: Generator) -> Disturbance:
+    return sensor(dropout=size, dropout_run=float(random.uniform(1.0, 4.0)), dropout_deg=float(one_of(random, 0.0, -172.5)))
+
+
 OTHER_LAWS: Final[dict[str, EffectLaw]] = {
     # jittering queue | fixed delay
     "delay": EffectLaw("timing", "s", 1e-3, 0.15, False, _delay, "delay_s"),
@@ -184,6 +171,8 @@ OTHER_LAWS: Final[dict[str, EffectLaw]] = {
     "mains_hum": EffectLaw("sensor", "deg", 0.02, 4.0, False, _hum),
     # heavy tails, stronger when moving | white and normal
     "sensor_noise": EffectLaw("sensor", "deg", 0.02, 4.0, False, lambda size, _: sensor(noise_deg=size), "std_deg"),
+    # bursts (Gilbert) that fall to one value and come back within a few samples | independent samples
+    "sensor_dropout": EffectLaw("sensor", "probability", 1e-4, 0.2, False, _dropout, "probability"),
 }  # fmt: skip
 
 
@@ -234,13 +223,3 @@ FOREIGN: Final[dict[str, EffectLaw]] = {
     "worn_track": EffectLaw("sensor", "deg", 0.4, 25.0, False, _dead_spot),
 }
 """Effects that no library has, of every stage."""
-
-
-def merged(parts: list[Disturbance]) -> Disturbance:
-    """Several disturbances at once. Each parameter may be set by one of them only, or by all to the same value."""
-    total: dict[str, Any] = {}
-    for place, neutral in Disturbance()._asdict().items():
-        values = [item for part in parts for item in getattr(part, place)._asdict().items()]
-        turned = {name: value for name, value in values if value != getattr(neutral, name)}
-        total[place] = neutral._replace(**turned)
-    return Disturbance(**total)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.random import Generator
 
 from hil.reference.compiling import Array
-from hil.reference.disturbance import CommandLaw
+from hil.reference.mckibben.disturbance import CommandLaw
 
 CLOCK_WARM_UP_S: Final = 15.0
 

@@ -6,9 +6,9 @@ Force law of Chou and Hannaford (1996): F = pi r^2 p (a (1 - e)^2 - b), a = 3/ta
 import math
 
 from hil.reference.compiling import State, compiled
-from hil.reference.disturbance import RigLaw
-from hil.reference.physics import Physics
-from hil.reference.pneumatics import TANK
+from hil.reference.mckibben.disturbance import RigLaw
+from hil.reference.mckibben.physics import Physics
+from hil.reference.mckibben.pneumatics import TANK
 
 ANGLE, SPEED, LUGRE = TANK + 1, TANK + 2, TANK + 3
 SLIP = TANK + 4

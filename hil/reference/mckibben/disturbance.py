@@ -124,6 +124,10 @@ class SensorLaw(NamedTuple):
     dead_low_deg: float = 0.0
     dead_high_deg: float = 0.0
     """A worn spot of the track where the wiper lifts and the last value is held."""
+    dropout: float = 0.0
+    dropout_run: float = 1.0
+    dropout_deg: float = 0.0
+    """Share of samples at which the wiper lifts, how many in a row, and the value they fall to."""
     slip_deg: float = 0.0
     slip_at: float = 2.0
     """The coupling slips once, at this share of the record's length."""

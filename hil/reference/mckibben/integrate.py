@@ -6,10 +6,21 @@ from typing import Any
 import numpy as np
 
 from hil.reference.compiling import Array, State, compiled
-from hil.reference.disturbance import RigLaw
-from hil.reference.mechanics import ANGLE, RELAX, SLIP, SPEED, STATES, step_joint
-from hil.reference.physics import ATMOSPHERE_MPA, Physics
-from hil.reference.pneumatics import HOSE, HUNT, LINE, PILOT, PRESSURE, REFILL_S, TANK, VALVE_STATES, muscle_pressure, step_valve
+from hil.reference.mckibben.disturbance import RigLaw
+from hil.reference.mckibben.mechanics import ANGLE, RELAX, SLIP, SPEED, STATES, step_joint
+from hil.reference.mckibben.physics import ATMOSPHERE_MPA, Physics
+from hil.reference.mckibben.pneumatics import (
+    HOSE,
+    HUNT,
+    LINE,
+    PILOT,
+    PRESSURE,
+    REFILL_S,
+    TANK,
+    VALVE_STATES,
+    muscle_pressure,
+    step_valve,
+)
 
 
 @compiled

@@ -1,17 +1,16 @@
-"""The physics rig as a function: excitation, day and disturbance in, one record's columns out."""
+"""The first family's rig as a function: set-points, day and disturbance in, one record's columns out."""
 
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
-from hil.reference.command import arrivals_s, held, repeated, stamped
 from hil.reference.compiling import Array
-from hil.reference.disturbance import HEALTHY, Disturbance
-from hil.reference.excitations import Excitation
-from hil.reference.integrate import integrate
-from hil.reference.physics import Physics, Session, draw_session, draw_unit
-from hil.reference.sensing import angle_reading, coloured, monitor_reading
+from hil.reference.mckibben.command import arrivals_s, held, repeated, stamped
+from hil.reference.mckibben.disturbance import HEALTHY, Disturbance
+from hil.reference.mckibben.integrate import integrate
+from hil.reference.mckibben.physics import Physics, Session, draw_session, draw_unit
+from hil.reference.mckibben.sensing import angle_reading, coloured, monitor_reading
 from rig.errors import RigError
 
 STEP_S: Final = 0.0005
@@ -19,8 +18,6 @@ STEP_S: Final = 0.0005
 SETTLE_S: Final = 2.0
 SET_POINT_NOISE_MPA: Final = 0.00012
 """What the regulators add to their set-points, correlated over 50 ms."""
-
-Columns = dict[str, Array]
 
 
 @dataclass(frozen=True)
@@ -38,6 +35,30 @@ class Plant:
         """A day without any drift, as the unit was built."""
         return Session(self.physics)
 
+    def simulate(
+        self,
+        p1_cmd_mpa: Array,
+        p2_cmd_mpa: Array,
+        period_s: float,
+        session: Session,
+        disturbance: Disturbance = HEALTHY,
+        noise_seed: int = 0,
+    ) -> dict[str, Array]:
+        """One record; see hil.reference.families.Unit."""
+        random = np.random.default_rng(np.random.SeedSequence((7741, session.seed, noise_seed)))
+        readings = _true_motion(p1_cmd_mpa, p2_cmd_mpa, period_s, session, disturbance, random)
+        readings = stamped(readings, period_s, disturbance.command)
+        columns = np.array([
+            monitor_reading(readings[0], session.monitor_bias_1_mpa, period_s, random),
+            monitor_reading(readings[1], session.monitor_bias_2_mpa, period_s, random),
+            angle_reading(readings[2] - self.zero_rad, disturbance.sensor, session, period_s, random),
+        ])  # fmt: skip
+        p1, p2, angle = repeated(columns, disturbance.command, random)
+        return {
+            "t_s": np.arange(len(p1_cmd_mpa)) * period_s, "p1_cmd_mpa": p1_cmd_mpa, "p2_cmd_mpa": p2_cmd_mpa,
+            "dp_cmd_mpa": p1_cmd_mpa - p2_cmd_mpa, "p1_mpa": p1, "p2_mpa": p2, "angle_deg": angle,
+        }  # fmt: skip
+
 
 def make_plant(unit_seed: int) -> Plant:
     """The unit of that number; the same number gives the same unit."""
@@ -45,45 +66,6 @@ def make_plant(unit_seed: int) -> Plant:
     quiet = np.full(round(0.5 / STEP_S), 0.2)
     out = integrate(quiet, quiet, len(quiet), round(SETTLE_S / STEP_S), STEP_S, 0.0, physics, HEALTHY.rig)
     return Plant(physics, float(out[2, 0]))
-
-
-def simulate(
-    p1_cmd_mpa: Array,
-    p2_cmd_mpa: Array,
-    period_s: float,
-    plant: Plant,
-    session: Session,
-    disturbance: Disturbance = HEALTHY,
-    noise_seed: int = 0,
-) -> Columns:
-    """One record: columns t_s, p1_cmd_mpa, p2_cmd_mpa, dp_cmd_mpa, p1_mpa, p2_mpa, angle_deg, each of shape (n,).
-
-    Set-points are gauge MPa, one a period, held; reading k is taken as set-point k is sent. The same arguments give the same
-    record. RigError when the joint runs away (a disturbance far outside its range).
-    """
-    random = np.random.default_rng(np.random.SeedSequence((7741, session.seed, noise_seed)))
-    readings = _true_motion(p1_cmd_mpa, p2_cmd_mpa, period_s, session, disturbance, random)
-    readings = stamped(readings, period_s, disturbance.command)
-    columns = np.array([
-        monitor_reading(readings[0], session.monitor_bias_1_mpa, period_s, random),
-        monitor_reading(readings[1], session.monitor_bias_2_mpa, period_s, random),
-        angle_reading(readings[2] - plant.zero_rad, disturbance.sensor, session, period_s, random),
-    ])  # fmt: skip
-    p1, p2, angle = repeated(columns, disturbance.command, random)
-    return {
-        "t_s": np.arange(len(p1_cmd_mpa)) * period_s, "p1_cmd_mpa": p1_cmd_mpa, "p2_cmd_mpa": p2_cmd_mpa,
-        "dp_cmd_mpa": p1_cmd_mpa - p2_cmd_mpa, "p1_mpa": p1, "p2_mpa": p2, "angle_deg": angle,
-    }  # fmt: skip
-
-
-def run(
-    excitation: Excitation, plant: Plant, session: Session, disturbance: Disturbance = HEALTHY, noise_seed: int = 0
-) -> Columns:
-    """The record of one excitation, see `simulate`."""
-    half = 0.5 * excitation.dp_mpa()
-    return simulate(
-        excitation.p0_mpa + half, excitation.p0_mpa - half, excitation.period_s, plant, session, disturbance, noise_seed
-    )
 
 
 def _true_motion(

@@ -6,8 +6,8 @@ Flow function of ISO 6358 with critical pressure ratio b = 0.3; chamber filling 
 import math
 
 from hil.reference.compiling import State, compiled
-from hil.reference.disturbance import RigLaw
-from hil.reference.physics import ATMOSPHERE_MPA, Physics
+from hil.reference.mckibben.disturbance import RigLaw
+from hil.reference.mckibben.physics import ATMOSPHERE_MPA, Physics
 
 ATM = ATMOSPHERE_MPA
 POLYTROPIC = 1.2

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.random import Generator
 
 from hil.reference.compiling import Array, compiled
-from hil.reference.disturbance import SensorLaw
-from hil.reference.physics import Session
+from hil.reference.mckibben.disturbance import SensorLaw
+from hil.reference.mckibben.physics import Session
 
 CODE_DEG: Final = 345.0 / 4096
 """WDD35D8 over 345 degrees on a 12-bit converter."""
@@ -115,6 +115,27 @@ def converted(angle_deg: Array, law: SensorLaw) -> Array:
     return np.asarray(np.round(position) * code)
 
 
+@compiled
+def _fallen(chance: Array, enter: float, leave: float) -> Array:
+    """How far the reading has fallen, 0 to 1: a two-state chain (Gilbert), and half of the way back with each sample after it."""
+    out = np.zeros_like(chance)
+    lifted = False
+    for k in range(1, len(chance)):
+        lifted = chance[k] >= leave if lifted else chance[k] < enter
+        left = 0.5 * out[k - 1]
+        out[k] = 1.0 if lifted else left if left > 0.2 else 0.0
+    return out
+
+
+def dropped(angle_deg: Array, law: SensorLaw, random: Generator) -> Array:
+    """Samples at which the wiper lifts and the filter behind it recovers."""
+    if law.dropout <= 0.0:
+        return angle_deg
+    leave = 1.0 / law.dropout_run
+    fallen = _fallen(random.random(len(angle_deg)), leave * law.dropout / (1.0 - law.dropout), leave)
+    return np.asarray(angle_deg + fallen * (law.dropout_deg - angle_deg))
+
+
 def angle_reading(angle_rad: Array, law: SensorLaw, session: Session, period_s: float, random: Generator) -> Array:
     """The recorded angle (deg), shape (n,), of the true one (rad)."""
     angle = np.degrees(angle_rad)
@@ -127,7 +148,7 @@ def angle_reading(angle_rad: Array, law: SensorLaw, session: Session, period_s: 
     if law.dead_high_deg > law.dead_low_deg:
         angle = dead_spot(angle, law.dead_low_deg, law.dead_high_deg)
     angle = disturbed(low_passed(angle, law, period_s), law, period_s, random)
-    return converted(angle + noise, law)
+    return converted(dropped(angle + noise, law, random), law)
 
 
 def monitor_reading(pressure_mpa: Array, bias_mpa: float, period_s: float, random: Generator) -> Array:

@@ -1,0 +1,117 @@
+"""The plant families: rigs of different build, so that what is fitted on one can be judged on another.
+
+    rig = unit("fluidic", seed=7)                 # one rig; the same family and seed give the same rig
+    other = unit("fluidic", seed=8)               # a sister: another rig of the same build
+    monday = rig.session(seed=1, drift=0.008)     # a day on it
+    record = run(excitation, rig, monday)         # healthy
+    wrong = disturbance("fluidic", {"valve_lag": 0.02, "backlash": 0.5})
+    record = run(excitation, rig, monday, wrong)  # with two effects
+
+Families share the excitations, the drawing of cases and the names of effects; no law and no parameter.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Final, Protocol
+
+import numpy as np
+
+from hil.reference.compiling import Array
+from hil.reference.effect_law import EffectLaw, merged
+from hil.reference.excitations import Excitation
+from rig.errors import RigError
+
+Columns = dict[str, Array]
+Named = dict[str, Columns]
+"""Record name -> its columns."""
+Session = Any
+"""A day on a unit; every family has its own."""
+Disturbance = Any
+"""What is wrong with a rig; every family has its own."""
+
+
+class Unit(Protocol):
+    """One rig of a family."""
+
+    def session(self, seed: int, drift: float = 0.004) -> Session:
+        """A day; `drift` is the relative standard deviation of what drifts, 0.004 to 0.02."""
+
+    def still(self) -> Session:
+        """A day without any drift, as the unit was built."""
+
+    def simulate(
+        self, p1_cmd_mpa: Array, p2_cmd_mpa: Array, period_s: float, session: Session, disturbance: Disturbance = ..., noise_seed: int = 0
+    ) -> Columns:  # fmt: skip
+        """One record: columns t_s, p1_cmd_mpa, p2_cmd_mpa, dp_cmd_mpa, p1_mpa, p2_mpa, angle_deg, each of shape (n,).
+
+        Set-points are gauge MPa, one a period, held; reading k is taken as set-point k is sent. The same arguments give the same
+        record. RigError when the joint runs away (a disturbance far outside its range).
+        """
+
+
+@dataclass(frozen=True)
+class Family:
+    """A build of rig: how its units are made, and what can be wrong with them."""
+
+    name: str
+    make: Callable[[int], Unit]
+    effects: Mapping[str, EffectLaw]
+    """Effects that a library may hold, by the names of the library."""
+    foreign: Mapping[str, EffectLaw]
+    """Effects that no library holds."""
+    healthy: Disturbance
+
+    @property
+    def laws(self) -> dict[str, EffectLaw]:
+        """Both kinds."""
+        return {**self.effects, **self.foreign}
+
+
+def _mckibben() -> Family:
+    from hil.reference.mckibben import disturbance, other_laws, plant
+
+    return Family("mckibben", plant.make_plant, other_laws.OTHER_LAWS, other_laws.FOREIGN, disturbance.HEALTHY)
+
+
+def _fluidic() -> Family:
+    from hil.reference.fluidic import disturbance, other_laws, plant
+
+    return Family("fluidic", plant.make_plant, other_laws.OTHER_LAWS, other_laws.FOREIGN, disturbance.HEALTHY)
+
+
+_FAMILIES: Final[Mapping[str, Callable[[], Family]]] = {"mckibben": _mckibben, "fluidic": _fluidic}
+NAMES: Final = tuple(_FAMILIES)
+
+
+def family(name: str) -> Family:
+    """The family of that name; RigError when there is none."""
+    if name not in _FAMILIES:
+        raise RigError(f"plant family {name!r}: expected one of {', '.join(NAMES)}")
+    return _FAMILIES[name]()
+
+
+def unit(family_name: str, seed: int) -> Unit:
+    """The rig of that number; units of one family are sisters, rigs of the same build that differ by 1 to 30 % in each parameter."""
+    return family(family_name).make(seed)
+
+
+def disturbance(family_name: str, sizes: Mapping[str, float], detail_seed: int = 0) -> Disturbance:
+    """These effects (name -> signed size, see the family's table) at once. What is no size (which valve, which phase) comes from
+    `detail_seed`. RigError for a name that the family does not have.
+    """
+    chosen = family(family_name)
+    for effect in sizes:
+        if effect not in chosen.laws:
+            raise RigError(f"effect {effect!r}: family {family_name} has {', '.join(sorted(chosen.laws))}")
+    parts = [
+        chosen.laws[effect].law(size, np.random.default_rng((detail_seed, k))) for k, (effect, size) in enumerate(sizes.items())
+    ]
+    return merged(chosen.healthy, parts)
+
+
+def run(excitation: Excitation, rig: Unit, session: Session, disturbance: Disturbance = None, noise_seed: int = 0) -> Columns:
+    """The record of one excitation, see `Unit.simulate`; without a disturbance the rig is healthy."""
+    half = 0.5 * excitation.dp_mpa()
+    set_points = excitation.p0_mpa + half, excitation.p0_mpa - half
+    more = {} if disturbance is None else {"disturbance": disturbance}
+    return rig.simulate(*set_points, excitation.period_s, session, noise_seed=noise_seed, **more)
