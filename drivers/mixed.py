@@ -95,6 +95,11 @@ class MixedRig:
         """Every device's own safe state, whatever happens to the others."""
         self._every(self._writers, lambda part: part.safe())
 
+    def holds_safe(self) -> bool | None:
+        """Whether every valve's device holds its safe set-point; None when one of them cannot tell."""
+        held = [getattr(part, "holds_safe", lambda: None)() for part in self._writers]
+        return False if False in held else None if None in held else True
+
     def stand_by(self) -> None:
         """Let every device with a valve get ready for `safe`, where it knows how."""
         for part in self._writers:

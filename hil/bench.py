@@ -157,6 +157,10 @@ class SimulatedRig:
             self._advance()
         self._command = self._context.safe_p1_mpa, self._context.safe_p2_mpa
 
+    def holds_safe(self) -> bool:
+        """Whether the regulators follow the safe set-points."""
+        return self._command == (self._context.safe_p1_mpa, self._context.safe_p2_mpa)
+
     def close(self) -> None:
         """The plant stays under its last set-points."""
         self._open = False

@@ -104,6 +104,10 @@ class FaultyRig:
         self._terminals.write(*self._given)
         self._inner.safe()
 
+    def holds_safe(self) -> bool:
+        """What stands at the terminals, whoever wrote it."""
+        return self._terminals.setpoints == (self._context.safe_p1_mpa, self._context.safe_p2_mpa)
+
     def close(self) -> None:
         """The terminals keep what stands there."""
         self._inner.close()

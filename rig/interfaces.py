@@ -95,3 +95,13 @@ class Device(Protocol):
 
     def close(self) -> None:
         """Let go of the hardware. Idempotent; does not change outputs (call `safe` first)."""
+
+
+class ReadsBack(Protocol):
+    """What a device may offer beside `Device`: to tell what stands at its outputs."""
+
+    def holds_safe(self) -> bool | None:
+        """Whether the safe set-points stand at the outputs, by the device's own word and not by memory; None when it cannot tell.
+
+        Moves nothing. Legal in any state, and before `open` (then it opens for just this). DeviceError when it was asked in vain.
+        """

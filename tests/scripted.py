@@ -136,6 +136,16 @@ class ListRing:
         self.samples: list[Sample] = []
         self.beats = 0
         self.told: list[str] = []
+        self.safe: list[str] = []
+
+    def made_safe(self) -> None:
+        self.safe.append("made")
+
+    def saw_safe(self) -> None:
+        self.safe.append("seen")
+
+    def not_safe(self) -> None:
+        self.safe.append("not")
 
     def beat(self, ahead_ns: int = 0) -> None:
         self.beats += 1

@@ -155,6 +155,18 @@ class ModbusIo:
         finally:
             process.close()
 
+    def holds_safe(self) -> bool | None:
+        """Whether the output registers hold the safe set-points, where the map says how to read them back and the line is TCP."""
+        if self._route is not None:
+            return self._route.hold(self._safe)
+        if self._settings.serial is not None or not self._plan.driven or self._plan.module.read_back is None:
+            return None
+        stations = Stations.on_tcp(self._settings, self._plan, self._settings.patience_s, _RESCUE_S)
+        try:
+            return stations.hold(self._safe)
+        finally:
+            stations.close(disarm=False)
+
     def close(self) -> None:
         """Let go; outputs stay."""
         route, self._route = self._route, None

@@ -75,6 +75,14 @@ class Block:
 
 
 @dataclass(frozen=True)
+class ReadBack:
+    """Where the module tells what stands in its output registers, in their order and form."""
+
+    address: int = bounded(0, 0xFFFF)
+    function: int = bounded(3, 4, default=3)
+
+
+@dataclass(frozen=True)
 class Identity:
     """Registers that tell one module from another."""
 
@@ -130,6 +138,8 @@ class ModuleMap:
     """Its unit (device) id when nothing else is set."""
     inputs: Block | None = None
     outputs: Block | None = None
+    read_back: ReadBack | None = None
+    """Not set: what was written cannot be read back, and so the safe state is never confirmed."""
     read_write: bool = False
     """It knows function 23: write outputs and read inputs in one exchange."""
     identity: Identity | None = None

@@ -80,6 +80,17 @@ class Plan:
         for write in self.writes:
             session.write(write.address, self.encode(write, numbers), self.unit)
 
+    def read_back(self, session: Session) -> dict[int, float] | None:
+        """Place -> number that stands at each driven output by the module's own word; None when it cannot tell."""
+        if self.module.read_back is None:
+            return None
+        back, width, found = self.module.read_back, self.outputs.type.registers, dict[int, float]()
+        for write in self.writes:
+            address = back.address + write.address - self.outputs.address
+            registers = session.read(back.function, address, len(write.places) * width, self.unit)
+            found |= dict(zip(write.places, decode(self.outputs, registers), strict=True))
+        return found
+
     def read_write(self, session: Session, numbers: Sequence[float]) -> dict[int, float]:
         """Outputs and inputs in one exchange."""
         (write,) = self.writes

@@ -28,6 +28,9 @@ class Route(Protocol):
     def safe(self, numbers: Numbers) -> None:
         """The safe set-points, now."""
 
+    def hold(self, numbers: Numbers) -> bool | None:
+        """Whether these numbers stand at the outputs by the module's word; None when there is nobody to ask."""
+
     def close(self) -> None:
         """Let go."""
 
@@ -73,6 +76,9 @@ class Direct:
     def safe(self, numbers: Numbers) -> None:
         self._brought = None
         self._stations.write_safe(numbers, self._watchdog_s)
+
+    def hold(self, numbers: Numbers) -> bool | None:
+        return self._stations.hold(numbers)
 
     def close(self) -> None:
         self._stations.close()
@@ -124,6 +130,9 @@ class Process:
     def restart_safe(self) -> None:
         """The process is dead or stuck: another one, for which the loop must not wait, but call again."""
         self.io.restart_safe(self._patience_s)
+
+    def hold(self, numbers: Numbers) -> bool | None:
+        return None  # its process has the line, and reads inputs only
 
     def close(self) -> None:
         self.io.stop()

@@ -2,7 +2,7 @@
 
 import contextlib
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, Final
 
 from drivers.modbus_io import failsafe
 from drivers.modbus_io.codec import to_counts
@@ -12,6 +12,8 @@ from drivers.modbus_io.settings import ModbusSettings
 from rig.errors import DeviceError
 
 Numbers = dict[int, float]
+_SAME: Final = 0.001
+"""Of the range of an output: 0.5 kPa of 0.5 MPa."""
 
 
 class Stations:
@@ -79,6 +81,14 @@ class Stations:
                 self.outputs, self.plan.module, self.plan.unit, watchdog_s, {place: round(n) for place, n in numbers.items()}
             )
             self.write(numbers)
+
+    def hold(self, numbers: Numbers) -> bool | None:
+        """Whether these numbers stand at the outputs, within what a converter's unused bits may swallow; None: it cannot tell."""
+        found = self.plan.read_back(self.outputs)
+        if found is None:
+            return None
+        low, high = self.plan.outputs.counts
+        return all(abs(found[place] - numbers[place]) <= _SAME * (high - low) for place in self.plan.driven)
 
     def close(self, disarm: bool = True) -> None:
         """Let go; outputs stay, hence a watchdog that would change them is stopped first, unless the line is known to be dead."""

@@ -18,7 +18,7 @@ from typing import Any
 
 from rig.config import structure, suggest
 from rig.errors import ConfigError, DeviceError, RigError
-from rig.interfaces import Clock, Device, DeviceContext
+from rig.interfaces import Clock, Device, DeviceContext, Role
 from rig.realtime import measures
 from rig.realtime.clock import MonotonicClock, VirtualClock, WarmUpClock
 from rig.realtime.commands import Mailbox, Script, program_path
@@ -28,6 +28,7 @@ from rig.realtime.program import Program
 from rig.realtime.rehearsal import NoDevice, Rehearsal
 from rig.realtime.ring import Ring, RingWriter
 from rig.rig_config import DeviceEntry, RigConfig, load_rig, resolve_paths
+from rig.service.processes import name_process
 from rig.service.session import LoopOrders
 
 STAND_INS = {
@@ -114,6 +115,7 @@ def loop_process(orders: LoopOrders, pipe: Connection) -> None:
     """Entry of the loop's process: open the device, take the real-time measures, wait for the word, tick."""
     for number in (signal.SIGINT, signal.SIGTSTP):
         signal.signal(number, signal.SIG_IGN)  # the terminal's Ctrl-C and Ctrl-Z are for the process that commands
+    name_process("loop")
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGHUP)  # if that process is killed, end safe, and know why
     try:
         loop, facts = _prepare(orders)
@@ -133,7 +135,7 @@ def loop_process(orders: LoopOrders, pipe: Connection) -> None:
         pipe.send(("error", str(error)))
         return
     except Exception as error:  # noqa: BLE001  # the process's last resort: one line instead of a traceback
-        pipe.send(("error", f"the loop ended by an error of the program, the rig is in its safe state: {_one_line(error)}"))
+        pipe.send(("error", f"the loop ended by an error of the program: {_one_line(error)}"))
         sys.exit(1)
     loop.leave()
 
@@ -177,6 +179,12 @@ def punctual(clock: Clock, device: Device, rig: RigConfig) -> Clock:
 def is_simulated(rig: RigConfig) -> bool:
     """No device of the rig moves anything real."""
     return all(entry.kind in STAND_INS for entry in rig.devices)
+
+
+def outlives_the_loop(rig: RigConfig) -> bool:
+    """Whether set-points stand at the valves when the loop's process is gone, so that another process has to see to them."""
+    driving = [entry for entry in rig.devices if entry.roles & {Role.VALVE_1, Role.VALVE_2}]
+    return any(getattr(device_class(entry.kind, str(rig.path)), "second_path", True) for entry in driving)
 
 
 def load(path: Path | None) -> RigConfig:

@@ -9,6 +9,7 @@ from typing import Any
 from rig.app.terminal import console, listing
 from rig.errors import CheckFailed
 from rig.realtime.faults import Fault
+from rig.realtime.safe_state import SafeReport
 from rig.service.recorder import RunResult
 
 
@@ -22,20 +23,29 @@ class Outcome:
     error: str = ""
     recorder_lost: bool = False
     realtime: Mapping[str, str] = field(default_factory=dict)
+    safe: SafeReport = field(default_factory=SafeReport)
+    """What is known of the safe state at the end."""
 
     def to_json(self) -> dict[str, Any]:
         """The result in the shape that `--json` promises."""
         keys = ("ticks", "missed", "dropped", "valid", "complete", "lateness_us", "error", "angle_zero_deg")
         runs = [{"file": str(r.file), **{k: getattr(r, k) for k in keys}, "fault": r.cause} for r in self.runs]
-        return {"runs": runs, "interrupted": self.interrupted, "error": self.error, "realtime": dict(self.realtime)}
+        return {"runs": runs, "interrupted": self.interrupted, "error": self.error, "realtime": dict(self.realtime)} | {
+            "safe_state": {"outcome": self.safe.outcome.name.lower(), "by": self.safe.writer.name.lower()}
+        }
+
+    @property
+    def _rest(self) -> str:
+        """What became of the rig, for the end of a bad line; nothing where it never was under way."""
+        return f"; {self.safe.words}" if self.safe.writer or self.safe.outcome else ""
 
     def judge(self) -> None:
         """End the command as the outcome asks: 130 interrupted, CheckFailed after a fault or an invalid run."""
         faults = [r for r in self.runs if r.fault and not (self.interrupted and r.fault == Fault.ESTOP)]
         if faults:
-            raise CheckFailed(f"{faults[0].file.name}: {faults[0].cause}; the rig is in its safe state")
+            raise CheckFailed(f"{faults[0].file.name}: {faults[0].cause}{self._rest}")
         if self.error:
-            raise CheckFailed(self.error)
+            raise CheckFailed(self.error + self._rest)
         if self.interrupted:
             sys.exit(130)
         invalid = [r for r in self.runs if not r.valid]

@@ -14,7 +14,7 @@ from typing import Any
 
 from rig.app import compose
 from rig.app.outcome import Outcome
-from rig.app.supervise import supervisor_process
+from rig.app.supervise import watching
 from rig.app.terminal import console, progress
 from rig.errors import RigError
 from rig.log.mcap.writer import PARTIAL_SUFFIX
@@ -69,8 +69,8 @@ def carry_out(rig: RigConfig, runs: Sequence[Planned], options: RunOptions) -> O
             virtual=options.virtual,
             seed=options.seed,
             options=options.device_options,
-            # it ends a loop that is 15 ms late, which a simulated rig on a machine without real-time permission may well be
-            supervisor=None if compose.is_simulated(rig) else supervisor_process,
+            # a supervisor ends a loop that is 15 ms late; where nothing outlives the loop, nothing would be won by that
+            watching=watching(rig) if compose.outlives_the_loop(rig) else None,
         )
         operator.command(session)
         _run(session, rig, runs, options, operator, outcome)
@@ -96,6 +96,7 @@ def _run(
         outcome.error = outcome.error or _ending(session)
     finally:
         outcome.runs += session.close()
+        outcome.safe = session.safe
     if outcome.recorder_lost:
         outcome.runs += _abandoned(session, orders)
 
@@ -179,10 +180,7 @@ def _watch(session: Session, operator: _Operator, outcome: Outcome, total_ticks:
             session.beat()
             outcome.runs += session.results()
             _show(session, update, operator.asked_to_stop)
-            if not session.recorder_alive and not outcome.recorder_lost:
-                outcome.recorder_lost = True
-                outcome.error = f"the rig was stopped: {explain(Fault.RECORDER_DIED)}"
-                session.mailbox.stop()
+            _look(session, outcome)
             lost = [run.error for run in outcome.runs if run.error and not run.valid]
             if lost and not outcome.error and len(outcome.runs) < outcome.planned:
                 outcome.error = f"the rig was stopped: {lost[0]}"
@@ -190,15 +188,24 @@ def _watch(session: Session, operator: _Operator, outcome: Outcome, total_ticks:
             time.sleep(_POLL_S)
 
 
+def _look(session: Session, outcome: Outcome) -> None:
+    """A lost process ends the runs: by the safe state, at once."""
+    loss = session.watch.look() if session.watch is not None else None
+    if loss is None or loss.fault is Fault.LOOP_DIED:
+        return  # the loop's end is told when it has ended
+    outcome.recorder_lost = loss.fault is Fault.RECORDER_DIED
+    outcome.error = f"the rig was stopped: {explain(loss.fault, loss.said)}"
+
+
 def _ending(session: Session) -> str:
     """Why the loop ended, when it did not end as it should."""
     if error := session.loop_error():
         return error
     if session.loop is not None and session.loop.exitcode:
-        return f"the loop's process ended unexpectedly (exit status {session.loop.exitcode})"
+        return explain(Fault.LOOP_DIED, session.watch.how_it_ended() if session.watch is not None else "")
     last = session.ring.latest()
     if last is not None and last.fault and not last.run:  # outside a record, so that none of them tells it
-        return f"{explain(last.fault, said_of(last.fault, session.ring))}; the rig is in its safe state"
+        return explain(last.fault, said_of(last.fault, session.ring))
     return ""
 
 

@@ -1,9 +1,10 @@
-"""The supervisor's process: its own way to the device, and real-time priority above the loop."""
+"""The watchers' processes: their own way to the device, and real-time priority above the loop."""
 
 import contextlib
 import dataclasses
 import os
 import signal
+import sys
 from multiprocessing.connection import Connection
 from typing import Final
 
@@ -12,11 +13,16 @@ from rig.errors import RigError
 from rig.realtime import measures
 from rig.realtime.clock import MonotonicClock
 from rig.realtime.ring import Ring
-from rig.realtime.supervisor import Supervisor, SupervisorBlock
+from rig.realtime.safe_state import SafeBlock, SafeStateAuthority, SecondPath, Verdict, WatchedProcess, Writer
+from rig.realtime.supervisor import Supervisor
 from rig.rig_config import RigConfig
 from rig.service.keeper import Parts
-from rig.service.session import SupervisorOrders
+from rig.service.processes import name_process
+from rig.service.session import Watching
+from rig.service.watchers import WatcherOrders
 
+GUARDIAN_PATIENCE_NS: Final = 250_000_000
+"""The guardian comes after the supervisor and the commanding process; well before the watchdog of a device."""
 ABOVE_THE_LOOP: Final = 5
 _MOST_PRIORITY: Final = 99
 
@@ -26,35 +32,67 @@ def patience_periods(rig: RigConfig) -> int:
     return max(rig.limits.stall_periods - 1, 2)
 
 
-def supervisor_process(orders: SupervisorOrders, pipe: Connection) -> None:
-    """Entry of the supervisor's process: watch the loop until it ends, then make safe and tell.
+def watcher_process(orders: WatcherOrders, pipe: Connection) -> None:
+    """Entry of supervisor and guardian: watch the process that writes set-points until it ends, then see to the safe state.
 
-    It outlives the process that commands on purpose: when that one is killed, the loop must still be watched to its end.
+    They outlive the process that commands on purpose: when that one is killed, the loop must still be watched to its end.
     """
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP):
         signal.signal(number, signal.SIG_IGN)  # it ends when the loop has ended, not before
+    name_process(orders.writer.name.lower())
     rig: RigConfig = orders.rig
+    loop = WatchedProcess(orders.pid)
     device = compose.make_device(rig, MonotonicClock(), orders.options)
+    path = SecondPath.of(device) if compose.outlives_the_loop(rig) else None
+    if orders.writer is Writer.SUPERVISOR:
+        _stand_by(device)
+    block = SafeBlock.attach(orders.block, orders.session)
+    ring = Ring.attach(orders.ring, orders.session)
+    authority = SafeStateAuthority(orders.writer, block, ring, loop, path)
+    first = orders.writer is Writer.SUPERVISOR
+    patience_ns = orders.patience_ns or patience_periods(rig) * rig.period_ns - rig.period_ns // 10
+    supervisor = Supervisor(
+        orders.writer, ring, block, loop, authority, period_ns=rig.period_ns,
+        patience_ns=patience_ns if first else max(GUARDIAN_PATIENCE_NS, 2 * patience_ns),
+        grace_ns=0 if first else GUARDIAN_PATIENCE_NS,
+    )  # fmt: skip
+    pipe.send(("ready", _take_measures(rig)))
+    pipe.close()
+    try:
+        if supervisor.run() is not Verdict.WATCHING and orders.speaks:
+            _speak(block)
+    finally:
+        with contextlib.suppress(Exception):
+            device.close()
+
+
+def _stand_by(device: object) -> None:
     stand_by = getattr(device, "stand_by", None)
     if stand_by is not None:
         with contextlib.suppress(RigError):  # `safe` then opens what it needs, which only takes longer
             stand_by()
-    ring = Ring.attach(orders.ring, orders.session)
-    block = SupervisorBlock.attach(orders.block, orders.session)
-    try:
-        supervisor = Supervisor(ring, block, orders.loop_pid, device.safe, rig.period_ns, patience_periods(rig))
-    except ProcessLookupError:
-        return  # the loop could not open its device and has gone: nothing was written, nothing is to be undone
+
+
+def _take_measures(rig: RigConfig) -> dict[str, str]:
     wanted = rig.realtime.fifo_priority and min(rig.realtime.fifo_priority + ABOVE_THE_LOOP, _MOST_PRIORITY)
     away_from_the_loop = min(os.sched_getaffinity(0))  # which stays on the last core by default
-    report = measures.apply(dataclasses.replace(rig.realtime, fifo_priority=wanted, cpu=away_from_the_loop))
-    pipe.send(("ready", report))
-    pipe.close()
-    try:
-        supervisor.run()
-    finally:
-        with contextlib.suppress(Exception):
-            device.close()
+    return measures.apply(dataclasses.replace(rig.realtime, fifo_priority=wanted, cpu=away_from_the_loop))
+
+
+def _speak(block: SafeBlock) -> None:
+    """For a terminal whose own command can say nothing any more."""
+    print(f"pamrig: the process that held the rig is gone or did not move; {block.best().words}", file=sys.stderr, flush=True)
+
+
+def watching(rig: RigConfig) -> Watching:
+    """Who watches a session of this rig."""
+    own_path = (lambda: second_path(rig)) if compose.outlives_the_loop(rig) else None
+    return Watching(watcher_process, (Writer.SUPERVISOR, Writer.GUARDIAN), own_path)
+
+
+def second_path(rig: RigConfig) -> SecondPath:
+    """This process's own way to the rig's device; nothing is opened before it is used."""
+    return SecondPath.of(compose.make_device(rig, MonotonicClock()))
 
 
 def parts_of(rig: RigConfig, *, virtual: bool = False, seed: int | None = None) -> Parts:
@@ -62,8 +100,7 @@ def parts_of(rig: RigConfig, *, virtual: bool = False, seed: int | None = None) 
     return Parts(
         rig=rig,
         loop=compose.loop_process,
-        supervisor=None if virtual else supervisor_process,
-        safe=lambda: compose.make_device(rig, MonotonicClock()).safe(),
+        watching=None if virtual else watching(rig),
         simulated=compose.is_simulated(rig),
         virtual=virtual,
         seed=seed,

@@ -191,9 +191,9 @@ def clear(client: Any) -> None:
 
 @_client_command("estop")
 def estop(client: Any) -> None:
-    """Safe state at once."""
-    client.estop()
-    console().print("emergency stop: `pamrig reset` when the rig may move again")
+    """Safe state at once. Exit status 2, and one line that says so, unless the device took it."""
+    done = client.estop()
+    console().print(f"emergency stop: {done['words']}; `pamrig reset` when the rig may move again")
 
 
 @_client_command("reset")

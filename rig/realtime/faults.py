@@ -69,14 +69,16 @@ EXPLANATIONS: Final[dict[Fault, Explanation]] = {
         "a pressure does not follow its set-point",
         "check the air supply, the regulator's power and whether the two valves are swapped",
     ),
-    Fault.LOOP_DIED: Explanation("the loop ended or hung; the supervisor wrote the safe state", "see the log, then reset"),
+    Fault.LOOP_DIED: Explanation("the loop ended or hung", "see the log, then reset"),
     Fault.CONTROL_LOST: Explanation("the process that commands the loop is gone", "start it again; the rig stays safe"),
     Fault.TERMINATED: Explanation("the loop was told to end by a signal", "nothing is wrong if this was asked for"),
-    Fault.LOOP_ERROR: Explanation("an error in the loop itself; the safe state was written", "please report it with the log"),
+    Fault.LOOP_ERROR: Explanation("an error in the loop itself", "please report it with the log"),
     Fault.RECORDER_DIED: Explanation(
         "the recorder ended during a run", "check the disk; recover the record with `pamrig log recover`"
     ),
-    Fault.SUPERVISOR_DIED: Explanation("the supervisor's process ended", "restart; without it nobody watches the loop"),
+    Fault.SUPERVISOR_DIED: Explanation(
+        "the supervisor or the guardian ended or was stopped", "reset; without them nobody stands above the loop"
+    ),
 }
 
 

@@ -37,6 +37,8 @@ _SILENT = (State.DISARMED, State.FAULT)
 _ABSENT = {Role.MONITOR_1: P1_ABSENT, Role.MONITOR_2: P2_ABSENT, Role.ANGLE: ANGLE_ABSENT}
 _NO_MEASUREMENT = Measurement(flags=P1_ABSENT | P2_ABSENT | ANGLE_ABSENT | READ_ERROR)
 
+LOOKS = 3
+"""Ticks in which the safe state is read back from the device, as long as it does not answer."""
 LEAVING_NS = 1_000_000_000
 """How long the way out may take on a slow device before the supervisor takes over."""
 
@@ -66,6 +68,8 @@ class Loop:
         self._quit = False
         self._device_gone = False
         self._safe_owed = True
+        self._holds_safe = getattr(device, "holds_safe", None)
+        self._looks_owed = 0
         self._forgive()
         self._grid = (0, 0, 0, 0)
         """Tick, due, woken (ns) and missed periods of the tick that is being carried out."""
@@ -218,6 +222,7 @@ class Loop:
             state = after(self.state, Event.ARM)
             if not self._hold_measured(now, flags):
                 return Answer.NOT_READY
+            self._ring.not_safe()
             self.state = state
         elif request is Request.START and program is not None:
             self.state = after(self.state, Event.START)
@@ -300,6 +305,8 @@ class Loop:
     def _write(self, p1_mpa: float, p2_mpa: float, periods: int) -> int:
         """Write what the state allows; returns flags."""
         if self.state in _SILENT:
+            if self._looks_owed:
+                self._look()
             return self._write_safe() if self._safe_owed else 0
         p1_mpa, p2_mpa, flags = self._guard.command(p1_mpa, p2_mpa, periods)
         self._command = p1_mpa, p2_mpa
@@ -317,8 +324,24 @@ class Loop:
         except DeviceError:
             return WRITE_ERROR  # still owed: tried again next tick
         self._safe_owed = False
+        self._looks_owed = LOOKS
+        self._ring.made_safe()
         self._command = self._settings.safe_p1_mpa, self._settings.safe_p2_mpa
         return 0
+
+    def _look(self) -> None:
+        """Read the safe state back where the device can; it is owed again when something else stands there."""
+        self._looks_owed -= 1
+        try:
+            held = self._holds_safe() if self._holds_safe else None
+        except DeviceError:
+            return  # asked again next tick
+        self._looks_owed = 0
+        if held:
+            self._ring.saw_safe()
+        elif held is False:
+            self._safe_owed = True
+            self._ring.not_safe()
 
     def leave(self) -> None:
         """Safe state, then let go; an unreachable device is left to its own watchdog and to the supervisor."""
@@ -327,6 +350,10 @@ class Loop:
             for _ in range(3):
                 with contextlib.suppress(DeviceError):
                     self._device.safe()
-                    break
+                    self._safe_owed = False
+                    self._ring.made_safe()
+                    self._look()
+                    if not self._safe_owed:
+                        break
         finally:
             self._device.close()

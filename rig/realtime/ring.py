@@ -16,7 +16,7 @@ from rig.sample import SAMPLE_BYTES, Sample, pack_into, unpack
 
 CAPACITY: Final = 8192
 _SLOT: Final = 8 + (SAMPLE_BYTES + 7) // 8 * 8  # sequence number, then the packed sample
-_HEAD, _HEARTBEAT, _RECORDER, _CAPACITY, _PRODUCER, _TELLINGS = range(HEADER_WORDS, HEADER_WORDS + 6)
+_HEAD, _HEARTBEAT, _RECORDER, _CAPACITY, _PRODUCER, _TELLINGS, _SAFE, _SAFE_SEEN = range(HEADER_WORDS, HEADER_WORDS + 8)
 _WORDS: Final = 8
 _TEXT: Final = (HEADER_WORDS + _WORDS) * 8
 _TEXT_BYTES: Final = 512
@@ -62,6 +62,16 @@ class Ring:
     def heartbeat_ns(self) -> int:
         """Monotonic time at which the loop last began a tick; 0 before the first."""
         return self._words[_HEARTBEAT]
+
+    @property
+    def safe_ns(self) -> int:
+        """Monotonic time at which the device took the safe state from the loop, which has not commanded since; 0 when it commands."""
+        return self._words[_SAFE]
+
+    @property
+    def safe_seen_ns(self) -> int:
+        """Monotonic time at which the loop read that safe state back from the device; 0 when it did not."""
+        return self._words[_SAFE_SEEN]
 
     @property
     def producer_pid(self) -> int:
@@ -135,6 +145,18 @@ class RingWriter:
     def beat(self, ahead_ns: int = 0) -> None:
         """Say that a tick has begun, or that something is under way which will be over in `ahead_ns`."""
         self._words[_HEARTBEAT] = time.monotonic_ns() + ahead_ns
+
+    def not_safe(self) -> None:
+        """Other set-points than the safe ones may stand from now on."""
+        self._words[_SAFE] = self._words[_SAFE_SEEN] = 0
+
+    def made_safe(self) -> None:
+        """The device has taken the safe state."""
+        self._words[_SAFE] = time.monotonic_ns()
+
+    def saw_safe(self) -> None:
+        """The device says that the safe state stands at its outputs."""
+        self._words[_SAFE_SEEN] = time.monotonic_ns()
 
     def tell(self, text: str) -> None:
         """Leave the device's words for whoever asks why; the newest replace the last."""

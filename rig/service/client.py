@@ -20,6 +20,8 @@ from rig.service.protocol import Code
 
 _EXPANDING_S: Final = 60.0
 """So long the daemon bears with each sweep of a `start`."""
+ESTOP_TIMEOUT_S: Final = 5.0
+"""Longer than a daemon takes to find that nobody could carry it out."""
 
 
 class Client:
@@ -94,9 +96,14 @@ class Client:
         """Ramp down and hold the queue, at once or after the record that runs."""
         self.call("stop", after_current=after_current)
 
-    def estop(self) -> None:
-        """Safe state at once."""
-        self.call("estop")
+    def estop(self) -> dict[str, Any]:
+        """Safe state at once. RigError unless the device took it; returns who wrote it and whether it was seen at the device."""
+        patience_s = self._socket.gettimeout()
+        self._socket.settimeout(ESTOP_TIMEOUT_S)
+        try:
+            return dict(self.call("estop"))
+        finally:
+            self._socket.settimeout(patience_s)
 
     def reset(self) -> None:
         """Clear a fault whose cause is gone; the rig is disarmed then."""
@@ -136,7 +143,10 @@ class Client:
             try:
                 line = self._lines.readline()
             except TimeoutError:
-                raise RigError(f"{self.path}: the daemon does not answer; it may be stopped or hang") from None
+                raise RigError(
+                    f"{self.path}: the daemon does not answer; it may be stopped or hang. Its loop makes the rig safe after 1 s, "
+                    "its guardian when the loop is lost too; make sure by `pamrig service safe --rig RIG`"
+                ) from None
         if not line:
             raise RigError(f"{self.path}: the daemon hung up")
         return protocol.decode(line)
@@ -146,7 +156,10 @@ def _no_daemon(error: OSError) -> str:
     if isinstance(error, FileNotFoundError):
         return "no daemon there; start one with `pamrig daemon`, or set PAMRIG_SOCKET"
     if isinstance(error, ConnectionRefusedError):
-        return "the daemon behind this socket is gone; start it with `pamrig daemon`"
+        return (
+            "the daemon behind this socket is gone, and nothing here knows what stands at the rig's valves: "
+            "`pamrig service safe --rig RIG` writes the safe state and looks; `pamrig daemon` then starts it, disarmed"
+        )
     if isinstance(error, PermissionError):
         return "not allowed; become a member of the socket's group"
     return error.strerror or str(error)

@@ -24,7 +24,7 @@ from rig.service.protocol import VERSION, Code, Refused, Request
 from rig.service.retention import NOTICE_S, Retention
 from rig.service.session import ending_signals
 from rig.service.settings import DaemonSettings
-from rig.service.telemetry import fault_json
+from rig.service.telemetry import fault_json, safe_json
 from rig.service.work import Queue
 from rig.service.worker import Worker
 
@@ -64,6 +64,8 @@ class Daemon:
             1, "session"
         )  # lives as long as the daemon: the loop is told when its maker's thread dies
         self._reported = Fault.NONE
+        self._reported_safe = ""
+        self._safe_mpa = parts.rig.safe.p1_mpa, parts.rig.safe.p2_mpa
         self._resetting = False
         self._over = asyncio.Event()
         self._began = time.monotonic()
@@ -139,6 +141,7 @@ class Daemon:
             if not self._resetting:
                 self._keeper.check()
                 self._report_fault()
+                self._report_safe()
             session = self._keeper.session
             now, now_ns = time.monotonic(), session.ring.heartbeat_ns if session is not None and not self._resetting else 0
             known = self._resetting or self._keeper.state is State.FAULT
@@ -159,6 +162,15 @@ class Daemon:
         self._worker.hold()
         _LOG.error("%s", explain(fault, self._keeper.said))
         self._tasks.append(asyncio.create_task(self._save_black_box(fault)))
+
+    def _report_safe(self) -> None:
+        """During a fault, each time that more is known of the safe state."""
+        report = self._keeper.safe
+        words = report.words if report is not None and self._keeper.state is State.FAULT else ""
+        if words and words != self._reported_safe:
+            self._reported_safe = words
+            _LOG.log(logging.WARNING if report is not None and report.safe else logging.ERROR, "%s", words)
+        self._reported_safe = words
 
     async def _save_black_box(self, fault: Fault) -> None:
         session = self._keeper.session
@@ -213,7 +225,7 @@ class Daemon:
             return await self._stop(bool(given.get("after_current", False)))
         if name == "estop":
             self._worker.hold()
-            return self._keeper.estop()
+            return safe_json(await self._keeper.estop(), self._safe_mpa)
         if name == "reset":
             return await self._reset()
         return {"cleared": await asyncio.to_thread(self._queue.clear)}
@@ -283,6 +295,7 @@ class Daemon:
             "rig": self._parts.rig.name,
             "state": keeper.state.name.lower(),
             "fault": fault_json(keeper.fault, keeper.said),
+            "safe_state": safe_json(keeper.safe, self._safe_mpa),
             "session": f"{session.id:016x}" if session else None,
             "uptime_s": time.monotonic() - self._began,
             "loop": keeper.telemetry.to_json() if keeper.telemetry else None,
@@ -323,8 +336,8 @@ def _processes(session: Any) -> dict[str, dict[str, Any]]:
     """Pid and life of each process beside the daemon's own."""
     shown = {"control": {"pid": os.getpid(), "alive": True}}
     if session is not None:
-        for name in ("loop", "recorder", "supervisor"):
-            process = getattr(session, name)
+        watchers = {writer.name.lower(): process for writer, process in session.watchers.processes.items()}
+        for name, process in {"loop": session.loop, "recorder": session.recorder, **watchers}.items():
             if process is not None:
                 shown[name] = {"pid": process.pid, "alive": process.is_alive()}
     return shown

@@ -4,32 +4,27 @@
 """
 
 import asyncio
-import contextlib
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any, Final
 
-from rig.errors import ConfigError, DeviceError, DeviceLost, RigError
+from rig.errors import ConfigError, DeviceError, RigError
 from rig.realtime import measures
 from rig.realtime.commands import Answer, Request
 from rig.realtime.faults import Fault
+from rig.realtime.safe_state import Outcome, SafeReport, Writer, look
 from rig.realtime.shared import KEPT_RING
 from rig.realtime.state import Event, State, after
-from rig.realtime.supervisor import Verdict
 from rig.rig_config import RigConfig
 from rig.service.protocol import Code, Refused
 from rig.service.recorder import RunResult, said_of
-from rig.service.session import LoopEntry, Session, SupervisorEntry, spoken
+from rig.service.session import LoopEntry, Session, Watching, spoken
 from rig.service.telemetry import Telemetry
 
 ANSWER_PATIENCE_S: Final = 1.0
-SUPERVISOR_PATIENCE_S: Final = 0.3
-STOPPED_PATIENCE_S: Final = 0.2
-"""For a recorder that somebody stopped."""
-LOOP_PATIENCE_S: Final = 0.5
-"""Only without a supervisor, who looks much sooner."""
+ESTOP_PATIENCE_S: Final = 3.0
+"""Until an emergency stop that nobody could carry out is answered; the attempts go on after it."""
 _ANSWER_POLL_S: Final = 0.002
 
 
@@ -39,9 +34,8 @@ class Parts:
 
     rig: RigConfig
     loop: LoopEntry
-    supervisor: SupervisorEntry | None
-    safe: Callable[[], None]
-    """Write the safe state from this process; the last resort when nobody else is left. May raise DeviceError."""
+    watching: Watching | None
+    """Who stands above the loop, and this process's own way to the device."""
     simulated: bool
     virtual: bool = False
     seed: int | None = None
@@ -61,7 +55,6 @@ class Keeper:
         self._broken = Fault.NONE
         """A fault of the processes, which only a new session cures."""
         self._said = ""
-        self._recorder_seen = (0, 0.0)
         self._busy = asyncio.Lock()
 
     # life of the session
@@ -71,7 +64,7 @@ class Keeper:
         parts = self._parts
         session = Session(
             parts.loop, parts.rig, virtual=parts.virtual, seed=parts.seed, options=parts.options,
-            supervisor=parts.supervisor, ring_suffix=KEPT_RING,
+            watching=parts.watching, ring_suffix=KEPT_RING,
         )  # fmt: skip
         try:
             session.open()
@@ -81,7 +74,6 @@ class Keeper:
             fault = Fault.DEVICE_LOST if isinstance(error, DeviceError | ConfigError) else Fault.LOOP_DIED
             self._break(fault, str(error))
             return
-        self._recorder_seen = (0, time.monotonic())
         self.session, self.telemetry = session, Telemetry(session.ring)
         self._broken, self._said = Fault.NONE, ""
 
@@ -92,9 +84,7 @@ class Keeper:
             return "the rig was not open, and nothing was written to it"
         self.results |= {result.run: result for result in session.close()}
         session.ring.block.close()
-        if session.loop is not None and session.loop.exitcode and not session.supervision.report().safe_ns:
-            return "nobody could write the safe state: its own watchdog has to make the device safe, or you"
-        return "the rig is in its safe state"
+        return session.safe.words if session.ticked else "the loop never ticked, and nothing was written to the rig"
 
     def reopen(self) -> None:
         """A new session for one that is broken."""
@@ -115,7 +105,18 @@ class Keeper:
     @property
     def said(self) -> str:
         """What is known of the fault beside its cause."""
-        return self._said or ("" if self.session is None else said_of(self.fault, self.session.ring))
+        session = self.session
+        if session is None:
+            return self._said
+        ended = session.watch.how_it_ended() if session.watch is not None and not session.loop_alive else ""
+        return "; ".join(part for part in (self._said or said_of(self.fault, session.ring), ended) if part)
+
+    @property
+    def safe(self) -> SafeReport | None:
+        """What is known of the safe state; None while the loop commands, and before there is a rig."""
+        watch = self.session.watch if self.session is not None else None
+        report = watch.safe if watch is not None else SafeReport()
+        return report if report.writer or self.state is State.FAULT else None
 
     @property
     def state(self) -> State:
@@ -132,61 +133,14 @@ class Keeper:
         session.beat()
         self.telemetry.update()
         self.results |= {result.run: result for result in session.results()}
-        if self._broken:
-            return
-        if not session.loop_alive:
-            self._break(Fault.LOOP_DIED, self._last_words(session))
+        loss = session.watch.look() if session.watch is not None else None
+        if loss is not None and not self._broken:
+            self._break(loss.fault, loss.said or session.loop_error())
+        if self._broken and not session.loop_alive:
             session.end_recording()
-        elif not session.recorder_alive:
-            self._stop_because(session, Fault.RECORDER_DIED, "the recorder's process is gone")
-        elif why := self._recorder_stands(session):
-            self._stop_because(session, Fault.RECORDER_DIED, why)
-        elif self._parts.supervisor is not None and (why := _supervisor_gone(session)):
-            self._stop_because(session, Fault.SUPERVISOR_DIED, why)
 
     def _break(self, fault: Fault, said: str) -> None:
         self._broken, self._said = fault, said
-
-    def _stop_because(self, session: Session, fault: Fault, said: str) -> None:
-        """A process is lost that the rig must not run without: safe state, by the loop if it can."""
-        self._break(fault, said)
-        session.mailbox.estop(fault)
-        silent_ns = time.monotonic_ns() - session.ring.heartbeat_ns
-        if fault is Fault.SUPERVISOR_DIED and silent_ns > LOOP_PATIENCE_S * 1e9 and session.loop is not None:
-            session.loop.kill()  # nobody else is left who would
-            with contextlib.suppress(DeviceError):
-                self._parts.safe()
-
-    def _recorder_stands(self, session: Session) -> str:
-        """Why the recorder, which does not take what there is to read, is given up; empty while it is not.
-
-        One that waits for a slow disk loses nothing as long as the ring has room; one that somebody stopped is not coming back.
-        """
-        ring, now = session.ring, time.monotonic()
-        cursor, since = self._recorder_seen
-        if ring.recorded != cursor or ring.head == ring.recorded:
-            self._recorder_seen = (ring.recorded, now)
-            return ""
-        patience_s = ring.capacity / 2 * self._parts.rig.period_ns / 1e9
-        if now - since > patience_s:
-            return f"the recorder has not moved for {patience_s:.0f} s: the disk does not keep up, or it hangs"
-        pid = session.recorder.pid if session.recorder is not None else None
-        return "the recorder was stopped by a signal" if now - since > STOPPED_PATIENCE_S and _is_stopped(pid) else ""
-
-    def _last_words(self, session: Session) -> str:
-        """How the loop's process ended, and what the supervisor did about it."""
-        error = session.loop_error()
-        code = session.loop.exitcode if session.loop is not None else None
-        how = error or (f"killed by signal {-code}" if code is not None and code < 0 else f"exit status {code}")
-        report = session.supervision.report()
-        if report.verdict is Verdict.WATCHING:
-            return how
-        if report.failed:
-            return f"{how}; the supervisor could not reach the device: its own watchdog has to make it safe"
-        seen_ms = (report.seen_ns - report.last_beat_ns) / 1e6
-        what = "hung or was stopped" if report.verdict is Verdict.SILENT else "ended"
-        safe_ms = (report.safe_ns - report.seen_ns) / 1e6
-        return f"{how}; it {what}: seen {seen_ms:.1f} ms after its last heartbeat, safe {safe_ms:.1f} ms later"
 
     # requests
 
@@ -244,16 +198,32 @@ class Keeper:
         except RigError as error:
             raise Refused(Code.WRONG_STATE, _UNFIT.get((state, event), str(error))) from None
 
-    def estop(self) -> None:
-        """Safe state at once, whoever is left to write it."""
-        session = self.session
-        if session is not None and session.loop_alive:
-            session.mailbox.estop()
-            return
+    async def estop(self) -> SafeReport:
+        """Safe state at once, by whoever is left to write it; Refused when the device has not taken it."""
+        watch = self.session.watch if self.session is not None else None
+        if watch is None:
+            return await self._write_alone()
+        watch.demand(Fault.ESTOP)
+        deadline = time.monotonic() + ESTOP_PATIENCE_S
+        while not (report := watch.answer).safe:
+            if time.monotonic() > deadline:
+                raise Refused(Code.REFUSED, f"emergency stop not carried out: {watch.safe.words}; {_BY_HAND}")
+            watch.follow_up()
+            await asyncio.sleep(_ANSWER_POLL_S)
+        return report
+
+    async def _write_alone(self) -> SafeReport:
+        """The safe state by this process, as long as there is no loop."""
+        make = self._parts.watching.second_path if self._parts.watching is not None else None
+        if make is None:
+            return SafeReport(Writer.CONTROL, outcome=Outcome.ENDED)
         try:
-            self._parts.safe()
-        except DeviceLost as error:
-            raise Refused(Code.REFUSED, f"there is no loop, and the device cannot be reached: {error}") from None
+            path = await asyncio.to_thread(make)
+            await asyncio.to_thread(path.safe)
+        except RigError as error:
+            raise Refused(Code.REFUSED, f"emergency stop not carried out: there is no loop, and {error}; {_BY_HAND}") from None
+        outcome = await asyncio.to_thread(look, path)
+        return SafeReport(Writer.CONTROL, outcome=outcome, written_ns=time.monotonic_ns())
 
     @property
     def needs_new_session(self) -> bool:
@@ -264,7 +234,8 @@ class Keeper:
         """RESET of a session that is whole; Refused without one."""
         if self.session is None:  # it was lost, or is being opened, since the caller looked
             raise Refused(Code.REFUSED, _NOT_OPEN)
-        self.session.mailbox.estop(Fault.NONE)
+        if self.session.watch is not None:
+            self.session.watch.withdraw()
         self.session.mailbox.stop(False)
         await self.request(Request.RESET)
         self._said = ""
@@ -278,25 +249,8 @@ _UNFIT: Final = {
 }
 """What to say of a command that does not fit, in the operator's words instead of the table's."""
 _NOT_OPEN: Final = "the rig is still being opened; try again in a second"
+_BY_HAND: Final = "open the dump valve, then look at cable and power of the device"
 _NOT_READY: Final = {
     Request.ARM: "cannot arm: the pressures are not known (read error, broken wire, implausible value); see `pamrig watch`",
     Request.RESET: "the cause is not gone yet (read error, broken wire, or the safe state is not written); see `pamrig watch`",
 }
-
-
-def _is_stopped(pid: int | None) -> bool:
-    """The process is in the state T of proc(5)."""
-    try:
-        return Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()[0] in ("T", "t")
-    except OSError:
-        return False
-
-
-def _supervisor_gone(session: Session) -> str:
-    """Why the supervisor cannot be relied on; empty when it can."""
-    if session.supervisor is None or not session.supervisor.is_alive():
-        return "the supervisor's process is gone"
-    silent_s = (time.monotonic_ns() - session.supervision.beat_ns) / 1e9
-    if session.supervision.beat_ns and silent_s > SUPERVISOR_PATIENCE_S:
-        return f"the supervisor has not moved for {silent_s:.1f} s"
-    return ""

@@ -21,6 +21,7 @@ from rig.realtime.faults import Fault, explain
 from rig.realtime.ring import Ring, RingReader
 from rig.realtime.state import State
 from rig.sample import Flag, Phase, Sample, unpack
+from rig.service.processes import name_process
 
 FLUSH_NS = 250_000_000
 """A kill loses at most this much and one poll, well under the second that is promised."""
@@ -74,6 +75,7 @@ def record(ring_path: Path, session: int, orders: Connection, results: Connectio
     # they are for the process that commands, or go to all when a terminal is closed: the file is to be finished also then
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGTSTP, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)  # the end of the orders ends the recorder, also when that process is killed
+    name_process("recorder")
     with suppress(OSError):
         os.nice(5)
     recorder = Recorder(Ring.attach(ring_path, session), orders, results)

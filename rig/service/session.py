@@ -1,4 +1,4 @@
-"""A session: the processes of loop, recorder and supervisor, the shared memory between them, and their end.
+"""A session: the processes of loop, recorder and watchers, the shared memory between them, and their end.
 
 It composes what it is given; which device the loop drives is decided at the roof. `pamrig run` drives a session by a
 script, the daemon by its mailbox.
@@ -14,22 +14,24 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
-from multiprocessing.resource_tracker import ensure_running
 from pathlib import Path
 from typing import Any, Self
 
-from rig.errors import ConfigError, DeviceError, RigError
 from rig.realtime.commands import Mailbox, program_name, program_path
 from rig.realtime.program import Program
 from rig.realtime.ring import CAPACITY, Ring
+from rig.realtime.safe_state import SafeReport, Writer
 from rig.realtime.shared import KEPT_RING, SharedBlock, sweep_stale
-from rig.realtime.supervisor import SupervisorBlock
+from rig.service.process_watch import PathMaker, ProcessWatch
+from rig.service.processes import start_process
 from rig.service.recorder import RunOrder, RunResult, record
+from rig.service.watchers import WatcherEntry, Watchers, await_ready
 
 LoopEntry = Callable[["LoopOrders", Connection], None]
-SupervisorEntry = Callable[["SupervisorOrders", Connection], None]
-START_PATIENCE_S = 30.0
 END_PATIENCE_S = 5.0
+_END_LOOK_S = 0.02
+SETTLE_S = 3.0
+"""For the safe state of a loop that has ended, however it ended."""
 
 
 @dataclass(frozen=True)
@@ -50,15 +52,14 @@ class LoopOrders:
 
 
 @dataclass(frozen=True)
-class SupervisorOrders:
-    """What the supervisor's process is told."""
+class Watching:
+    """How a session is looked after."""
 
-    session: int
-    ring: Path
-    block: Path
-    loop_pid: int
-    rig: Any
-    options: Mapping[str, Any]
+    entry: WatcherEntry
+    writers: tuple[Writer, ...]
+    """Who watches; a guardian only where something stays under pressure when the loop is gone."""
+    second_path: PathMaker | None
+    """This process's own way to the device; None: the plant ends with the loop's process."""
 
 
 class Session:
@@ -72,10 +73,10 @@ class Session:
         virtual: bool = False,
         seed: int | None = None,
         options: Mapping[str, Any] | None = None,
-        supervisor: SupervisorEntry | None = None,
+        watching: Watching | None = None,
         ring_suffix: str = "-ring",
     ) -> None:
-        """Without a `supervisor` nobody stands above the loop: for the virtual clock, which moves nothing real.
+        """Without `watching` nobody stands above the loop: for a plant that lives in the loop's process.
 
         Rings whose name ends with KEPT_RING are kept for their black box when their session is dead.
         """
@@ -89,16 +90,22 @@ class Session:
         name = f"{self.id:016x}"
         self.ring = Ring.create(f"{name}{ring_suffix}", self.id, CAPACITY)
         self.mailbox = Mailbox.create(f"{name}-mailbox", self.id)
-        self.supervision = SupervisorBlock.create(f"{name}-supervisor", self.id)
-        self._blocks: list[SharedBlock] = [self.ring.block, self.mailbox.block, self.supervision.block]
+        self.watchers = Watchers(self.id, self.ring, rig, self._options)
+        self._blocks: list[SharedBlock] = [self.ring.block, self.mailbox.block]
         self._programs: dict[int, SharedBlock] = {}
-        self._supervisor_entry = supervisor
+        self._watching = watching
+        self.watch: ProcessWatch | None = None
+        """From the moment on at which the processes are there."""
+        self.safe = SafeReport()
+        """What was known of the safe state when the session had ended."""
+        self.ticked = False
+        """Whether the loop had ever ticked then: before, it writes nothing."""
         self.loop: BaseProcess | None = None
-        self.supervisor: BaseProcess | None = None
         self.recorder: BaseProcess | None = None
         self._loop_pipe: Connection | None = None
         self._orders: Connection | None = None
         self._results: Connection | None = None
+        self._recording_ended = False
 
     def __enter__(self) -> Self:
         return self
@@ -120,11 +127,16 @@ class Session:
         start_process(self.loop)
         theirs.close()
         self._loop_pipe = ours
-        above = self._start_supervisor(self._supervisor_entry) if self._supervisor_entry is not None else None
-        self.facts = self._await_ready(ours, "loop")
-        if above is not None:
-            self.facts["supervisor"] = self._await_ready(above, "supervisor")
-            above.close()
+        if self._watching is not None and self.loop.pid is not None:
+            self.watchers.start(self._watching.entry, self.loop.pid, self._watching.writers)
+        self.facts = await_ready(ours, "loop", self.beat)
+        self.facts |= self.watchers.await_ready(self.beat)
+        assert self.recorder is not None
+        self.watch = ProcessWatch(
+            self.ring, self.mailbox, self.watchers, self.loop, self.recorder,
+            second_path=self._watching.second_path if self._watching else None,
+            period_ns=getattr(self._rig, "period_ns", 5_000_000), virtual=self.virtual,
+        )  # fmt: skip
 
     def publish(self, program: Program) -> None:
         """Put a program where the loop finds it."""
@@ -147,7 +159,8 @@ class Session:
 
     def end_recording(self) -> None:
         """Let the recorder finish what is open, and end: there is no loop any more."""
-        if self._orders is not None:
+        if self._orders is not None and not self._recording_ended:
+            self._recording_ended = True
             with suppress(OSError):
                 self._orders.send(None)
 
@@ -189,12 +202,18 @@ class Session:
         return ""
 
     def close(self) -> list[RunResult]:
-        """End the loop through its safe state, let the recorder finish, remove the shared memory; returns the last results."""
-        for stopped in (self.supervisor, self.recorder):  # a process that somebody stopped is to come to a proper end
-            if stopped is not None and stopped.is_alive() and stopped.pid is not None:
-                os.kill(stopped.pid, signal.SIGCONT)
+        """End the loop through its safe state, let the recorder finish, remove the shared memory; returns the last results.
+
+        `safe` then says what became of the rig: a loop that could not write it is followed up by whoever is left.
+        """
+        self.watchers.wake()  # a process that somebody stopped is to come to a proper end
+        if self.recorder is not None and self.recorder.is_alive() and self.recorder.pid is not None:
+            os.kill(self.recorder.pid, signal.SIGCONT)
         self._end_loop()
-        self._end_supervisor()
+        self.ticked = self.ring.heartbeat_ns != 0
+        if self.watch is not None and self.ticked:
+            self.safe = self.watch.settle(SETTLE_S)
+        self.watchers.end()
         left = self._end_recorder()
         for block in (*self._blocks, *self._programs.values()):
             block.unlink()
@@ -202,18 +221,6 @@ class Session:
             if pipe is not None:
                 pipe.close()
         return left
-
-    def _start_supervisor(self, entry: SupervisorEntry) -> Connection:
-        """At the same time as the loop; returns where it says that it is ready."""
-        pid = self.loop.pid if self.loop is not None else None
-        if pid is None:
-            raise RigError("there is no loop to supervise")
-        ours, theirs = self._context.Pipe()
-        orders = SupervisorOrders(self.id, self.ring.block.path, self.supervision.block.path, pid, self._rig, self._options)
-        self.supervisor = self._context.Process(target=entry, args=(orders, theirs), name="pamrig-supervisor", daemon=False)
-        start_process(self.supervisor)
-        theirs.close()
-        return ours
 
     def _start_recorder(self) -> None:
         orders, self._orders = self._context.Pipe(duplex=False)
@@ -224,20 +231,6 @@ class Session:
         orders.close()
         results.close()
 
-    def _await_ready(self, pipe: Connection, who: str) -> dict[str, Any]:
-        deadline = time.monotonic() + START_PATIENCE_S
-        while time.monotonic() < deadline:
-            self.beat()
-            try:
-                if pipe.poll(0.1):
-                    kind, said = pipe.recv()
-                    if kind == "ready":
-                        return dict(said)
-                    raise {"device": DeviceError, "config": ConfigError}.get(kind, RigError)(said)
-            except EOFError:
-                break
-        raise RigError(f"the {who}'s process ended before it was ready; run `pamrig devices probe` to see the device's answer")
-
     def _end_loop(self) -> None:
         loop = self.loop
         if loop is None:
@@ -247,26 +240,20 @@ class Session:
                 if self._loop_pipe is not None:
                     self._loop_pipe.send("end")  # for a loop that still waits for its `go`
             loop.terminate()  # SIGTERM: safe state, then the end
-            loop.join(END_PATIENCE_S)
+        deadline = time.monotonic() + END_PATIENCE_S
+        while loop.is_alive() and time.monotonic() < deadline:
+            if self.watch is not None:
+                self.watch.follow_up()  # one that was stopped does not hear the signal
+            loop.join(_END_LOOK_S)
         if loop.is_alive():
             loop.kill()
             loop.join()
-
-    def _end_supervisor(self) -> None:
-        """It ends by itself when it has seen the loop end; one that does not was stopped, and is of no use any more."""
-        if self.supervisor is None:
-            return
-        self.supervisor.join(END_PATIENCE_S)
-        if self.supervisor.is_alive():
-            self.supervisor.kill()
-            self.supervisor.join()
 
     def _end_recorder(self) -> list[RunResult]:
         recorder = self.recorder
         if recorder is None or self._orders is None:
             return []
-        with suppress(OSError):
-            self._orders.send(None)
+        self.end_recording()
         left: list[RunResult] = []
         deadline = time.monotonic() + END_PATIENCE_S
         while recorder.is_alive() and time.monotonic() < deadline:
@@ -290,16 +277,6 @@ def is_warning(key: str) -> bool:
 
 def _subject(key: str) -> str:
     return key.rpartition(".")[2]
-
-
-def start_process(process: BaseProcess) -> None:
-    """Start a process that the terminal's Ctrl-C does not reach, not even before its first line: that is for the one who commands."""
-    ensure_running()  # multiprocessing's own helper would lift the mask when it is started on the way
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        process.start()
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def ending_signals() -> list[signal.Signals]:

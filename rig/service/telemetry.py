@@ -1,10 +1,12 @@
 """What the daemon knows of the loop, from the ring alone: the newest sample, counts, lateness. The loop is never asked."""
 
+import time
 from collections import deque
 from typing import Any, Final
 
 from rig.realtime.faults import EXPLANATIONS, Fault
 from rig.realtime.ring import Ring, RingReader
+from rig.realtime.safe_state import Outcome, SafeReport
 from rig.realtime.state import State
 from rig.sample import Phase, Sample, unpack
 
@@ -12,6 +14,8 @@ LATENESS_EDGES_US: Final = (10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
 """Upper edges of the histogram's classes; one more class lies above."""
 COLUMNS: Final = ("tick", "p1_cmd_mpa", "p2_cmd_mpa", "p1_mpa", "p2_mpa", "angle_deg")
 """What subscribers get of each sample."""
+STALE_S: Final = 0.5
+"""Values older than this are shown as the last ones seen, not as the rig's now."""
 _WINDOW: Final = 4000
 _TRAIL: Final = 1024
 
@@ -43,6 +47,12 @@ class Telemetry:
             elif not sample.fault:
                 self.first_fault = None
             self.latest = sample
+
+    @property
+    def age_s(self) -> float | None:
+        """How long ago the loop last began a tick, and so the age of what is shown of it; None before the first."""
+        beat_ns = self._ring.heartbeat_ns
+        return max(time.monotonic_ns() - beat_ns, 0) / 1e9 if beat_ns else None
 
     @property
     def state(self) -> State:
@@ -81,6 +91,8 @@ class Telemetry:
             "missed": self.missed,
             "lateness_us": self.lateness(),
             "ring_fill": min(lag / self._ring.capacity, 1.0),
+            "age_s": self.age_s,
+            "live": self.age_s is not None and self.age_s < STALE_S,
         }
         if now is not None:
             names = ("tick", "dp_cmd_mpa", "p1_cmd_mpa", "p2_cmd_mpa", "p1_mpa", "p2_mpa", "angle_deg", "flags", "run")
@@ -94,3 +106,25 @@ def fault_json(fault: Fault, said: str) -> dict[str, Any] | None:
         return None
     cause, hint = EXPLANATIONS[fault]
     return {"code": int(fault), "name": fault.name, "cause": cause, "hint": hint, "said": said}
+
+
+def safe_json(report: SafeReport | None, safe_mpa: tuple[float, float]) -> dict[str, Any] | None:
+    """What is known of the safe state as the status shows it; None while the loop commands."""
+    if report is None:
+        return None
+    now_ns = time.monotonic_ns()
+
+    def ago_s(then_ns: int) -> float | None:
+        return (now_ns - then_ns) / 1e9 if then_ns else None
+
+    return {
+        "outcome": report.outcome.name.lower(),
+        "safe": report.safe,
+        "confirmed": report.outcome in (Outcome.SEEN, Outcome.ENDED),
+        "by": report.writer.name.lower(),
+        "p1_mpa": safe_mpa[0],
+        "p2_mpa": safe_mpa[1],
+        "written_ago_s": ago_s(report.written_ns),
+        "confirmed_ago_s": ago_s(report.confirmed_ns),
+        "words": report.words,
+    }

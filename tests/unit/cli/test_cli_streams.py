@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from rig.service.session import start_process
+from rig.service.processes import start_process
 
 pytestmark = pytest.mark.real_time
 

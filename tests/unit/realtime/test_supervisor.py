@@ -12,7 +12,17 @@ import pytest
 
 from rig.errors import ConfigError, DeviceError
 from rig.realtime.ring import Ring, RingWriter
-from rig.realtime.supervisor import ATTEMPTS, Supervisor, SupervisorBlock, Verdict
+from rig.realtime.safe_state import (
+    Outcome,
+    SafeBlock,
+    SafeReport,
+    SafeStateAuthority,
+    SecondPath,
+    Verdict,
+    WatchedProcess,
+    Writer,
+)
+from rig.realtime.supervisor import Supervisor
 
 pytestmark = pytest.mark.real_time
 
@@ -27,20 +37,33 @@ class Rig:
 
     def __init__(self) -> None:
         name = f"test-{os.getpid()}-{time.monotonic_ns()}"
-        self.ring, self.block = Ring.create(f"{name}-ring", 1), SupervisorBlock.create(f"{name}-supervisor", 1)
+        self.ring, self.block = Ring.create(f"{name}-ring", 1), SafeBlock.create(f"{name}-safe", 1)
         self.process = subprocess.Popen(SLEEPER)
+        self.loop = WatchedProcess(self.process.pid)
         self.writer = RingWriter(self.ring, self.process.pid)
         self.alive_when_safe: list[bool] = []
+        self.held: list[bool | None] = [True]
+        """What the device says one look after the other; the last goes on."""
 
     def safe(self) -> None:
         self.alive_when_safe.append(self.process.poll() is None)
 
-    def supervisor(self, safe: Callable[[], None] | None = None) -> Supervisor:
-        return Supervisor(self.ring, self.block, self.process.pid, safe or self.safe, PERIOD_NS)
+    def holds_safe(self) -> bool | None:
+        return self.held.pop(0) if len(self.held) > 1 else self.held[0]
+
+    def authority(self, safe: Callable[[], None] | None = None, writer: Writer = Writer.SUPERVISOR) -> SafeStateAuthority:
+        return SafeStateAuthority(writer, self.block, self.ring, self.loop, SecondPath(safe or self.safe, self.holds_safe))
+
+    def supervisor(self, writer: Writer = Writer.SUPERVISOR, grace_ns: int = 0) -> Supervisor:
+        return Supervisor(
+            writer, self.ring, self.block, self.loop, self.authority(writer=writer),
+            patience_ns=3 * PERIOD_NS, period_ns=PERIOD_NS, grace_ns=grace_ns,
+        )  # fmt: skip
 
     def close(self) -> None:
         self.process.kill()
         self.process.wait()
+        self.loop.close()
         self.ring.block.unlink()
         self.block.block.unlink()
 
@@ -56,20 +79,22 @@ def test_a_killed_loop_is_seen_without_waiting_for_its_heartbeat(rig: Rig) -> No
     rig.writer.beat(ahead_ns=60_000_000_000)
     threading.Timer(0.05, rig.process.kill).start()
     assert rig.supervisor().run() is Verdict.ENDED
-    report = rig.block.report()
-    assert (report.verdict, report.failed, len(rig.alive_when_safe)) == (Verdict.ENDED, False, 1)
-    assert report.safe_ns >= report.seen_ns > 0
+    report = rig.block.best()
+    assert (report.writer, report.verdict, report.outcome) == (Writer.SUPERVISOR, Verdict.ENDED, Outcome.SEEN)
+    assert rig.alive_when_safe == [False]
+    assert report.confirmed_ns >= report.written_ns >= report.seen_ns > 0
 
 
 @pytest.mark.parametrize("number", [None, signal.SIGSTOP], ids=["hanging", "stopped"])
-def test_a_silent_loop_is_ended_and_made_safe_twice(rig: Rig, number: signal.Signals | None) -> None:
+def test_a_silent_loop_is_ended_and_only_what_was_written_after_its_end_counts(rig: Rig, number: signal.Signals | None) -> None:
     rig.writer.beat()
     if number is not None:
         rig.process.send_signal(number)
     assert rig.supervisor().run() is Verdict.SILENT
     assert rig.process.wait(5) == -signal.SIGKILL
-    assert len(rig.alive_when_safe) == 2
-    report = rig.block.report()
+    assert rig.alive_when_safe[-1] is False
+    report = rig.block.best()
+    assert report.outcome is Outcome.SEEN
     assert report.seen_ns - report.last_beat_ns >= 2.9 * PERIOD_NS
 
 
@@ -80,15 +105,15 @@ def test_a_loop_that_beats_is_left_alone(rig: Rig) -> None:
     for _ in range(20):
         rig.writer.beat()
         time.sleep(PERIOD_NS / 4e9)
-    supervisor.release()
+    rig.block.release()
     rig.writer.beat()
     thread.join(5)
     assert rig.process.poll() is None
     assert rig.alive_when_safe == []
-    assert rig.block.beat_ns > 0
+    assert rig.block.beat_ns(Writer.SUPERVISOR) > 0
 
 
-def test_before_the_first_heartbeat_only_the_end_counts(rig: Rig) -> None:
+def test_a_loop_that_never_ticked_wrote_nothing_and_nothing_is_written_after_it(rig: Rig) -> None:
     supervisor = rig.supervisor()
     thread = threading.Thread(target=supervisor.run)
     thread.start()
@@ -96,11 +121,11 @@ def test_before_the_first_heartbeat_only_the_end_counts(rig: Rig) -> None:
     assert thread.is_alive()
     rig.process.kill()
     thread.join(5)
-    assert rig.block.report().verdict is Verdict.ENDED
+    assert rig.alive_when_safe == []
 
 
 @pytest.mark.parametrize("error", [DeviceError("no reply"), ConfigError("no bitfile"), OSError("no port")])
-def test_a_device_that_cannot_be_reached_is_tried_and_then_reported(rig: Rig, error: Exception) -> None:
+def test_a_device_that_cannot_be_reached_is_tried_again_and_never_called_safe(rig: Rig, error: Exception) -> None:
     tries = []
 
     def unreachable() -> None:
@@ -108,13 +133,67 @@ def test_a_device_that_cannot_be_reached_is_tried_and_then_reported(rig: Rig, er
         raise error
 
     rig.process.kill()
-    assert rig.supervisor(unreachable).run() is Verdict.ENDED
-    report = rig.block.report()
-    assert (report.failed, report.safe_ns, len(tries)) == (True, 0, ATTEMPTS)
+    report = rig.authority(unreachable).take_over(Verdict.ENDED, persistence_s=0.1)
+    assert (report.outcome, report.written_ns) == (Outcome.FAILED, 0)
+    assert len(tries) > 2
+    assert "NOT SAFE" in report.words
+    assert rig.block.best() == report
 
 
-def test_a_process_that_is_gone_cannot_be_watched(rig: Rig) -> None:
+def test_a_device_that_comes_back_is_made_safe(rig: Rig) -> None:
+    tries = []
+
+    def away_for_a_while() -> None:
+        tries.append(1)
+        if len(tries) < 4:
+            raise DeviceError("no reply")
+
+    rig.process.kill()
+    assert rig.authority(away_for_a_while).take_over(Verdict.ENDED).outcome is Outcome.SEEN
+    assert len(tries) == 4
+
+
+def test_what_the_device_does_not_hold_is_written_again(rig: Rig) -> None:
+    rig.held = [False, False, True]
+    rig.process.kill()
+    assert rig.authority().take_over(Verdict.ENDED).outcome is Outcome.SEEN
+    assert len(rig.alive_when_safe) == 3
+
+
+def test_a_device_that_cannot_be_read_back_is_said_to_be_written_not_confirmed(rig: Rig) -> None:
+    rig.held = [None]
+    rig.process.kill()
+    report = rig.authority().take_over(Verdict.ENDED)
+    assert (report.outcome, report.confirmed_ns) == (Outcome.WRITTEN, 0)
+    assert report.words == "safe state written by the supervisor, not confirmed: the device has not been read back"
+
+
+def test_a_plant_in_the_loop_s_process_ends_with_it(rig: Rig) -> None:
+    rig.process.send_signal(signal.SIGSTOP)
+    authority = SafeStateAuthority(Writer.CONTROL, rig.block, rig.ring, rig.loop, None)
+    assert authority.take_over(Verdict.SILENT).outcome is Outcome.ENDED
+    assert rig.process.wait(5) == -signal.SIGKILL
+
+
+def test_the_guardian_writes_nothing_when_somebody_else_made_it_safe(rig: Rig) -> None:
+    rig.writer.beat()
     rig.process.kill()
     rig.process.wait()
-    with pytest.raises(ProcessLookupError):
-        rig.supervisor()
+    rig.block.tell(SafeReport(Writer.SUPERVISOR, Verdict.ENDED, Outcome.SEEN, 1, 1, 2, 3))
+    assert rig.supervisor(Writer.GUARDIAN, grace_ns=10**9).run() is Verdict.ENDED
+    assert rig.alive_when_safe == []
+
+
+def test_the_guardian_writes_when_nobody_else_did_within_its_grace(rig: Rig) -> None:
+    rig.writer.beat()
+    rig.process.kill()
+    rig.block.tell(SafeReport(Writer.SUPERVISOR, Verdict.ENDED, Outcome.FAILED, 1))
+    assert rig.supervisor(Writer.GUARDIAN, grace_ns=50_000_000).run() is Verdict.ENDED
+    assert rig.block.best().writer is Writer.GUARDIAN
+    assert rig.alive_when_safe == [False]
+
+
+def test_a_process_that_is_gone_already_is_gone(rig: Rig) -> None:
+    rig.process.kill()
+    rig.process.wait()
+    assert WatchedProcess(rig.process.pid).gone_within(0.0)

@@ -1,0 +1,278 @@
+"""The safe state as something that somebody writes, looks at and answers for: the one way in which a lost loop is followed up.
+
+Supervisor, control process and guardian all stand on `SafeStateAuthority`, which ends the loop, writes when nobody else can write
+any more, reads back where the device can tell, and repeats until that is so. What came of it is a `SafeReport` in memory that they
+share: nobody says "safe" who has not seen it there.
+"""
+
+import contextlib
+import os
+import select
+import signal
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from enum import IntEnum
+from pathlib import Path
+from typing import Final, Self
+
+from rig.realtime.ring import Ring
+from rig.realtime.shared import HEADER_WORDS, SharedBlock
+
+GONE_PATIENCE_S: Final = 0.5
+"""A killed process is gone within milliseconds, unless it waits inside the kernel."""
+RETRY_S: Final = 0.02
+_PERSISTENCE_S: Final = 10.0
+_LOOKS: Final = 5
+"""Attempts to read back what was written; then "written" is all that can be said."""
+
+
+class Writer(IntEnum):
+    """Who can bring the device to its safe state, in the order in which they do it."""
+
+    NOBODY = 0
+    LOOP = 1
+    SUPERVISOR = 2
+    CONTROL = 3
+    """The process that commands: the daemon, or `pamrig run`."""
+    GUARDIAN = 4
+
+
+class Verdict(IntEnum):
+    """How the loop was found."""
+
+    WATCHING = 0
+    ENDED = 1
+    """The loop's process has ended, by itself or killed."""
+    SILENT = 2
+    """The process was there, but its heartbeat was not: stopped or hanging."""
+
+
+class Outcome(IntEnum):
+    """What is known of the safe state; of two the greater is the better."""
+
+    UNKNOWN = 0
+    FAILED = 1
+    """The device could not be reached, or holds something else."""
+    WRITTEN = 2
+    """The device took it; it was not read back."""
+    SEEN = 3
+    """Read back from the device when nobody else could write any more."""
+    ENDED = 4
+    """A modelled plant in the loop's own process ended with it: there is nothing under pressure."""
+
+
+@dataclass(frozen=True)
+class SafeReport:
+    """What one writer saw and did; times are of the monotonic clock in ns, 0: not yet."""
+
+    writer: Writer = Writer.NOBODY
+    verdict: Verdict = Verdict.WATCHING
+    outcome: Outcome = Outcome.UNKNOWN
+    seen_ns: int = 0
+    """When the loss was seen."""
+    last_beat_ns: int = 0
+    """The loop's last heartbeat before it."""
+    written_ns: int = 0
+    """When the device had first taken the safe set-points."""
+    confirmed_ns: int = 0
+    """When they were last read back from it."""
+
+    @property
+    def safe(self) -> bool:
+        """The device took the safe state, whether or not it could be read back."""
+        return self.outcome >= Outcome.WRITTEN
+
+    @property
+    def words(self) -> str:
+        """For a person: what is known, and who says so."""
+        who = f"the {self.writer.name.lower()}" if self.writer else "nobody"
+        if self.outcome is Outcome.SEEN:
+            return f"safe state written by {who}, seen at the device"
+        if self.outcome is Outcome.WRITTEN:
+            return f"safe state written by {who}, not confirmed: the device has not been read back"
+        if self.outcome is Outcome.ENDED:
+            return "nothing is under pressure: the simulated plant ended with the loop's process"
+        if self.outcome is Outcome.FAILED:
+            return f"NOT SAFE as far as is known: {who} could not bring the device to its safe state; old set-points may stand"
+        return "nobody has reported the safe state yet; old set-points may stand"
+
+
+class SafeBlock:
+    """A slot for each writer in shared memory: its heartbeat and its report. A writer touches its own slot only."""
+
+    _SLOT: Final = 8
+    _BEAT, _VERDICT, _OUTCOME, _SEEN, _LAST_BEAT, _WRITTEN, _CONFIRMED, _TELLINGS = range(8)
+    _RELEASED = HEADER_WORDS + len(Writer) * _SLOT
+
+    def __init__(self, block: SharedBlock) -> None:
+        self.block = block
+        self._words = block.words
+
+    @classmethod
+    def create(cls, name: str, session: int) -> Self:
+        """A fresh block."""
+        return cls(SharedBlock.create(name, session, (len(Writer) * cls._SLOT + 1) * 8))
+
+    @classmethod
+    def attach(cls, path: Path, session: int) -> Self:
+        """The block of another process."""
+        return cls(SharedBlock.attach(path, session))
+
+    def beat_ns(self, writer: Writer) -> int:
+        """When that watcher last looked; 0 before it began."""
+        return self._words[self._at(writer) + self._BEAT]
+
+    def beat(self, writer: Writer) -> None:
+        """Say that this watcher lives."""
+        self._words[self._at(writer) + self._BEAT] = time.monotonic_ns()
+
+    @property
+    def released(self) -> bool:
+        """The loop's end is not to be followed up: whoever owned the rig has left it safe himself."""
+        return self._words[self._RELEASED] != 0
+
+    def release(self) -> None:
+        """Let the watchers go."""
+        self._words[self._RELEASED] = 1
+
+    def report(self, writer: Writer) -> SafeReport:
+        """What that writer told last."""
+        at = self._at(writer)
+        for _ in range(3):  # odd: it is being told
+            tellings = self._words[at + self._TELLINGS]
+            verdict, outcome, *times = (self._words[at + self._VERDICT + i] for i in range(6))
+            if tellings % 2 == 0 and tellings == self._words[at + self._TELLINGS]:
+                return SafeReport(writer, Verdict(verdict), Outcome(outcome), *times)
+        return SafeReport(writer)
+
+    def tell(self, report: SafeReport) -> None:
+        """Publish."""
+        at, words = self._at(report.writer), self._words
+        words[at + self._TELLINGS] += 1
+        told = (
+            report.verdict, report.outcome, report.seen_ns, report.last_beat_ns, report.written_ns, report.confirmed_ns,
+        )  # fmt: skip
+        for i, word in enumerate(told):
+            words[at + self._VERDICT + i] = int(word)
+        words[at + self._TELLINGS] += 1
+
+    def best(self, since_ns: int = 0) -> SafeReport:
+        """The report that knows most, of those of a loss seen at `since_ns` or later; of equal ones the earliest write."""
+        told = [report for writer in Writer if (report := self.report(writer)).outcome is not Outcome.UNKNOWN]
+        recent = [report for report in told if report.seen_ns >= since_ns]
+        return max(recent, key=lambda report: (report.outcome, -report.written_ns), default=SafeReport())
+
+    def _at(self, writer: Writer) -> int:
+        return HEADER_WORDS + writer * self._SLOT
+
+
+class WatchedProcess:
+    """A process by its descriptor: whether it is gone, and its end. A pid that is gone already is a process that is gone."""
+
+    def __init__(self, pid: int) -> None:
+        try:
+            self._descriptor: int | None = os.pidfd_open(pid)
+        except OSError:
+            self._descriptor = None
+
+    def gone_within(self, seconds: float) -> bool:
+        """Wait that long for its end."""
+        return self._descriptor is None or bool(select.select([self._descriptor], [], [], seconds)[0])
+
+    def kill(self) -> None:
+        """SIGKILL, which ends a stopped process too."""
+        if self._descriptor is not None:
+            with contextlib.suppress(OSError):
+                signal.pidfd_send_signal(self._descriptor, signal.SIGKILL)
+
+    def close(self) -> None:
+        """Let go of the descriptor."""
+        descriptor, self._descriptor = self._descriptor, None
+        if descriptor is not None:
+            os.close(descriptor)
+
+
+@dataclass(frozen=True)
+class SecondPath:
+    """A way to the device that does not need the loop."""
+
+    safe: Callable[[], None]
+    """Write the safe state; raises when the device could not be reached."""
+    holds_safe: Callable[[], bool | None] = lambda: None
+    """Whether it stands there by the device's own word; None when the device cannot tell."""
+
+    @classmethod
+    def of(cls, device: object) -> Self:
+        """The calls of a device of this process."""
+        return cls(device.safe, getattr(device, "holds_safe", lambda: None))  # type: ignore[attr-defined]
+
+
+def write_and_look(path: SecondPath) -> Outcome:
+    """One attempt. Whatever a driver raises is a failed attempt: others must follow."""
+    try:
+        path.safe()
+    except Exception:  # noqa: BLE001  # a bug of a driver must not be the end of the attempts
+        return Outcome.FAILED
+    return look(path)
+
+
+def look(path: SecondPath) -> Outcome:
+    """What the device says of a safe state that was just written."""
+    try:
+        held = path.holds_safe()
+    except Exception:  # noqa: BLE001  # as above
+        return Outcome.WRITTEN
+    return {True: Outcome.SEEN, False: Outcome.FAILED, None: Outcome.WRITTEN}[held]
+
+
+class SafeStateAuthority:
+    """Takes a lost loop's place as the one who writes: ends it, makes safe, looks, repeats."""
+
+    def __init__(self, writer: Writer, block: SafeBlock, ring: Ring, loop: WatchedProcess, path: SecondPath | None) -> None:
+        """Without a `path` the plant is in the loop's process, and all there is to do is to end it."""
+        self._writer, self._block, self._ring, self._loop, self._path = writer, block, ring, loop, path
+
+    def take_over(self, verdict: Verdict, persistence_s: float = _PERSISTENCE_S) -> SafeReport:
+        """Blocks until the safe state was seen at the device, or for `persistence_s`; each step is published as it is known.
+
+        The first write does not wait for the loop's end. A loop that is killed in the middle of a write may bring its old set-point
+        after it, so only a write after its end counts, and a stopped loop that somebody continues never writes again.
+        """
+        report = SafeReport(self._writer, verdict, seen_ns=time.monotonic_ns(), last_beat_ns=self._ring.heartbeat_ns)
+        deadline = time.monotonic() + persistence_s
+        self._loop.kill()
+        if not self._loop.gone_within(0.0):
+            report = self._told(report, min(self._attempt(), Outcome.WRITTEN))
+            self._wait_for_the_end()
+        attempts = 0
+        while True:
+            gone, outcome = self._loop.gone_within(0.0), self._attempt()
+            report = self._told(report, outcome if gone else min(outcome, Outcome.WRITTEN))
+            attempts += report.outcome is Outcome.WRITTEN
+            enough = report.outcome > Outcome.WRITTEN or (gone and attempts >= _LOOKS)
+            if enough or self._block.released or time.monotonic() > deadline:
+                return report
+            time.sleep(RETRY_S)
+
+    def _attempt(self) -> Outcome:
+        self._block.beat(self._writer)
+        if self._path is not None:
+            return write_and_look(self._path)
+        return Outcome.ENDED if self._loop.gone_within(0.0) else Outcome.FAILED
+
+    def _wait_for_the_end(self) -> None:
+        deadline = time.monotonic() + GONE_PATIENCE_S
+        while not self._loop.gone_within(RETRY_S) and time.monotonic() < deadline:
+            self._block.beat(self._writer)
+
+    def _told(self, report: SafeReport, outcome: Outcome) -> SafeReport:
+        now_ns = time.monotonic_ns()
+        report = replace(
+            report,
+            outcome=outcome,
+            written_ns=report.written_ns or (now_ns if outcome >= Outcome.WRITTEN else 0),
+            confirmed_ns=now_ns if outcome is Outcome.SEEN else report.confirmed_ns,
+        )
+        self._block.tell(report)
+        return report

@@ -1,0 +1,133 @@
+"""The processes above the one that writes set-points: supervisor and guardian, their start, their life, their end.
+
+Whoever writes set-points has them: the loop of a session, and the process of a command that holds a rig while somebody types.
+"""
+
+import multiprocessing
+import os
+import signal
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+from typing import Any, Final
+
+from rig.errors import ConfigError, DeviceError, RigError
+from rig.realtime.ring import Ring
+from rig.realtime.safe_state import SafeBlock, Writer
+from rig.service.processes import start_process
+
+WATCHER_PATIENCE_S: Final = 0.3
+"""A watcher that has not looked for this long is stopped."""
+_START_PATIENCE_S: Final = 30.0
+_END_PATIENCE_S: Final = 5.0
+
+
+@dataclass(frozen=True)
+class WatcherOrders:
+    """What a watcher's process is told; everything in it can be pickled."""
+
+    writer: Writer
+    session: int
+    ring: Path
+    block: Path
+    pid: int
+    """The process that writes set-points."""
+    rig: Any
+    """A RigConfig; the roof knows what to do with it."""
+    options: Mapping[str, Any]
+    patience_ns: int | None = None
+    """Silence after which the process is taken for stopped; None: by the rig's limits."""
+    speaks: bool = False
+    """Say on stderr what was done, for a command whose own process is ended by it."""
+
+
+WatcherEntry = Callable[[WatcherOrders, Connection], None]
+
+
+class Watchers:
+    """Supervisor and guardian of one process."""
+
+    def __init__(self, session: int, ring: Ring, rig: Any, options: Mapping[str, Any]) -> None:
+        self.block = SafeBlock.create(f"{session:016x}-safe", session)
+        self.processes: dict[Writer, BaseProcess] = {}
+        self._session, self._ring, self._rig, self._options = session, ring, rig, options
+        self._context = multiprocessing.get_context("spawn")
+        self._pipes: dict[Writer, Connection] = {}
+
+    def start(
+        self, entry: WatcherEntry, pid: int, writers: tuple[Writer, ...], patience_ns: int | None = None, speak: bool = False
+    ) -> None:
+        """Start watching `pid`; `await_ready` must follow."""
+        for writer in writers:
+            ours, theirs = self._context.Pipe()
+            orders = WatcherOrders(
+                writer, self._session, self._ring.block.path, self.block.block.path, pid, self._rig, self._options,
+                patience_ns, speak and writer is Writer.SUPERVISOR,
+            )  # fmt: skip
+            process = self._context.Process(
+                target=entry, args=(orders, theirs), name=f"pamrig-{writer.name.lower()}", daemon=False
+            )
+            start_process(process)
+            theirs.close()
+            self.processes[writer], self._pipes[writer] = process, ours
+
+    def await_ready(self, meanwhile: Callable[[], None] = lambda: None) -> dict[str, dict[str, Any]]:
+        """Name -> the real-time measures of each, when all of them watch; RigError when one does not come so far."""
+        ready = {}
+        for writer, pipe in self._pipes.items():
+            ready[writer.name.lower()] = await_ready(pipe, writer.name.lower(), meanwhile)
+            pipe.close()
+        self._pipes.clear()
+        return ready
+
+    def trouble(self) -> str:
+        """Why the watchers cannot all be relied on; empty while they can."""
+        return next((said for writer in self.processes if (said := self._trouble_of(writer))), "")
+
+    def works(self, writer: Writer) -> bool:
+        """That watcher is there and looks."""
+        return writer in self.processes and not self._trouble_of(writer)
+
+    def _trouble_of(self, writer: Writer) -> str:
+        name = writer.name.lower()
+        if not self.processes[writer].is_alive():
+            return f"the {name}'s process is gone"
+        beat_ns = self.block.beat_ns(writer)
+        silent_s = (time.monotonic_ns() - beat_ns) / 1e9
+        return f"the {name} has not moved for {silent_s:.1f} s" if beat_ns and silent_s > WATCHER_PATIENCE_S else ""
+
+    def wake(self) -> None:
+        """Let those go on that somebody stopped, so that they come to a proper end."""
+        for process in self.processes.values():
+            if process.is_alive() and process.pid is not None:
+                os.kill(process.pid, signal.SIGCONT)
+
+    def end(self) -> None:
+        """They end by themselves when they have seen their process end, or when released; one that does not is of no use any more."""
+        for process in self.processes.values():
+            process.join(_END_PATIENCE_S)
+            if process.is_alive():
+                process.kill()
+                process.join()
+        for pipe in self._pipes.values():
+            pipe.close()
+        self.block.block.unlink()
+
+
+def await_ready(pipe: Connection, who: str, meanwhile: Callable[[], None] = lambda: None) -> dict[str, Any]:
+    """What a process says when it is ready, or the error that it met instead."""
+    deadline = time.monotonic() + _START_PATIENCE_S
+    while time.monotonic() < deadline:
+        meanwhile()
+        try:
+            if pipe.poll(0.1):
+                kind, said = pipe.recv()
+                if kind == "ready":
+                    return dict(said)
+                raise {"device": DeviceError, "config": ConfigError}.get(kind, RigError)(said)
+        except EOFError:
+            break
+    raise RigError(f"the {who}'s process ended before it was ready; run `pamrig devices probe` to see the device's answer")
