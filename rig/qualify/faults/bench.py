@@ -48,6 +48,9 @@ records: [{sine: {frequency_hz: 0.5, amplitude_mpa: 0.2}}]
 """
 
 
+_NAMES: Final = ("loop", "recorder", "supervisor", "guardian")
+
+
 class Spoilt(RigError):
     """Something else than the injected fault stopped the rig, such as a machine that stood still: try again."""
 
@@ -141,6 +144,32 @@ class FaultBench:
         """Pid of one of its processes."""
         return int(self.status()["processes"][process]["pid"])
 
+    def pids(self) -> dict[str, int]:
+        """Pids of its processes by name, as the kernel has them."""
+        found = {"control": self.daemon_pid}
+        for child in _children(self.daemon_pid):
+            with contextlib.suppress(OSError):
+                name = Path(f"/proc/{child}/comm").read_text(encoding="ascii").strip()
+                found |= {known: child for known in _NAMES if name == f"pamrig-{known}"[:15]}
+        return found
+
+    def revive(self) -> None:
+        """Let a stopped control process go on; nothing where it is gone."""
+        if self._daemon is not None and self.alive:
+            self._daemon.send_signal(signal.SIGCONT)
+
+    def said_of_safe(self, patience_s: float) -> str:
+        """The status' words on a safe state that it calls safe, which is checked against the valves; RigError when it never does."""
+
+        def confirmed() -> dict[str, Any] | None:
+            shown = self.status()["safe_state"]
+            if shown and shown["safe"] and not self.is_safe:
+                raise RigError(f"the status says {shown['words']!r}, but at the valves stands {self.terminals.setpoints}")
+            return dict(shown) if shown and shown["safe"] else None
+
+        shown = self.wait(confirmed, "the status to say that the rig is safe", patience_s)
+        return str(shown["words"]) if shown else ""
+
     def ready(self) -> None:
         """Into the middle of a sweep: start, reset, arm, start the sweep, as far as needed."""
         self.terminals.inject(Injection.NONE)
@@ -186,10 +215,10 @@ class FaultBench:
         status = client.status()
         if status["fault"]:
             raise Spoilt(str(status["fault"]))
-        return status["loop"]["phase"] == "sweep" and not self._safe
+        return status["loop"]["phase"] == "sweep" and not self.is_safe
 
     @property
-    def _safe(self) -> bool:
+    def is_safe(self) -> bool:
         """The safe set-points stand at the valves, as exactly as a converter can put them there."""
         there = self.terminals.setpoints
         return all(abs(p - safe) < _COUNT_MPA for p, safe in zip(there, SAFE_MPA, strict=True))
@@ -209,7 +238,7 @@ class FaultBench:
     def ms_to_safe(self, since_ns: int, patience_s: float = 5.0) -> float:
         """Milliseconds from `since_ns` until the safe set-points stood at the terminals, where they must stay."""
         deadline = time.monotonic() + patience_s
-        while not self._safe:
+        while not self.is_safe:
             if time.monotonic() > deadline:
                 raise RigError(
                     f"the safe set-points did not reach the valves within {patience_s:g} s; there: {self.terminals.setpoints}"
@@ -218,7 +247,7 @@ class FaultBench:
         reached_ns = self.terminals.changed_ns
         settled = time.monotonic() + 0.05
         while time.monotonic() < settled:
-            if not self._safe:
+            if not self.is_safe:
                 return self.ms_to_safe(since_ns, patience_s)  # somebody wrote after it: that does not count
             time.sleep(_LOOK_S)
         if reached_ns < since_ns:
@@ -236,3 +265,9 @@ class FaultBench:
         now_ns = time.monotonic_ns()
         os.kill(pid, number)
         return now_ns
+
+
+def _children(pid: int) -> list[int]:
+    """Pids of the processes that a process started, from any of its threads."""
+    tasks = Path(f"/proc/{pid}/task").glob("*/children")
+    return [int(child) for task in tasks for child in task.read_text(encoding="ascii").split()]
