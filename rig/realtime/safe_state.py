@@ -38,6 +38,15 @@ class Writer(IntEnum):
     GUARDIAN = 4
 
 
+_NAMES: Final = {
+    Writer.NOBODY: "nobody",
+    Writer.LOOP: "the loop",
+    Writer.SUPERVISOR: "the supervisor",
+    Writer.CONTROL: "the commanding process",
+    Writer.GUARDIAN: "the guardian",
+}
+
+
 class Verdict(IntEnum):
     """How the loop was found."""
 
@@ -86,7 +95,7 @@ class SafeReport:
     @property
     def words(self) -> str:
         """For a person: what is known, and who says so."""
-        who = f"the {self.writer.name.lower()}" if self.writer else "nobody"
+        who = _NAMES[self.writer]
         if self.outcome is Outcome.SEEN:
             return f"safe state written by {who}, seen at the device"
         if self.outcome is Outcome.WRITTEN:

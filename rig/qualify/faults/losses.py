@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from rig.cli.fault_bench import FaultBench, Spoilt
 from rig.errors import RigError
+from rig.qualify.faults.bench import FaultBench, Spoilt
 
 PROCESSES: Final = ("loop", "recorder", "supervisor", "control")
 _SIGNALS: Final = (signal.SIGKILL, signal.SIGSTOP)

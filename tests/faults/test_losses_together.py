@@ -1,0 +1,45 @@
+"""Several processes lost together, by a fixed seed: the rig is safe, stays safe, and nobody says more than is so.
+
+`pamrig faults --together` carries out hundreds of them.
+"""
+
+import random
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from rig.qualify.faults.bench import FaultBench
+from rig.qualify.faults.losses import PROCESSES, draw, trials
+from rig.qualify.faults.modbus import ModbusFaultBench
+
+pytestmark = pytest.mark.xdist_group("real processes")
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FaultBench]:
+    with FaultBench(Path(tmp_path_factory.mktemp("losses"))) as bench:
+        yield bench
+
+
+@pytest.fixture(scope="module")
+def modbus(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ModbusFaultBench]:
+    with ModbusFaultBench(Path(tmp_path_factory.mktemp("modbus_losses"))) as bench:
+        yield bench
+
+
+def test_pairs_and_triples_on_the_simulated_rig(bench: FaultBench) -> None:
+    assert [f"{trial}: {trial.problem}" for trial in trials(bench, 8, seed=3) if trial.problem] == []
+
+
+def test_pairs_and_triples_over_modbus(modbus: ModbusFaultBench) -> None:
+    assert [f"{trial}: {trial.problem}" for trial in trials(modbus, 4, seed=4) if trial.problem] == []
+
+
+def test_every_pair_and_triple_is_drawn_by_both_signals() -> None:
+    drawn = [draw(random.Random(f"{seed}")) for seed in range(2000)]
+    assert {frozenset(blow.process for blow in blows) for blows in drawn if len(blows) == 3} == {
+        frozenset(PROCESSES) - {left} for left in PROCESSES
+    }
+    assert len({tuple((blow.process, blow.number) for blow in blows) for blows in drawn if len(blows) == 2}) == 12 * 4
+    assert all(blows[0].after_s == 0.0 and all(0.0 <= blow.after_s <= 0.5 for blow in blows) for blows in drawn)
