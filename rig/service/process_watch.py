@@ -22,6 +22,7 @@ from rig.realtime.safe_state import (
     Verdict,
     WatchedProcess,
     Writer,
+    look,
 )
 from rig.service.processes import is_stopped
 from rig.service.watchers import Watchers
@@ -37,6 +38,8 @@ _GRACE_S: Final = 0.1
 """What a supervisor that works has for the safe state of a loop that is gone."""
 RECORDER_STOPPED_S: Final = 0.2
 _POLL_S: Final = 0.002
+_LOOK_NS: Final = 200_000_000
+"""Between looks at the device for a loop that cannot read back."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +67,7 @@ class ProcessWatch:
         self._patience_ns = max(round(patience_s * 1e9), _PATIENCE_PERIODS * period_ns)
         self._recorder_seen = (0, time.monotonic())
         self._looked_ns = time.monotonic_ns()
-        self._demanded_ns = self._gone_ns = 0
+        self._demanded_ns = self._gone_ns = self._seen_ns = self._asked_ns = 0
         self._loss: Loss | None = None
         self._thread: threading.Thread | None = None
         self._hands = threading.Lock()
@@ -145,13 +148,9 @@ class ProcessWatch:
             return self._watchers.block.best()
         if not ring.safe_ns:
             return SafeReport()
-        seen = ring.safe_seen_ns >= ring.safe_ns
-        return SafeReport(
-            Writer.LOOP,
-            outcome=Outcome.SEEN if seen else Outcome.WRITTEN,
-            written_ns=ring.safe_ns,
-            confirmed_ns=ring.safe_seen_ns,
-        )
+        seen_ns = max(ring.safe_seen_ns, self._seen_ns)
+        outcome = Outcome.SEEN if seen_ns >= ring.safe_ns else Outcome.WRITTEN
+        return SafeReport(Writer.LOOP, outcome=outcome, written_ns=ring.safe_ns, confirmed_ns=seen_ns)
 
     @property
     def _by_loop(self) -> bool:
@@ -167,10 +166,30 @@ class ProcessWatch:
         """Take over where nobody else has made the rig safe; goes on in a thread of its own."""
         verdict = self._needed()
         self._looked_ns = time.monotonic_ns()
-        if verdict is Verdict.WATCHING or (self._thread is not None and self._thread.is_alive()):
+        if self._thread is not None and self._thread.is_alive():
             return
-        self._thread = threading.Thread(target=self._take_over, args=(verdict,), name="safe-state", daemon=True)
+        if verdict is not Verdict.WATCHING:
+            self._begin(self._take_over, verdict)
+        elif self._unseen():
+            self._begin(self._see_for_the_loop)
+
+    def _begin(self, work: Callable[..., None], *given: Verdict) -> None:
+        self._thread = threading.Thread(target=work, args=given, name="safe-state", daemon=True)
         self._thread.start()
+
+    def _unseen(self) -> bool:
+        """After a fault the loop wrote the safe state, and cannot read it back by itself."""
+        report, latest = self.safe, self._ring.latest()
+        if report.writer is not Writer.LOOP or report.outcome is not Outcome.WRITTEN or latest is None or not latest.fault:
+            return False
+        return self._second_path is not None and time.monotonic_ns() - max(report.written_ns, self._asked_ns) > _LOOK_NS
+
+    def _see_for_the_loop(self) -> None:
+        """By this process's own way to the device, which reads and writes nothing."""
+        written_ns, self._asked_ns = self._ring.safe_ns, time.monotonic_ns()
+        path = self._second_path() if self._second_path is not None else None
+        if path is not None and look(path) is Outcome.SEEN and self._ring.safe_ns == written_ns:
+            self._seen_ns = time.monotonic_ns()
 
     def _needed(self) -> Verdict:
         """How this process has to take over; WATCHING: it has not."""

@@ -17,6 +17,7 @@ from rig.realtime.commands import Mailbox
 from rig.realtime.faults import Fault
 from rig.realtime.ring import Ring, RingWriter
 from rig.realtime.safe_state import Outcome, SafeBlock, SafeReport, SecondPath, Verdict, Writer
+from rig.sample import Sample
 from rig.service.keeper import Keeper
 from rig.service.process_watch import LOOP_PATIENCE_S, Loss, ProcessWatch
 from rig.service.protocol import Refused
@@ -176,7 +177,24 @@ def test_an_emergency_stop_that_the_device_did_not_take_is_refused(bench: Bench,
     bench.loop.send(signal.SIGSTOP)
     keeper = Keeper(cast(Any, None))
     keeper.session = cast(Any, SimpleNamespace(watch=bench.watch()))
-    with pytest.raises(Refused, match="emergency stop not carried out: NOT SAFE as far as is known: the commanding process could not"):
+    with pytest.raises(
+        Refused, match="emergency stop not carried out: NOT SAFE as far as is known: the commanding process could not"
+    ):
         asyncio.run(keeper.estop())
     bench.unreachable = False
     assert asyncio.run(keeper.estop()).writer is Writer.CONTROL
+
+
+def test_what_the_loop_wrote_and_cannot_read_back_is_looked_at_from_here(bench: Bench) -> None:
+    watch = bench.watch()
+    bench.writer.put(Sample(**dict.fromkeys(Sample._fields, 0))._replace(fault=Fault.ESTOP))  # type: ignore[arg-type]
+    bench.ring.recorded = bench.ring.head
+    bench.writer.made_safe()
+
+    def seen() -> bool:
+        bench.writer.beat()
+        return watch.safe.outcome is Outcome.SEEN
+
+    until(watch, seen)
+    assert watch.safe.writer is Writer.LOOP
+    assert bench.wrote_while_alive == []
