@@ -4,6 +4,7 @@ One watch for all who have a session: the daemon, `pamrig run` and `pamrig repla
 supervisor, this process, the guardian, the device's own watchdog.
 """
 
+import math
 import threading
 import time
 from collections.abc import Callable
@@ -31,8 +32,6 @@ LOOP_PATIENCE_S: Final = 0.1
 """Silence of a loop, or of one that was told to make safe, that the supervisor has not ended before: it is lost too."""
 _UNWATCHED_PATIENCE_S: Final = 1.0
 """Without a supervisor the plant ends with the loop, and there is no hurry."""
-_VIRTUAL_PATIENCE_S: Final = 10.0
-"""A loop in virtual time waits for its recorder."""
 _PATIENCE_PERIODS: Final = 6
 _GRACE_S: Final = 0.1
 """What a supervisor that works has for the safe state of a loop that is gone."""
@@ -58,13 +57,13 @@ class ProcessWatch:
 
     def __init__(
         self, ring: Ring, mailbox: Mailbox, watchers: Watchers, loop: BaseProcess, recorder: BaseProcess, *,
-        second_path: PathMaker | None, period_ns: int, virtual: bool = False,
+        second_path: PathMaker | None, period_ns: int, timed: bool = True,
     ) -> None:  # fmt: skip
-        """Without a `second_path` the plant lives in the loop's process and ends with it."""
+        """Without a `second_path` the plant lives in the loop's process and ends with it; one that is not `timed` is never late."""
         self._ring, self._mailbox, self._watchers, self._loop, self._recorder = ring, mailbox, watchers, loop, recorder
-        self._second_path, self._period_ns, self._virtual = second_path, period_ns, virtual
-        patience_s = _VIRTUAL_PATIENCE_S if virtual else LOOP_PATIENCE_S if watchers.processes else _UNWATCHED_PATIENCE_S
-        self._patience_ns = max(round(patience_s * 1e9), _PATIENCE_PERIODS * period_ns)
+        self._second_path, self._period_ns = second_path, period_ns
+        patience_s = LOOP_PATIENCE_S if watchers.processes else _UNWATCHED_PATIENCE_S
+        self._patience_ns = max(patience_s * 1e9, _PATIENCE_PERIODS * period_ns) if timed else math.inf
         self._recorder_seen = (0, time.monotonic())
         self._looked_ns = time.monotonic_ns()
         self._demanded_ns = self._gone_ns = self._seen_ns = self._asked_ns = 0
@@ -101,7 +100,7 @@ class ProcessWatch:
     def _silent(self) -> bool:
         """The loop does not beat, and not because the machine stood still: then this process did not look either."""
         now_ns, beat_ns = time.monotonic_ns(), self._ring.heartbeat_ns
-        if self._virtual or not beat_ns or now_ns - self._looked_ns > self._patience_ns:
+        if not beat_ns or now_ns - self._looked_ns > self._patience_ns:
             return False
         return now_ns - beat_ns > self._patience_ns
 
