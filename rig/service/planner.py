@@ -26,7 +26,7 @@ from rig.excite.experiment import MOST_SWEEP_BYTES, RunPlan, expand, load_sweep
 from rig.realtime.commands import program_name
 from rig.rig_config import RigConfig
 from rig.service.orders import program_of
-from rig.service.session import start_process
+from rig.service.processes import start_process
 
 PATIENCE_S: Final = 60.0
 """For one sweep; a day of set-points takes about half of it."""
