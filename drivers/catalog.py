@@ -1,13 +1,15 @@
 """The drivers by name: kind -> where its class lives, imported when a rig asks for it.
 
 A driver's class has `Settings` (a dataclass, see rig.config) and is made by `Class(settings, context)`; making one touches no
-hardware. Stand-ins live in `hil` and are not listed here.
+hardware. Stand-ins live in `hil` and are not listed here. Other packages register theirs in the group `pamrig.devices` of Python's
+entry points (docs/how-to/add_a_device.md).
 """
 
 import importlib
 from dataclasses import dataclass
 from typing import Any, Final, Protocol, cast
 
+from rig import plugins
 from rig.config import suggest
 from rig.errors import ConfigError
 from rig.interfaces import Device, DeviceContext
@@ -18,6 +20,11 @@ KINDS: Final[dict[str, str]] = {
     "modbus_io": "drivers.modbus_io.device:ModbusIo",
 }
 """Kind, as it stands in a rig's YAML -> 'module:Class'."""
+
+
+def kinds() -> list[str]:
+    """Every kind that can be made: our own, then those of other packages."""
+    return [*KINDS, *(kind for kind in plugins.names(plugins.DEVICES) if kind not in KINDS)]
 
 
 class Driver(Protocol):
@@ -44,8 +51,10 @@ class Entry:
 
 def entry(kind: str, where: str = "the rig's config") -> Entry:
     """The driver called `kind`; ConfigError when there is none, or when its vendor's package is missing."""
+    if kind not in KINDS and kind in plugins.names(plugins.DEVICES):
+        return Entry(kind, cast(Driver, plugins.load(plugins.DEVICES, kind)))
     if kind not in KINDS:
-        raise ConfigError(f"{where}: unknown kind of device {kind!r}; {suggest(kind, list(KINDS))}")
+        raise ConfigError(f"{where}: unknown kind of device {kind!r}; {suggest(kind, kinds())}")
     module, _, name = KINDS[kind].partition(":")
     try:
         return Entry(kind, cast(Driver, getattr(importlib.import_module(module), name)))

@@ -76,8 +76,8 @@ def device_class(kind: str, where: str) -> Any:
         return getattr(importlib.import_module(module), name)
     from drivers import catalog
 
-    if kind not in catalog.KINDS:
-        raise ConfigError(f"{where}: unknown kind of device {kind!r}; {suggest(kind, [*STAND_INS, *catalog.KINDS])}")
+    if kind not in catalog.KINDS and kind not in catalog.kinds():
+        raise ConfigError(f"{where}: unknown kind of device {kind!r}; {suggest(kind, [*STAND_INS, *catalog.kinds()])}")
     return catalog.entry(kind, where).driver
 
 

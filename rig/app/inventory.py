@@ -9,7 +9,7 @@ from rich.markup import escape
 from rich.table import Column, Table
 
 from drivers.calibration import Calibration, Potentiometer, complaint, parse_all
-from drivers.catalog import KINDS
+from drivers.catalog import kinds
 from drivers.fitting import summary
 from rig.app import compose
 from rig.errors import RigError
@@ -26,7 +26,7 @@ def warnings(rig: RigConfig, today: datetime.date | None = None) -> list[str]:
     """A line for every role of real hardware whose calibration is missing or old."""
     found = calibrations(rig)
     today = today or datetime.datetime.now().astimezone().date()
-    real = [role for entry in rig.devices if entry.kind in KINDS for role in sorted(entry.roles)]
+    real = [role for entry in rig.devices if entry.kind not in compose.STAND_INS for role in sorted(entry.roles)]
     lines = []
     for role in real:
         line = (
@@ -57,7 +57,7 @@ def inventory(rig: RigConfig) -> dict[str, Any]:
         "period_ms": rig.period_ns / 1e6,
         "devices": rows,
         "calibration": summary(calibrations(rig)),
-        "kinds": sorted([*KINDS, *compose.STAND_INS]),
+        "kinds": sorted([*kinds(), *compose.STAND_INS]),
         "warnings": warnings(rig),
     }
 

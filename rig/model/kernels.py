@@ -30,20 +30,16 @@ DIVERGED_DEG = 1e4
 def compiled(function: StageFunction | FunctionType) -> Any:
     """The stage compiled for numpy columns; the machine code is kept beside the source between runs of the program.
 
-    numba calls only what is compiled itself: the functions of `rig.model` that this one names are compiled with it.
+    numba calls only what is compiled itself: the functions that this one names are compiled with it.
     """
     plain = cast(FunctionType, function)
     named = {name: plain.__globals__.get(name) for name in plain.__code__.co_names}
-    called = {name: compiled(helper) for name, helper in named.items() if _ours(helper)}
+    called = {name: compiled(helper) for name, helper in named.items() if isinstance(helper, FunctionType)}
     if called:
         copy = FunctionType(plain.__code__, plain.__globals__ | called, plain.__name__, plain.__defaults__)
         copy.__qualname__, copy.__module__ = plain.__qualname__, plain.__module__
         plain = copy
     return numba.njit(cache=True, nogil=True)(plain)
-
-
-def _ours(helper: object) -> bool:
-    return isinstance(helper, FunctionType) and helper.__module__.startswith("rig.model.")
 
 
 def drive(p1_mpa: Column, p2_mpa: Column, p0_mpa: float, exponent: float) -> Column:

@@ -3,6 +3,22 @@
 The chain lays the stages into its slots; what an effect looks like and what it is mistaken for is written in `rig.gap.effects`.
 """
 
-from rig.model.effect_stages.table import EFFECT_STAGES, EffectParameter, EffectStage
+from collections.abc import Mapping
+from typing import Any, Final
+
+from rig import plugins
+from rig.errors import ConfigError
+from rig.model.effect_stages.table import OWN_STAGES, EffectParameter, EffectStage
+
+
+def _stage_of(key: str, module: Any) -> EffectStage:
+    stage = getattr(module, "STAGE", None)
+    if not isinstance(stage, EffectStage):
+        raise ConfigError(f"effect {key}: its module has no STAGE of the type rig.model.effect_stages.EffectStage")
+    return stage
+
+
+EFFECT_STAGES: Final[Mapping[str, EffectStage]] = plugins.Registered(OWN_STAGES, plugins.EFFECTS, _stage_of)
+"""Key -> stage, of pamrig and of what is installed beside it."""
 
 __all__ = ["EFFECT_STAGES", "EffectParameter", "EffectStage"]

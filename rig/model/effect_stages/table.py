@@ -92,7 +92,7 @@ def _balanced(effect: str, size: str) -> EffectStage:
     return EffectStage(effect, "joint", Slot.JOINT, joint.balance_again, STATE_SIZE, _BALANCED, size)
 
 
-EFFECT_STAGES: dict[str, EffectStage] = {
+OWN_STAGES: dict[str, EffectStage] = {
     "delay": _entry("delay", "timing", timing.delay, timing.PACE_STATE, _P("delay_s", "s", 0.0, 1.0, 0.0, "dead time")),
     "clock_drift": _entry(
         "clock_drift",

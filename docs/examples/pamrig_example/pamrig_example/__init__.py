@@ -1,0 +1,1 @@
+"""A device and an effect that pamrig finds by their entry points."""
