@@ -1,0 +1,82 @@
+"""One channel group's Gaussian likelihood: lines with a variance each, and patterns whose sizes are unsure.
+
+r ~ N(0, V + P P'), V diagonal, P (l, m) patterns at one standard deviation. Everything is one Woodbury solve in m dimensions.
+The level of V is itself known with `degrees` of freedom only, so tails are a t distribution's.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+from scipy.special import gammaln
+
+from rig.log.record import Column
+
+
+@dataclass(frozen=True)
+class Gaussian:
+    """What is expected of a residual when nothing is wrong."""
+
+    variance: Column
+    """(l,) of each line."""
+    patterns: Column
+    """(l, m) what may differ without being a gap, at one standard deviation."""
+    effective: float
+    """How many independent lines there are: neighbours and records share their causes."""
+    degrees: float
+    """Degrees of freedom with which the level of the variance is known."""
+
+    @cached_property
+    def _scale(self) -> Column:
+        """1 / standard deviation of each line, as if there were `effective` lines."""
+        return np.sqrt(self.effective / (len(self.variance) * self.variance))
+
+    @cached_property
+    def _weighed(self) -> Column:
+        return np.ascontiguousarray(self.patterns * self._scale[:, None])
+
+    @cached_property
+    def _factor(self) -> tuple[Column, bool]:
+        gram = self._weighed.T @ self._weighed
+        found: tuple[Column, bool] = cho_factor(gram + np.eye(gram.shape[0]))
+        return found
+
+    @cached_property
+    def log_spread(self) -> float:
+        """Half the log determinant of the covariance, against lines of variance 1."""
+        share = self.effective / len(self.variance)
+        return float(np.sum(np.log(np.diag(self._factor[0]))) + 0.5 * share * np.sum(np.log(self.variance)))
+
+    def sizes(self, residual: Column) -> Column:
+        """(m,) the patterns' likeliest sizes in a residual (l,), in standard deviations."""
+        out: Column = cho_solve(self._factor, self._weighed.T @ (residual * self._scale))
+        return out
+
+    def weigh(self, residual: Column) -> Column:
+        """(l + m,) whose sum of squares is the residual's chi-square: what is left beside the patterns, then their sizes."""
+        scaled = residual * self._scale
+        sizes = cho_solve(self._factor, self._weighed.T @ scaled)
+        return np.concatenate([scaled - self._weighed @ sizes, sizes])
+
+    def chi_square(self, residual: Column) -> float:
+        """r' (V + P P')^-1 r."""
+        scaled = residual * self._scale
+        pull = self._weighed.T @ scaled
+        return float(scaled @ scaled - pull @ cho_solve(self._factor, pull))
+
+    def log_density(self, residual: Column) -> float:
+        """ln p(residual) but for a constant: a t density of `effective` dimensions and `degrees` degrees of freedom."""
+        n, nu = self.effective, self.degrees
+        chi = self.chi_square(residual)
+        return float(
+            gammaln(0.5 * (nu + n)) - gammaln(0.5 * nu) - 0.5 * n * np.log(nu) - 0.5 * (nu + n) * np.log1p(chi / nu) - self.log_spread
+        )
+
+    def with_patterns(self, more: Column) -> "Gaussian":
+        """The same with further patterns (l, k)."""
+        return replace(self, patterns=np.hstack([self.patterns, more]))
+
+    def with_variance(self, more: Column) -> "Gaussian":
+        """The same with more variance (l,) on each line."""
+        return replace(self, variance=self.variance + more)

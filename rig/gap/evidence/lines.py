@@ -1,0 +1,75 @@
+"""Columns over time as cosine lines of each record: where noise is nearly independent from line to line.
+
+A record of n rows becomes its orthonormal DCT-II up to a top frequency: a record's start and end need not meet, as a Fourier
+transform would ask. No statistics and no physics here.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.fft import dct
+from scipy.ndimage import gaussian_filter1d
+
+from rig.log.record import Column
+
+
+@dataclass(frozen=True)
+class Lines:
+    """The transform of columns that run over several records, one after the other."""
+
+    rows: tuple[int, ...]
+    """Rows of each record."""
+    dt_s: tuple[float, ...]
+    used: Column
+    """(n,) 1 where something was measured, 0 elsewhere."""
+    top_hz: float
+
+    @cached_property
+    def counts(self) -> tuple[int, ...]:
+        """Lines of each record: the k-th lies at k / (2 T) of a record that lasts T."""
+        return tuple(
+            min(n, int(2.0 * n * dt * self.top_hz) + 1) for n, dt in zip(self.rows, self.dt_s, strict=True)
+        )
+
+    @cached_property
+    def frequency_hz(self) -> Column:
+        """(l,) of every line."""
+        return np.concatenate(
+            [np.arange(count) / (2.0 * n * dt) for count, n, dt in zip(self.counts, self.rows, self.dt_s, strict=True)]
+        )
+
+    @cached_property
+    def record(self) -> "np.typing.NDArray[np.intp]":
+        """(l,) index of the record that each line belongs to."""
+        return np.repeat(np.arange(len(self.rows)), self.counts)
+
+    def of(self, columns: Column) -> Column:
+        """(l,) or (l, m) lines of (n,) or (n, m) columns, zero where nothing was measured."""
+        parts, start = [], 0
+        for n, count in zip(self.rows, self.counts, strict=True):
+            block = columns[start : start + n]
+            weight = self.used[start : start + n]
+            block = block * (weight if block.ndim == 1 else weight[:, None])
+            parts.append(dct(block, axis=0, norm="ortho")[:count])
+            start += n
+        return np.concatenate(parts)
+
+    def envelope(self, lines: Column, width_hz: float, share_all: float) -> Column:
+        """(l,) power of lines, blurred: what is unsure about a response is spread wider than the response itself.
+
+        `share_all` of each record's power is spread evenly over its lines.
+        """
+        parts, start = [], 0
+        for count, n, dt in zip(self.counts, self.rows, self.dt_s, strict=True):
+            power = lines[start : start + count] ** 2
+            near = gaussian_filter1d(power, max(width_hz * 2.0 * n * dt, 0.5), mode="nearest")
+            parts.append((1.0 - share_all) * near + share_all * power.mean())
+            start += count
+        return np.concatenate(parts)
+
+
+def lines_of(rows: Sequence[int], dt_s: Sequence[float], used: Sequence[Column], top_hz: float) -> Lines:
+    """The transform for records of these lengths."""
+    return Lines(tuple(rows), tuple(dt_s), np.concatenate(list(used)), top_hz)

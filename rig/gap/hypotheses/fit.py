@@ -1,0 +1,200 @@
+"""One hypothesis fitted: an effect's laws, each from its grid of starts to the likeliest numbers, with the evidence for it.
+
+What an effect changes is propagated through the frozen response of the healthy rig (`rig.gap.carry`); how residuals are judged is the
+factor's (`rig.gap.reference.expectation`).
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rig.gap.carry import Applied, Ready, Track, angle_with, pressures_with, ready, response_with
+from rig.gap.effects import Effect, Law
+from rig.gap.nominal import Nominal
+from rig.gap.reference.expectation import Factor
+from rig.gap.settings import Prior
+from rig.gap.solve import descend
+from rig.log.record import Column
+from rig.model.effect_stages import EFFECT_STAGES
+
+Change = Callable[[Sequence[Ready]], Column]
+"""(n,) what causes change in a factor's columns."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A factor with what it takes to say what a cause changes in it."""
+
+    factor: Factor
+    change: Change
+    nominal: Nominal
+    scales: Mapping[str, float]
+    """Units in which the laws' grids count."""
+    moving: float
+    """Rms of what the factor's columns do without any cause: sizes of changes are seen against it."""
+    prior: Prior
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """One effect with its likeliest law."""
+
+    effect: Effect
+    law: Law
+    applied: Applied
+    sizes: Column
+    """(k,) the law's free numbers."""
+    spread: Column
+    """(k,) their standard deviations."""
+    log_evidence: float
+    change: Column
+    """(n,) what it changes."""
+
+
+def pressure_change(tracks: Sequence[Track], nominal: Nominal) -> Change:
+    """Both monitors, valve 1 of every record and then valve 2."""
+
+    def change(causes: Sequence[Ready]) -> Column:
+        both = [pressures_with(causes, track, nominal) for track in tracks]
+        first = [p1 - track.reference.p1_mpa for (p1, _), track in zip(both, tracks, strict=True)]
+        second = [p2 - track.reference.p2_mpa for (_, p2), track in zip(both, tracks, strict=True)]
+        return np.concatenate(first + second)
+
+    return change
+
+
+def angle_change(tracks: Sequence[Track], base: Sequence[Column], nominal: Nominal, driven: bool) -> Change:
+    """The angle, under the measured pressures when `driven`, else under the commands."""
+
+    def change(causes: Sequence[Ready]) -> Column:
+        parts = []
+        for track, angle in zip(tracks, base, strict=True):
+            case = track.pair.case
+            if driven and case.p1_mpa is not None and case.p2_mpa is not None:
+                parts.append(angle_with(causes, case.p1_mpa, case.p2_mpa, angle, track, nominal) - angle)
+            else:
+                parts.append(response_with(causes, track, nominal)[2] - track.reference.angle_deg)
+        return np.concatenate(parts)
+
+    return change
+
+
+def fit_effect(effect: Effect, scene: Scene, shows: Callable[[Law], bool], rough: Scene | None = None) -> Fitted | None:
+    """The likeliest law of one effect; None where none acts on this factor or none gives a finite response."""
+    found = [fit_law(effect, law, scene, rough or scene) for law in effect.laws if shows(law)]
+    known = [one for one in found if one is not None]
+    if not known:
+        return None
+    best = max(known, key=lambda one: one.log_evidence)
+    return replace(best, log_evidence=best.log_evidence - float(np.log(len(found))))
+
+
+def fit_law(effect: Effect, law: Law, scene: Scene, rough: Scene) -> Fitted | None:
+    """Scan the law's grid on the `rough` scene, go on from its best point on the whole one."""
+    few, whole = _Trial(law, rough), _Trial(law, scene)
+    best: tuple[float, Column, dict[str, float]] | None = None
+    unit = scene.scales[law.scale]
+    for shape in law.shapes:
+        fixed = {name: value for name, value in shape.items() if name not in law.free}
+        for size in (sign * size * unit for sign in law.signs for size in law.grid):
+            if not few.low[0] <= size <= few.high[0]:
+                continue
+            x = np.array([size, *(shape.get(name, few.usual(name)) for name in law.free[1:])])
+            cost = few.cost(x, fixed)
+            if np.isfinite(cost) and (best is None or cost < best[0]):
+                best = (cost, x, fixed)
+    if best is None:
+        return None
+    _, start, fixed = best
+    fit = descend(lambda x: whole.weighed(x, fixed), start, whole.low, whole.high, 6)
+    if not np.isfinite(fit.cost):
+        return None
+    return whole.judged(effect, fit.x, fixed, fit.jacobian, fit.cost)
+
+
+class _Trial:
+    """One law on one scene: residuals for numbers."""
+
+    def __init__(self, law: Law, scene: Scene) -> None:
+        self.law, self.scene = law, scene
+        self._numbers = {number.name: number for number in EFFECT_STAGES[law.stage].numbers}
+        bounds = [law.bounds.get(name, (self._numbers[name].low, self._numbers[name].high)) for name in law.free]
+        self.low, self.high = np.array([pair[0] for pair in bounds]), np.array([pair[1] for pair in bounds])
+        self._gap = scene.factor.lines.of(scene.factor.gap)
+
+    def usual(self, name: str) -> float:
+        return self._numbers[name].neutral
+
+    def applied(self, x: Column, fixed: Mapping[str, float]) -> Applied:
+        values = dict(fixed) | {name: float(value) for name, value in zip(self.law.free, x, strict=True)}
+        return Applied(self.law.stage, values | {name: values[owner] for name, owner in self.law.tied.items()})
+
+    def change(self, x: Column, fixed: Mapping[str, float]) -> Column:
+        with np.errstate(invalid="ignore", over="ignore"):  # a law may run away: its cost is then not finite, and it is passed over
+            out: Column = self.scene.change(ready([self.applied(x, fixed)], self.scene.nominal))
+        return out
+
+    def residual(self, x: Column, fixed: Mapping[str, float]) -> Column:
+        change = self.change(x, fixed)
+        out: Column = self._gap - self.scene.factor.lines.of(change)
+        return out
+
+    def weighed(self, x: Column, fixed: Mapping[str, float]) -> Column:
+        residual = self.residual(x, fixed)
+        healthy = self.scene.factor.healthy
+        if not np.isfinite(residual).all():
+            return np.full(len(residual) + healthy.patterns.shape[1], np.nan)
+        return healthy.weigh(residual)
+
+    def cost(self, x: Column, fixed: Mapping[str, float]) -> float:
+        residual = self.residual(x, fixed)
+        return self.scene.factor.healthy.chi_square(residual) if np.isfinite(residual).all() else np.inf
+
+    def judged(self, effect: Effect, x: Column, fixed: Mapping[str, float], jacobian: Column, cost: float) -> Fitted:
+        """Laplace's evidence at the optimum, the law's usual error included."""
+        healthy, lines, prior = self.scene.factor.healthy, self.scene.factor.lines, self.scene.prior
+        change = self.change(x, fixed)
+        moved = lines.of(change)
+        rho = effect.misfit * prior.rho_scale
+        judge = healthy.with_patterns(law_patterns(moved, lines, rho)).with_variance(
+            (prior.rho_lines * rho) ** 2 * lines.envelope(moved, 0.5, 0.1)
+        )
+        log_density = judge.log_density(self._gap - moved)
+        stiff = (healthy.degrees + healthy.effective) / (healthy.degrees + min(cost, judge.chi_square(self._gap - moved)))
+        hessian = stiff * (jacobian.T @ jacobian)
+        log_prior, precision = self._log_prior(x, change)
+        hessian = hessian + np.diag(precision)
+        sign, log_det = np.linalg.slogdet(hessian)
+        spread = np.sqrt(np.maximum(np.diag(np.linalg.pinv(hessian)), 0.0))
+        laplace = 0.5 * len(x) * np.log(2 * np.pi) - 0.5 * log_det if sign > 0 else 0.0
+        evidence = log_density + log_prior + laplace - self.law.charge
+        return Fitted(effect, self.law, self.applied(x, fixed), x, spread, float(evidence), change)
+
+    def _log_prior(self, x: Column, change: Column) -> tuple[float, Column]:
+        """Log-normal in what the effect does, flat in its shapes; and the precision that holds each number within its range."""
+        prior = self.scene.prior
+        used = self.scene.factor.lines.used
+        rms = float(np.sqrt(np.sum((change * used) ** 2) / max(float(used.sum()), 1.0)))
+        share = max(rms / self.scene.moving, 1e-9)
+        size = max(abs(float(x[0])), 1e-9)
+        log_size = -0.5 * ((np.log(share) - np.log(prior.share)) / prior.share_spread) ** 2 - np.log(
+            prior.share_spread * np.sqrt(2 * np.pi)
+        )
+        total = float(log_size) - np.log(size) - np.log(len(self.law.signs))
+        widths = np.minimum(self.high - self.low, np.maximum(3.0 * np.abs(x), 0.05 * (self.high - self.low)))[1:]
+        total -= float(np.sum(np.log(widths))) + np.log(len(self.law.shapes))
+        precision = np.concatenate([[1.0 / (prior.share_spread * size) ** 2], 12.0 / widths**2])
+        return total, precision
+
+
+def law_patterns(moved: Column, lines: "object", rho: float) -> Column:
+    """(l, k) how a law may be wrong: its change in each record a little larger or smaller, and a little earlier or later."""
+    record, frequency = lines.record, lines.frequency_hz  # type: ignore[attr-defined]
+    count = int(record.max()) + 1
+    out = np.zeros((len(moved), count + 1))
+    out[np.arange(len(moved)), record] = rho * moved
+    turned = moved * frequency
+    norm = np.sqrt(np.sum(moved**2) / max(np.sum(turned**2), 1e-30))
+    out[:, count] = rho * norm * turned
+    return out
