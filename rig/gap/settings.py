@@ -1,41 +1,101 @@
-"""Every number that decides, with its unit, its source, and what moves if it moves."""
+"""Every number that decides in the likelihood: with its unit, its source, and what moves if it moves.
+
+What can be fitted stands in `priors.yaml` beside this file, written by `pamrig gap calibrate` with its provenance; what is a choice
+stands here.
+"""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from rig.config import load
 
 TOP_HZ = 6.0
 """Highest frequency compared, Hz: muscles and regulators answer below it. Higher: more lines of noise, the same evidence."""
 ENVELOPE_HZ = 0.5
-"""Width over which a response's power is blurred for the remainder's variance, Hz."""
+"""Width over which a response's power is blurred for the remainder's variance, Hz. Narrower: single lines decide."""
 ENVELOPE_EVEN = 0.1
-"""Share of it that is spread evenly over all lines."""
+"""Share of that power that is spread evenly over all lines. Less: effects between the excited lines count for more."""
+UNKNOWN_EVEN = 0.3
+"""The same for a process that nobody knows."""
+CREDIBLE = 0.95
+"""Mass that the reported set of names holds."""
+WIDTH_SHARES = (3.0, 0.05)
+"""A law's further numbers are flat over this many times their value, at least over this share of their bounds. Wider: laws with
+more numbers lose."""
+FIT_STEPS = 6
+"""Gauss-Newton steps of a law from the best point of its grid; more change no name on the development cases."""
+PRIORS = Path(__file__).with_name("priors.yaml")
 
 
 @dataclass(frozen=True)
 class Levels:
-    """How surely a reference knows the rig: standard deviations of what may differ without being a gap."""
+    """How surely a reference knows the rig: standard deviations of what may differ without being a gap.
+
+    Fitted on pairs of healthy days (of the same rig, or of rigs of one build) by maximum likelihood.
+    """
 
     valve: Mapping[str, float]
+    """Of each of `expectation.VALVE_PATTERNS`."""
     valve_share: float
-    valve_noise_mpa: float
+    """Of what the response misses, as a share of its own motion."""
+    valve_even: float
+    """The same on every line alike, as a share of the pressures' swing."""
     angle: Mapping[str, float]
+    """Of each of `expectation.ANGLE_PATTERNS`."""
     bank: float
+    """Of each term of the response model, as a share of the angle's span."""
     angle_share: float
-    angle_noise_deg: float
-    degrees: float = 6.0
-    valve_effective: float = 60.0
-    angle_effective: float = 60.0
+    angle_even: float
+    """As for the pressures; the even one as a share of the angle's span."""
 
 
 @dataclass(frozen=True)
 class Prior:
-    """What is thought of effects before the records are seen."""
+    """What is thought of hypotheses before the records are seen, and how far the likelihood is trusted."""
 
     share: float = 0.05
-    """Middle of what an effect changes, as a share of what moves anyhow."""
+    """Middle of what an effect changes, as a share of what moves anyhow (rms). Smaller: small effects are named sooner."""
     share_spread: float = 1.5
     """Standard deviation of its logarithm."""
     rho_scale: float = 1.0
-    """Factor on every law's usual error."""
-    rho_lines: float = 0.5
-    """Share of it that is independent from line to line."""
+    """Factor on every law's usual error (`effects.Effect.misfit`). Larger: rough and exact laws come closer."""
+    rho_lines: float = 1.0
+    """Share of that error that is independent from line to line, the rest being coherent."""
+    effective: float = 60.0
+    """Independent lines of one factor: neighbours and records share their causes. More: surer, and more false alarms."""
+    degrees: float = 6.0
+    """Degrees of freedom with which a remainder's level is known. Fewer: heavier tails."""
+    log_none: float = 4.5
+    """Prior odds of no cause on a factor against each single effect, nats. Less: more false alarms, smaller effects seen."""
+    log_unknown: float = -4.0
+    """Prior odds of something unknown on a factor, nats."""
+    log_beside: float = -3.0
+    """Prior odds of something unknown beside an effect, against that effect alone, nats."""
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """Where the fitted numbers come from."""
+
+    command: str
+    families: list[str]
+    units: int
+    healthy_records: int
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """The file `priors.yaml`."""
+
+    provenance: Provenance
+    levels: dict[str, Levels]
+    """By reference: session, fingerprint, simulator, and sister: a simulator made for another rig of the build."""
+    prior: Prior
+
+
+@cache
+def fitted(path: Path = PRIORS) -> Fitted:
+    """The fitted numbers; ConfigError when the file is not one."""
+    return load(path, Fitted)

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.special import gammaln
 
-from rig.log.record import Column
+from rig.record import Column
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.fft import dct
 from scipy.ndimage import gaussian_filter1d
 
-from rig.log.record import Column
+from rig.record import Column
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from scipy.special import logsumexp
 from rig.gap.effects import Effect, Law
 from rig.gap.hypotheses.fit import Fitted, Scene, fit_effect
 from rig.gap.reference.expectation import Factor
-from rig.gap.settings import ENVELOPE_HZ, Prior
+from rig.gap.settings import ENVELOPE_HZ, UNKNOWN_EVEN, Prior
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ def judge(effects: Sequence[Effect], scene: Scene, shows: Callable[[Law], bool],
 def log_unknown(factor: Factor, moving: float, prior: Prior) -> float:
     """Evidence of a broad process of any size: lines like those of the gap itself, blurred."""
     gap = factor.lines.of(factor.gap)
-    shape = factor.lines.envelope(gap, ENVELOPE_HZ, 0.3)
+    shape = factor.lines.envelope(gap, ENVELOPE_HZ, UNKNOWN_EVEN)
     power = float(np.sqrt(np.sum(gap**2) / max(float(factor.lines.used.sum()), 1.0)))
     levels = np.exp(np.linspace(np.log(0.1), np.log(1.5), 6))
     share = np.maximum(levels * power / moving, 1e-9)

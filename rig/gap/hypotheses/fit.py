@@ -13,9 +13,10 @@ from rig.gap.carry import Applied, Ready, Track, angle_with, pressures_with, rea
 from rig.gap.effects import Effect, Law
 from rig.gap.nominal import Nominal
 from rig.gap.reference.expectation import Factor
-from rig.gap.settings import Prior
+from rig.gap.evidence.lines import Lines
+from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, FIT_STEPS, WIDTH_SHARES, Prior
 from rig.gap.solve import descend
-from rig.log.record import Column
+from rig.record import Column
 from rig.model.effect_stages import EFFECT_STAGES
 
 Change = Callable[[Sequence[Ready]], Column]
@@ -107,7 +108,7 @@ def fit_law(effect: Effect, law: Law, scene: Scene, rough: Scene) -> Fitted | No
     if best is None:
         return None
     _, start, fixed = best
-    fit = descend(lambda x: whole.weighed(x, fixed), start, whole.low, whole.high, 6)
+    fit = descend(lambda x: whole.weighed(x, fixed), start, whole.low, whole.high, FIT_STEPS)
     if not np.isfinite(fit.cost):
         return None
     return whole.judged(effect, fit.x, fixed, fit.jacobian, fit.cost)
@@ -158,7 +159,7 @@ class _Trial:
         moved = lines.of(change)
         rho = effect.misfit * prior.rho_scale
         judge = healthy.with_patterns(law_patterns(moved, lines, rho)).with_variance(
-            (prior.rho_lines * rho) ** 2 * lines.envelope(moved, 0.5, 0.1)
+            (prior.rho_lines * rho) ** 2 * lines.envelope(moved, ENVELOPE_HZ, ENVELOPE_EVEN)
         )
         log_density = judge.log_density(self._gap - moved)
         stiff = (healthy.degrees + healthy.effective) / (healthy.degrees + min(cost, judge.chi_square(self._gap - moved)))
@@ -182,15 +183,16 @@ class _Trial:
             prior.share_spread * np.sqrt(2 * np.pi)
         )
         total = float(log_size) - np.log(size) - np.log(len(self.law.signs))
-        widths = np.minimum(self.high - self.low, np.maximum(3.0 * np.abs(x), 0.05 * (self.high - self.low)))[1:]
+        bounds = self.high - self.low
+        widths = np.minimum(bounds, np.maximum(WIDTH_SHARES[0] * np.abs(x), WIDTH_SHARES[1] * bounds))[1:]
         total -= float(np.sum(np.log(widths))) + np.log(len(self.law.shapes))
         precision = np.concatenate([[1.0 / (prior.share_spread * size) ** 2], 12.0 / widths**2])
         return total, precision
 
 
-def law_patterns(moved: Column, lines: "object", rho: float) -> Column:
+def law_patterns(moved: Column, lines: Lines, rho: float) -> Column:
     """(l, k) how a law may be wrong: its change in each record a little larger or smaller, and a little earlier or later."""
-    record, frequency = lines.record, lines.frequency_hz  # type: ignore[attr-defined]
+    record, frequency = lines.record, lines.frequency_hz
     count = int(record.max()) + 1
     out = np.zeros((len(moved), count + 1))
     out[np.arange(len(moved)), record] = rho * moved

@@ -14,8 +14,9 @@ from rig.gap.evidence.gaussian import Gaussian
 from rig.gap.evidence.lines import Lines, lines_of
 from rig.gap.kernels import CARRIER_TERMS, carrier_terms, stops
 from rig.gap.nominal import Nominal
-from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, TOP_HZ, Levels
-from rig.log.record import Column
+from rig.gap.pairs import Pair
+from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, TOP_HZ, Levels, Prior
+from rig.record import Column
 
 VALVE_PATTERNS = ("offset_mpa", "gain", "lag_s", "curvature_s2", "one_way_s", "bend")
 """What is unsure of each regulator with its monitor, in the order of the columns; see `Levels`."""
@@ -39,18 +40,7 @@ class Factor:
         return self.healthy.log_density(self.lines.of(self.gap))
 
 
-@dataclass(frozen=True)
-class Expectation:
-    """Both factors; `pressures` is None from the angle alone."""
-
-    pressures: Factor | None
-    angle: Factor
-    base: tuple[Column, ...]
-    """Expected angle of each record, under its measured pressures where they drive it."""
-    driven: bool
-
-
-def pressure_factor(tracks: Sequence[Track], p0_mpa: float, levels: Levels) -> Factor:
+def pressure_factor(tracks: Sequence[Track], p0_mpa: float, levels: Levels, prior: Prior) -> Factor:
     """Both monitors against what the reference's regulators give under the commands."""
     pairs = [track.pair for track in tracks]
     lines = lines_of([len(p) for p in pairs] * 2, [p.dt_s for p in pairs] * 2, [p.used for p in pairs] * 2, TOP_HZ)
@@ -62,9 +52,28 @@ def pressure_factor(tracks: Sequence[Track], p0_mpa: float, levels: Levels) -> F
     zero = np.zeros_like(first)
     patterns = lines.of(np.vstack([np.hstack([first * spread, zero]), np.hstack([zero, second * spread])]))
     moving = lines.of(np.concatenate([column - p0_mpa for column in expected]))
-    variance = levels.valve_share**2 * lines.envelope(moving, ENVELOPE_HZ, ENVELOPE_EVEN) + levels.valve_noise_mpa**2
+    swing = max(float(np.ptp(np.concatenate(expected))), 1e-4)
+    noise = [line_noise(pair.raw.p1_mpa, pair) for pair in pairs] + [line_noise(pair.raw.p2_mpa, pair) for pair in pairs]
+    variance = (
+        levels.valve_share**2 * lines.envelope(moving, ENVELOPE_HZ, ENVELOPE_EVEN)
+        + (levels.valve_even * swing) ** 2
+        + np.square(noise)[lines.record]
+    )
     gap = np.concatenate(measured) - np.concatenate(expected)
-    return Factor(lines, gap, Gaussian(variance, patterns, levels.valve_effective, levels.degrees))
+    return Factor(lines, gap, Gaussian(variance, patterns, prior.effective, prior.degrees))
+
+
+def line_noise(column: Column | None, pair: Pair) -> float:
+    """Standard deviation that a column's own white noise has on every line of the pair's grid; by medians of third differences."""
+    if column is None:
+        return 0.0
+    known = column[np.isfinite(column)]
+    third = np.diff(known, 3)
+    moved = third[third != 0.0]
+    if len(moved) < len(third) // 4 or not len(moved):
+        moved = third
+    white = float(np.median(np.abs(moved))) / 0.6745 / np.sqrt(20.0) if len(moved) else 0.0
+    return white * float(np.sqrt(min(pair.raw.period_s / pair.dt_s, 1.0)))
 
 
 def _valve_patterns(pressure: Column, p0_mpa: float, dt_s: float) -> Column:
@@ -76,7 +85,9 @@ def _valve_patterns(pressure: Column, p0_mpa: float, dt_s: float) -> Column:
     )
 
 
-def angle_factor(tracks: Sequence[Track], base: Sequence[Column], nominal: Nominal, driven: bool, levels: Levels) -> Factor:
+def angle_factor(
+    tracks: Sequence[Track], base: Sequence[Column], nominal: Nominal, driven: bool, levels: Levels, prior: Prior
+) -> Factor:
     """The angle against what is expected under its drive: the measured pressures, or the reference's."""
     pairs = [track.pair for track in tracks]
     lines = lines_of([len(p) for p in pairs], [p.dt_s for p in pairs], [p.used for p in pairs], TOP_HZ)
@@ -89,10 +100,15 @@ def angle_factor(tracks: Sequence[Track], base: Sequence[Column], nominal: Nomin
     size = np.sqrt(np.sum(bank**2, axis=0) / max(float(lines.used.sum()), 1.0))
     bank = bank / np.maximum(size, 1e-9) * (levels.bank * span)
     moving = lines.of(np.concatenate(list(base)))
-    variance = levels.angle_share**2 * lines.envelope(moving, ENVELOPE_HZ, ENVELOPE_EVEN) + levels.angle_noise_deg**2
+    noise = np.array([line_noise(pair.raw.angle_deg, pair) for pair in pairs])
+    variance = (
+        levels.angle_share**2 * lines.envelope(moving, ENVELOPE_HZ, ENVELOPE_EVEN)
+        + (levels.angle_even * span) ** 2
+        + noise[lines.record] ** 2
+    )
     gap = np.concatenate([pair.case.angle_deg - angle for pair, angle in zip(pairs, base, strict=True)])
     patterns = np.hstack([columns[:, :named] * spread, bank])
-    return Factor(lines, gap, Gaussian(variance, patterns, levels.angle_effective, levels.degrees))
+    return Factor(lines, gap, Gaussian(variance, patterns, prior.effective, prior.degrees))
 
 
 def _angle_patterns(track: Track, angle: Column, nominal: Nominal, driven: bool, span: float) -> Column:
