@@ -78,21 +78,7 @@ class Bench:
     @cached_property
     def scales(self) -> dict[str, float]:
         """What the laws' grids count in, from the healthy rig's records."""
-        references = [track.reference for track in self.tracks]
-        high = max(float(reference.angle_deg.max()) for reference in references)
-        low = min(float(reference.angle_deg.min()) for reference in references)
-        pressures = [column for reference in references for column in (reference.p1_mpa, reference.p2_mpa)]
-        top, bottom = max(float(column.max()) for column in pressures), min(float(column.min()) for column in pressures)
-        rates = np.concatenate([np.diff(column) / track.pair.dt_s for track in self.tracks for column in track.regulated])
-        return {
-            "one": 1.0,
-            "span_deg": 0.5 * (high - low),
-            "high_deg": high,
-            "low_deg": low,
-            "top_mpa": top,
-            "swing_mpa": top - bottom,
-            "rate_mpa_s": float(np.quantile(np.abs(rates), 0.998)) + 1e-9,
-        }
+        return law_scales(self.tracks)
 
     def _angle(self, causes: Sequence[Ready], track: Track) -> Column:
         if self.driven:
@@ -109,3 +95,22 @@ def case_pressures(track: Track) -> tuple[Column, Column]:
     if case.p1_mpa is None or case.p2_mpa is None:
         raise ValueError(f"{track.pair.name}: no pressures")
     return case.p1_mpa, case.p2_mpa
+
+
+def law_scales(tracks: Sequence[Track]) -> dict[str, float]:
+    """What the laws' grids count in, from the expected courses of the records."""
+    references = [track.reference for track in tracks]
+    high = max(float(reference.angle_deg.max()) for reference in references)
+    low = min(float(reference.angle_deg.min()) for reference in references)
+    pressures = [column for reference in references for column in (reference.p1_mpa, reference.p2_mpa)]
+    top, bottom = max(float(column.max()) for column in pressures), min(float(column.min()) for column in pressures)
+    rates = np.concatenate([np.diff(column) / track.pair.dt_s for track in tracks for column in track.regulated])
+    return {
+        "one": 1.0,
+        "span_deg": 0.5 * (high - low),
+        "high_deg": high,
+        "low_deg": low,
+        "top_mpa": top,
+        "swing_mpa": top - bottom,
+        "rate_mpa_s": float(np.quantile(np.abs(rates), 0.998)) + 1e-9,
+    }

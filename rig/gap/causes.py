@@ -58,7 +58,7 @@ def name_causes(findings: Findings, before: float, floor: float) -> list[Cause]:
             )
         if judged.open:
             found.append(_unknown(judged, before))
-    found += [_marked(mark, prepared) for mark in findings.signatures if mark.found and mark.effect]
+    found += [marked(mark, prepared) for mark in findings.signatures if mark.found and mark.effect]
     found += [Cause("unknown", "sensor", "signature", None, {}, before, before, 0.0, (), 0.5) for _ in findings.strange]
     seconds = {name for judged in findings.sides for name in _second(judged)}
 
@@ -126,7 +126,7 @@ def _intervals(candidate: Candidate) -> dict[str, Interval]:
     return said
 
 
-def _marked(mark: Signature, prepared: Prepared) -> Cause:
+def marked(mark: Signature, prepared: Prepared) -> Cause:
     """A cause found by its signature; its gap is that of the unsmoothed angle."""
     assert mark.effect is not None
     numbers = {number.name: number for number in EFFECT_STAGES[mark.effect].numbers}

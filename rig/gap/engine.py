@@ -75,8 +75,8 @@ def prepare(model: Model | None, records: Sequence[Record], baselines: Sequence[
         if model is None:
             raise ModelError("neither a fitting baseline nor a model was given: there is nothing to compare with")
         at_rest = replace(model, p0_mpa=pairing.p0_mpa)
-        sessions = [_modelled(at_rest, pair) for pair in pairs]
-    regulators, references = _references(model, pairs, sessions, pairing.pressures, has_baseline)
+        sessions = [modelled(at_rest, pair) for pair in pairs]
+    regulators, references = references_of(model, pairs, sessions, pairing.pressures, has_baseline)
     nominal = describe(pairs, references, pairing.p0_mpa, regulators)
     noise = high_frequency_noise([pair.case.angle_deg for pair in pairs])
     return Prepared(pairing, lay_tracks(pairs, references, nominal), nominal, has_baseline, noise)
@@ -91,7 +91,7 @@ def model_misfit_deg(model: Model | None, prepared: Prepared) -> float | None:
         return None
     at_rest = replace(model, p0_mpa=prepared.pairing.p0_mpa)
     try:
-        said = [_modelled(at_rest, pair)[2] for pair in prepared.pairs]
+        said = [modelled(at_rest, pair)[2] for pair in prepared.pairs]
     except RigError:
         return None
     missed = [
@@ -101,7 +101,7 @@ def model_misfit_deg(model: Model | None, prepared: Prepared) -> float | None:
     return float(np.sqrt(np.mean(np.concatenate(missed) ** 2)))
 
 
-def _modelled(model: Model, pair: Pair) -> tuple[Column | None, Column | None, Column]:
+def modelled(model: Model, pair: Pair) -> tuple[Column | None, Column | None, Column]:
     """What the model says under the pair's command, on its grid."""
     said = simulate(model, pair.raw, start_deg=0.0)
     assert said.angle_deg is not None
@@ -119,7 +119,7 @@ def _modelled(model: Model, pair: Pair) -> tuple[Column | None, Column | None, C
     return on_grid(said.p1_mpa), on_grid(said.p2_mpa), np.interp(pair.t_s, own, said.angle_deg)
 
 
-def _references(
+def references_of(
     model: Model | None,
     pairs: Sequence[Pair],
     sessions: Sequence[tuple[Column | None, Column | None, Column]],

@@ -47,6 +47,7 @@ class Cause:
             "explained_fraction": self.explained_fraction,
             "ambiguous_with": list(self.ambiguous_with),
             "confidence": self.confidence,
+            "probability": self.confidence,
             "added_to_model": None
             if self.applied is None
             else {"effect": self.applied.stage, "parameters": dict(self.applied.numbers)},
@@ -90,6 +91,10 @@ class Diagnosis:
     evidence: dict[str, Any] = field(default_factory=dict)
     """Triggers, signatures, per-record gaps, what re-identification could hide, what was assumed."""
     notes: list[str] = field(default_factory=list)
+    reference: str = "sessions"
+    """sessions, session, fingerprint or simulator: what stood for the rig without a gap."""
+    retuning: dict[str, Any] | None = None
+    """What re-tuning the simulator's own parameters would close, and which moved."""
 
     @property
     def added(self) -> list[Applied]:
@@ -100,8 +105,10 @@ class Diagnosis:
         """The JSON of the command, plain data throughout."""
         return {
             "verdict": self.verdict,
+            "reference": self.reference,
             "confidence": self.confidence,
             "gap": self.gap,
+            "retuning": self.retuning,
             "where": self.where,
             "causes": [cause.to_json() for cause in self.causes],
             "ranking": [line.to_json() for line in self.ranking],

@@ -24,31 +24,31 @@ CREDIBLE = 0.95
 WIDTH_SHARES = (3.0, 0.05)
 """A law's further numbers are flat over this many times their value, at least over this share of their bounds. Wider: laws with
 more numbers lose."""
+LOOP_WIDTH = 0.1
+"""Yield of the play whose loop may be wider or narrower from day to day, as a share of the angle's range."""
 FIT_STEPS = 6
 """Gauss-Newton steps of a law from the best point of its grid; more change no name on the development cases."""
 PRIORS = Path(__file__).with_name("priors.yaml")
 
 
 @dataclass(frozen=True)
-class Levels:
-    """How surely a reference knows the rig: standard deviations of what may differ without being a gap.
+class FactorLevels:
+    """How surely a reference knows one factor: standard deviations of what may differ without being a gap."""
 
-    Fitted on pairs of healthy days (of the same rig, or of rigs of one build) by maximum likelihood.
-    """
-
-    valve: Mapping[str, float]
-    """Of each of `expectation.VALVE_PATTERNS`."""
-    valve_share: float
+    patterns: Mapping[str, float]
+    """Of each pattern by its name, see `rig.gap.reference.expectation`."""
+    share: float
     """Of what the response misses, as a share of its own motion."""
-    valve_even: float
-    """The same on every line alike, as a share of the pressures' swing."""
-    angle: Mapping[str, float]
-    """Of each of `expectation.ANGLE_PATTERNS`."""
-    bank: float
-    """Of each term of the response model, as a share of the angle's span."""
-    angle_share: float
-    angle_even: float
-    """As for the pressures; the even one as a share of the angle's span."""
+    even: float
+    """The same on every line alike, as a share of the span."""
+
+
+@dataclass(frozen=True)
+class Levels:
+    """Both factors' levels. Fitted on healthy days (of the same rig, or of rigs of one build) by maximum likelihood."""
+
+    pressures: FactorLevels
+    angle: FactorLevels
 
 
 @dataclass(frozen=True)

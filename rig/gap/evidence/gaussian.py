@@ -70,7 +70,11 @@ class Gaussian:
         n, nu = self.effective, self.degrees
         chi = self.chi_square(residual)
         return float(
-            gammaln(0.5 * (nu + n)) - gammaln(0.5 * nu) - 0.5 * n * np.log(nu) - 0.5 * (nu + n) * np.log1p(chi / nu) - self.log_spread
+            gammaln(0.5 * (nu + n))
+            - gammaln(0.5 * nu)
+            - 0.5 * n * np.log(nu)
+            - 0.5 * (nu + n) * np.log1p(chi / nu)
+            - self.log_spread
         )
 
     def with_patterns(self, more: Column) -> "Gaussian":

@@ -29,9 +29,7 @@ class Lines:
     @cached_property
     def counts(self) -> tuple[int, ...]:
         """Lines of each record: the k-th lies at k / (2 T) of a record that lasts T."""
-        return tuple(
-            min(n, int(2.0 * n * dt * self.top_hz) + 1) for n, dt in zip(self.rows, self.dt_s, strict=True)
-        )
+        return tuple(min(n, int(2.0 * n * dt * self.top_hz) + 1) for n, dt in zip(self.rows, self.dt_s, strict=True))
 
     @cached_property
     def frequency_hz(self) -> Column:

@@ -1,51 +1,96 @@
-"""The hypotheses of one factor and their probabilities: none, every effect of the library, and something unknown."""
+"""The hypotheses of one factor and their probabilities: nothing, every effect of the library, and something unknown."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import logsumexp
 
-from rig.gap.effects import Effect, Law
-from rig.gap.hypotheses.fit import Fitted, Scene, fit_effect
-from rig.gap.reference.expectation import Factor
-from rig.gap.settings import ENVELOPE_HZ, UNKNOWN_EVEN, Prior
+from rig.gap.effects import Effect
+from rig.gap.hypotheses.fit import Fit, Scene, fit_effect
+from rig.gap.hypotheses.scenes import Stand
+from rig.gap.settings import CREDIBLE, ENVELOPE_HZ, UNKNOWN_EVEN
+from rig.record import Column
+
+NONE, UNKNOWN = "none", "unknown"
+_LEVELS = np.exp(np.linspace(np.log(0.1), np.log(1.5), 6))
+"""Sizes of something unknown that are tried, as shares of what is to be explained."""
 
 
 @dataclass(frozen=True)
 class Posterior:
-    """Log evidence of what competes on one factor."""
+    """What competes on one factor, with its probabilities."""
 
-    none: float
-    unknown: float
-    fitted: tuple[Fitted, ...]
-    """Likeliest first."""
+    stand: Stand
+    probability: dict[str, float]
+    """none, unknown and every effect that acts here."""
+    fits: dict[str, Fit]
+    """Effect -> its likeliest law."""
+    beside: float
+    """Probability that something unknown stands beside the likeliest effect, if that is the answer."""
 
-    def probabilities(self, log_none: float = 0.0, log_unknown: float = 0.0) -> dict[str, float]:
-        """Name -> probability, for these prior odds of none and of unknown against each effect."""
-        names = ["none", "unknown", *(one.effect.name for one in self.fitted)]
-        logs = np.array([self.none + log_none, self.unknown + log_unknown, *(one.log_evidence for one in self.fitted)])
-        shares = np.exp(logs - logsumexp(logs))
-        return dict(zip(names, shares.tolist(), strict=True))
+    @property
+    def best(self) -> str:
+        """The likeliest hypothesis."""
+        return max(self.probability, key=lambda name: self.probability[name])
+
+    @property
+    def fit(self) -> Fit | None:
+        """The likeliest effect where an effect is the likeliest hypothesis."""
+        return self.fits.get(self.best)
+
+    @property
+    def found(self) -> bool:
+        """There is something."""
+        return self.probability[NONE] < 0.5
+
+    @property
+    def names(self) -> list[str]:
+        """The likeliest hypotheses that together hold the credible mass, likeliest first."""
+        kept, mass = [], 0.0
+        for name in sorted(self.probability, key=lambda one: -self.probability[one]):
+            kept.append(name)
+            mass += self.probability[name]
+            if mass >= CREDIBLE:
+                break
+        return kept
 
 
-def judge(effects: Sequence[Effect], scene: Scene, shows: Callable[[Law], bool], rough: Scene | None = None, workers: int = 2) -> Posterior:
+def judge(effects: Sequence[Effect], stand: Stand, workers: int = 2) -> Posterior:
     """Every hypothesis on one factor."""
+    scene, prior = stand.scene, stand.scene.prior
     with ThreadPoolExecutor(workers) as pool:
-        found = pool.map(lambda effect: fit_effect(effect, scene, shows, rough), effects)
-        fitted = sorted((one for one in found if one is not None), key=lambda one: -one.log_evidence)
-    return Posterior(scene.factor.log_none(), log_unknown(scene.factor, scene.moving, scene.prior), tuple(fitted))
+        found = list(pool.map(lambda effect: fit_effect(effect, scene, stand.shows, stand.rough), effects))
+    fits = {fit.effect.name: fit for fit in found if fit is not None and np.isfinite(fit.log_evidence)}
+    gap = scene.factor.lines.of(scene.factor.gap)
+    logs = {
+        NONE: scene.factor.healthy.log_density(gap) + prior.log_none,
+        UNKNOWN: log_unknown(scene, gap) + prior.log_unknown,
+    } | {name: fit.log_evidence for name, fit in fits.items()}
+    total = logsumexp(list(logs.values()))
+    probability = {name: float(np.exp(value - total)) for name, value in logs.items()}
+    beside = _log_beside(scene, gap, fits, probability)
+    return Posterior(stand, probability, fits, beside)
 
 
-def log_unknown(factor: Factor, moving: float, prior: Prior) -> float:
-    """Evidence of a broad process of any size: lines like those of the gap itself, blurred."""
-    gap = factor.lines.of(factor.gap)
-    shape = factor.lines.envelope(gap, ENVELOPE_HZ, UNKNOWN_EVEN)
-    power = float(np.sqrt(np.sum(gap**2) / max(float(factor.lines.used.sum()), 1.0)))
-    levels = np.exp(np.linspace(np.log(0.1), np.log(1.5), 6))
-    share = np.maximum(levels * power / moving, 1e-9)
+def log_unknown(scene: Scene, left: Column) -> float:
+    """Evidence that what is left (lines) is a broad process of any size: lines like its own, blurred."""
+    factor, prior = scene.factor, scene.prior
+    shape = factor.lines.envelope(left, ENVELOPE_HZ, UNKNOWN_EVEN)
+    power = float(np.sqrt(np.sum(left**2) / max(float(factor.lines.used.sum()), 1.0)))
+    share = np.maximum(_LEVELS * power / scene.moving, 1e-9)
     log_prior = -0.5 * ((np.log(share) - np.log(prior.share)) / prior.share_spread) ** 2
-    logs = [factor.healthy.with_variance(level**2 * shape).log_density(gap) for level in levels]
-    width = np.log(levels[1] / levels[0]) / (prior.share_spread * np.sqrt(2 * np.pi))
+    logs = [factor.healthy.with_variance(level**2 * shape).log_density(left) for level in _LEVELS]
+    width = np.log(_LEVELS[1] / _LEVELS[0]) / (prior.share_spread * np.sqrt(2 * np.pi))
     return float(logsumexp(np.array(logs) + log_prior + np.log(width)))
+
+
+def _log_beside(scene: Scene, gap: Column, fits: dict[str, Fit], probability: dict[str, float]) -> float:
+    """Probability that the likeliest effect leaves something unknown, against that its law is only as rough as it usually is."""
+    best = max(probability, key=lambda name: probability[name])
+    if best not in fits:
+        return 0.0
+    left = gap - scene.factor.lines.of(fits[best].change)
+    odds = log_unknown(scene, left) + scene.prior.log_beside - fits[best].log_law
+    return float(1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0))))

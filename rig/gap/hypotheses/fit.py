@@ -11,13 +11,13 @@ import numpy as np
 
 from rig.gap.carry import Applied, Ready, Track, angle_with, pressures_with, ready, response_with
 from rig.gap.effects import Effect, Law
+from rig.gap.evidence.lines import Lines
 from rig.gap.nominal import Nominal
 from rig.gap.reference.expectation import Factor
-from rig.gap.evidence.lines import Lines
 from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, FIT_STEPS, WIDTH_SHARES, Prior
 from rig.gap.solve import descend
-from rig.record import Column
 from rig.model.effect_stages import EFFECT_STAGES
+from rig.record import Column
 
 Change = Callable[[Sequence[Ready]], Column]
 """(n,) what causes change in a factor's columns."""
@@ -38,7 +38,7 @@ class Scene:
 
 
 @dataclass(frozen=True)
-class Fitted:
+class Fit:
     """One effect with its likeliest law."""
 
     effect: Effect
@@ -49,6 +49,8 @@ class Fitted:
     spread: Column
     """(k,) their standard deviations."""
     log_evidence: float
+    log_law: float
+    """ln p of what it leaves, its law as rough as it usually is."""
     change: Column
     """(n,) what it changes."""
 
@@ -81,7 +83,7 @@ def angle_change(tracks: Sequence[Track], base: Sequence[Column], nominal: Nomin
     return change
 
 
-def fit_effect(effect: Effect, scene: Scene, shows: Callable[[Law], bool], rough: Scene | None = None) -> Fitted | None:
+def fit_effect(effect: Effect, scene: Scene, shows: Callable[[Law], bool], rough: Scene | None = None) -> Fit | None:
     """The likeliest law of one effect; None where none acts on this factor or none gives a finite response."""
     found = [fit_law(effect, law, scene, rough or scene) for law in effect.laws if shows(law)]
     known = [one for one in found if one is not None]
@@ -91,7 +93,7 @@ def fit_effect(effect: Effect, scene: Scene, shows: Callable[[Law], bool], rough
     return replace(best, log_evidence=best.log_evidence - float(np.log(len(found))))
 
 
-def fit_law(effect: Effect, law: Law, scene: Scene, rough: Scene) -> Fitted | None:
+def fit_law(effect: Effect, law: Law, scene: Scene, rough: Scene) -> Fit | None:
     """Scan the law's grid on the `rough` scene, go on from its best point on the whole one."""
     few, whole = _Trial(law, rough), _Trial(law, scene)
     best: tuple[float, Column, dict[str, float]] | None = None
@@ -114,6 +116,14 @@ def fit_law(effect: Effect, law: Law, scene: Scene, rough: Scene) -> Fitted | No
     return whole.judged(effect, fit.x, fixed, fit.jacobian, fit.cost)
 
 
+def refit(fit: Fit, scene: Scene) -> Applied:
+    """The same law and shapes, fitted to another scene from where they stand."""
+    trial = _Trial(fit.law, scene)
+    fixed = {name: value for name, value in fit.applied.numbers.items() if name not in fit.law.free and name not in fit.law.tied}
+    found = descend(lambda x: trial.weighed(x, fixed), fit.sizes, trial.low, trial.high, FIT_STEPS)
+    return trial.applied(found.x if np.isfinite(found.cost) else fit.sizes, fixed)
+
+
 class _Trial:
     """One law on one scene: residuals for numbers."""
 
@@ -132,7 +142,9 @@ class _Trial:
         return Applied(self.law.stage, values | {name: values[owner] for name, owner in self.law.tied.items()})
 
     def change(self, x: Column, fixed: Mapping[str, float]) -> Column:
-        with np.errstate(invalid="ignore", over="ignore"):  # a law may run away: its cost is then not finite, and it is passed over
+        with np.errstate(
+            invalid="ignore", over="ignore"
+        ):  # a law may run away: its cost is then not finite, and it is passed over
             out: Column = self.scene.change(ready([self.applied(x, fixed)], self.scene.nominal))
         return out
 
@@ -152,7 +164,7 @@ class _Trial:
         residual = self.residual(x, fixed)
         return self.scene.factor.healthy.chi_square(residual) if np.isfinite(residual).all() else np.inf
 
-    def judged(self, effect: Effect, x: Column, fixed: Mapping[str, float], jacobian: Column, cost: float) -> Fitted:
+    def judged(self, effect: Effect, x: Column, fixed: Mapping[str, float], jacobian: Column, cost: float) -> Fit:
         """Laplace's evidence at the optimum, the law's usual error included."""
         healthy, lines, prior = self.scene.factor.healthy, self.scene.factor.lines, self.scene.prior
         change = self.change(x, fixed)
@@ -170,7 +182,7 @@ class _Trial:
         spread = np.sqrt(np.maximum(np.diag(np.linalg.pinv(hessian)), 0.0))
         laplace = 0.5 * len(x) * np.log(2 * np.pi) - 0.5 * log_det if sign > 0 else 0.0
         evidence = log_density + log_prior + laplace - self.law.charge
-        return Fitted(effect, self.law, self.applied(x, fixed), x, spread, float(evidence), change)
+        return Fit(effect, self.law, self.applied(x, fixed), x, spread, float(evidence), log_density, change)
 
     def _log_prior(self, x: Column, change: Column) -> tuple[float, Column]:
         """Log-normal in what the effect does, flat in its shapes; and the precision that holds each number within its range."""

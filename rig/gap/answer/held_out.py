@@ -1,0 +1,64 @@
+"""How far the gap shrinks once the causes are in the simulator, on records that their fit has not seen."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rig.gap.augment import remaining_gap
+from rig.gap.carry import Applied
+from rig.gap.hypotheses.fit import Fit, refit
+from rig.gap.hypotheses.scenes import PRESSURES, angle_scene, on_records, pressure_scene
+from rig.gap.prepared import Prepared
+from rig.gap.reference.build import Expected
+from rig.gap.settings import Fitted
+from rig.model.parameters import Model
+from rig.record import Column
+
+DRAWS = 400
+"""Resamples of the records behind the interval."""
+SEED = 20
+"""Of these resamples: the same records give the same interval."""
+WIDER = 1.0
+"""Factor on the logarithm of the interval's width: from its coverage on cases that nothing was fitted on."""
+
+
+@dataclass(frozen=True)
+class HowFar:
+    """Rms of the simulator's error, deg, with the causes in it."""
+
+    after_deg: float
+    low_deg: float
+    high_deg: float
+    """90 % interval for further records of the same kind."""
+    per_record_deg2: tuple[float, ...]
+    """Mean square of each record, by a fit to the others."""
+
+
+def how_far(
+    causes: Sequence[tuple[str, Fit]], expected: Expected, prepared: Prepared, model: Model | None, settings: Fitted
+) -> HowFar:
+    """Causes with the factor that each was found on; each record is judged by a fit to the other half of the records."""
+    count = len(expected.tracks)
+    left = np.zeros(count)
+    for odd in (0, 1) if count > 1 else (0,):
+        seen = [k for k in range(count) if k % 2 != odd] or [0]
+        applied = [_refitted(name, fit, on_records(expected, seen), settings, expected) for name, fit in causes]
+        remaining = remaining_gap(model, applied, prepared)
+        for k in range(count):
+            if k % 2 == odd or count == 1:
+                left[k] = _mean_square(remaining[k], prepared.pairs[k].used)
+    random = np.random.default_rng(SEED)
+    drawn = np.sqrt(np.mean(left[random.integers(count, size=(DRAWS, count))], axis=1))
+    middle = float(np.sqrt(left.mean()))
+    low, high = (float(middle * (value / max(middle, 1e-12)) ** WIDER) for value in np.quantile(drawn, (0.05, 0.95)))
+    return HowFar(middle, low, high, tuple(left.tolist()))
+
+
+def _refitted(name: str, fit: Fit, some: Expected, settings: Fitted, whole: Expected) -> Applied:
+    scene = pressure_scene(some, settings, whole) if name == PRESSURES else angle_scene(some, settings, whole)
+    return refit(fit, scene)
+
+
+def _mean_square(gap: Column, used: Column) -> float:
+    return float(np.sum(gap**2 * used) / max(float(used.sum()), 1.0))

@@ -1,0 +1,209 @@
+"""What re-tuning the simulator's own parameters to these records would close, and which of them moved.
+
+A model that is fitted again follows the records closer whatever causes the gap; so this is said beside the causes, never instead of
+them, and judged on records that the fit has not seen.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from rig.errors import RigError
+from rig.gap.records.pairs import Pair
+from rig.gap.solve import descend
+from rig.model.kernels import simulate
+from rig.model.parameters import Model, Parameter, StageModel
+from rig.record import Column
+
+STEPS = 5
+"""Gauss-Newton steps of a fold."""
+PLAIN = 2.5
+"""Standard deviations by which a parameter must move to be told."""
+LEAST_MOVE = 0.01
+"""Relative moves below this are none, whatever their standard deviation says."""
+THINNED = 4
+"""Every so manieth row of a record counts: neighbours say the same."""
+TUNED = {
+    "valve": ("gain", "offset_mpa", "tau_s"),
+    "muscle": ("lambda1", "lambda2", "xi1", "xi2", "phi1", "phi2", "beta1", "beta2", "xi", "psi", "beta", "mean_exponent"),
+    "joint": ("omega_rad_per_s", "damping"),
+    "sensor": ("gain", "offset_deg"),
+}
+"""Slot -> the ends of the names of parameters that re-tuning may move."""
+SCALES = {"offset_mpa": 0.005, "offset_deg": 1.0, "tau_s": 0.01}
+"""A usual move of parameters whose value may be zero, in their unit; of the others a tenth of their value."""
+
+
+@dataclass(frozen=True)
+class Moved:
+    """One parameter before and after."""
+
+    name: str
+    before: float
+    after: float
+    low: float
+    high: float
+    """95 % interval of `after`."""
+    unit: str
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "name": self.name, "from": self.before, "to": self.after, "low": self.low, "high": self.high, "unit": self.unit
+        }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Retuning:
+    """What a fit of the simulator's own parameters does."""
+
+    model: Model
+    before_deg: float
+    after_deg: float
+    """Rms of the simulator's error on records that the fit had not seen."""
+    moved: tuple[Moved, ...]
+    """Parameters that plainly moved, those that matter most first."""
+
+    @property
+    def closes_fraction(self) -> float:
+        """Share of the mean square of the simulator's error that goes."""
+        return float(np.clip(1.0 - (self.after_deg / max(self.before_deg, 1e-12)) ** 2, -1.0, 1.0))
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "closes_fraction": self.closes_fraction,
+            "before_deg": self.before_deg,
+            "after_deg": self.after_deg,
+            "parameters": [one.to_json() for one in self.moved],
+        }
+
+
+def retune(model: Model, pairs: Sequence[Pair], pressures: bool) -> Retuning | None:
+    """The simulator fitted again to these records; None where it runs away under them."""
+    names = [
+        (slot, name)
+        for slot, stage in model.stages().items()
+        for name in stage.parameters
+        if any(name == end or name.endswith(f"_{end}") for end in TUNED[slot])
+    ]
+    scales = np.array([_scale(model.stages()[slot].parameters[name], name) for slot, name in names])
+    start = np.array([model.stages()[slot].parameters[name].value for slot, name in names])
+    errors = [_Errors(model, names, start, scales, [pair], pressures) for pair in pairs]
+    before = [error.angle_ms(np.zeros(len(names))) for error in errors]
+    if not np.isfinite(before).all():
+        return None
+    held = []
+    for odd in (0, 1) if len(pairs) > 1 else (0,):
+        seen = [error for k, error in enumerate(errors) if k % 2 != odd] or errors
+        x = _fit(seen, len(names))[0]
+        held += [error.angle_ms(x) for k, error in enumerate(errors) if k % 2 == odd]
+    x, spread = _fit(errors, len(names))
+    after = float(np.mean([min(value, 4.0 * start) for value, start in zip(held, before, strict=False)]))
+    moved = [
+        Moved(
+            name if slot == "valve" else f"{slot}_{name}",
+            float(start[k]),
+            float(start[k] + scales[k] * x[k]),
+            float(start[k] + scales[k] * (x[k] - 1.96 * spread[k])),
+            float(start[k] + scales[k] * (x[k] + 1.96 * spread[k])),
+            model.stages()[slot].parameters[name].unit,
+        )
+        for k, (slot, name) in enumerate(names)
+        if abs(x[k]) > max(PLAIN * spread[k], LEAST_MOVE) and slot != "muscle"
+    ]
+    return Retuning(
+        _with(model, names, start + scales * x),
+        float(np.sqrt(np.mean(before))),
+        float(np.sqrt(after)),
+        tuple(sorted(moved, key=lambda one: -abs(one.after - one.before) / max(one.high - one.low, 1e-12))),
+    )
+
+
+def _scale(parameter: Parameter, name: str) -> float:
+    return next((scale for end, scale in SCALES.items() if name.endswith(end)), 0.1 * max(abs(parameter.value), 1e-4))
+
+
+def _fit(errors: Sequence["_Errors"], count: int) -> tuple[Column, Column]:
+    """Moves in scales, held to zero by one unit each, and their standard deviations."""
+
+    def residual(x: Column) -> Column:
+        return np.concatenate([*(error.weighed(x) for error in errors), x])
+
+    wide = np.full(count, 5.0)
+    fit = descend(residual, np.zeros(count), -wide, wide, STEPS)
+    rows = len(fit.residual) - count
+    level = max(float(np.sum(fit.residual[:rows] ** 2)) / max(rows, 1), 1e-12) * _COLOUR
+    gram = fit.jacobian[:rows].T @ fit.jacobian[:rows] / level + np.eye(count)
+    return fit.x, np.sqrt(np.maximum(np.diag(np.linalg.pinv(gram)), 0.0))
+
+
+_COLOUR = 25.0
+"""Rows that count as one: residuals of a simulator are coloured over about a second."""
+
+
+def _with(model: Model, names: Sequence[tuple[str, str]], values: Column) -> Model:
+    """The model with other values, kept within the parameters' own bounds."""
+    changed: dict[str, StageModel] = {}
+    for (slot, name), value in zip(names, values, strict=True):
+        stage = changed.get(slot, model.stages()[slot])
+        parameter = stage.parameters[name]
+        held = replace(parameter, value=float(np.clip(value, parameter.low, parameter.high)))
+        changed[slot] = replace(stage, parameters={**stage.parameters, name: held})
+    return replace(model, **changed)  # type: ignore[arg-type]
+
+
+class _Errors:
+    """The simulator's error on some records for moves of its parameters."""
+
+    def __init__(
+        self,
+        model: Model,
+        names: Sequence[tuple[str, str]],
+        start: Column,
+        scales: Column,
+        pairs: Sequence[Pair],
+        pressures: bool,
+    ) -> None:
+        self._made: Callable[[Column], Model] = lambda x: _with(model, names, start + scales * x)
+        self._pairs, self._pressures = pairs, pressures
+        angle = np.concatenate([pair.case.angle_deg for pair in pairs])
+        self._angle_unit = 0.01 * max(float(np.ptp(angle)), 1e-3)
+        pressure = np.concatenate([pair.case.p1_mpa for pair in pairs if pair.case.p1_mpa is not None] or [np.zeros(1)])
+        self._pressure_unit = 0.01 * max(float(np.ptp(pressure)), 1e-3)
+
+    def _said(self, x: Column) -> list[tuple[Column, Column, Column]]:
+        """For each record (n,): error of the angle (deg) and of both pressures (MPa)."""
+        model, found = self._made(x), []
+        for pair in self._pairs:
+            said = simulate(model, pair.raw)
+            t = said.t_s - said.t_s[0]
+            angle, p1, p2 = (None if c is None else np.interp(pair.t_s, t, c) for c in (said.angle_deg, said.p1_mpa, said.p2_mpa))
+            assert angle is not None
+            none = np.zeros_like(angle)
+            both = self._pressures and p1 is not None and p2 is not None and pair.case.p1_mpa is not None
+            found.append(
+                (
+                    (pair.case.angle_deg - angle) * pair.used,
+                    (pair.case.p1_mpa - p1) * pair.used if both else none,
+                    (pair.case.p2_mpa - p2) * pair.used if both else none,
+                )
+            )
+        return found
+
+    def weighed(self, x: Column) -> Column:
+        try:
+            said = self._said(x)
+        except RigError:  # these values run away
+            return np.full(sum(3 * len(pair.t_s[::THINNED]) for pair in self._pairs), np.nan)
+        units = (self._angle_unit, self._pressure_unit, self._pressure_unit)
+        return np.concatenate([column[::THINNED] / unit for one in said for column, unit in zip(one, units, strict=True)])
+
+    def angle_ms(self, x: Column) -> float:
+        """Mean square of the angle's error, deg^2; infinite where the simulator runs away."""
+        try:
+            said = self._said(x)
+        except RigError:
+            return np.inf
+        used = max(sum(float(pair.used.sum()) for pair in self._pairs), 1.0)
+        return sum(float(np.sum(angle**2)) for angle, _, _ in said) / used

@@ -1,0 +1,314 @@
+"""From the posterior to the answer: verdict, causes, where, how far, what cannot be told."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rig.gap.answer.held_out import HowFar
+from rig.gap.answer.retuning import Retuning
+from rig.gap.augment import remaining_gap
+from rig.gap.carry import Applied, full_numbers
+from rig.gap.causes import marked
+from rig.gap.effects import LIBRARY
+from rig.gap.engine import overall_gap
+from rig.gap.evidence.posterior import NONE, UNKNOWN, Posterior
+from rig.gap.hypotheses.fit import Fit
+from rig.gap.hypotheses.scenes import PRESSURES
+from rig.gap.localise import frequency_shares, over_time, phase_shares, region_shares
+from rig.gap.next_experiment import recommend
+from rig.gap.prepared import Prepared
+from rig.gap.raw_tests.signature import Signature
+from rig.gap.reference.build import Expected, rms_of
+from rig.gap.result import Cause, Diagnosis, Interval, Ranked
+from rig.model.effect_stages import EFFECT_STAGES
+from rig.model.parameters import Model
+from rig.record import Column
+
+STAGES = ("timing", "valve", "muscle", "joint", "sensor")
+ABOVE = 1.2
+"""A gap counts as above the floor from this ratio on; below it, what is explained is counted from zero."""
+SPOILT = 1.02
+"""A cause that leaves more than this share of the rms in the simulator is not added to it."""
+MOST_TRIED = 4
+
+
+@dataclass(frozen=True)
+class Told:
+    """Everything that an answer is made of."""
+
+    expected: Expected
+    prepared: Prepared
+    simulator: Model | None
+    posteriors: tuple[Posterior, ...]
+    marks: list[Signature]
+    retuning: Retuning | None
+
+    @property
+    def angle(self) -> Posterior:
+        """The angle's factor."""
+        return self.posteriors[-1]
+
+    @property
+    def pressures(self) -> Posterior | None:
+        """The pressures' factor where they were measured."""
+        return self.posteriors[0] if self.posteriors[0].stand.name == PRESSURES else None
+
+    @property
+    def named(self) -> list[tuple[Posterior, Fit]]:
+        """The effects that are the likeliest explanation of their factor, each once, upstream first."""
+        found: dict[str, tuple[Posterior, Fit]] = {}
+        for posterior in self.posteriors:
+            if posterior.found and posterior.fit is not None:
+                found.setdefault(posterior.best, (posterior, posterior.fit))
+        return list(found.values())
+
+
+def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Diagnosis:
+    """The diagnosis; `after` says how far the gap shrinks with some causes in the simulator."""
+    pairs = told.prepared.pairs
+    gaps = overall_gap(told.prepared, [])
+    before, floor = rms_of(gaps, pairs), _floor(told)
+    kept = _helping(told, before)
+    far = after([(posterior.stand.name, fit) for posterior, fit in kept])
+    marks = [marked(mark, told.prepared) for mark in told.marks if mark.found and mark.effect]
+    causes = [*_causes(told, kept, before, far), *_unknowns(told, before), *marks]
+    causes += [Cause(UNKNOWN, "sensor", "raw data", None, {}, before, before, 0.0, (), 0.5) for _ in _strange(told)]
+    verdict = _verdict(told, causes)
+    names_something = any(cause.effect != UNKNOWN for cause in causes)
+    gap = {
+        "rms_deg": before,
+        "floor_deg": floor,
+        "ratio": before / floor,
+        "explained_fraction": _explained(told, kept, before, far.after_deg, floor) if names_something else 0.0,
+        "after_deg": far.after_deg if kept else before,
+        "after_low_deg": far.low_deg if kept else before,
+        "after_high_deg": far.high_deg if kept else before,
+        "floor_source": told.expected.levels,
+    }
+    return Diagnosis(
+        verdict,
+        _confidence(told, marks),
+        gap,
+        _where(told, causes, gaps),
+        causes,
+        _ranking(told, marks),
+        _next(told, floor),
+        _evidence(told, gaps, far, bool(kept)),
+        list(
+            dict.fromkeys(
+                [*told.prepared.pairing.notes, *(f"{mark.text}: no effect of the library does that" for mark in _strange(told))]
+            )
+        ),
+        reference=told.expected.kind.value,
+        retuning=None if told.retuning is None else told.retuning.to_json(),
+    )
+
+
+def _strange(told: Told) -> list[Signature]:
+    """Marks of something in the angle that the library has no name for."""
+    return [mark for mark in told.marks if mark.found and mark.effect is None and mark.variance_deg2 > 0.0]
+
+
+def _floor(told: Told) -> float:
+    """What the angle may be off under the commands when nothing is wrong: its own floor, and what the pressures' does to it."""
+    angle = told.angle.stand.scene.factor.floor
+    if told.pressures is None:
+        return angle
+    pressure = told.pressures.stand.scene
+    through = pressure.factor.floor / max(pressure.moving, 1e-9) * told.angle.stand.scene.moving
+    return float(np.hypot(angle, through))
+
+
+def _helping(told: Told, before: float) -> list[tuple[Posterior, Fit]]:
+    """The named effects without any that makes the simulator follow these records worse; said when so."""
+    kept = []
+    for posterior, fit in told.named:
+        alone = rms_of(remaining_gap(told.simulator, [fit.applied], told.prepared), told.prepared.pairs)
+        if alone <= SPOILT * before or posterior.stand.name == PRESSURES:
+            kept.append((posterior, fit))
+    return kept
+
+
+def _causes(told: Told, kept: Sequence[tuple[Posterior, Fit]], before: float, far: HowFar) -> list[Cause]:
+    """The named effects, the one that closes most first."""
+    found = []
+    for posterior, fit in kept:
+        alone = rms_of(remaining_gap(told.simulator, [fit.applied], told.prepared), told.prepared.pairs)
+        left = far.after_deg if len(kept) == 1 else alone
+        others = tuple(name for name in posterior.names if name in posterior.fits and name != fit.effect.name)
+        found.append(
+            Cause(
+                fit.effect.name,
+                EFFECT_STAGES[fit.applied.stage].lies_in,
+                posterior.stand.name,
+                Applied(fit.applied.stage, full_numbers(fit.applied, told.prepared.nominal)),
+                intervals(fit),
+                before,
+                min(left, before),
+                share_closed(posterior, fit),
+                others,
+                posterior.probability[fit.effect.name],
+            )
+        )
+    return sorted(found, key=lambda cause: cause.gap_after_deg)
+
+
+def _unknowns(told: Told, before: float) -> list[Cause]:
+    """Something unknown for each factor where that is the likeliest, or stands beside the effect."""
+    found = []
+    for posterior in told.posteriors:
+        open_here = posterior.fit is None or posterior.beside > 0.5 or (posterior.fit, posterior) in _spoilt(told, before)
+        if posterior.found and open_here:
+            near = sorted(posterior.fits, key=lambda name: -posterior.probability[name])[:2]
+            stage = EFFECT_STAGES[posterior.fits[near[0]].applied.stage].lies_in if near else "joint"
+            chance = posterior.probability[UNKNOWN] if posterior.fit is None else posterior.beside
+            found.append(Cause(UNKNOWN, stage, posterior.stand.name, None, {}, before, before, 0.0, tuple(near), chance))
+    return found
+
+
+def _spoilt(told: Told, before: float) -> list[tuple[Fit, Posterior]]:
+    kept = [fit for _, fit in _helping(told, before)]
+    return [(fit, posterior) for posterior, fit in told.named if fit not in kept]
+
+
+def intervals(fit: Fit) -> dict[str, Interval]:
+    """Fitted numbers with 95 % intervals, fixed shapes with none."""
+    known = {number.name: number for number in EFFECT_STAGES[fit.applied.stage].numbers}
+    spread = dict(zip(fit.law.free, fit.spread.tolist(), strict=True))
+    said = {}
+    for name, value in fit.applied.numbers.items():
+        half = 1.96 * spread.get(name, spread.get(fit.law.tied.get(name, ""), 0.0))
+        said[name] = Interval(float(value), float(value) - half, float(value) + half, known[name].unit)
+    return said
+
+
+def share_closed(posterior: Posterior, fit: Fit) -> float:
+    """Share of its own factor's gap that an effect closes, in mean squares above what is expected anyhow."""
+    factor = posterior.stand.scene.factor
+    gap = factor.lines.of(factor.gap)
+    effective = factor.healthy.effective
+    before = factor.healthy.chi_square(gap)
+    after = factor.healthy.chi_square(gap - factor.lines.of(fit.change))
+    return float(np.clip((before - after) / max(before - min(effective, 0.5 * before), 1e-9), 0.0, 1.0))
+
+
+def _explained(told: Told, kept: Sequence[tuple[Posterior, Fit]], before: float, after: float, floor: float) -> float:
+    """(G - E) / (G - F) in mean squares of the angle where it stands above the floor; else of what the causes were found on."""
+    if not kept:
+        return 1.0
+    if before > ABOVE * floor:
+        return float(np.clip((before**2 - after**2) / (before**2 - floor**2), -1.0, 1.0))
+    own = max(share_closed(posterior, fit) for posterior, fit in kept)
+    return float(max(own, 1.0 - (after / max(before, 1e-12)) ** 2))
+
+
+def _verdict(told: Told, causes: Sequence[Cause]) -> str:
+    named = any(cause.effect != UNKNOWN for cause in causes)
+    unknown = any(cause.effect == UNKNOWN for cause in causes)
+    if not named:
+        return "unknown" if unknown else "none"
+    return "partly_explained" if unknown else "explained"
+
+
+def _confidence(told: Told, marks: Sequence[Cause]) -> float:
+    """Probability that what is said of every factor is right."""
+    chances = [posterior.probability[posterior.best if posterior.found else NONE] for posterior in told.posteriors]
+    return float(np.prod([*chances, *(mark.confidence for mark in marks)]))
+
+
+def _where(told: Told, causes: Sequence[Cause], gaps: Sequence[Column]) -> dict[str, object]:
+    pairs = told.prepared.pairs
+    healthy = [track.reference.angle_deg for track in told.expected.tracks]
+    return {
+        "stage": causes[0].stage if causes else None,
+        "shares": _shares(told),
+        "chain": _chain(causes),
+        "frequency": frequency_shares(pairs, gaps),
+        "phase": phase_shares(pairs, healthy, gaps),
+        "region": region_shares(pairs, healthy, gaps),
+        "time": over_time(pairs, gaps),
+    }
+
+
+def _shares(told: Told) -> dict[str, float]:
+    """Shares of the angle gap's mean square that come through the pressures and from behind them; empty from the angle alone."""
+    if told.pressures is None:
+        return {}
+    pairs, expected = told.prepared.pairs, told.expected
+    through = [base - track.reference.angle_deg for base, track in zip(expected.base, expected.tracks, strict=True)]
+    behind = [pair.case.angle_deg - base for pair, base in zip(pairs, expected.base, strict=True)]
+    ahead, after = rms_of(through, pairs) ** 2, rms_of(behind, pairs) ** 2
+    return {"valve": ahead / max(ahead + after, 1e-12), "downstream": after / max(ahead + after, 1e-12)}
+
+
+def _chain(causes: Sequence[Cause]) -> list[dict[str, object]]:
+    """Every stage in the order of the chain with what was found there, and the share of what the causes close."""
+    closed = dict.fromkeys(STAGES, 0.0)
+    for cause in causes:
+        closed[cause.stage] += max(cause.gap_before_deg**2 - cause.gap_after_deg**2, 0.0)
+    total = max(sum(closed.values()), 1e-12)
+    return [
+        {"stage": stage, "effects": [cause.effect for cause in causes if cause.stage == stage], "share": closed[stage] / total}
+        for stage in STAGES
+    ]
+
+
+def _ranking(told: Told, marks: Sequence[Cause]) -> list[Ranked]:
+    """All effects of both factors by probability, those of the raw data first."""
+    lines = [Ranked(mark.effect, mark.stage, "raw data", mark.explained_fraction, mark.confidence, 0.0) for mark in marks]
+    for posterior in told.posteriors:
+        for name, fit in posterior.fits.items():
+            lies_in = EFFECT_STAGES[fit.applied.stage].lies_in
+            closed = share_closed(posterior, fit)
+            lines.append(Ranked(name, lies_in, posterior.stand.name, closed, posterior.probability[name], -fit.log_evidence))
+    return sorted(lines, key=lambda line: -line.probability)
+
+
+def _next(told: Told, floor: float) -> dict[str, object] | None:
+    """The experiment that best tells apart what is still possible on the first factor that leaves a choice."""
+    for posterior in told.posteriors:
+        possible = [posterior.fits[name].applied for name in posterior.names if name in posterior.fits][:MOST_TRIED]
+        if posterior.found and len(possible) >= 2:
+            valve = None if told.pressures is None else told.pressures.stand.scene.factor.floor
+            return recommend(possible, told.expected.nominal, told.expected.tracks, floor, valve)
+    return None
+
+
+def _evidence(told: Told, gaps: Sequence[Column], far: HowFar, added: bool) -> dict[str, object]:
+    pairs = told.prepared.pairs
+    before = [rms_of([gap], [pair]) for gap, pair in zip(gaps, pairs, strict=True)]
+    after = [float(np.sqrt(value)) for value in far.per_record_deg2] if added else before
+    return {
+        "factors": {posterior.stand.name: _factor_facts(posterior) for posterior in told.posteriors},
+        "signatures": [vars(mark) for mark in told.marks],
+        "records": [
+            {"record": pair.name, "gap_before_deg": one, "gap_after_deg": other}
+            for pair, one, other in zip(pairs, before, after, strict=True)
+        ],
+        "sessions": len(pairs[0].sessions),
+        "pressures_used": told.expected.driven,
+        "unpaired": told.prepared.pairing.unpaired,
+    }
+
+
+def _factor_facts(posterior: Posterior) -> dict[str, object]:
+    factor = posterior.stand.scene.factor
+    return {
+        "gap": factor.rms(factor.gap),
+        "floor": factor.floor,
+        "unit": "MPa" if posterior.stand.name == PRESSURES else "deg",
+        "found": posterior.found,
+        "probability": {name: chance for name, chance in posterior.probability.items() if chance > 1e-4},
+        "set": posterior.names,
+        "unknown_beside": posterior.beside,
+        "stage_probability": _by_stage(posterior),
+    }
+
+
+def _by_stage(posterior: Posterior) -> dict[str, float]:
+    """Probability that the cause lies at each stage."""
+    total = dict.fromkeys(STAGES, 0.0)
+    for name in posterior.fits:
+        total[LIBRARY[name].stage] += posterior.probability[name]
+    return total

@@ -1,0 +1,78 @@
+"""The two scenes on which hypotheses compete: the pressures under the commands, and the angle under the pressures."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rig.gap.bench import law_scales
+from rig.gap.effects import Law
+from rig.gap.hypotheses.fit import Scene, angle_change, pressure_change
+from rig.gap.reference.build import Expected
+from rig.gap.reference.expectation import angle_parts, pressure_parts
+from rig.gap.settings import Fitted
+from rig.model.effect_stages import EFFECT_STAGES
+from rig.model.slots import Slot
+
+AHEAD = (Slot.TIMING, Slot.VALVE)
+PRESSURES, ANGLE = "pressures", "angle"
+
+
+@dataclass(frozen=True)
+class Stand:
+    """One factor's scene, the same on the few records that show most, and which laws act on it."""
+
+    name: str
+    scene: Scene
+    rough: Scene
+    shows: Callable[[Law], bool]
+
+
+def acts_ahead(law: Law) -> bool:
+    """Whether a law acts ahead of the pressure monitors."""
+    return EFFECT_STAGES[law.stage].slot in AHEAD
+
+
+def stands(expected: Expected, settings: Fitted) -> list[Stand]:
+    """The factors that there are, upstream first. From the angle alone every law acts on the angle."""
+    few = on_records(expected, telling_records(expected))
+    if not expected.driven:
+        return [Stand(ANGLE, angle_scene(expected, settings), angle_scene(few, settings, expected), lambda law: True)]
+    return [
+        Stand(PRESSURES, pressure_scene(expected, settings), pressure_scene(few, settings, expected), acts_ahead),
+        Stand(ANGLE, angle_scene(expected, settings), angle_scene(few, settings, expected), lambda law: not acts_ahead(law)),
+    ]
+
+
+def pressure_scene(expected: Expected, settings: Fitted, whole: Expected | None = None) -> Scene:
+    """The pressures of some records; scales are those of the `whole`."""
+    factor = pressure_parts(expected.tracks, expected.pairing.p0_mpa).factor(
+        settings.levels[expected.levels].pressures, settings.prior
+    )
+    moving = float(np.std(np.concatenate([track.reference.p1_mpa for track in expected.tracks])))
+    scales = law_scales((whole or expected).tracks)
+    return Scene(factor, pressure_change(expected.tracks, expected.nominal), expected.nominal, scales, moving, settings.prior)
+
+
+def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = None) -> Scene:
+    """The angle of some records; scales are those of the `whole`."""
+    tracks, base, nominal = expected.tracks, expected.base, expected.nominal
+    factor = angle_parts(tracks, base, nominal, expected.driven).factor(settings.levels[expected.levels].angle, settings.prior)
+    moving = float(np.std(np.concatenate(base)))
+    scales = law_scales((whole or expected).tracks)
+    return Scene(factor, angle_change(tracks, base, nominal, expected.driven), nominal, scales, moving, settings.prior)
+
+
+def on_records(expected: Expected, chosen: Sequence[int]) -> Expected:
+    """The same with some of its records only."""
+    return replace(expected, tracks=[expected.tracks[k] for k in chosen], base=tuple(expected.base[k] for k in chosen))
+
+
+def telling_records(expected: Expected) -> list[int]:
+    """Three records on which to try first: the two with the largest gap, and the middle one."""
+    sizes = [
+        float(np.mean(((track.pair.case.angle_deg - angle) * track.pair.used) ** 2))
+        for track, angle in zip(expected.tracks, expected.base, strict=True)
+    ]
+    order = np.argsort(sizes)[::-1]
+    return sorted({int(order[0]), int(order[min(1, len(order) - 1)]), int(order[len(order) // 2])})

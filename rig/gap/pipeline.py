@@ -1,0 +1,106 @@
+"""The steps of a diagnosis by one likelihood, in their order: pair, test the raw samples, expect, judge, re-tune, answer.
+
+Used for question 1 (what does the simulator lack?) and with one earlier day; several days are judged by `rig.gap.diagnosis` still,
+which names more there (docs/decisions/0520).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from rig.errors import RecordError
+from rig.gap.answer.held_out import HowFar, how_far
+from rig.gap.answer.retuning import Retuning, retune
+from rig.gap.answer.tell import Told, tell
+from rig.gap.effects import Effect, chosen
+from rig.gap.evidence.posterior import Posterior, judge
+from rig.gap.floor import high_frequency_noise
+from rig.gap.hypotheses.fit import Fit
+from rig.gap.hypotheses.scenes import stands
+from rig.gap.prepared import Prepared
+from rig.gap.raw_tests.lost import bridged, lost_rows
+from rig.gap.raw_tests.read import read_signatures
+from rig.gap.raw_tests.signature import Signature
+from rig.gap.records.pairs import Pairing, pair_up
+from rig.gap.reference.build import Expected, Kind, expect
+from rig.gap.result import Diagnosis
+from rig.gap.settings import fitted
+from rig.model.parameters import Model
+from rig.record import Record
+
+USUAL_P0_MPA = 0.2
+
+
+@dataclass(frozen=True)
+class Grounds:
+    """What an answer rests on, for the words, the pictures and the augmented model."""
+
+    prepared: Prepared
+    simulator: Model | None
+    expected: Expected
+    posteriors: tuple[Posterior, ...]
+    retuning: Retuning | None
+
+
+@dataclass(frozen=True)
+class Question:
+    """What is asked of which records."""
+
+    model: Model | None
+    records: Sequence[Record]
+    days: Sequence[Sequence[Record]]
+    kind: Kind
+    sister: bool = False
+    """The simulator was made for another rig of the build, or from data sheets."""
+    pressures: bool = True
+    library: Sequence[str] | None = None
+
+
+def answer(question: Question) -> tuple[Diagnosis, Grounds]:
+    """The diagnosis with what it rests on. RecordError and ModelError when there is nothing to compare with."""
+    settings, effects = fitted(), chosen(question.library)
+    pairing = _paired(question, question.records, question.days)
+    marks = _named_only(read_signatures(pairing.pairs), effects)
+    if any(mark.found and mark.effect == "lost_samples" for mark in marks):
+        pairing = _bridged(question, pairing)
+    expected = expect(question.kind, question.sister, question.model, pairing)
+    prepared = Prepared(
+        expected.pairing,
+        expected.tracks,
+        expected.nominal,
+        bool(pairing.pairs[0].sessions),
+        high_frequency_noise([pair.case.angle_deg for pair in pairing.pairs]),
+    )
+    fitting = [effect for effect in effects if not effect.signature]
+    posteriors = tuple(judge(fitting, stand) for stand in stands(expected, settings))
+    at_rest = None if question.model is None else replace(question.model, p0_mpa=pairing.p0_mpa)
+    retuning = None if at_rest is None else retune(at_rest, pairing.pairs, expected.driven)
+    grounds = Grounds(prepared, at_rest, expected, posteriors, retuning)
+
+    def after(causes: Sequence[tuple[str, Fit]]) -> HowFar:
+        return how_far(causes, expected, prepared, at_rest, settings)
+
+    return tell(Told(expected, prepared, at_rest, posteriors, marks, retuning), after), grounds
+
+
+def _paired(question: Question, records: Sequence[Record], days: Sequence[Sequence[Record]]) -> Pairing:
+    p0_mpa = question.model.p0_mpa if question.model else USUAL_P0_MPA
+    wanted = days if question.kind is Kind.SESSION else []
+    pairing = pair_up(records, wanted, p0_mpa, pressures=question.pressures)
+    if question.kind is Kind.SESSION and not pairing.pairs[0].sessions:
+        raise RecordError(f"--baseline: pairs with no record: {'; '.join(pairing.notes) or 'other sweeps'}")
+    return pairing
+
+
+def _named_only(marks: Sequence[Signature], effects: Sequence[Effect]) -> list[Signature]:
+    """The marks; those whose effect the library at hand does not hold stay without a name."""
+    known = {effect.name for effect in effects}
+    return [mark if mark.effect is None or mark.effect in known else replace(mark, effect=None) for mark in marks]
+
+
+def _bridged(question: Question, pairing: Pairing) -> Pairing:
+    """Paired anew with the case's lost samples bridged, in the day beside it as well."""
+    lost = [lost_rows(pair.raw) for pair in pairing.pairs]
+    records = [bridged(pair.raw, rows) for pair, rows in zip(pairing.pairs, lost, strict=True)]
+    count = len(pairing.pairs[0].raw_baselines)
+    days = [[bridged(pair.raw_baselines[k], rows) for pair, rows in zip(pairing.pairs, lost, strict=True)] for k in range(count)]
+    return _paired(question, records, days)

@@ -1,0 +1,145 @@
+"""Which reference there is, and what it expects: of every record, its pressures under the commands and its angle under the pressures.
+
+| reference | from |
+|---|---|
+| sessions | two or more earlier days |
+| session | one earlier day |
+| fingerprint | the response model that identification keeps in the model file |
+| simulator | the model alone; with the levels of a sister when it was made for another rig of the build |
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+import numpy as np
+
+from rig.errors import ConfigError, ModelError
+from rig.gap.carry import Track, angle_under, lay_tracks
+from rig.gap.engine import modelled, references_of
+from rig.gap.nominal import Nominal, Reference, describe, mean_session
+from rig.gap.records.pairs import Pair, Pairing
+from rig.model.kernels import simulate
+from rig.model.parameters import Input, Model
+from rig.record import Column
+
+
+class Kind(StrEnum):
+    """What stands for the rig without a gap."""
+
+    SESSIONS = "sessions"
+    SESSION = "session"
+    FINGERPRINT = "fingerprint"
+    SIMULATOR = "simulator"
+
+
+AUTO = "auto"
+SISTER = "sister"
+"""Levels of a simulator that was made for another rig of the build, or from data sheets."""
+
+
+@dataclass(frozen=True)
+class Expected:
+    """A reference brought to the records."""
+
+    kind: Kind
+    levels: str
+    """Which levels say how surely it knows the rig."""
+    pairing: Pairing
+    tracks: list[Track]
+    nominal: Nominal
+    base: tuple[Column, ...]
+    """Expected angle of each record, under its measured pressures where there are any."""
+
+    @property
+    def driven(self) -> bool:
+        """Both factors count: the angle is expected under the measured pressures."""
+        return self.pairing.pressures
+
+
+def choose(asked: str, model: Model | None, sessions: int) -> Kind:
+    """The reference that is asked for, or the best there is; ConfigError when it cannot be had."""
+    has_fingerprint = model is not None and model.fingerprint is not None
+    if asked == AUTO:
+        if sessions:
+            return Kind.SESSIONS if sessions > 1 else Kind.SESSION
+        return Kind.FINGERPRINT if has_fingerprint else Kind.SIMULATOR
+    kind = Kind(asked)
+    least = {Kind.SESSIONS: 2, Kind.SESSION: 1}.get(kind, 0)
+    if sessions < least:
+        raise ConfigError(
+            f"--reference {kind}: needs {least} earlier day{'s' if least > 1 else ''} by --baseline, {sessions} given"
+        )
+    if kind is Kind.FINGERPRINT and not has_fingerprint:
+        raise ConfigError(
+            "--reference fingerprint: the model file has none; `pamrig identify` writes one, and `--reference simulator` does without"
+        )
+    return kind
+
+
+def expect(kind: Kind, sister: bool, model: Model | None, pairing: Pairing) -> Expected:
+    """What the reference says of the records; ModelError when the model is no simulator of them."""
+    if kind in (Kind.SESSIONS, Kind.SESSION):
+        return _from_days(kind, pairing)
+    if model is None:
+        raise ModelError("neither a fitting baseline nor a model was given: there is nothing to compare with")
+    if kind is Kind.FINGERPRINT and model.fingerprint is not None:
+        return _from_response(model.fingerprint.response, pairing)
+    return _from_simulator(SISTER if sister else kind.value, model, pairing)
+
+
+def _from_days(kind: Kind, pairing: Pairing) -> Expected:
+    sessions = [mean_session(pair, pairing.pressures) for pair in pairing.pairs]
+    regulators, references = references_of(None, pairing.pairs, sessions, pairing.pressures, True)
+    nominal = describe(pairing.pairs, references, pairing.p0_mpa, regulators)
+    tracks = lay_tracks(pairing.pairs, references, nominal)
+    base = [_under_case(track, nominal) if pairing.pressures else track.reference.angle_deg for track in tracks]
+    return Expected(kind, kind.value, pairing, tracks, nominal, tuple(base))
+
+
+def _from_response(response: Nominal, pairing: Pairing) -> Expected:
+    references = []
+    for pair in pairing.pairs:
+        p1, p2 = response.pressures(pair.u1_mpa, pair.u2_mpa, pair.dt_s)
+        references.append(Reference(p1, p2, response.angle(p1, p2, pair.dt_s)))
+    tracks = lay_tracks(pairing.pairs, references, response)
+    base = [_under_case(track, response) if pairing.pressures else track.reference.angle_deg for track in tracks]
+    return Expected(Kind.FINGERPRINT, Kind.FINGERPRINT.value, pairing, tracks, response, tuple(base))
+
+
+def _from_simulator(levels: str, model: Model, pairing: Pairing) -> Expected:
+    at_rest = replace(model, p0_mpa=pairing.p0_mpa)
+    sessions = [modelled(at_rest, pair) for pair in pairing.pairs]
+    regulators, references = references_of(at_rest, pairing.pairs, sessions, pairing.pressures, False)
+    nominal = describe(pairing.pairs, references, pairing.p0_mpa, regulators)
+    tracks = lay_tracks(pairing.pairs, references, nominal)
+    driven = pairing.pressures and model.muscle.input is Input.PRESSURE
+    base = [_simulated(at_rest, track, nominal) if driven else track.reference.angle_deg for track in tracks]
+    if pairing.pressures and not driven:
+        pairing.notes.append(
+            "the model is driven by the command: it says nothing of the pressures, and the angle alone is judged"
+        )
+    return Expected(Kind.SIMULATOR, levels, replace(pairing, pressures=driven), tracks, nominal, tuple(base))
+
+
+def _under_case(track: Track, nominal: Nominal) -> Column:
+    case = track.pair.case
+    assert case.p1_mpa is not None
+    assert case.p2_mpa is not None
+    return angle_under(case.p1_mpa, case.p2_mpa, track, nominal)
+
+
+def _simulated(model: Model, track: Track, nominal: Nominal) -> Column:
+    """The simulator's angle under the measured pressures; by its response model where it runs away under them."""
+    try:
+        said = simulate(model, track.pair.raw, drive=Input.PRESSURE)
+    except ModelError:
+        return _under_case(track, nominal)
+    assert said.angle_deg is not None
+    return np.interp(track.pair.t_s, said.t_s - said.t_s[0], said.angle_deg)
+
+
+def rms_of(columns: Sequence[Column], pairs: Sequence[Pair]) -> float:
+    """Rms of columns over the rows of their pairs that were measured."""
+    used = sum(float(pair.used.sum()) for pair in pairs)
+    return float(np.sqrt(sum(float(np.sum(c**2 * p.used)) for c, p in zip(columns, pairs, strict=True)) / max(used, 1.0)))
