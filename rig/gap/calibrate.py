@@ -17,6 +17,9 @@ START = {
     "loop": 0.05, "monitor_mpa": 8e-4, "monitor_gain": 5e-3, "mean_law": 0.03, "drift": 1e-3, "warming": 2e-3, "bank": 3e-3,
 }  # fmt: skip
 """Where the search begins, and what a level falls back to of which the days say nothing; units as in the names."""
+MOST = {"gain": 0.1, "monitor_gain": 0.06, "loop": 0.5, "mean_law": 0.5}
+"""Largest levels that physics allows: a monitor is at most 6 % of full scale off (data sheet), a simulator 10 % of gain. Two patterns that
+all but undo each other would else grow without end."""
 START_SHARE, START_EVEN = 0.01, 0.003
 PULL = 0.02
 """How firmly levels are held to the start, per squared factor e, in nats."""
@@ -30,8 +33,9 @@ def fit_levels(days: Sequence[Parts], prior: Prior) -> FactorLevels:
 
     def levels(x: Column) -> FactorLevels:
         values = np.exp(x).tolist()
-        return FactorLevels(dict(zip(names, values, strict=False)), values[-2], values[-1])
+        return FactorLevels(dict(zip(names, values, strict=False)), values[-2], values[-1], floor)
 
+    floor = float(np.sqrt(np.mean([(day.rms(day.gap) / day.span) ** 2 for day in days])))
     residuals = [day.lines.of(day.gap) for day in days]
 
     def cost(x: Column) -> float:
@@ -39,5 +43,6 @@ def fit_levels(days: Sequence[Parts], prior: Prior) -> FactorLevels:
         said = sum(day.factor(here, prior).healthy.log_density(gap) for day, gap in zip(days, residuals, strict=True))
         return float(PULL * np.sum((x - start) ** 2) - said)
 
-    found = minimize(cost, start, method="L-BFGS-B", options={"maxiter": ROUNDS})
+    bounds = [(None, float(np.log(MOST[name])) if name in MOST else None) for name in names] + [(None, None)] * 2
+    found = minimize(cost, start, method="L-BFGS-B", bounds=bounds, options={"maxiter": ROUNDS})
     return levels(found.x)

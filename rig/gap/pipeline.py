@@ -66,7 +66,7 @@ def answer(question: Question) -> tuple[Diagnosis, Grounds]:
     prepared = Prepared(
         expected.pairing,
         expected.tracks,
-        expected.nominal,
+        expected.response,
         bool(pairing.pairs[0].sessions),
         high_frequency_noise([pair.case.angle_deg for pair in pairing.pairs]),
     )

@@ -41,6 +41,8 @@ class FactorLevels:
     """Of what the response misses, as a share of its own motion."""
     even: float
     """The same on every line alike, as a share of the span."""
+    floor: float
+    """Rms by which healthy days differ from what is expected, as a share of the span."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +51,9 @@ class Levels:
 
     pressures: FactorLevels
     angle: FactorLevels
+    """Of the angle under the measured pressures."""
+    commanded_floor: float
+    """As `floor`, of the angle under the commands."""
 
 
 @dataclass(frozen=True)

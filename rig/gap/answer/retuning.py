@@ -12,7 +12,7 @@ import numpy as np
 
 from rig.errors import RigError
 from rig.gap.records.pairs import Pair
-from rig.gap.solve import descend
+from rig.identify.descent import Fit, descend
 from rig.model.kernels import simulate
 from rig.model.parameters import Model, Parameter, StageModel
 from rig.record import Column
@@ -21,6 +21,10 @@ STEPS = 5
 """Gauss-Newton steps of a fold."""
 PLAIN = 2.5
 """Standard deviations by which a parameter must move to be told."""
+COLOUR = 25.0
+"""Rows that count as one: residuals of a simulator are coloured over about a second."""
+USEFUL = 0.9
+"""Re-tuning that leaves more than this share of the mean square on other records moved nothing worth telling."""
 LEAST_MOVE = 0.01
 """Relative moves below this are none, whatever their standard deviation says."""
 THINNED = 4
@@ -68,7 +72,7 @@ class Retuning:
     @property
     def closes_fraction(self) -> float:
         """Share of the mean square of the simulator's error that goes."""
-        return float(np.clip(1.0 - (self.after_deg / max(self.before_deg, 1e-12)) ** 2, -1.0, 1.0))
+        return float(np.clip(1.0 - (self.after_deg / max(self.before_deg, 1e-12)) ** 2, 0.0, 1.0))
 
     def to_json(self) -> dict[str, Any]:
         return {
@@ -89,17 +93,12 @@ def retune(model: Model, pairs: Sequence[Pair], pressures: bool) -> Retuning | N
     ]
     scales = np.array([_scale(model.stages()[slot].parameters[name], name) for slot, name in names])
     start = np.array([model.stages()[slot].parameters[name].value for slot, name in names])
-    errors = [_Errors(model, names, start, scales, [pair], pressures) for pair in pairs]
-    before = [error.angle_ms(np.zeros(len(names))) for error in errors]
+    errors = _Errors(model, names, start, scales, pairs, pressures)
+    before = errors.angle_ms(errors.weighed(np.zeros(len(names))))
     if not np.isfinite(before).all():
         return None
-    held = []
-    for odd in (0, 1) if len(pairs) > 1 else (0,):
-        seen = [error for k, error in enumerate(errors) if k % 2 != odd] or errors
-        x = _fit(seen, len(names))[0]
-        held += [error.angle_ms(x) for k, error in enumerate(errors) if k % 2 == odd]
-    x, spread = _fit(errors, len(names))
-    after = float(np.mean([min(value, 4.0 * start) for value, start in zip(held, before, strict=False)]))
+    fit, spread, held = _cross_fitted(errors, len(names))
+    x, after = fit.x, errors.angle_ms(held)
     moved = [
         Moved(
             name if slot == "valve" else f"{slot}_{name}",
@@ -110,12 +109,12 @@ def retune(model: Model, pairs: Sequence[Pair], pressures: bool) -> Retuning | N
             model.stages()[slot].parameters[name].unit,
         )
         for k, (slot, name) in enumerate(names)
-        if abs(x[k]) > max(PLAIN * spread[k], LEAST_MOVE) and slot != "muscle"
+        if abs(x[k]) > max(PLAIN * spread[k], LEAST_MOVE) and slot != "muscle" and after.mean() < USEFUL * before.mean()
     ]
     return Retuning(
         _with(model, names, start + scales * x),
-        float(np.sqrt(np.mean(before))),
-        float(np.sqrt(after)),
+        float(np.sqrt(before.mean())),
+        float(np.sqrt(after.mean())),
         tuple(sorted(moved, key=lambda one: -abs(one.after - one.before) / max(one.high - one.low, 1e-12))),
     )
 
@@ -124,22 +123,26 @@ def _scale(parameter: Parameter, name: str) -> float:
     return next((scale for end, scale in SCALES.items() if name.endswith(end)), 0.1 * max(abs(parameter.value), 1e-4))
 
 
-def _fit(errors: Sequence["_Errors"], count: int) -> tuple[Column, Column]:
-    """Moves in scales, held to zero by one unit each, and their standard deviations."""
+def _cross_fitted(errors: "_Errors", count: int) -> tuple[Fit, Column, Column]:
+    """The fit of all moves (in scales, each held to zero by one unit), their standard deviations, and the residual of each record by a
+    fit to the other half of the records: one Gauss-Newton step from the common optimum, so that nothing is simulated again."""
 
     def residual(x: Column) -> Column:
-        return np.concatenate([*(error.weighed(x) for error in errors), x])
+        return np.concatenate([errors.weighed(x), x])
 
     wide = np.full(count, 5.0)
     fit = descend(residual, np.zeros(count), -wide, wide, STEPS)
     rows = len(fit.residual) - count
-    level = max(float(np.sum(fit.residual[:rows] ** 2)) / max(rows, 1), 1e-12) * _COLOUR
-    gram = fit.jacobian[:rows].T @ fit.jacobian[:rows] / level + np.eye(count)
-    return fit.x, np.sqrt(np.maximum(np.diag(np.linalg.pinv(gram)), 0.0))
-
-
-_COLOUR = 25.0
-"""Rows that count as one: residuals of a simulator are coloured over about a second."""
+    slopes, left = fit.jacobian[:rows], fit.residual[:rows]
+    level = max(float(np.sum(left**2)) / max(rows, 1), 1e-12) * COLOUR
+    spread = np.sqrt(np.maximum(np.diag(np.linalg.pinv(slopes.T @ slopes / level + np.eye(count))), 0.0))
+    held = left.copy()
+    odd = errors.record % 2 == 1
+    for seen in (odd, ~odd) if odd.any() else ():
+        gram = slopes[seen].T @ slopes[seen] + np.eye(count)
+        step = -np.linalg.solve(gram, slopes[seen].T @ left[seen] + fit.x)
+        held[~seen] = left[~seen] + slopes[~seen] @ step
+    return fit, spread, held
 
 
 def _with(model: Model, names: Sequence[tuple[str, str]], values: Column) -> Model:
@@ -171,6 +174,7 @@ class _Errors:
         self._angle_unit = 0.01 * max(float(np.ptp(angle)), 1e-3)
         pressure = np.concatenate([pair.case.p1_mpa for pair in pairs if pair.case.p1_mpa is not None] or [np.zeros(1)])
         self._pressure_unit = 0.01 * max(float(np.ptp(pressure)), 1e-3)
+        self.record = np.concatenate([np.full(3 * len(pair.t_s[::THINNED]), k) for k, pair in enumerate(pairs)])
 
     def _said(self, x: Column) -> list[tuple[Column, Column, Column]]:
         """For each record (n,): error of the angle (deg) and of both pressures (MPa)."""
@@ -180,30 +184,35 @@ class _Errors:
             t = said.t_s - said.t_s[0]
             angle, p1, p2 = (None if c is None else np.interp(pair.t_s, t, c) for c in (said.angle_deg, said.p1_mpa, said.p2_mpa))
             assert angle is not None
-            none = np.zeros_like(angle)
-            both = self._pressures and p1 is not None and p2 is not None and pair.case.p1_mpa is not None
+            case = pair.case
             found.append(
                 (
-                    (pair.case.angle_deg - angle) * pair.used,
-                    (pair.case.p1_mpa - p1) * pair.used if both else none,
-                    (pair.case.p2_mpa - p2) * pair.used if both else none,
+                    (case.angle_deg - angle) * pair.used,
+                    self._pressure_error(case.p1_mpa, p1, pair.used),
+                    self._pressure_error(case.p2_mpa, p2, pair.used),
                 )
             )
         return found
 
-    def weighed(self, x: Column) -> Column:
-        try:
-            said = self._said(x)
-        except RigError:  # these values run away
-            return np.full(sum(3 * len(pair.t_s[::THINNED]) for pair in self._pairs), np.nan)
-        units = (self._angle_unit, self._pressure_unit, self._pressure_unit)
-        return np.concatenate([column[::THINNED] / unit for one in said for column, unit in zip(one, units, strict=True)])
+    def _pressure_error(self, measured: Column | None, said: Column | None, used: Column) -> Column:
+        if not self._pressures or measured is None or said is None:
+            return np.zeros_like(used)
+        return (measured - said) * used
 
-    def angle_ms(self, x: Column) -> float:
-        """Mean square of the angle's error, deg^2; infinite where the simulator runs away."""
+    def weighed(self, x: Column) -> Column:
+        """(r,) thinned errors of every record, in a hundredth of their range; not a number where the simulator runs away."""
         try:
             said = self._said(x)
         except RigError:
-            return np.inf
-        used = max(sum(float(pair.used.sum()) for pair in self._pairs), 1.0)
-        return sum(float(np.sum(angle**2)) for angle, _, _ in said) / used
+            return np.full(len(self.record), np.nan)
+        units = (self._angle_unit, self._pressure_unit, self._pressure_unit)
+        return np.concatenate([column[::THINNED] / unit for one in said for column, unit in zip(one, units, strict=True)])
+
+    def angle_ms(self, weighed: Column) -> Column:
+        """Mean square of each record's angle error, deg^2, from its thinned errors."""
+        found = []
+        for k, pair in enumerate(self._pairs):
+            rows = np.flatnonzero(self.record == k)
+            angle = weighed[rows[: len(rows) // 3]] * self._angle_unit
+            found.append(float(np.sum(angle**2)) / max(float(pair.used[::THINNED].sum()), 1.0))
+        return np.array(found)

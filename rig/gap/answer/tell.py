@@ -21,6 +21,7 @@ from rig.gap.prepared import Prepared
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.reference.build import Expected, rms_of
 from rig.gap.result import Cause, Diagnosis, Interval, Ranked
+from rig.gap.settings import Fitted, fitted
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.parameters import Model
 from rig.record import Column
@@ -68,7 +69,7 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
     """The diagnosis; `after` says how far the gap shrinks with some causes in the simulator."""
     pairs = told.prepared.pairs
     gaps = overall_gap(told.prepared, [])
-    before, floor = rms_of(gaps, pairs), _floor(told)
+    before, floor = rms_of(gaps, pairs), _floor(told, fitted())
     kept = _helping(told, before)
     far = after([(posterior.stand.name, fit) for posterior, fit in kept])
     marks = [marked(mark, told.prepared) for mark in told.marks if mark.found and mark.effect]
@@ -110,14 +111,10 @@ def _strange(told: Told) -> list[Signature]:
     return [mark for mark in told.marks if mark.found and mark.effect is None and mark.variance_deg2 > 0.0]
 
 
-def _floor(told: Told) -> float:
-    """What the angle may be off under the commands when nothing is wrong: its own floor, and what the pressures' does to it."""
-    angle = told.angle.stand.scene.factor.floor
-    if told.pressures is None:
-        return angle
-    pressure = told.pressures.stand.scene
-    through = pressure.factor.floor / max(pressure.moving, 1e-9) * told.angle.stand.scene.moving
-    return float(np.hypot(angle, through))
+def _floor(told: Told, settings: Fitted) -> float:
+    """Rms that the angle is off under the commands when nothing is wrong, deg."""
+    span = float(np.ptp(np.concatenate(told.expected.base)))
+    return max(settings.levels[told.expected.levels].commanded_floor * span, 1e-6)
 
 
 def _helping(told: Told, before: float) -> list[tuple[Posterior, Fit]]:
@@ -271,7 +268,7 @@ def _next(told: Told, floor: float) -> dict[str, object] | None:
         possible = [posterior.fits[name].applied for name in posterior.names if name in posterior.fits][:MOST_TRIED]
         if posterior.found and len(possible) >= 2:
             valve = None if told.pressures is None else told.pressures.stand.scene.factor.floor
-            return recommend(possible, told.expected.nominal, told.expected.tracks, floor, valve)
+            return recommend(possible, told.expected.response, told.expected.tracks, floor, valve)
     return None
 
 

@@ -12,12 +12,15 @@ import numpy as np
 from rig.gap.carry import Applied, Ready, Track, angle_with, pressures_with, ready, response_with
 from rig.gap.effects import Effect, Law
 from rig.gap.evidence.lines import Lines
-from rig.gap.nominal import Nominal
 from rig.gap.reference.expectation import Factor
 from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, FIT_STEPS, WIDTH_SHARES, Prior
-from rig.gap.solve import descend
+from rig.identify.descent import descend
 from rig.model.effect_stages import EFFECT_STAGES
+from rig.model.response import ResponseModel
 from rig.record import Column
+
+RUNS_AWAY = 1e6
+"""A change beyond this, in deg or MPa, is none that a rig can show."""
 
 Change = Callable[[Sequence[Ready]], Column]
 """(n,) what causes change in a factor's columns."""
@@ -29,7 +32,7 @@ class Scene:
 
     factor: Factor
     change: Change
-    nominal: Nominal
+    response: ResponseModel
     scales: Mapping[str, float]
     """Units in which the laws' grids count."""
     moving: float
@@ -55,11 +58,11 @@ class Fit:
     """(n,) what it changes."""
 
 
-def pressure_change(tracks: Sequence[Track], nominal: Nominal) -> Change:
+def pressure_change(tracks: Sequence[Track], response: ResponseModel) -> Change:
     """Both monitors, valve 1 of every record and then valve 2."""
 
     def change(causes: Sequence[Ready]) -> Column:
-        both = [pressures_with(causes, track, nominal) for track in tracks]
+        both = [pressures_with(causes, track, response) for track in tracks]
         first = [p1 - track.reference.p1_mpa for (p1, _), track in zip(both, tracks, strict=True)]
         second = [p2 - track.reference.p2_mpa for (_, p2), track in zip(both, tracks, strict=True)]
         return np.concatenate(first + second)
@@ -67,7 +70,7 @@ def pressure_change(tracks: Sequence[Track], nominal: Nominal) -> Change:
     return change
 
 
-def angle_change(tracks: Sequence[Track], base: Sequence[Column], nominal: Nominal, driven: bool) -> Change:
+def angle_change(tracks: Sequence[Track], base: Sequence[Column], response: ResponseModel, driven: bool) -> Change:
     """The angle, under the measured pressures when `driven`, else under the commands."""
 
     def change(causes: Sequence[Ready]) -> Column:
@@ -75,9 +78,9 @@ def angle_change(tracks: Sequence[Track], base: Sequence[Column], nominal: Nomin
         for track, angle in zip(tracks, base, strict=True):
             case = track.pair.case
             if driven and case.p1_mpa is not None and case.p2_mpa is not None:
-                parts.append(angle_with(causes, case.p1_mpa, case.p2_mpa, angle, track, nominal) - angle)
+                parts.append(angle_with(causes, case.p1_mpa, case.p2_mpa, angle, track, response) - angle)
             else:
-                parts.append(response_with(causes, track, nominal)[2] - track.reference.angle_deg)
+                parts.append(response_with(causes, track, response)[2] - track.reference.angle_deg)
         return np.concatenate(parts)
 
     return change
@@ -145,11 +148,13 @@ class _Trial:
         with np.errstate(
             invalid="ignore", over="ignore"
         ):  # a law may run away: its cost is then not finite, and it is passed over
-            out: Column = self.scene.change(ready([self.applied(x, fixed)], self.scene.nominal))
+            out: Column = self.scene.change(ready([self.applied(x, fixed)], self.scene.response))
         return out
 
     def residual(self, x: Column, fixed: Mapping[str, float]) -> Column:
         change = self.change(x, fixed)
+        if not np.max(np.abs(change)) < RUNS_AWAY:
+            return np.full_like(self._gap, np.nan)
         out: Column = self._gap - self.scene.factor.lines.of(change)
         return out
 

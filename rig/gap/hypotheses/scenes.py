@@ -51,16 +51,16 @@ def pressure_scene(expected: Expected, settings: Fitted, whole: Expected | None 
     )
     moving = float(np.std(np.concatenate([track.reference.p1_mpa for track in expected.tracks])))
     scales = law_scales((whole or expected).tracks)
-    return Scene(factor, pressure_change(expected.tracks, expected.nominal), expected.nominal, scales, moving, settings.prior)
+    return Scene(factor, pressure_change(expected.tracks, expected.response), expected.response, scales, moving, settings.prior)
 
 
 def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = None) -> Scene:
     """The angle of some records; scales are those of the `whole`."""
-    tracks, base, nominal = expected.tracks, expected.base, expected.nominal
-    factor = angle_parts(tracks, base, nominal, expected.driven).factor(settings.levels[expected.levels].angle, settings.prior)
+    tracks, base, response = expected.tracks, expected.base, expected.response
+    factor = angle_parts(tracks, base, response, expected.driven).factor(settings.levels[expected.levels].angle, settings.prior)
     moving = float(np.std(np.concatenate(base)))
     scales = law_scales((whole or expected).tracks)
-    return Scene(factor, angle_change(tracks, base, nominal, expected.driven), nominal, scales, moving, settings.prior)
+    return Scene(factor, angle_change(tracks, base, response, expected.driven), response, scales, moving, settings.prior)
 
 
 def on_records(expected: Expected, chosen: Sequence[int]) -> Expected:

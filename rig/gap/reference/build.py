@@ -17,10 +17,11 @@ import numpy as np
 from rig.errors import ConfigError, ModelError
 from rig.gap.carry import Track, angle_under, lay_tracks
 from rig.gap.engine import modelled, references_of
-from rig.gap.nominal import Nominal, Reference, describe, mean_session
+from rig.gap.nominal import Reference, describe, mean_session
 from rig.gap.records.pairs import Pair, Pairing
 from rig.model.kernels import simulate
 from rig.model.parameters import Input, Model
+from rig.model.response import ResponseModel
 from rig.record import Column
 
 
@@ -47,7 +48,7 @@ class Expected:
     """Which levels say how surely it knows the rig."""
     pairing: Pairing
     tracks: list[Track]
-    nominal: Nominal
+    response: ResponseModel
     base: tuple[Column, ...]
     """Expected angle of each record, under its measured pressures where there are any."""
 
@@ -91,13 +92,13 @@ def expect(kind: Kind, sister: bool, model: Model | None, pairing: Pairing) -> E
 def _from_days(kind: Kind, pairing: Pairing) -> Expected:
     sessions = [mean_session(pair, pairing.pressures) for pair in pairing.pairs]
     regulators, references = references_of(None, pairing.pairs, sessions, pairing.pressures, True)
-    nominal = describe(pairing.pairs, references, pairing.p0_mpa, regulators)
-    tracks = lay_tracks(pairing.pairs, references, nominal)
-    base = [_under_case(track, nominal) if pairing.pressures else track.reference.angle_deg for track in tracks]
-    return Expected(kind, kind.value, pairing, tracks, nominal, tuple(base))
+    response = describe(pairing.pairs, references, pairing.p0_mpa, regulators)
+    tracks = lay_tracks(pairing.pairs, references, response)
+    base = [_under_case(track, response) if pairing.pressures else track.reference.angle_deg for track in tracks]
+    return Expected(kind, kind.value, pairing, tracks, response, tuple(base))
 
 
-def _from_response(response: Nominal, pairing: Pairing) -> Expected:
+def _from_response(response: ResponseModel, pairing: Pairing) -> Expected:
     references = []
     for pair in pairing.pairs:
         p1, p2 = response.pressures(pair.u1_mpa, pair.u2_mpa, pair.dt_s)
@@ -111,30 +112,30 @@ def _from_simulator(levels: str, model: Model, pairing: Pairing) -> Expected:
     at_rest = replace(model, p0_mpa=pairing.p0_mpa)
     sessions = [modelled(at_rest, pair) for pair in pairing.pairs]
     regulators, references = references_of(at_rest, pairing.pairs, sessions, pairing.pressures, False)
-    nominal = describe(pairing.pairs, references, pairing.p0_mpa, regulators)
-    tracks = lay_tracks(pairing.pairs, references, nominal)
+    response = describe(pairing.pairs, references, pairing.p0_mpa, regulators)
+    tracks = lay_tracks(pairing.pairs, references, response)
     driven = pairing.pressures and model.muscle.input is Input.PRESSURE
-    base = [_simulated(at_rest, track, nominal) if driven else track.reference.angle_deg for track in tracks]
+    base = [_simulated(at_rest, track, response) if driven else track.reference.angle_deg for track in tracks]
     if pairing.pressures and not driven:
         pairing.notes.append(
             "the model is driven by the command: it says nothing of the pressures, and the angle alone is judged"
         )
-    return Expected(Kind.SIMULATOR, levels, replace(pairing, pressures=driven), tracks, nominal, tuple(base))
+    return Expected(Kind.SIMULATOR, levels, replace(pairing, pressures=driven), tracks, response, tuple(base))
 
 
-def _under_case(track: Track, nominal: Nominal) -> Column:
+def _under_case(track: Track, response: ResponseModel) -> Column:
     case = track.pair.case
     assert case.p1_mpa is not None
     assert case.p2_mpa is not None
-    return angle_under(case.p1_mpa, case.p2_mpa, track, nominal)
+    return angle_under(case.p1_mpa, case.p2_mpa, track, response)
 
 
-def _simulated(model: Model, track: Track, nominal: Nominal) -> Column:
+def _simulated(model: Model, track: Track, response: ResponseModel) -> Column:
     """The simulator's angle under the measured pressures; by its response model where it runs away under them."""
     try:
         said = simulate(model, track.pair.raw, drive=Input.PRESSURE)
     except ModelError:
-        return _under_case(track, nominal)
+        return _under_case(track, response)
     assert said.angle_deg is not None
     return np.interp(track.pair.t_s, said.t_s - said.t_s[0], said.angle_deg)
 

@@ -4,7 +4,7 @@ The pressures under the commands, and the angle under the pressures. What is uns
 sizes, and a remainder with a spectrum. Where the expected columns come from is in `rig.gap.reference.build`; no effect is known here.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,10 +12,10 @@ import numpy as np
 from rig.gap.carry import Track
 from rig.gap.evidence.gaussian import Gaussian
 from rig.gap.evidence.lines import Lines, lines_of
-from rig.gap.kernels import CARRIER_TERMS, carrier_terms, stops
-from rig.gap.nominal import Nominal
 from rig.gap.records.pairs import Pair
 from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, LOOP_WIDTH, TOP_HZ, FactorLevels, Prior
+from rig.model.response import ResponseModel
+from rig.model.response_kernels import RESPONSE_TERMS, response_terms, stops
 from rig.record import Column
 
 VALVE_PATTERNS = ("offset_mpa", "gain", "lag_s", "curvature_s2", "one_way_s", "bend")
@@ -38,18 +38,12 @@ class Factor:
     gap: Column
     """(n,) measured minus expected."""
     healthy: Gaussian
+    floor: float
+    """Rms that a gap has when there is none, in the columns' unit."""
 
     def rms(self, column: Column) -> float:
         """Root mean square of (n,) over the rows that were measured."""
-        used = self.lines.used
-        return float(np.sqrt(np.sum((column * used) ** 2) / max(float(used.sum()), 1.0)))
-
-    @property
-    def floor(self) -> float:
-        """Rms that a gap has when there is none, patterns and remainder together."""
-        gaussian = self.healthy
-        power = np.sum(gaussian.variance) + np.sum(gaussian.patterns**2)
-        return float(np.sqrt(power / max(float(self.lines.used.sum()), 1.0)))
+        return rms_used(column, self.lines.used)
 
 
 @dataclass(frozen=True)
@@ -69,11 +63,20 @@ class Parts:
     noise: Column
     """(l,) variance of the sensor's own noise."""
 
+    def rms(self, column: Column) -> float:
+        """Root mean square of (n,) over the rows that were measured."""
+        return rms_used(column, self.lines.used)
+
     def factor(self, levels: FactorLevels, prior: Prior) -> Factor:
         """The factor at these levels."""
         spread = np.array([levels.patterns[name] for name in self.names])
         variance = levels.share**2 * self.envelope + (levels.even * self.span) ** 2 + self.noise
-        return Factor(self.lines, self.gap, Gaussian(variance, self.columns * spread, prior.effective, prior.degrees))
+        return Factor(
+            self.lines,
+            self.gap,
+            Gaussian(variance, self.columns * spread, prior.effective, prior.degrees),
+            levels.floor * self.span,
+        )
 
 
 def pressure_parts(tracks: Sequence[Track], p0_mpa: float) -> Parts:
@@ -81,7 +84,8 @@ def pressure_parts(tracks: Sequence[Track], p0_mpa: float) -> Parts:
     pairs = [track.pair for track in tracks]
     lines = lines_of([len(p) for p in pairs] * 2, [p.dt_s for p in pairs] * 2, [p.used for p in pairs] * 2, TOP_HZ)
     expected = [track.reference.p1_mpa for track in tracks] + [track.reference.p2_mpa for track in tracks]
-    measured = [pair.case.p1_mpa for pair in pairs] + [pair.case.p2_mpa for pair in pairs]
+    monitors = [pair.case.p1_mpa for pair in pairs] + [pair.case.p2_mpa for pair in pairs]
+    measured = [column for column in monitors if column is not None]
     blocks = [_valve_patterns(column, p0_mpa, pair.dt_s) for column, pair in zip(expected, pairs * 2, strict=True)]
     first, second = np.concatenate(blocks[: len(pairs)]), np.concatenate(blocks[len(pairs) :])
     zero = np.zeros_like(first)
@@ -106,7 +110,7 @@ def _valve_patterns(pressure: Column, p0_mpa: float, dt_s: float) -> Column:
     return np.column_stack([np.ones_like(pressure), moved, -speed, np.gradient(speed, dt_s), -np.abs(speed), moved**2 / p0_mpa])
 
 
-def angle_parts(tracks: Sequence[Track], base: Sequence[Column], nominal: Nominal, driven: bool) -> Parts:
+def angle_parts(tracks: Sequence[Track], base: Sequence[Column], response: ResponseModel, driven: bool) -> Parts:
     """The angle against what is expected under its drive: the measured pressures when `driven`, else the reference's."""
     pairs = [track.pair for track in tracks]
     lines = lines_of([len(p) for p in pairs], [p.dt_s for p in pairs], [p.used for p in pairs], TOP_HZ)
@@ -114,9 +118,10 @@ def angle_parts(tracks: Sequence[Track], base: Sequence[Column], nominal: Nomina
     span = max(float(np.ptp(together)), 1e-3)
     drives = [_drive(track, driven) for track in tracks]
     named = [
-        _angle_patterns(track.pair, angle, drive, nominal, span) for track, angle, drive in zip(tracks, base, drives, strict=True)
+        _angle_patterns(track.pair, angle, drive, response, span)
+        for track, angle, drive in zip(tracks, base, drives, strict=True)
     ]
-    terms = [_bank(*drive, nominal, track.pair.dt_s) for track, drive in zip(tracks, drives, strict=True)]
+    terms = [_bank(*drive, response, track.pair.dt_s) for track, drive in zip(tracks, drives, strict=True)]
     bank = lines.of(np.concatenate(terms))
     size = np.sqrt(np.sum(bank**2, axis=0) / max(float(lines.used.sum()), 1.0))
     columns = np.hstack([lines.of(np.concatenate(named)), bank * (span / np.maximum(size, 1e-9))])
@@ -139,16 +144,16 @@ def _drive(track: Track, driven: bool) -> tuple[Column, Column]:
     return track.reference.p1_mpa, track.reference.p2_mpa
 
 
-def _angle_patterns(pair: Pair, angle: Column, drive: tuple[Column, Column], nominal: Nominal, span: float) -> Column:
+def _angle_patterns(pair: Pair, angle: Column, drive: tuple[Column, Column], response: ResponseModel, span: float) -> Column:
     """(n, 11) in the order of ANGLE_PATTERNS."""
-    dt, p0, (p1, p2) = pair.dt_s, nominal.p0_mpa, drive
-    here = nominal.angle(p1, p2, dt)
+    dt, p0, (p1, p2) = pair.dt_s, response.p0_mpa, drive
+    here = response.angle(p1, p2, dt)
     step, share = 0.005 * p0, 0.01
     through = [
-        (nominal.angle(p1 + step, p2, dt) - here) / step,
-        (nominal.angle(p1, p2 + step, dt) - here) / step,
-        (nominal.angle(p1 + share * (p1 - p0), p2, dt) - here) / share,
-        (nominal.angle(p1, p2 + share * (p2 - p0), dt) - here) / share,
+        (response.angle(p1 + step, p2, dt) - here) / step,
+        (response.angle(p1, p2 + step, dt) - here) / step,
+        (response.angle(p1 + share * (p1 - p0), p2, dt) - here) / share,
+        (response.angle(p1, p2 + share * (p2 - p0), dt) - here) / share,
     ]
     mean = np.maximum(p1 + p2, 0.2 * p0) / (2.0 * p0)
     elapsed = (pair.t_s - pair.t_s.mean()) / max(float(np.ptp(pair.t_s)), 1e-9)
@@ -167,10 +172,10 @@ def _angle_patterns(pair: Pair, angle: Column, drive: tuple[Column, Column], nom
     )
 
 
-def _bank(p1: Column, p2: Column, nominal: Nominal, dt_s: float) -> Column:
+def _bank(p1: Column, p2: Column, response: ResponseModel, dt_s: float) -> Column:
     """(n, 13) the response model's terms beside the drive itself: its powers, what low-passes and plays leave of it."""
-    terms = np.empty((len(p1), CARRIER_TERMS))
-    carrier_terms(np.ascontiguousarray(p1), np.ascontiguousarray(p2), nominal.p0_mpa, dt_s, terms)
+    terms = np.empty((len(p1), RESPONSE_TERMS))
+    response_terms(np.ascontiguousarray(p1), np.ascontiguousarray(p2), response.p0_mpa, response.exponent, dt_s, terms)
     drive, slow = terms[:, [1]], terms[:, [5]]
     return np.hstack([terms[:, 2:4], terms[:, 4:10] - drive, terms[:, 12:] - slow])
 
@@ -186,6 +191,6 @@ def line_noise(column: Column | None, pair: Pair) -> float:
     return white * float(np.sqrt(min(pair.raw.period_s / pair.dt_s, 1.0)))
 
 
-def levels_by_name(names: Sequence[str], values: Sequence[float]) -> Mapping[str, float]:
-    """Name -> level, each name once."""
-    return dict(zip(dict.fromkeys(names), map(float, values), strict=True))
+def rms_used(column: Column, used: Column) -> float:
+    """Root mean square of (n,) where `used` is 1."""
+    return float(np.sqrt(np.sum((column * used) ** 2) / max(float(used.sum()), 1.0)))
