@@ -11,8 +11,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-from rig.gap.diagnosis import diagnose_with_findings
-from rig.gap.words import answers
+from rig.gap.answer.words import answers
+from rig.gap.days.diagnosis import diagnose_with_findings
 from rig.log.reader import read
 from rig.model.parameters import Model, load_model
 from rig.record import Record

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from rig.gap import diagnose
-from rig.gap.result import Diagnosis
+from rig.gap.answer.result import Diagnosis
 from rig.model.kernels import simulate
 from rig.model.parameters import AddedEffect, Model, load_model
 from rig.record import Record

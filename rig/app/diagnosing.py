@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 from rig.errors import ConfigError, RigError
 
 if TYPE_CHECKING:
-    from rig.gap.findings import Findings
-    from rig.gap.result import Diagnosis
+    from rig.gap.answer.result import Diagnosis
+    from rig.gap.days.findings import Findings
+    from rig.gap.pipeline import Grounds
     from rig.model.parameters import Model
     from rig.record import Record
 
@@ -25,6 +26,8 @@ class DiagnosisOptions:
     next_to: Path | None = None
     no_pressures: bool = False
     effects: tuple[str, ...] = ()
+    reference: str = "auto"
+    retuned_to: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -57,7 +60,7 @@ def _days_in(folder: Path) -> list[Path]:
 def check_effects(names: Sequence[str]) -> None:
     """ConfigError for a name that is not in the library."""
     from rig.config import suggest
-    from rig.gap.effects import LIBRARY
+    from rig.gap.hypotheses.library import LIBRARY
 
     for name in names:
         if name not in LIBRARY:
@@ -66,15 +69,17 @@ def check_effects(names: Sequence[str]) -> None:
 
 def diagnose_case(options: DiagnosisOptions, case: Case) -> "tuple[Case, Diagnosis]":
     """Read, diagnose, write the report, the model and the next sweep where they were asked for."""
-    from rig.gap.diagnosis import diagnose_with_findings
+    from rig.gap.diagnosis import diagnose_with_grounds
     from rig.model.parameters import load_model
 
     model = load_model(options.model)
     records = _read(case.logs)
     sessions = [_read([path]) for path in sessions_of(options.baselines)]
     library = list(options.effects) or None
-    diagnosis, findings = diagnose_with_findings(model, records, sessions, pressures=not options.no_pressures, library=library)
-    _write(options, case, model, diagnosis, findings)
+    diagnosis, grounds = diagnose_with_grounds(
+        model, records, sessions, pressures=not options.no_pressures, library=library, reference=options.reference
+    )
+    _write(options, case, model, diagnosis, grounds)
     return case, diagnosis
 
 
@@ -97,19 +102,24 @@ def _read(paths: Sequence[Path]) -> "list[Record]":
     return read_all(paths)
 
 
-def _write(options: DiagnosisOptions, case: Case, model: "Model", diagnosis: "Diagnosis", findings: "Findings") -> None:
+def _write(options: DiagnosisOptions, case: Case, model: "Model", diagnosis: "Diagnosis", grounds: "Findings | Grounds") -> None:
     def place(path: Path) -> Path:
         return path if case.name is None else path.with_name(f"{path.stem}_{case.name}{path.suffix}")
 
     if options.html_to:
         from rig.report.page import write_page
 
-        write_page(place(options.html_to), diagnosis, findings, model)
+        write_page(place(options.html_to), diagnosis, grounds, model)
     if options.augmented_to:
-        from rig.gap.augment import augmented
+        from rig.gap.answer.augment import augmented
         from rig.model.parameters import save_model
 
-        save_model(augmented(model, diagnosis, findings.prepared), place(options.augmented_to))
+        save_model(augmented(model, diagnosis, grounds.prepared), place(options.augmented_to))
+    if options.retuned_to:
+        from rig.gap.answer.retuning import retuned_model
+        from rig.model.parameters import save_model
+
+        save_model(retuned_model(model, grounds.prepared), place(options.retuned_to))
     if options.next_to and diagnosis.next_experiment:
         try:
             place(options.next_to).write_text(str(diagnosis.next_experiment["config"]), encoding="utf-8")

@@ -75,12 +75,12 @@ def answer_question(place: Path) -> dict[str, Any]:
 
 def diagnosed(model: Any, records: Sequence[Any], days: Sequence[Any], mode: str, leave_out: Sequence[str]) -> dict[str, Any]:
     """The diagnosis in one mode as plain data, and what it adds to the simulator."""
-    from rig.gap.augment import augmented
-    from rig.gap.diagnosis import diagnose_with_findings
-    from rig.gap.effects import LIBRARY
+    from rig.gap.answer.augment import augmented
+    from rig.gap.diagnosis import diagnose_with_grounds
+    from rig.gap.hypotheses.library import LIBRARY
 
     library = [name for name in LIBRARY if name not in leave_out] if mode == "withheld" else None
-    diagnosis, findings = diagnose_with_findings(model, records, days, pressures=mode != "angle", library=library)
+    diagnosis, findings = diagnose_with_grounds(model, records, days, pressures=mode != "angle", library=library)
     if model is None:
         return {"diagnosis": diagnosis.to_json(), "added": []}
     simulator = augmented(model, diagnosis, findings.prepared)

@@ -110,7 +110,7 @@ def left_out(label: Label, token: str) -> list[str]:
     """Effects to leave out of the library in the mode `withheld`: for every second case the classes of its own effects,
     for the others a class that is not its own, so that the question does not tell which.
     """
-    from rig.gap.effects import LIBRARY, effect_class
+    from rig.gap.hypotheses.library import LIBRARY, effect_class
 
     own = {effect_class(effect, True) for effect in label["effects"] if effect in LIBRARY}
     names = sorted({effect_class(effect, True) for effect in LIBRARY})

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from rig.columns import rms
-from rig.gap.effects import LIBRARY
+from rig.gap.hypotheses.library import LIBRARY
 from rig.record import Column, Record
 
 NOTICED: Final = 0.02

@@ -11,7 +11,7 @@ import numpy as np
 
 from rig.blind_check.source import Named, records_of
 from rig.errors import RigError
-from rig.gap.effects import LIBRARY, effect_class
+from rig.gap.hypotheses.library import LIBRARY, effect_class
 from rig.gap.raw_tests.lost import loudness
 from rig.record import Column, Record
 
@@ -83,7 +83,7 @@ def realised(
 def _model_change(model: Any, added: Sequence[Mapping[str, Any]], mean_exponent: float | None, record: Record) -> Column:
     """What the added effects (and another law of the mean pressure with them) change in the simulated angle (deg), shape (n,);
     nothing when either simulation fails."""
-    from rig.gap.augment import with_mean_exponent
+    from rig.gap.answer.augment import with_mean_exponent
     from rig.model.kernels import simulate
     from rig.model.parameters import AddedEffect
 

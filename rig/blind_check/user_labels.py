@@ -15,7 +15,7 @@ from rig.blind_check.folder import CheckFolder, read_json
 from rig.blind_check.score import score_mode
 from rig.blind_check.source import Label
 from rig.errors import RecordError
-from rig.gap.effects import LIBRARY
+from rig.gap.hypotheses.library import LIBRARY
 
 
 def score_own(folder: CheckFolder, labels_path: Path) -> dict[str, Any]:

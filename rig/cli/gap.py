@@ -10,7 +10,7 @@ from rig.cli.common import emit, json_option, writable
 from rig.cli.gap_check import check
 
 if TYPE_CHECKING:
-    from rig.gap.result import Diagnosis
+    from rig.gap.answer.result import Diagnosis
 
 _path = click.Path(path_type=Path)
 
@@ -34,7 +34,14 @@ gap.add_command(check)
     multiple=True,
     type=_path,
     metavar="LOG",
-    help="One session of the healthy rig, or a folder of such folders; repeat for more.",
+    help="Records of one earlier day, or a folder of such folders; repeat for more days. `model`: the logs it was identified from.",
+)
+@click.option(
+    "--reference",
+    type=click.Choice(["auto", "sessions", "session", "fingerprint", "simulator"]),
+    default="auto",
+    help="What stands for the rig without a gap; auto takes the best there is. simulator: the model was made for another rig of the "
+    "build, or from data sheets.",
 )
 @click.option("--html", "html_to", type=_path, metavar="FILE", callback=writable, help="Write the report as one HTML page.")
 @click.option(
@@ -46,6 +53,14 @@ gap.add_command(check)
     help="Write the simulator with the causes.",
 )
 @click.option(
+    "--retuned",
+    "retuned_to",
+    type=_path,
+    metavar="FILE",
+    callback=writable,
+    help="Write the simulator fitted again to these records.",
+)
+@click.option(
     "--next-experiment", "next_to", type=_path, metavar="FILE", callback=writable, help="Write the recommended sweep, if any."
 )
 @click.option("--no-pressures", is_flag=True, help="Use the angle alone, even where pressures were measured.")
@@ -54,7 +69,7 @@ gap.add_command(check)
 @click.option("--dask", metavar="ADDRESS", help="With several days: the Dask cluster at ADDRESS, which must see the same files.")
 @json_option
 def diagnose(logs: tuple[Path, ...], workers: int | None, dask: str | None, json_to: str | None, **options: Any) -> None:
-    """Compare LOG with the healthy rig's BASELINE sessions (or, without any, with MODEL alone) and name the cause.
+    """Say what MODEL lacks to follow LOG, the records of the rig as it is now; or, with BASELINE, what has changed since those days.
 
     A folder of several days as LOG gives one diagnosis a day, side by side.
     """
@@ -78,7 +93,7 @@ def diagnose(logs: tuple[Path, ...], workers: int | None, dask: str | None, json
 @json_option
 def effects(json_to: str | None) -> None:
     """List every effect: where it lies, its numbers with bounds, what it looks like, what it may be mistaken for."""
-    from rig.gap.effects import LIBRARY, alike
+    from rig.gap.hypotheses.library import LIBRARY, alike
     from rig.model.effect_stages import EFFECT_STAGES
 
     table = listing("effect", "stage", "numbers", "looks like", "angle alone: like", "with pressures: like")
@@ -118,7 +133,7 @@ def effects(json_to: str | None) -> None:
 
 def _show(diagnosis: "Diagnosis", name: str | None, json_to: str | None) -> None:
     """The summary for a person."""
-    from rig.gap.words import answers
+    from rig.gap.answer.words import answers
 
     out = console(json_to)
     if name:

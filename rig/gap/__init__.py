@@ -6,8 +6,8 @@
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from rig.gap.answer.result import Diagnosis
     from rig.gap.diagnosis import diagnose
-    from rig.gap.result import Diagnosis
 
 __all__ = ["Diagnosis", "diagnose"]
 
@@ -18,7 +18,7 @@ def __getattr__(name: str) -> Any:
 
         return diagnose
     if name == "Diagnosis":
-        from rig.gap.result import Diagnosis
+        from rig.gap.answer.result import Diagnosis
 
         return Diagnosis
     raise AttributeError(name)

@@ -1,6 +1,6 @@
 """The steps of a diagnosis by one likelihood, in their order: pair, test the raw samples, expect, judge, re-tune, answer.
 
-Used for question 1 (what does the simulator lack?) and with one earlier day; several days are judged by `rig.gap.diagnosis` still,
+Used for question 1 (what does the simulator lack?) and with one earlier day; several days are judged by `rig.gap.days.diagnosis` still,
 which names more there (docs/decisions/0520).
 """
 
@@ -9,20 +9,20 @@ from dataclasses import dataclass, replace
 
 from rig.errors import RecordError
 from rig.gap.answer.held_out import HowFar, how_far
+from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.retuning import Retuning, retune
 from rig.gap.answer.tell import Told, tell
-from rig.gap.effects import Effect, chosen
+from rig.gap.days.floor import high_frequency_noise
+from rig.gap.days.prepared import Prepared
 from rig.gap.evidence.posterior import Posterior, judge
-from rig.gap.floor import high_frequency_noise
 from rig.gap.hypotheses.fit import Fit
+from rig.gap.hypotheses.library import Effect, chosen
 from rig.gap.hypotheses.scenes import stands
-from rig.gap.prepared import Prepared
 from rig.gap.raw_tests.lost import bridged, lost_rows
 from rig.gap.raw_tests.read import read_signatures
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.pairs import Pairing, pair_up
 from rig.gap.reference.build import Expected, Kind, expect
-from rig.gap.result import Diagnosis
 from rig.gap.settings import fitted
 from rig.model.parameters import Model
 from rig.record import Record

@@ -1,13 +1,14 @@
 """The reference page of the effects, written from the library itself: docs/reference/effects.md."""
 
-from rig.gap.effects import LIBRARY, alike
+from rig.gap.hypotheses.library import LIBRARY, alike
 from rig.model.effect_stages import EFFECT_STAGES, EffectStage
 
 HEAD = """# Effects
 
 Every effect that the diagnosis can name and that a model or the simulated rig can carry (`effects:` in their YAML: a stage and
 its numbers; what is left out, but for the size, stands at its neutral value or is the rig's own). This page is written from the
-library: change `rig/gap/effects.py` or `rig/model/effect_stages`, then `python -m rig.report.effects_page > docs/reference/effects.md`.
+library: change `rig/gap/hypotheses/library.py` or `rig/model/effect_stages`, then
+`python -m rig.report.effects_page > docs/reference/effects.md`.
 
 "Alike" are the declared classes: effects that what was measured may not tell apart. They were stated before any blind check.
 """

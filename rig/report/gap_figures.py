@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rig.gap.augment import remaining_gap
-from rig.gap.engine import overall_gap
-from rig.gap.findings import Findings
-from rig.gap.result import Diagnosis
+from rig.gap.answer.augment import remaining_gap
+from rig.gap.answer.result import Diagnosis
+from rig.gap.days.engine import overall_gap
+from rig.gap.days.findings import Findings
+from rig.gap.pipeline import Grounds
 from rig.record import Column
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ POINTS = 700
 """A line gets at most this many points: the page stays small."""
 
 
-def figures(diagnosis: Diagnosis, findings: Findings) -> list[tuple[str, str]]:
+def figures(diagnosis: Diagnosis, findings: Findings | Grounds) -> list[tuple[str, str]]:
     """(caption, SVG) of every figure, in the order of the page."""
     before = overall_gap(findings.prepared, [])
     after = remaining_gap(findings.simulator, diagnosis.added, findings.prepared)
@@ -68,7 +69,7 @@ def _thin(column: Column, rows: slice) -> Column:
     return part[:: max(1, len(part) // POINTS)]
 
 
-def _window(findings: Findings, index: int) -> slice:
+def _window(findings: Findings | Grounds, index: int) -> slice:
     """The middle of a record: at most eight seconds."""
     pair = findings.prepared.pairs[index]
     rows = int(min(8.0, pair.t_s[-1]) / pair.dt_s)
@@ -76,7 +77,7 @@ def _window(findings: Findings, index: int) -> slice:
     return slice(start, start + rows)
 
 
-def _over_time(findings: Findings, before: Sequence[Column], after: Sequence[Column], index: int) -> "Figure":
+def _over_time(findings: Findings | Grounds, before: Sequence[Column], after: Sequence[Column], index: int) -> "Figure":
     pair, rows = findings.prepared.pairs[index], _window(findings, index)
     figure = _figure(8.0, 4.6)
     angle, rest = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
@@ -96,7 +97,7 @@ def _over_time(findings: Findings, before: Sequence[Column], after: Sequence[Col
     return figure
 
 
-def _loops(findings: Findings, before: Sequence[Column], after: Sequence[Column], index: int) -> "Figure":
+def _loops(findings: Findings | Grounds, before: Sequence[Column], after: Sequence[Column], index: int) -> "Figure":
     pair, rows = findings.prepared.pairs[index], _window(findings, index)
     figure = _figure(8.0, 3.6)
     left, right = figure.subplots(1, 2, sharey=True)
@@ -112,7 +113,7 @@ def _loops(findings: Findings, before: Sequence[Column], after: Sequence[Column]
     return figure
 
 
-def _spectrum(findings: Findings, before: Sequence[Column], after: Sequence[Column]) -> "Figure":
+def _spectrum(findings: Findings | Grounds, before: Sequence[Column], after: Sequence[Column]) -> "Figure":
     from scipy.signal import welch
 
     figure = _figure(8.0, 3.2)

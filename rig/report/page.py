@@ -7,9 +7,10 @@ from typing import Final
 import jinja2
 
 from rig.errors import RigError
-from rig.gap.findings import Findings
-from rig.gap.result import Diagnosis
-from rig.gap.words import SOURCES, answers
+from rig.gap.answer.result import Diagnosis
+from rig.gap.answer.words import SOURCES, answers
+from rig.gap.days.findings import Findings
+from rig.gap.pipeline import Grounds
 from rig.model.parameters import Model
 from rig.report.gap_figures import figures
 
@@ -17,10 +18,10 @@ MODES: Final = {
     "valve": [f"p{valve} {mode}" for valve in (1, 2) for mode in ("offset", "gain", "lag")],
     "angle": ["offset", "gain", "lag", "width"],
 }
-"""Names of the modes in the order of rig.gap.floor's columns."""
+"""Names of the modes in the order of rig.gap.days.floor's columns."""
 
 
-def write_page(path: Path, diagnosis: Diagnosis, findings: Findings, model: Model) -> None:
+def write_page(path: Path, diagnosis: Diagnosis, findings: Findings | Grounds, model: Model) -> None:
     """Write the page; RigError when the file cannot be written."""
     try:
         path.write_text(page(diagnosis, findings, model), encoding="utf-8")
@@ -28,7 +29,7 @@ def write_page(path: Path, diagnosis: Diagnosis, findings: Findings, model: Mode
         raise RigError(f"{path}: cannot be written: {error.strerror}") from None
 
 
-def page(diagnosis: Diagnosis, findings: Findings, model: Model) -> str:
+def page(diagnosis: Diagnosis, findings: Findings | Grounds, model: Model) -> str:
     """The page as text."""
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     template = environment.from_string(files("rig.report").joinpath("gap_page.html.jinja").read_text(encoding="utf-8"))
@@ -41,7 +42,7 @@ def page(diagnosis: Diagnosis, findings: Findings, model: Model) -> str:
     )
 
 
-def _assumed(diagnosis: Diagnosis, findings: Findings, model: Model) -> list[str]:
+def _assumed(diagnosis: Diagnosis, findings: Findings | Grounds, model: Model) -> list[str]:
     """What the answers rest on."""
     nominal, sessions = findings.prepared.nominal, diagnosis.evidence["sessions"]
     told = [

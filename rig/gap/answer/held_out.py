@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rig.gap.augment import remaining_gap
-from rig.gap.carry import Applied
+from rig.gap.answer.augment import remaining_gap
+from rig.gap.days.prepared import Prepared
 from rig.gap.hypotheses.fit import Fit, refit
+from rig.gap.hypotheses.propagate import Applied
 from rig.gap.hypotheses.scenes import PRESSURES, angle_scene, on_records, pressure_scene
-from rig.gap.prepared import Prepared
 from rig.gap.reference.build import Expected
 from rig.gap.settings import Fitted
 from rig.model.parameters import Model

@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from rig.errors import RigError
+from rig.errors import ModelError, RigError
+from rig.gap.days.prepared import Prepared
 from rig.gap.records.pairs import Pair
 from rig.identify.descent import Fit, descend
 from rig.model.kernels import simulate
@@ -81,6 +82,16 @@ class Retuning:
             "after_deg": self.after_deg,
             "parameters": [one.to_json() for one in self.moved],
         }
+
+
+def retuned_model(model: Model, prepared: Prepared) -> Model:
+    """`model` with its own parameters fitted again to the records, and a word on that; ModelError where it runs away under them."""
+    at_rest = replace(model, p0_mpa=prepared.pairing.p0_mpa)
+    found = retune(at_rest, prepared.pairs, prepared.pairing.pressures)
+    if found is None:
+        raise ModelError("--retuned: the simulator runs away under these records, so it cannot be fitted to them")
+    text = f"{model.provenance.text} Its own parameters fitted again by pamrig gap diagnose.".strip()
+    return replace(found.model, provenance=replace(model.provenance, text=text))
 
 
 def retune(model: Model, pairs: Sequence[Pair], pressures: bool) -> Retuning | None:

@@ -5,22 +5,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rig.gap.answer.augment import remaining_gap
 from rig.gap.answer.held_out import HowFar
+from rig.gap.answer.next_experiment import recommend
+from rig.gap.answer.result import Cause, Diagnosis, Interval, Ranked
 from rig.gap.answer.retuning import Retuning
-from rig.gap.augment import remaining_gap
-from rig.gap.carry import Applied, full_numbers
-from rig.gap.causes import marked
-from rig.gap.effects import LIBRARY
-from rig.gap.engine import overall_gap
+from rig.gap.answer.where import frequency_shares, over_time, phase_shares, region_shares
+from rig.gap.days.causes import marked
+from rig.gap.days.engine import overall_gap
+from rig.gap.days.prepared import Prepared
 from rig.gap.evidence.posterior import NONE, UNKNOWN, Posterior
 from rig.gap.hypotheses.fit import Fit
+from rig.gap.hypotheses.library import LIBRARY
+from rig.gap.hypotheses.propagate import Applied, full_numbers
 from rig.gap.hypotheses.scenes import PRESSURES
-from rig.gap.localise import frequency_shares, over_time, phase_shares, region_shares
-from rig.gap.next_experiment import recommend
-from rig.gap.prepared import Prepared
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.reference.build import Expected, rms_of
-from rig.gap.result import Cause, Diagnosis, Interval, Ranked
 from rig.gap.settings import Fitted, fitted
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.parameters import Model
@@ -196,8 +196,9 @@ def _explained(told: Told, kept: Sequence[tuple[Posterior, Fit]], before: float,
         return 1.0
     if before > ABOVE * floor:
         return float(np.clip((before**2 - after**2) / (before**2 - floor**2), -1.0, 1.0))
-    own = max(share_closed(posterior, fit) for posterior, fit in kept)
-    return float(max(own, 1.0 - (after / max(before, 1e-12)) ** 2))
+    if after < before:
+        return 1.0 - (after / before) ** 2
+    return max(share_closed(posterior, fit) for posterior, fit in kept)
 
 
 def _verdict(told: Told, causes: Sequence[Cause]) -> str:

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import logsumexp
 
-from rig.gap.effects import Effect
-from rig.gap.hypotheses.fit import Fit, Scene, fit_effect
+from rig.gap.evidence.gaussian import Gaussian
+from rig.gap.hypotheses.fit import Fit, Scene, fit_effect, with_law
+from rig.gap.hypotheses.library import Effect
 from rig.gap.hypotheses.scenes import Stand
 from rig.gap.settings import CREDIBLE, ENVELOPE_HZ, UNKNOWN_EVEN
 from rig.record import Column
@@ -66,31 +67,34 @@ def judge(effects: Sequence[Effect], stand: Stand, workers: int = 2) -> Posterio
     gap = scene.factor.lines.of(scene.factor.gap)
     logs = {
         NONE: scene.factor.healthy.log_density(gap) + prior.log_none,
-        UNKNOWN: log_unknown(scene, gap) + prior.log_unknown,
+        UNKNOWN: log_unknown(scene, scene.factor.healthy, gap) + prior.log_unknown,
     } | {name: fit.log_evidence for name, fit in fits.items()}
     total = logsumexp(list(logs.values()))
     probability = {name: float(np.exp(value - total)) for name, value in logs.items()}
-    beside = _log_beside(scene, gap, fits, probability)
+    beside = _beside(scene, gap, fits, probability)
     return Posterior(stand, probability, fits, beside)
 
 
-def log_unknown(scene: Scene, left: Column) -> float:
-    """Evidence that what is left (lines) is a broad process of any size: lines like its own, blurred."""
+def log_unknown(scene: Scene, expected: Gaussian, left: Column) -> float:
+    """Evidence, beside what is `expected`, that what is left (lines) is a broad process of any size: lines like its own, blurred."""
     factor, prior = scene.factor, scene.prior
     shape = factor.lines.envelope(left, ENVELOPE_HZ, UNKNOWN_EVEN)
     power = float(np.sqrt(np.sum(left**2) / max(float(factor.lines.used.sum()), 1.0)))
     share = np.maximum(_LEVELS * power / scene.moving, 1e-9)
     log_prior = -0.5 * ((np.log(share) - np.log(prior.share)) / prior.share_spread) ** 2
-    logs = [factor.healthy.with_variance(level**2 * shape).log_density(left) for level in _LEVELS]
+    logs = [expected.with_variance(level**2 * shape).log_density(left) for level in _LEVELS]
     width = np.log(_LEVELS[1] / _LEVELS[0]) / (prior.share_spread * np.sqrt(2 * np.pi))
     return float(logsumexp(np.array(logs) + log_prior + np.log(width)))
 
 
-def _log_beside(scene: Scene, gap: Column, fits: dict[str, Fit], probability: dict[str, float]) -> float:
+def _beside(scene: Scene, gap: Column, fits: dict[str, Fit], probability: dict[str, float]) -> float:
     """Probability that the likeliest effect leaves something unknown, against that its law is only as rough as it usually is."""
     best = max(probability, key=lambda name: probability[name])
     if best not in fits:
         return 0.0
-    left = gap - scene.factor.lines.of(fits[best].change)
-    odds = log_unknown(scene, left) + scene.prior.log_beside - fits[best].log_law
+    fit, lines, prior = fits[best], scene.factor.lines, scene.prior
+    moved = lines.of(fit.change)
+    left = gap - moved
+    rough = with_law(scene.factor.healthy, lines, moved, fit.effect.misfit * prior.rho_scale, prior)
+    odds = log_unknown(scene, rough, left) + prior.log_beside - fit.log_law
     return float(1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0))))

@@ -1,17 +1,19 @@
 """One hypothesis fitted: an effect's laws, each from its grid of starts to the likeliest numbers, with the evidence for it.
 
-What an effect changes is propagated through the frozen response of the healthy rig (`rig.gap.carry`); how residuals are judged is the
-factor's (`rig.gap.reference.expectation`).
+What an effect changes is propagated through the frozen response of the healthy rig (`rig.gap.hypotheses.propagate`); how residuals
+are judged is the factor's (`rig.gap.reference.expectation`).
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import logsumexp
 
-from rig.gap.carry import Applied, Ready, Track, angle_with, pressures_with, ready, response_with
-from rig.gap.effects import Effect, Law
+from rig.gap.evidence.gaussian import Gaussian
 from rig.gap.evidence.lines import Lines
+from rig.gap.hypotheses.library import Effect, Law
+from rig.gap.hypotheses.propagate import Applied, Ready, Track, angle_with, pressures_with, ready, response_with
 from rig.gap.reference.expectation import Factor
 from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, FIT_STEPS, WIDTH_SHARES, Prior
 from rig.identify.descent import descend
@@ -19,6 +21,8 @@ from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.response import ResponseModel
 from rig.record import Column
 
+LAW_SHARES = (0.0, 0.3, 1.0)
+"""How rough a law may be, in its usual error: exact, better than usual, as usual. Each is as likely as the others."""
 RUNS_AWAY = 1e6
 """A change beyond this, in deg or MPa, is none that a rig can show."""
 
@@ -174,12 +178,11 @@ class _Trial:
         healthy, lines, prior = self.scene.factor.healthy, self.scene.factor.lines, self.scene.prior
         change = self.change(x, fixed)
         moved = lines.of(change)
+        left = self._gap - moved
         rho = effect.misfit * prior.rho_scale
-        judge = healthy.with_patterns(law_patterns(moved, lines, rho)).with_variance(
-            (prior.rho_lines * rho) ** 2 * lines.envelope(moved, ENVELOPE_HZ, ENVELOPE_EVEN)
-        )
-        log_density = judge.log_density(self._gap - moved)
-        stiff = (healthy.degrees + healthy.effective) / (healthy.degrees + min(cost, judge.chi_square(self._gap - moved)))
+        logs = [with_law(healthy, lines, moved, share * rho, prior).log_density(left) for share in LAW_SHARES]
+        log_density = float(logsumexp(logs)) - float(np.log(len(logs)))
+        stiff = (healthy.degrees + healthy.effective) / (healthy.degrees + cost)
         hessian = stiff * (jacobian.T @ jacobian)
         log_prior, precision = self._log_prior(x, change)
         hessian = hessian + np.diag(precision)
@@ -205,6 +208,14 @@ class _Trial:
         total -= float(np.sum(np.log(widths))) + np.log(len(self.law.shapes))
         precision = np.concatenate([[1.0 / (prior.share_spread * size) ** 2], 12.0 / widths**2])
         return total, precision
+
+
+def with_law(healthy: Gaussian, lines: Lines, moved: Column, rho: float, prior: Prior) -> Gaussian:
+    """What is expected of what a law leaves when it is as rough as a share `rho` of what it changes."""
+    if rho <= 0.0:
+        return healthy
+    rough = (prior.rho_lines * rho) ** 2 * lines.envelope(moved, ENVELOPE_HZ, ENVELOPE_EVEN)
+    return healthy.with_patterns(law_patterns(moved, lines, rho)).with_variance(rough)
 
 
 def law_patterns(moved: Column, lines: Lines, rho: float) -> Column:

@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rig.gap.bench import law_scales
-from rig.gap.effects import Law
+from rig.gap.days.bench import law_scales
 from rig.gap.hypotheses.fit import Scene, angle_change, pressure_change
+from rig.gap.hypotheses.library import Law
 from rig.gap.reference.build import Expected
 from rig.gap.reference.expectation import angle_parts, pressure_parts
 from rig.gap.settings import Fitted

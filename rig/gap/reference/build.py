@@ -15,10 +15,10 @@ from enum import StrEnum
 import numpy as np
 
 from rig.errors import ConfigError, ModelError
-from rig.gap.carry import Track, angle_under, lay_tracks
-from rig.gap.engine import modelled, references_of
-from rig.gap.nominal import Reference, describe, mean_session
+from rig.gap.days.engine import modelled, references_of
+from rig.gap.hypotheses.propagate import Track, angle_under, lay_tracks
 from rig.gap.records.pairs import Pair, Pairing
+from rig.gap.reference.nominal import Reference, describe, mean_session
 from rig.model.kernels import simulate
 from rig.model.parameters import Input, Model
 from rig.model.response import ResponseModel
@@ -60,7 +60,7 @@ class Expected:
 
 def choose(asked: str, model: Model | None, sessions: int) -> Kind:
     """The reference that is asked for, or the best there is; ConfigError when it cannot be had."""
-    has_fingerprint = model is not None and model.fingerprint is not None
+    has_fingerprint = getattr(model, "fingerprint", None) is not None
     if asked == AUTO:
         if sessions:
             return Kind.SESSIONS if sessions > 1 else Kind.SESSION
@@ -84,8 +84,8 @@ def expect(kind: Kind, sister: bool, model: Model | None, pairing: Pairing) -> E
         return _from_days(kind, pairing)
     if model is None:
         raise ModelError("neither a fitting baseline nor a model was given: there is nothing to compare with")
-    if kind is Kind.FINGERPRINT and model.fingerprint is not None:
-        return _from_response(model.fingerprint.response, pairing)
+    if kind is Kind.FINGERPRINT:
+        return _from_response(model.fingerprint, pairing)
     return _from_simulator(SISTER if sister else kind.value, model, pairing)
 
 

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rig.gap.carry import Track
 from rig.gap.evidence.gaussian import Gaussian
 from rig.gap.evidence.lines import Lines, lines_of
+from rig.gap.hypotheses.propagate import Track
 from rig.gap.records.pairs import Pair
 from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, LOOP_WIDTH, TOP_HZ, FactorLevels, Prior
 from rig.model.response import ResponseModel

@@ -15,7 +15,7 @@ from rig.errors import RecordError
 from rig.qualify.benchmarks import figure
 
 if TYPE_CHECKING:
-    from rig.gap.result import Diagnosis
+    from rig.gap.answer.result import Diagnosis
     from rig.record import Record
 
 PLACES = ("../shared/practice",)
@@ -57,7 +57,7 @@ def _unit(practice: Path, unit: str, labels: dict[str, list[str]]) -> dict[str, 
 def _scored(data: dict[str, Any], pressures: bool) -> dict[str, Any]:
     """Goals over both units; a case is detected when it is stronger than the threshold fitted on the other unit."""
     from rig.gap import diagnose
-    from rig.gap.effects import LIBRARY, effect_class
+    from rig.gap.hypotheses.library import LIBRARY, effect_class
 
     found = {
         unit: [
@@ -103,9 +103,9 @@ def _held_out(data: dict[str, Any], pressures: bool) -> dict[str, Any]:
 
     from rig.blind_check.score import EXCITED
     from rig.blind_check.statistics import CLOSE
-    from rig.gap.diagnosis import diagnose_with_findings
-    from rig.gap.engine import angle_side, overall_gap, prepare
-    from rig.gap.verdict import explained
+    from rig.gap.days.diagnosis import diagnose_days
+    from rig.gap.days.engine import angle_side, overall_gap, prepare
+    from rig.gap.days.verdict import explained
 
     closed: list[float] = []
     near: list[bool] = []
@@ -113,7 +113,7 @@ def _held_out(data: dict[str, Any], pressures: bool) -> dict[str, Any]:
         for records, names in one["cases"].values():
             if not names:
                 continue
-            told, findings = diagnose_with_findings(None, records[:-UNTOUCHED], one["baselines"], pressures=pressures)
+            told, findings = diagnose_days(None, records[:-UNTOUCHED], one["baselines"], pressures=pressures)
             fresh = prepare(None, records[-UNTOUCHED:], one["baselines"], pressures)
             side = angle_side(fresh, driven=False, model=None)
             before, after = (side.rms(np.concatenate(overall_gap(fresh, causes))) for causes in ([], findings.applied))
@@ -131,7 +131,7 @@ def _withheld(data: dict[str, Any]) -> dict[str, Any]:
     """Single effects with their own class taken out of the library: is something unknown said, or another name?"""
     from rig.blind_check.score import FLAGS
     from rig.gap import diagnose
-    from rig.gap.effects import LIBRARY, effect_class
+    from rig.gap.hypotheses.library import LIBRARY, effect_class
 
     flagged = []
     for one in data.values():
@@ -146,7 +146,7 @@ def _withheld(data: dict[str, Any]) -> dict[str, Any]:
 
 def _strength(diagnosis: "Diagnosis") -> float:
     """How far the strongest sign stands above its threshold; a signature counts as plain."""
-    from rig.gap.trigger import STRUCTURE
+    from rig.gap.days.trigger import STRUCTURE
 
     marked = any(mark["found"] and mark["effect"] for mark in diagnosis.evidence["signatures"])
     signs = [3.0 if marked else 0.0]
@@ -188,7 +188,7 @@ def _naive(data: dict[str, Any]) -> dict[str, Any]:
 def _times(data: dict[str, Any]) -> dict[str, Any]:
     """Seconds a case, and how they grow: records, their length, effects of the library."""
     from rig.gap import diagnose
-    from rig.gap.effects import LIBRARY
+    from rig.gap.hypotheses.library import LIBRARY
 
     one = data["unit_a"]
     records, _ = one["cases"]["unit_a/case_02"]

@@ -10,13 +10,13 @@ import pytest
 from rig.blind_check.check import result_from
 from rig.blind_check.follow_up import commands_of, tie
 from rig.blind_check.generate import left_out, modes_of
-from rig.blind_check.goals import GOALS, bound, figure, reached, told
+from rig.blind_check.goals import GOALS, bound, figure, figure_text, reached
 from rig.blind_check.rates import Rate
 from rig.blind_check.score import realised, score_mode
 from rig.blind_check.statistics import breakdown, mode_result, naive_result, reliability, shuffled_control, withheld_result
 from rig.blind_check.user_labels import label_of
 from rig.errors import RecordError
-from rig.gap.effects import LIBRARY, effect_class
+from rig.gap.hypotheses.library import LIBRARY, effect_class
 from rig.model.parameters import Input, Model, MuscleModel, Parameter
 from rig.report.check_page import write_page
 
@@ -117,7 +117,7 @@ def test_counting_gives_every_figure() -> None:
     assert parts["confusion"]["backlash"] == {"backlash": 1, "coulomb_friction": 1}
     assert parts["by_ratio"]["5..100"]["exact_first"]["n"] == 7
     for goal in GOALS:
-        assert told(figure(result, goal), goal.unit)
+        assert figure_text(figure(result, goal), goal.unit)
         assert bound(goal, "pressures")
     assert reached(result, next(goal for goal in GOALS if goal.key == "exact_first"), "pressures") is False
 

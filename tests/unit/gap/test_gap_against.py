@@ -8,15 +8,15 @@ from gap_rigs import asked, baselines, model, names, session
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rig.gap.attribute import fit_effect
-from rig.gap.augment import helping, tuned
-from rig.gap.carry import Applied
-from rig.gap.compound import makeweight
-from rig.gap.effects import LIBRARY
-from rig.gap.engine import preferring
-from rig.gap.findings import Findings, find
-from rig.gap.side import Side
-from rig.gap.trigger import trigger
+from rig.gap.answer.augment import helping, tuned
+from rig.gap.days.attribute import fit_effect
+from rig.gap.days.compound import makeweight
+from rig.gap.days.engine import preferring
+from rig.gap.days.findings import Findings, find
+from rig.gap.days.side import Side
+from rig.gap.days.trigger import trigger
+from rig.gap.hypotheses.library import LIBRARY
+from rig.gap.hypotheses.propagate import Applied
 from rig.model.parameters import AddedEffect
 from rig.record import Column, Record
 

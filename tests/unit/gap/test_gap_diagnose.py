@@ -11,7 +11,7 @@ from gap_rigs import asked, baselines, model, names, session
 from rig.cli.common import _plain
 from rig.errors import ModelError, RecordError
 from rig.gap import diagnose
-from rig.gap.words import answers
+from rig.gap.answer.words import answers
 from rig.model.kernels import simulate
 from rig.model.parameters import AddedEffect
 from rig.record import Column, Record
@@ -74,11 +74,12 @@ def test_json_is_plain_and_repeatable() -> None:
     assert {"verdict", "gap", "where", "causes", "ranking", "next_experiment"} <= json.loads(first).keys()
 
 
-def test_without_baseline_it_works_and_is_less_sure() -> None:
+def test_a_simulator_alone_names_what_it_lacks() -> None:
     found = diagnose(model(), session(51, AddedEffect("delay", {"delay_s": 0.2})), [])
-    assert found.gap["floor_source"] == "model"
-    assert found.confidence <= 0.5
-    assert "delay" in names(found)
+    assert found.reference == "simulator"
+    assert names(found) == {"delay"}
+    assert found.causes[0].parameters["delay_s"].value == pytest.approx(0.2, rel=0.1)
+    assert found.gap["after_deg"] < 0.3 * found.gap["rms_deg"]
 
 
 def test_nothing_to_compare_with_is_refused() -> None:
@@ -92,12 +93,11 @@ def test_record_without_excitation_is_refused() -> None:
         asked(still)
 
 
-def test_baseline_of_other_sweeps_is_said_and_not_used() -> None:
+def test_a_baseline_of_other_sweeps_alone_is_an_error_of_the_call() -> None:
     t_s = session(53)[0].t_s
     other = [simulate(model(), Record("square", t_s, 0.1 * np.sign(np.sin(9 * t_s))), start_deg=0.0)]
-    found = diagnose(model(), session(54), [other])
-    assert any("pairs with no record" in note for note in found.notes)
-    assert found.gap["floor_source"] == "model"
+    with pytest.raises(RecordError, match="pairs with no record"):
+        diagnose(model(), session(54), [other])
 
 
 def test_records_without_a_partner_are_named() -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from gap_rigs import model
 
-from rig.gap.effects import LIBRARY, alike
+from rig.gap.hypotheses.library import LIBRARY, alike
 from rig.model.chain import lay_out
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.parameters import AddedEffect

@@ -14,7 +14,7 @@ from hil.reference.fluidic.pneumatics import nozzle
 from hil.reference.mckibben.mechanics import muscle_force
 from hil.reference.mckibben.pneumatics import flow_function
 from rig.errors import RigError
-from rig.gap.effects import LIBRARY
+from rig.gap.hypotheses.library import LIBRARY
 
 SINE = Excitation("sine", 0.5, 0.2)
 EFFECTS = [(name, effect) for name in NAMES for effect in sorted(family(name).laws)]

@@ -2,13 +2,13 @@
 
 from dataclasses import dataclass, replace
 
-from rig.gap.attribute import Candidate
-from rig.gap.bench import Bench
-from rig.gap.carry import Track
-from rig.gap.nominal import Nominal, Reference
+from rig.gap.days.attribute import Candidate
+from rig.gap.days.bench import Bench
+from rig.gap.days.side import Side
+from rig.gap.days.trigger import Trigger
+from rig.gap.hypotheses.propagate import Track
 from rig.gap.records.pairs import Pair, Pairing
-from rig.gap.side import Side
-from rig.gap.trigger import Trigger
+from rig.gap.reference.nominal import Nominal, Reference
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from rig.gap.carry import Applied
+from rig.gap.hypotheses.propagate import Applied
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import t as student
 
-from rig.gap.side import Side
+from rig.gap.days.side import Side
 from rig.record import Column
 
 FALSE_ALARM = 0.003

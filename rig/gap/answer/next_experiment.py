@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import yaml
 
-from rig.gap.carry import Applied, Track, lay_tracks, ready, response_with
-from rig.gap.nominal import Nominal, Reference
+from rig.gap.hypotheses.propagate import Applied, Track, lay_tracks, ready, response_with
 from rig.gap.records.pairs import Pair, Session
+from rig.gap.reference.nominal import Nominal, Reference
 from rig.record import Column, Record
 
 PERIOD_S = 0.005

@@ -1,7 +1,7 @@
 """Which effect: every law fitted to the frozen nominal rig, judged on records that its fit did not see, ranked side by side.
 
 A side is either the pressures (valve side) or the angle; `Bench` knows what an effect changes on it. Thresholds and words of the
-verdict are in `rig.gap.verdict`.
+verdict are in `rig.gap.days.verdict`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,10 +10,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rig.gap.bench import Bench
-from rig.gap.carry import Applied
-from rig.gap.effects import FAINT, Effect, Law
-from rig.gap.side import Side
+from rig.gap.days.bench import Bench
+from rig.gap.days.side import Side
+from rig.gap.hypotheses.library import FAINT, Effect, Law
+from rig.gap.hypotheses.propagate import Applied
 from rig.identify.descent import Fit, descend, normal, square_sum
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.slots import Slot

@@ -1,8 +1,8 @@
 """The simulator with the named causes added: a model like any other, for `pamrig simulate` and the simulated rig; and how far the
 gap shrinks with it.
 
-The description of the healthy rig that names causes (`rig.gap.nominal`) carries an effect to the angle better than a simulator does.
-What a user gets is the simulator's: so it is asked itself, on the records at hand.
+The response model that names causes (`rig.gap.reference.nominal`) propagates an effect to the angle better than a simulator does. What a
+user gets is the simulator's: so it is asked itself, on the records at hand.
 """
 
 from collections.abc import Collection, Sequence
@@ -11,12 +11,12 @@ from dataclasses import replace
 import numpy as np
 
 from rig.errors import RigError
-from rig.gap.carry import Applied, full_numbers
-from rig.gap.engine import overall_gap
-from rig.gap.handover import MEAN_MOVED, must
-from rig.gap.prepared import Prepared
+from rig.gap.answer.result import Diagnosis
+from rig.gap.days.engine import overall_gap
+from rig.gap.days.handover import MEAN_MOVED, must
+from rig.gap.days.prepared import Prepared
+from rig.gap.hypotheses.propagate import Applied, full_numbers
 from rig.gap.raw_tests.lost import loudness
-from rig.gap.result import Diagnosis
 from rig.identify.descent import descend, square_sum
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.kernels import simulate

@@ -1,6 +1,6 @@
 """The answers in a sentence each, for the terminal and the page. No number is computed here."""
 
-from rig.gap.result import Cause, Diagnosis
+from rig.gap.answer.result import Cause, Diagnosis
 
 SOURCES = {
     "sessions": "repeated healthy sessions",

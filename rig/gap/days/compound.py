@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from rig.gap.attribute import LOOSENESS, Candidate, rank, refit
-from rig.gap.bench import Bench
-from rig.gap.effects import Effect, effect_class
-from rig.gap.trigger import trigger
-from rig.gap.verdict import SECOND_CAUSE, leaves_too_much
+from rig.gap.days.attribute import LOOSENESS, Candidate, rank, refit
+from rig.gap.days.bench import Bench
+from rig.gap.days.trigger import trigger
+from rig.gap.days.verdict import SECOND_CAUSE, leaves_too_much
+from rig.gap.hypotheses.library import Effect, effect_class
 from rig.identify.descent import square_sum
 
 LEADERS, LEADERS_BLIND = 2, 4

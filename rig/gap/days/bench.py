@@ -1,6 +1,6 @@
 """Where effects are tried: one side of the chain with everything that its response under causes needs.
 
-What is tried there, and how it is ranked, is in `rig.gap.attribute`.
+What is tried there, and how it is ranked, is in `rig.gap.days.attribute`.
 """
 
 from collections.abc import Sequence
@@ -9,10 +9,10 @@ from functools import cached_property
 
 import numpy as np
 
-from rig.gap.carry import Applied, Ready, Track, angle_under, angle_with, pressures_with, ready, response_with
-from rig.gap.nominal import Nominal
-from rig.gap.side import Side
-from rig.gap.trigger import Trigger, trigger
+from rig.gap.days.side import Side
+from rig.gap.days.trigger import Trigger, trigger
+from rig.gap.hypotheses.propagate import Applied, Ready, Track, angle_under, angle_with, pressures_with, ready, response_with
+from rig.gap.reference.nominal import Nominal
 from rig.record import Column
 
 

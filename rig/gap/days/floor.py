@@ -8,9 +8,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rig.gap.nominal import Nominal, Reference
+from rig.gap.days.side import Side
 from rig.gap.records.pairs import Pair
-from rig.gap.side import Side
+from rig.gap.reference.nominal import Nominal, Reference
 from rig.model.response_kernels import stops
 from rig.record import Column
 

@@ -1,22 +1,22 @@
 """The named causes of a diagnosis with their numbers, intervals, doubts and confidence, from the judged sides.
 
-The verdict and the other answers are in `rig.gap.diagnosis`.
+The verdict and the other answers are in `rig.gap.days.diagnosis`.
 """
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from rig.gap.attribute import LOOSENESS, Candidate
-from rig.gap.carry import Applied, full_numbers
-from rig.gap.effects import LIBRARY, alike
-from rig.gap.engine import overall_gap
-from rig.gap.findings import Findings
-from rig.gap.prepared import Judged, Prepared
+from rig.gap.answer.result import Cause, Interval
+from rig.gap.days.attribute import LOOSENESS, Candidate
+from rig.gap.days.engine import overall_gap
+from rig.gap.days.findings import Findings
+from rig.gap.days.prepared import Judged, Prepared
+from rig.gap.days.trigger import trigger
+from rig.gap.days.verdict import explained
+from rig.gap.hypotheses.library import LIBRARY, alike
+from rig.gap.hypotheses.propagate import Applied, full_numbers
 from rig.gap.raw_tests.signature import Signature
-from rig.gap.result import Cause, Interval
-from rig.gap.trigger import trigger
-from rig.gap.verdict import explained
 from rig.model.effect_stages import EFFECT_STAGES
 
 CLIPPED_TRUST = 0.5

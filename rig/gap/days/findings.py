@@ -1,6 +1,6 @@
 """What there is to find in the records: marks, the pressures' side judged, and the angle's with what the pressures hand over.
 
-Each step's computing is in `rig.gap.engine`, what goes between the sides in `rig.gap.handover`; here stands their order.
+Each step's computing is in `rig.gap.days.engine`, what goes between the sides in `rig.gap.days.handover`; here stands their order.
 """
 
 from collections.abc import Callable, Collection, Sequence
@@ -8,10 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rig.gap.attribute import Candidate
-from rig.gap.carry import Applied
-from rig.gap.effects import Effect
-from rig.gap.engine import (
+from rig.gap.days.attribute import Candidate
+from rig.gap.days.engine import (
     angle_side,
     judge,
     library_of,
@@ -22,11 +20,13 @@ from rig.gap.engine import (
     signatures_of,
     valve_side,
 )
-from rig.gap.handover import doubts, faint, misreading, stiffened, stripped, with_mean_law
-from rig.gap.prepared import Judged, Prepared, untriggered
+from rig.gap.days.handover import doubts, faint, misreading, stiffened, stripped, with_mean_law
+from rig.gap.days.prepared import Judged, Prepared, untriggered
+from rig.gap.days.verdict import leaves_too_much
+from rig.gap.hypotheses.library import Effect
+from rig.gap.hypotheses.propagate import Applied
 from rig.gap.raw_tests.lost import bridged, lost_rows
 from rig.gap.raw_tests.signature import Signature
-from rig.gap.verdict import leaves_too_much
 from rig.identify.descent import square_sum
 from rig.model.parameters import Model
 from rig.record import Column, Record

@@ -1,6 +1,6 @@
 """The computing of each step: pair and describe the healthy rig, each side's gap and floor, and the judgement of a side.
 
-Their order is in `rig.gap.findings`, the words in `rig.gap.diagnosis`.
+Their order is in `rig.gap.days.findings`, the words in `rig.gap.days.diagnosis`.
 """
 
 from collections.abc import Sequence
@@ -9,12 +9,10 @@ from dataclasses import replace
 import numpy as np
 
 from rig.errors import ModelError, RigError
-from rig.gap.attribute import Candidate, rank
-from rig.gap.bench import Bench, case_pressures
-from rig.gap.carry import Applied, angle_under, lay_tracks, ready, response_with
-from rig.gap.compound import makeweight, with_second
-from rig.gap.effects import Effect, chosen
-from rig.gap.floor import (
+from rig.gap.days.attribute import Candidate, rank
+from rig.gap.days.bench import Bench, case_pressures
+from rig.gap.days.compound import makeweight, with_second
+from rig.gap.days.floor import (
     ANGLE_PRIORS,
     MODEL_PRIORS,
     MODEL_VALVE_PRIORS,
@@ -28,16 +26,11 @@ from rig.gap.floor import (
     valve_deviations,
     valve_modes,
 )
-from rig.gap.handover import doubting, echo, monitor_noise, must
-from rig.gap.nominal import Reference, describe, fit_regulators, mean_session
-from rig.gap.prepared import Judged, Prepared, untriggered
-from rig.gap.raw_tests.read import read_signatures
-from rig.gap.raw_tests.signature import Signature
-from rig.gap.records.pairs import Pair, pair_up
-from rig.gap.records.strangers import without_strangers
-from rig.gap.side import Side
-from rig.gap.trigger import trigger
-from rig.gap.verdict import (
+from rig.gap.days.handover import doubting, echo, monitor_noise, must
+from rig.gap.days.prepared import Judged, Prepared, untriggered
+from rig.gap.days.side import Side
+from rig.gap.days.trigger import trigger
+from rig.gap.days.verdict import (
     HALF,
     UNCLEARED,
     clearing_first,
@@ -46,6 +39,13 @@ from rig.gap.verdict import (
     name_set,
     sufficient,
 )
+from rig.gap.hypotheses.library import Effect, chosen
+from rig.gap.hypotheses.propagate import Applied, angle_under, lay_tracks, ready, response_with
+from rig.gap.raw_tests.read import read_signatures
+from rig.gap.raw_tests.signature import Signature
+from rig.gap.records.pairs import Pair, pair_up
+from rig.gap.records.strangers import without_strangers
+from rig.gap.reference.nominal import Reference, describe, fit_regulators, mean_session
 from rig.model.kernels import simulate
 from rig.model.parameters import Model
 from rig.model.response import Regulator

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from rig.gap.nominal import Nominal, Reference
 from rig.gap.records.pairs import Pair
+from rig.gap.reference.nominal import Nominal, Reference
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.kernels import compiled
 from rig.model.slots import Slot

@@ -10,13 +10,13 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from rig.gap.attribute import LOOSENESS
-from rig.gap.bench import case_pressures
-from rig.gap.carry import Applied, angle_under, lay_tracks
-from rig.gap.floor import angle_deviations, angle_gap
-from rig.gap.prepared import Judged, Prepared
-from rig.gap.side import Side
-from rig.gap.trigger import STRUCTURE, trigger
+from rig.gap.days.attribute import LOOSENESS
+from rig.gap.days.bench import case_pressures
+from rig.gap.days.floor import angle_deviations, angle_gap
+from rig.gap.days.prepared import Judged, Prepared
+from rig.gap.days.side import Side
+from rig.gap.days.trigger import STRUCTURE, trigger
+from rig.gap.hypotheses.propagate import Applied, angle_under, lay_tracks
 from rig.model.response_kernels import regulated
 from rig.record import Column
 

@@ -1,6 +1,6 @@
 """One side of the chain: its gap, the ways in which healthy days differ there, and how residuals are weighed by them.
 
-Where the numbers come from is in `rig.gap.floor`; no effect is known here.
+Where the numbers come from is in `rig.gap.days.floor`; no effect is known here.
 """
 
 from collections.abc import Sequence
@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from rig.gap.kernels import whitened
+from rig.gap.days.kernels import whitened
 from rig.identify.descent import square_sum
 from rig.record import Column
 

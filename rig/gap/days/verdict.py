@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rig.gap.attribute import LOOSENESS, SHARPNESS, Candidate
-from rig.gap.effects import LIBRARY, effect_class
-from rig.gap.side import Side
-from rig.gap.trigger import STRUCTURE, trigger
+from rig.gap.days.attribute import LOOSENESS, SHARPNESS, Candidate
+from rig.gap.days.side import Side
+from rig.gap.days.trigger import STRUCTURE, trigger
+from rig.gap.hypotheses.library import LIBRARY, effect_class
 from rig.identify.descent import square_sum
 
 KNOWN = 0.73
