@@ -85,7 +85,7 @@ def expect(kind: Kind, sister: bool, model: Model | None, pairing: Pairing) -> E
     if model is None:
         raise ModelError("neither a fitting baseline nor a model was given: there is nothing to compare with")
     if kind is Kind.FINGERPRINT:
-        return _from_response(model.fingerprint, pairing)
+        return _from_response(getattr(model, "fingerprint", None), pairing)
     return _from_simulator(SISTER if sister else kind.value, model, pairing)
 
 
