@@ -15,9 +15,13 @@ from statistics import fmean, pstdev
 from types import TracebackType
 from typing import Final, Self
 
+from rig.app.overseen import Overseen
 from rig.errors import CheckFailed, DeviceError, DeviceLost
 from rig.interfaces import Device, Measurement
 from rig.realtime.clock import MonotonicClock
+from rig.realtime.loop import LEAVING_NS
+from rig.realtime.safe_state import Outcome as SafeOutcome
+from rig.realtime.safe_state import SecondPath, write_and_look
 from rig.sample import Flag
 
 SLEW_MPA_S: Final = 0.1
@@ -33,9 +37,12 @@ PATIENCE: Final = 20
 class DeviceTicker:
     """Opens the device, ticks it in the background, and leaves it safe (when it was moved) and closed."""
 
-    def __init__(self, device: Device, period_ns: int, safe_mpa: tuple[float, float]) -> None:
+    def __init__(
+        self, device: Device, period_ns: int, safe_mpa: tuple[float, float], overseen: Overseen | None = None
+    ) -> None:  # fmt: skip
+        """With `overseen`, whoever stands above this process is told of each tick, and missed when he is lost."""
         self.facts: dict[str, str] = {}
-        self._device, self._period_ns, self._safe = device, period_ns, safe_mpa
+        self._device, self._period_ns, self._safe, self._overseen = device, period_ns, safe_mpa, overseen
         self._goal: tuple[float, float] | None = None
         self._at: tuple[float, float] | None = None
         self._history: deque[Measurement] = deque(maxlen=2000)
@@ -46,6 +53,8 @@ class DeviceTicker:
     def __enter__(self) -> Self:
         try:
             self.facts = dict(self._device.open())
+            if self._overseen is not None:
+                self._overseen.__enter__()
         except BaseException:
             let_go(self._device)
             raise
@@ -59,16 +68,31 @@ class DeviceTicker:
             if self._at is not None:
                 self._make_safe()
         finally:
+            if self._overseen is not None:
+                self._overseen.__exit__(kind, error, trace)
             let_go(self._device)
 
     def _make_safe(self) -> None:
-        """Ask until it is done; a device whose connection was lost needs a moment."""
-        for _ in range(MAKE_SAFE_TRIES - 1):
-            try:
-                return self._device.safe()
-            except DeviceError:
-                time.sleep(0.02)
-        return self._device.safe()
+        """Ask until the device has taken it; one whose connection was lost needs a moment."""
+        path = SecondPath.of(self._device)
+        for _ in range(MAKE_SAFE_TRIES):
+            if self._overseen is not None:
+                self._overseen.beat(LEAVING_NS)
+            if write_and_look(path) >= SafeOutcome.WRITTEN:
+                return
+            time.sleep(0.02)
+        try:
+            self._device.safe()
+        except DeviceError as error:
+            raise DeviceError(f"NOT SAFE as far as is known: old set-points may stand, open the dump valve: {error}") from None
+
+    def _look_up(self) -> None:
+        """Beat; and without somebody above this process nothing is to stand under pressure."""
+        if self._overseen is None:
+            return
+        self._overseen.beat()
+        if self._at is not None and (why := self._overseen.trouble()):
+            raise DeviceLost(f"{why}: nobody would see to the safe state if this command were lost, so it gave up")
 
     def go_to(self, p1_mpa: float, p2_mpa: float, settle_s: float = 0.0) -> None:
         """Bring both set-points there at SLEW_MPA_S, then wait. The first call starts from the safe pressures."""
@@ -117,6 +141,7 @@ class DeviceTicker:
             due_ns = max(due_ns + self._period_ns, clock.now_ns())
             clock.wait_until_ns(due_ns)
             try:
+                self._look_up()
                 self._history.append(self._device.read())
                 self._step()
                 failed = 0
@@ -124,7 +149,17 @@ class DeviceTicker:
                 failed += 1
                 if failed >= PATIENCE or isinstance(error, DeviceLost):
                     self._error = error
+                    self._rest()
                     return
+
+    def _rest(self) -> None:
+        """After an error nothing is to stand under pressure while somebody is still asked for a number; then only beat."""
+        if self._at is not None:
+            with contextlib.suppress(DeviceError):  # said by the error; tried again on the way out
+                self._make_safe()
+        while not self._quit.wait(self._period_ns / 1e9):
+            if self._overseen is not None:
+                self._overseen.beat()
 
     def _step(self) -> None:
         if self._goal is None or self._at is None:

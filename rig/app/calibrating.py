@@ -15,6 +15,7 @@ from drivers.calibration import Calibration, Potentiometer, parse_all
 from drivers.fitting import Form, Measured, calibrate, summary
 from rig.app import compose
 from rig.app.bringup import DeviceTicker, mean
+from rig.app.overseen import Overseen, overseen
 from rig.config import read_yaml, structure, unstructure
 from rig.errors import ConfigError, RigError
 from rig.interfaces import Device, Role
@@ -77,7 +78,7 @@ def guided_angle(rig: RigConfig, options: CalibrationOptions) -> dict[Role, Meas
     points: list[tuple[float, float]] = []
     click.echo("Air off and vented. Turn the joint to an angle of the protractor, type the angle in degrees; an empty line ends.")
     device = compose.make_device(rig, MonotonicClock())
-    with _leash(device, rig) as ticker:
+    with _ticker(device, rig) as ticker:
         while (angle_deg := _ask(f"angle {len(points) + 1} [deg]")) is not None:
             found = ticker.collect(COLLECT_S)
             wiper, noise = mean(found, "angle_raw")
@@ -102,7 +103,7 @@ def guided_pressures(rig: RigConfig, levels: Sequence[float], options: Calibrati
         role: [] for role in (Role.VALVE_1, Role.VALVE_2, Role.MONITOR_1, Role.MONITOR_2)
     }
     device = compose.make_device(nominal, MonotonicClock())
-    with _leash(device, rig) as ticker:
+    with _ticker(device, rig, overseen(nominal)) as ticker:
         for level in levels:
             ticker.go_to(level, level, settle_s=options.settle_s)
             found = ticker.collect(COLLECT_S)
@@ -174,8 +175,8 @@ def _measured(points: list[tuple[float, float]], options: CalibrationOptions) ->
     return Measured(points, Form(options.form), "", options.reference_uncertainty, options.serial_numbers)
 
 
-def _leash(device: Device, rig: RigConfig) -> DeviceTicker:
-    return DeviceTicker(device, rig.period_ns, (rig.safe.p1_mpa, rig.safe.p2_mpa))
+def _ticker(device: Device, rig: RigConfig, above: Overseen | None = None) -> DeviceTicker:
+    return DeviceTicker(device, rig.period_ns, (rig.safe.p1_mpa, rig.safe.p2_mpa), above)
 
 
 def _ask(question: str) -> float | None:

@@ -8,6 +8,7 @@ from rich.table import Column, Table
 
 from rig.app import compose, inventory
 from rig.app.bringup import DeviceTicker, Timing, let_go, step_valves, time_reads
+from rig.app.overseen import overseen
 from rig.errors import CheckFailed, DeviceError
 from rig.realtime.clock import MonotonicClock
 from rig.rig_config import DeviceEntry, RigConfig
@@ -84,7 +85,7 @@ def steps(rig: RigConfig, step_mpa: float, settle_s: float) -> dict[str, Any]:
     device = compose.make_device(rig, MonotonicClock())
     safe = rig.safe.p1_mpa, rig.safe.p2_mpa
     try:
-        with DeviceTicker(device, rig.period_ns, safe) as ticker:
+        with DeviceTicker(device, rig.period_ns, safe, overseen(rig)) as ticker:
             results = step_valves(ticker, safe, step_mpa, settle_s)
     except DeviceError as error:
         return {"steps": [], "findings": [str(error)]}

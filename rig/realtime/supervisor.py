@@ -22,7 +22,8 @@ class Supervisor:
         self, writer: Writer, ring: Ring, block: SafeBlock, loop: WatchedProcess, authority: SafeStateAuthority, *,
         patience_ns: int, period_ns: int, grace_ns: int = 0,
     ) -> None:  # fmt: skip
-        """A heartbeat older than `patience_ns` is a loop that is stopped or hangs. Others get `grace_ns` to see to the safe state first."""
+        """A heartbeat older than `patience_ns` is a loop that is stopped or hangs. Others get `grace_ns` to see
+        to the safe state of one that has ended; for one that is silent they had the patience."""
         self._writer, self._ring, self._block, self._loop, self._authority = writer, ring, block, loop, authority
         self._period_ns, self._limit_ns, self._grace_ns = period_ns, patience_ns, grace_ns
         self._looked_ns = time.monotonic_ns()
@@ -55,13 +56,13 @@ class Supervisor:
 
     def _act(self, verdict: Verdict) -> Verdict:
         """A loop that never ticked has written nothing, perhaps because the device is somebody else's."""
-        if self._ring.heartbeat_ns and not self._others_did():
+        if self._ring.heartbeat_ns and not self._others_did(self._grace_ns if verdict is Verdict.ENDED else 0):
             self._authority.take_over(verdict)
         return verdict
 
-    def _others_did(self) -> bool:
+    def _others_did(self, grace_ns: int) -> bool:
         """Whether somebody else has made the rig safe after the loop's end, within the grace."""
-        until_ns = time.monotonic_ns() + self._grace_ns
+        until_ns = time.monotonic_ns() + grace_ns
         while time.monotonic_ns() < until_ns:
             if self._block.released or (self._block.best().safe and self._loop.gone_within(0.0)):
                 return True

@@ -146,12 +146,7 @@ class FaultBench:
 
     def pids(self) -> dict[str, int]:
         """Pids of its processes by name, as the kernel has them."""
-        found = {"control": self.daemon_pid}
-        for child in _children(self.daemon_pid):
-            with contextlib.suppress(OSError):
-                name = Path(f"/proc/{child}/comm").read_text(encoding="ascii").strip()
-                found |= {known: child for known in _NAMES if name == f"pamrig-{known}"[:15]}
-        return found
+        return {"control": self.daemon_pid, **named_children(self.daemon_pid)}
 
     def revive(self) -> None:
         """Let a stopped control process go on; nothing where it is gone."""
@@ -267,7 +262,12 @@ class FaultBench:
         return now_ns
 
 
-def _children(pid: int) -> list[int]:
-    """Pids of the processes that a process started, from any of its threads."""
-    tasks = Path(f"/proc/{pid}/task").glob("*/children")
-    return [int(child) for task in tasks for child in task.read_text(encoding="ascii").split()]
+def named_children(pid: int) -> dict[str, int]:
+    """Pids of the processes of a rig that a process has started, by name, as the kernel has them."""
+    found: dict[str, int] = {}
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError):
+            name, _, rest = stat.read_text(encoding="utf-8", errors="replace").partition("(")[2].rpartition(")")
+            if rest.split()[1] == str(pid):
+                found |= {known: int(stat.parent.name) for known in _NAMES if name == f"pamrig-{known}"[:15]}
+    return found

@@ -1,0 +1,50 @@
+"""Supervisor and guardian above a command that holds a rig by itself, without a loop: calibrating and probing.
+
+They are those of a session. When this process is killed, stopped (also by Ctrl-Z) or hangs, they end it and see to the safe state;
+when one of them is lost, the command gives up.
+"""
+
+import os
+import secrets
+from types import TracebackType
+from typing import Final, Self
+
+from rig.app import compose
+from rig.app.supervise import watcher_process
+from rig.realtime.ring import Ring, RingWriter
+from rig.realtime.safe_state import Writer
+from rig.rig_config import RigConfig
+from rig.service.watchers import Watchers
+
+_PATIENCE_NS: Final = 250_000_000
+"""A thread beside a prompt is not as punctual as a loop, and moves the rig gently."""
+
+
+class Overseen:
+    """This process and its ticks, looked after from above. Use as a context manager; `beat` each tick."""
+
+    def __init__(self, rig: RigConfig) -> None:
+        session = secrets.randbits(63)
+        self._ring = Ring.create(f"{session:016x}-ticker", session, capacity=1)
+        self._writer = RingWriter(self._ring, os.getpid())
+        self._watchers = Watchers(session, self._ring, rig, {})
+        self.beat = self._writer.beat
+        self.trouble = self._watchers.trouble
+        """Why the watchers cannot be relied on; empty while they can."""
+
+    def __enter__(self) -> Self:
+        self._watchers.start(watcher_process, os.getpid(), (Writer.SUPERVISOR, Writer.GUARDIAN), _PATIENCE_NS, speak=True)
+        self._watchers.await_ready()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        """The rig has been left safe: nobody needs to follow up."""
+        self._watchers.block.release()
+        self._watchers.wake()
+        self._watchers.end()
+        self._ring.block.unlink()
+
+
+def overseen(rig: RigConfig) -> Overseen | None:
+    """For a rig whose set-points stand when this process is gone; None where the plant ends with it."""
+    return Overseen(rig) if compose.outlives_the_loop(rig) else None

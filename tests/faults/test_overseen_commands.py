@@ -1,0 +1,113 @@
+"""Calibrating and probing hold a rig by themselves: they, and whoever stands above them, are struck while the rig is under pressure."""
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from hil.terminals import Terminals
+from rig.app import compose
+from rig.qualify.faults.bench import RIG, SAFE_MPA, named_children
+
+pytestmark = pytest.mark.xdist_group("real processes")
+KILL, STOP = signal.SIGKILL, signal.SIGSTOP
+
+
+class Calibration:
+    """`pamrig devices calibrate pressures`, waiting for somebody to read a gauge at 0.3 MPa."""
+
+    def __init__(self, folder: Path) -> None:
+        self.terminals = Terminals.at(folder / "terminals")
+        self.terminals.write(*SAFE_MPA)
+        rig = folder / "rig.yaml"
+        model = compose.configs() / "models" / "simulated.yaml"
+        rig.write_text(RIG.format(model=model, terminals=folder / "terminals"))
+        command = [sys.executable, "-m", "rig.cli.main", "devices", "calibrate", "pressures", "--rig", str(rig), "--yes"]
+        command += ["--levels", "0.3,0.2", "--settle", "0.1", "-o", str(folder / "calibration.yaml")]
+        pipe = subprocess.PIPE
+        self._stderr = folder / "stderr"
+        with self._stderr.open("wb") as stderr:
+            self.process = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=stderr)
+        self.wait(lambda: self.terminals.setpoints == pytest.approx((0.3, 0.3)), "the level")
+        self.pids = {"command": self.process.pid, **named_children(self.process.pid)}
+
+    def wait(self, condition: Callable[[], bool], what: str, patience_s: float = 30.0) -> None:
+        deadline = time.monotonic() + patience_s
+        while not condition():
+            assert time.monotonic() < deadline, f"{what}: {self.terminals.setpoints}, {self.said}"
+            time.sleep(0.001)
+
+    @property
+    def said(self) -> str:
+        return self._stderr.read_text()
+
+    def ms_to_safe(self, since: float) -> float:
+        self.wait(lambda: self.terminals.setpoints == SAFE_MPA, "the safe state", 5.0)
+        return (time.monotonic() - since) * 1e3
+
+    def close(self) -> None:
+        for pid in self.pids.values():
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGCONT)
+        assert self.process.stdin
+        assert self.process.stdout
+        with contextlib.suppress(BrokenPipeError):
+            self.process.stdin.close()
+        self.process.wait(20)
+        self.process.stdout.close()
+        self.wait(lambda: not any(Path(f"/proc/{pid}/fd").exists() for pid in self.pids.values()), "the end of all")
+
+
+@pytest.fixture
+def calibration(tmp_path: Path) -> Iterator[Calibration]:
+    calibration = Calibration(tmp_path)
+    yield calibration
+    calibration.close()
+
+
+@pytest.mark.parametrize(
+    "blows",
+    [
+        {"command": KILL},
+        {"command": STOP},
+        {"supervisor": KILL, "command": KILL},
+        {"supervisor": STOP, "command": STOP},
+        {"guardian": KILL, "command": STOP},
+    ],
+    ids=str,
+)
+def test_the_rig_does_not_stay_under_pressure(calibration: Calibration, blows: dict[str, int]) -> None:
+    since = time.monotonic()
+    for name, number in blows.items():
+        os.kill(calibration.pids[name], number)
+    assert calibration.ms_to_safe(since) < 1500.0
+    for pid in calibration.pids.values():
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGCONT)
+    time.sleep(0.2)
+    assert calibration.terminals.setpoints == SAFE_MPA
+
+
+@pytest.mark.parametrize("name", ["supervisor", "guardian"])
+@pytest.mark.parametrize("number", [KILL, STOP])
+def test_without_those_above_it_the_command_gives_up(calibration: Calibration, name: str, number: int) -> None:
+    since = time.monotonic()
+    os.kill(calibration.pids[name], number)
+    assert calibration.ms_to_safe(since) < 1500.0
+    assert calibration.process.stdin
+    calibration.process.stdin.write(b"0.3\n0.3\n")
+    calibration.process.stdin.flush()
+    assert calibration.process.wait(20) == 2
+    assert "so it gave up" in calibration.said
+
+
+def test_a_supervisor_that_ended_a_command_says_so_in_its_place(calibration: Calibration) -> None:
+    os.kill(calibration.pids["command"], STOP)
+    calibration.process.wait(5)
+    calibration.wait(lambda: "seen at the device" in calibration.said, "the supervisor's word", 5.0)
