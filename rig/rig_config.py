@@ -31,6 +31,8 @@ class Safe:
     """Where the muscles come to rest."""
     return_mpa_s: float = bounded(0.001, 100.0, "MPa/s", default=0.2)
     """How fast the set-points return there after a program; a fault writes them in one step."""
+    watchdog_s: float = bounded(0.1, 60.0, "s", default=1.0)
+    """A device whose own watchdog takes longer is refused at arming and by `run`, unless forced."""
 
 
 @dataclass(frozen=True)

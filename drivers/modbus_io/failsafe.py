@@ -38,7 +38,8 @@ def arm(session: Session, module: ModuleMap, unit: int, watchdog_s: float, safe_
         value = ticks if step.timeout else step.value if step.safe is None else safe_numbers.get(step.safe - 1, 0)
         session.write(step.address, [value], unit)
     outcome = "0" if failsafe.safe_is == "zero" else "the safe set-points"
-    return {"failsafe": f"armed: outputs to {outcome} after {ticks * failsafe.tick_s:g} s without a request"}
+    takes_s = f"{ticks * failsafe.tick_s:g}"
+    return {"failsafe": f"armed: outputs to {outcome} after {takes_s} s without a request", "watchdog_s": takes_s}
 
 
 def disarm(session: Session, failsafe: Failsafe | None, unit: int) -> None:

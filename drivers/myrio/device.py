@@ -85,6 +85,8 @@ class MyRio:
             "fpga_found": session.state_found,
             "heartbeat": self._settings.heartbeat or "none in this bitfile: no watchdog in the FPGA",
         }
+        if self._settings.heartbeat:
+            facts["watchdog_s"] = f"{self._settings.watchdog_s:g}" if self._settings.watchdog_s else "unknown"
         if self._settings.is_remote:
             facts |= self._check_remote(channels)
         self._open = channels

@@ -80,6 +80,8 @@ class MyRioSettings:
     ready_timeout_s: float = bounded(0.0, 60.0, "s", default=2.0)
     heartbeat: str = ""
     """A counter for the FPGA's watchdog, raised at each read; empty: the bitfile has none."""
+    watchdog_s: float | None = bounded(0.001, 60.0, "s", default=None)
+    """After how long without a heartbeat the FPGA makes safe, as it was compiled; for a bitfile with a heartbeat."""
     remote_share: float = bounded(0.05, 1.0, default=0.8)
     """A remote session is refused when the p99 of one tick's calls takes more than this share of the period."""
 

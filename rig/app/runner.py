@@ -24,6 +24,7 @@ from rig.realtime.program import Program
 from rig.realtime.ring import RingReader
 from rig.rig_config import RigConfig
 from rig.sample import unpack
+from rig.service.last_resort import last_resort
 from rig.service.orders import order_of, session_facts
 from rig.service.recorder import RunOrder, RunResult, said_of
 from rig.service.session import Session, ending_signals, is_warning, own_signals, spoken
@@ -89,6 +90,7 @@ def _run(
         outcome.realtime = session.facts["realtime"]
         _check_realtime(rig, outcome.realtime, options.force)
         _announce(session.facts["device"])
+        _check_last_resort(rig, session.facts["device"], options.force)
         orders = _orders(session, rig, runs, options)
         for order in orders:
             session.expect(order)
@@ -134,6 +136,17 @@ def _announce(device: Mapping[str, str]) -> None:
     terminal = console("-")
     for key, said in spoken(device).items():
         terminal.print(f"{key}: {said}", style="yellow" if is_warning(key) else "", markup=False)
+
+
+def _check_last_resort(rig: RigConfig, device: Mapping[str, str], force: bool) -> None:
+    """What would be left if every process were lost at once: said, and refused when that takes too long."""
+    if compose.is_simulated(rig):
+        return
+    left = last_resort(rig, device)
+    if left.problems and not force:
+        raise RigError(f"{left.problems[0]}; shorten it, or give --force")
+    for line in (*left.problems, *left.lines):
+        console("-").print(line, style="yellow", markup=False)
 
 
 def _orders(session: Session, rig: RigConfig, runs: Sequence[Planned], options: RunOptions) -> list[RunOrder]:

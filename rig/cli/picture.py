@@ -1,7 +1,7 @@
 """The status of the daemon as lines for a terminal: shared by `status` and `watch`."""
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, Final
 
 from rich.markup import escape
 
@@ -13,7 +13,8 @@ def status_lines(status: dict[str, Any]) -> Iterator[str]:
     colour = COLOURS[status["state"]]
     yield f"{status['rig']}: [{colour}]{status['state'].upper()}[/]   session {status['session'] or '-'}   up {status['uptime_s']:.0f} s"
     if fault := status["fault"]:
-        yield f"[bold red]{fault['name']}[/]: {fault['cause']}" + (f" ({fault['said']})" if fault["said"] else "")
+        yield f"[bold red]{fault['name']}[/]: {fault['cause']}" + (f" ({escape(fault['said'])})" if fault["said"] else "")
+        yield from safe_lines(status.get("safe_state"))
         yield f"  what to do: {fault['hint']}"
         if status.get("black_boxes"):
             yield f"  black box: {escape(status['black_boxes'][-1])}"
@@ -24,9 +25,7 @@ def status_lines(status: dict[str, Any]) -> Iterator[str]:
     yield from queue_lines(status)
     if loop := status["loop"]:
         yield from loop_lines(loop)
-    dead = [name for name, process in status["processes"].items() if not process["alive"]]
-    if dead:
-        yield f"[red]not running: {', '.join(dead)}[/]"
+    yield from dead_lines([name for name, process in status["processes"].items() if not process["alive"]])
     denied = [f"{name} {answer}" for name, answer in status["realtime"].items() if answer != "granted"]
     if denied:
         yield f"[yellow]real-time measures: {'; '.join(denied)}[/]"
@@ -50,10 +49,36 @@ def queue_lines(status: dict[str, Any]) -> Iterator[str]:
         yield f"{status['left_s']:.0f} s of work left" + ("" if status["working"] else "; held: `pamrig start` goes on")
 
 
+def safe_lines(report: dict[str, Any] | None) -> Iterator[str]:
+    """What is known of the safe state: what was written, by whom, how long ago, and whether the device confirmed it."""
+    if report is None:
+        return
+    colour = "green" if report["confirmed"] else "yellow" if report["safe"] else "bold red"
+    ago = report["written_ago_s"]
+    what = f": {_number(report['p1_mpa'])} {_number(report['p2_mpa'])} MPa, {ago:.1f} s ago" if ago is not None else ""
+    yield f"  [{colour}]{report['words']}{what}[/]"
+
+
+_MISSED: Final = {
+    "loop": "nothing commands or measures the rig",
+    "recorder": "nothing is recorded",
+    "supervisor": "nobody stands above the loop",
+    "guardian": "nobody stands in for the supervisor",
+}
+
+
+def dead_lines(dead: list[str]) -> Iterator[str]:
+    """What it means that processes are gone; without the loop the others have nothing to do, and end too."""
+    if dead:
+        meaning = _MISSED["loop"] if "loop" in dead else ", ".join(_MISSED.get(name, "") for name in dead)
+        yield f"[red]not running: {', '.join(dead)}: {meaning}; `pamrig reset` starts them anew, disarmed[/]"
+
+
 def loop_lines(loop: dict[str, Any]) -> Iterator[str]:
     """Set-points, measurements and punctuality."""
     if "tick" in loop:
-        yield (
+        age_s = loop.get("age_s") or 0.0
+        yield ("" if loop.get("live", True) else f"last seen {age_s:.1f} s ago, not live: ") + (
             f"set-points {_number(loop['p1_cmd_mpa'])} {_number(loop['p2_cmd_mpa'])} MPa, "
             f"measured {_number(loop['p1_mpa'])} {_number(loop['p2_mpa'])} MPa, angle {_number(loop['angle_deg'], '+7.2f')} deg"
         )

@@ -21,7 +21,11 @@ from rig.cli.common import emit, json_option
     "--gate", type=click.Path(path_type=Path), help="YAML of tolerances, one a field; exit status 1 when one is exceeded."
 )
 @click.option("--figure", type=click.Path(path_type=Path), help="PNG, SVG or PDF; default: beside the log of the replay, as SVG.")
-@click.option("--force", is_flag=True, help="Replay on real hardware although real-time measures were denied.")
+@click.option(
+    "--force",
+    is_flag=True,
+    help="Replay on real hardware although real-time measures were denied, or the watchdog of a device takes too long.",
+)
 @json_option
 def replay(
     log: Path,

@@ -15,7 +15,11 @@ from rig.cli.common import emit, json_option
     "--clock", type=click.Choice(["real", "virtual"]), default="real", show_default=True, help="Virtual: as fast as it can."
 )
 @click.option("--seed", type=click.IntRange(0), help="Seed of the simulated rig's noise.")
-@click.option("--force", is_flag=True, help="Run on real hardware although real-time measures were denied.")
+@click.option(
+    "--force",
+    is_flag=True,
+    help="Run on real hardware although real-time measures were denied, or the watchdog of a device takes too long.",
+)
 @json_option
 def run(
     sweep: Path, rig_path: Path | None, out: Path | None, clock: str, seed: int | None, force: bool, json_to: str | None

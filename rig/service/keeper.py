@@ -17,6 +17,7 @@ from rig.realtime.safe_state import Outcome, SafeReport, Writer, look
 from rig.realtime.shared import KEPT_RING
 from rig.realtime.state import Event, State, after
 from rig.rig_config import RigConfig
+from rig.service.last_resort import last_resort
 from rig.service.protocol import Code, Refused
 from rig.service.recorder import RunResult, said_of
 from rig.service.session import LoopEntry, Session, Watching, spoken
@@ -176,11 +177,20 @@ class Keeper:
             raise Refused(
                 Code.REFUSED, f"real-time measures not granted ({what}); see docs/how-to/install_service.md, or set force: true"
             )
+        known = [*self._parts.warnings(), *self._of_the_device(self.session.facts["device"])]
         self.session.mailbox.stop(False)
-        device = spoken(self.session.facts["device"])
-        known = [*self._parts.warnings(), *(f"{key}: {said}" for key, said in device.items())]
         await self.request(Request.ARM)
         return known
+
+    def _of_the_device(self, facts: Mapping[str, str]) -> list[str]:
+        """Pace, fail-safe and warnings, and what would be left without us; Refused when that takes too long."""
+        said = [f"{key}: {text}" for key, text in spoken(facts).items()]
+        if self._parts.simulated:
+            return said
+        left = last_resort(self._parts.rig, facts)
+        if left.problems and not self._force:
+            raise Refused(Code.REFUSED, f"{left.problems[0]}; shorten it, or set force: true in the daemon's settings")
+        return [*said, *left.problems, *left.lines]
 
     async def disarm(self) -> None:
         """Let go of the rig: the safe set-points stay."""

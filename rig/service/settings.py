@@ -56,7 +56,7 @@ class DaemonSettings:
     metrics: Path | None = None
     """A .prom file for node_exporter's textfile collector; needs the extra `metrics`."""
     force: bool = False
-    """Command real hardware although real-time measures were denied."""
+    """Command real hardware although real-time measures were denied, or its own watchdog takes longer than `safe.watchdog_s`."""
     live: Live = field(default_factory=Live)
     view: View = field(default_factory=View)
 
