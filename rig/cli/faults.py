@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 
 
 _WIDTH = 150
+_BENCHES = ("simulated", "modbus", "modbus-long-watchdog", "run", "run-modbus")
+"""As rig.qualify.faults.losses has them, which is not imported for a help text."""
 
 
 @click.command()
@@ -21,13 +23,19 @@ _WIDTH = 150
 @click.option("--soak", "soak_hours", type=click.FloatRange(0.01, 1000), help="Instead: so many hours of sweeps in virtual time.")
 @click.option("--real", is_flag=True, help="With --soak: in real time, with a witness for stalls of the machine.")
 @click.option("--keep", type=click.Path(path_type=Path), help="With --soak: new folder for the records; default: temporary.")
+@click.option("--together", type=click.IntRange(1, 100_000), help="Instead: so many random losses of 2 or 3 processes at once.")
+@click.option("--on", "benches", multiple=True, type=click.Choice(_BENCHES), help="With --together: where; repeatable.")
+@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="With --together: which blows are drawn.")
 @json_option
 def faults(
-    names: tuple[str, ...], listing: bool, soak_hours: float | None, real: bool, keep: Path | None, json_to: str | None
-) -> None:
+    names: tuple[str, ...], listing: bool, soak_hours: float | None, real: bool, keep: Path | None, together: int | None,
+    benches: tuple[str, ...], seed: int, json_to: str | None,
+) -> None:  # fmt: skip
     """Inject every fault of the table (or those NAMES) into a simulated rig, and say what followed and how fast.
 
-    Starts a daemon of its own in a temporary folder; nothing of yours is touched. Takes about a minute and a half.
+    Starts a daemon of its own in a temporary folder; nothing of yours is touched. Takes about two minutes.
+    With --together, loop, recorder, supervisor and the commanding process are killed or stopped in pairs and triples, in any order,
+    0 to 500 ms apart; each takes about three seconds.
     """
     import tempfile
 
@@ -39,6 +47,9 @@ def faults(
 
     if soak_hours is not None:
         _soak(soak_hours, real, keep, json_to)
+        return
+    if together is not None:
+        _together(together, benches or _BENCHES[:1], seed, json_to)
         return
     known = [row.name for row in TABLE]
     if unknown := next((name for name in names if name not in known), None):
@@ -77,6 +88,39 @@ def _soak(hours: float, real: bool, keep: Path | None, json_to: str | None) -> N
     blamed = result["machine"].get("not_valid_otherwise", result["not_valid"])
     if result["done"] != result["records"] or blamed:
         raise CheckFailed(f"{result['done']} of {result['records']} records, {blamed} not valid; {result['error']}")
+
+
+def _together(count: int, benches: tuple[str, ...], seed: int, json_to: str | None) -> None:
+    """Random losses of several processes; CheckFailed when the rig was not safe after one of them, or somebody said what was not so."""
+    import tempfile
+
+    from rig.errors import CheckFailed
+    from rig.qualify.faults import losses
+
+    results = {}
+    for name in benches:
+        with (
+            tempfile.TemporaryDirectory(prefix="pamrig-") as folder,
+            losses.BENCHES[name](Path(folder)) as bench,
+            progress(name, count) as update,
+        ):
+            found = []
+            for trial in losses.trials(bench, count, seed):
+                found.append(trial)
+                update(len(found), str(trial))
+        results[name] = losses.summary(found)
+    _show_together(results, json_to)
+    emit({"together": results, "seed": seed}, json_to)
+    if problems := [f"{name}: {problem}" for name, one in results.items() for problem in one["problems"]]:
+        raise CheckFailed(f"{len(problems)} of {count * len(benches)} losses did not end safe; first: {problems[0]}")
+
+
+def _show_together(results: dict[str, dict[str, Any]], json_to: str | None) -> None:
+    table = listing("rig", "trials", "safe", "p50 ms", "p99 ms", "longest ms")
+    for name, one in results.items():
+        times = ("-" if one[key] is None else f"{one[key]:.1f}" for key in ("p50_ms", "p99_ms", "max_ms"))
+        table.add_row(name, str(one["trials"]), str(one["safe"]), *times)
+    console(json_to).print(table)
 
 
 def _own_folder(folder: Path) -> Path:

@@ -9,8 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from rig.cli.faults import _BENCHES
 from rig.qualify.faults.bench import FaultBench
-from rig.qualify.faults.losses import PROCESSES, draw, trials
+from rig.qualify.faults.losses import BENCHES, PROCESSES, RunBench, draw, trials
 from rig.qualify.faults.modbus import ModbusFaultBench
 
 pytestmark = pytest.mark.xdist_group("real processes")
@@ -34,6 +35,15 @@ def test_pairs_and_triples_on_the_simulated_rig(bench: FaultBench) -> None:
 
 def test_pairs_and_triples_over_modbus(modbus: ModbusFaultBench) -> None:
     assert [f"{trial}: {trial.problem}" for trial in trials(modbus, 4, seed=4) if trial.problem] == []
+
+
+def test_pairs_and_triples_under_a_run(tmp_path: Path) -> None:
+    with RunBench(tmp_path) as run:
+        assert [f"{trial}: {trial.problem}" for trial in trials(run, 4, seed=5) if trial.problem] == []
+
+
+def test_the_command_knows_every_bench() -> None:
+    assert tuple(BENCHES) == _BENCHES
 
 
 def test_every_pair_and_triple_is_drawn_by_both_signals() -> None:

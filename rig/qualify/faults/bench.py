@@ -65,8 +65,8 @@ class FaultBench:
         self._terminals_path = terminals or shared_folder() / f"terminals-{os.getpid()}-{time.monotonic_ns():x}"
         self.terminals = Terminals.at(self._terminals_path)
         model = compose.configs() / "models" / "simulated.yaml"
-        self._rig = folder / "rig.yaml"
-        self._rig.write_text(rig.format(model=model, terminals=self._terminals_path), encoding="utf-8")
+        self.rig = folder / "rig.yaml"
+        self.rig.write_text(rig.format(model=model, terminals=self._terminals_path), encoding="utf-8")
         self.sweep = folder / "long.yaml"
         self.sweep.write_text(SWEEP, encoding="utf-8")
         self._daemon: subprocess.Popen[bytes] | None = None
@@ -83,11 +83,15 @@ class FaultBench:
     def start(self) -> None:
         """Start the daemon anew and wait until it answers; one that is still there is ended first."""
         self.end()
-        with (self.folder / "daemon.log").open("ab") as log:
-            command = [sys.executable, "-m", "rig.cli.main", "daemon", "--rig", str(self._rig), "--logs", str(self.logs)]
-            command += ["--state", str(self.state), "--socket", str(self.socket), *self._arguments]
-            self._daemon = subprocess.Popen(command, stdout=log, stderr=log, stdin=subprocess.DEVNULL)
+        folders = "--logs", str(self.logs), "--state", str(self.state), "--socket", str(self.socket)
+        self.command("daemon", "--rig", str(self.rig), *folders, *self._arguments)
         self.wait(self._answers, "the daemon to answer")
+
+    def command(self, *arguments: str) -> None:
+        """Start `pamrig` with these arguments as the process that commands; what it says goes to the log."""
+        with (self.folder / "daemon.log").open("ab") as log:
+            command = [sys.executable, "-m", "rig.cli.main", *arguments]
+            self._daemon = subprocess.Popen(command, stdout=log, stderr=log, stdin=subprocess.DEVNULL)
 
     def end(self) -> int | None:
         """End the daemon by SIGTERM; returns its exit status."""

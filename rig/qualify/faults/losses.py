@@ -8,13 +8,14 @@ import os
 import random
 import signal
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 from rig.errors import RigError
 from rig.qualify.faults.bench import FaultBench, Spoilt
+from rig.qualify.faults.modbus import ModbusFaultBench
 
 PROCESSES: Final = ("loop", "recorder", "supervisor", "control")
 _SIGNALS: Final = (signal.SIGKILL, signal.SIGSTOP)
@@ -27,6 +28,10 @@ _AFTERMATH_S: Final = 0.3
 _SAID_S: Final = 4.0
 _ENDED_S: Final = 15.0
 _TRIES: Final = 4
+_INTO_THE_SWEEP_S: Final = 0.3
+_WHOLE: Final = 5
+"""Processes of a run: itself, loop, recorder, supervisor, guardian."""
+_LONG_WATCHDOG_S: Final = 60.0
 
 
 @dataclass(frozen=True)
@@ -54,6 +59,51 @@ class Trial:
 
     def __str__(self) -> str:
         return ", ".join(map(str, self.blows))
+
+
+class RunBench(FaultBench):
+    """A fault bench whose rig is under `pamrig run`: a process for each sweep, and no daemon to ask."""
+
+    _number = _log_chars = 0
+
+    def ready(self) -> None:
+        """A new run, in the middle of its sweep."""
+        self.end()
+        self._number += 1
+        self._log_chars = len(self.log_text()) if self._number > 1 else 0
+        out = self.logs / str(self._number)
+        self.command("run", str(self.sweep), "--rig", str(self.rig), "--out", str(out), "--force")
+        self.wait(lambda: self._under_way, "the run")
+        time.sleep(_INTO_THE_SWEEP_S)
+
+    @property
+    def _under_way(self) -> bool:
+        if not self.alive:
+            raise Spoilt(f"the run ended: {self.log_text()[-400:]}")
+        return not self.is_safe and len(self.pids()) == _WHOLE
+
+    def said_of_safe(self, patience_s: float) -> str:
+        """What the run's last line says of the safe state; RigError when it says none."""
+        self.wait(lambda: not self.alive, "the run to end", _ENDED_S)
+        said = " ".join(self.log_text()[self._log_chars :].split())
+        _, found, rest = said.rpartition("safe state written by")
+        if not found or not self.is_safe:
+            raise RigError(f"the run says {said[-200:]!r}, and at the valves stands {self.terminals.setpoints}")
+        return found + rest
+
+
+class RunOverModbus(RunBench, ModbusFaultBench):
+    """The same over Modbus."""
+
+
+BENCHES: Final[dict[str, Callable[[Path], FaultBench]]] = {
+    "simulated": FaultBench,
+    "modbus": ModbusFaultBench,
+    "modbus-long-watchdog": lambda folder: ModbusFaultBench(folder, _LONG_WATCHDOG_S),
+    "run": RunBench,
+    "run-modbus": RunOverModbus,
+}
+"""What the trials can be made on; over Modbus with the module's watchdog as it is by default, and with one that is of no help."""
 
 
 def draw(chance: random.Random, sizes: Sequence[int] = (2, 3)) -> tuple[Blow, ...]:

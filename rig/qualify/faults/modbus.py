@@ -22,6 +22,7 @@ devices:
   module:
     kind: modbus_io
     map: MAP
+    watchdog_s: WATCHDOG
     host: 127.0.0.1
     port: PORT
     valve_1: {{channel: 0, signal: 0-10 V, low_mpa: 0.0, high_mpa: 0.5}}
@@ -36,7 +37,8 @@ roles: {{valve_1: module, valve_2: module, monitor_1: module, monitor_2: module,
 class ModbusFaultBench(FaultBench):
     """A fault bench whose rig hangs on an emulated Modbus module."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, watchdog_s: float = 0.5) -> None:
+        """With a `watchdog_s` beyond the bound the daemon is forced: then it is software alone that makes safe."""
         terminals = folder / "terminals"
         Terminals.at(terminals)
         command = [sys.executable, "-m", "rig.qualify.faults.modbus", str(terminals)]
@@ -45,7 +47,10 @@ class ModbusFaultBench(FaultBench):
         port = self._module.stdout.readline().strip()
         if not port.isdigit():
             raise RigError("the emulated Modbus module did not start")
-        super().__init__(folder, _RIG.replace("PORT", port).replace("MAP", str(_map())), terminals=terminals)
+        settings = folder / "daemon.yaml"
+        settings.write_text("force: true\n", encoding="utf-8")
+        rig = _RIG.replace("PORT", port).replace("MAP", str(_map())).replace("WATCHDOG", f"{watchdog_s:g}")
+        super().__init__(folder, rig, ("--config", str(settings)), terminals)
 
     def __exit__(self, *_: object) -> None:
         super().__exit__()

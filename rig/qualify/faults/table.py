@@ -3,6 +3,7 @@
 `pamrig faults` runs it and prints it, the tests assert it, the docs are made from it.
 """
 
+import os
 import resource
 import signal
 import socket
@@ -43,6 +44,19 @@ def _device(fault: Injection) -> Callable[[FaultBench], int]:
 
 def _signal(process: str, number: int) -> Callable[[FaultBench], int]:
     return lambda bench: bench.send(process, number)
+
+
+def _signals(**struck: int) -> Callable[[FaultBench], int]:
+    """Several processes at once."""
+
+    def act(bench: FaultBench) -> int:
+        pids = bench.pids()
+        now_ns = time.monotonic_ns()
+        for process, number in struck.items():
+            os.kill(pids[process], number)
+        return now_ns
+
+    return act
 
 
 def _after_a_flush(number: int) -> Callable[[FaultBench], int]:
@@ -125,6 +139,8 @@ def _sweep_outside(bench: FaultBench) -> int:
 
 
 _D, _S = _device, _signal
+_KILL, _STOP = signal.SIGKILL, signal.SIGSTOP
+_LOST: Final = ("LOOP_DIED", "SUPERVISOR_DIED")
 TABLE: Final[tuple[Row, ...]] = (
     Row("late", "one call of the device takes 3 ms", _D(Injection.LATE), ()),
     Row("skip", "one call takes 12 ms: periods are skipped and counted", _D(Injection.SKIP), ()),
@@ -182,6 +198,55 @@ TABLE: Final[tuple[Row, ...]] = (
         100.0,
         control_dies=True,
     ),
+    Row(
+        "both killed",
+        "SIGKILL to supervisor and loop",
+        _signals(supervisor=_KILL, loop=_KILL),
+        _LOST,
+        300.0,
+        "seen at the device",
+    ),
+    Row(
+        "both stopped",
+        "SIGSTOP to supervisor and loop",
+        _signals(supervisor=_STOP, loop=_STOP),
+        _LOST,
+        300.0,
+        "seen at the device",
+    ),
+    Row(
+        "killed and stopped",
+        "SIGKILL to the supervisor, SIGSTOP to the loop",
+        _signals(supervisor=_KILL, loop=_STOP),
+        _LOST,
+        300.0,
+        "seen at the device",
+    ),
+    Row(
+        "stopped and killed",
+        "SIGSTOP to the supervisor, SIGKILL to the loop",
+        _signals(supervisor=_STOP, loop=_KILL),
+        _LOST,
+        300.0,
+        "seen at the device",
+    ),
+    Row(
+        "three killed",
+        "SIGKILL to supervisor, recorder and loop",
+        _signals(supervisor=_KILL, recorder=_KILL, loop=_KILL),
+        (*_LOST, "RECORDER_DIED"),
+        300.0,
+        "seen at the device",
+    ),
+    Row(
+        "guardian alone",
+        "SIGSTOP to control, supervisor and loop",
+        _signals(control=_STOP, supervisor=_STOP, loop=_STOP),
+        _LOST,
+        500.0,
+        "written by the guardian, seen at the device",
+    ),
+    Row("guardian killed", "SIGKILL to the guardian", _S("guardian", signal.SIGKILL), ("SUPERVISOR_DIED",), 100.0, "is gone"),
     Row("estop", "`pamrig estop`", _estop, ("ESTOP",), 10.0),
     Row("full disk", "the disk takes nothing any more", _full_disk, (), said="not valid"),
     Row("flood", "four floods and a subscriber that does not read", _flood, ()),
