@@ -171,8 +171,7 @@ def act(client: "Client", key: str) -> str:
 
     try:
         if key in ("e", " "):
-            client.estop()
-            return "emergency stop"
+            return f"emergency stop: {client.estop()['words']}"
         if key == "s":
             return str(client.call("stop", after_current=False)["did"])
     except RigError as error:

@@ -12,12 +12,14 @@ import pytest
 from click.testing import CliRunner
 from rich.console import Console
 
+from hil.terminals import Terminals
 from rig.app import compose
 from rig.cli.service import service
 from rig.cli.watch import WINDOW_S, Window, act, lateness_bars, picture
 from rig.config import load
 from rig.errors import ConfigError, RigError
 from rig.log.mcap.schema import LOG_TOPIC, SAMPLE_TOPIC
+from rig.qualify.faults.bench import RIG
 from rig.realtime.ring import Ring, RingWriter
 from rig.sample import WIRES, Sample
 from rig.service.notify import Notifier
@@ -89,7 +91,17 @@ def test_uninstall_takes_away_what_was_installed_and_says_when_there_is_nothing(
 
 def test_safe_needs_no_daemon() -> None:
     outcome = CliRunner().invoke(service, ["safe"], catch_exceptions=False)
-    assert outcome.output == "simulated: safe, 0.2 and 0.2 MPa\n"
+    assert outcome.output == "simulated: nothing to write: its plant lives in the loop's process, and ends with it\n"
+
+
+def test_safe_says_whether_it_was_seen_at_the_device(tmp_path: Path) -> None:
+    terminals = Terminals.at(tmp_path / "terminals")
+    terminals.write(0.3, 0.1)
+    model = compose.configs() / "models" / "simulated.yaml"
+    (tmp_path / "rig.yaml").write_text(RIG.format(model=model, terminals=tmp_path / "terminals"))
+    outcome = CliRunner().invoke(service, ["safe", "--rig", str(tmp_path / "rig.yaml")], catch_exceptions=False)
+    assert outcome.output == "faulty: safe, 0.15 and 0.15 MPa, seen at the device\n"
+    assert terminals.setpoints == (0.15, 0.15)
 
 
 # settings
@@ -333,15 +345,16 @@ def test_keys_stop_and_stop_at_once_and_errors_are_shown() -> None:
     calls: list[str] = []
 
     class Daemon:
-        def estop(self) -> None:
+        def estop(self) -> dict[str, str]:
             calls.append("estop")
+            return {"words": "safe state written by the loop"}
 
         def call(self, command: str, **_: Any) -> dict[str, str]:
             calls.append(command)
             raise RigError("nothing runs")
 
     daemon: Any = Daemon()
-    assert act(daemon, "e") == act(daemon, " ") == "emergency stop"
+    assert act(daemon, "e") == act(daemon, " ") == "emergency stop: safe state written by the loop"
     assert act(daemon, "s") == "nothing runs"
     assert act(daemon, "x") == ""
     assert calls == ["estop", "estop", "stop"]
