@@ -127,7 +127,7 @@ def unstructure(value: object) -> Any:
 
 def suggest(name: str, allowed: list[str]) -> str:
     """The end of a message about an unknown name: the nearest known one, or all of them."""
-    near = difflib.get_close_matches(name, allowed, n=1, cutoff=0.6)
+    near = difflib.get_close_matches(name, allowed, n=1, cutoff=0.6) if len(name) <= _SHOWN_CHARACTERS else []
     return f"did you mean {near[0]!r}?" if near else f"allowed: {', '.join(sorted(allowed))}"
 
 

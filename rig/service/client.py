@@ -18,6 +18,7 @@ from rig.errors import RigError, StateError
 from rig.service import places, protocol
 from rig.service.protocol import Code
 
+_KNOCK_AGAIN_S: Final = 0.0005
 _EXPANDING_S: Final = 60.0
 """So long the daemon bears with each sweep of a `start`."""
 ESTOP_TIMEOUT_S: Final = 5.0
@@ -34,7 +35,7 @@ class Client:
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         self._socket.settimeout(timeout_s)
         try:
-            self._socket.connect(str(self.path))
+            self._connect(timeout_s)
             places.check_daemon(self.path, self._socket)
         except OSError as error:
             self._socket.close()
@@ -43,6 +44,18 @@ class Client:
             self._socket.close()
             raise
         self._lines = self._socket.makefile("rb")
+
+    def _connect(self, timeout_s: float) -> None:
+        """Knock again while the hall is full (EAGAIN on Linux: the backlog of a Unix socket is exhausted)."""
+        until = time.monotonic() + timeout_s
+        while True:
+            try:
+                self._socket.connect(str(self.path))
+                return
+            except BlockingIOError:
+                if time.monotonic() > until:
+                    raise
+                time.sleep(_KNOCK_AGAIN_S)
 
     def __enter__(self) -> Self:
         return self

@@ -3,8 +3,10 @@
 import asyncio
 import contextlib
 import logging
+import select
 import socket
 import time
+from collections.abc import Coroutine
 from typing import Any, Final, Protocol
 
 from rig.errors import RigError
@@ -18,6 +20,7 @@ STRANGER_PATIENCE_S: Final = 5.0
 """For the first request with the token over the network, and for the single line of a client without a place."""
 VIEWER_PATIENCE_S: Final = 60.0
 """For the next request over the network, and for a subscriber anywhere to take what it asked for."""
+_LOOK_AFTER_S: Final = 0.2
 _SUBSCRIBE_HZ: Final = (0.1, 50.0)
 _LOG = logging.getLogger("pamrig")
 
@@ -30,10 +33,13 @@ class Desk(Protocol):
     def token_fits(self, given: object) -> bool:
         """Whether `given` is the token of the settings."""
 
+    def turn(self) -> contextlib.AbstractAsyncContextManager[None]:
+        """Wait for one's turn: for everything that takes time and is no emergency stop."""
+
     async def handle(self, request: Request) -> Any:
         """Carry out a request; RigError when it is refused."""
 
-    async def snapshot(self, cursor: int | None) -> dict[str, Any]:
+    def snapshot(self, cursor: int | None) -> dict[str, Any]:
         """A status for a subscriber."""
 
 
@@ -45,6 +51,7 @@ class Connection:
         self._subscription: asyncio.Task[None] | None = None
         self._dropped = 0
         self._known = not viewer
+        self._to: int | str | None = None
         own = writer.get_extra_info("socket")
         if own is not None and own.family == socket.AF_UNIX:
             own.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, MAX_PENDING_BYTES)
@@ -98,22 +105,58 @@ class Connection:
         return b""
 
     async def _answer(self, line: bytes) -> bytes:
-        to = None
+        """The answer to a line, whatever it is."""
+        self._to = None
         try:
-            message = protocol.decode(line)
-            to = protocol.request_id(message)
-            request = protocol.parse(message)
-            self._check_allowed(request, message.get("token"))
-            if request.command == "subscribe":
-                return protocol.answer(to, self._subscribe(request))
-            return protocol.answer(to, await self._desk.handle(request))
+            return protocol.answer(*await self._result(line))
         except Refused as error:
-            return protocol.refusal(to, error.code, str(error))
+            return protocol.refusal(self._to, error.code, str(error))
         except RigError as error:
-            return protocol.refusal(to, Code.REFUSED, str(error))
+            return protocol.refusal(self._to, Code.REFUSED, str(error))
         except Exception as error:  # noqa: BLE001 - a bug must not hang up on somebody whose next line is an emergency stop
             _LOG.exception("error in the daemon itself, please report it")
-            return protocol.refusal(to, Code.REFUSED, f"error in the daemon itself, please report it: {error!r}")
+            return protocol.refusal(self._to, Code.REFUSED, f"error in the daemon itself, please report it: {error!r}")
+
+    async def _result(self, line: bytes) -> tuple[int | str | None, Any]:
+        """All but an emergency stop waits for its turn, and what only looks is done in it."""
+        if protocol.may_be_an_estop(line) and (request := self._read(line)).command == "estop":
+            return request.id, await self._desk.handle(request)
+        async with self._desk.turn():
+            request = self._read(line)
+            if COMMANDS[request.command].looking:
+                return request.id, await self._look(request)
+        if request.command == "start":
+            return request.id, await self._while_there(self._desk.handle(request))
+        return request.id, await self._desk.handle(request)
+
+    async def _while_there(self, work: Coroutine[Any, Any, Any]) -> Any:
+        """What may take a minute is given up when the client has gone: what he asked for is not to move the rig then."""
+        task = asyncio.create_task(work)
+        try:
+            while not (await asyncio.wait({task}, timeout=_LOOK_AFTER_S))[0]:
+                if self._gone:
+                    raise ConnectionError("the client has gone")
+            return task.result()
+        finally:
+            task.cancel()
+
+    @property
+    def _gone(self) -> bool:
+        """Hung up in both directions; one that only says no more (`echo ... | nc -U`) still waits for its answer."""
+        own = self._writer.get_extra_info("socket")
+        look = select.poll()
+        look.register(own.fileno(), 0)
+        return any(seen & (select.POLLHUP | select.POLLERR | select.POLLNVAL) for _, seen in look.poll(0))
+
+    def _read(self, line: bytes) -> Request:
+        message = protocol.decode(line)
+        self._to = protocol.request_id(message)
+        request = protocol.parse(message)
+        self._check_allowed(request, message.get("token"))
+        return request
+
+    async def _look(self, request: Request) -> Any:
+        return self._subscribe(request) if request.command == "subscribe" else await self._desk.handle(request)
 
     def _check_allowed(self, request: Request, token: object) -> None:
         if not self._viewer:
@@ -149,12 +192,18 @@ class Connection:
             while not self._writer.is_closing():
                 if self._pending <= MAX_PENDING_BYTES:
                     taken_s = time.monotonic()
-                    status = await self._desk.snapshot(cursor)
-                    cursor = status.pop("cursor", cursor)
-                    self._writer.write(protocol.encode({"event": "status", "dropped": self._dropped, "status": status}))
+                    cursor = await self._send_status(cursor)
                 elif time.monotonic() - taken_s > VIEWER_PATIENCE_S:
                     self._writer.transport.abort()
                 else:
                     self._dropped += 1
                     self._desk.dropped_events += 1
                 await asyncio.sleep(period_s)
+
+    async def _send_status(self, cursor: int | None) -> int | None:
+        """One event; returns where the next begins."""
+        async with self._desk.turn():
+            status = self._desk.snapshot(cursor)
+            cursor = status.pop("cursor", cursor)
+            self._writer.write(protocol.encode({"event": "status", "dropped": self._dropped, "status": status}))
+        return cursor

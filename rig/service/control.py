@@ -10,14 +10,16 @@ import grp
 import hmac
 import logging
 import os
+import socket
 from collections import deque
 from collections.abc import AsyncIterator, Awaitable, Callable
 from pathlib import Path
 from typing import Any, Final
 
 from rig.errors import ConfigError, StateError
-from rig.service import places, protocol
+from rig.service import places
 from rig.service.connection import Connection
+from rig.service.listener import BACKLOG, Listener, Ration
 from rig.service.protocol import Request
 
 MAX_CLIENTS: Final = 64
@@ -38,16 +40,16 @@ class Server:
 
     def __init__(self, handle: Handler, snapshot: Snapshot) -> None:
         self._handle, self._snapshot = handle, snapshot
-        self._servers: list[asyncio.Server] = []
+        self._listeners: list[Listener] = []
+        self._ration = Ration()
         self._lock: int | None = None
         self._local: set[Connection] = set()
         self._viewers: set[Connection] = set()
-        self._heard_once: deque[asyncio.Task[None]] = deque()
-        self._looking = asyncio.Lock()
+        self._heard_once: deque[asyncio.Task[Any]] = deque()
         self._group = ""
         self._path: Path | None = None
         self._token = b""
-        self._tasks: set[asyncio.Task[None]] = set()
+        self._tasks: set[asyncio.Task[Any]] = set()
         self.dropped_events = 0
 
     @property
@@ -68,17 +70,8 @@ class Server:
         lock = path.with_name(path.name + ".lock")
         self._lock = places.take_lock(lock, f"{path}: another daemon is running; see `pamrig status`")
         places.make_way(path)
-        before = os.umask(0o177)
-        try:
-            server = await asyncio.start_unix_server(
-                lambda r, w: self._serve(r, w, viewer=False), path, limit=protocol.MAX_LINE_BYTES
-            )
-        except OSError as error:
-            raise StateError(f"{path}: cannot listen there: {error.strerror}") from None
-        finally:
-            os.umask(before)
+        self._listeners.append(Listener(_unix_socket(path), self._serve_local, self._ration, estop=True))
         self._path = path
-        self._servers.append(server)
         if group:
             _give_to(path, group)
 
@@ -86,18 +79,17 @@ class Server:
         """TCP, only for looking and only with `token`; returns the port."""
         self._token = token.encode()
         try:
-            server = await asyncio.start_server(
-                lambda r, w: self._serve(r, w, viewer=True), host, port, limit=protocol.MAX_LINE_BYTES
-            )
+            listening = socket.create_server((host, port), backlog=BACKLOG)
         except OSError as error:
             raise StateError(f"{host}:{port}: cannot listen there: {error.strerror}") from None
-        self._servers.append(server)
-        return int(server.sockets[0].getsockname()[1])
+        self._listeners.append(Listener(listening, self._serve_viewer, self._ration, estop=False))
+        return int(listening.getsockname()[1])
 
     async def close(self) -> None:
         """Hang up on everybody and give the socket back."""
-        for server in self._servers:
-            server.close()
+        for listener in self._listeners:
+            listener.close()
+        self._listeners.clear()
         for task in list(self._tasks):
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
@@ -108,20 +100,29 @@ class Server:
             os.close(self._lock)
             self._lock = None
 
-    async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, viewer: bool) -> None:
+    async def _serve_local(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        async with self._connected(reader, writer, viewer=False) as connection:
+            if not places.may_command(writer.get_extra_info("socket"), self._group):
+                connection.refuse("only the daemon's own user and root may command it; see `group` in its settings")
+            elif len(self._local) < MAX_CLIENTS:
+                await self._seat(connection, self._local, MAX_CLIENTS)
+            else:
+                await self._hear_once(connection)
+
+    async def _serve_viewer(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        async with self._connected(reader, writer, viewer=True) as connection:
+            await self._seat(connection, self._viewers, MAX_VIEWERS)
+
+    @contextlib.asynccontextmanager
+    async def _connected(
+        self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, viewer: bool
+    ) -> AsyncIterator[Connection]:
         task = asyncio.current_task()
         assert task is not None
         self._tasks.add(task)
         connection = Connection(self, reader, writer, viewer)
         try:
-            if viewer:
-                await self._seat(connection, self._viewers, MAX_VIEWERS)
-            elif not places.may_command(writer.get_extra_info("socket"), self._group):
-                connection.refuse("only the daemon's own user and root may command it; see `group` in its settings")
-            elif len(self._local) < MAX_CLIENTS:
-                await self._seat(connection, self._local, MAX_CLIENTS)
-            else:
-                await self._hear_once(connection, task)
+            yield connection
         except (ConnectionError, asyncio.CancelledError):
             pass  # a client that dies in the middle, or the end of the daemon
         finally:
@@ -138,8 +139,10 @@ class Server:
         finally:
             seats.discard(connection)
 
-    async def _hear_once(self, connection: Connection, task: "asyncio.Task[None]") -> None:
+    async def _hear_once(self, connection: Connection) -> None:
         """Beyond the last place: one line, in case it is an emergency stop. Who comes latest is heard."""
+        task = asyncio.current_task()
+        assert task is not None
         self._heard_once.append(task)
         if len(self._heard_once) > _HEARD_ONCE:
             self._heard_once[0].cancel()
@@ -156,24 +159,32 @@ class Server:
             return False
         return hmac.compare_digest(given.encode("utf-8", "surrogatepass"), self._token)
 
+    def turn(self) -> contextlib.AbstractAsyncContextManager[None]:
+        """Wait for one's turn: for everything that takes time and is no emergency stop."""
+        return self._ration.turn()
+
     async def handle(self, request: Request) -> Any:
-        """Carry out. What only looks takes its turn, so that between two of them everybody else is served."""
-        if not protocol.COMMANDS[request.command].looking:
-            return await self._handle(request)
-        async with self._turn():
-            return await self._handle(request)
+        """Carry out."""
+        return await self._handle(request)
 
-    async def snapshot(self, cursor: int | None) -> dict[str, Any]:
-        """Make a status for a subscriber, in its turn."""
-        async with self._turn():
-            return self._snapshot(cursor)
+    def snapshot(self, cursor: int | None) -> dict[str, Any]:
+        """Make a status for a subscriber."""
+        return self._snapshot(cursor)
 
-    @contextlib.asynccontextmanager
-    async def _turn(self) -> AsyncIterator[None]:
-        """One status at a time, and a pass of the event loop between two: an emergency stop waits for one, not for one a client."""
-        async with self._looking:
-            yield
-            await asyncio.sleep(0)
+
+def _unix_socket(path: Path) -> socket.socket:
+    """Listening at `path`, for its owner only."""
+    listening = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    before = os.umask(0o177)
+    try:
+        listening.bind(str(path))
+        listening.listen(BACKLOG)
+    except OSError as error:
+        listening.close()
+        raise StateError(f"{path}: cannot listen there: {error.strerror}") from None
+    finally:
+        os.umask(before)
+    return listening
 
 
 def _give_to(path: Path, group: str) -> None:

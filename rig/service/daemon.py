@@ -5,6 +5,7 @@ import contextlib
 import logging
 import os
 import shutil
+import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -29,11 +30,13 @@ from rig.service.work import Queue
 from rig.service.worker import Worker
 
 _TURN_S: Final = 0.02
+_SWITCH_S: Final = 0.0002
 _NICE: Final = -10
 """Where it is allowed: the loop stops when this process does not get to its heartbeat for a second."""
 _HOUSEKEEPING_S: Final = 10.0
 _RETENTION_S: Final = 600.0
-_DISARM_PATIENCE_S: Final = 5.0
+_MOST_STARTS: Final = 4
+"""At a time: each holds a client's place for as long as its sweep takes to expand."""
 _LOG = logging.getLogger("pamrig")
 
 
@@ -57,6 +60,7 @@ class Daemon:
         self._checker = Planner(parts.rig)
         """Apart from the worker's: what a client sends must not hold up a sweep that runs."""
         self._starting = asyncio.Lock()
+        self._starts = 0
         self._server = Server(self._handle, self.status)
         self._live = LiveView(settings.live.port)
         self._notifier = Notifier()
@@ -239,8 +243,17 @@ class Daemon:
         if self._keeper.state is not State.RUNNING:
             self._keeper.must(Event.START)
         _check_start(sweeps, pause_s, before)
+        if self._starts >= _MOST_STARTS:
+            raise Refused(Code.REFUSED, f"{_MOST_STARTS} starts are being looked at already; try again")
+        self._starts += 1
+        try:
+            return await self._in_turn([Path(sweep) for sweep in sweeps], pause_s, before)
+        finally:
+            self._starts -= 1
+
+    async def _in_turn(self, sweeps: list[Path], pause_s: float, before: str) -> list[dict[str, Any]]:
         async with self._starting:  # what one start adds is not what the next finds left over
-            return await self._queue_up([Path(sweep) for sweep in sweeps], pause_s, before)
+            return await self._queue_up(sweeps, pause_s, before)
 
     async def _queue_up(self, sweeps: list[Path], pause_s: float, before: str) -> list[dict[str, Any]]:
         await asyncio.to_thread(self._worker.check_space)
@@ -344,7 +357,12 @@ def _processes(session: Any) -> dict[str, dict[str, Any]]:
 
 
 def _ask_for_attention() -> None:
-    """A better place in the scheduler; without the right to it the daemon goes on as it is."""
+    """A better place in the scheduler; without the right to it the daemon goes on as it is.
+
+    And the interpreter back soon from a thread of our own, such as one that writes a black box: an emergency stop needs it half a
+    dozen times, and would wait 5 ms for it each time.
+    """
+    sys.setswitchinterval(_SWITCH_S)
     with contextlib.suppress(OSError):
         os.setpriority(os.PRIO_PROCESS, 0, _NICE)
         # where the kernel shares time out by sessions, nice counts inside a session only (sched(7), autogroup)

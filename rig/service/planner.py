@@ -102,18 +102,24 @@ class Planner:
         """End the process, whatever it is doing."""
         with self._starting:
             self._closed = True
-            self._end()
+            self._end(self._process)
 
     async def _ask(self, *request: Any) -> Any:
         async with self._turn:
-            kind, result = await asyncio.to_thread(self._exchange, request)
+            work = asyncio.to_thread(self._exchange, request)
+            try:
+                kind, result = await work
+            except asyncio.CancelledError:  # who asked has gone: nobody else is to wait for it
+                with self._starting:
+                    self._end(self._process)
+                raise
         if kind == "done":
             return result
         raise RigError(result)
 
     def _exchange(self, request: tuple[Any, ...]) -> tuple[str, Any]:
-        pipe = self._ready()
-        if pipe is None:
+        process, pipe = self._ready()
+        if process is None or pipe is None:
             return "refused", "the daemon is ending"
         try:
             pipe.send(request)
@@ -124,27 +130,28 @@ class Planner:
         except (EOFError, OSError):
             why = "the process that read it has ended; it may have needed too much memory"
         with self._starting:
-            self._end()
+            self._end(process)
         return "refused", f"{request[1] if request[0] in ('check', 'open') else 'the sweep'}: {why}"
 
-    def _ready(self) -> Connection | None:
+    def _ready(self) -> tuple[BaseProcess | None, Connection | None]:
         with self._starting:
             if self._closed:
-                return None
+                return None, None
             if self._process is None or not self._process.is_alive():
-                self._end()
                 self._pipe, theirs = self._context.Pipe()
                 self._process = self._context.Process(target=serve, args=(theirs, self._rig), name="pamrig-planner", daemon=True)
                 start_process(self._process)
                 theirs.close()
-            return self._pipe
+            return self._process, self._pipe
 
-    def _end(self) -> None:
+    def _end(self, process: BaseProcess | None) -> None:
         """A thread that waits for the process sees its end of the pipe close."""
-        process, self._process = self._process, None
-        if process is not None:
-            process.kill()
-            process.join()
+        if process is None:
+            return
+        process.kill()
+        process.join()
+        if process is self._process:
+            self._process = None
 
 
 def serve(pipe: Connection, rig: RigConfig) -> None:

@@ -18,6 +18,8 @@ from rig.errors import RigError
 VERSION: Final = 1
 MAX_LINE_BYTES: Final = 64 * 1024
 """A longer line is no request; the connection that sent it is closed."""
+_SHORT_LINE_BYTES: Final = 512
+_MOST_ITEMS: Final = 500
 _MOST: Final = sys.float_info.max
 
 
@@ -119,6 +121,11 @@ def decode(line: bytes) -> dict[str, Any]:
     return message
 
 
+def may_be_an_estop(line: bytes) -> bool:
+    """A glance, for who decides what comes first: short, and with the word in it."""
+    return len(line) <= _SHORT_LINE_BYTES and b'"estop"' in line
+
+
 def request_id(message: dict[str, Any]) -> int | str | None:
     """What the answer repeats; None where the request has nothing usable."""
     given = message.get("id")
@@ -148,6 +155,8 @@ def parse(message: dict[str, Any]) -> Request:
 
 def _check_usable(where: str, value: Any) -> None:
     """Refused for texts that no file name can be, and numbers that no float can hold, which JSON knows and nobody means."""
+    if isinstance(value, list) and len(value) > _MOST_ITEMS:
+        raise Refused(Code.BAD_ARGUMENT, f"{where}: {len(value)} of them; at most {_MOST_ITEMS}")
     for item in value if isinstance(value, list) else (value,):
         if isinstance(item, str) and ("\0" in item or not _encodable(item)):
             raise Refused(Code.BAD_ARGUMENT, f"{where}: {shown(item)} holds a character that no file name can have")

@@ -1,6 +1,8 @@
 """What the daemon knows of the loop, from the ring alone: the newest sample, counts, lateness. The loop is never asked."""
 
+import itertools
 import time
+from bisect import bisect_right
 from collections import deque
 from typing import Any, Final
 
@@ -18,6 +20,7 @@ STALE_S: Final = 0.5
 """Values older than this are shown as the last ones seen, not as the rig's now."""
 _WINDOW: Final = 4000
 _TRAIL: Final = 1024
+_SUM_UP_TICKS: Final = 40
 
 
 class Telemetry:
@@ -27,12 +30,14 @@ class Telemetry:
         self._ring = ring
         self._reader = RingReader(ring)
         self._lateness_ns: deque[int] = deque(maxlen=_WINDOW)
-        self._trail: deque[tuple[int, Sample]] = deque(maxlen=_TRAIL)
+        self._trail: deque[Sample] = deque(maxlen=_TRAIL)
         self.latest: Sample | None = None
         self.first_fault: Sample | None = None
         """The sample in which the fault appeared that stands now; None while there is none."""
         self.missed = 0
         self.ticks = 0
+        self._lateness: dict[str, Any] = {}
+        self._summed_up_at = 0
 
     def update(self) -> None:
         """Take in what was published since the last call."""
@@ -41,7 +46,7 @@ class Telemetry:
             self.ticks += 1
             self.missed += sample.missed
             self._lateness_ns.append(sample.woken_ns - sample.scheduled_ns)
-            self._trail.append((self.ticks, sample))
+            self._trail.append(sample)
             if sample.fault and self.first_fault is None:
                 self.first_fault = sample
             elif not sample.fault:
@@ -61,25 +66,27 @@ class Telemetry:
 
     def columns(self, since: int) -> tuple[int, dict[str, list[float]]]:
         """Samples after number `since`, as columns, and the number to ask with the next time; a slow asker gets a gap."""
-        samples = [sample for number, sample in self._trail if number > since]
+        newest = itertools.islice(reversed(self._trail), min(max(self.ticks - since, 0), len(self._trail)))
+        samples = list(newest)[::-1]
         return self.ticks, {name: [getattr(sample, name) for sample in samples] for name in COLUMNS}
 
     def lateness(self) -> dict[str, Any]:
-        """p50, p99, maximum (us) and histogram of the last 20 s or so."""
+        """p50, p99, maximum (us) and histogram of the last 20 s or so; made anew a few times a second, however many ask."""
+        if self.ticks - self._summed_up_at >= _SUM_UP_TICKS or not self._lateness:
+            self._summed_up_at, self._lateness = self.ticks, self._sum_up()
+        return self._lateness
+
+    def _sum_up(self) -> dict[str, Any]:
         ordered = sorted(self._lateness_ns)
         if not ordered:
             return {}
-        histogram = [0] * (len(LATENESS_EDGES_US) + 1)
-        for late_ns in ordered:
-            histogram[
-                next((i for i, edge in enumerate(LATENESS_EDGES_US) if late_ns <= edge * 1000), len(LATENESS_EDGES_US))
-            ] += 1
+        below = [bisect_right(ordered, edge * 1000) for edge in LATENESS_EDGES_US]
         return {
             "p50": ordered[len(ordered) // 2] / 1e3,
             "p99": ordered[min(len(ordered) * 99 // 100, len(ordered) - 1)] / 1e3,
             "max": ordered[-1] / 1e3,
             "edges_us": list(LATENESS_EDGES_US),
-            "histogram": histogram,
+            "histogram": [high - low for low, high in itertools.pairwise([0, *below, len(ordered)])],
         }
 
     def to_json(self) -> dict[str, Any]:

@@ -1,0 +1,275 @@
+"""How soon an emergency stop reaches the valves while somebody keeps the daemon busy: the attacks, and the trials that time it.
+
+An attack is carried out by a process of its own, on the daemon's doors alone. A trial brings the rig into a sweep, lets the attack
+begin, connects and stops the rig, and looks at the terminals.
+"""
+
+import asyncio
+import contextlib
+import multiprocessing
+import random
+import time
+from collections.abc import Callable, Coroutine, Iterator, Sequence
+from dataclasses import dataclass, field
+from multiprocessing.synchronize import Event
+from pathlib import Path
+from typing import Any, Final
+
+from rig.errors import RigError
+from rig.qualify.faults.bench import FaultBench, Spoilt
+from rig.service import protocol
+
+GOAL_MS: Final = 10.0
+_TOKEN: Final = "0123456789abcdef"
+_CROWD: Final = 60
+"""Leaves places free: the bench needs one itself."""
+_HOUSE: Final = 100
+"""More than there are places."""
+_STARTS: Final = 12
+_UNDER_WAY_S: Final = 0.25
+_BY_THE_MACHINE: Final = ("MISSED_TICKS", "LONG_STALL", "LOOP_DIED")
+_TRIES: Final = 3
+
+Streams = tuple[asyncio.StreamReader, asyncio.StreamWriter]
+
+
+@dataclass(frozen=True)
+class Doors:
+    """Where an attacker knocks."""
+
+    socket: Path
+    port: int
+    sweeps: Path
+    """A folder of his own."""
+
+
+@dataclass(frozen=True)
+class Attack:
+    """One way to keep the daemon busy."""
+
+    name: str
+    done: str
+    """What is done, in words."""
+    client: Callable[[Doors, int], Coroutine[Any, Any, None]] | None
+    """What each client of the attack does, for ever; it is given its number. None: nothing."""
+    clients: int = _CROWD
+
+
+@dataclass
+class Siege:
+    """What was measured under one attack."""
+
+    attack: Attack
+    ms: list[float] = field(default_factory=list)
+    """From the call of `estop`, its connection included, to the safe set-points at the terminals."""
+    spoilt: int = 0
+    """Trials in which the machine itself stood still."""
+    problem: str = ""
+
+    def quantile(self, share: float) -> float:
+        """Of the trials, by rank: 0.99 of a hundred is the last but one."""
+        ordered = sorted(self.ms)
+        return ordered[min(int(len(ordered) * share), len(ordered) - 1)] if ordered else float("nan")
+
+
+# what the attackers do
+
+
+async def _unix(doors: Doors) -> Streams:
+    return await asyncio.open_unix_connection(doors.socket)
+
+
+async def _send_and_read(doors: Doors, line: bytes) -> None:
+    """The same line again and again, as fast as it is answered."""
+    reader, writer = await _unix(doors)
+    with contextlib.closing(writer):
+        while True:
+            writer.write(line)
+            await reader.readline()
+
+
+async def _status(doors: Doors, _: int) -> None:
+    await _send_and_read(doors, protocol.encode({"id": 1, "command": "status"}))
+
+
+async def _nonsense(doors: Doors, _: int) -> None:
+    await _send_and_read(doors, b"[" * 60_000 + b"\n")
+
+
+async def _subscribed(doors: Doors) -> Streams:
+    reader, writer = await _unix(doors)
+    writer.write(protocol.encode({"id": 1, "command": "subscribe", "rate_hz": 50, "samples": True}))
+    return reader, writer
+
+
+async def _subscriber(doors: Doors, _: int) -> None:
+    reader, writer = await _subscribed(doors)
+    with contextlib.closing(writer):
+        while await reader.read(65536):
+            pass
+
+
+async def _deaf(doors: Doors, _: int) -> None:
+    reader, writer = await _subscribed(doors)
+    reader._transport.pause_reading()  # type: ignore[attr-defined]
+    with contextlib.closing(writer):
+        await asyncio.Event().wait()
+
+
+async def _silent(doors: Doors, number: int) -> None:
+    """Every other one over the network, without a token; who is sent away comes back."""
+    while True:
+        opening = _unix(doors) if number % 2 else asyncio.open_connection("127.0.0.1", doors.port)
+        reader, writer = await opening
+        with contextlib.closing(writer):
+            await reader.read()
+
+
+async def _knocking(doors: Doors, number: int) -> None:
+    """In and out again, as fast as it goes."""
+    while True:
+        _, writer = await (_unix(doors) if number % 2 else asyncio.open_connection("127.0.0.1", doors.port))
+        writer.write(b'{"v": 1, "id"')
+        writer.close()
+        await asyncio.sleep(0)
+
+
+def _starting(name: str, text: str) -> Callable[[Doors, int], Coroutine[Any, Any, None]]:
+    """Each client starts a sweep of that text, again and again."""
+
+    async def client(doors: Doors, number: int) -> None:
+        path = doors.sweeps / f"{name}{number}.yaml"
+        path.write_text(text, encoding="utf-8")
+        await _send_and_read(doors, protocol.encode({"id": 1, "command": "start", "sweeps": [str(path)]}))
+
+    return client
+
+
+def _multiplying() -> str:
+    """36 kB: lists in lists by aliases, and lists that multiply."""
+    numbers = ", ".join(["0.1"] * 3000)
+    laughs = "\n".join(f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 10)}]" for n in range(1, 9))
+    record = f"records: [{{sine: {{frequency_hz: [{numbers}], amplitude_mpa: [{numbers}]}}}}]"
+    return f"a0: &a0 [{', '.join(['x'] * 10)}]\n{laughs}\n{record}\n"
+
+
+_LARGE: Final = "records:\n" + "- sine: {frequency_hz: 0.5, amplitude_mpa: 0.9}\n" * 5000
+_SLOW: Final = "records: [{multisine: {amplitude_mpa: 0.1, low_hz: 0.1, high_hz: 20, period_s: 100}, duration_s: 80000}]"
+
+ATTACKS: Final = (
+    Attack("none", "nobody else is there", None, 0),
+    Attack("status", "60 clients ask for the status as fast as they are answered", _status),
+    Attack("nonsense", "60 clients send lines of 60 kB that are no request", _nonsense),
+    Attack("subscribers", "60 subscribers at 50 Hz with every sample", _subscriber),
+    Attack("deaf", "60 subscribers that read nothing", _deaf),
+    Attack("full house", "100 silent clients, half of them over the network without a token; who is sent away comes back", _silent, _HOUSE),
+    Attack("knocking", "60 clients connect and leave in the middle of a line, as fast as it goes", _knocking),
+    Attack("multiplying", "12 clients start sweeps of 36 kB whose lists and aliases multiply", _starting("m", _multiplying()), _STARTS),
+    Attack("too large", "12 clients start sweeps of 4 MB", _starting("t", "# " + "x" * (4 * 1024 * 1024)), _STARTS),
+    Attack("large", "12 clients start sweeps of 5000 records that leave the envelope", _starting("l", _LARGE), _STARTS),
+    Attack("slow", "12 clients start sweeps that take longer to expand than they may", _starting("s", _SLOW), _STARTS),
+)  # fmt: skip
+"""Every attack, in the order of the table."""
+
+
+def attacker(index: int, doors: Doors, go: Event, gone: Event) -> None:
+    """Entry of the attacker's process: attack while `go` is set."""
+    while True:
+        go.wait()
+        gone.clear()
+        asyncio.run(_attack(ATTACKS[index], doors, go))
+        gone.set()
+
+
+async def _attack(attack: Attack, doors: Doors, go: Event) -> None:
+    tasks = [asyncio.create_task(_again(attack, doors, number)) for number in range(attack.clients)]
+    while go.is_set():
+        await asyncio.sleep(0.01)
+    for task in tasks:
+        task.cancel()
+    await asyncio.gather(*tasks, return_exceptions=True)
+
+
+async def _again(attack: Attack, doors: Doors, number: int) -> None:
+    """Who is hung up on comes back."""
+    assert attack.client is not None
+    while True:
+        with contextlib.suppress(OSError, asyncio.IncompleteReadError, ValueError):
+            await attack.client(doors, number)
+        await asyncio.sleep(0.001)
+
+
+# what is measured
+
+
+def arguments(folder: Path, port: int) -> tuple[str, ...]:
+    """For a FaultBench in `folder`: a daemon that can be looked at over the network, as some attacks need."""
+    (folder / "token").write_text(_TOKEN, encoding="utf-8")
+    (folder / "daemon.yaml").write_text(f"view: {{port: {port}, token_file: {folder / 'token'}}}\n", encoding="utf-8")
+    return "--config", str(folder / "daemon.yaml")
+
+
+@contextlib.contextmanager
+def _besieged(attack: Attack, doors: Doors) -> Iterator[tuple[Event, Event]]:
+    """The attacker's process; the events let it begin, and say that it has gone."""
+    context = multiprocessing.get_context("spawn")
+    go, gone = context.Event(), context.Event()
+    gone.set()
+    if attack.client is None:
+        yield go, gone
+        return
+    process = context.Process(target=attacker, args=(ATTACKS.index(attack), doors, go, gone), daemon=True)
+    process.start()
+    try:
+        yield go, gone
+    finally:
+        process.kill()
+        process.join()
+
+
+def besiege(bench: FaultBench, attack: Attack, port: int, trials: int, seed: int, tell: Callable[[int], None]) -> Siege:
+    """So many emergency stops under one attack, at moments drawn from `seed`."""
+    siege, draw = Siege(attack), random.Random(seed)
+    (bench.folder / "sweeps").mkdir(exist_ok=True)
+    with _besieged(attack, Doors(bench.socket, port, bench.folder / "sweeps")) as (go, gone):
+        while len(siege.ms) < trials and not siege.problem:
+            try:
+                siege.ms.append(_stop_once(bench, go, gone, _UNDER_WAY_S * (1 + draw.random())))
+                tell(len(siege.ms))
+            except Spoilt:
+                siege.spoilt += 1
+                if siege.spoilt > _TRIES * trials:
+                    siege.problem = "the machine stood still in most trials"
+            except RigError as error:
+                siege.problem = str(error)
+    return siege
+
+
+def _stop_once(bench: FaultBench, go: Event, gone: Event, after_s: float) -> float:
+    bench.ready()
+    go.set()
+    try:
+        time.sleep(after_s)
+        since_ns = time.monotonic_ns()
+        with bench.client() as client:
+            client.estop()
+        ms = bench.ms_to_safe(since_ns)
+    finally:
+        go.clear()
+    gone.wait(10.0)
+    cause = bench.wait(bench.fault, "the fault to be reported")
+    if cause in _BY_THE_MACHINE:
+        raise Spoilt(cause)
+    if cause != "ESTOP":
+        raise RigError(f"the rig stopped for another reason: {cause}")
+    return ms
+
+
+def shortfall(sieges: Sequence[Siege]) -> str:
+    """What did not hold, in one line; empty when all did."""
+    for siege in sieges:
+        if siege.problem:
+            return f"{siege.attack.name}: {siege.problem}"
+        if siege.quantile(0.99) > GOAL_MS:
+            return f"{siege.attack.name}: p99 of the emergency stop is {siege.quantile(0.99):.1f} ms; at most {GOAL_MS:g} ms"
+    return ""
