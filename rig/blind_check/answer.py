@@ -5,6 +5,7 @@ Nothing of the labels, their seed or the maker's folder is among its arguments, 
 """
 
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -31,13 +32,33 @@ def answer_cases(questions: str, answers: str, tokens: Sequence[str]) -> int:
     questions, answers = str(Path(questions).resolve()), str(Path(answers).resolve())  # the process stands elsewhere
     Path(answers).mkdir(parents=True, exist_ok=True)
     environment = {name: os.environ[name] for name in KEPT_ENVIRONMENT if name in os.environ}
-    environment |= dict.fromkeys(ONE_THREAD, "1")
-    call = [sys.executable, "-I", "-m", "rig.blind_check.answer", questions, answers, *missing]
-    ended = subprocess.run(call, env=environment, cwd=questions, capture_output=True, text=True, check=False)
+    environment |= dict.fromkeys(ONE_THREAD, "1") | {"NUMBA_CACHE_DIR": str(compiled_beside(Path(answers)))}
+    call = [sys.executable, "-I", "-B", "-m", "rig.blind_check.answer", questions, answers, *missing]
+    ended = subprocess.run(
+        call, env=environment, cwd=questions, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False
+    )
     if ended.returncode != 0:
         lines = ended.stderr.strip().splitlines() or ["no message"]
         raise RecordError(f"{questions}: the answering process ended with status {ended.returncode}: {lines[-1]}")
     return len(missing)
+
+
+def compiled_beside(answers: Path) -> Path:
+    """The answering processes' own folder of machine code, with a copy of what is compiled already; nobody else runs what lies there."""
+    from numba.core.caching import UserProvidedCacheLocator
+
+    import rig
+
+    subpath: Any = UserProvidedCacheLocator.get_suitable_cache_subpath
+    cache, root = answers / ".compiled", Path(rig.__file__).resolve().parent
+    for made in root.rglob("__pycache__/*.nb[ic]"):
+        place = cache / str(subpath(str(made.parent.parent / "x.py"))) / made.name
+        if not place.exists():
+            place.parent.mkdir(parents=True, exist_ok=True)
+            copy = place.with_name(f"{made.name}.{os.getpid()}.part")
+            shutil.copyfile(made, copy)
+            copy.replace(place)
+    return cache
 
 
 def main(arguments: Sequence[str]) -> None:

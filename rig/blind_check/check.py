@@ -12,6 +12,7 @@ from rig.blind_check.answer import answer_cases
 from rig.blind_check.folder import CheckFolder, read_json, read_truth, write_json
 from rig.blind_check.follow_up import MODE, carry_out, tie
 from rig.blind_check.generate import MODES, Unit, make_unit, open_labels
+from rig.blind_check.sandbox import LAYERS
 from rig.blind_check.score import realised, score_mode
 from rig.blind_check.source import Label
 from rig.blind_check.statistics import breakdown, mode_result, naive_result, shuffled_control, withheld_result
@@ -100,11 +101,20 @@ def result_from(cases: Sequence[Mapping[str, Any]], seed: int) -> dict[str, Any]
     return {
         "cases": len(cases),
         "kinds": {kind: kinds.count(kind) for kind in sorted(set(kinds))},
-        "sandbox_layers": sorted({layer for case in cases for layer in case["sandbox_layers"]}),
+        **_sandbox(cases),
         "modes": modes,
         **withheld,
         "naive": {name: _naive(cases, name) for name in ("always_none", "random", "largest_rmse", "retuned")},
         "shuffled": shuffled_control(rows[MODE], seed),
+    }
+
+
+def _sandbox(cases: Sequence[Mapping[str, Any]]) -> dict[str, list[str]]:
+    """The layers that stood around every single answer, and those that did not."""
+    stood = set(LAYERS).intersection(*(case["sandbox_layers"] for case in cases))
+    return {
+        "sandbox_layers": [layer for layer in LAYERS if layer in stood],
+        "sandbox_missing": [layer for layer in LAYERS if layer not in stood],
     }
 
 

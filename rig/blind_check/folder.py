@@ -117,6 +117,12 @@ def link_day(source: Path, target: Path) -> None:
             shutil.copyfile(path, place)
 
 
+def without_times(question: Path) -> None:
+    """The same time on everything in a question: when it was written is nobody's business."""
+    for path in (question, *question.rglob("*")):
+        os.utime(path, (0, 0))
+
+
 def write_truth(path: Path, facts: Mapping[str, Any], untouched: Named, healthy: Sequence[Named]) -> None:
     """What only the scorer gets: the facts, untouched records with the effect, and the same on healthy days."""
     path.parent.mkdir(parents=True, exist_ok=True)

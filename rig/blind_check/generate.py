@@ -7,16 +7,29 @@ are never used for it.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from random import Random
 from typing import Any, Final
 
-from rig.blind_check.folder import FORMAT, CheckFolder, link_day, read_json, token_of, write_day, write_json, write_truth
+from rig.blind_check.folder import (
+    FORMAT,
+    CheckFolder,
+    link_day,
+    read_json,
+    token_of,
+    without_times,
+    write_day,
+    write_json,
+    write_truth,
+)
 from rig.blind_check.seal import new_key, open_sealed, seal
 from rig.blind_check.source import BenchData, Label, Source, records_of
 from rig.errors import RecordError
 from rig.record import Record
 
 MODES: Final = ("pressures", "angle", "no_baseline", "withheld")
-"""With the monitors; without them; without baselines; with the library short of a class. Without baselines for every fourth case only."""
+"""With the monitors; without them; without baselines; with a library that is short. Without baselines for every fourth case only."""
+WITHHELD_SHARE: Final = 1 / 3
+"""Of all classes, what the mode `withheld` does without. More: little is left to be mistaken for; less: few cases lack theirs."""
 
 
 @dataclass(frozen=True)
@@ -27,6 +40,8 @@ class Unit:
     folder: CheckFolder
     labels: tuple[Label, ...]
     tokens: tuple[str, ...]
+    left_out: tuple[tuple[str, ...], ...]
+    """Case by case: effects that the mode `withheld` does without."""
 
 
 def draw(source: Source, root: Path, seed: int, cases: int, key: bytes | None = None) -> str:
@@ -35,7 +50,7 @@ def draw(source: Source, root: Path, seed: int, cases: int, key: bytes | None = 
     A check that is already there must be of the same seed and size (then it is resumed); RecordError otherwise.
     """
     folder = CheckFolder(root)
-    sheet = {"seed": seed, "cases": source.sheet(seed, cases)}
+    sheet = {"seed": seed, "cases": source.sheet(seed, cases), "left_out": [left_out(seed, number) for number in range(cases)]}
     if folder.sealed.exists():
         public = read_json(folder.sealed)
         if seal(sheet, bytes(32)).sha256 != public["sealed_sha256"]:
@@ -55,6 +70,12 @@ def draw(source: Source, root: Path, seed: int, cases: int, key: bytes | None = 
 
 def open_labels(folder: CheckFolder) -> tuple[dict[str, Label], int]:
     """Token -> label of the whole check, and its seed; RecordError when the seal does not hold."""
+    sheet, tokens = _opened(folder)
+    return dict(zip(tokens, sheet["cases"], strict=True)), int(sheet["seed"])
+
+
+def _opened(folder: CheckFolder) -> tuple[dict[str, Any], list[str]]:
+    """The sealed sheet, and the token of each of its cases."""
     public = read_json(folder.sealed)
     where = folder.maker / "labels.sealed"
     try:
@@ -62,16 +83,23 @@ def open_labels(folder: CheckFolder) -> tuple[dict[str, Label], int]:
     except OSError as error:
         raise RecordError(f"{where}: cannot be read: {error.strerror}; labels and key are the maker's") from None
     sheet = open_sealed(blob, key, public["sealed_sha256"], str(where))
-    return {token_of(key, number): label for number, label in enumerate(sheet["cases"])}, int(sheet["seed"])
+    return sheet, [token_of(key, number) for number in range(len(sheet["cases"]))]
 
 
 def units(source: Source, folder: CheckFolder) -> list[Unit]:
     """The check's cases by bench."""
-    labels, _ = open_labels(folder)
-    grouped: dict[str, list[str]] = {}
-    for token, label in labels.items():
-        grouped.setdefault(source.bench_key(label), []).append(token)
-    return [Unit(source, folder, tuple(labels[token] for token in tokens), tuple(tokens)) for tokens in grouped.values()]
+    sheet, tokens = _opened(folder)
+    grouped: dict[str, list[int]] = {}
+    for number, label in enumerate(sheet["cases"]):
+        grouped.setdefault(source.bench_key(label), []).append(number)
+
+    def picked(items: Sequence[Any], numbers: Sequence[int]) -> tuple[Any, ...]:
+        return tuple(items[number] for number in numbers)
+
+    return [
+        Unit(source, folder, picked(sheet["cases"], numbers), picked(tokens, numbers), picked(sheet["left_out"], numbers))
+        for numbers in grouped.values()
+    ]
 
 
 def make_unit(unit: Unit) -> list[str]:
@@ -98,7 +126,8 @@ def _make_case(unit: Unit, number: int, bench: BenchData, shared: Path) -> None:
         link_day(shared / f"day_{day}", place / "baselines" / f"day_{day}")
     (place / "model.yaml").write_bytes((shared / "model.yaml").read_bytes())
     write_day(data.records, place / "records")
-    write_json(place / "question.json", {"modes": modes_of(token), "leave_out": left_out(label, token)})
+    write_json(place / "question.json", {"modes": modes_of(token), "leave_out": list(unit.left_out[number])})
+    without_times(place)
 
 
 def modes_of(token: str) -> list[str]:
@@ -106,17 +135,15 @@ def modes_of(token: str) -> list[str]:
     return [mode for mode in MODES if mode != "no_baseline" or int(token, 16) // 2 % 4 == 0]
 
 
-def left_out(label: Label, token: str) -> list[str]:
-    """Effects to leave out of the library in the mode `withheld`: for every second case the classes of its own effects,
-    for the others a class that is not its own, so that the question does not tell which.
+def left_out(seed: int, number: int) -> list[str]:
+    """Effects to leave out of the library in the mode `withheld`: a third of all classes, by the sealed seed and the case's number alone.
+
+    Its own class is missing as often for a case that has it as for one that has not, so that the question tells nothing.
     """
     from rig.gap.hypotheses.library import LIBRARY, effect_class
 
-    own = {effect_class(effect, True) for effect in label["effects"] if effect in LIBRARY}
-    names = sorted({effect_class(effect, True) for effect in LIBRARY})
-    draw = int(token, 16)
-    others = [name for name in names if name not in own]
-    gone = own if draw % 2 and own else {others[draw // 2 % len(others)]}
+    classes = sorted({effect_class(effect, True) for effect in LIBRARY})
+    gone = set(Random(f"left out of case {number} by {seed}").sample(classes, round(WITHHELD_SHARE * len(classes))))
     return [effect for effect in LIBRARY if effect_class(effect, True) in gone]
 
 

@@ -2,12 +2,16 @@
 
 import hashlib
 import json
+import socket
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+import rig
+from rig.blind_check.sandbox import LAYERS
 from rig.blind_check.seal import new_key, open_sealed, seal
 from rig.errors import RecordError
 
@@ -16,22 +20,35 @@ pytestmark = pytest.mark.real_time
 LABELS = {"seed": 7, "cases": [{"effects": ["valve_lag"]}, {"effects": []}]}
 
 PROBE = """
-import ctypes, json, os, sys
+import ctypes, json, os, socket, sys
 from pathlib import Path
+import rig
 root, shut_in = Path(sys.argv[1]), sys.argv[2] == "shut_in"
+layers = []
 if shut_in:
     from rig.blind_check import sandbox
-    sandbox.enter([root / "questions" / "a"], [root / "answers"])
+    layers = sandbox.enter([root / "questions" / "a"], [root / "answers"])
+libc = ctypes.CDLL(None, use_errno=True)
 def outcome(action):
     try:
         return bool(action() or True)
     except (OSError, ImportError):
         return False
-def by_the_c_library():
-    libc = ctypes.CDLL(None, use_errno=True)
-    if libc.open(os.fsencode(root / "maker" / "key"), 0) < 0:
+def by_the_c_library(number):
+    if number < 0:
         raise OSError
-print(json.dumps({
+def reached(family, kind, place):
+    libc.connect.argtypes = libc.sendto.argtypes = None
+    with socket.socket(family, kind) as door:
+        address = socket_address(family, place)
+        by_the_c_library(libc.connect(door.fileno(), address, len(address)))
+        by_the_c_library(libc.send(door.fileno(), b"x", 1, 0))
+def socket_address(family, place):
+    if family == socket.AF_UNIX:
+        return family.to_bytes(2, sys.byteorder) + os.fsencode(place) + bytes(1)
+    return family.to_bytes(2, sys.byteorder) + place.to_bytes(2, "big") + bytes([127, 0, 0, 1]) + bytes(8)
+planted = Path(rig.__file__).parent / "__pycache__" / "planted_by_the_probe.nbi"
+print(json.dumps([layers, {
     "question": outcome(lambda: (root / "questions" / "a" / "question.json").read_text()),
     "answer": outcome(lambda: (root / "answers" / "a.json").write_text("{}")),
     "key": outcome(lambda: (root / "maker" / "key").read_text()),
@@ -41,10 +58,20 @@ print(json.dumps({
     "overwrite": outcome(lambda: (root / "questions" / "a" / "question.json").write_text("{}")),
     "parent": outcome(lambda: Path(f"/proc/{os.getppid()}/cmdline").read_bytes()),
     "generator": outcome(lambda: __import__("hil.reference.cases")),
-    "libc": outcome(by_the_c_library),
-}))
+    "libc": outcome(lambda: by_the_c_library(libc.open(os.fsencode(root / "maker" / "key"), 0))),
+    "plant": outcome(lambda: by_the_c_library(libc.creat(os.fsencode(planted), 0o600))),
+    "size of the labels": outcome(lambda: os.stat(root / "maker" / "labels.sealed")),
+    "unix socket": outcome(lambda: reached(socket.AF_UNIX, socket.SOCK_STREAM, root / "door")),
+    "datagram": outcome(lambda: reached(socket.AF_INET, socket.SOCK_DGRAM, int(sys.argv[3]))),
+    "signal": outcome(lambda: by_the_c_library(libc.kill(os.getppid(), 0))),
+}]))
 """
-SECRET = ("key", "labels", "other question", "list", "overwrite", "parent", "generator", "libc")
+GUARDED_BY = {
+    "key": "audit", "labels": "audit", "other question": "audit", "list": "audit", "parent": "audit", "generator": "audit",
+    "libc": "landlock", "overwrite": "landlock", "plant": "landlock", "unix socket": "seccomp", "datagram": "seccomp", "signal": "seccomp",
+    "size of the labels": "namespaces",
+}  # fmt: skip
+"""What the probe tries -> the layer that must stand for it to fail."""
 
 
 @pytest.fixture
@@ -59,25 +86,45 @@ def check_folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def probe(root: Path, how: str) -> dict[str, bool]:
-    call = [sys.executable, "-I", "-c", PROBE, str(root), how]
-    said: dict[str, bool] = json.loads(subprocess.run(call, capture_output=True, text=True, check=True, cwd=root).stdout)
-    return said
+@pytest.fixture
+def doors(check_folder: Path) -> Iterator[int]:
+    """Somebody listens outside: on a Unix socket in the check's folder, and on the datagram port that is given."""
+    with socket.socket(socket.AF_UNIX) as unix, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as datagram:
+        unix.bind(str(check_folder / "door"))
+        unix.listen()
+        datagram.bind(("127.0.0.1", 0))
+        yield datagram.getsockname()[1]
 
 
-def test_the_shut_in_process_reads_its_question_and_nothing_of_the_labels(check_folder: Path) -> None:
-    said = probe(check_folder, "shut_in")
+def probe(root: Path, how: str, port: int) -> tuple[list[str], dict[str, bool]]:
+    call = [sys.executable, "-I", "-c", PROBE, str(root), how, str(port)]
+    try:
+        layers, said = json.loads(subprocess.run(call, capture_output=True, text=True, check=True, cwd=root).stdout)
+    finally:
+        (Path(rig.__file__).parent / "__pycache__" / "planted_by_the_probe.nbi").unlink(missing_ok=True)
+    return layers, said
+
+
+def test_the_shut_in_process_reads_its_question_and_nothing_of_the_labels(check_folder: Path, doors: int) -> None:
+    layers, said = probe(check_folder, "shut_in", doors)
     assert said["question"]
     assert said["answer"]
-    ask = "from rig.blind_check import sandbox; print(*sandbox.enter([], []))"
-    layers = subprocess.run([sys.executable, "-c", ask], capture_output=True, text=True, check=True).stdout.split()
-    guarded = SECRET if "landlock" in layers else [name for name in SECRET if name not in ("libc", "overwrite")]
-    assert [name for name in guarded if said[name]] == []
+    assert set(layers) <= set(LAYERS)
+    assert [name for name, layer in GUARDED_BY.items() if layer in layers and said[name]] == []
 
 
-def test_without_the_sandbox_the_same_probe_reads_everything(check_folder: Path) -> None:
-    said = probe(check_folder, "free")
-    assert [name for name in SECRET if not said[name]] == [], "the probe can tell an open door from a closed one"
+def test_without_the_sandbox_the_same_probe_reads_everything(check_folder: Path, doors: int) -> None:
+    _, said = probe(check_folder, "free", doors)
+    assert [name for name in GUARDED_BY if not said[name]] == [], "the probe can tell an open door from a closed one"
+
+
+def test_layers_that_a_system_refuses_are_left_out(check_folder: Path) -> None:
+    """A process that may not have namespaces any more, nor filters, still answers, and says so."""
+    refuse = "import ctypes, os\nfrom rig.blind_check.sandbox import namespaces, seccomp, enter\n"
+    refuse += "namespaces._NEW_USER = namespaces._NEW_MOUNTS = -1\nseccomp._MACHINES.clear()\nprint(*enter([], []))"
+    said = subprocess.run([sys.executable, "-c", refuse], capture_output=True, text=True, check=True).stdout.split()
+    assert not {"namespaces", "seccomp"} & set(said)
+    assert "audit" in said
 
 
 def test_the_answering_process_is_told_nothing_but_places(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -95,6 +142,7 @@ def test_the_answering_process_is_told_nothing_but_places(monkeypatch: pytest.Mo
     assert seen["call"] == [
         sys.executable,
         "-I",
+        "-B",
         "-m",
         "rig.blind_check.answer",
         str(tmp_path / "questions"),
@@ -103,7 +151,8 @@ def test_the_answering_process_is_told_nothing_but_places(monkeypatch: pytest.Mo
     ]
     environment = seen["env"]
     assert isinstance(environment, dict)
-    assert set(environment) <= {*answer.KEPT_ENVIRONMENT, *answer.ONE_THREAD}
+    assert set(environment) <= {*answer.KEPT_ENVIRONMENT, *answer.ONE_THREAD, "NUMBA_CACHE_DIR"}
+    assert seen["stdin"] is subprocess.DEVNULL
 
 
 def test_seal_opens_with_its_key_and_the_hash_is_that_of_the_labels() -> None:
