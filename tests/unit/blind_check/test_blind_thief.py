@@ -10,7 +10,7 @@ from hil.reference.cases import Purpose
 from hil.reference.source import PhysicsSource
 from rig.blind_check.folder import token_of
 from rig.blind_check.generate import left_out, modes_of
-from rig.gap.effects import LIBRARY, effect_class
+from rig.gap.hypotheses.library import LIBRARY, effect_class
 
 CASES = 100
 SHEETS = 40
