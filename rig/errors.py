@@ -33,6 +33,10 @@ class CheckFailed(RigError):
     """The thing asked about is not so (a check that fails, a run that ended in a fault): exit status 1."""
 
 
+class Interrupted(Exception):
+    """The operator ended it, and it ended well: exit status 130, without a word. No RigError: nothing is to be put right."""
+
+
 class DeviceError(RigError):
     """One exchange with a device failed and the next may work: a time-out, a garbled reply. Fills the leaky bucket."""
 

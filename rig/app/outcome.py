@@ -1,13 +1,10 @@
-"""What came of the runs: as JSON, as a table for a person, and as the command's exit status."""
+"""What came of the runs: as JSON, and whether that is what was asked for."""
 
-import math
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from rig.app.terminal import console, listing
-from rig.errors import CheckFailed
+from rig.errors import CheckFailed, Interrupted
 from rig.realtime.faults import Fault
 from rig.realtime.safe_state import SafeReport
 from rig.service.recorder import RunResult
@@ -40,14 +37,14 @@ class Outcome:
         return f"; {self.safe.words}" if self.safe.writer or self.safe.outcome else ""
 
     def judge(self) -> None:
-        """End the command as the outcome asks: 130 interrupted, CheckFailed after a fault or an invalid run."""
+        """CheckFailed after a fault, an error or an invalid run, Interrupted after an interrupted one that was none of these."""
         faults = [r for r in self.runs if r.fault and not (self.interrupted and r.fault == Fault.ESTOP)]
         if faults:
             raise CheckFailed(f"{faults[0].file.name}: {faults[0].cause}{self._rest}")
         if self.error:
             raise CheckFailed(self.error + self._rest)
         if self.interrupted:
-            sys.exit(130)
+            raise Interrupted
         invalid = [r for r in self.runs if not r.valid]
         if invalid:
             first = invalid[0]
@@ -56,16 +53,3 @@ class Outcome:
             )
         if len(self.runs) < self.planned:
             raise CheckFailed(f"{len(self.runs)} of {self.planned} runs were recorded")
-
-
-def summary(outcome: Outcome, json_to: str | None) -> None:
-    """The table at the end: one row a run."""
-    table = listing("record", "ticks", "missed", "dropped", "late p50/p99/max us", "valid")
-    for run in outcome.runs:
-        late = "/".join(f"{run.lateness_us.get(k, math.nan):.0f}" for k in ("p50", "p99", "max"))
-        valid = ("yes" if run.complete else "cut short") if run.valid else "[red]no[/]"
-        table.add_row(run.file.stem, str(run.ticks), str(run.missed), str(run.dropped), late, valid)
-    terminal = console(json_to)
-    if outcome.runs:
-        terminal.print(table)
-        terminal.print(f"{len(outcome.runs)} of {outcome.planned} records in {outcome.runs[0].file.parent}")

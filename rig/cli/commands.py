@@ -6,7 +6,7 @@ import sys
 
 import click
 
-from rig.errors import CheckFailed, RigError
+from rig.errors import CheckFailed, Interrupted, RigError
 
 COMMANDS = {
     "run": ("rig.cli.run:run", "Run a sweep on the rig and record it, one MCAP file a record."),
@@ -76,9 +76,7 @@ def main() -> None:
         if sys.stdout is not output:  # click's sign of a broken pipe, for it a failure; but the reader has seen enough
             sys.exit(0)
         raise
-    except click.exceptions.Abort:
-        sys.exit(130)
-    except KeyboardInterrupt:
+    except (click.exceptions.Abort, KeyboardInterrupt, Interrupted):
         sys.exit(130)
     except click.exceptions.NoArgsIsHelpError as error:
         error.show()

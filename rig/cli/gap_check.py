@@ -1,12 +1,11 @@
 """`pamrig gap check`: the blind check, as a whole or in its three steps."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from rig.app.terminal import console, progress
+from rig.app.terminal import console
 from rig.cli.common import emit, json_option
 
 if TYPE_CHECKING:
@@ -47,14 +46,15 @@ def check(
     import time
     from functools import partial
 
+    from rig.app.blind_checking import new_folder, source_of, spread
     from rig.blind_check.check import make_answer_score, result_of
     from rig.blind_check.folder import CheckFolder
     from rig.blind_check.generate import units
 
-    begun, source = time.monotonic(), _source(development)
-    folder = CheckFolder(out or _new_folder())
-    _draw(source, folder, cases, seed, json_to)
-    _spread(partial(make_answer_score, keep=keep), units(source, folder), cases, "cases", dask, workers)
+    begun, source = time.monotonic(), source_of(development)
+    folder = CheckFolder(out or new_folder())
+    _sealed(source, folder, cases, seed, json_to)
+    spread(partial(make_answer_score, keep=keep), units(source, folder), cases, "cases", dask, workers)
     _report(folder, result_of(folder) | {"seconds_of_this_run": time.monotonic() - begun}, html_to, json_to)
 
 
@@ -70,13 +70,14 @@ def make(folder: Path, cases: int, seed: int | None, development: bool, dask: st
 
     Whoever answers gets sealed.json and the folder questions; labels and key stay in the folder maker.
     """
+    from rig.app.blind_checking import source_of, spread
     from rig.blind_check.folder import CheckFolder
     from rig.blind_check.generate import make_unit, units
 
-    source, place = _source(development), CheckFolder(folder)
-    _draw(source, place, cases, seed, None)
+    source, place = source_of(development), CheckFolder(folder)
+    _sealed(source, place, cases, seed, None)
     work = units(source, place)
-    _spread(make_unit, work, len(work), "units", dask, workers)
+    spread(make_unit, work, len(work), "units", dask, workers)
     console().print(f"{folder}: {cases} questions", markup=False)
 
 
@@ -91,16 +92,14 @@ def answer(folder: Path, dask: str | None, workers: int | None) -> None:
     """
     from functools import partial
 
+    from rig.app.blind_checking import questions_in, spread
     from rig.blind_check.check import CHUNK, answer_chunk
     from rig.blind_check.folder import CheckFolder
-    from rig.errors import RecordError
 
     place = CheckFolder(folder)
-    tokens = sorted(path.name for path in place.questions.iterdir() if path.is_dir()) if place.questions.is_dir() else []
-    if not tokens:
-        raise RecordError(f"{place.questions}: no questions; `pamrig gap check make {folder}` writes them")
+    tokens = questions_in(place)
     chunks = [tokens[start : start + CHUNK] for start in range(0, len(tokens), CHUNK)]
-    _spread(partial(answer_chunk, place), chunks, len(tokens), "answers", dask, workers)
+    spread(partial(answer_chunk, place), chunks, len(tokens), "answers", dask, workers)
     console().print(f"{folder}: {len(tokens)} answers", markup=False)
 
 
@@ -116,6 +115,7 @@ def score(
     folder: Path, labels: Path | None, development: bool, dask: str | None, workers: int | None, html_to: Path | None, json_to: str | None
 ) -> None:  # fmt: skip
     """Open the labels of FOLDER and score its answers; recommended experiments are carried out first."""
+    from rig.app.blind_checking import source_of, spread
     from rig.blind_check.check import result_of, score_unit
     from rig.blind_check.folder import CheckFolder
     from rig.blind_check.generate import units
@@ -125,48 +125,19 @@ def score(
     if labels is not None:
         _report(place, score_own(place, labels), html_to, json_to)
         return
-    work = units(_source(development), place)
-    _spread(score_unit, work, sum(len(unit.tokens) for unit in work), "cases", dask, workers)
+    work = units(source_of(development), place)
+    spread(score_unit, work, sum(len(unit.tokens) for unit in work), "cases", dask, workers)
     _report(place, result_of(place), html_to, json_to)
 
 
-def _source(development: bool) -> Any:
-    """The generator: this is the only place that knows both it and the check."""
-    from hil.reference.cases import Purpose
-    from hil.reference.source import PhysicsSource
+def _sealed(source: Any, folder: "CheckFolder", cases: int, seed: int | None, json_to: str | None) -> None:
+    """The hash of the labels, printed before anything is computed."""
+    from rig.app.blind_checking import seal
 
-    return PhysicsSource(Purpose.DEVELOPMENT if development else Purpose.SCORING)
-
-
-def _new_folder() -> Path:
-    from datetime import datetime
-
-    return Path("logs").absolute() / f"check_{datetime.now().astimezone():%Y%m%d_%H%M%S}"
-
-
-def _draw(source: Any, folder: "CheckFolder", cases: int, seed: int | None, json_to: str | None) -> None:
-    """Seal the labels, or go on with those that are there, and print the hash before anything is computed."""
-    import secrets
-
-    from rig.blind_check.generate import draw, open_labels
-
-    if seed is None:
-        seed = open_labels(folder)[1] if folder.sealed.exists() else secrets.randbits(48)
-    sha256 = draw(source, folder.root, seed, cases)
+    sha256 = seal(source, folder, cases, seed)
     terminal = console(json_to)
     terminal.print(f"sealed labels, SHA-256: {sha256}", markup=False)
     terminal.print(f"folder: {folder.root}", markup=False)
-
-
-def _spread(work: Any, pieces: Sequence[Any], total: int, what: str, dask: str | None, workers: int | None) -> None:
-    """Do the pieces over processes or a cluster; each returns how many of `total` it was worth."""
-    from rig.parallel import each, executor
-
-    done = 0
-    with executor(dask, workers) as pool, progress(what, total) as update:
-        for count in each(pool, work, pieces):
-            done += count if isinstance(count, int) else 1
-            update(done, f"{done} of {total} {what}")
 
 
 def _report(folder: "CheckFolder", result: dict[str, Any], html_to: Path | None, json_to: str | None) -> None:

@@ -1,9 +1,10 @@
 """`pamrig identify` and `pamrig validate`: a model from logs, and how well a model predicts logs."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import click
 
@@ -13,9 +14,10 @@ from rig.cli.common import emit, json_option
 if TYPE_CHECKING:
     from rig.identify.fit import Identified
     from rig.identify.stability import SweepRange
-    from rig.model.parameters import Model
     from rig.record import Record
 
+P = TypeVar("P")
+Report = Callable[[str, float, float], None]
 _LOGS = click.argument("logs", nargs=-1, required=True, metavar="LOG...", type=click.Path(path_type=Path))
 
 
@@ -111,37 +113,28 @@ def _shared(command: Any) -> Any:
     help="Of the model, in s.",
 )
 @_shared
-def identify(logs: tuple[Path, ...], output: Path, json_to: str | None, **wish: Any) -> None:
+def identify(logs: tuple[Path, ...], output: Path, json_to: str | None, **asked: Any) -> None:
     """Fit the model to LOGs (.mcap, .csv, .csv.gz or folders) by particle swarm, and write it to MODEL.yaml.
 
     The defaults are the paper's (Table II): 60 particles, 1000 iterations, inertia 0.9 to 0.2; a least-squares polish follows.
     """
     _one_blas_thread()
-    from rig.cli.identify_show import identified_json, show_identified, show_worst, write_fit_figures
-    from rig.identify.fit import Settings
-    from rig.identify.fit import identify as fit
-    from rig.identify.swarm import SwarmSettings
+    from rig.app.identifying import SearchOptions, StartOptions, identify_model
+    from rig.cli.identify_show import identified_json, show_identified, show_worst
     from rig.model.parameters import save_model
+    from rig.report.fit_files import write_fit_figures
 
-    records = _read(logs)
-    settings = Settings(
-        optimizer=wish["optimizer"],
-        seeds=tuple(range(wish["seed"], wish["seed"] + wish["seeds"])),
-        swarm=SwarmSettings(particles=wish["particles"], iterations=wish["iterations"]),
-        patience=wish["early_stop"],
-        polish=wish["polish"],
-        bounded=wish["bounded"],
-        sweep=_sweep(wish["sweep_range"], wish["amplitude"], records),
-    )
-    start = _start_model(wish, records)
-    found = _with_progress(lambda report: fit(records, start, settings, _options(wish), report))
+    records, options = _read(logs), _options(asked)
+    sweep = _sweep(asked["sweep_range"], asked["amplitude"], records)
+    start, search = _part(StartOptions, asked), _part(SearchOptions, asked)
+    found = _with_progress(lambda report: identify_model(records, start, search, sweep, options, report))
     save_model(found.model, output)
     terminal = console(json_to)
     show_identified(found, output, terminal)
-    show_worst(found.model, records, found.scores, _options(wish), terminal)
-    if wish["figures"] is not None:
-        write_fit_figures(found, records, wish["figures"])
-        terminal.print(f"figures and tables: {wish['figures']}")
+    show_worst(found.model, records, found.scores, options, terminal)
+    if asked["figures"] is not None:
+        write_fit_figures(found, records, asked["figures"])
+        terminal.print(f"figures and tables: {asked['figures']}")
     emit(identified_json(found, output), json_to)
 
 
@@ -152,29 +145,30 @@ def identify(logs: tuple[Path, ...], output: Path, json_to: str | None, **wish: 
     "--beside", multiple=True, type=click.Path(path_type=Path), metavar="MODEL.yaml", help="Another model to show beside it."
 )
 @_shared
-def validate(model: Path, logs: tuple[Path, ...], beside: tuple[Path, ...], json_to: str | None, **wish: Any) -> None:
+def validate(model: Path, logs: tuple[Path, ...], beside: tuple[Path, ...], json_to: str | None, **asked: Any) -> None:
     """How well MODEL predicts LOGs it was not fitted to: RMSE, NRMSE, fit and maximum of each record (Table IV).
 
     Exit status 1 when the model is not bounded over the sweep range.
     """
     _one_blas_thread()
     from rig.app.compose import find_config
-    from rig.cli.identify_show import show_validation, show_worst, validation_json, write_validation
+    from rig.cli.identify_show import show_validation, show_worst, validation_json
     from rig.errors import CheckFailed
     from rig.identify.validate import validate as judge
     from rig.model.parameters import load_model
+    from rig.report.fit_files import write_validation
 
     models = {path: load_model(find_config(path, "models")) for path in (model, *beside)}
-    records, options = _read(logs), _options(wish)
-    sweep = _sweep(wish["sweep_range"], wish["amplitude"], records)
+    records, options = _read(logs), _options(asked)
+    sweep = _sweep(asked["sweep_range"], asked["amplitude"], records)
     results = {path: judge(each, records, sweep, options) for path, each in models.items()}
     result = results[model]
     terminal = console(json_to)
     show_validation(result, {path.stem: each for path, each in results.items() if path != model}, terminal)
     show_worst(models[model], records, result.scores, options, terminal)
-    if wish["figures"] is not None:
-        write_validation({path.stem: each for path, each in models.items()}, records, result, options, wish["figures"])
-        terminal.print(f"figures and tables: {wish['figures']}")
+    if asked["figures"] is not None:
+        write_validation({path.stem: each for path, each in models.items()}, records, result, options, asked["figures"])
+        terminal.print(f"figures and tables: {asked['figures']}")
     others = {"beside": {str(path): validation_json(each) for path, each in results.items() if path != model}} if beside else {}
     emit(validation_json(result) | others, json_to)
     if not result.verdict.bounded:
@@ -195,17 +189,20 @@ def _read(logs: Sequence[Path]) -> "list[Record]":
     return read_all(logs)
 
 
-def _options(wish: dict[str, Any]) -> Any:
+def _options(asked: dict[str, Any]) -> Any:
     from rig.identify.data import Options
 
-    return Options(wish["resample"], wish["trust_units"], wish["skip_s"], wish["until_s"])
+    return Options(asked["resample"], asked["trust_units"], asked["skip_s"], asked["until_s"])
+
+
+def _part(kind: type[P], asked: dict[str, Any]) -> P:
+    """The options of the command that belong to one dataclass, by name."""
+    return kind(**{field.name: asked[field.name] for field in fields(cast(Any, kind))})
 
 
 def _sweep(text: str, amplitude_mpa: float | None, records: "Sequence[Record]") -> "SweepRange":
     """LOW-HIGH in Hz and the amplitude; by default the largest command of the records."""
-    import numpy as np
-
-    from rig.identify.stability import SweepRange
+    from rig.app.identifying import sweep_range
 
     try:
         low, high = (float(part) for part in text.split("-"))
@@ -213,34 +210,10 @@ def _sweep(text: str, amplitude_mpa: float | None, records: "Sequence[Record]") 
         raise click.BadParameter(f"{text!r}: expected LOW-HIGH in Hz, for example 0.2-0.8", param_hint="--sweep-range") from None
     if not 0.01 <= low < high <= 20.0:
         raise click.BadParameter(f"{text!r}: allowed is 0.01 to 20 Hz, the lower one first", param_hint="--sweep-range")
-    largest = max(float(np.nanmax(np.abs(record.dp_cmd_mpa))) for record in records)
-    return SweepRange(low, high, amplitude_mpa or round(min(max(largest, 0.01), 1.0), 3))
+    return sweep_range(low, high, amplitude_mpa, records)
 
 
-def _start_model(wish: dict[str, Any], records: "list[Record]") -> "Model":
-    """The model at the start: the given one, or the template of the kind with bounds that fit the records."""
-    from rig.app.compose import find_config
-    from rig.identify.data import cut
-    from rig.identify.templates import Template, input_gain, rest_pressure, template_model
-    from rig.model.parameters import Input, load_model
-
-    if wish["start"] is not None:
-        return load_model(find_config(wish["start"], "models"))
-    template: Template = Template(
-        kind=wish["kind"],
-        drive=Input(wish["drive"]),
-        sample_time_s=wish["sample_time_s"],
-        p0_mpa=wish["p0_mpa"] if wish["p0_mpa"] is not None else rest_pressure(records),
-        u_unit_mpa=wish["u_unit_mpa"],
-        joint=wish["joint"],
-        free_offset=wish["free_offset"],
-        mean_exponent=wish["mean_exponent"],
-    )
-    shown = [cut(record, _options(wish)) for record in records]
-    return template_model(template, input_gain(shown, template.u_unit_mpa))
-
-
-def _with_progress(work: Any) -> "Identified":
+def _with_progress(work: "Callable[[Report | None], Identified]") -> "Identified":
     """Run the identification with a bar for each of its steps; nothing in a pipe."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn
@@ -257,5 +230,4 @@ def _with_progress(work: Any) -> "Identified":
                 tasks[title] = bars.add_task(title, total=1.0, said="")
             bars.update(tasks[title], completed=min(share, 1.0), said=f"{share:4.0%}  best {best:.4g} deg")
 
-        found: Identified = work(report if terminal.is_terminal else None)
-        return found
+        return work(report if terminal.is_terminal else None)

@@ -1,6 +1,5 @@
-"""What `pamrig identify` and `pamrig validate` show and write: tables, JSON, figures."""
+"""What `pamrig identify` and `pamrig validate` show: tables and JSON."""
 
-import csv
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -11,14 +10,14 @@ from rich.console import Console
 from rich.table import Table
 
 from rig.app.terminal import listing
-from rig.errors import RigError
 from rig.identify.data import Options, prepare
 from rig.identify.fit import Identified
 from rig.identify.objective import predict
 from rig.identify.validate import Score, Validation
-from rig.model.parameters import Input, Model
+from rig.model.parameters import Model
 from rig.record import Record
-from rig.report.fit_figures import comparison_figure, convergence_figure, save_figure, terminal_comparison
+from rig.report.fit_figures import terminal_comparison
+from rig.report.fit_files import score_cells
 
 
 def identified_json(found: Identified, output: Path) -> dict[str, Any]:
@@ -116,7 +115,7 @@ def show_validation(result: Validation, beside: Mapping[str, Validation], termin
     head = ["record", "RMSE deg", "NRMSE", "fit %", "max deg", *(["RMSE from command"] if chain else [])]
     table = listing(*head, *(f"RMSE {name}" for name in beside))
     for index, row in enumerate(result.scores):
-        cells = _cells(row)
+        cells = score_cells(row)
         others = [f"{each.scores[index].rmse_deg:.3f}" for each in beside.values()]
         table.add_row(Path(row.log).name, *(cells if chain else cells[:4]), *others)
     terminal.print(table)
@@ -136,52 +135,6 @@ def show_worst(model: Model, records: Sequence[Record], scores: Sequence[Score],
     size = (min(terminal.width, 110), 16)
     angle = np.clip(predict(model, data), -180.0, 180.0)
     terminal.print(terminal_comparison(records[worst].name, data.grid.t_s, data.angle_deg, angle, *size), markup=False)
-
-
-def write_fit_figures(found: Identified, records: Sequence[Record], folder: Path) -> None:
-    """Figs. 4 to 6 of each identification record, the convergence, and the scores as a table."""
-    histories = {f"seed {seed}": each.history for seed, each in found.seeds.items()}
-    save_figure(convergence_figure("convergence", histories), folder / "convergence.png")
-    _write_comparisons({found.model.muscle.kind.upper(): found.model}, records, Options(resample=True, trust_units=True), folder)
-    write_scores(found.scores, folder)
-
-
-def write_validation(
-    models: Mapping[str, Model], records: Sequence[Record], result: Validation, options: Options, folder: Path
-) -> None:
-    """Figs. 4 to 6 of each record with every model, and Table IV of the first."""
-    _write_comparisons(models, records, options, folder)
-    write_scores(result.scores, folder)
-
-
-def write_scores(scores: Sequence[Score], folder: Path) -> None:
-    """Table IV as scores.csv and scores.md."""
-    head = ["record", "rmse_deg", "nrmse", "fit_percent", "max_deg", "command_rmse_deg"]
-    rows = [[Path(row.log).name, *_cells(row)] for row in scores]
-    lines = [" | ".join(cells) for cells in (head, ["---"] * len(head), *rows)]
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / "scores.md").write_text("".join(f"| {line} |\n" for line in lines), encoding="utf-8")
-        with (folder / "scores.csv").open("w", encoding="utf-8", newline="") as file:
-            csv.writer(file).writerows([head, *rows])
-    except OSError as error:
-        raise RigError(f"{folder}: cannot be written: {error.strerror}") from None
-
-
-def _write_comparisons(models: Mapping[str, Model], records: Sequence[Record], options: Options, folder: Path) -> None:
-    for record in records:
-        data = {name: prepare(record, model, options) for name, model in models.items()}
-        first_model, first = next(iter(models.values())), next(iter(data.values()))
-        source = "commanded" if first_model.muscle.input is Input.COMMAND else "measured"
-        angles = {name: predict(model, data[name]) for name, model in models.items()}
-        u = first.p1_mpa - first.p2_mpa
-        figure = comparison_figure(record.name, first.grid.t_s, u, first.angle_deg, angles, f"p1 - p2 {source} [MPa]")
-        save_figure(figure, folder / f"{record.name}.png")
-
-
-def _cells(row: Score) -> list[str]:
-    whole = "" if row.command_rmse_deg is None else f"{row.command_rmse_deg:.3f}"
-    return [f"{row.rmse_deg:.3f}", f"{row.nrmse:.4f}", f"{row.fit_percent:.1f}", f"{row.max_deg:.2f}", whole]
 
 
 def _warn(warnings: Sequence[str], terminal: Console) -> None:

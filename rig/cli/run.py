@@ -29,7 +29,8 @@ def run(
     SWEEP is a YAML file, or the name of one that comes with pamrig (paper, quick, identify, gap, cocontraction).
     Ctrl-C ramps down and finishes the file; a second Ctrl-C writes the safe state at once.
     """
-    from rig.app import compose, inventory, outcome, runner
+    from rig.app import compose, inventory, runner
+    from rig.cli.runs import summary
     from rig.errors import RigError
     from rig.excite.envelope import check
     from rig.excite.experiment import expand, load_sweep
@@ -54,6 +55,6 @@ def run(
         attachments={"sweep.yaml": sweep.read_bytes()},
     )
     result = runner.carry_out(rig, runs, options)
-    outcome.summary(result, json_to)
+    summary(result, json_to)
     emit(result.to_json(), json_to)
     result.judge()

@@ -1,0 +1,51 @@
+"""What `pamrig gap check` does: the generator of its cases, sealing them, and spreading the work over processes or a cluster."""
+
+import secrets
+from collections.abc import Callable, Sequence
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from hil.reference.cases import Purpose
+from hil.reference.source import PhysicsSource
+from rig.app.terminal import progress
+from rig.blind_check.folder import CheckFolder
+from rig.blind_check.generate import draw, open_labels
+from rig.errors import RecordError
+from rig.parallel import each, executor
+
+
+def source_of(development: bool) -> Any:
+    """The generator: this is the only place that knows both it and the check."""
+    return PhysicsSource(Purpose.DEVELOPMENT if development else Purpose.SCORING)
+
+
+def new_folder() -> Path:
+    """A folder under logs/ named by the time."""
+    return Path("logs").absolute() / f"check_{datetime.now().astimezone():%Y%m%d_%H%M%S}"
+
+
+def seal(source: Any, folder: CheckFolder, cases: int, seed: int | None) -> str:
+    """Seal the labels, or go on with those that are there; their SHA-256, before anything is computed."""
+    if seed is None:
+        seed = open_labels(folder)[1] if folder.sealed.exists() else secrets.randbits(48)
+    return draw(source, folder.root, seed, cases)
+
+
+def questions_in(place: CheckFolder) -> list[str]:
+    """The names of the questions; RecordError when there are none."""
+    tokens = sorted(path.name for path in place.questions.iterdir() if path.is_dir()) if place.questions.is_dir() else []
+    if not tokens:
+        raise RecordError(f"{place.questions}: no questions; `pamrig gap check make {place.root}` writes them")
+    return tokens
+
+
+def spread(
+    work: Callable[[Any], Any], pieces: Sequence[Any], total: int, what: str, dask: str | None, workers: int | None
+) -> None:
+    """Do the pieces over processes or a cluster; each returns how many of `total` it was worth."""
+    done = 0
+    with executor(dask, workers) as pool, progress(what, total) as update:
+        for count in each(pool, work, pieces):
+            done += count if isinstance(count, int) else 1
+            update(done, f"{done} of {total} {what}")

@@ -1,0 +1,92 @@
+"""What `pamrig identify` does: the model at the start and the settings of the search from what was asked, then the fit."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from rig.app.compose import find_config
+from rig.identify.data import Options, cut
+from rig.identify.fit import Identified, Settings, identify
+from rig.identify.stability import SweepRange
+from rig.identify.swarm import SwarmSettings
+from rig.identify.templates import Template, input_gain, rest_pressure, template_model
+from rig.model.parameters import Input, Model, load_model
+from rig.record import Record
+
+
+@dataclass(frozen=True)
+class StartOptions:
+    """What the model is at the start: a given one, or a template of this kind."""
+
+    start: Path | None
+    """A model whose `free` parameters are searched within its own bounds; then the rest is its own too."""
+    kind: str
+    drive: str
+    joint: str
+    sample_time_s: float
+    p0_mpa: float | None
+    """None: what the records say."""
+    u_unit_mpa: float
+    free_offset: bool
+    mean_exponent: float
+
+
+@dataclass(frozen=True)
+class SearchOptions:
+    """How is searched."""
+
+    optimizer: str
+    seed: int
+    seeds: int
+    particles: int
+    iterations: int
+    early_stop: int | None
+    polish: bool
+    bounded: bool
+
+
+def identify_model(
+    records: list[Record],
+    start: StartOptions,
+    search: SearchOptions,
+    sweep: SweepRange,
+    options: Options,
+    report: Callable[[str, float, float], None] | None,
+) -> Identified:
+    """The model fitted to the records; `report(title, share, best)` during the searches."""
+    settings = Settings(
+        optimizer=search.optimizer,
+        seeds=tuple(range(search.seed, search.seed + search.seeds)),
+        swarm=SwarmSettings(particles=search.particles, iterations=search.iterations),
+        patience=search.early_stop,
+        polish=search.polish,
+        bounded=search.bounded,
+        sweep=sweep,
+    )
+    return identify(records, start_model(start, records, options), settings, options, report)
+
+
+def start_model(start: StartOptions, records: list[Record], options: Options) -> Model:
+    """The given model, or the template of the kind with bounds that fit the records."""
+    if start.start is not None:
+        return load_model(find_config(start.start, "models"))
+    template = Template(
+        kind=start.kind,
+        drive=Input(start.drive),
+        sample_time_s=start.sample_time_s,
+        p0_mpa=start.p0_mpa if start.p0_mpa is not None else rest_pressure(records),
+        u_unit_mpa=start.u_unit_mpa,
+        joint=start.joint,
+        free_offset=start.free_offset,
+        mean_exponent=start.mean_exponent,
+    )
+    shown = [cut(record, options) for record in records]
+    return template_model(template, input_gain(shown, template.u_unit_mpa))
+
+
+def sweep_range(low_hz: float, high_hz: float, amplitude_mpa: float | None, records: Sequence[Record]) -> SweepRange:
+    """Where the model has to stay bounded; without an amplitude, up to the largest command of the records."""
+    largest = max(float(np.nanmax(np.abs(record.dp_cmd_mpa))) for record in records)
+    return SweepRange(low_hz, high_hz, amplitude_mpa or round(min(max(largest, 0.01), 1.0), 3))

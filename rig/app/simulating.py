@@ -1,0 +1,108 @@
+"""What `pamrig simulate` does: records of commands, a simulator to answer them, one log each."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rig.app.compose import find_config
+from rig.columns import rms
+from rig.excite.experiment import expand, load_sweep
+from rig.excite.setpoints import around
+from rig.log.convert import write_record
+from rig.log.reader import read
+from rig.model.kernels import simulate
+from rig.model.parameters import Input, load_model
+from rig.model.resample import set_points
+from rig.record import MAIN_COLUMNS, Record
+
+ON_TIME = {"p50": 0.0, "p99": 0.0, "max": 0.0}
+
+
+@dataclass(frozen=True)
+class Simulator:
+    """Something that answers commands: a model, or a unit of the physics rig."""
+
+    answer: Callable[[Record], Record]
+    """The record with angle and pressures simulated."""
+    period_s: float
+    facts: dict[str, Any]
+    """What the log says of it."""
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """One record that was simulated."""
+
+    file: Path
+    record: Record
+    rmse_deg: float | None
+    """Against the recorded angle, where there is one."""
+
+    def to_json(self) -> dict[str, Any]:
+        """One entry of `runs`, on time by nature like one on the virtual clock."""
+        run = {
+            "file": str(self.file),
+            "ticks": len(self.record),
+            "missed": 0,
+            "dropped": 0,
+            "valid": True,
+            "lateness_us": ON_TIME,
+        }
+        return run | ({} if self.rmse_deg is None else {"rmse_deg": self.rmse_deg})
+
+
+def by_model(path: Path, *, from_pressures: bool) -> Simulator:
+    """The model at `path`, driven by the commands or by the pressures that were measured."""
+    model = load_model(find_config(path, "models"))
+    drive = Input.PRESSURE if from_pressures else Input.COMMAND
+    facts = {"model": str(path), "drive": drive.value}
+    return Simulator(lambda record: simulate(model, record, drive=drive), model.sample_time_s, facts)
+
+
+def by_plant(family: str, unit: int, session: int) -> Simulator:
+    """A unit of the physics rig, which measures like a real one: noise, counts, a monitor's bias."""
+    from hil.reference import families
+
+    plant = families.unit(family, unit)
+    day = plant.session(session)
+
+    def answer(record: Record) -> Record:
+        p1, p2 = set_points(record, float(record.facts.get("p0_mpa") or 0.2))
+        made = plant.simulate(p1, p2, record.period_s, day, noise_seed=sum(record.name.encode()))
+        measured: dict[str, Any] = {name: made[name] for name in MAIN_COLUMNS if name not in ("t_s", "dp_cmd_mpa")}
+        return replace(record, extra={}, **measured)
+
+    return Simulator(answer, 0.005, {"plant": unit, "session": f"{family} {unit}, day {session}"})
+
+
+def simulate_all(commands: Path, simulator: Simulator, output: Path) -> Iterator[Simulated]:
+    """Every record of the commands through the simulator, each written where it belongs: one into a .mcap, several into a folder."""
+    records = commands_of(commands, simulator.period_s)
+    for record in records:
+        simulated = simulator.answer(record)
+        file = output if len(records) == 1 and output.suffix == ".mcap" else output / f"{record.name}.mcap"
+        file.parent.mkdir(parents=True, exist_ok=True)
+        write_record(simulated, file, {"simulated": True, **simulator.facts})
+        yield Simulated(file, simulated, _rmse_deg(record, simulated))
+
+
+def commands_of(commands: Path, period_s: float) -> list[Record]:
+    """The commands as records: a sweep's at that period, or a log's own."""
+    if commands.suffix not in (".yaml", ".yml") and (commands.exists() or commands.suffix):
+        return read(commands)
+    made = []
+    for plan in expand(load_sweep(find_config(commands, "sweeps")), round(period_s * 1e9)):
+        dp = np.array(plan.dp_mpa, dtype=np.float64)
+        time_s = np.arange(len(dp), dtype=np.float64) * period_s
+        made.append(Record(plan.name, time_s, dp, None, *around(plan.p0_mpa, dp), facts=plan.facts))
+    return made
+
+
+def _rmse_deg(record: Record, simulated: Record) -> float | None:
+    if record.angle_deg is None or simulated.angle_deg is None:
+        return None
+    error = simulated.angle_deg - record.angle_deg
+    return rms(error[np.isfinite(error)])

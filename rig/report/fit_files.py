@@ -1,0 +1,61 @@
+"""Figures and tables of identification and validation as files in a folder."""
+
+import csv
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from rig.errors import RigError
+from rig.identify.data import Options, prepare
+from rig.identify.fit import Identified
+from rig.identify.objective import predict
+from rig.identify.validate import Score, Validation
+from rig.model.parameters import Input, Model
+from rig.record import Record
+from rig.report.fit_figures import comparison_figure, convergence_figure, save_figure
+
+
+def write_fit_figures(found: Identified, records: Sequence[Record], folder: Path) -> None:
+    """Figs. 4 to 6 of each identification record, the convergence, and the scores as a table."""
+    histories = {f"seed {seed}": each.history for seed, each in found.seeds.items()}
+    save_figure(convergence_figure("convergence", histories), folder / "convergence.png")
+    _write_comparisons({found.model.muscle.kind.upper(): found.model}, records, Options(resample=True, trust_units=True), folder)
+    write_scores(found.scores, folder)
+
+
+def write_validation(
+    models: Mapping[str, Model], records: Sequence[Record], result: Validation, options: Options, folder: Path
+) -> None:
+    """Figs. 4 to 6 of each record with every model, and Table IV of the first."""
+    _write_comparisons(models, records, options, folder)
+    write_scores(result.scores, folder)
+
+
+def write_scores(scores: Sequence[Score], folder: Path) -> None:
+    """Table IV as scores.csv and scores.md."""
+    head = ["record", "rmse_deg", "nrmse", "fit_percent", "max_deg", "command_rmse_deg"]
+    rows = [[Path(row.log).name, *score_cells(row)] for row in scores]
+    lines = [" | ".join(cells) for cells in (head, ["---"] * len(head), *rows)]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "scores.md").write_text("".join(f"| {line} |\n" for line in lines), encoding="utf-8")
+        with (folder / "scores.csv").open("w", encoding="utf-8", newline="") as file:
+            csv.writer(file).writerows([head, *rows])
+    except OSError as error:
+        raise RigError(f"{folder}: cannot be written: {error.strerror}") from None
+
+
+def _write_comparisons(models: Mapping[str, Model], records: Sequence[Record], options: Options, folder: Path) -> None:
+    for record in records:
+        data = {name: prepare(record, model, options) for name, model in models.items()}
+        first_model, first = next(iter(models.values())), next(iter(data.values()))
+        source = "commanded" if first_model.muscle.input is Input.COMMAND else "measured"
+        angles = {name: predict(model, data[name]) for name, model in models.items()}
+        u = first.p1_mpa - first.p2_mpa
+        figure = comparison_figure(record.name, first.grid.t_s, u, first.angle_deg, angles, f"p1 - p2 {source} [MPa]")
+        save_figure(figure, folder / f"{record.name}.png")
+
+
+def score_cells(row: Score) -> list[str]:
+    """One row of Table IV as text."""
+    whole = "" if row.command_rmse_deg is None else f"{row.command_rmse_deg:.3f}"
+    return [f"{row.rmse_deg:.3f}", f"{row.nrmse:.4f}", f"{row.fit_percent:.1f}", f"{row.max_deg:.2f}", whole]
