@@ -78,6 +78,8 @@ class PressureOutput:
     def __init__(self, session: FpgaSession, line: PressureLine, calibration: Calibration) -> None:
         self.stage = session.writer(line.register)
         """Writes the register; the strobe brings the value to the terminal."""
+        self.standing = session.reader(line.register)
+        """Reads the register back."""
         self._signal = inverse(calibration.knots)
         self._low_mpa, self._high_mpa = line.low_mpa, line.high_mpa
         ends = line.signal.low, line.signal.high

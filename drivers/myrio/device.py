@@ -162,6 +162,27 @@ class MyRio:
         finally:
             channels.session.close()
 
+    def holds_safe(self) -> bool | None:
+        """Whether the FPGA's output registers hold the safe set-points; None while a new session would have to be waited for."""
+        if self._open is not None:
+            return self._holds_safe(self._open)
+        if self._rescue is not None or not self.roles & {Role.VALVE_1, Role.VALVE_2}:
+            return None
+        channels = self._connect()
+        try:
+            return self._holds_safe(channels)
+        finally:
+            channels.session.close()
+
+    def _holds_safe(self, channels: _Channels) -> bool:
+        safe_mpa = self._context.safe_p1_mpa, self._context.safe_p2_mpa
+        try:
+            return all(
+                output.standing() == output.bits(p) for output, p in zip(channels.outputs, safe_mpa, strict=True) if output
+            )
+        except VENDOR_ERRORS as error:
+            raise self._failed(error, "reading back") from None
+
     def stand_by(self) -> None:
         """Hold a session open, so that `safe` is a matter of microseconds; for whoever may need it, the supervisor. Moves nothing."""
         self.open()

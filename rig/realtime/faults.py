@@ -70,7 +70,7 @@ EXPLANATIONS: Final[dict[Fault, Explanation]] = {
         "check the air supply, the regulator's power and whether the two valves are swapped",
     ),
     Fault.LOOP_DIED: Explanation("the loop ended or hung", "see the log, then reset"),
-    Fault.CONTROL_LOST: Explanation("the process that commands the loop is gone", "start it again; the rig stays safe"),
+    Fault.CONTROL_LOST: Explanation("the process that commands the loop is gone", "start it again; it comes back disarmed"),
     Fault.TERMINATED: Explanation("the loop was told to end by a signal", "nothing is wrong if this was asked for"),
     Fault.LOOP_ERROR: Explanation("an error in the loop itself", "please report it with the log"),
     Fault.RECORDER_DIED: Explanation(

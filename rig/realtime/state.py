@@ -21,7 +21,7 @@ class State(IntEnum):
     DONE = 3
     """The program is over, the set-points ramp to the safe pressures and stay there."""
     FAULT = 4
-    """The safe state has been written; nothing moves until a reset."""
+    """Writes the safe state, each tick until the device has taken it, and then nothing until a reset."""
 
 
 class Event(StrEnum):

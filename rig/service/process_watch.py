@@ -38,7 +38,8 @@ _GRACE_S: Final = 0.1
 RECORDER_STOPPED_S: Final = 0.2
 _POLL_S: Final = 0.002
 _LOOK_NS: Final = 200_000_000
-"""Between looks at the device for a loop that cannot read back."""
+_LOOKS: Final = 3
+"""At the device, for a loop that cannot read back; and the time between them."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +68,8 @@ class ProcessWatch:
         self._recorder_seen = (0, time.monotonic())
         self._looked_ns = time.monotonic_ns()
         self._demanded_ns = self._gone_ns = self._seen_ns = self._asked_ns = 0
+        self._looked_for = (0, 0)
+        """A write of the loop, and how often it was looked at for it."""
         self._loss: Loss | None = None
         self._thread: threading.Thread | None = None
         self._hands = threading.Lock()
@@ -181,11 +184,15 @@ class ProcessWatch:
         report, latest = self.safe, self._ring.latest()
         if report.writer is not Writer.LOOP or report.outcome is not Outcome.WRITTEN or latest is None or not latest.fault:
             return False
+        if self._looked_for[0] == report.written_ns and self._looked_for[1] >= _LOOKS:
+            return False
         return self._second_path is not None and time.monotonic_ns() - max(report.written_ns, self._asked_ns) > _LOOK_NS
 
     def _see_for_the_loop(self) -> None:
         """By this process's own way to the device, which reads and writes nothing."""
         written_ns, self._asked_ns = self._ring.safe_ns, time.monotonic_ns()
+        before = self._looked_for[1] if self._looked_for[0] == written_ns else 0
+        self._looked_for = written_ns, before + 1
         path = self._second_path() if self._second_path is not None else None
         if path is not None and look(path) is Outcome.SEEN and self._ring.safe_ns == written_ns:
             self._seen_ns = time.monotonic_ns()

@@ -213,6 +213,8 @@ class Session:
         self.ticked = self.ring.heartbeat_ns != 0
         if self.watch is not None and self.ticked:
             self.safe = self.watch.settle(SETTLE_S)
+            if not self.safe.safe:
+                self.watchers.block.release()  # they would go on trying, while the next session waits for them
         self.watchers.end()
         left = self._end_recorder()
         for block in (*self._blocks, *self._programs.values()):

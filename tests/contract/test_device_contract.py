@@ -141,6 +141,20 @@ def test_pressures_come_back_as_they_were_written(bench: Bench, device: Device) 
     assert bench.soon(settled), device.read()
 
 
+def test_a_device_that_tells_what_stands_at_its_outputs_tells_the_truth(bench: Bench, device: Device) -> None:
+    """Before `open`, open, and after `close`, as far as it can tell at all."""
+    holds_safe = getattr(device, "holds_safe", lambda: None)
+    device.open()
+    device.write(0.4, 0.05)
+    assert bench.soon(lambda: not near(bench, SAFE))
+    assert holds_safe() in (False, None)
+    device.safe()
+    assert bench.soon(lambda: near(bench, SAFE))
+    assert holds_safe() in (True, None)
+    device.close()
+    assert holds_safe() in (True, None)
+
+
 def test_safe_is_idempotent_and_works_in_every_state(bench: Bench, device: Device) -> None:
     device.open()
     device.write(0.4, 0.05)

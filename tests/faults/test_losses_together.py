@@ -3,7 +3,9 @@
 `pamrig faults --together` carries out hundreds of them.
 """
 
+import os
 import random
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -40,6 +42,30 @@ def test_pairs_and_triples_over_modbus(modbus: ModbusFaultBench) -> None:
 def test_pairs_and_triples_under_a_run(tmp_path: Path) -> None:
     with RunBench(tmp_path) as run:
         assert [f"{trial}: {trial.problem}" for trial in trials(run, 4, seed=5) if trial.problem] == []
+
+
+@pytest.mark.parametrize("number", [signal.SIGSTOP, signal.SIGKILL])
+def test_an_emergency_stop_is_ok_when_the_device_took_it_and_not_before(bench: FaultBench, number: int) -> None:
+    """With the supervisor lost and the loop stopped, where an ok once meant nothing."""
+    bench.ready()
+    pids = bench.pids()
+    os.kill(pids["supervisor"], number)
+    os.kill(pids["loop"], signal.SIGSTOP)
+    with bench.client() as client:
+        answer = client.estop()
+    assert bench.is_safe
+    assert (answer["safe"], answer["by"]) == (True, "control")
+
+
+@pytest.mark.parametrize("number", [signal.SIGSTOP, signal.SIGKILL])
+def test_a_daemon_that_is_told_to_end_leaves_no_pressure_behind(bench: FaultBench, number: int) -> None:
+    bench.ready()
+    pids = bench.pids()
+    os.kill(pids["supervisor"], number)
+    os.kill(pids["loop"], signal.SIGSTOP)
+    bench.end()
+    assert bench.is_safe
+    assert bench.log_text().rstrip().endswith("seen at the device")
 
 
 def test_the_command_knows_every_bench() -> None:
