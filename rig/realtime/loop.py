@@ -324,9 +324,10 @@ class Loop:
         except DeviceError:
             return WRITE_ERROR  # still owed: tried again next tick
         self._safe_owed = False
-        self._looks_owed = LOOKS
-        self._ring.made_safe()
         self._command = self._settings.safe_p1_mpa, self._settings.safe_p2_mpa
+        self._ring.made_safe()
+        self._looks_owed = LOOKS
+        self._look()
         return 0
 
     def _look(self) -> None:

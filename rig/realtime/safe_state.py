@@ -252,14 +252,14 @@ class SafeStateAuthority:
         deadline = time.monotonic() + persistence_s
         self._loop.kill()
         if not self._loop.gone_within(0.0):
-            report = self._told(report, min(self._attempt(), Outcome.WRITTEN))
+            report = self._told(report, self._attempt(), counts=False)
             self._wait_for_the_end()
         attempts = 0
         while True:
             gone, outcome = self._loop.gone_within(0.0), self._attempt()
-            report = self._told(report, outcome if gone else min(outcome, Outcome.WRITTEN))
+            report = self._told(report, outcome if gone else Outcome.FAILED)
             attempts += report.outcome is Outcome.WRITTEN
-            enough = report.outcome > Outcome.WRITTEN or (gone and attempts >= _LOOKS)
+            enough = report.outcome > Outcome.WRITTEN or attempts >= _LOOKS
             if enough or self._block.released or time.monotonic() > deadline:
                 return report
             time.sleep(RETRY_S)
@@ -275,13 +275,14 @@ class SafeStateAuthority:
         while not self._loop.gone_within(RETRY_S) and time.monotonic() < deadline:
             self._block.beat(self._writer)
 
-    def _told(self, report: SafeReport, outcome: Outcome) -> SafeReport:
+    def _told(self, report: SafeReport, outcome: Outcome, counts: bool = True) -> SafeReport:
+        """What does not count yet is a time only."""
         now_ns = time.monotonic_ns()
         report = replace(
             report,
-            outcome=outcome,
+            outcome=outcome if counts else Outcome.UNKNOWN,
             written_ns=report.written_ns or (now_ns if outcome >= Outcome.WRITTEN else 0),
-            confirmed_ns=now_ns if outcome is Outcome.SEEN else report.confirmed_ns,
+            confirmed_ns=now_ns if counts and outcome is Outcome.SEEN else report.confirmed_ns,
         )
         self._block.tell(report)
         return report

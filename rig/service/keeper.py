@@ -18,6 +18,7 @@ from rig.realtime.shared import KEPT_RING
 from rig.realtime.state import Event, State, after
 from rig.rig_config import RigConfig
 from rig.service.last_resort import last_resort
+from rig.service.process_watch import is_final
 from rig.service.protocol import Code, Refused
 from rig.service.recorder import RunResult, said_of
 from rig.service.session import LoopEntry, Session, Watching, spoken
@@ -215,8 +216,10 @@ class Keeper:
             return await self._write_alone()
         watch.demand(Fault.ESTOP)
         deadline = time.monotonic() + ESTOP_PATIENCE_S
-        while not (report := watch.answer).safe:
+        while not is_final(report := watch.answer):
             if time.monotonic() > deadline:
+                if report.safe:
+                    break
                 raise Refused(Code.REFUSED, f"emergency stop not carried out: {watch.safe.words}; {_BY_HAND}")
             watch.follow_up()
             await asyncio.sleep(_ANSWER_POLL_S)

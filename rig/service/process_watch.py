@@ -35,6 +35,7 @@ _UNWATCHED_PATIENCE_S: Final = 1.0
 _PATIENCE_PERIODS: Final = 6
 _GRACE_S: Final = 0.1
 """What a supervisor that works has for the safe state of a loop that is gone."""
+CONFIRMING_NS: Final = 100_000_000
 RECORDER_STOPPED_S: Final = 0.2
 _POLL_S: Final = 0.002
 _LOOK_NS: Final = 200_000_000
@@ -51,6 +52,11 @@ class Loss:
 
 
 PathMaker = Callable[[], SecondPath]
+
+
+def is_final(report: SafeReport) -> bool:
+    """Seen at the device; or written, and so long ago that it would have been seen if it could be."""
+    return report.outcome > Outcome.WRITTEN or (report.safe and time.monotonic_ns() - report.written_ns > CONFIRMING_NS)
 
 
 class ProcessWatch:
@@ -222,7 +228,7 @@ class ProcessWatch:
     def settle(self, patience_s: float) -> SafeReport:
         """Wait until the safe state of a loop that has ended is known, or for `patience_s`; blocks."""
         deadline = time.monotonic() + patience_s
-        while not self.safe.safe and time.monotonic() < deadline:
+        while not is_final(self.safe) and time.monotonic() < deadline:
             self.follow_up()
             time.sleep(_POLL_S)
         return self.safe

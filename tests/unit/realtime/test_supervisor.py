@@ -42,11 +42,14 @@ class Rig:
         self.loop = WatchedProcess(self.process.pid)
         self.writer = RingWriter(self.ring, self.process.pid)
         self.alive_when_safe: list[bool] = []
+        self.told: list[bool] = []
+        """Whether somebody had called it safe at each write."""
         self.held: list[bool | None] = [True]
         """What the device says one look after the other; the last goes on."""
 
     def safe(self) -> None:
         self.alive_when_safe.append(self.process.poll() is None)
+        self.told.append(self.block.best().safe)
 
     def holds_safe(self) -> bool | None:
         return self.held.pop(0) if len(self.held) > 1 else self.held[0]
@@ -93,6 +96,7 @@ def test_a_silent_loop_is_ended_and_only_what_was_written_after_its_end_counts(r
     assert rig.supervisor().run() is Verdict.SILENT
     assert rig.process.wait(5) == -signal.SIGKILL
     assert rig.alive_when_safe[-1] is False
+    assert not any(rig.told)
     report = rig.block.best()
     assert report.outcome is Outcome.SEEN
     assert report.seen_ns - report.last_beat_ns >= 2.9 * PERIOD_NS
