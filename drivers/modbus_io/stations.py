@@ -52,11 +52,21 @@ class Stations:
         return failsafe.arm(self.outputs, self.plan.module, self.plan.unit, watchdog_s, safe_numbers)
 
     def prove_and_arm(self, watchdog_s: float, safe_numbers: Mapping[int, int]) -> dict[str, str]:
-        """Both, and one reading in between: the map's inputs are there."""
+        """Both, and one reading: the map's inputs are there. A fail-safe that has tripped may refuse it until it is armed anew."""
         facts = self.prove()
+        try:
+            self._try_inputs()
+        except DeviceError:
+            if self.plan.module.failsafe is None:
+                raise
+            facts |= self.arm(watchdog_s, safe_numbers)
+            self._try_inputs()
+            return facts
+        return {**facts, **self.arm(watchdog_s, safe_numbers)}
+
+    def _try_inputs(self) -> None:
         if self.plan.registers:
             self.read()
-        return {**facts, **self.arm(watchdog_s, safe_numbers)}
 
     def read(self) -> Numbers:
         """Place -> counts of each wanted input."""

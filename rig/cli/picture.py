@@ -55,7 +55,8 @@ def safe_lines(report: dict[str, Any] | None) -> Iterator[str]:
         return
     colour = "green" if report["confirmed"] else "yellow" if report["safe"] else "bold red"
     ago = report["written_ago_s"]
-    what = f": {_number(report['p1_mpa'])} {_number(report['p2_mpa'])} MPa, {ago:.1f} s ago" if ago is not None else ""
+    written = report["outcome"] in ("written", "seen") and ago is not None
+    what = f": {_number(report['p1_mpa'])} {_number(report['p2_mpa'])} MPa, {ago:.1f} s ago" if written else ""
     yield f"  [{colour}]{report['words']}{what}[/]"
 
 

@@ -13,6 +13,7 @@ from typing import Any, Final
 
 from rig.errors import RigError
 from rig.realtime.faults import Fault, explain
+from rig.realtime.safe_state import Outcome
 from rig.realtime.state import Event, State
 from rig.service import blackbox, metrics, places
 from rig.service.control import Server
@@ -169,12 +170,12 @@ class Daemon:
 
     def _report_safe(self) -> None:
         """During a fault, each time that more is known of the safe state."""
-        report = self._keeper.safe
-        words = report.words if report is not None and self._keeper.state is State.FAULT else ""
-        if words and words != self._reported_safe:
-            self._reported_safe = words
-            _LOG.log(logging.WARNING if report is not None and report.safe else logging.ERROR, "%s", words)
-        self._reported_safe = words
+        report = self._keeper.safe if self._keeper.state is State.FAULT else None
+        if report is None or report.outcome is Outcome.UNKNOWN:
+            self._reported_safe = ""
+        elif report.words != self._reported_safe:
+            self._reported_safe = report.words
+            _LOG.log(logging.WARNING if report.safe else logging.ERROR, "%s", report.words)
 
     async def _save_black_box(self, fault: Fault) -> None:
         session = self._keeper.session

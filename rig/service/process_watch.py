@@ -242,5 +242,9 @@ class ProcessWatch:
             return how
         what = "hung or was stopped" if report.verdict is Verdict.SILENT else "ended"
         seen_ms = (report.seen_ns - report.last_beat_ns) / 1e6
-        wrote = f", written {(report.written_ns - report.seen_ns) / 1e6:.1f} ms later" if report.written_ns else ""
+        wrote = (
+            f", {'gone' if report.outcome is Outcome.ENDED else 'written'} {(report.written_ns - report.seen_ns) / 1e6:.1f} ms later"
+            if report.written_ns
+            else ""
+        )
         return f"{how}; it {what}: seen {seen_ms:.1f} ms after its last heartbeat{wrote}"

@@ -44,6 +44,16 @@ def test_pairs_and_triples_under_a_run(tmp_path: Path) -> None:
         assert [f"{trial}: {trial.problem}" for trial in trials(run, 4, seed=5) if trial.problem] == []
 
 
+def test_with_every_process_lost_the_module_s_own_watchdog_is_left_and_a_new_daemon_opens_it(modbus: ModbusFaultBench) -> None:
+    """Where the module was so slow that an I/O process has its line, that one is not lost, and writes the safe set-points."""
+    modbus.ready()
+    pids = modbus.pids()
+    for name in ("guardian", "supervisor", "control", "loop", "recorder"):  # whoever comes later could still write
+        os.kill(pids[name], signal.SIGKILL)
+    modbus.wait(lambda: modbus.terminals.setpoints == (0.0, 0.0) or modbus.is_safe, "the watchdog of 0.5 s", 2.0)
+    modbus.ready()
+
+
 @pytest.mark.parametrize("number", [signal.SIGSTOP, signal.SIGKILL])
 def test_an_emergency_stop_is_ok_when_the_device_took_it_and_not_before(bench: FaultBench, number: int) -> None:
     """With the supervisor lost and the loop stopped, where an ok once meant nothing."""

@@ -256,6 +256,20 @@ def test_the_watchdog_of_the_module_acts_when_nobody_asks_any_more(tcp: Emulatio
     assert told(tcp) == rigs.SAFE, "close stops the watchdog, so outputs stay"
 
 
+def test_a_module_whose_watchdog_has_tripped_can_be_opened_by_somebody_new(tcp: Emulation) -> None:
+    lost = made(tcp, watchdog_s=0.3)
+    lost.open()
+    lost.write(0.3, 0.1)
+    assert rigs.soon(lambda: told(tcp) == (0.0, 0.0)), "nobody closed it"
+    device = made(tcp, watchdog_s=0.3)
+    device.open()
+    device.read()
+    device.write(0.3, 0.1)
+    assert rigs.soon(lambda: told(tcp) == (0.3, 0.1))
+    device.close()
+    lost.close()
+
+
 def test_reading_keeps_the_watchdog_content(tcp: Emulation) -> None:
     device = made(tcp, watchdog_s=0.3)
     device.open()

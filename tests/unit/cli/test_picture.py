@@ -29,7 +29,15 @@ def test_values_of_a_loop_that_ticks_are_shown_as_they_are() -> None:
 @pytest.mark.parametrize("ago", [None, 2.0])
 def test_the_safe_state_is_told_with_what_by_whom_and_when(ago: float | None) -> None:
     words = "safe state written by the guardian, seen at the device" if ago else "nobody has reported the safe state yet"
-    report = {"words": words, "confirmed": bool(ago), "safe": bool(ago), "p1_mpa": 0.2, "p2_mpa": 0.2, "written_ago_s": ago}
+    report = {
+        "words": words,
+        "outcome": "seen" if ago else "unknown",
+        "confirmed": bool(ago),
+        "safe": bool(ago),
+        "p1_mpa": 0.2,
+        "p2_mpa": 0.2,
+        "written_ago_s": ago,
+    }
     assert plain(safe_lines(report)) == [f"  {words}" + (": 0.200 0.200 MPa, 2.0 s ago" if ago else "")]
 
 
