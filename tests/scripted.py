@@ -54,7 +54,7 @@ class ScriptedDevice:
     outputs: list[tuple[float, float] | str] = field(default_factory=list)
     """Everything that reached the outputs, in order; 'safe' for the safe state."""
     closed: int = 0
-    _calls: dict[str, int] = field(default_factory=lambda: {"read": 0, "write": 0, "safe": 0})
+    calls: dict[str, int] = field(default_factory=lambda: {"read": 0, "write": 0, "safe": 0})
 
     def __post_init__(self) -> None:
         self._pressures = self.found_mpa
@@ -87,8 +87,8 @@ class ScriptedDevice:
         self.closed += 1
 
     def _count(self, what: str) -> int:
-        self._calls[what] += 1
-        return self._calls[what] - 1
+        self.calls[what] += 1
+        return self.calls[what] - 1
 
     def _fail(self, script: Mapping[int, Exception], what: str) -> None:
         if error := script.get(self._count(what)):

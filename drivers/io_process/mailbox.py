@@ -92,33 +92,33 @@ class _Note:
     """Two slots and a number: the writer fills the slot that is not current and then turns the number."""
 
     def __init__(self, view: memoryview, offset: int, layout: struct.Struct) -> None:
-        self._view = view
-        self._number = view[offset : offset + 8].cast("Q")
-        self._layout = layout
-        self._slots = offset + 8, offset + 8 + layout.size + 12
+        self.view = view
+        self.number = view[offset : offset + 8].cast("Q")
+        self.layout = layout
+        self.slots = offset + 8, offset + 8 + layout.size + 12
 
     def put(self, *fields: object) -> int:
-        number = self._number[0] + 1
-        at = self._slots[number & 1]
-        self._layout.pack_into(self._view, at, *fields)
-        check = zlib.crc32(self._view[at : at + self._layout.size], number & 0xFFFFFFFF)
-        struct.pack_into("<QI", self._view, at + self._layout.size, number, check)
-        self._number[0] = number
+        number = self.number[0] + 1
+        at = self.slots[number & 1]
+        self.layout.pack_into(self.view, at, *fields)
+        check = zlib.crc32(self.view[at : at + self.layout.size], number & 0xFFFFFFFF)
+        struct.pack_into("<QI", self.view, at + self.layout.size, number, check)
+        self.number[0] = number
         return number
 
     def get(self) -> tuple[int, tuple[object, ...]] | None:
         """Number and fields; None when nothing was put yet, or when the writer overtook us eight times running."""
         for _ in range(8):
-            number = self._number[0]
-            at = self._slots[number & 1]
-            data = bytes(self._view[at : at + self._layout.size + 12])
-            found, check = struct.unpack_from("<QI", data, self._layout.size)
-            if number and found == number and check == zlib.crc32(data[: self._layout.size], number & 0xFFFFFFFF):
-                return number, self._layout.unpack_from(data)
+            number = self.number[0]
+            at = self.slots[number & 1]
+            data = bytes(self.view[at : at + self.layout.size + 12])
+            found, check = struct.unpack_from("<QI", data, self.layout.size)
+            if number and found == number and check == zlib.crc32(data[: self.layout.size], number & 0xFFFFFFFF):
+                return number, self.layout.unpack_from(data)
         return None
 
     def release(self) -> None:
-        self._number.release()
+        self.number.release()
 
 
 _ORDER = struct.Struct(f"<qBB{MAX_OUTPUTS}d")
@@ -135,25 +135,25 @@ class Mailbox:
     def __init__(self, descriptor: int) -> None:
         """Maps an open file. The mapping keeps a copy of the descriptor, and with it whatever lock that descriptor carries."""
         self._map = mmap.mmap(descriptor, _SIZE)
-        self._view = memoryview(self._map)
-        self._alarm = self._view[_ALARM_AT : _ALARM_AT + 8].cast("Q")
-        self._order = _Note(self._view, _ORDER_AT, _ORDER)
-        self._report = _Note(self._view, _REPORT_AT, _REPORT)
+        self.view = memoryview(self._map)
+        self._alarm = self.view[_ALARM_AT : _ALARM_AT + 8].cast("Q")
+        self.order_note = _Note(self.view, _ORDER_AT, _ORDER)
+        self._report = _Note(self.view, _REPORT_AT, _REPORT)
         self._last_order, self._last_report = Order(), Report()
 
     @property
     def valid(self) -> bool:
         """Whether this is a mailbox of this version at all."""
-        return bytes(self._view[:8]) == _MAGIC
+        return bytes(self.view[:8]) == _MAGIC
 
     def post_order(self, stamp_ns: int, mode: Mode, outputs: tuple[float, ...]) -> int:
         """Replace the order; returns its number."""
         padded = (*outputs, *(0.0,) * (MAX_OUTPUTS - len(outputs)))
-        return self._order.put(stamp_ns, mode, len(outputs), *padded)
+        return self.order_note.put(stamp_ns, mode, len(outputs), *padded)
 
     def order(self) -> Order:
         """The newest whole order."""
-        if found := self._order.get():
+        if found := self.order_note.get():
             number, (stamp_ns, mode, count, *outputs) = found
             self._last_order = Order(number, _int(stamp_ns), Mode(_int(mode)), tuple(outputs[: _int(count)]))  # type: ignore[arg-type]
         return self._last_order
@@ -188,7 +188,7 @@ class Mailbox:
 
     def close(self) -> None:
         """Unmap; the file stays."""
-        for part in (self._order, self._report, self._alarm, self._view, self._map):
+        for part in (self.order_note, self._report, self._alarm, self.view, self._map):
             part.close() if isinstance(part, mmap.mmap) else part.release()
 
 

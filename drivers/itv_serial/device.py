@@ -88,13 +88,13 @@ class ItvSerial:
             )
         self.roles = context.roles
         self._period_ns = context.period_ns
-        self._valves = [
+        self.valves = [
             _Valve(number, port, settings, context) if port and context.roles & set(_VALVES[number]) else None
             for number, port in enumerate(ports)
         ]
 
     def _used(self) -> list[_Valve]:
-        return [valve for valve in self._valves if valve]
+        return [valve for valve in self.valves if valve]
 
     def open(self) -> Mapping[str, str]:
         """Start the I/O processes; each proves its valve by a monitor reading, which moves nothing. Takes some tenths of a second."""
@@ -115,7 +115,7 @@ class ItvSerial:
         """The newest monitor values with their ages. DeviceError once for each failed exchange on the wire."""
         flags = ANGLE_ABSENT
         pressures, raws, ages = [NAN, NAN], [NAN, NAN], [0, 0]
-        for number, valve in enumerate(self._valves):
+        for number, valve in enumerate(self.valves):
             if valve is None:
                 flags |= _ABSENT[number]
                 continue
@@ -139,7 +139,7 @@ class ItvSerial:
         """Hand the set-points to the I/O processes: microseconds. What a busy wire has not sent yet is replaced."""
         if not (isfinite(p1_mpa) and isfinite(p2_mpa)):
             raise DeviceError(f"itv_serial: set-points of {p1_mpa} and {p2_mpa} MPa cannot be written")
-        for valve, pressure_mpa in zip(self._valves, (p1_mpa, p2_mpa), strict=True):
+        for valve, pressure_mpa in zip(self.valves, (p1_mpa, p2_mpa), strict=True):
             if valve and valve.drives:
                 valve.io.drive((valve.counts(pressure_mpa),))
 

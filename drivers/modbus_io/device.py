@@ -40,11 +40,11 @@ class ModbusIo:
         self._plan = make_plan(settings, context.roles)
         self._inputs = Inputs(settings, context, self._plan)
         self._signals = set_point_signals(settings, context)
-        self._safe = self._numbers(context.safe_p1_mpa, context.safe_p2_mpa) if self._plan.driven else {}
+        self._safe = self.numbers(context.safe_p1_mpa, context.safe_p2_mpa) if self._plan.driven else {}
         self._period_s = context.period_ns / 1e9
         self._route: Route | None = None
 
-    def _numbers(self, p1_mpa: float, p2_mpa: float) -> Numbers:
+    def numbers(self, p1_mpa: float, p2_mpa: float) -> Numbers:
         if not (isfinite(p1_mpa) and isfinite(p2_mpa)):
             raise DeviceError(f"{self._settings.resource}: set-points of {p1_mpa} and {p2_mpa} MPa cannot be written")
         numbers = set_point_numbers(self._plan, self._signals, (p1_mpa, p2_mpa))
@@ -109,7 +109,7 @@ class ModbusIo:
         """Both set-points in one request when their channels lie side by side, so that they change together."""
         route = self._opened()
         if self._plan.driven:
-            route.write(self._numbers(p1_mpa, p2_mpa))
+            route.write(self.numbers(p1_mpa, p2_mpa))
 
     def safe(self) -> None:
         """The safe set-points, through the open line or, when that fails or is not there, by a way of its own."""

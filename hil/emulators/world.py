@@ -39,7 +39,7 @@ class World:
         self, plant: Plant, clock: Clock, period_ns: int = 5_000_000, commands: tuple[float, float] = (0.0, 0.0)
     ) -> None:
         """`commands`: the set-points (MPa) that the regulators were left with, before anybody writes."""
-        self._plant = plant
+        self.plant = plant
         self._clock = clock
         self._period_ns = period_ns
         self._commands = list(commands)
@@ -75,5 +75,5 @@ class World:
             self._next_ns = now_ns
         due = (now_ns - self._next_ns) // self._period_ns + 1
         for _ in range(min(due, self.LONGEST_GAP)):
-            self._outputs = Outputs(*self._plant.step(*self._commands))
+            self._outputs = Outputs(*self.plant.step(*self._commands))
         self._next_ns += max(due, 0) * self._period_ns

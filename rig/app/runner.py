@@ -58,7 +58,7 @@ class RunOptions:
 
 def carry_out(rig: RigConfig, runs: Sequence[Planned], options: RunOptions) -> Outcome:
     """Carry out the runs in order, one MCAP file each in `options.out`; the rig ends in its safe state on every path."""
-    _prepare_folder(options.out, [f"{planned.name}.mcap" for planned in runs])
+    prepare_folder(options.out, [f"{planned.name}.mcap" for planned in runs])
     outcome = Outcome([], len(runs))
     operator = _Operator()
     before = {number: signal.getsignal(number) for number in ending_signals()}
@@ -88,14 +88,14 @@ def _run(
     try:
         session.open([planned.program for planned in runs], scripted=True)
         outcome.realtime = session.facts["realtime"]
-        _check_realtime(rig, outcome.realtime, options.force)
-        _announce(session.facts["device"])
-        _check_last_resort(rig, session.facts["device"], options.force)
+        check_realtime(rig, outcome.realtime, options.force)
+        announce(session.facts["device"])
+        check_last_resort(rig, session.facts["device"], options.force)
         orders = _orders(session, rig, runs, options)
         for order in orders:
             session.expect(order)
         _watch(session, operator, outcome, sum(planned.program.ticks for planned in runs))
-        outcome.error = outcome.error or _ending(session)
+        outcome.error = outcome.error or ending(session)
     finally:
         outcome.runs += session.close()
         outcome.safe = session.safe
@@ -103,7 +103,7 @@ def _run(
         outcome.runs += _abandoned(session, orders)
 
 
-def _prepare_folder(out: Path, names: Sequence[str]) -> None:
+def prepare_folder(out: Path, names: Sequence[str]) -> None:
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -118,7 +118,7 @@ def _prepare_folder(out: Path, names: Sequence[str]) -> None:
             raise RigError(f"{partial}: an unfinished record lies there; `pamrig log recover` it, or choose another --out")
 
 
-def _check_realtime(rig: RigConfig, report: Mapping[str, str], force: bool) -> None:
+def check_realtime(rig: RigConfig, report: Mapping[str, str], force: bool) -> None:
     missing = measures.denied(dict(report))
     if not missing:
         return
@@ -131,14 +131,14 @@ def _check_realtime(rig: RigConfig, report: Mapping[str, str], force: bool) -> N
         )
 
 
-def _announce(device: Mapping[str, str]) -> None:
+def announce(device: Mapping[str, str]) -> None:
     """What the operator must know of the devices before anything moves: the pace of slow ones, fail-safes, warnings."""
     terminal = console("-")
     for key, said in spoken(device).items():
         terminal.print(f"{key}: {said}", style="yellow" if is_warning(key) else "", markup=False)
 
 
-def _check_last_resort(rig: RigConfig, device: Mapping[str, str], force: bool) -> None:
+def check_last_resort(rig: RigConfig, device: Mapping[str, str], force: bool) -> None:
     """What would be left if every process were lost at once: said, and refused when that takes too long."""
     if compose.is_simulated(rig):
         return
@@ -210,7 +210,7 @@ def _look(session: Session, outcome: Outcome) -> None:
     outcome.error = f"the rig was stopped: {explain(loss.fault, loss.said)}"
 
 
-def _ending(session: Session) -> str:
+def ending(session: Session) -> str:
     """Why the loop ended, when it did not end as it should."""
     if error := session.loop_error():
         return error

@@ -39,7 +39,7 @@ def emit(result: dict[str, Any], json_to: str | None) -> None:
     """Write `result` where `--json` asked for; nothing without it. Not-a-number becomes null."""
     if json_to is None:
         return
-    text = json.dumps(_plain(result), indent=1, allow_nan=False)
+    text = json.dumps(plain(result), indent=1, allow_nan=False)
     if json_to == "-":
         click.echo(text)
         return
@@ -49,14 +49,14 @@ def emit(result: dict[str, Any], json_to: str | None) -> None:
         raise RigError(f"{json_to}: cannot be written: {error.strerror}") from None
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """JSON has no NaN, no paths and no numpy scalars."""
     if isinstance(value, dict):
-        return {str(key): _plain(item) for key, item in value.items()}
+        return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
+        return [plain(item) for item in value]
     if hasattr(value, "tolist"):
-        return _plain(value.tolist())
+        return plain(value.tolist())
     if isinstance(value, float) and (value != value or value in (float("inf"), float("-inf"))):
         return None
     return str(value) if isinstance(value, Path) else value

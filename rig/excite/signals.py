@@ -186,9 +186,9 @@ class Chirp:
         return max(self.low_hz, self.high_hz)
 
     def value(self, t_s: float) -> float:
-        return self.amplitude_mpa * math.sin(2 * math.pi * self._cycles(t_s))
+        return self.amplitude_mpa * math.sin(2 * math.pi * self.cycles(t_s))
 
-    def _cycles(self, t_s: float) -> float:
+    def cycles(self, t_s: float) -> float:
         """The integral of the frequency."""
         passes, into_s = divmod(t_s, self.length_s)
         up = passes % 2 == 0

@@ -133,21 +133,21 @@ class SwarmObjective(ChainObjective):
     ) -> None:
         super().__init__(model, space, data, stability, thin)
         muscle = model.muscle
-        self._law, self._workers = LawTable(model, space), workers
+        self.law, self._workers = LawTable(model, space), workers
         self._y_unit, self._divisor_s = muscle.value("y_unit_deg"), muscle.value("theta_divisor_s")
         self._u = [muscle_input(model, record.p1_mpa, record.p2_mpa) for record in data]
         y = [record.angle_deg / self._y_unit for record in data]
-        self._inputs = lay_inputs(self._u, y, self._divisor_s, [record.skip for record in data])
+        self.inputs = lay_inputs(self._u, y, self._divisor_s, [record.skip for record in data])
 
     @property
     def steps(self) -> int:
         """Model steps that one particle takes."""
-        return self._inputs.steps + (self._stability.steps if self._stability else 0)
+        return self.inputs.steps + (self._stability.steps if self._stability else 0)
 
     def scores(self, points: Table) -> Table:
         self.evaluations += len(points)
-        table = self._law(points)
-        total = np.sum(swarm_errors(table, self._inputs, self._workers), axis=0) * self._y_unit**2
+        table = self.law(points)
+        total = np.sum(swarm_errors(table, self.inputs, self._workers), axis=0) * self._y_unit**2
         if self._stability is not None:
             weight = excess_weight(self._stability, self._rows)
             total = total + np.sum((self._stability.excess(table, self._workers) * weight) ** 2, axis=0)
@@ -157,7 +157,7 @@ class SwarmObjective(ChainObjective):
     def _errors(self, points: Table) -> Table:
         run = compiled(modified_bouc_wen)
         errors = np.empty((len(points), self._kept))
-        for particle, row in zip(self._law(points).T, errors, strict=True):
+        for particle, row in zip(self.law(points).T, errors, strict=True):
             params = np.array([*particle[:8], self._divisor_s, 1.0, self._y_unit, 0.0, 1.0])
             filled, offset = 0, particle[8] * self._y_unit
             for u, record in zip(self._u, self._data, strict=True):

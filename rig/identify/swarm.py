@@ -40,12 +40,12 @@ class Swarm:
     def __init__(self, dimension: int, seed: int, settings: SwarmSettings | None = None, start: Table | None = None) -> None:
         """`start` (d,) puts one particle there, the others anywhere."""
         self._settings = settings or SwarmSettings()
-        self._random = np.random.default_rng(seed)
+        self.random = np.random.default_rng(seed)
         shape = (self._settings.particles, dimension)
-        self._at: Table = self._random.random(shape)
+        self._at: Table = self.random.random(shape)
         if start is not None:
             self._at[0] = start
-        self._speed = (2.0 * self._random.random(shape) - 1.0) * self._settings.speed
+        self.speed = (2.0 * self.random.random(shape) - 1.0) * self._settings.speed
         self._own_best, self._own_score = self._at.copy(), np.full(shape[0], np.inf)
         self._common_best, self.best_score = self._at[0].copy(), np.inf
         self._iteration = 0
@@ -79,10 +79,10 @@ class Swarm:
         settings = self._settings
         share = self._iteration / max(settings.iterations - 1, 1)
         inertia = settings.inertia_start + (settings.inertia_end - settings.inertia_start) * share
-        draws = self._random.random((2, *self._at.shape))
+        draws = self.random.random((2, *self._at.shape))
         _move(
             self._at,
-            self._speed,
+            self.speed,
             self._own_best,
             self._common_best,
             draws,

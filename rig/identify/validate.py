@@ -78,8 +78,8 @@ def outside(model: Model, data: Prepared) -> list[str]:
     """Warnings where a record's excitation lies outside what the model was identified for."""
     found, name, valid = [], data.record.name, model.valid
     slow, fast = excited_hz(data.p1_mpa - data.p2_mpa, model.sample_time_s)
-    slow += 1.0 / (len(data.p1_mpa) * model.sample_time_s)  # a record cannot place a line more finely than this
-    if fast > valid.frequency_hz[1] * _ROOM or slow < valid.frequency_hz[0] / _ROOM:
+    finest = 1.0 / (len(data.p1_mpa) * model.sample_time_s)  # a record cannot place a line more finely than this
+    if fast > valid.frequency_hz[1] * _ROOM or slow + finest < valid.frequency_hz[0] / _ROOM:
         allowed = f"{valid.frequency_hz[0]:g} .. {valid.frequency_hz[1]:g} Hz"
         found.append(f"{name}: excited from {slow:.2g} to {fast:.2g} Hz, the model is valid for {allowed}")
     if data.amplitude_mpa > valid.amplitude_mpa * _ROOM:

@@ -30,12 +30,12 @@ class WarmUpClock(MonotonicClock):
     """
 
     def __init__(self, early_ns: int, rehearse: Callable[[], None]) -> None:
-        self._early_ns, self._rehearse = early_ns, rehearse
+        self.early_ns, self.rehearse = early_ns, rehearse
         self._pause = self._left_out = 0
 
     def wait_until_ns(self, deadline_ns: int) -> None:
         """Sleep until shortly before the deadline, rehearse, and watch the clock."""
-        super().wait_until_ns(deadline_ns - self._early_ns)
+        super().wait_until_ns(deadline_ns - self.early_ns)
         if self._left_out:
             self._left_out -= 1
         else:
@@ -45,14 +45,14 @@ class WarmUpClock(MonotonicClock):
 
     def _rehearse_until(self, deadline_ns: int) -> None:
         """Rehearse as often as there is time for, so that the last one is fresh; double the pause when that was late, else halve it."""
-        now_ns, needs_ns = time.monotonic_ns(), self._early_ns // 2
+        now_ns, needs_ns = time.monotonic_ns(), self.early_ns // 2
         if deadline_ns - now_ns <= needs_ns:
             return
         while deadline_ns - now_ns > needs_ns:
             began_ns = now_ns
-            self._rehearse()
+            self.rehearse()
             now_ns = time.monotonic_ns()
-            needs_ns = now_ns - began_ns + self._early_ns // 8
+            needs_ns = now_ns - began_ns + self.early_ns // 8
         in_time = now_ns <= deadline_ns
         self._pause = self._pause // 2 if in_time else min(2 * self._pause + 1, _LONGEST_PAUSE)
         self._left_out = 0 if in_time else self._pause

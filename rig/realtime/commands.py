@@ -66,7 +66,7 @@ class Commands(Protocol):
 class Mailbox:
     """One process writes requests, the loop answers; a word each, so that nothing is ever half written."""
 
-    _REQUEST, _ANSWER, _PROGRAM, _STOP, _ESTOP, _CONTROL_BEAT = range(HEADER_WORDS, HEADER_WORDS + 6)
+    _REQUEST, _ANSWER, _PROGRAM, _STOP, ESTOP, _CONTROL_BEAT = range(HEADER_WORDS, HEADER_WORDS + 6)
 
     def __init__(self, block: SharedBlock) -> None:
         self.block = block
@@ -108,7 +108,7 @@ class Mailbox:
 
     def estop(self, fault: Fault = Fault.ESTOP) -> None:
         """Ask for the safe state at once, and why; withdraw it by NONE when the rig may move again."""
-        self._words[self._ESTOP] = int(fault)
+        self._words[self.ESTOP] = int(fault)
 
     def beat(self) -> None:
         """Say that the commanding process is alive; once begun, it must go on at least each CONTROL_PATIENCE_NS."""
@@ -137,7 +137,7 @@ class Mailbox:
 
     def estop_wanted(self) -> Fault:
         """Why the safe state is wanted at once."""
-        code = self._words[self._ESTOP]
+        code = self._words[self.ESTOP]
         if not code:
             return _NO_FAULT
         return Fault(code) if code in EXPLANATIONS else Fault.ESTOP  # whatever it meant, it meant stop

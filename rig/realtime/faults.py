@@ -42,7 +42,8 @@ EXPLANATIONS: Final[dict[Fault, Explanation]] = {
         "run `pamrig latency`; free the machine, or give the loop real-time priority",
     ),
     Fault.LONG_STALL: Explanation(
-        "the loop stood still for more than four periods", "look for a blocking driver, swapping or a suspended machine"
+        "the loop stood still for limits.stall_periods periods or longer (4 unless the rig's YAML says otherwise)",
+        "look for a blocking driver, swapping or a suspended machine",
     ),
     Fault.DEVICE_ERRORS: Explanation(
         "the device failed too often (leaky bucket full)", "check cable, power, address; see `pamrig devices probe`"

@@ -59,7 +59,7 @@ class Loop:
     """Drives one device through states and programs until it is told to quit."""
 
     def __init__(self, device: Device, clock: Clock, ring: RingWriter, commands: Commands, settings: LoopSettings) -> None:
-        self._device, self._clock, self._ring, self._commands = device, clock, ring, commands
+        self._device, self._clock, self.ring, self._commands = device, clock, ring, commands
         self._settings, self._limits = settings, settings.limits
         self._period_ns = settings.period_ns
         self.state = State.DISARMED
@@ -136,7 +136,7 @@ class Loop:
     def tick(self, tick: int, due_ns: int, woken_ns: int, missed: int) -> None:
         """Carry out tick number `tick` of the grid; `missed`: whole periods skipped just before it."""
         self._grid = tick, due_ns, woken_ns, missed
-        self._ring.beat()
+        self.ring.beat()
         now = self._read()
         read_ns = self._clock.now_ns()
         flags, fault = self._guard.check(now, now.angle_deg - self._zero_deg, self.state in _COMMANDING)
@@ -157,7 +157,7 @@ class Loop:
         if self._zeroed:
             flags |= ANGLE_ZEROED
         p1_mpa, p2_mpa = self._command
-        self._ring.put(
+        self.ring.put(
             Sample._make((
                 tick & 0xFFFFFFFF, due_ns, woken_ns, read_ns, self._clock.now_ns(), missed, dp_mpa, p1_mpa, p2_mpa,
                 now.p1_mpa, now.p2_mpa, now.angle_deg - self._zero_deg, now.p1_raw, now.p2_raw, now.angle_raw, now.excitation_raw,
@@ -180,7 +180,7 @@ class Loop:
 
     def _count_error(self, error: DeviceError) -> None:
         """A permanent error faults at once, a transient one goes into the leaky bucket. Its words are kept for the records."""
-        self._ring.tell(str(error))
+        self.ring.tell(str(error))
         if isinstance(error, DeviceLost):
             self._device_gone = True
             self._latch(Fault.DEVICE_LOST)
@@ -222,7 +222,7 @@ class Loop:
             state = after(self.state, Event.ARM)
             if not self._hold_measured(now, flags):
                 return Answer.NOT_READY
-            self._ring.not_safe()
+            self.ring.not_safe()
             self.state = state
         elif request is Request.START and program is not None:
             self.state = after(self.state, Event.START)
@@ -325,7 +325,7 @@ class Loop:
             return WRITE_ERROR  # still owed: tried again next tick
         self._safe_owed = False
         self._command = self._settings.safe_p1_mpa, self._settings.safe_p2_mpa
-        self._ring.made_safe()
+        self.ring.made_safe()
         self._looks_owed = LOOKS
         self._look()
         return 0
@@ -339,20 +339,20 @@ class Loop:
             return  # asked again next tick
         self._looks_owed = 0
         if held:
-            self._ring.saw_safe()
+            self.ring.saw_safe()
         elif held is False:
             self._safe_owed = True
-            self._ring.not_safe()
+            self.ring.not_safe()
 
     def leave(self) -> None:
         """Safe state, then let go; an unreachable device is left to its own watchdog and to the supervisor."""
-        self._ring.beat(LEAVING_NS)
+        self.ring.beat(LEAVING_NS)
         try:
             for _ in range(3):
                 with contextlib.suppress(DeviceError):
                     self._device.safe()
                     self._safe_owed = False
-                    self._ring.made_safe()
+                    self.ring.made_safe()
                     self._look()
                     if not self._safe_owed:
                         break

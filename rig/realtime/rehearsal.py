@@ -54,7 +54,7 @@ class Rehearsal:
         rest = settings.safe_p1_mpa, settings.safe_p2_mpa
         program = Program(1, *rest, [rest[0]], [rest[1]], settle_ticks=0, zero_ticks=0, ramp_in_ticks=0, ramp_out_ticks=0)
         self._clock, self._period_ns = clock, settings.period_ns
-        self._loop = Loop(device, clock, RingWriter(Ring.private(), 0), Script([program], Mailbox.private()), settings)
+        self.loop = Loop(device, clock, RingWriter(Ring.private(), 0), Script([program], Mailbox.private()), settings)
         device.open()
         for tick in range(_SWEEP_TICK + 1):
             self._carry_out(tick)
@@ -70,4 +70,4 @@ class Rehearsal:
 
     def _carry_out(self, tick: int) -> None:
         self._clock.wait_until_ns(self._clock.now_ns() + self._period_ns)
-        self._loop.tick(tick, self._clock.now_ns(), self._clock.now_ns(), 0)
+        self.loop.tick(tick, self._clock.now_ns(), self._clock.now_ns(), 0)

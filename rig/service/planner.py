@@ -76,7 +76,7 @@ class Planner:
         self._rig, self._patience_s = rig, patience_s
         self._turn = asyncio.Lock()
         self._context = multiprocessing.get_context("spawn")
-        self._process: BaseProcess | None = None
+        self.process: BaseProcess | None = None
         self._pipe: Connection | None = None
         self._starting = threading.Lock()
         self._closed = False
@@ -102,7 +102,7 @@ class Planner:
         """End the process, whatever it is doing."""
         with self._starting:
             self._closed = True
-            self._end(self._process)
+            self._end(self.process)
 
     async def _ask(self, *request: Any) -> Any:
         async with self._turn:
@@ -111,7 +111,7 @@ class Planner:
                 kind, result = await work
             except asyncio.CancelledError:  # who asked has gone: nobody else is to wait for it
                 with self._starting:
-                    self._end(self._process)
+                    self._end(self.process)
                 raise
         if kind == "done":
             return result
@@ -137,12 +137,12 @@ class Planner:
         with self._starting:
             if self._closed:
                 return None, None
-            if self._process is None or not self._process.is_alive():
+            if self.process is None or not self.process.is_alive():
                 self._pipe, theirs = self._context.Pipe()
-                self._process = self._context.Process(target=serve, args=(theirs, self._rig), name="pamrig-planner", daemon=True)
-                start_process(self._process)
+                self.process = self._context.Process(target=serve, args=(theirs, self._rig), name="pamrig-planner", daemon=True)
+                start_process(self.process)
                 theirs.close()
-            return self._process, self._pipe
+            return self.process, self._pipe
 
     def _end(self, process: BaseProcess | None) -> None:
         """A thread that waits for the process sees its end of the pipe close."""
@@ -150,8 +150,8 @@ class Planner:
             return
         process.kill()
         process.join()
-        if process is self._process:
-            self._process = None
+        if process is self.process:
+            self.process = None
 
 
 def serve(pipe: Connection, rig: RigConfig) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_emulated_rigs import CONFIGS, EXACT, run
+from exact_rig import CONFIGS, EXACT, run
 
 from hil.emulators.world import Plant
 from rig.app.emulated import EmulatedRig, EmulatedSettings
@@ -64,8 +64,8 @@ def test_the_serial_rig_agrees_within_its_counts_given_what_reached_the_valves()
     try:
         rig.open()
         assert rig.world is not None
-        plant = Recorded(rig.world._plant)
-        rig.world._plant = plant
+        plant = Recorded(rig.world.plant)
+        rig.world.plant = plant
         due_ns = time.monotonic_ns()
         for tick in range(300):
             due_ns += PERIOD_NS

@@ -1,12 +1,11 @@
 """The paper's sweep through an emulated rig, end to end, against the in-process simulated rig: the same but for the counts."""
 
-import subprocess
-import sys
 from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 import pytest
+from exact_rig import CONFIGS, EXACT, run
 
 from rig.app.emulated import EmulatedRig, EmulatedSettings
 from rig.errors import ConfigError, DeviceError
@@ -15,28 +14,8 @@ from rig.log.reader import read
 from rig.realtime.clock import MonotonicClock, VirtualClock
 from rig.sample import Flag
 
-CONFIGS = Path(__file__).resolve().parents[2] / "configs"
-EXACT = """
-name: simulated without noise
-safe: {{p1_mpa: 0.2, p2_mpa: 0.2, return_mpa_s: 0.2}}
-limits: {{pressure_mpa: [0.005, 0.5], slew_mpa_s: 5.0, angle_deg: [-90.0, 90.0]}}
-devices:
-  main:
-    {{kind: simulated, model: {model}, pressure_noise_mpa: 0.0, angle_noise_deg: 0.0, monitor_bits: 24, angle_bits: 24,
-     angle_offset_deg: 0.0}}
-roles: {{valve_1: main, valve_2: main, monitor_1: main, monitor_2: main, angle: main}}
-"""
 COUNT_DEG = 345.0 / 4096 * 5.0 / 4.95
 COUNT_MPA = 0.5 / 4096 * 5.0 / 4.0  # 1-5 V of 0-5 V
-
-
-def run(rig: Path, out: Path, clock: str = "virtual") -> Path:
-    """`pamrig run quick`, the paper's 0.5 Hz sine of 0.2 MPa."""
-    code = "from rig.cli.main import main; main()"
-    arguments = ["run", "quick", "--rig", str(rig), "--out", str(out), "--clock", clock]
-    done = subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    return out
 
 
 @pytest.fixture(scope="module")

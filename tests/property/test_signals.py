@@ -96,7 +96,7 @@ def test_a_multisine_without_a_line_is_refused() -> None:
 def test_a_chirp_s_frequency_is_inside_its_band(low: float, high: float, length_s: float, t: float) -> None:
     chirp = Chirp(amplitude_mpa=1.0, low_hz=low, high_hz=high, length_s=length_s)
     step = 1e-4
-    rate = (chirp._cycles(t + step) - chirp._cycles(t)) / step
+    rate = (chirp.cycles(t + step) - chirp.cycles(t)) / step
     assert min(low, high) - 1e-4 <= rate <= max(low, high) + 1e-4
 
 

@@ -115,7 +115,7 @@ def _pyswarms(objective: Any, dimension: int) -> None:
     from pyswarms.single import GlobalBestPSO
 
     logging.disable(logging.INFO)
-    inputs, laws = objective._inputs, objective._law
+    inputs, laws = objective.inputs, objective.law
 
     def cost(points: Any) -> Any:
         l1, l2, xi1, xi2, phi1, phi2, beta1, beta2 = laws(points)[:8]
@@ -166,8 +166,8 @@ def _limit() -> dict[str, Any]:
     from rig.model.swarm_kernel import swarm_errors
 
     objective, space = _objective()
-    table = objective._law(np.random.default_rng(1).random((960, len(space))))
-    seconds = _best_of(lambda: swarm_errors(table, objective._inputs))
+    table = objective.law(np.random.default_rng(1).random((960, len(space))))
+    seconds = _best_of(lambda: swarm_errors(table, objective.inputs))
     rate = 960 * 1999 / seconds
     return {
         "kernel alone, one core": figure(rate, "steps/s"),
@@ -187,8 +187,8 @@ def _growth() -> dict[str, Any]:
 
     def seconds(records: int, particles: int, workers: int = 1) -> float:
         objective, space = _objective(records)
-        table = objective._law(np.random.default_rng(1).random((particles, len(space))))
-        return _best_of(lambda: swarm_errors(table, objective._inputs, workers), 9)
+        table = objective.law(np.random.default_rng(1).random((particles, len(space))))
+        return _best_of(lambda: swarm_errors(table, objective.inputs, workers), 9)
 
     one = seconds(1, 60)
     for records in (2, 4, 8):

@@ -111,7 +111,7 @@ async def _subscriber(doors: Doors, _: int) -> None:
 
 async def _deaf(doors: Doors, _: int) -> None:
     reader, writer = await _subscribed(doors)
-    reader._transport.pause_reading()  # type: ignore[attr-defined]
+    reader._transport.pause_reading()  # type: ignore[attr-defined]  # noqa: SLF001 (asyncio offers no other way not to read)
     with contextlib.closing(writer):
         await asyncio.Event().wait()
 

@@ -60,7 +60,7 @@ def test_an_interruption_is_130(runs: list[RunResult]) -> None:
 
 
 def test_the_simulated_rig_runs_without_permission_and_says_so(capsys: pytest.CaptureFixture[str]) -> None:
-    runner._check_realtime(compose.load(None), DENIED, force=False)
+    runner.check_realtime(compose.load(None), DENIED, force=False)
     assert "real-time measures not granted (fifo denied: Operation not permitted)" in capsys.readouterr().err
 
 
@@ -68,9 +68,9 @@ def test_a_real_rig_is_refused_without_permission_unless_forced() -> None:
     simulated = compose.load(None)
     real = replace(simulated, devices=tuple(replace(entry, kind="itv_serial") for entry in simulated.devices))
     with pytest.raises(RigError, match=r"fifo denied: Operation not permitted.*give --force"):
-        runner._check_realtime(real, DENIED, force=False)
-    runner._check_realtime(real, DENIED, force=True)
-    runner._check_realtime(real, {"fifo": "granted", "mlock": "granted", "affinity": "denied: x"}, force=False)
+        runner.check_realtime(real, DENIED, force=False)
+    runner.check_realtime(real, DENIED, force=True)
+    runner.check_realtime(real, {"fifo": "granted", "mlock": "granted", "affinity": "denied: x"}, force=False)
 
 
 def test_a_refusal_ends_the_loop_through_its_safe_state_and_leaves_nothing(
@@ -87,7 +87,7 @@ def test_a_refusal_ends_the_loop_through_its_safe_state_and_leaves_nothing(
         raise RigError("refused")
 
     monkeypatch.setattr(Session, "__init__", remember)
-    monkeypatch.setattr(runner, "_check_realtime", refuse)
+    monkeypatch.setattr(runner, "check_realtime", refuse)
     before = signal.getsignal(signal.SIGINT)
     with pytest.raises(RigError, match="refused"):
         runner.carry_out(compose.load(None), [Planned("a", program())], RunOptions(tmp_path / "out", virtual=True))
@@ -112,7 +112,7 @@ def test_a_device_s_own_words_are_told_with_its_fault_outside_a_record() -> None
 
     def ending(fault: Fault) -> str:
         ring = SimpleNamespace(latest=lambda: sample._replace(fault=fault), told=words)
-        return runner._ending(SimpleNamespace(loop_error=lambda: "", loop=None, ring=ring))  # type: ignore[arg-type]
+        return runner.ending(SimpleNamespace(loop_error=lambda: "", loop=None, ring=ring))  # type: ignore[arg-type]
 
     assert ending(Fault.DEVICE_LOST).startswith("DEVICE_LOST: ")
     assert ending(Fault.DEVICE_LOST).endswith(f"; {words}")
@@ -122,7 +122,7 @@ def test_a_device_s_own_words_are_told_with_its_fault_outside_a_record() -> None
 def test_a_fact_that_warns_is_coloured_and_one_that_speaks_of_warnings_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
     screen = Console(file=StringIO(), force_terminal=True, width=200, highlight=False)
     monkeypatch.setattr(runner, "console", lambda _: screen)
-    runner._announce({"1.failsafe": "none: the manual has a warning [page 7]", "2.warning": "holds its outputs", "2.mode": "x"})
+    runner.announce({"1.failsafe": "none: the manual has a warning [page 7]", "2.warning": "holds its outputs", "2.mode": "x"})
     plain, coloured = screen.file.getvalue().splitlines()  # type: ignore[attr-defined]
     assert plain == "1.failsafe: none: the manual has a warning [page 7]"
     assert coloured == "\x1b[33m2.warning: holds its outputs\x1b[0m"
@@ -141,7 +141,7 @@ def test_planned_set_points_are_the_paper_s() -> None:
 def test_a_folder_that_cannot_be_written_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("os.access", lambda *_: False)
     with pytest.raises(RigError, match="the folder cannot be written to; choose another with --out"):
-        runner._prepare_folder(tmp_path, ["a.mcap"])
+        runner.prepare_folder(tmp_path, ["a.mcap"])
 
 
 def test_two_sessions_in_one_second_get_two_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -101,12 +101,12 @@ def test_a_torn_note_is_never_believed(box: Mailbox) -> None:
     """Every byte of the current slot in turn: the reader keeps to what it had."""
     box.post_order(1, Mode.SAFE, (1.0,))
     before = box.order()
-    number = box._order._number[0]
-    at = box._order._slots[number & 1]
-    for offset in range(box._order._layout.size + 12):
-        box._view[at + offset] ^= 0x40
+    number = box.order_note.number[0]
+    at = box.order_note.slots[number & 1]
+    for offset in range(box.order_note.layout.size + 12):
+        box.view[at + offset] ^= 0x40
         assert box.order() == before
-        box._view[at + offset] ^= 0x40
+        box.view[at + offset] ^= 0x40
     assert box.order() == before
 
 

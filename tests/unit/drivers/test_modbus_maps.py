@@ -188,9 +188,9 @@ def test_a_calibrated_valve_is_told_what_brings_the_pressure(kind: str) -> None:
     context = dataclasses.replace(rigs.context(*rigs.VALVE_ROLES), calibration=calibration)
     if kind == "modbus":
         device = ModbusIo(settings(), context)
-        assert device._numbers(0.245, 0.245) == {0: round(32767 / 2), 1: round(32767 * 0.49)}
+        assert device.numbers(0.245, 0.245) == {0: round(32767 / 2), 1: round(32767 * 0.49)}
     else:
-        valves = ItvSerial(ItvSettings(SerialPort("/dev/ttyS0"), SerialPort("/dev/ttyS1")), context)._valves
+        valves = ItvSerial(ItvSettings(SerialPort("/dev/ttyS0"), SerialPort("/dev/ttyS1")), context).valves
         assert [valve.counts(0.245) for valve in valves if valve] == [512.0, 501.0]
 
 

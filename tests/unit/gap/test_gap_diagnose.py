@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from gap_rigs import asked, baselines, model, names, session
 
-from rig.cli.common import _plain
+from rig.cli.common import plain
 from rig.errors import ModelError, RecordError
 from rig.gap import diagnose
 from rig.gap.answer.words import answers
@@ -69,7 +69,7 @@ def test_shares_of_every_breakdown_add_up() -> None:
 
 def test_json_is_plain_and_repeatable() -> None:
     records = session(23, AddedEffect("delay", {"delay_s": 0.03}))
-    first, second = (json.dumps(_plain(asked(records).to_json()), allow_nan=False) for _ in range(2))
+    first, second = (json.dumps(plain(asked(records).to_json()), allow_nan=False) for _ in range(2))
     assert first == second
     assert {"verdict", "gap", "where", "causes", "ranking", "next_experiment"} <= json.loads(first).keys()
 

@@ -230,7 +230,7 @@ def test_plain_data_either_fits_or_is_one_line(raw: Any) -> None:
 @given(st.text(max_size=60))
 def test_any_text_is_yaml_or_one_line(text: str) -> None:
     try:
-        yaml.load(text, Loader=config._StrictLoader)
+        yaml.load(text, Loader=config.StrictLoader)
     except (yaml.YAMLError, ValueError):
         return
 

@@ -192,6 +192,14 @@ def test_use_outside_the_valid_range_is_warned_of() -> None:
     assert "P0 is 0.2 MPa, the model's is 0.3 MPa" in other.warnings[0]
 
 
+def test_a_short_record_is_not_said_to_be_excited_from_more_to_less() -> None:
+    model = replace(TRUTH, valid=replace(TRUTH.valid, frequency_hz=(0.9, 2.0)))
+    slow = measured(0.2)
+    (said,) = validate(model, [slow.rows(slow.t_s < 7.0)], SweepRange()).warnings
+    low, high = (float(part) for part in said.partition("excited from ")[2].partition(" Hz")[0].split(" to "))
+    assert low <= high
+
+
 def test_excited_frequencies() -> None:
     time = np.arange(4000) * 0.005
     low, high = excited_hz(np.sin(2 * np.pi * 0.3 * time) + np.sin(2 * np.pi * 1.2 * time), 0.005)

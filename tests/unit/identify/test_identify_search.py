@@ -33,9 +33,9 @@ def test_table_2_is_the_default() -> None:
 
 def test_one_step_of_the_swarm_is_the_papers() -> None:
     swarm = Swarm(2, 5, SwarmSettings(particles=3, iterations=10))
-    before, speed = swarm.ask().copy(), swarm._speed.copy()
+    before, speed = swarm.ask().copy(), swarm.speed.copy()
     scores = np.array([3.0, 1.0, 2.0])
-    state = swarm._random.bit_generator.state
+    state = swarm.random.bit_generator.state
     swarm.tell(scores)
     draw = np.random.default_rng()
     draw.bit_generator.state = state
@@ -45,7 +45,7 @@ def test_one_step_of_the_swarm_is_the_papers() -> None:
     inside = (moved >= 0.0) & (moved <= 1.0)
     assert np.allclose(swarm.ask()[inside], moved[inside])
     assert np.all((swarm.ask() >= 0.0) & (swarm.ask() <= 1.0))
-    assert np.all(swarm._speed[~inside] == 0.0)
+    assert np.all(swarm.speed[~inside] == 0.0)
 
 
 @pytest.mark.parametrize("name", OPTIMIZERS)

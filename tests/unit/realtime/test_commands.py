@@ -75,7 +75,7 @@ def test_words_that_nobody_knows_do_no_harm(pair: tuple[Mailbox, Mailbox]) -> No
     operator, loop = pair
     operator.post(99)  # type: ignore[arg-type]
     assert ask(loop) is Request.NONE
-    operator.block.words[Mailbox._ESTOP] = 250
+    operator.block.words[Mailbox.ESTOP] = 250
     assert loop.estop_wanted() is Fault.ESTOP, "whatever it meant, it meant stop"
 
 

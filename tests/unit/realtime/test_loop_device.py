@@ -58,7 +58,7 @@ def test_a_lost_device_faults_at_once(where: str) -> None:
     assert loop.fault is Fault.DEVICE_LOST
     faulted = [s for s in samples if s.fault]
     assert "safe" in device.outputs, "tried although the device said it was lost"
-    assert "scripted: gone" in loop._ring.told, "in the driver's words"
+    assert "scripted: gone" in loop.ring.told, "in the driver's words"
     assert all(s.state == State.FAULT for s in faulted)
 
 
@@ -67,7 +67,7 @@ def test_a_lost_device_is_never_read_again_and_cannot_be_reset() -> None:
     operator = armed_and_running({40: Request.RESET})
     run_loop(device, operator, 60)
     assert (40, Answer.NOT_READY) in operator.answers
-    assert device._calls["read"] == 16
+    assert device.calls["read"] == 16
 
 
 def test_a_safe_state_that_could_not_be_written_is_owed_until_it_is() -> None:

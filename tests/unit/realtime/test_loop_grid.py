@@ -81,4 +81,4 @@ def test_the_loop_counts_past_what_a_sample_can_hold() -> None:
     device, operator = ScriptedDevice(), ScriptedOperator({})
     _, loop = run_loop(device, operator, 3)
     loop.tick(2**32 + 7, 0, 0, 0)
-    assert loop._ring.samples[-1].tick == 7  # type: ignore[attr-defined]
+    assert loop.ring.samples[-1].tick == 7  # type: ignore[attr-defined]

@@ -98,7 +98,7 @@ def test_after_one_long_rehearsal_one_is_left_out(fake: FakeTime) -> None:
     began: list[int] = []
     clock = WarmUpClock(EARLY_NS, taking(fake, 2 * EARLY_NS, began))
     clock.wait_until_ns(fake.now_ns + PERIOD_NS)
-    clock._rehearse = taking(fake, 300 * US, began)
+    clock.rehearse = taking(fake, 300 * US, began)
     for _ in range(300):
         fake.late_ns = 50 * US
         clock.wait_until_ns(fake.now_ns + PERIOD_NS)
@@ -107,9 +107,9 @@ def test_after_one_long_rehearsal_one_is_left_out(fake: FakeTime) -> None:
 
 def test_a_rehearsal_is_a_tick_in_the_middle_of_a_sweep() -> None:
     rehearsal = Rehearsal(NoDevice(0.2, 0.2), VirtualClock(), LoopSettings())
-    loop = rehearsal._loop
+    loop = rehearsal.loop
     published = ListRing()
-    loop._ring = published  # type: ignore[assignment]
+    loop.ring = published  # type: ignore[assignment]
     for _ in range(2000):
         rehearsal()
     assert not rehearsal.failed
@@ -165,7 +165,7 @@ def test_the_simulated_rig_does_not_notice_its_twin() -> None:
 
 @pytest.mark.parametrize(("early_us", "period_ms", "early_ns"), [(400, 5, 400_000), (2000, 5, 1_250_000), (400, 1, 250_000)])
 def test_of_a_period_at_most_a_quarter_is_taken(early_us: int, period_ms: int, early_ns: int) -> None:
-    assert made_clock(early_us, period_ms, ScriptedDevice())._early_ns == early_ns  # type: ignore[attr-defined]
+    assert made_clock(early_us, period_ms, ScriptedDevice()).early_ns == early_ns  # type: ignore[attr-defined]
 
 
 def test_who_does_not_want_it_sleeps_until_the_tick() -> None:
@@ -177,7 +177,7 @@ def test_a_device_without_a_twin_is_never_called_by_a_rehearsal() -> None:
     clock = made_clock(400, 5, device)
     assert isinstance(clock, WarmUpClock)
     clock.wait_until_ns(clock.now_ns() + PERIOD_NS)
-    assert device._calls == {"read": 0, "write": 0, "safe": 0}
+    assert device.calls == {"read": 0, "write": 0, "safe": 0}
     assert device.outputs == []
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from rig.app import compose
-from rig.app.runner import _check_last_resort
+from rig.app.runner import check_last_resort
 from rig.errors import RigError
 from rig.rig_config import RigConfig
 from rig.service.last_resort import last_resort
@@ -27,8 +27,8 @@ def test_a_watchdog_that_takes_longer_is_refused_unless_forced(rig: RigConfig, c
     with pytest.raises(
         RigError, match=r"its watchdog takes 1.1 s, longer than the rig's safe.watchdog_s, 1 s: .*or give --force"
     ):
-        _check_last_resort(rig, {"watchdog_s": "1.1"}, force=False)
-    _check_last_resort(rig, {"watchdog_s": "1.1"}, force=True)
+        check_last_resort(rig, {"watchdog_s": "1.1"}, force=False)
+    check_last_resort(rig, {"watchdog_s": "1.1"}, force=True)
     assert "its watchdog takes 1.1 s" in capsys.readouterr().err.replace("\n", " ")
 
 

@@ -81,7 +81,7 @@ def test_one_that_takes_too_long_is_killed_and_the_next_is_served(tmp_path: Path
 def test_one_that_dies_is_told_and_replaced_and_does_not_pretend_to_know_the_sweep(sweep: Path) -> None:
     async def talk(planner: Planner) -> None:
         await planner.open(sweep)
-        process: Any = planner._process
+        process: Any = planner.process
         os.kill(process.pid, signal.SIGKILL)
         process.join()
         with pytest.raises(RigError, match="the process that read the sweep was replaced; start the sweep again"):
