@@ -17,10 +17,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from rig.errors import ConfigError, StateError
-from rig.service import places
+from rig.service import places, protocol
 from rig.service.connection import Connection
 from rig.service.listener import BACKLOG, Listener, Ration
-from rig.service.protocol import Request
+from rig.service.protocol import Refused, Request
 
 MAX_CLIENTS: Final = 64
 """On the Unix socket."""
@@ -38,8 +38,9 @@ Snapshot = Callable[[int | None], dict[str, Any]]
 class Server:
     """Listens; hands each request to `handle` and each event's making to `snapshot(cursor)`."""
 
-    def __init__(self, handle: Handler, snapshot: Snapshot) -> None:
-        self._handle, self._snapshot = handle, snapshot
+    def __init__(self, handle: Handler, snapshot: Snapshot, estop: Callable[[], None] = lambda: None) -> None:
+        """`estop` begins an emergency stop without waiting; `handle` then sees it through and answers."""
+        self._handle, self._snapshot, self._estop = handle, snapshot, estop
         self._listeners: list[Listener] = []
         self._ration = Ration()
         self._lock: int | None = None
@@ -70,7 +71,7 @@ class Server:
         lock = path.with_name(path.name + ".lock")
         self._lock = places.take_lock(lock, f"{path}: another daemon is running; see `pamrig status`")
         places.make_way(path)
-        self._listeners.append(Listener(_unix_socket(path), self._serve_local, self._ration, estop=True))
+        self._listeners.append(Listener(_unix_socket(path), self._serve_local, self._ration, self._stopped_at_once))
         self._path = path
         if group:
             _give_to(path, group)
@@ -82,7 +83,7 @@ class Server:
             listening = socket.create_server((host, port), backlog=BACKLOG)
         except OSError as error:
             raise StateError(f"{host}:{port}: cannot listen there: {error.strerror}") from None
-        self._listeners.append(Listener(listening, self._serve_viewer, self._ration, estop=False))
+        self._listeners.append(Listener(listening, self._serve_viewer, self._ration, lambda *_: False))
         return int(listening.getsockname()[1])
 
     async def close(self) -> None:
@@ -99,6 +100,16 @@ class Server:
         if self._lock is not None:
             os.close(self._lock)
             self._lock = None
+
+    def _stopped_at_once(self, client: socket.socket, said: bytes) -> bool:
+        """An emergency stop begins before its client has a place; it comes first then, and is answered like any other."""
+        line, whole, _ = said.partition(b"\n")
+        with contextlib.suppress(Refused):
+            if whole and protocol.may_be_an_estop(line) and protocol.parse(protocol.decode(line)).command == "estop":
+                if places.may_command(client, self._group):
+                    self._estop()
+                return True
+        return False
 
     async def _serve_local(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         async with self._connected(reader, writer, viewer=False) as connection:

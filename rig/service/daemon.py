@@ -62,7 +62,7 @@ class Daemon:
         """Apart from the worker's: what a client sends must not hold up a sweep that runs."""
         self._starting = asyncio.Lock()
         self._starts = 0
-        self._server = Server(self._handle, self.status)
+        self._server = Server(self._handle, self.status, self._begin_estop)
         self._live = LiveView(settings.live.port)
         self._notifier = Notifier()
         self._starter = ThreadPoolExecutor(
@@ -234,6 +234,10 @@ class Daemon:
         if name == "reset":
             return await self._reset()
         return {"cleared": await asyncio.to_thread(self._queue.clear)}
+
+    def _begin_estop(self) -> None:
+        self._worker.hold()
+        self._keeper.begin_estop()
 
     def _of_before(self) -> list[str]:
         """What the operator is to know before anything moves."""

@@ -209,6 +209,11 @@ class Keeper:
         except RigError as error:
             raise Refused(Code.WRONG_STATE, _UNFIT.get((state, event), str(error))) from None
 
+    def begin_estop(self) -> None:
+        """Demand the safe state, without waiting to see it; `estop` does the rest."""
+        if self.session is not None and self.session.watch is not None:
+            self.session.watch.demand(Fault.ESTOP)
+
     async def estop(self) -> SafeReport:
         """Safe state at once, by whoever is left to write it; Refused when the device has not taken it."""
         watch = self.session.watch if self.session is not None else None

@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import AsyncIterator, Awaitable, Callable
 from typing import Final
 
-from rig.service.protocol import MAX_LINE_BYTES, may_be_an_estop
+from rig.service.protocol import MAX_LINE_BYTES
 
 BACKLOG: Final = 128
 _AT_ONCE: Final = 16
@@ -23,6 +23,8 @@ _LOOKED_AT: Final = 512
 _OUT_OF_DESCRIPTORS_S: Final = 0.1
 _SHARE: Final = 2.0
 
+ComesFirst = Callable[[socket.socket, bytes], bool]
+"""Whether a client who has said this is let in before the others."""
 Serve = Callable[[asyncio.StreamReader, asyncio.StreamWriter], Awaitable[None]]
 
 
@@ -47,9 +49,8 @@ class Ration:
 class Listener:
     """One listening socket; `serve` is called with the streams of each client that is let in."""
 
-    def __init__(self, listening: socket.socket, serve: Serve, ration: Ration, *, estop: bool) -> None:
-        """`estop`: whether a client may be let in before the others for an emergency stop."""
-        self._listening, self._serve, self._ration, self._estop = listening, serve, ration, estop
+    def __init__(self, listening: socket.socket, serve: Serve, ration: Ration, comes_first: ComesFirst) -> None:
+        self._listening, self._serve, self._ration, self._comes_first = listening, serve, ration, comes_first
         self._loop = asyncio.get_running_loop()
         self._hall: deque[socket.socket] = deque()
         self._came = asyncio.Event()
@@ -93,7 +94,7 @@ class Listener:
             return False
         if not said:
             self._leave(client).close()
-        elif self._estop and may_be_an_estop(said):
+        elif self._comes_first(client, said):
             self._let_in(self._leave(client))
         else:
             self._loop.remove_reader(client)

@@ -238,6 +238,25 @@ def test_a_bug_is_an_answer_and_the_next_request_is_heard(tmp_path: Path) -> Non
     with_server(talk)
 
 
+def test_an_emergency_stop_begins_before_its_client_has_a_place(tmp_path: Path) -> None:
+    stopped: list[str] = []
+
+    async def talk(_: Server) -> None:
+        server = Server(handle, lambda _: {}, lambda: stopped.append("at once"))
+        await server.listen(tmp_path / "s", "")
+        for line in (b'{"v": 1, "command": "status", "id": "\\"estop\\""}\n', b'{"v": 2, "command": "estop"}\n', b'"estop"\n'):
+            reader, writer = await asyncio.open_unix_connection(tmp_path / "s")
+            writer.write(line)
+            await reader.readline()
+            writer.close()
+        assert stopped == []
+        assert (await ask(tmp_path / "s", {"id": 1, "command": "estop"}))[0]["ok"]
+        assert stopped == ["at once"]
+        await server.close()
+
+    with_server(talk)
+
+
 def test_between_two_who_look_an_emergency_stop_is_served(tmp_path: Path) -> None:
     """63 clients that ask for nothing but the status wait for each other, not the emergency stop for all of them."""
     order: list[str] = []
