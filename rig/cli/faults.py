@@ -25,20 +25,26 @@ _BENCHES = ("simulated", "modbus", "modbus-long-watchdog", "run", "run-modbus")
 @click.option("--keep", type=click.Path(path_type=Path), help="With --soak: new folder for the records; default: temporary.")
 @click.option("--together", type=click.IntRange(1, 100_000), help="Instead: so many random losses of 2 or 3 processes at once.")
 @click.option("--on", "benches", multiple=True, type=click.Choice(_BENCHES), help="With --together: where; repeatable.")
-@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="With --together: which blows are drawn.")
+@click.option(
+    "--attacks", type=click.IntRange(1, 100_000), help="Instead: so many emergency stops under each attack on the daemon."
+)
+@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="With --together, --attacks: what is drawn.")
 @json_option
 def faults(
     names: tuple[str, ...], listing: bool, soak_hours: float | None, real: bool, keep: Path | None, together: int | None,
-    benches: tuple[str, ...], seed: int, json_to: str | None,
+    benches: tuple[str, ...], attacks: int | None, seed: int, json_to: str | None,
 ) -> None:  # fmt: skip
     """Inject every fault of the table (or those NAMES) into a simulated rig, and say what followed and how fast.
 
     Starts a daemon of its own in a temporary folder; nothing of yours is touched. Takes about two minutes.
     With --together, loop, recorder, supervisor and the commanding process are killed or stopped in pairs and triples, in any order,
     0 to 500 ms apart; each takes about three seconds.
+    With --attacks, clients keep the daemon busy in every way of a list (or in those NAMES) while the emergency stop is timed; each
+    stop takes about a second.
     """
     import tempfile
 
+    from rig.cli import fault_attacks
     from rig.config import suggest
     from rig.errors import CheckFailed, RigError
     from rig.qualify.faults.bench import FaultBench
@@ -50,6 +56,9 @@ def faults(
         return
     if together is not None:
         _together(together, benches or _BENCHES[:1], seed, json_to)
+        return
+    if attacks is not None:
+        fault_attacks.attacks(names, attacks, seed, json_to)
         return
     known = [row.name for row in TABLE]
     if unknown := next((name for name in names if name not in known), None):

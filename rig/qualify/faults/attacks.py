@@ -8,6 +8,7 @@ import asyncio
 import contextlib
 import multiprocessing
 import random
+import socket
 import time
 from collections.abc import Callable, Coroutine, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -202,6 +203,13 @@ async def _again(attack: Attack, doors: Doors, number: int) -> None:
 # what is measured
 
 
+def free_port() -> int:
+    """One on which nobody listens now."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
 def arguments(folder: Path, port: int) -> tuple[str, ...]:
     """For a FaultBench in `folder`: a daemon that can be looked at over the network, as some attacks need."""
     (folder / "token").write_text(_TOKEN, encoding="utf-8")
@@ -227,7 +235,7 @@ def _besieged(attack: Attack, doors: Doors) -> Iterator[tuple[Event, Event]]:
         process.join()
 
 
-def besiege(bench: FaultBench, attack: Attack, port: int, trials: int, seed: int, tell: Callable[[int], None]) -> Siege:
+def besiege(bench: FaultBench, attack: Attack, port: int, trials: int, seed: int, tell: Callable[[float, str], None]) -> Siege:
     """So many emergency stops under one attack, at moments drawn from `seed`."""
     siege, draw = Siege(attack), random.Random(seed)
     (bench.folder / "sweeps").mkdir(exist_ok=True)
@@ -235,7 +243,7 @@ def besiege(bench: FaultBench, attack: Attack, port: int, trials: int, seed: int
         while len(siege.ms) < trials and not siege.problem:
             try:
                 siege.ms.append(_stop_once(bench, go, gone, _UNDER_WAY_S * (1 + draw.random())))
-                tell(len(siege.ms))
+                tell(len(siege.ms), "")
             except Spoilt:
                 siege.spoilt += 1
                 if siege.spoilt > _TRIES * trials:

@@ -1,0 +1,68 @@
+"""`pamrig faults --attacks N`: the emergency stop timed while clients keep the daemon busy."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rig.app.terminal import console, listing, progress
+from rig.cli.common import emit
+
+if TYPE_CHECKING:
+    from rig.qualify.faults.attacks import Attack, Siege
+    from rig.qualify.faults.bench import FaultBench
+
+
+def attacks(names: Sequence[str], trials: int, seed: int, json_to: str | None) -> None:
+    """Each attack (or those `names`), with so many stops; CheckFailed when one took too long or the rig stopped for another reason."""
+    from rig.errors import CheckFailed
+    from rig.qualify.faults.attacks import besiege, shortfall
+
+    sieges: list[Siege] = []
+    with _bench() as (bench, port):
+        for attack in _chosen(names):
+            with progress(attack.name, trials) as update:
+                sieges.append(besiege(bench, attack, port, trials, seed, update))
+    _show(sieges, json_to)
+    emit({"attacks": [_plain(siege) for siege in sieges], "trials": trials, "seed": seed}, json_to)
+    if short := shortfall(sieges):
+        raise CheckFailed(short)
+
+
+def _chosen(names: Sequence[str]) -> "list[Attack]":
+    from rig.config import suggest
+    from rig.errors import RigError
+    from rig.qualify.faults.attacks import ATTACKS
+
+    known = [attack.name for attack in ATTACKS]
+    if unknown := next((name for name in names if name not in known), None):
+        raise RigError(f"no attack {unknown!r}; {suggest(unknown, known)}")
+    return [attack for attack in ATTACKS if not names or attack.name in names]
+
+
+@contextmanager
+def _bench() -> "Iterator[tuple[FaultBench, int]]":
+    import tempfile
+
+    from rig.qualify.faults.attacks import arguments, free_port
+    from rig.qualify.faults.bench import FaultBench
+
+    port = free_port()
+    with (
+        tempfile.TemporaryDirectory(prefix="pamrig-") as folder,
+        FaultBench(Path(folder), arguments=arguments(Path(folder), port)) as bench,
+    ):
+        yield bench, port
+
+
+def _show(sieges: "list[Siege]", json_to: str | None) -> None:
+    shown = listing("attack", "what is done", "stops", "p50 ms", "p99 ms", "max ms", "said")
+    for siege in sieges:
+        figures = [f"{siege.quantile(share):.1f}" for share in (0.5, 0.99, 1.0)]
+        shown.add_row(siege.attack.name, siege.attack.done, str(len(siege.ms)), *figures, siege.problem)
+    console(json_to).print(shown)
+
+
+def _plain(siege: "Siege") -> dict[str, Any]:
+    quantiles = {f"{name}_ms": siege.quantile(share) for name, share in (("p50", 0.5), ("p99", 0.99), ("max", 1.0))}
+    return {"name": siege.attack.name, "ms": siege.ms, **quantiles, "spoilt": siege.spoilt, "problem": siege.problem}
