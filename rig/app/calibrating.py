@@ -16,9 +16,11 @@ from drivers.fitting import Form, Measured, calibrate, summary
 from rig.app import compose
 from rig.app.bringup import DeviceTicker, mean
 from rig.app.overseen import Overseen, overseen
+from rig.app.terminal import listing
 from rig.config import read_yaml, structure, unstructure
 from rig.errors import ConfigError, RigError
 from rig.interfaces import Device, Role
+from rig.outputs import Kind, write_text
 from rig.realtime.clock import MonotonicClock
 from rig.rig_config import RigConfig
 
@@ -130,8 +132,8 @@ def keep_points(out: Path, measured: Mapping[Role, Measured]) -> Path:
     import yaml
 
     path = out.with_name(f"{out.stem}.points.yaml")
-    path.write_text(
-        yaml.safe_dump({role.value: unstructure(m) for role, m in measured.items()}, sort_keys=False), encoding="utf-8"
+    write_text(
+        path, yaml.safe_dump({role.value: unstructure(m) for role, m in measured.items()}, sort_keys=False), Kind.CALIBRATION
     )
     return path
 
@@ -147,23 +149,15 @@ def write(out: Path, measured: Mapping[Role, Measured], where: str) -> dict[str,
     text = yaml.safe_dump(
         {role.value: unstructure(c) for role, c in merged.items()}, sort_keys=False, default_flow_style=None, width=120
     )
-    partial = out.with_name(out.name + ".partial")
-    try:
-        partial.write_text(
-            f"# By `pamrig devices calibrate`; name it under `calibration:` in the rig's YAML.\n{text}", encoding="utf-8"
-        )
-        partial.replace(out)
-    except OSError as error:
-        raise RigError(f"{out}: cannot be written: {error.strerror}") from None
+    head = "# By `pamrig devices calibrate`; name it under `calibration:` in the rig's YAML.\n"
+    write_text(out, head + text, Kind.CALIBRATION)
     return {"file": str(out), "calibrated": summary(fresh), "kept": [role.value for role in kept if role not in fresh]}
 
 
 def table(result: Mapping[str, Any]) -> Table:
     """For a person."""
     title = f"written to {result['file']}"
-    shown = Table(
-        "channel", "form", "points", "residual", "uncertainty (k = 1)", "furthest point", title=title, title_justify="left"
-    )
+    shown = listing("channel", "form", "points", "residual", "uncertainty (k = 1)", "furthest point", title=title)
     for role, one in result["calibrated"].items():
         numbers = ("too few points" if v is None else f"{v:.3g} {one['unit']}" for v in (one["residual"], one["uncertainty"]))
         furthest = f"{one['furthest_point']}: {one['furthest_distance']:.3g} {one['unit']}"

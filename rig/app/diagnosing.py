@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rig.errors import ConfigError, RigError
+from rig.errors import ConfigError
+from rig.outputs import Kind, write_text
 
 if TYPE_CHECKING:
     from rig.gap.answer.result import Diagnosis
@@ -121,10 +122,7 @@ def _write(options: DiagnosisOptions, case: Case, model: "Model", diagnosis: "Di
 
         save_model(retuned_model(model, grounds.prepared), place(options.retuned_to))
     if options.next_to and diagnosis.next_experiment:
-        try:
-            place(options.next_to).write_text(str(diagnosis.next_experiment["config"]), encoding="utf-8")
-        except OSError as error:
-            raise RigError(f"{place(options.next_to)}: cannot be written: {error.strerror}") from None
+        write_text(place(options.next_to), str(diagnosis.next_experiment["config"]), Kind.SWEEP)
 
 
 def report(results: "Mapping[str | None, Diagnosis]") -> dict[str, object]:

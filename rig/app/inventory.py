@@ -5,13 +5,13 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 import click
-from rich.markup import escape
-from rich.table import Column, Table
+from rich.table import Table
 
 from drivers.calibration import Calibration, Potentiometer, complaint, parse_all
 from drivers.catalog import kinds
 from drivers.fitting import summary
 from rig.app import compose
+from rig.app.terminal import listing
 from rig.errors import RigError
 from rig.interfaces import Role
 from rig.rig_config import RigConfig
@@ -73,11 +73,10 @@ def _flat(settings: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, 
 
 def table(found: dict[str, Any]) -> Table:
     """For a person."""
-    last = Column("settings", overflow="fold")
-    shown = Table("device", "kind", "roles", last, title=f"{found['rig']}, {found['period_ms']:g} ms", title_justify="left")
+    shown = listing("device", "kind", "roles", "settings", title=f"{found['rig']}, {found['period_ms']:g} ms")
     for row in found["devices"]:
         settings = "\n".join(f"{key} {value}" for key, value in row["settings"].items())
-        shown.add_row(row["name"], row["kind"], "\n".join(row["roles"]), escape(settings))
+        shown.add_row(row["name"], row["kind"], "\n".join(row["roles"]), settings)
     for role, one in found["calibration"].items():
         spread = "" if one["uncertainty"] is None else f", uncertainty {one['uncertainty']:.3g} {one['unit']}"
         shown.add_row("", "calibration", role, f"{one['date'] or 'no date'}, {one['form']}, {one['points']} points{spread}")

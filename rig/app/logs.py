@@ -2,9 +2,11 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
+from rig.app.terminal import visible
 from rig.errors import RecordError
 from rig.log import reader
 from rig.log.convert import LogContent, content_of_record, read_content, unkept_columns
@@ -12,8 +14,10 @@ from rig.log.exchange import SUFFIXES, read_exported
 from rig.log.foreign.kinds import Kind, kind_of
 from rig.log.foreign.mapping import load_mapping, read_mapped
 from rig.log.mcap.reader import McapLog
+from rig.log.mcap.schema import ended_of, unsound
 from rig.log.mcap.writer import PARTIAL_SUFFIX
 from rig.model.resample import on_grid
+from rig.outputs import file_name, targets_in
 from rig.record import Record
 from rig.sample import Phase
 
@@ -51,10 +55,16 @@ def plain_lines(told: Mapping[str, Any]) -> Iterator[str]:
     """A description for a person: a line a value, what belongs to one key below it."""
     for key, value in told.items():
         if isinstance(value, Mapping) and value:
-            yield f"{key}:"
+            yield visible(f"{key}:", one_line=True)
             yield from (f"  {line}" for line in plain_lines(value))
         else:
-            yield f"{key}: {value:.6g}" if isinstance(value, float) else f"{key}: {value}"
+            yield visible(f"{key}: {_shown(key, value)}", one_line=True)
+
+
+def _shown(key: str, value: Any) -> str:
+    if key == "started_ns" and not unsound({key: value}):
+        return f"{value} ({datetime.fromtimestamp(value / 1e9, UTC):%Y-%m-%d %H:%M:%S} UTC)"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 def _describe_mcap(path: Path) -> dict[str, Any]:
@@ -68,6 +78,7 @@ def _describe_mcap(path: Path) -> dict[str, Any]:
             "samples": len(samples),
             "seconds": seconds,
             "bytes_a_record": path.stat().st_size / max(len(samples), 1),
+            "ended": str(ended_of(opened.result_facts) or "not said"),
             "phases": phases,
             "facts": opened.run_facts | opened.result_facts,
             "attachments": {name: len(data) for name, data in opened.attachments.items()},
@@ -117,7 +128,10 @@ def contents_of(path: Path, period_s: float | None) -> list[tuple[Path, LogConte
     if period_s is not None:
         records = [_resampled(record, period_s) for record in records]
     several = len(records) > 1
-    return [(path.with_name(f"{record.name}.mcap") if several else path, content_of_record(record, {})) for record in records]
+    return [
+        (path.with_name(f"{file_name(record.name)}.mcap") if several else path, content_of_record(record, {}))
+        for record in records
+    ]
 
 
 def _resampled(record: Record, period_s: float) -> Record:
@@ -129,15 +143,15 @@ def _resampled(record: Record, period_s: float) -> Record:
     return replace(on_grid(record, period_s), facts=facts)
 
 
-def export_target(log_file: Path, kind: str, out: Path | None, several: bool) -> Path:
-    """Where the export of `log_file` goes."""
-    name = reader.stem(log_file) + SUFFIXES[kind]
+def export_targets(log_files: list[Path], kind: str, out: Path | None) -> list[Path]:
+    """Where the exports of `log_files` go; RecordError when the folder cannot be made."""
+    names = [reader.stem(file) for file in log_files]
     if out is None:
-        return log_file.with_name(name)
-    if several or out.is_dir() or not out.suffix:
-        try:
-            out.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise RecordError(f"{out}: cannot be made: {error.strerror}") from None
-        return out / name
-    return out
+        return [file.with_name(name + SUFFIXES[kind]) for file, name in zip(log_files, names, strict=True)]
+    if len(log_files) == 1 and not out.is_dir() and out.suffix:
+        return [out]
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RecordError(f"{out}: cannot be made: {error.strerror}") from None
+    return targets_in(out, names, SUFFIXES[kind])

@@ -25,7 +25,7 @@ class Outcome:
 
     def to_json(self) -> dict[str, Any]:
         """The result in the shape that `--json` promises."""
-        keys = ("ticks", "missed", "dropped", "valid", "complete", "lateness_us", "error", "angle_zero_deg")
+        keys = ("ticks", "missed", "dropped", "valid", "complete", "ended", "lateness_us", "error", "angle_zero_deg")
         runs = [{"file": str(r.file), **{k: getattr(r, k) for k in keys}, "fault": r.cause} for r in self.runs]
         return {"runs": runs, "interrupted": self.interrupted, "error": self.error, "realtime": dict(self.realtime)} | {
             "safe_state": {"outcome": self.safe.outcome.name.lower(), "by": self.safe.writer.name.lower()}
@@ -48,8 +48,7 @@ class Outcome:
         invalid = [r for r in self.runs if not r.valid]
         if invalid:
             first = invalid[0]
-            raise CheckFailed(
-                f"{first.file}: not valid: {first.error or f'{first.missed} ticks missed, {first.dropped} dropped'}"
-            )
+            lost = f"{first.missed} ticks missed, {first.dropped} dropped" if first.missed or first.dropped else str(first.ended)
+            raise CheckFailed(f"{first.file}: not valid: {first.error or lost}")
         if len(self.runs) < self.planned:
             raise CheckFailed(f"{len(self.runs)} of {self.planned} runs were recorded")

@@ -4,11 +4,12 @@ import dataclasses
 from collections.abc import Callable
 from typing import Any
 
-from rich.table import Column, Table
+from rich.table import Table
 
 from rig.app import compose, inventory
 from rig.app.bringup import DeviceTicker, Timing, let_go, step_valves, time_reads
 from rig.app.overseen import overseen
+from rig.app.terminal import listing
 from rig.errors import CheckFailed, DeviceError
 from rig.realtime.clock import MonotonicClock
 from rig.rig_config import DeviceEntry, RigConfig
@@ -98,7 +99,7 @@ def steps(rig: RigConfig, step_mpa: float, settle_s: float) -> dict[str, Any]:
 def table(result: dict[str, Any]) -> Table:
     """For a person: what each device answers."""
     holds = f"holds {result['period_ms']:g} ms"
-    shown = Table("device", "answers", "read us\np50 / p99", "age ms\np50 / p99", holds, Column("sees", overflow="fold"))
+    shown = listing("device", "answers", "read us\np50 / p99", "age ms\np50 / p99", holds, "sees")
     for row in result["devices"]:
         if not row["answers"]:
             shown.add_row(row["name"], "no", "", "", "", "")

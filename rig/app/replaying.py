@@ -15,6 +15,7 @@ from rig.log import reader
 from rig.log.convert import LogContent, content_of_record, read_content, write_content
 from rig.log.foreign.kinds import Kind, kind_of
 from rig.log.replay import compare, departures, onto_period, program_of
+from rig.outputs import targets_in
 from rig.realtime.program import Program
 from rig.report import log_figures
 from rig.rig_config import RigConfig
@@ -95,7 +96,9 @@ def replay_all(job: Job, options: ReplayOptions) -> list[Replayed]:
     """Each recording in a session of its own, so that what comes before it does not matter."""
     out = options.out or runner.new_folder("replay")
     single = out.suffix == ".mcap" and len(job.recordings) == 1
-    targets = [out if single else out / f"{recording.name}.mcap" for recording in job.recordings]
+    targets = [out] if single else targets_in(out, (recording.name for recording in job.recordings), ".mcap")
+    if len(targets) > 1 and options.figure is not None and options.figure.suffix:
+        raise RecordError(f"--figure {options.figure}: {len(targets)} replays need a figure each; give a folder")
     for target in targets:
         if target.exists():
             raise RecordError(f"{target}: exists already; a log is never overwritten")
@@ -103,15 +106,23 @@ def replay_all(job: Job, options: ReplayOptions) -> list[Replayed]:
 
 
 def _contents(log: Path) -> Iterator[tuple[str, Path, LogContent]]:
-    files = sorted(log.rglob("*.mcap")) if log.is_dir() else [log]
-    if not files:
-        raise RecordError(f"{log}: no .mcap file in this folder")
-    for file in files:
+    for file in _complete_files(log) if log.is_dir() else [log]:
         if kind_of(file) is Kind.MCAP:
             yield reader.stem(file), file, read_content(file)
             continue
         for record in reader.read(file):
             yield reader.stem(file), file, content_of_record(record, {})
+
+
+def _complete_files(folder: Path) -> list[Path]:
+    """The recordings of a folder that are complete; the others are named. RecordError when there is none."""
+    files = sorted(folder.rglob("*.mcap"))
+    if not files:
+        raise RecordError(f"{folder}: no .mcap file in this folder")
+    left_out = [file for file in files if not reader.is_complete(file)]
+    if len(left_out) == len(files):
+        raise RecordError(f"{folder}: no recording in it is complete; name one to replay it as it is")
+    return [file for file in files if file not in left_out]
 
 
 def _recording(name: str, source: Path, content: LogContent, rig: RigConfig, p0_mpa: float | None, resample: bool) -> Recording:

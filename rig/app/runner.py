@@ -124,7 +124,7 @@ def check_realtime(rig: RigConfig, report: Mapping[str, str], force: bool) -> No
         return
     what = "; ".join(f"{name} {report[name]}" for name in missing)
     if compose.is_simulated(rig):
-        console("-").print(f"[yellow]real-time measures not granted ({what}); the simulated rig runs without[/]")
+        console("-").print(f"real-time measures not granted ({what}); the simulated rig runs without", style="yellow")
     elif not force:
         raise RigError(
             f"{rig.name}: real-time measures not granted ({what}); run as root or with an rtprio limit, or give --force"
@@ -186,7 +186,7 @@ class _Operator:
 
 
 def _watch(session: Session, operator: _Operator, outcome: Outcome, total_ticks: int) -> None:
-    """Let the loop go, and until it ends: beat, show progress, gather results; a dead recorder or a full disk ends the runs."""
+    """Let the loop go, and until it ends: beat, show progress, gather results; a dead recorder or a file that is gone ends the runs."""
     with progress("running", total_ticks) as update:
         session.go()  # only now: what progress imports takes a while on a busy machine, and the loop waits for our beat
         while session.loop_alive:
@@ -194,9 +194,10 @@ def _watch(session: Session, operator: _Operator, outcome: Outcome, total_ticks:
             outcome.runs += session.results()
             _show(session, update, operator.asked_to_stop)
             _look(session, outcome)
-            lost = [run.error for run in outcome.runs if run.error and not run.valid]
-            if lost and not outcome.error and len(outcome.runs) < outcome.planned:
-                outcome.error = f"the rig was stopped: {lost[0]}"
+            lost = [run.error for run in outcome.runs if run.error and not run.valid and len(outcome.runs) < outcome.planned]
+            gone = [session.trouble.error] if session.trouble is not None and session.trouble.final else []
+            if (lost or gone) and not outcome.error:
+                outcome.error = f"the rig was stopped: {[*gone, *lost][0]}"
                 session.mailbox.stop()
             time.sleep(_POLL_S)
 
@@ -238,7 +239,8 @@ def _show(session: Session, update: Callable[[float, str], None], stopping: bool
     if latest is None:
         return
     angle = f"{latest.angle_deg:+6.1f} deg" if math.isfinite(latest.angle_deg) else ""
-    update(latest.tick, f"{'ramping down  ' if stopping else ''}run {latest.run}  {angle}  missed {latest.missed}")
+    trouble = f"  {session.trouble.error}" if session.trouble is not None else ""
+    update(latest.tick, f"{'ramping down  ' if stopping else ''}run {latest.run}  {angle}  missed {latest.missed}{trouble}")
 
 
 def new_folder(name: str) -> Path:

@@ -16,6 +16,7 @@ from rig.log.reader import read
 from rig.model.kernels import simulate
 from rig.model.parameters import Input, load_model
 from rig.model.resample import set_points
+from rig.outputs import targets_in
 from rig.record import MAIN_COLUMNS, Record
 
 ON_TIME = {"p50": 0.0, "p99": 0.0, "max": 0.0}
@@ -81,9 +82,10 @@ def by_plant(family: str, unit: int, session: int) -> Simulator:
 def simulate_all(commands: Path, simulator: Simulator, output: Path) -> Iterator[Simulated]:
     """Every record of the commands through the simulator, each written where it belongs: one into a .mcap, several into a folder."""
     records = commands_of(commands, simulator.period_s)
-    for record in records:
+    one = len(records) == 1 and output.suffix == ".mcap"
+    files = [output] if one else targets_in(output, (record.name for record in records), ".mcap")
+    for record, file in zip(records, files, strict=True):
         simulated = simulator.answer(record)
-        file = output if len(records) == 1 and output.suffix == ".mcap" else output / f"{record.name}.mcap"
         file.parent.mkdir(parents=True, exist_ok=True)
         write_record(simulated, file, {"simulated": True, **simulator.facts})
         yield Simulated(file, simulated, _rmse_deg(record, simulated))

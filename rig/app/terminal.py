@@ -2,18 +2,30 @@
 
 import errno
 import os
+import re
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
+
+_PIPE_COLUMNS: Final = 1 << 16
+"""A pipe has no width: whatever reads it gets each row on a line of its own."""
+_CONTROL: Final = r"\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff"
+"""Control codes of terminals (C0, C1), marks that turn the direction of text, and halves of characters that cannot be encoded."""
+_UNFIT: Final = re.compile(f"[{_CONTROL}]")
+_UNFIT_IN_A_LINE: Final = re.compile(f"[{_CONTROL}\t\n]")
 
 
 def console(json_to: str | None = None) -> "Console":
-    """The terminal for a person: stdout, or stderr when stdout carries JSON."""
+    """The terminal for a person: stdout, or stderr when stdout carries JSON.
+
+    Text is shown as it is: brackets in a name are no markup (who wants styles gives `styled` or `style=`), control codes no commands.
+    """
     from rich.console import Console
 
     class Terminal(Console):
@@ -21,14 +33,43 @@ def console(json_to: str | None = None) -> "Console":
             # rich would end with status 1, as if the thing asked about were not so
             raise BrokenPipeError(errno.EPIPE, os.strerror(errno.EPIPE))
 
-    return Terminal(stderr=json_to == "-", highlight=False, soft_wrap=not sys.stdout.isatty())
+        def render_str(self, text: str, **how: Any) -> "Text":
+            return super().render_str(visible(text), **how)
+
+    to_stderr = json_to == "-"
+    piped = not (sys.stderr if to_stderr else sys.stdout).isatty()
+    width = _PIPE_COLUMNS if piped and "COLUMNS" not in os.environ else None
+    return Terminal(stderr=to_stderr, markup=False, highlight=False, soft_wrap=piped, width=width)
 
 
-def listing(names: str, *titles: str) -> "Table":
-    """A plain table of names and what belongs to them; where it is too wide, cells are folded and never cut."""
+def visible(text: str, *, one_line: bool = False) -> str:
+    """Text from a file or a name, fit for a terminal: what would move the cursor, colour or turn the line is spelled out.
+
+    With `one_line`, a line's end too, so that one value cannot pass for several lines of ours.
+    """
+    return (_UNFIT_IN_A_LINE if one_line else _UNFIT).sub(lambda found: found[0].encode("unicode_escape").decode("ascii"), text)
+
+
+def styled(*parts: str | tuple[str, str]) -> "Text":
+    """A line whose parts are plain text, or text with a style, each fit for a terminal."""
+    from rich.text import Text
+
+    return Text.assemble(*(visible(part) if isinstance(part, str) else (visible(part[0]), part[1]) for part in parts))
+
+
+def listing(names: str, *titles: str, title: str | None = None) -> "Table":
+    """A plain table of names and what belongs to them. Names stay whole however narrow it is; other cells are folded, never cut."""
+    from rich.cells import cell_len
     from rich.table import Column, Table
 
-    return Table(*(Column(title, overflow="fold") for title in (names, *titles)), box=None, pad_edge=False)
+    class Listing(Table):
+        def add_row(self, *cells: Any, **how: Any) -> None:
+            longest = max((cell_len(visible(line)) for line in str(cells[0]).splitlines()), default=0) if cells else 0
+            self.columns[0].min_width = max(self.columns[0].min_width or 0, longest)
+            super().add_row(*cells, **how)
+
+    columns = [Column(names, no_wrap=True, overflow="ignore"), *(Column(title, overflow="fold") for title in titles)]
+    return Listing(*columns, box=None, pad_edge=False, title=title, title_justify="left")
 
 
 @contextmanager

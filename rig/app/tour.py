@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 from rig.app import runner
-from rig.app.terminal import console
+from rig.app.terminal import console, styled
 
 
 def steps(out: Path) -> list[tuple[str, list[list[str]]]]:
@@ -61,19 +61,19 @@ def main() -> int:
     programme = steps(out)
     in_real_time = programme[0][1]
     for title, commands in programme:
-        terminal.print(f"\n[bold]{title}[/]")
+        terminal.print(f"\n{title}", style="bold")
         for words in commands:
-            terminal.print(f"[dim]$ pamrig {' '.join(words)}[/]", soft_wrap=True)
+            terminal.print(f"$ pamrig {' '.join(words)}", style="dim", soft_wrap=True)
         sys.stdout.flush()
         status = run_together(commands)
         if status == 1 and commands is in_real_time:
             status = _again_in_virtual_time(out, commands[0])
         if status:
-            terminal.print(f"[red]that ended with status {status}[/]")
+            terminal.print(f"that ended with status {status}", style="red")
             return status
+    done = f"\nDone in {time.monotonic() - begun:.0f} s. Open "
     terminal.print(
-        f"\nDone in {time.monotonic() - begun:.0f} s. Open [bold]{out / 'report.html'}[/] in a browser; everything else lies beside it.",
-        soft_wrap=True,
+        styled(done, (f"{out / 'report.html'}", "bold"), " in a browser; everything else lies beside it."), soft_wrap=True
     )
     return 0
 
@@ -82,7 +82,8 @@ def _again_in_virtual_time(out: Path, words: list[str]) -> int:
     """A machine that stood still for some periods has ended the real-time step; the tour goes on without its clock."""
     (out / "quick").rename(out / "quick_in_real_time")
     console().print(
-        "[yellow]this machine did not hold 5 ms just now (pamrig latency shows how well it can); once more in virtual time[/]"
+        "this machine did not hold 5 ms just now (pamrig latency shows how well it can); once more in virtual time",
+        style="yellow",
     )
     return run_together([[*words, "--clock", "virtual"]])
 

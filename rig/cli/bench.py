@@ -10,6 +10,7 @@ import click
 
 from rig.app.terminal import console, listing, progress
 from rig.cli.common import emit, json_option
+from rig.cli.outputs import Command
 
 BENCHMARKS = {
     "loop": "rig.qualify.benchmarks.loop:bench_loop",
@@ -23,7 +24,7 @@ BENCHMARKS = {
 """Name -> where it lives; imported when it is run."""
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("names", nargs=-1, type=click.Choice(list(BENCHMARKS)))
 @json_option
 def bench(names: tuple[str, ...], json_to: str | None) -> None:

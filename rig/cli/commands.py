@@ -82,17 +82,24 @@ def main() -> None:
         error.show()
         sys.exit(2)
     except click.ClickException as error:
-        click.echo(f"{_called(error)}: {' '.join(error.format_message().split())}", err=True)
+        _say(f"{_called(error)}: {' '.join(error.format_message().split())}")
         sys.exit(2)
     except CheckFailed as error:
-        click.echo(f"pamrig: {error}", err=True)
+        _say(f"pamrig: {error}")
         sys.exit(1)
     except RigError as error:
-        click.echo(f"pamrig: {error}", err=True)
+        _say(f"pamrig: {error}")
         sys.exit(2)
     except OSError as error:
-        click.echo(f"pamrig: {error.filename or 'the system'}: {error.strerror or error}", err=True)
+        _say(f"pamrig: {error.filename or 'the system'}: {error.strerror or error}")
         sys.exit(2)
+
+
+def _say(line: str) -> None:
+    """The one line of an error, whatever the names in it hold."""
+    from rig.app.terminal import visible
+
+    click.echo(visible(line, one_line=True), err=True)
 
 
 def _called(error: click.ClickException) -> str:

@@ -1,17 +1,16 @@
-"""What the commands share: the JSON option, and places that can be written."""
+"""What the commands share: the JSON option, and how a result is written."""
 
 import json
-import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
 import click
 
-from rig.errors import RigError
+from rig.cli.outputs import Output
+from rig.outputs import Kind, write_text
 
 F = TypeVar("F", bound=Callable[..., Any])
-Place = TypeVar("Place", str | None, Path | None)
 
 
 def json_option(command: F) -> F:
@@ -20,19 +19,9 @@ def json_option(command: F) -> F:
         "--json",
         "json_to",
         metavar="FILE",
-        callback=writable,
+        type=Output(Kind.JSON, stdout=True),
         help="Write the result as JSON to FILE, or to stdout with '-'.",
     )(command)
-
-
-def writable(_context: click.Context, _option: click.Parameter, place: Place) -> Place:
-    """A callback of an option: refuse a place that cannot be written before the work is done, not after it."""
-    if place is not None and place != "-":
-        file = Path(place)
-        if not os.access(file.parent, os.W_OK) or file.is_dir():
-            why = "no such folder" if not file.parent.is_dir() else "it is a folder" if file.is_dir() else "not allowed there"
-            raise RigError(f"{place}: cannot be written: {why}")
-    return place
 
 
 def emit(result: dict[str, Any], json_to: str | None) -> None:
@@ -43,10 +32,7 @@ def emit(result: dict[str, Any], json_to: str | None) -> None:
     if json_to == "-":
         click.echo(text)
         return
-    try:
-        Path(json_to).write_text(text + "\n", encoding="utf-8")
-    except OSError as error:
-        raise RigError(f"{json_to}: cannot be written: {error.strerror}") from None
+    write_text(Path(json_to), text + "\n", Kind.JSON)
 
 
 def plain(value: Any) -> Any:

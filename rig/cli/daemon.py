@@ -10,6 +10,7 @@ import click
 
 from rig.app.terminal import console
 from rig.cli.common import F, emit, json_option
+from rig.cli.outputs import Command
 
 if TYPE_CHECKING:
     from rig.service.settings import DaemonSettings
@@ -21,7 +22,7 @@ def socket_option(command: F) -> F:
     return click.option("--socket", "socket", type=click.Path(path_type=Path), help=text)(command)
 
 
-@click.command()
+@click.command(cls=Command)
 @click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig to keep; default: the simulated rig.")
 @click.option("--config", type=click.Path(path_type=Path), help="The daemon's own YAML: logs, group, live view, ...")
 @click.option("--logs", type=click.Path(path_type=Path), help="Folder for the records; overrides the config.")
@@ -93,7 +94,6 @@ def _say_what_would_go(settings: "DaemonSettings") -> None:
     for entry in due:
         say(
             f"would go: {entry.path}  {entry.size} bytes, of {datetime.fromtimestamp(entry.recorded_s, UTC):%Y-%m-%d %H:%M} UTC",
-            markup=False,
         )
     say(
         f"{len(due)} of {len(entries)} records of this daemon, {sum(entry.size for entry in due) / 1e9:.3f} GB; nothing was removed"
@@ -111,7 +111,7 @@ def _client_command(name: str) -> Callable[[Callable[..., None]], click.Command]
             with Client(socket) as client:
                 function(client, **options)
 
-        return click.command(name)(socket_option(call))
+        return click.command(name, cls=Command)(socket_option(call))
 
     return decorate
 
@@ -124,7 +124,7 @@ def status(client: Any, json_to: str | None) -> None:
 
     now = client.status()
     if json_to is None:
-        console().print("\n".join(status_lines(now)))
+        console().print("\n".join(status_lines(now)), markup=True)
     emit(now, json_to)
 
 
@@ -152,12 +152,12 @@ def start(client: Any, sweeps: tuple[Path, ...], pause_s: float, before: str | N
     paths = [compose.find_config(sweep, "sweeps") for sweep in sweeps]
     waiting = queued.interrupted(client.status())
     if waiting and not sweeps:
-        console().print(f"going on with the queue: {queued.described(waiting)}", markup=False)
+        console().print(f"going on with the queue: {queued.described(waiting)}")
     elif waiting and not before and sys.stdin.isatty():
         before = queued.ask(waiting)
     jobs = client.start(*paths, pause_s=pause_s, before=before or "")
     for job in jobs:
-        console().print(f"job {job['id']}: {job['sweep']}, {job['records']} records, {job['seconds']:.0f} s", markup=False)
+        console().print(f"job {job['id']}: {job['sweep']}, {job['records']} records, {job['seconds']:.0f} s")
     if wait:
         leaving = () if before == "leave" else [job["id"] for job in waiting]
         queued.wait(client, [*leaving, *(job["id"] for job in jobs)])
@@ -171,7 +171,7 @@ def queue(client: Any, json_to: str | None) -> None:
 
     now = client.status()
     console(json_to).print(queued.table(now["queue"]))
-    console(json_to).print(queued.total(now), markup=False)
+    console(json_to).print(queued.total(now))
     emit({key: now[key] for key in ("working", "left_s", "queue")}, json_to)
 
 

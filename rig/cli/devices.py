@@ -4,13 +4,15 @@ from pathlib import Path
 
 import click
 
-from rig.app.terminal import console, progress
+from rig.app.terminal import console, progress, styled
 from rig.cli.common import emit, json_option
+from rig.cli.outputs import Group, output_option
+from rig.outputs import Kind
 
 _RIG = click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig to look at; default: the simulated rig.")
 
 
-@click.group()
+@click.group(cls=Group)
 def devices() -> None:
     """List, probe and calibrate devices."""
 
@@ -27,7 +29,7 @@ def list_devices(rig_path: Path | None, json_to: str | None) -> None:
     screen = console(json_to)
     screen.print(inventory.table(found))
     for warning in found["warnings"]:
-        screen.print(f"[yellow]warning:[/] {warning}")
+        screen.print(styled(("warning:", "yellow"), f" {warning}"))
     emit(found, json_to)
 
 
@@ -55,11 +57,11 @@ def probe(rig_path: Path | None, ticks: int, step: bool, step_mpa: float, settle
     if step and not result["findings"]:
         result |= probing.steps(rig, step_mpa, settle)
     screen.print(probing.table(result))
-    screen.print("\n".join([*probing.moved(result), *probing.facts(result)]), markup=False)
+    screen.print("\n".join([*probing.moved(result), *probing.facts(result)]))
     for warning in result["warnings"]:
-        screen.print(f"[yellow]warning:[/] {warning}")
+        screen.print(styled(("warning:", "yellow"), f" {warning}"))
     for finding in result["findings"][1:]:
-        screen.print(finding, markup=False)
+        screen.print(finding)
     emit(result, json_to)
     probing.judge(result)
 
@@ -68,9 +70,7 @@ def probe(rig_path: Path | None, ticks: int, step: bool, step_mpa: float, settle
 @click.argument("what", type=click.Choice(["angle", "pressures"]), required=False)
 @_RIG
 @click.option("--points", type=click.Path(path_type=Path), help="Take the points from this YAML file; nothing is opened.")
-@click.option(
-    "-o", "--out", type=click.Path(path_type=Path), required=True, help="Calibration file to write; other roles in it stay."
-)
+@output_option(Kind.CALIBRATION, "Calibration file to write; other roles in it stay.", required=True, metavar="FILE.yaml")
 @click.option("--form", type=click.Choice(["linear", "pieces"]), default="linear", show_default=True)
 @click.option(
     "--reference-uncertainty", type=click.FloatRange(0.0), default=0.0, help="Of the gauge (MPa) or protractor (deg), k = 1."
@@ -88,7 +88,7 @@ def probe(rig_path: Path | None, ticks: int, step: bool, step_mpa: float, settle
 @click.option("--yes", is_flag=True, help="Do not ask before moving the rig.")
 @json_option
 def calibrate(
-    what: str | None, rig_path: Path | None, points: Path | None, out: Path, form: str, reference_uncertainty: float,
+    what: str | None, rig_path: Path | None, points: Path | None, output: Path, form: str, reference_uncertainty: float,
     reference_v: float | None, serials: tuple[str, ...], levels: str, settle: float, yes: bool, json_to: str | None,
 ) -> None:  # fmt: skip
     """Calibrate the potentiometer (angle) or regulators and monitors (pressures), guided on the terminal or from --points FILE.
@@ -101,7 +101,7 @@ def calibrate(
     if (what is None) == (points is None):
         raise RigError("devices calibrate: say either what to calibrate (angle, pressures) or give --points FILE")
     options = calibrating.CalibrationOptions(form, reference_uncertainty, calibrating.parse_serials(serials), settle, reference_v)
-    calibrating.kept_in(out)
+    calibrating.kept_in(output)
     if points is not None:
         measured = calibrating.read_points(points)
     elif what == "angle":
@@ -113,10 +113,10 @@ def calibrate(
             inventory.ask_to_move(rig, f"brings both muscles to {max(visits):g} MPa")
         measured = calibrating.guided_pressures(rig, visits, options)
     try:
-        result = calibrating.write(out, measured, str(points or "the points"))
+        result = calibrating.write(output, measured, str(points or "the points"))
     except ConfigError as error:
         if points is None and any(channel.points for channel in measured.values()):
-            raise RigError(f"{error}; the points are kept in {calibrating.keep_points(out, measured)}") from None
+            raise RigError(f"{error}; the points are kept in {calibrating.keep_points(output, measured)}") from None
         raise
     console(json_to).print(calibrating.table(result))
     emit(result, json_to)

@@ -5,8 +5,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rig.app.terminal import console, listing, progress
+from rig.app.terminal import console, listing, progress, styled
 from rig.cli.common import emit, json_option
+from rig.cli.outputs import Command
 
 if TYPE_CHECKING:
     from rig.qualify.faults.trial import Finding
@@ -17,7 +18,7 @@ _BENCHES = ("simulated", "modbus", "modbus-long-watchdog", "run", "run-modbus")
 """As rig.qualify.faults.losses has them, which is not imported for a help text."""
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("names", nargs=-1)
 @click.option("--list", "listing", is_flag=True, help="Only say what would be done.")
 @click.option("--soak", "soak_hours", type=click.FloatRange(0.01, 1000), help="Instead: so many hours of sweeps in virtual time.")
@@ -168,7 +169,7 @@ def _show(rows: list[tuple[str, str, tuple[str, ...], float]], findings: "list[F
             finding.cause or "none, the rig goes on",
             ms,
             bound,
-            f"[red]{finding.problem}[/]" if finding.problem else finding.evidence,
+            styled((finding.problem, "red")) if finding.problem else finding.evidence,
         )
     terminal = console(json_to)
     terminal.width = max(terminal.width, _WIDTH)

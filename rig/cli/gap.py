@@ -5,9 +5,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rig.app.terminal import console, listing, progress
-from rig.cli.common import emit, json_option, writable
+from rig.app.terminal import console, listing, progress, styled
+from rig.cli.common import emit, json_option
 from rig.cli.gap_check import check
+from rig.cli.outputs import Group, Output
+from rig.outputs import Kind
 
 if TYPE_CHECKING:
     from rig.gap.answer.result import Diagnosis
@@ -15,7 +17,7 @@ if TYPE_CHECKING:
 _path = click.Path(path_type=Path)
 
 
-@click.group()
+@click.group(cls=Group)
 def gap() -> None:
     """Where the gap between simulator and rig lies, which effect causes it, how far it shrinks."""
 
@@ -43,25 +45,23 @@ gap.add_command(check)
     help="What stands for the rig without a gap; auto takes the best there is. simulator: the model was made for another rig of the "
     "build, or from data sheets.",
 )
-@click.option("--html", "html_to", type=_path, metavar="FILE", callback=writable, help="Write the report as one HTML page.")
+@click.option("--html", "html_to", type=Output(Kind.PAGE), metavar="FILE", help="Write the report as one HTML page.")
 @click.option(
     "--augmented-model",
     "augmented_to",
-    type=_path,
+    type=Output(Kind.MODEL),
     metavar="FILE",
-    callback=writable,
     help="Write the simulator with the causes.",
 )
 @click.option(
     "--retuned",
     "retuned_to",
-    type=_path,
+    type=Output(Kind.MODEL),
     metavar="FILE",
-    callback=writable,
     help="Write the simulator fitted again to these records.",
 )
 @click.option(
-    "--next-experiment", "next_to", type=_path, metavar="FILE", callback=writable, help="Write the recommended sweep, if any."
+    "--next-experiment", "next_to", type=Output(Kind.SWEEP), metavar="FILE", help="Write the recommended sweep, if any."
 )
 @click.option("--no-pressures", is_flag=True, help="Use the angle alone, even where pressures were measured.")
 @click.option("--effect", "effects", multiple=True, metavar="NAME", help="Limit the library to these effects.")
@@ -137,9 +137,9 @@ def _show(diagnosis: "Diagnosis", name: str | None, json_to: str | None) -> None
 
     out = console(json_to)
     if name:
-        out.print(f"[bold]{name}[/bold]")
+        out.print(name, style="bold")
     for question, answer in answers(diagnosis).items():
-        out.print(f"[bold]{question}[/bold]  {answer}")
+        out.print(styled((question, "bold"), f"  {answer}"))
     if diagnosis.ranking:
         table = listing("alone", "stage", "judged on", "explains", "probability")
         for line in diagnosis.ranking[:6]:

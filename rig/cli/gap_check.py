@@ -7,6 +7,8 @@ import click
 
 from rig.app.terminal import console
 from rig.cli.common import emit, json_option
+from rig.cli.outputs import Group, Output, output_option
+from rig.outputs import Kind
 
 if TYPE_CHECKING:
     from rig.blind_check.folder import CheckFolder
@@ -19,22 +21,24 @@ _seed = click.option("--seed", type=click.IntRange(0), help="Seed of the labels;
 _development = click.option("--development", is_flag=True, help="Development cases: never the same as any scored ones.")
 _dask = click.option("--dask", metavar="ADDRESS", help="Use the Dask cluster at ADDRESS; its workers must see the same folder.")
 _workers = click.option("--workers", type=click.IntRange(1), help="Local processes; default: one a core.")
-_html = click.option("--html", "html_to", type=click.Path(path_type=Path), help="Write the page to FILE; a .md gets its tables.")
+_html = click.option(
+    "--html", "html_to", type=Output(Kind.PAGE), metavar="FILE", help="Write the page to FILE; a .md gets its tables."
+)
 
 
-@click.group(invoke_without_command=True)
+@click.group(cls=Group, invoke_without_command=True)
 @_cases
 @_seed
 @_development
 @_dask
 @_workers
-@click.option("--out", type=_place, help="Folder of the check; one that is there is resumed. Default: new, under logs/.")
+@output_option(Kind.FOLDER, "Folder of the check; one that is there is resumed. Default: a new one under logs/.", metavar="DIR")
 @click.option("--keep", is_flag=True, help="Keep the questions' records after they are scored.")
 @_html
 @json_option
 @click.pass_context
 def check(
-    context: click.Context, cases: int, seed: int | None, development: bool, dask: str | None, workers: int | None, out: Path | None,
+    context: click.Context, cases: int, seed: int | None, development: bool, dask: str | None, workers: int | None, output: Path | None,
     keep: bool, html_to: Path | None, json_to: str | None,
 ) -> None:  # fmt: skip
     """Diagnose cases whose labels are withheld, then open the labels and score.
@@ -52,7 +56,7 @@ def check(
     from rig.blind_check.generate import units
 
     begun, source = time.monotonic(), source_of(development)
-    folder = CheckFolder(out or new_folder())
+    folder = CheckFolder(output.resolve() if output else new_folder())
     _sealed(source, folder, cases, seed, json_to)
     spread(partial(make_answer_score, keep=keep), units(source, folder), cases, "cases", dask, workers)
     _report(folder, result_of(folder) | {"seconds_of_this_run": time.monotonic() - begun}, html_to, json_to)
@@ -78,7 +82,7 @@ def make(folder: Path, cases: int, seed: int | None, development: bool, dask: st
     _sealed(source, place, cases, seed, None)
     work = units(source, place)
     spread(make_unit, work, len(work), "units", dask, workers)
-    console().print(f"{folder}: {cases} questions", markup=False)
+    console().print(f"{folder}: {cases} questions")
 
 
 @check.command()
@@ -100,7 +104,7 @@ def answer(folder: Path, dask: str | None, workers: int | None) -> None:
     tokens = questions_in(place)
     chunks = [tokens[start : start + CHUNK] for start in range(0, len(tokens), CHUNK)]
     spread(partial(answer_chunk, place), chunks, len(tokens), "answers", dask, workers)
-    console().print(f"{folder}: {len(tokens)} answers", markup=False)
+    console().print(f"{folder}: {len(tokens)} answers")
 
 
 @check.command()
@@ -136,8 +140,8 @@ def _sealed(source: Any, folder: "CheckFolder", cases: int, seed: int | None, js
 
     sha256 = seal(source, folder, cases, seed)
     terminal = console(json_to)
-    terminal.print(f"sealed labels, SHA-256: {sha256}", markup=False)
-    terminal.print(f"folder: {folder.root}", markup=False)
+    terminal.print(f"sealed labels, SHA-256: {sha256}")
+    terminal.print(f"folder: {folder.root}")
 
 
 def _report(folder: "CheckFolder", result: dict[str, Any], html_to: Path | None, json_to: str | None) -> None:
@@ -150,5 +154,5 @@ def _report(folder: "CheckFolder", result: dict[str, Any], html_to: Path | None,
     write_page(result, page)
     terminal = console(json_to)
     terminal.print(check_table(result))
-    terminal.print(f"{kept}\n{page}", markup=False)
+    terminal.print(f"{kept}\n{page}")
     emit(result, json_to)

@@ -10,6 +10,8 @@ import click
 
 from rig.app.terminal import console
 from rig.cli.common import emit, json_option
+from rig.cli.outputs import Command, Output, output_option
+from rig.outputs import Kind
 
 if TYPE_CHECKING:
     from rig.identify.fit import Identified
@@ -42,18 +44,16 @@ def _shared(command: Any) -> Any:
         click.option(
             "--until", "until_s", type=click.FloatRange(0.1), help="Seconds of each record after which nothing is looked at."
         ),
-        click.option("--figures", type=click.Path(path_type=Path), metavar="DIR", help="Write figures and tables there."),
+        click.option("--figures", type=Output(Kind.FOLDER), metavar="DIR", help="Folder for figures and tables."),
         json_option,
     ):
         command = option(command)
     return command
 
 
-@click.command()
+@click.command(cls=Command)
 @_LOGS
-@click.option(
-    "-o", "--output", required=True, type=click.Path(path_type=Path), metavar="MODEL.yaml", help="Where the model goes."
-)
+@output_option(Kind.MODEL, "Where the model goes.", required=True, metavar="MODEL.yaml")
 @click.option(
     "--kind",
     type=click.Choice(["mbw", "bw", "bw_continuous"]),
@@ -138,7 +138,7 @@ def identify(logs: tuple[Path, ...], output: Path, json_to: str | None, **asked:
     emit(identified_json(found, output), json_to)
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("model", type=click.Path(path_type=Path), metavar="MODEL.yaml")
 @_LOGS
 @click.option(

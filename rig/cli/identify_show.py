@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 from rich.console import Console
-from rich.table import Table
 
-from rig.app.terminal import listing
+from rig.app.terminal import listing, styled
 from rig.identify.data import Options, prepare
 from rig.identify.fit import Identified
 from rig.identify.objective import predict
@@ -81,7 +80,7 @@ def validation_json(result: Validation) -> dict[str, Any]:
 
 def show_identified(found: Identified, output: Path, terminal: Console) -> None:
     """The parameters, the error and what limits them."""
-    table = Table("parameter", "value", "std", "unit", "between seeds", "", box=None)
+    table = listing("parameter", "value", "std", "unit", "between seeds", "")
     spread = found.seed_spread()
     for place in found.space.places:
         now = found.model.stages()[place.slot].parameters[place.name]
@@ -94,8 +93,8 @@ def show_identified(found: Identified, output: Path, terminal: Console) -> None:
     if found.unbounded_rmse_deg is not None:
         terminal.print(f"staying bounded over the sweep range costs {found.rmse_deg - found.unbounded_rmse_deg:.3f} deg of it")
     verdict = found.verdict
-    state = "bounded" if verdict.bounded else "[red]NOT bounded[/]"
-    terminal.print(f"{state} over the sweep range: largest angle {verdict.peak_deg:.1f} deg in {verdict.worst}")
+    state = "bounded" if verdict.bounded else ("NOT bounded", "red")
+    terminal.print(styled(state, f" over the sweep range: largest angle {verdict.peak_deg:.1f} deg in {verdict.worst}"))
     if found.valves is not None:
         dead = f", dead time {1e3 * found.valves.dead_time_s:.0f} ms" if found.valves.dead_time_s else ""
         terminal.print("regulators: RMSE " + ", ".join(f"{1e3 * error:.2f} kPa" for error in found.valves.rmse_mpa) + dead)
@@ -134,9 +133,9 @@ def show_worst(model: Model, records: Sequence[Record], scores: Sequence[Score],
     data = prepare(records[worst], model, options)
     size = (min(terminal.width, 110), 16)
     angle = np.clip(predict(model, data), -180.0, 180.0)
-    terminal.print(terminal_comparison(records[worst].name, data.grid.t_s, data.angle_deg, angle, *size), markup=False)
+    terminal.print(terminal_comparison(records[worst].name, data.grid.t_s, data.angle_deg, angle, *size))
 
 
 def _warn(warnings: Sequence[str], terminal: Console) -> None:
     for text in warnings:
-        terminal.print(f"[yellow]warning:[/] {text}")
+        terminal.print(styled(("warning:", "yellow"), f" {text}"))

@@ -4,11 +4,12 @@ from pathlib import Path
 
 import click
 
-from rig.app.terminal import console
+from rig.app.terminal import console, listing
 from rig.cli.common import emit, json_option
+from rig.cli.outputs import Command
 
 
-@click.command()
+@click.command(cls=Command)
 @click.option(
     "--seconds", type=click.FloatRange(1, 86400), default=10.0, show_default=True, help="How long to measure each of the two."
 )
@@ -59,10 +60,8 @@ def _show(
     period_ns: int,
     json_to: str | None,
 ) -> None:
-    from rich.table import Table
-
     terminal = console(json_to)
-    table = Table("woke late by (us)", "p50", "p99", "max", box=None, pad_edge=False)
+    table = listing("woke late by (us)", "p50", "p99", "max")
     table.add_row("pamrig's loop", *(f"{late[key]:.0f}" for key in ("p50", "p99", "max")))
     if reference:
         table.add_row("cyclictest", *(f"{reference[key]:.0f}" for key in ("p50", "p99", "max")))

@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rig.app.terminal import console
+from rig.app.terminal import console, visible
 from rig.cli.common import emit, json_option
+from rig.cli.outputs import Group, output_option
+from rig.outputs import Kind, targets_in
 
 if TYPE_CHECKING:
     from rig.log.convert import LogContent
@@ -16,7 +18,7 @@ _FILES = click.argument("logs", nargs=-1, required=True, type=click.Path(path_ty
 _FILE = click.argument("log_file", metavar="LOG", type=click.Path(path_type=Path))
 
 
-@click.group(name="log")
+@click.group(name="log", cls=Group)
 def log() -> None:
     """Look into logs: .mcap, .csv, .csv.gz or .tdms files, or folders of them."""
 
@@ -31,11 +33,11 @@ def info(logs: tuple[Path, ...], json_to: str | None) -> None:
     descriptions = [describe(file) for file in found_files(logs)]
     terminal = console(json_to)
     for item in descriptions:
-        terminal.print(f"[bold]{item['file']}[/]")
+        terminal.print(item["file"], style="bold")
         for line in plain_lines({key: value for key, value in item.items() if key not in ("file", "log")}):
-            terminal.print(f"  {line}", markup=False)
+            terminal.print(f"  {line}")
         for time_s, level, message in item.get("log", []):
-            terminal.print(f"  {time_s:9.3f} s  {level}: {message}", markup=False)
+            terminal.print(f"  {time_s:9.3f} s  {level}: {visible(message, one_line=True)}")
     emit({"files": descriptions}, json_to)
 
 
@@ -52,7 +54,7 @@ def check(logs: tuple[Path, ...], json_to: str | None) -> None:
     findings = {str(file): check_file(file) for file in finished} | {str(file): [UNFINISHED] for file in unfinished}
     for file, lines in findings.items():
         for line in lines or ["ok"]:
-            console(json_to).print(f"{file}: {line}", markup=False)
+            console(json_to).print(f"{file}: {line}")
     emit({"files": [{"file": file, "ok": not lines, "findings": lines} for file, lines in findings.items()]}, json_to)
     bad = sum(bool(lines) for lines in findings.values())
     if bad:
@@ -61,24 +63,24 @@ def check(logs: tuple[Path, ...], json_to: str | None) -> None:
 
 @log.command()
 @_FILE
-@click.option("-o", "--out", type=click.Path(path_type=Path), help="Default: NAME.recovered.mcap beside LOG.")
+@output_option(Kind.RECORDING, "Default: NAME.recovered.mcap beside LOG.", metavar="FILE")
 @json_option
-def recover(log_file: Path, out: Path | None, json_to: str | None) -> None:
+def recover(log_file: Path, output: Path | None, json_to: str | None) -> None:
     """Save what proves itself of a cut or damaged LOG into a new file, and say what was lost. LOG stays as it is."""
     from rig.log.recover import recover as rescue
 
-    result = rescue(log_file, out)
+    result = rescue(log_file, output)
     terminal = console(json_to)
     if not result.damages and result.file == log_file:
-        terminal.print(f"{log_file}: whole, with {result.records} samples; nothing was written", markup=False)
+        terminal.print(f"{log_file}: whole, with {result.records} samples; nothing was written")
     else:
-        terminal.print(f"{result.file}: {result.records} samples saved, every one verified by its CRC", markup=False)
+        terminal.print(f"{result.file}: {result.records} samples saved, every one verified by its CRC")
         for damage in result.damages:
-            terminal.print(f"  bytes {damage.start} to {damage.end}: {damage.what}", markup=False)
+            terminal.print(f"  bytes {damage.start} to {damage.end}: {damage.what}")
         for gap in result.gaps:
-            terminal.print(f"  lost: {gap.records} samples between {gap.from_s:.3f} s and {gap.to_s:.3f} s", markup=False)
+            terminal.print(f"  lost: {gap.records} samples between {gap.from_s:.3f} s and {gap.to_s:.3f} s")
         if result.lost_at_the_ends:
-            terminal.print(f"  lost: {result.lost_at_the_ends} samples before the first or after the last", markup=False)
+            terminal.print(f"  lost: {result.lost_at_the_ends} samples before the first or after the last")
         if result.unsaved_bytes:
             terminal.print(
                 f"  {result.unsaved_bytes} bytes after the last saved sample prove nothing; what they held is not known"
@@ -102,9 +104,9 @@ def _recovery_json(result: Any) -> dict[str, Any]:
 @log.command("import")
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option("--mapping", "mapping_path", type=click.Path(path_type=Path), help="YAML: which column is which, in which unit.")
-@click.option("-o", "--out", type=click.Path(path_type=Path), help="Default: NAME.mcap in the current folder.")
+@output_option(Kind.RECORDING, "Default: NAME.mcap in the current folder.", metavar="FILE")
 @json_option
-def import_(file: Path, mapping_path: Path | None, out: Path | None, json_to: str | None) -> None:
+def import_(file: Path, mapping_path: Path | None, output: Path | None, json_to: str | None) -> None:
     """Make an MCAP log of FILE: CSV, TDMS from LabVIEW, another program's MCAP, or what `export` wrote.
 
     Columns with our names and units need no mapping; anything ambiguous is refused.
@@ -114,20 +116,18 @@ def import_(file: Path, mapping_path: Path | None, out: Path | None, json_to: st
     from rig.log.reader import stem
 
     content, unkept = import_content(file, mapping_path)
-    target = write_content(content, out or Path(f"{stem(file)}.mcap"))
+    target = write_content(content, output or Path(f"{stem(file)}.mcap"))
     terminal = console(json_to)
-    terminal.print(f"{target}: {len(content.samples)} rows", markup=False)
+    terminal.print(f"{target}: {len(content.samples)} rows")
     if unkept:
-        terminal.print(f"  not kept, for our format has no field for them: {', '.join(unkept)}", markup=False)
+        terminal.print(f"  not kept, for our format has no field for them: {', '.join(unkept)}")
     emit({"file": str(target), "records": len(content.samples), "not_kept": unkept}, json_to)
 
 
 @log.command()
 @_FILES
 @click.option("--to", "kind", type=click.Choice(["csv", "csv.gz", "parquet", "mat"]), default="csv", show_default=True)
-@click.option(
-    "-o", "--out", type=click.Path(path_type=Path), help="A file, or a folder for several logs; default: beside each log."
-)
+@output_option(Kind.RECORDING, "A file, or a folder for several logs; default: beside each log.", or_folder=True, metavar="OUT")
 @click.option(
     "--resample",
     "period_s",
@@ -136,28 +136,27 @@ def import_(file: Path, mapping_path: Path | None, out: Path | None, json_to: st
     help="Put the sweep onto a regular grid (commands held, measurements interpolated).",
 )
 @json_option
-def export(logs: tuple[Path, ...], kind: str, out: Path | None, period_s: float | None, json_to: str | None) -> None:
+def export(logs: tuple[Path, ...], kind: str, output: Path | None, period_s: float | None, json_to: str | None) -> None:
     """Write LOGS for other tools, with units and run facts; every tick and field, unless --resample is given."""
-    from rig.app.logs import contents_of, export_target, found_files
+    from rig.app.logs import contents_of, export_targets, found_files
     from rig.log.exchange import export as write
 
     contents: list[tuple[Path, LogContent]] = [item for file in found_files(logs) for item in contents_of(file, period_s)]
-    written = [write(content, export_target(name, kind, out, len(contents) > 1), kind) for name, content in contents]
+    targets = export_targets([name for name, _ in contents], kind, output)
+    written = [write(content, target, kind) for target, (_, content) in zip(targets, contents, strict=True)]
     for (_, content), files in zip(contents, written, strict=True):
         note = f", resampled to {period_s:g} s" if period_s else ""
-        console(json_to).print(f"{files[0]}: {len(content.samples)} rows{note}", markup=False)
+        console(json_to).print(f"{files[0]}: {len(content.samples)} rows{note}")
     emit({"files": [str(file) for files in written for file in files]}, json_to)
 
 
 @log.command()
 @_FILE
-@click.option(
-    "-o", "--out", type=click.Path(path_type=Path), help="PNG, SVG or PDF by its suffix; without it, a small picture here."
-)
+@output_option(Kind.FIGURE, "PNG, SVG or PDF by its suffix; without it, a small picture here.", or_folder=True, metavar="FILE")
 @click.option("--all", "whole", is_flag=True, help="All phases of the run, not the sweep alone.")
 @click.option("--from", "from_s", type=float, default=0.0, help="Seconds from the first row shown.")
 @click.option("--to", "to_s", type=float, default=float("inf"), help="Seconds from the first row shown.")
-def plot(log_file: Path, out: Path | None, whole: bool, from_s: float, to_s: float) -> None:
+def plot(log_file: Path, output: Path | None, whole: bool, from_s: float, to_s: float) -> None:
     """Draw LOG: command, pressures and angle over time with missed ticks marked, and the hysteresis loop."""
     import shutil
 
@@ -165,21 +164,23 @@ def plot(log_file: Path, out: Path | None, whole: bool, from_s: float, to_s: flo
     from rig.log.reader import SWEEP_ONLY, read
     from rig.report import log_figures
 
-    if out is not None and log_file.is_dir() and not out.is_dir():
+    if output is not None and log_file.is_dir() and not output.is_dir():
         raise RecordError(
-            f"-o {out}: {log_file} may hold many records; give a folder that exists, each gets a figure of its name"
+            f"-o {output}: {log_file} may hold many records; give a folder that exists, each gets a figure of its name"
         )
-    for record in read(log_file, None if whole else SWEEP_ONLY):
+    records = read(log_file, None if whole else SWEEP_ONLY)
+    names = (record.name for record in records)
+    targets = targets_in(output, names, ".svg") if output and output.is_dir() else [output] * len(records)
+    for record, target in zip(records, targets, strict=True):
         part = record.rows((record.t_s >= from_s) & (record.t_s <= to_s))
         if len(part) < 2:
             raise RecordError(
                 f"{log_file}: {record.name} has {len(part)} rows between {from_s:g} s and {to_s:g} s; it lasts {record.t_s[-1]:g} s"
             )
-        if out is None:
+        if target is None:
             size = shutil.get_terminal_size((100, 30))
-            click.echo(log_figures.terminal_picture(part, min(size.columns, 120), min(size.lines - 2, 25)))
+            click.echo(visible(log_figures.terminal_picture(part, min(size.columns, 120), min(size.lines - 2, 25))))
             continue
-        target = out if not log_file.is_dir() else out / f"{record.name}.svg"
         log_figures.save(log_figures.run_figure(part), target)
-        console().print(f"{target}", markup=False)
+        console().print(f"{target}")
     sys.stdout.flush()

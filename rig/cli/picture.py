@@ -5,11 +5,14 @@ from typing import Any, Final
 
 from rich.markup import escape
 
+from rig.app.terminal import visible
+
 COLOURS = {"disarmed": "white", "armed": "yellow", "running": "green", "done": "cyan", "fault": "bold red"}
 
 
 def status_lines(status: dict[str, Any]) -> Iterator[str]:
     """Rig, state, fault with its hint, what runs, the queue, the loop: with rich's markup."""
+    status = _fit(status)
     colour = COLOURS[status["state"]]
     yield f"{status['rig']}: [{colour}]{status['state'].upper()}[/]   session {status['session'] or '-'}   up {status['uptime_s']:.0f} s"
     if fault := status["fault"]:
@@ -17,7 +20,7 @@ def status_lines(status: dict[str, Any]) -> Iterator[str]:
         yield from safe_lines(status.get("safe_state"))
         yield f"  what to do: {fault['hint']}"
         if status.get("black_boxes"):
-            yield f"  black box: {escape(status['black_boxes'][-1])}"
+            yield f"  black box: {status['black_boxes'][-1]}"
     if record := status["record"]:
         yield f"record {record['name']}: {record['done']:.0%}, {record['left_s']:.0f} s left"
     if status["pause_s"] > 0:
@@ -29,10 +32,22 @@ def status_lines(status: dict[str, Any]) -> Iterator[str]:
     denied = [f"{name} {answer}" for name, answer in status["realtime"].items() if answer != "granted"]
     if denied:
         yield f"[yellow]real-time measures: {'; '.join(denied)}[/]"
-    yield f"disk {status['disk_free_gb']:.1f} GB free, logs in {status['logs']}"
+    if status.get("recording_error"):
+        yield f"[bold red]records cannot be written: {status['recording_error']}[/]"
+    free_gb = status["disk_free_gb"]
+    yield f"disk {'-' if free_gb is None else f'{free_gb:.1f}'} GB free, logs in {status['logs']}"
     if due := status.get("retention"):
         first_h = due["first_in_s"] / 3600
         yield f"[yellow]retention: {due['announced']} records will be removed, the first in {first_h:.1f} h[/]; the log names them"
+
+
+def _fit(value: Any) -> Any:
+    """Every text in the status as it stands between markup on a terminal: a name's brackets and control codes do nothing."""
+    if isinstance(value, dict):
+        return {key: _fit(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_fit(item) for item in value]
+    return escape(visible(value, one_line=True)) if isinstance(value, str) else value
 
 
 def queue_lines(status: dict[str, Any]) -> Iterator[str]:
@@ -43,7 +58,7 @@ def queue_lines(status: dict[str, Any]) -> Iterator[str]:
     for job in [job for job in over[-1:] if job["state"] == "failed" or job.get("not_valid")] + left:
         spoilt = f", {job['not_valid']} not valid" if job.get("not_valid") else ""
         why = f" ({job['error']})" if job["error"] else ""
-        line = escape(f"job {job['id']} {job['name']}: {job['state']}, {job['done']} of {job['total']} records{spoilt}{why}")
+        line = f"job {job['id']} {job['name']}: {job['state']}, {job['done']} of {job['total']} records{spoilt}{why}"
         yield f"[red]{line}[/]" if job["state"] == "failed" or spoilt else line
     if left:
         yield f"{status['left_s']:.0f} s of work left" + ("" if status["working"] else "; held: `pamrig start` goes on")

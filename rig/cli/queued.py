@@ -31,7 +31,7 @@ def described(jobs: Iterable[Job]) -> str:
 
 def ask(waiting: list[Job]) -> str:
     """What is to become of an interrupted queue; the answer for `Client.start`. Aborts when nothing is to move."""
-    console().print(f"the queue still holds {described(waiting)}", markup=False, style="yellow")
+    console().print(f"the queue still holds {described(waiting)}", style="yellow")
     kind = click.Choice(["first", "only", "nothing"])
     answer = click.prompt("first: do that before the new sweeps; only: leave it there; nothing: do not start", type=kind)
     if answer == "nothing":
@@ -47,7 +47,7 @@ def table(jobs: Iterable[Job]) -> "Table":
         said = "; ".join(text for text in (spoilt, job["error"]) if text)
         left = f"{_seconds_left(job):.0f} s" if job["state"] in _OPEN else ""
         cells = (str(job["id"]), job["name"], job["state"], f"{job['done']} of {job['total']}", left, said)
-        shown.add_row(*(_plain(cell) for cell in cells))
+        shown.add_row(*cells)
     return shown
 
 
@@ -62,7 +62,7 @@ def wait(client: "Client", ids: Collection[int]) -> None:
     status = client.wait()
     jobs = [job for job in status["queue"] if job["id"] in ids]
     for job in jobs:
-        console().print(f"job {job['id']} {job['name']}: {job['state']}, {job['done']} of {job['total']} records", markup=False)
+        console().print(f"job {job['id']} {job['name']}: {job['state']}, {job['done']} of {job['total']} records")
     if fault := status["fault"]:
         raise CheckFailed(f"{fault['name']}: {fault['cause']}")
     for job in jobs:
@@ -73,9 +73,3 @@ def wait(client: "Client", ids: Collection[int]) -> None:
 
 def _seconds_left(job: Job) -> float:
     return float(job["seconds"] * (1 - job["done"] / job["total"]))
-
-
-def _plain(text: str) -> Any:
-    from rich.text import Text
-
-    return Text(text)

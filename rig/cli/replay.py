@@ -6,13 +6,15 @@ import click
 
 from rig.app.terminal import console
 from rig.cli.common import emit, json_option
+from rig.cli.outputs import Command, Output, output_option
+from rig.outputs import Kind
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("log", type=click.Path(path_type=Path))
 @click.option("--model", "model_path", type=click.Path(path_type=Path), help="Model of the simulated rig, instead of its own.")
 @click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig to replay on; default: the simulated rig.")
-@click.option("-o", "--out", type=click.Path(path_type=Path), help="OUT.mcap, or a folder; default: a new folder under logs/.")
+@output_option(Kind.RECORDING, "OUT.mcap, or a folder; default: a new folder under logs/.", or_folder=True, metavar="OUT")
 @click.option("--clock", type=click.Choice(["real", "virtual"]), help="Default: virtual on a simulated rig, real on a real one.")
 @click.option("--seed", type=click.IntRange(0), help="Seed of the simulated rig's noise; default: that of the recording.")
 @click.option("--p0", "p0_mpa", type=click.FloatRange(0.0, 1.0), help="Rest pressure in MPa, for logs that hold only p1 - p2.")
@@ -20,7 +22,12 @@ from rig.cli.common import emit, json_option
 @click.option(
     "--gate", type=click.Path(path_type=Path), help="YAML of tolerances, one a field; exit status 1 when one is exceeded."
 )
-@click.option("--figure", type=click.Path(path_type=Path), help="PNG, SVG or PDF; default: beside the log of the replay, as SVG.")
+@click.option(
+    "--figure",
+    type=Output(Kind.FIGURE, or_folder=True),
+    metavar="FILE",
+    help="PNG, SVG or PDF; default: beside the log of the replay, as SVG.",
+)
 @click.option(
     "--force",
     is_flag=True,
@@ -31,7 +38,7 @@ def replay(
     log: Path,
     model_path: Path | None,
     rig_path: Path | None,
-    out: Path | None,
+    output: Path | None,
     clock: str | None,
     seed: int | None,
     p0_mpa: float | None,
@@ -49,7 +56,7 @@ def replay(
     from rig.errors import CheckFailed
 
     job = replaying.prepare(log, rig_path, model_path, p0_mpa, resample)
-    options = replaying.ReplayOptions(out, clock, seed, force, figure, replaying.load_gate(gate) if gate else None)
+    options = replaying.ReplayOptions(output, clock, seed, force, figure, replaying.load_gate(gate) if gate else None)
     done = replaying.replay_all(job, options)
     terminal = console(json_to)
     for item in done:
@@ -57,9 +64,9 @@ def replay(
         terminal.print(
             f"{item.file}: RMSE {facts['rmse_deg']:.4g} deg, largest {facts['max_deg']:.4g} deg over {facts['compared_ticks']} ticks"
         )
-        terminal.print(f"  {item.figure}", markup=False)
+        terminal.print(f"  {item.figure}")
         for finding in item.departures:
-            terminal.print(f"  {finding}", markup=False)
+            terminal.print(f"  {finding}")
     emit({"runs": [item.to_json() for item in done]}, json_to)
     moved = sum(bool(item.departures) for item in done)
     if moved:

@@ -4,13 +4,16 @@ from pathlib import Path
 
 import click
 
+from rig.app.terminal import visible
 from rig.cli.common import emit, json_option
+from rig.cli.outputs import Command, output_option
+from rig.outputs import Kind
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("sweep", type=click.Path(path_type=Path))
 @click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig to run on; default: the simulated rig.")
-@click.option("--out", type=click.Path(path_type=Path), help="Folder for the records; default: a new one under logs/.")
+@output_option(Kind.FOLDER, "Folder for the records; default: a new one under logs/.", metavar="DIR")
 @click.option(
     "--clock", type=click.Choice(["real", "virtual"]), default="real", show_default=True, help="Virtual: as fast as it can."
 )
@@ -22,7 +25,7 @@ from rig.cli.common import emit, json_option
 )
 @json_option
 def run(
-    sweep: Path, rig_path: Path | None, out: Path | None, clock: str, seed: int | None, force: bool, json_to: str | None
+    sweep: Path, rig_path: Path | None, output: Path | None, clock: str, seed: int | None, force: bool, json_to: str | None
 ) -> None:
     """Run SWEEP: settle at P0, zero the angle, ramp in, sweep, ramp out, safe state. One MCAP file a record.
 
@@ -41,14 +44,14 @@ def run(
     if clock == "virtual" and not compose.is_simulated(rig):
         raise RigError(f"{rig.path}: a real rig runs in real time; --clock virtual needs a simulated one")
     for line in inventory.warnings(rig):
-        click.echo(f"pamrig: warning: {line}", err=True)
+        click.echo(f"pamrig: warning: {visible(line)}", err=True)
     plan = load_sweep(sweep)
     plans = expand(plan, rig.period_ns)
     for item in plans:
         check(item, rig.limits, rig.period_ns)
     runs = [runner.Planned(item.name, program_of(item, number), item.facts) for number, item in enumerate(plans, 1)]
     options = runner.RunOptions(
-        out=out or runner.new_folder(plan.name),
+        out=output or runner.new_folder(plan.name),
         virtual=clock == "virtual",
         seed=seed,
         force=force,

@@ -3,7 +3,7 @@
 import math
 
 from rig.app.outcome import Outcome
-from rig.app.terminal import console, listing
+from rig.app.terminal import console, listing, styled
 
 
 def summary(outcome: Outcome, json_to: str | None) -> None:
@@ -11,7 +11,7 @@ def summary(outcome: Outcome, json_to: str | None) -> None:
     table = listing("record", "ticks", "missed", "dropped", "late p50/p99/max us", "valid")
     for run in outcome.runs:
         late = "/".join(f"{run.lateness_us.get(k, math.nan):.0f}" for k in ("p50", "p99", "max"))
-        valid = ("yes" if run.complete else "cut short") if run.valid else "[red]no[/]"
+        valid = "yes" if run.valid else styled(("stopped", "yellow") if run.ended == "stopped" else ("no", "red"))
         table.add_row(run.file.stem, str(run.ticks), str(run.missed), str(run.dropped), late, valid)
     terminal = console(json_to)
     if outcome.runs:

@@ -6,10 +6,11 @@ import click
 
 from rig.app.terminal import console
 from rig.cli.common import F
+from rig.cli.outputs import Group
 from rig.errors import DeviceError, RigError
 
 
-@click.group()
+@click.group(cls=Group)
 def service() -> None:
     """Install pamrig as a system service."""
 

@@ -6,9 +6,11 @@ import click
 
 from rig.app.terminal import console
 from rig.cli.common import emit, json_option
+from rig.cli.outputs import Command, Output, output_option
+from rig.outputs import Kind
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("commands", type=click.Path(path_type=Path), metavar="SWEEP.yaml|LOG")
 @click.option("--model", "model_path", type=click.Path(path_type=Path), metavar="MODEL.yaml", help="The simulator.")
 @click.option(
@@ -18,18 +20,11 @@ from rig.cli.common import emit, json_option
 @click.option(
     "--session", default=1, show_default=True, type=click.IntRange(0), help="The physics rig's day; each drifts a little."
 )
-@click.option(
-    "-o",
-    "--output",
-    required=True,
-    type=click.Path(path_type=Path),
-    metavar="OUT.mcap",
-    help="File, or a folder for several records.",
-)
+@output_option(Kind.RECORDING, "File, or a folder for several records.", or_folder=True, required=True, metavar="OUT.mcap")
 @click.option("--from-pressures", is_flag=True, help="Drive the muscles by the pressures measured in LOG, not by its commands.")
 @click.option(
     "--loops",
-    type=click.Path(path_type=Path),
+    type=Output(Kind.FIGURE),
     metavar="FILE.png",
     help="Draw all loops in one figure, as in Fig. 1 of the paper.",
 )

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from rig.cli.daemon import socket_option
+from rig.cli.outputs import Command
 
 if TYPE_CHECKING:
     from rich.console import Group
@@ -133,7 +134,7 @@ def keys() -> Iterator[Any]:
         termios.tcsetattr(descriptor, termios.TCSADRAIN, before)
 
 
-@click.command()
+@click.command(cls=Command)
 @click.option("--rate", "rate_hz", type=click.FloatRange(0.5, 20), default=5.0, show_default=True, help="Pictures a second.")
 @socket_option
 def watch(rate_hz: float, socket: Path | None) -> None:
@@ -145,7 +146,7 @@ def watch(rate_hz: float, socket: Path | None) -> None:
     terminal = console()
     with Client(socket) as client:
         if not (terminal.is_terminal and sys.stdin.isatty()):
-            terminal.print("\n".join(status_lines(client.status())))
+            terminal.print("\n".join(status_lines(client.status())), markup=True)
             return
         _live(client, Client(socket), rate_hz)
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from rig.config import structure
 from rig.errors import ConfigError, RecordError
 from rig.log.mcap import schema
-from rig.log.mcap.collector import SampleCollector, is_sample_channel
+from rig.log.mcap.collector import LogLine, SampleCollector, is_sample_channel
 from rig.log.mcap.columns import DTYPES, Samples, layout_of
 from rig.log.mcap.contents import Contents, map_file
 from rig.log.mcap.framing import MAGIC, DamageError, Unpacker
@@ -67,7 +67,7 @@ def _check_mcap(data: memoryview) -> Iterator[str]:
     contents = found.contents
     contents.schemas.clear()  # what the file itself defines is judged, not what salvage assumes
     contents.channels.clear()
-    collector, unpacker = SampleCollector(contents), Unpacker(len(data))
+    collector, unpacker = SampleCollector(contents, len(data)), Unpacker(len(data))
     try:
         for chunk in contents.chunks:
             collector.feed(unpacker.open(chunk), chunk.start)
@@ -75,6 +75,8 @@ def _check_mcap(data: memoryview) -> Iterator[str]:
     except DamageError as error:
         yield str(error)
         return
+    yield from _check_end(contents.facts(schema.RESULT_METADATA))
+    yield from _check_lines(collector.lines, samples)
     yield from _check_schema(contents)
     yield from _check_summary(contents, samples)
     if len(samples):
@@ -109,6 +111,8 @@ def _check_samples(samples: Samples, contents: Contents, damaged: bool) -> Itera
     run_facts, result = contents.facts(schema.RUN_METADATA), contents.facts(schema.RESULT_METADATA)
     lost = list(_check_order(samples)) + list(_check_counts(samples, result))
     yield from lost
+    for name, kind in schema.unsound(run_facts | result).items():
+        yield f"the fact `{name}` is {str((run_facts | result)[name])[:40]!r}, not {kind}"
     yield from _check_times(samples, run_facts)
     yield from _check_values(samples, _limits(contents))
     faults = sorted({int(code) for code in samples["fault"]} - {0})
@@ -116,8 +120,30 @@ def _check_samples(samples: Samples, contents: Contents, damaged: bool) -> Itera
         yield f"fault {_fault_name(code)} from tick {_first(samples, samples['fault'] == code)} on"
     if result.get("valid") is True and (lost or damaged or faults):
         yield "`valid` is true, and should be false for what stands above"
-    if result.get("valid") is False and not (lost or damaged or faults):
+    whole = schema.ended_of(result) in (None, schema.Ended.COMPLETE)
+    if result.get("valid") is False and whole and not (lost or damaged or faults):
         yield "`valid` is false, and nothing in the samples says why"
+
+
+def _check_end(result: dict[str, Any]) -> Iterator[str]:
+    """How the run ended, where that was not at the end of its sweep."""
+    ended = schema.ended_of(result)
+    if ended is schema.Ended.FAULT:
+        yield f"the run ended in a fault: {result.get('fault') or 'which one is not said'}"
+    elif ended is schema.Ended.STOPPED:
+        yield "the run was stopped before its sweep was over"
+    elif ended is schema.Ended.CUT:
+        yield "the recording breaks off, or lacks a part"
+    if result.get("valid") is True and ended not in (None, schema.Ended.COMPLETE):
+        yield "`valid` is true, and should be false for that"
+
+
+def _check_lines(lines: list[LogLine], samples: Samples) -> Iterator[str]:
+    """What the loop or the recorder themselves wrote down as an error; each text once."""
+    start_ns = int(samples.log_time_ns[0]) if len(samples) else 0
+    bad = {line.message: line for line in reversed(lines) if line.level in ("error", "fatal")}
+    for line in reversed(bad.values()):
+        yield f"its log says {line.level} at {(line.time_ns - start_ns) / 1e9:.3f} s: {line.message}"
 
 
 def _fault_name(code: int) -> str:
@@ -161,7 +187,7 @@ def _check_times(samples: Samples, run_facts: dict[str, Any]) -> Iterator[str]:
     if np.ptp(shift):
         yield f"the log time jumps against the loop's clock, first at tick {_first(samples, shift != shift[0])}"
     period_ns = run_facts.get("period_ns")
-    if isinstance(period_ns, int):
+    if isinstance(period_ns, int) and "period_ns" not in schema.unsound(run_facts):
         expected = scheduled[0] + (samples["tick"].astype(np.int64) - int(samples["tick"][0])) * period_ns
         off = scheduled != expected
         if off.any():

@@ -109,7 +109,7 @@ def write_record(record: Record, path: Path, facts: Mapping[str, Any]) -> Path:
 def content_of_record(record: Record, facts: Mapping[str, Any]) -> LogContent:
     """A record as the log it would be; `facts` are added to its own."""
     given = {"name": record.name} | {key: value for key, value in record.facts.items() if key != "t0_s"} | dict(facts)
-    samples = samples_of(record, int(given.get("started_ns", 0)))
+    samples = samples_of(record, schema.count_of(given, "started_ns"))
     valid = bool(given.pop("valid", True))
     return LogContent(
         samples, given, {"ticks": len(record), "missed": int(samples["missed"].sum()), "dropped": 0, "valid": valid}

@@ -3,6 +3,7 @@
 Time stays as it is, irregular or not; nothing here resamples. A file that is not whole is refused with the byte at fault.
 """
 
+import logging
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
@@ -16,6 +17,7 @@ from rig.log.foreign.delimited import read_table
 from rig.log.foreign.kinds import Kind, kind_of
 from rig.log.foreign.sidecar import read_sidecar
 from rig.log.foreign.tables import own_columns, read_tdms
+from rig.log.mcap import schema
 from rig.log.mcap.columns import Array, Samples
 from rig.log.mcap.reader import McapLog
 from rig.record import MAIN_COLUMNS, Column, Record
@@ -24,7 +26,15 @@ from rig.sample import Phase
 SUFFIXES: Final = (".mcap", ".csv", ".csv.gz", ".tdms")
 """What a folder is searched for."""
 SWEEP_ONLY: Final = (Phase.SWEEP,)
+RUNS_LIMIT: Final = 1000
+"""Runs in one file; the recorder puts one into each, other tools may merge files."""
 
+_LOG = logging.getLogger("pamrig")
+_NOT_COMPLETE: Final[Mapping[schema.Ended | None, str]] = {
+    schema.Ended.STOPPED: "it was stopped before its sweep was over",
+    schema.Ended.FAULT: "it ended in a fault",
+    schema.Ended.CUT: "it breaks off or lacks a part",
+}
 _KEPT_FIELDS = (
     *("tick", "missed", "p1_raw", "p2_raw", "angle_raw", "excitation_raw", "angle_zero_deg"),
     *("run", "state", "phase", "flags", "fault"),
@@ -33,16 +43,38 @@ _REPEAT = re.compile(r"_r(?:epeat)?(\d+)$")
 _LABEL = re.compile(r"([a-z]+)_([0-9.]+)hz_([0-9.]+)mpa")
 
 
+class NotCompleteError(RecordError):
+    """The record is whole as a file, and not a measurement of its whole sweep."""
+
+
 def read(path: Path, phases: Iterable[Phase] | None = SWEEP_ONLY) -> list[Record]:
     """All records in the file or folder, those of a folder sorted by session, name and repeat.
+
+    Of a folder, records that are not complete (stopped, ended in a fault, cut) are left out, with a warning that names them: whoever
+    asks for a folder asks for its measurements. A file that is named itself is read as it is.
 
     `phases` says which ticks of a run are kept, None for all of them (files without phases are kept whole).
     RecordError when a file cannot be read or holds no such tick.
     """
     if not path.is_dir():
         return _number_repeats(_read_file(path, phases))
-    records = [record for file in logs_in(path) for record in _read_file(file, phases)]
+    records, left_out = _complete_ones(logs_in(path), phases)
+    if not records:
+        raise RecordError(f"{left_out[0]}; nothing in {path} is complete (a file that is named itself is read as it is)")
     return _number_repeats(sorted(records, key=lambda record: (str(record.facts["session"]), record.name)))
+
+
+def _complete_ones(files: Iterable[Path], phases: Iterable[Phase] | None) -> tuple[list[Record], list[NotCompleteError]]:
+    """The records that are measurements of their whole sweep, and why the others are none; each of these is said."""
+    records: list[Record] = []
+    left_out: list[NotCompleteError] = []
+    for file in files:
+        try:
+            records += _read_file(file, phases, complete_only=True)
+        except NotCompleteError as error:
+            left_out.append(error)
+            _warn(error)
+    return records, left_out
 
 
 def logs_in(folder: Path) -> list[Path]:
@@ -79,6 +111,8 @@ def records_of(samples: Samples, facts: Mapping[str, Any], path: Path, phases: I
     if not len(samples):
         raise RecordError(f"{path}: holds no ticks")
     runs = np.unique(samples["run"])
+    if len(runs) > RUNS_LIMIT:
+        raise RecordError(f"{path}: {len(runs)} runs in one file, at most {RUNS_LIMIT} are read")
     parts = [samples] if len(runs) == 1 else [samples.rows(samples["run"] == run) for run in runs]
     return [_record_of(part, facts, path, several=len(runs) > 1) for part in parts]
 
@@ -92,7 +126,7 @@ def record_from_columns(columns: Mapping[str, Array], facts: Mapping[str, Any], 
     _require_plausible(table, path)
     time = table.pop("t_s")
     main: dict[str, Any] = {name: column for name in MAIN_COLUMNS if (column := table.pop(name, None)) is not None}
-    given = name_facts(path) | {"t0_s": float(time[0])} | dict(facts)
+    given = name_facts(path) | {"t0_s": float(time[0])} | schema.sound(facts)
     name = pairing_name(given, path)
     measured = {key: column for key, column in main.items() if key == "dp_cmd_mpa" or not np.isnan(column).all()}
     extra = {key: column for key, column in table.items() if not np.isnan(column).all()}
@@ -132,10 +166,35 @@ def name_facts(path: Path) -> dict[str, Any]:
     return facts
 
 
-def _read_file(path: Path, phases: Iterable[Phase] | None) -> list[Record]:
+def require_complete(facts: Mapping[str, Any], path: Path) -> None:
+    """NotCompleteError when the facts of a record say that its run did not come to its end."""
+    ended = schema.ended_of(facts)
+    if ended not in (None, schema.Ended.COMPLETE):
+        why = str(facts.get("fault") or "").partition(":")[0]
+        raise NotCompleteError(f"{path}: left out: {_NOT_COMPLETE[ended]}{f', {why}' if why else ''}")
+
+
+def is_complete(path: Path) -> bool:
+    """Whether an MCAP file is a measurement of its whole sweep; says why when it is not. RecordError when it is not whole."""
+    try:
+        with McapLog(path) as log:
+            require_complete(log.result_facts, path)
+    except NotCompleteError as error:
+        _warn(error)
+        return False
+    return True
+
+
+def _warn(error: NotCompleteError) -> None:
+    _LOG.warning("%s", ascii(str(error))[1:-1])  # a name may hold anything, and this may go to a terminal
+
+
+def _read_file(path: Path, phases: Iterable[Phase] | None, *, complete_only: bool = False) -> list[Record]:
     kind = kind_of(path)
     if kind is Kind.MCAP:
         with McapLog(path) as log:
+            if complete_only:
+                require_complete(log.result_facts, path)
             return records_of(log.samples(), log.run_facts | log.result_facts, path, phases)
     if kind is Kind.TDMS:
         raw = read_tdms(path)
@@ -144,7 +203,10 @@ def _read_file(path: Path, phases: Iterable[Phase] | None) -> list[Record]:
     if phases is not None and "phase" in columns:
         wanted = np.isin(columns["phase"], [int(phase) for phase in phases])
         columns = {name: column[wanted] for name, column in columns.items()}
-    return [record_from_columns(columns, read_sidecar(path).facts, path)]
+    facts = read_sidecar(path).facts
+    if complete_only:
+        require_complete(facts, path)
+    return [record_from_columns(columns, facts, path)]
 
 
 def _record_of(samples: Samples, facts: Mapping[str, Any], path: Path, several: bool) -> Record:

@@ -3,6 +3,7 @@
 The damaged file stays as it is. A finished file without damage needs nothing and gets nothing.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -73,14 +74,15 @@ def recover(path: Path, target: Path | None = None) -> Recovery:
     target = target or path.with_name(stem(path) + RECOVERED_SUFFIX)
     described = _described(target, samples, found)
     run_facts = found.contents.facts(schema.RUN_METADATA)
-    result = found.contents.facts(schema.RESULT_METADATA) | _result_facts(described, path)
+    said = found.contents.facts(schema.RESULT_METADATA)
+    result = said | _result_facts(described, path, said)
     write_content(LogContent(samples, run_facts, result, found.contents.attachments, tuple(lines)), target)
     return described
 
 
 def _collect(data: memoryview, found: Salvage) -> tuple[Samples, list[LogLine], Salvage]:
     """The samples and lines of all proven chunks; a chunk that holds something else counts as damage."""
-    collector, unpacker = SampleCollector(found.contents), Unpacker(len(data))
+    collector, unpacker = SampleCollector(found.contents, len(data)), Unpacker(len(data))
     for chunk in found.contents.chunks:
         try:
             collector.feed(unpacker.open(chunk), chunk.start)
@@ -114,10 +116,13 @@ def _gaps(samples: Samples) -> tuple[tuple[Gap, ...], float]:
     return gaps, float(np.median(np.diff(time_s)))
 
 
-def _result_facts(recovery: Recovery, source: Path) -> dict[str, Any]:
-    """What the new file says of itself: it is never valid, and how much is missing."""
+def _result_facts(recovery: Recovery, source: Path, result: Mapping[str, Any]) -> dict[str, Any]:
+    """What the new file says of itself: it is never valid, how its run ended as far as that is known, and how much is missing."""
+    lost = recovery.lost_records or not result
+    ended = schema.Ended.CUT if lost else schema.ended_of(result) or schema.Ended.CUT
     return {
         "valid": False,
+        "ended": str(ended),
         "recovered_from": source.name,
         "lost_records": recovery.lost_records,
         "lost_seconds": recovery.lost_seconds,

@@ -15,6 +15,7 @@ import yaml
 
 from rig.config import bounded, load, suggest, unstructure
 from rig.errors import ModelError
+from rig.outputs import Kind, write_text
 
 
 class Input(StrEnum):
@@ -158,13 +159,13 @@ def load_model(path: Path) -> Model:
 
 
 def save_model(model: Model, path: Path) -> None:
-    """Write `model` as YAML."""
+    """Write `model` as YAML; RigError when the file cannot be written, or is there and holds no model."""
     text = yaml.dump(_plain(model), Dumper=_Dumper, sort_keys=False, width=150, allow_unicode=True)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
     except OSError as error:
-        raise ModelError(f"{path}: cannot be written: {error.strerror}") from None
+        raise ModelError(f"{path.parent}: cannot be made: {error.strerror}") from None
+    write_text(path, text, Kind.MODEL)
 
 
 def check_model(model: Model, where: str) -> None:

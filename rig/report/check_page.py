@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rig.blind_check.goals import GOALS, bound, figure, figure_text, reached
-from rig.errors import RigError
+from rig.outputs import Kind, write_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -113,11 +113,7 @@ def _cell(found: Any) -> str:
 def write_page(result: Mapping[str, Any], path: Path) -> None:
     """The page as HTML, or tables in Markdown when the name ends in .md; RigError when it cannot be written."""
     text = as_markdown(result) if path.suffix == ".md" else as_html(result)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise RigError(f"{path}: cannot be written: {error.strerror}") from None
+    write_text(path, text, Kind.PAGE)
 
 
 def as_html(result: Mapping[str, Any]) -> str:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rig.errors import RigError
+from rig.outputs import Kind, writing
 from rig.record import Column, Record
 
 if TYPE_CHECKING:
@@ -106,7 +107,8 @@ def save_figure(figure: "Figure", path: Path) -> Path:
     """Write the figure; the suffix says the format. RigError when that fails."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, dpi=130)
     except OSError as error:
-        raise RigError(f"{path}: cannot be written: {error.strerror}") from None
+        raise RigError(f"{path.parent}: cannot be made: {error.strerror}") from None
+    with writing(path, Kind.FIGURE) as part:
+        figure.savefig(part, dpi=130)
     return path

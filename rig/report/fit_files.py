@@ -10,6 +10,7 @@ from rig.identify.fit import Identified
 from rig.identify.objective import predict
 from rig.identify.validate import Score, Validation
 from rig.model.parameters import Input, Model
+from rig.outputs import Kind, targets_in, write_text, writing
 from rig.record import Record
 from rig.report.fit_figures import comparison_figure, convergence_figure, save_figure
 
@@ -37,22 +38,23 @@ def write_scores(scores: Sequence[Score], folder: Path) -> None:
     lines = [" | ".join(cells) for cells in (head, ["---"] * len(head), *rows)]
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / "scores.md").write_text("".join(f"| {line} |\n" for line in lines), encoding="utf-8")
-        with (folder / "scores.csv").open("w", encoding="utf-8", newline="") as file:
-            csv.writer(file).writerows([head, *rows])
     except OSError as error:
-        raise RigError(f"{folder}: cannot be written: {error.strerror}") from None
+        raise RigError(f"{folder}: cannot be made: {error.strerror}") from None
+    write_text(folder / "scores.md", "".join(f"| {line} |\n" for line in lines), Kind.TABLE)
+    with writing(folder / "scores.csv", Kind.TABLE) as part, part.open("w", encoding="utf-8", newline="") as file:
+        csv.writer(file).writerows([head, *rows])
 
 
 def _write_comparisons(models: Mapping[str, Model], records: Sequence[Record], options: Options, folder: Path) -> None:
-    for record in records:
+    targets = targets_in(folder, (record.name for record in records), ".png")
+    for record, target in zip(records, targets, strict=True):
         data = {name: prepare(record, model, options) for name, model in models.items()}
         first_model, first = next(iter(models.values())), next(iter(data.values()))
         source = "commanded" if first_model.muscle.input is Input.COMMAND else "measured"
         angles = {name: predict(model, data[name]) for name, model in models.items()}
         u = first.p1_mpa - first.p2_mpa
         figure = comparison_figure(record.name, first.grid.t_s, u, first.angle_deg, angles, f"p1 - p2 {source} [MPa]")
-        save_figure(figure, folder / f"{record.name}.png")
+        save_figure(figure, target)
 
 
 def score_cells(row: Score) -> list[str]:

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from rig.errors import RecordError
 from rig.log.replay import Comparison
+from rig.outputs import Kind, writing
 from rig.record import Column, Record
 
 if TYPE_CHECKING:
@@ -76,13 +76,9 @@ def replay_figure(name: str, comparison: Comparison) -> "Figure":
 
 
 def save(figure: "Figure", path: Path) -> None:
-    """Write a figure in the format of the suffix; RecordError when that is unknown or the file cannot be written."""
-    if path.suffix.lower() not in FORMATS:
-        raise RecordError(f"{path}: a figure is written as {', '.join(FORMATS)}")
-    try:
-        figure.savefig(path, dpi=150)
-    except OSError as error:
-        raise RecordError(f"{path}: cannot be written: {error.strerror or error}") from None
+    """Write a figure in the format of the suffix; RigError when that is unknown or the file cannot be written."""
+    with writing(path, Kind.FIGURE) as part:
+        figure.savefig(part, dpi=150)
 
 
 def terminal_picture(record: Record, width: int, height: int) -> str:

@@ -6,12 +6,12 @@ from typing import Final
 
 import jinja2
 
-from rig.errors import RigError
 from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.words import SOURCES, answers
 from rig.gap.days.findings import Findings
 from rig.gap.pipeline import Grounds
 from rig.model.parameters import Model
+from rig.outputs import Kind, write_text
 from rig.report.gap_figures import figures
 
 MODES: Final = {
@@ -23,10 +23,7 @@ MODES: Final = {
 
 def write_page(path: Path, diagnosis: Diagnosis, findings: Findings | Grounds, model: Model) -> None:
     """Write the page; RigError when the file cannot be written."""
-    try:
-        path.write_text(page(diagnosis, findings, model), encoding="utf-8")
-    except OSError as error:
-        raise RigError(f"{path}: cannot be written: {error.strerror}") from None
+    write_text(path, page(diagnosis, findings, model), Kind.PAGE)
 
 
 def page(diagnosis: Diagnosis, findings: Findings | Grounds, model: Model) -> str:

@@ -4,7 +4,6 @@ import asyncio
 import contextlib
 import logging
 import os
-import shutil
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -320,7 +319,7 @@ class Daemon:
             **self._worker.to_json(),
             "processes": _processes(session),
             "realtime": session.facts.get("realtime", {}) if session else {},
-            "disk_free_gb": shutil.disk_usage(self._settings.logs).free / 1e9,
+            "disk_free_gb": self._worker.free_gb,
             "logs": str(self._settings.logs.absolute()),
             "retention": self._retention.to_json(),
             "clients": self._server.clients,

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from rig.errors import RecordError
+from rig.log.mcap.schema import Ended
 from rig.log.mcap.writer import RunWriter
 from rig.realtime.faults import Fault, explain
 from rig.realtime.ring import Ring, RingReader
@@ -45,6 +46,16 @@ class RunOrder:
     """Wall clock minus the loop's clock: what is added to a sample's time."""
 
 
+@dataclass(frozen=True)
+class Trouble:
+    """Word from the recorder while a run goes on: why its file takes nothing at present; empty when it does again."""
+
+    run: int
+    error: str
+    final: bool = False
+    """It will not get better by itself: the file is not where it was."""
+
+
 @dataclass
 class RunResult:
     """What became of a run."""
@@ -63,6 +74,15 @@ class RunResult:
     cpu_s: float = 0.0
     said: str = ""
     """The device's own words, where the fault is the device's."""
+
+    @property
+    def ended(self) -> Ended:
+        """How the run came to its end."""
+        if self.fault:
+            return Ended.FAULT
+        if self.complete:
+            return Ended.COMPLETE
+        return Ended.CUT if self.dropped else Ended.STOPPED
 
     @property
     def cause(self) -> str:
@@ -92,6 +112,7 @@ class Recorder:
         self._expected: dict[int, RunOrder] = {}
         self._open: _OpenRun | None = None
         self._lost_before = 0
+        self._told: Trouble | None = None
         self._over = False
         self._at_once = False
 
@@ -130,7 +151,15 @@ class Recorder:
         self._ring.recorded = self._reader.cursor
         if self._open is not None:
             self._open.flush_if_due()
+            self._tell(self._open.trouble)
         return self._reader.cursor - before
+
+    def _tell(self, trouble: Trouble) -> None:
+        """Once, when it changes, and at once: a status that is told at the end of the run comes too late."""
+        if trouble is not self._told:
+            self._told = trouble
+            with suppress(OSError):
+                self._results.send(trouble)
 
     def _put(self, packed: bytes) -> None:
         sample = unpack(packed)
@@ -144,6 +173,7 @@ class Recorder:
         self._lost_before = self._reader.lost
         if self._open is not None:
             self._open.put(packed, sample)
+            self._tell(self._open.trouble)
 
     def _close_run(self, cut: bool = False) -> None:
         """`cut`: no sample came after the run's last one, so the loop may have died in it."""
@@ -173,10 +203,13 @@ class _OpenRun:
         self._flushed_ns = time.monotonic_ns()
         self._writer: RunWriter | None = None
         self._cpu_s = time.process_time()
+        self.trouble = Trouble(order.run, "")
+        """What stands against the file now."""
         try:
             self._writer = RunWriter(order.path, order.facts, order.attachments)
         except RecordError as error:
             self._give_up(error)
+            self._note_trouble(final=True)
 
     def put(self, packed: bytes, sample: Sample) -> None:
         """Count one sample and write it."""
@@ -207,9 +240,17 @@ class _OpenRun:
         self._flushed_ns = now_ns
         try:
             self._writer.flush()
-            self._ticks_on_disk = self._result.ticks
         except RecordError as error:
             self._result.error = str(error)  # what waits in memory goes out when the disk has room again
+            self._note_trouble(final=self._writer.gone)
+        else:
+            self._ticks_on_disk, self._result.error = self._result.ticks, ""
+            if self.trouble.error:
+                self._note_trouble(final=False)
+
+    def _note_trouble(self, *, final: bool) -> None:
+        if (self.trouble.error, self.trouble.final) != (self._result.error, final):
+            self.trouble = Trouble(self.order.run, self._result.error, final)
 
     def judge_end(self) -> None:
         """A record that ends in the middle says so, and why it is not valid."""
@@ -225,7 +266,7 @@ class _OpenRun:
         result.dropped += lost - self._lost_before
         result.lateness_us = _lateness(self._lateness_ns)
         result.complete = self._sweep_ticks + result.missed >= self.order.sweep_ticks  # not when the operator stopped it early
-        result.valid = not (result.missed or result.dropped or result.fault or self._writer is None)
+        result.valid = result.complete and not (result.missed or result.dropped or result.fault or self._writer is None)
         result.cpu_s = time.process_time() - self._cpu_s
         if self._writer is not None:
             try:
@@ -247,6 +288,7 @@ class _OpenRun:
             "missed": result.missed,
             "dropped": result.dropped,
             "complete": result.complete,
+            "ended": str(result.ended),
             "fault": result.cause,
             "angle_zero_deg": result.angle_zero_deg,
             "lateness_us": result.lateness_us,

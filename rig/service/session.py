@@ -24,7 +24,7 @@ from rig.realtime.safe_state import SafeReport, Writer
 from rig.realtime.shared import KEPT_RING, SharedBlock, sweep_stale
 from rig.service.process_watch import PathMaker, ProcessWatch
 from rig.service.processes import start_process
-from rig.service.recorder import RunOrder, RunResult, record
+from rig.service.recorder import RunOrder, RunResult, Trouble, record
 from rig.service.watchers import WatcherEntry, Watchers, await_ready
 
 LoopEntry = Callable[["LoopOrders", Connection], None]
@@ -106,6 +106,8 @@ class Session:
         self._orders: Connection | None = None
         self._results: Connection | None = None
         self._recording_ended = False
+        self.trouble: Trouble | None = None
+        """Why the recorder's file takes nothing at present, as far as `results` has heard."""
 
     def __enter__(self) -> Self:
         return self
@@ -181,7 +183,12 @@ class Session:
             return
         with suppress(EOFError, OSError):
             while self._results.poll():
-                yield self._results.recv()
+                word = self._results.recv()
+                if isinstance(word, Trouble):
+                    self.trouble = word if word.error else None
+                else:
+                    self.trouble = None
+                    yield word
 
     @property
     def loop_alive(self) -> bool:

@@ -5,11 +5,15 @@ import logging
 import shutil
 import time
 from collections.abc import Collection
+from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
 from rig.errors import RigError
+from rig.log.mcap.contents import map_file, walk
+from rig.log.mcap.framing import DamageError
+from rig.log.mcap.schema import RESULT_METADATA, Ended, ended_of
 from rig.log.mcap.writer import PARTIAL_SUFFIX
 from rig.realtime.commands import Request
 from rig.realtime.state import State
@@ -122,7 +126,7 @@ class Worker:
     async def _records(self, job: Job, sweep: Summary) -> None:
         self.check_space()
         job.folder = job.folder or str(self._folder(job.name))
-        await asyncio.to_thread(Path(job.folder).mkdir, parents=True, exist_ok=True)
+        await asyncio.to_thread(_make, Path(job.folder))
         for index in range(job.done, job.total):
             if self._held:
                 return
@@ -131,8 +135,10 @@ class Worker:
             if result is None or result.fault or result.error or self._keeper.fault:
                 self._give_up(job, JobState.STOPPED, self._why(result))
                 return
-            job.made(result.file, valid=result.valid)
-            await self._remember(result.file)
+            stopped = result.ended is Ended.STOPPED
+            file = await asyncio.to_thread(_aside, result.file, result.ended) if stopped else result.file
+            job.made(file, valid=result.valid or stopped)
+            await self._remember(file)
             if not result.complete and not self._held:
                 lost = f"{result.missed} ticks missed and {result.dropped} dropped"
                 self._give_up(job, JobState.STOPPED, f"{result.file.name}: {lost}: the sweep is not whole")
@@ -159,7 +165,7 @@ class Worker:
         plan = await self.planner.publish(index, run, session.id)
         session.adopt(run)
         try:
-            self.current = await asyncio.to_thread(_free, Path(job.folder) / f"{plan.name}.mcap")
+            self.current = await asyncio.to_thread(_vacated, Path(job.folder) / f"{plan.name}.mcap")
             facts: dict[str, Any] = {**session_facts(session, self._rig), **plan.facts, "name": plan.name, "job": job.id}
             attachments = {**self._rig.files, "sweep.yaml": sweep.text}
             session.expect(order_of(session, run, plan.sweep_ticks, self.current, facts, attachments))
@@ -177,13 +183,15 @@ class Worker:
         over_since = None
         while run not in self._keeper.results:
             running = self._keeper.state is State.RUNNING
+            if session.trouble is not None and session.trouble.final:
+                session.mailbox.stop()  # it would sweep for nothing
             over_since = None if running else over_since or time.monotonic()
             patience_s = _RESULT_PATIENCE_S if session.recorder_alive else _LAST_RESULT_S
             if over_since is not None and time.monotonic() - over_since > patience_s:
                 return None
             await asyncio.sleep(_POLL_S)
         result = self._keeper.results.pop(run)
-        said = "valid" if result.valid else "not valid"
+        said = "valid" if result.valid else "stopped" if result.ended is Ended.STOPPED else "not valid"
         _LOG.info("%s: %d ticks, %d missed, %d dropped, %s", result.file.name, result.ticks, result.missed, result.dropped, said)
         return result
 
@@ -199,11 +207,28 @@ class Worker:
             return f"{fault.name}: {self._keeper.said}".rstrip(": ") if fault else "the recorder gave no result"
         return result.error or "the run ended in a fault"
 
+    @property
+    def free_gb(self) -> float | None:
+        """Room on the disk where the records go; None when that folder is gone."""
+        try:
+            return shutil.disk_usage(self._settings.logs).free / 1e9
+        except OSError:
+            return None
+
+    @property
+    def recording_error(self) -> str:
+        """Why records cannot be written at present; empty when nothing is known against it."""
+        session = self._keeper.session
+        if session is not None and session.trouble is not None:
+            return session.trouble.error
+        return "" if self.free_gb is not None else f"{self._settings.logs.absolute()}: the folder for the records is gone"
+
     def check_space(self) -> None:
         """NoSpace when the disk has less free than is to be spared."""
-        free_gb = shutil.disk_usage(self._settings.logs).free / 1e9
-        if free_gb < self._settings.spare_gb:
-            logs, spare_gb = self._settings.logs.absolute(), self._settings.spare_gb
+        logs, spare_gb, free_gb = self._settings.logs.absolute(), self._settings.spare_gb, self.free_gb
+        if free_gb is None:
+            raise NoSpace(Code.REFUSED, f"{logs}: the folder for the records is gone; make it again, then go on")
+        if free_gb < spare_gb:
             raise NoSpace(Code.REFUSED, f"{logs}: {free_gb:.2f} GB free; {spare_gb:g} GB are to be spared (`spare_gb`)")
 
     def _folder(self, name: str) -> Path:
@@ -213,6 +238,7 @@ class Worker:
     def to_json(self) -> dict[str, Any]:
         """What is being done, how far it is, and how long the rest takes."""
         shown: dict[str, Any] = {"working": self.working, "queue": list(self._queue.to_json()), "left_s": 0.0, "record": None}
+        shown["recording_error"] = self.recording_error
         shown["pause_s"] = max(self._pause_until - time.monotonic(), 0.0)
         done_s = 0.0
         if self._now is not None and self._keeper.telemetry and self._keeper.telemetry.latest:
@@ -226,6 +252,31 @@ class Worker:
             }
         shown["left_s"] = max(self._queue.seconds_left(None if self._held else self._only) - done_s, 0.0) + shown["pause_s"]
         return shown
+
+
+def _make(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise NoSpace(Code.REFUSED, f"{folder}: cannot be made: {error.strerror}") from None
+
+
+def _vacated(path: Path) -> Path:
+    """`path` for a record that is to come: one of that name that is not complete gives it up, beside a complete one it is numbered."""
+    with suppress(RigError, DamageError):
+        ended = ended_of(walk(map_file(path)).facts(RESULT_METADATA))
+        if ended not in (None, Ended.COMPLETE):
+            _aside(path, ended)
+    return _free(path)
+
+
+def _aside(file: Path, ended: Ended | None) -> Path:
+    """A record that is not complete under a name that says so, so that the complete one takes the plain name; its place now."""
+    place = _free(file.with_name(f"{file.stem}_{ended}{file.suffix}"))
+    with suppress(OSError):
+        file.rename(place)
+        return place
+    return file
 
 
 def _free(path: Path) -> Path:

@@ -1,6 +1,7 @@
 """Whatever bytes a file holds, reading, checking and rescuing it ends soon, in bounded memory, with a result or one clear line."""
 
 import gzip
+import itertools
 import json
 import struct
 import time
@@ -11,6 +12,7 @@ from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import hostile_logs
 import pytest
 import zstandard
 from hypothesis import HealthCheck, example, given, settings
@@ -180,3 +182,47 @@ def test_a_table_that_unpacks_without_end(tmp_path: Path) -> None:
     (tmp_path / "x.csv.gz").write_bytes(gzip.compress(b"t_s,dp_cmd_mpa\n" + b"0,0\n" * (30 << 20), 1))
     with pytest.raises(RigError, match="unpacks to more than"):
         read(tmp_path / "x.csv.gz")
+
+
+def stuck(broken: bytes) -> bytes:
+    """A file whose only chunk ends with a broken message of a channel of no interest."""
+    footer = struct.pack("<BQI", 15, 4, 0) + struct.pack("<BQQQI", 2, 20, 0, 0, 0)
+    data = struct.pack("<BQ", 0x90, 0) + broken
+    return MAGIC + chunk(data, b"", data) + footer + MAGIC
+
+
+@pytest.mark.parametrize("length", [0, 5, 21, 200, 1 << 40])
+def test_a_message_that_cannot_be_passed_over_is_damage_and_no_endless_loop(tmp_path: Path, length: int) -> None:
+    (tmp_path / "x.mcap").write_bytes(stuck(struct.pack("<BQHIQQ", 5, length, 9, 0, 0, 0)))
+    with pytest.raises(RigError, match="inside the chunk"):
+        read(tmp_path / "x.mcap")
+    assert any("inside the chunk" in line for line in check(tmp_path / "x.mcap"))
+
+
+QUADRATIC = {
+    "attachments that claim the rest": (b"\x09" + struct.pack("<Q", 500_000) + bytes(16) + b"\x05\0\0\0") * 60_000,
+    "metadata that claim the rest": (b"\x0c" + struct.pack("<Q", 500_000) + b"\x0a\0\0\0pamrig.run") * 60_000,
+    "ends of the data": b"".join(struct.pack("<BQI", 15, 4, 0) for _ in range(3)),
+}
+
+
+@pytest.mark.parametrize("name", list(QUADRATIC))
+def test_heads_that_claim_what_others_claim_too_cost_no_square(tmp_path: Path, name: str) -> None:
+    (tmp_path / "x.mcap").write_bytes(MAGIC + QUADRATIC[name])
+    begun = time.process_time()
+    assert check(tmp_path / "x.mcap")
+    assert time.process_time() - begun < 20, "of the order of a minute without a bound"
+
+
+def test_the_data_end_once(tmp_path: Path) -> None:
+    body = MAGIC + struct.pack("<BQI", 15, 4, 0)
+    (tmp_path / "x.mcap").write_bytes(body + struct.pack("<BQI", 15, 4, zlib.crc32(body)) + MAGIC)
+    with pytest.raises(RigError, match="a second data end"):
+        read(tmp_path / "x.mcap")
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_files_made_against_the_readers(tmp_path: Path, seed: int) -> None:
+    for name, data in itertools.islice(hostile_logs.cases(seed, tmp_path), 12):
+        (tmp_path / name).write_bytes(data)
+        hostile_logs.read_in_time(tmp_path / name)

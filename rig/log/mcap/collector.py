@@ -11,10 +11,12 @@ from mcap.records import Channel, Schema
 from rig.log.mcap import schema
 from rig.log.mcap.columns import Layout, Samples, concatenate, layout_of, run_length, to_samples
 from rig.log.mcap.contents import Contents
-from rig.log.mcap.framing import HEAD, MESSAGE_HEAD, Block, DamageError, blocks
+from rig.log.mcap.framing import HEAD, MESSAGE_HEAD, Block, DamageError, blocks, unpacked_limit
 
 _BATCH_BYTES: Final = 1 << 20
 """As much as fits into a processor's cache: records are taken apart column by column."""
+_CHANGE_BYTES: Final = 20_000
+"""What a change from one channel of samples to another counts for: each makes a part of its own."""
 _HEADS = struct.Struct("<BQH")
 """Opcode, length, and a message's channel."""
 _PRIVATE_OPCODES: Final = 0x80
@@ -31,10 +33,11 @@ class LogLine(NamedTuple):
 
 
 class SampleCollector:
-    """Walks through the records of chunks and keeps samples and log lines."""
+    """Walks through the records of chunks and keeps samples and log lines, of a file of `file_bytes` bytes."""
 
-    def __init__(self, contents: Contents) -> None:
+    def __init__(self, contents: Contents, file_bytes: int) -> None:
         self.contents = contents
+        self._room = unpacked_limit(file_bytes)
         self.lines: list[LogLine] = []
         self._layouts: dict[int, Layout | None] = {}
         self._current: Layout | None = None
@@ -46,7 +49,8 @@ class SampleCollector:
         view, offset = memoryview(data), 0
         try:
             while offset < len(view):
-                offset = self._run(data, offset) or self._single(next(blocks(view, offset, len(view))), data)
+                end = self._run(data, offset)
+                offset = end if end > offset else self._single(next(blocks(view, offset, len(view))), data)
         except DamageError as error:
             raise DamageError(place, f"inside the chunk, {error}") from None
         except ValueError as error:
@@ -61,27 +65,27 @@ class SampleCollector:
         return concatenate(self._parts)
 
     def _run(self, data: bytes, offset: int) -> int:
-        """Take the samples in their usual arrangement that start at `offset`; returns where they end, 0 for none.
+        """Take the samples in their usual arrangement that start at `offset`; returns where they end, `offset` for none.
 
         Messages that are of no interest here are passed over in the same way.
         """
         if data[offset] != Opcode.MESSAGE or len(data) - offset < HEAD.size + MESSAGE_HEAD.size:
-            return 0
+            return offset
         channel = MESSAGE_HEAD.unpack_from(data, offset + HEAD.size)[0]
         layout = self._layout(channel)
         if layout is None:
-            return 0 if self._is_log(channel) else _skip_messages(data, offset, channel)
+            return offset if self._is_log(channel) else _skip_messages(data, offset, channel)
         count = run_length(data, offset, layout)
         end = offset + count * layout.message.itemsize
         if count:
             self._keep(layout, memoryview(data)[offset:end])
-        return end if count else 0
+        return end
 
     def _single(self, block: Block, data: bytes) -> int:
         """Take one record of any kind; returns where it ends."""
         if block.opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
-            self.contents.define(block)
-            self._layouts.clear()
+            if self.contents.define(block):
+                self._layouts.clear()
         elif block.opcode == Opcode.MESSAGE:
             self._message(block, data)
         elif block.opcode < _PRIVATE_OPCODES:
@@ -94,9 +98,16 @@ class SampleCollector:
         channel, _, log_time, _ = MESSAGE_HEAD.unpack_from(block.body)
         layout = self._layout(channel)
         if layout is not None:
-            self._keep(layout, memoryview(layout.pack_again(data[block.start : block.end])))
+            self._pack_again(layout, block, data)
         elif self._is_log(channel):
             self.lines.append(_log_line(log_time, bytes(block.body[MESSAGE_HEAD.size :])))
+
+    def _pack_again(self, layout: Layout, block: Block, data: bytes) -> None:
+        """A sample in another arrangement, which may be far shorter than ours: it counts for as much as it becomes."""
+        self._room -= layout.message.itemsize
+        if self._room < 0:
+            raise DamageError(block.start, "more samples than a file of this size may hold")
+        self._keep(layout, memoryview(layout.pack_again(data[block.start : block.end])))
 
     def _is_log(self, channel: int) -> bool:
         return channel in self.contents.channels and self.contents.channels[channel].topic == schema.LOG_TOPIC
@@ -113,6 +124,10 @@ class SampleCollector:
         return self._layouts[channel_id]
 
     def _keep(self, layout: Layout, records: memoryview) -> None:
+        if self._current is not layout:
+            self._room -= _CHANGE_BYTES
+            if self._room < 0:
+                raise ValueError("more changes between channels of samples than a file of this size may hold")
         if self._current is not layout or len(self._records) > _BATCH_BYTES:
             self._convert()
             self._current = layout

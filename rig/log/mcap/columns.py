@@ -5,8 +5,8 @@ A file written by an older or newer pamrig is read by its own field list; a fiel
 
 import struct
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from functools import cached_property
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache
 from typing import Any, Final
 
 import numpy as np
@@ -117,6 +117,12 @@ class Layout:
 
 def layout_of(descriptor_set: bytes, schema_name: str, channel: int, exact: bool = False) -> Layout:
     """The layout that a schema in the file describes; ValueError when it is not one of flat, fixed-width fields."""
+    return replace(_described(descriptor_set, schema_name), channel=channel, exact=exact)
+
+
+@lru_cache(maxsize=16)
+def _described(descriptor_set: bytes, schema_name: str) -> Layout:
+    """That layout in channel 0; kept, for a file may define the same channel again before each message."""
     try:
         files = FileDescriptorSet.FromString(descriptor_set)
         pool = descriptor_pool.DescriptorPool()
@@ -140,7 +146,7 @@ def layout_of(descriptor_set: bytes, schema_name: str, channel: int, exact: bool
 
     kinds = tuple(_FIXED[item.type] for item in fields)
     tags = tuple(tag_bytes(item.number, wire) for item, wire in zip(fields, kinds, strict=True))
-    return Layout(channel, names, kinds, tags, decode, exact)
+    return Layout(0, names, kinds, tags, decode)
 
 
 def run_length(data: bytes, offset: int, layout: Layout) -> int:

@@ -40,6 +40,8 @@ class Contents:
     statistics: Statistics | None = None
     finished: bool = False
     """The file has its end mark."""
+    ends: set[int] = field(default_factory=set)
+    """Opcodes seen of those that end the data and the file: each stands once, for its CRC goes over all that is before it."""
 
     def facts(self, name: str) -> dict[str, Any]:
         """The facts of the last metadata record of that name, empty without one."""
@@ -70,20 +72,28 @@ class Contents:
                 self._attach(block)
             case Opcode.STATISTICS:
                 self.statistics = parse(block, Statistics.read)
-            case Opcode.DATA_END:
-                hold_data_crc(block, data)
-            case Opcode.FOOTER:
-                hold_summary_crc(block, data)
+            case Opcode.DATA_END | Opcode.FOOTER:
+                self.end(block, data)
 
-    def define(self, block: Block) -> None:
-        """Add the schema or the channel in `block`, from the file or from inside a chunk."""
+    def end(self, block: Block, data: memoryview) -> None:
+        """Hold the CRC of what ends the data or the file; DamageError when it fails, or when the end has been already."""
+        if block.opcode in self.ends:
+            raise DamageError(block.start, f"a second {Opcode(block.opcode).name.lower().replace('_', ' ')}")
+        self.ends.add(block.opcode)
+        (hold_data_crc if block.opcode == Opcode.DATA_END else hold_summary_crc)(block, data)
+
+    def define(self, block: Block) -> bool:
+        """Add the schema or the channel in `block`, from the file or from inside a chunk; whether that changes anything."""
         if block.opcode == Opcode.SCHEMA:
             item = parse(block, Schema.read)
+            changed = bool(self.schemas.get(item.id) != item)
             self.schemas[item.id] = item
-        else:
-            channel = parse(block, Channel.read)
-            self.channels[channel.id] = channel
-            self.assumed.discard(channel.id)
+            return changed
+        channel = parse(block, Channel.read)
+        changed = channel.id in self.assumed or self.channels.get(channel.id) != channel
+        self.channels[channel.id] = channel
+        self.assumed.discard(channel.id)
+        return changed
 
     def _attach(self, block: Block) -> None:
         item = parse(block, Attachment.read)

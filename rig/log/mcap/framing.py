@@ -124,11 +124,11 @@ class Unpacker:
         """The records of the chunk, CRC checked; DamageError when they are not what the head says."""
         if chunk.size > min(_CHUNK_LIMIT, self._budget):
             raise DamageError(chunk.start, f"a chunk that claims {chunk.size} bytes, more than a file of this size may hold")
+        self._budget -= chunk.size  # also when it fails: many that fail late are as much work as many that are whole
         try:
             data = self._decompressor.unpack(chunk.compression, chunk.packed, chunk.size)
         except ValueError as error:
             raise DamageError(chunk.start, f"a chunk {error}") from None
-        self._budget -= chunk.size
         if len(data) != chunk.size:
             raise DamageError(chunk.start, f"a chunk of {len(data)} bytes where its head says {chunk.size}")
         if chunk.crc and zlib.crc32(data) != chunk.crc:

@@ -54,7 +54,7 @@ class McapLog:
         return self._collect(None, None)
 
     def _collect(self, first_ns: int | None, last_ns: int | None) -> tuple[Samples, list[LogLine]]:
-        collector = SampleCollector(self.contents)
+        collector = SampleCollector(self.contents, len(self._data))
         unpacker = Unpacker(len(self._data))
         try:
             for number, chunk in enumerate(self.contents.chunks):
@@ -91,7 +91,7 @@ def read_stretch(path: Path, first_ns: int, last_ns: int) -> Samples:
     if contents is None:  # no index that proves itself: the whole file is gone through, and its damage is found
         with McapLog(path) as log:
             return log.samples(first_ns, last_ns)
-    collector, unpacker = SampleCollector(contents), Unpacker(len(data))
+    collector, unpacker = SampleCollector(contents, len(data)), Unpacker(len(data))
     try:
         for chunk in contents.chunks:
             collector.feed(unpacker.open(chunk), chunk.start)

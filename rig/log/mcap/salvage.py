@@ -5,7 +5,6 @@ next byte, so that a flipped length hides nothing that follows it. What to do wi
 """
 
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
@@ -14,8 +13,20 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Header, Metadata, Schema, Statistics
 
 from rig.log.mcap import schema
-from rig.log.mcap.contents import Contents, attachment_holds, hold_data_crc, hold_summary_crc
-from rig.log.mcap.framing import HEAD, MAGIC, MESSAGE_INDEX_HEAD, Block, Chunk, DamageError, Unpacker, blocks, parse, parse_chunk
+from rig.log.mcap.contents import Contents, attachment_holds
+from rig.log.mcap.framing import (
+    HEAD,
+    MAGIC,
+    MESSAGE_INDEX_HEAD,
+    Block,
+    Chunk,
+    DamageError,
+    Unpacker,
+    blocks,
+    parse,
+    parse_chunk,
+    unpacked_limit,
+)
 
 _CANDIDATE: Final = re.compile(
     rb"\x06.{36}(?:\x04\0\0\0zstd|\x03\0\0\0lz4|\0\0\0\0)"  # a chunk, up to the name of its compression
@@ -59,14 +70,15 @@ def salvage(data: memoryview) -> Salvage:
     else:
         found.damages.append(Damage(0, min(len(MAGIC), len(data)), "the file does not begin like an MCAP file"))
     unpacker = Unpacker(len(data))
+    search = _Search(data, unpacker)
     while start < len(data):
-        start = _stretch(data, start, found, unpacker)
+        start = _stretch(data, start, found, unpacker, search)
     if not found.contents.finished and not (found.damages and found.damages[-1].end == len(data)):
         found.damages.append(Damage(len(data), len(data), "the file ends without its end mark: it was not finished"))
     return found
 
 
-def _stretch(data: memoryview, start: int, found: Salvage, unpacker: Unpacker) -> int:
+def _stretch(data: memoryview, start: int, found: Salvage, unpacker: Unpacker, search: "_Search") -> int:
     """Records one after the other until the end or the first damage; returns where to go on."""
     end = len(data) - len(MAGIC) if bytes(data[-len(MAGIC) :]) == MAGIC else len(data)
     try:
@@ -78,7 +90,7 @@ def _stretch(data: memoryview, start: int, found: Salvage, unpacker: Unpacker) -
                 if start == end:
                     return len(data)
     except DamageError as error:
-        after = next(_candidates(data, start + 1, unpacker), len(data))
+        after = search.begin(start + 1)
         found.damages.append(Damage(start, after, error.what))
         return after
     return len(data)
@@ -128,11 +140,12 @@ def _end(block: Block, data: memoryview, found: Salvage) -> None:
     """The end of the data or of the file. A CRC that fails because of damage already found is no further damage."""
     if len(block.body) != _FIXED_LENGTHS[Opcode(block.opcode)]:
         raise DamageError(block.start, "a broken record at the end")
+    if found.damages:
+        return
     try:
-        (hold_data_crc if block.opcode == Opcode.DATA_END else hold_summary_crc)(block, data)
+        found.contents.end(block, data)
     except DamageError as error:
-        if not found.damages:
-            found.damages.append(Damage(block.start, block.start, error.what))
+        found.damages.append(Damage(block.start, block.start, error.what))
 
 
 def _proven_chunk(block: Block, unpacker: Unpacker) -> Chunk:
@@ -162,20 +175,35 @@ def _proven_attachment(block: Block) -> Block:
     return block
 
 
-def _candidates(data: memoryview, start: int, unpacker: Unpacker) -> Iterator[int]:
-    """Where, from `start` on, a record begins that proves itself."""
-    position = start
-    while (match := _CANDIDATE.search(data, position)) is not None:
-        position = match.start() + 1
-        opcode, length = HEAD.unpack_from(data, match.start())
-        if length > len(data) - match.start() - HEAD.size:
-            continue
-        block = Block(opcode, match.start(), data[match.start() + HEAD.size : match.start() + HEAD.size + length])
+class _Search:
+    """Looks for records that prove themselves; it gives up once it has gone over more bytes than a file of that size is worth.
+
+    Heads that all claim the rest of the file would cost the square of its size.
+    """
+
+    def __init__(self, data: memoryview, unpacker: Unpacker) -> None:
+        self._data, self._unpacker = data, unpacker
+        self._left = unpacked_limit(len(data))
+
+    def begin(self, start: int) -> int:
+        """Where, from `start` on, the next such record begins; the end of the file when there is none."""
+        position = start
+        while self._left > 0 and (match := _CANDIDATE.search(self._data, position)) is not None:
+            position = match.start() + 1
+            if self._proves_itself(match.start()):
+                return match.start()
+        return len(self._data)
+
+    def _proves_itself(self, start: int) -> bool:
+        opcode, length = HEAD.unpack_from(self._data, start)
+        if length > len(self._data) - start - HEAD.size:
+            return False
+        self._left -= length + HEAD.size
         try:
-            _prove(block, unpacker)
+            _prove(Block(opcode, start, self._data[start + HEAD.size : start + HEAD.size + length]), self._unpacker)
         except DamageError:
-            continue
-        yield match.start()
+            return False
+        return True
 
 
 def _prove(block: Block, unpacker: Unpacker) -> None:

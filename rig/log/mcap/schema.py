@@ -7,6 +7,7 @@ numpy view of the same layout is in rig.log.mcap.columns.
 import json
 import zlib
 from collections.abc import Mapping
+from enum import StrEnum
 from typing import Any, Final
 
 from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet
@@ -35,7 +36,24 @@ RESULT_METADATA: Final = "pamrig.result"
 LOG_LEVELS: Final = {"debug": 1, "info": 2, "warning": 3, "error": 4, "fatal": 5}
 """Names of the levels of foxglove.Log."""
 
+
+class Ended(StrEnum):
+    """How a run came to its end: three things that are not to be taken for each other, and a fourth that only a rescue finds."""
+
+    COMPLETE = "complete"
+    """The whole sweep was recorded."""
+    STOPPED = "stopped"
+    """Somebody stopped it before its sweep was over."""
+    FAULT = "fault"
+    CUT = "cut"
+    """The recording breaks off, or lacks a part, without a word from the rig."""
+
+
 _CRC_KEY = "crc32"
+_NUMBERS: Final = ("p0_mpa", "frequency_hz", "amplitude_mpa")
+_COUNTS: Final = ("started_ns", "period_ns", "repeat", "seed", "ticks", "records", "missed", "dropped")
+"""Facts that others count on being numbers, and whole numbers from 0 to MOST."""
+MOST: Final = (1 << 63) - 1
 
 
 def sample_descriptor_set() -> bytes:
@@ -89,12 +107,14 @@ def log_message(level: str, message: str, time_ns: int) -> bytes:
     sec, nsec = divmod(time_ns, 1_000_000_000)
     stamp = {"sec": sec, "nsec": nsec}
     fields = {"timestamp": stamp, "level": LOG_LEVELS[level], "message": message, "name": "pamrig", "file": "", "line": 0}
-    return json.dumps(fields, ensure_ascii=False).encode()
+    return json.dumps(fields, ensure_ascii=False).encode(
+        "utf-8", "backslashreplace"
+    )  # which is how JSON escapes halves of characters
 
 
 def facts_to_text(facts: Mapping[str, Any]) -> dict[str, str]:
     """Facts as an MCAP metadata map: plain text as it stands, all else as JSON, and a CRC because the format has none here."""
-    texts = {str(key): _to_text(value) for key, value in facts.items() if key != _CRC_KEY}
+    texts = {_key(key): _to_text(value) for key, value in facts.items() if key != _CRC_KEY}
     return texts | {_CRC_KEY: _crc(texts)}
 
 
@@ -108,15 +128,65 @@ def facts_intact(texts: Mapping[str, str]) -> bool:
     return texts.get(_CRC_KEY) == _crc({key: text for key, text in texts.items() if key != _CRC_KEY})
 
 
+def unsound(facts: Mapping[str, Any]) -> dict[str, str]:
+    """Facts that are of another kind than their name says, with what they should be. A file may hold anything."""
+    wrong = {name: "a number" for name in _NUMBERS if name in facts and not _is_number(facts[name])}
+    return wrong | {name: f"a whole number from 0 to {MOST}" for name in _COUNTS if name in facts and not _is_count(facts[name])}
+
+
+def sound(facts: Mapping[str, Any]) -> dict[str, Any]:
+    """The facts without those that are `unsound`: they say nothing."""
+    wrong = unsound(facts)
+    return {name: value for name, value in facts.items() if name not in wrong}
+
+
+def count_of(facts: Mapping[str, Any], name: str) -> int:
+    """The whole number of that name; 0 where it is not said, or is no such number."""
+    value = facts.get(name, 0)
+    return int(value) if _is_count(value) else 0
+
+
+def ended_of(facts: Mapping[str, Any]) -> Ended | None:
+    """How the run of a record ended; None where nothing is said of it, as in records that no recorder made.
+
+    Files from before `ended` was written say it by `fault` and `complete`.
+    """
+    said = facts.get("ended")
+    if isinstance(said, str) and said in set(Ended):
+        return Ended(said)
+    if facts.get("fault"):
+        return Ended.FAULT
+    complete = facts.get("complete")
+    return None if not isinstance(complete, bool) else Ended.COMPLETE if complete else Ended.STOPPED
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and -1e300 < value < 1e300
+
+
+def _is_count(value: object) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= MOST
+
+
 def _crc(texts: Mapping[str, str]) -> str:
     canonical = json.dumps(dict(sorted(texts.items())), ensure_ascii=False)
     return f"{zlib.crc32(canonical.encode('utf-8', 'surrogatepass')):08x}"
 
 
+def _key(key: object) -> str:
+    return str(key).encode("utf-8", "backslashreplace").decode()
+
+
 def _to_text(value: Any) -> str:
-    if isinstance(value, str) and _from_text(value) == value:
+    if isinstance(value, str) and _from_text(value) == value and _encodable(value):
         return value
-    return json.dumps(value, ensure_ascii=False, default=_plain)
+    text = json.dumps(value, ensure_ascii=False, default=_plain)
+    return text if _encodable(text) else json.dumps(value, default=_plain)
+
+
+def _encodable(text: str) -> bool:
+    """Whether the text has no half of a character alone, as JSON's escapes allow it and UTF-8 does not."""
+    return not any("\ud800" <= letter <= "\udfff" for letter in text)
 
 
 def _from_text(text: str) -> Any:

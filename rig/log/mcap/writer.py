@@ -47,6 +47,12 @@ class _Tail:
         self.flush()
         os.fsync(self._fd)
 
+    def is_at(self, path: Path) -> bool:
+        try:
+            return os.path.samestat(os.stat(path), os.fstat(self._fd))
+        except OSError:
+            return False
+
     def close(self) -> None:
         if self._fd >= 0:
             os.close(self._fd)
@@ -115,6 +121,13 @@ class RunWriter:
             self._tail.sync()
         except OSError as error:
             raise self._refused(error) from None
+        if self.gone:
+            raise RecordError(f"{self.partial}: was deleted or moved while it was being written")
+
+    @property
+    def gone(self) -> bool:
+        """The file that is being written is not any more where it was begun: somebody deleted or moved it, or its folder."""
+        return not self._tail.is_at(self.partial)
 
     def close_chunk(self) -> None:
         """Close the chunk without waiting for the disk: for who converts a file and can do it again."""
@@ -129,7 +142,7 @@ class RunWriter:
 
         Adds `records`; samples dropped here add to `dropped` and make `valid` false.
         """
-        result = dict(facts) | {"records": self.records, "dropped": int(facts.get("dropped", 0)) + self.dropped}
+        result = dict(facts) | {"records": self.records, "dropped": schema.count_of(facts, "dropped") + self.dropped}
         result["valid"] = bool(facts.get("valid", True)) and not self.dropped
         try:
             self._writer.close_chunk()
@@ -164,7 +177,7 @@ class RunWriter:
         """Everything that stands before the first sample; returns the channels of samples and of log lines."""
         writer = self._writer
         writer.add_metadata(schema.RUN_METADATA, schema.facts_to_text(facts))
-        started_ns = int(facts.get("started_ns", 0))
+        started_ns = schema.count_of(facts, "started_ns")
         for name, data in attachments.items():
             writer.add_attachment(name, _MEDIA_TYPES.get(Path(name).suffix, "application/octet-stream"), data, started_ns)
         sample_schema = writer.add_schema(schema.SAMPLE_SCHEMA, "protobuf", schema.sample_descriptor_set())

@@ -3,6 +3,7 @@
 import multiprocessing
 import os
 import secrets
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,12 +11,15 @@ import pytest
 from mcap_files import contents
 from scripted import PERIOD_NS
 
+from rig.log.check import check
+from rig.log.mcap.schema import Ended
+from rig.log.mcap.writer import RunWriter
 from rig.realtime.faults import Fault
 from rig.realtime.ring import Ring, RingWriter
 from rig.realtime.state import State
 from rig.sample import WIRES, Flag, Phase, Sample
 from rig.service import recorder as recorder_module
-from rig.service.recorder import Recorder, RunOrder, RunResult
+from rig.service.recorder import Recorder, RunOrder, RunResult, Trouble
 
 WALL_NS = 1_700_000_000_000_000_000
 
@@ -44,7 +48,7 @@ def order(folder: Path, run: int = 1, sweep_ticks: int = 10) -> RunOrder:
     return RunOrder(run, folder / f"run{run}.mcap", facts, {"rig.yaml": b"name: x\n"}, sweep_ticks, WALL_NS)
 
 
-def recorded(ring: Ring, samples: list[Sample], *orders: RunOrder) -> list[RunResult]:
+def recorded(ring: Ring, samples: list[Sample], *orders: RunOrder, troubles: list[Trouble] | None = None) -> list[RunResult]:
     """What a recorder makes of `samples`, which are in the ring before it begins."""
     writer = RingWriter(ring, 1)
     for item in samples:
@@ -60,7 +64,9 @@ def recorded(ring: Ring, samples: list[Sample], *orders: RunOrder) -> list[RunRe
         try:
             found.append(results_in.recv())
         except EOFError:
-            return found
+            return [
+                word for word in found if not (isinstance(word, Trouble) and (troubles is None or troubles.append(word) is None))
+            ]
 
 
 def test_a_run_goes_into_its_file_as_it_is(ring: Ring, tmp_path: Path) -> None:
@@ -120,10 +126,67 @@ def test_what_is_special_is_told_once_when_it_appears(ring: Ring, tmp_path: Path
     assert lines == ["CLIPPED_SLEW at tick 1", "CLIPPED_SLEW at tick 4"]
 
 
-def test_a_stop_of_the_operator_leaves_a_valid_record_that_is_not_complete(ring: Ring, tmp_path: Path) -> None:
+def test_a_stop_of_the_operator_leaves_a_record_that_is_stopped_and_no_measurement(ring: Ring, tmp_path: Path) -> None:
     samples = [sample(0, 1), sample(1, 1, Phase.RAMP_OUT), sample(2, 1, Phase.NONE), sample(3, 0)]
     (result,) = recorded(ring, samples, order(tmp_path))
-    assert (result.valid, result.complete) == (True, False)
+    assert (result.valid, result.complete, result.ended) == (False, False, Ended.STOPPED)
+    file = contents(result.file)
+    assert (file.result["valid"], file.result["ended"]) == ("false", "stopped")
+    assert check(result.file)[0] == "the run was stopped before its sweep was over"
+
+
+@pytest.mark.parametrize(("fault", "ended"), [(0, Ended.COMPLETE), (Fault.ANGLE_LIMIT, Ended.FAULT)])
+def test_complete_and_faulted_are_different_things(ring: Ring, tmp_path: Path, fault: int, ended: Ended) -> None:
+    samples = [*[sample(t, 1) for t in range(10)], sample(10, 1, Phase.NONE, fault=fault), sample(11, 0)]
+    (result,) = recorded(ring, samples, order(tmp_path))
+    assert (result.ended, result.valid) == (ended, ended is Ended.COMPLETE)
+    assert contents(result.file).result["ended"] == str(ended)
+
+
+def test_a_folder_that_is_deleted_under_a_record_is_said_at_once(
+    ring: Ring, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(recorder_module, "FLUSH_NS", 0)
+    flush, calls = RunWriter.flush, [0]
+
+    def flushing(self: RunWriter) -> None:
+        calls[0] += 1
+        if calls[0] == 3:
+            shutil.rmtree(tmp_path / "logs")
+        flush(self)
+
+    monkeypatch.setattr(RunWriter, "flush", flushing)
+    (tmp_path / "logs").mkdir()
+    troubles: list[Trouble] = []
+    (result,) = recorded(
+        ring, [*(sample(t, 1) for t in range(2000)), sample(2000, 0)], order(tmp_path / "logs"), troubles=troubles
+    )
+    said = f"{tmp_path}/logs/run1.mcap.partial: was deleted or moved while it was being written"
+    assert troubles[-1] == Trouble(1, said, final=True), "while the run went on"
+    assert not result.valid
+    assert result.error
+
+
+def test_a_full_disk_is_said_at_once_and_again_when_it_has_room(
+    ring: Ring, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(recorder_module, "FLUSH_NS", 0)
+    write, calls = os.write, [0]
+
+    def refusing(fd: int, data: bytes) -> int:
+        calls[0] += 1
+        if 2 <= calls[0] <= 3:
+            raise OSError(28, "No space left on device")
+        return write(fd, data)
+
+    monkeypatch.setattr(os, "write", refusing)
+    troubles: list[Trouble] = []
+    samples = [*(sample(t, 1) for t in range(2000)), sample(2000, 1, Phase.NONE), sample(2001, 0)]
+    (result,) = recorded(ring, samples, order(tmp_path), troubles=troubles)
+    assert result.valid
+    assert not any(trouble.final for trouble in troubles)
+    assert any("No space left" in trouble.error for trouble in troubles)
+    assert troubles[-1].error == ""
 
 
 def test_a_record_that_ends_in_the_middle_is_not_valid(ring: Ring, tmp_path: Path) -> None:

@@ -1,0 +1,63 @@
+"""The one rule for outputs at the command line: where an option may point is said before the work begins."""
+
+import os
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import click
+from click.decorators import FC
+
+from rig.outputs import Kind, check_apart, check_place
+
+
+class Output(click.ParamType):  # type: ignore[type-arg]  # generic in the stubs only
+    """A file that the command writes, or a folder: with `or_folder` a path that is one or has no suffix. `-` is stdout with `stdout`."""
+
+    name = "file"
+
+    def __init__(self, kind: Kind, *, stdout: bool = False, or_folder: bool = False, make_folder: bool = False) -> None:
+        self.kind, self._stdout, self._or_folder, self._make_folder = kind, stdout, or_folder, make_folder
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The path, once nothing speaks against writing there; RigError otherwise."""
+        if self._stdout and value == "-":
+            return "-"
+        path = Path(value)
+        folder = self._or_folder and (os.path.isdir(path) or not path.suffix)
+        check_place(path, Kind.FOLDER if folder else self.kind, make_folder=self._make_folder)
+        return str(path) if self._stdout else path
+
+
+class Command(click.Command):
+    """A command whose outputs are held apart from its inputs and from each other, before it does anything."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """As click does, after that check."""
+        check_apart(_places(self, ctx, outputs=True), _places(self, ctx, outputs=False))
+        return super().invoke(ctx)
+
+
+class Group(Command, click.Group):
+    """A group of such commands."""
+
+    command_class = Command
+    group_class = type
+
+
+def output_option(kind: Kind, help_text: str, *, or_folder: bool = False, **more: Any) -> Callable[[FC], FC]:
+    """`-o`, also `--output` and `--out`: where a command writes its result, passed to it as `output`. Folders on the way are made."""
+    place = Output(kind, or_folder=or_folder, make_folder=True)
+    return click.option("-o", "--output", "--out", "output", type=place, help=help_text, **more)
+
+
+def _places(command: click.Command, ctx: click.Context, *, outputs: bool) -> Iterator[tuple[str, Path]]:
+    """Every file that the call names, with the option or argument that names it."""
+    for param in command.params:
+        value = ctx.params.get(param.name or "")
+        wanted = isinstance(param.type, Output) if outputs else isinstance(param.type, click.Path)
+        if not wanted or value is None:
+            continue
+        for place in value if isinstance(value, tuple) else (value,):
+            if str(place) != "-":
+                yield max(param.opts, key=len) if isinstance(param, click.Option) else param.make_metavar(ctx), Path(place)

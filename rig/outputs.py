@@ -1,0 +1,200 @@
+"""One rule for whatever a command writes: nothing that somebody may still need is lost by it.
+
+A new file is written under another name beside its place and takes the name when it is whole. A file that exists is replaced only by
+one of its own kind: a page by a page, a model by a model. A recording is never replaced. Standard library only.
+"""
+
+import contextlib
+import itertools
+import os
+import re
+import secrets
+import stat
+from collections.abc import Callable, Iterable, Iterator
+from enum import Enum
+from pathlib import Path
+from typing import Final
+
+from rig.errors import RigError
+
+_HEAD_BYTES: Final = 1 << 16
+_NAME_BYTES: Final = 100
+FIGURE_SUFFIXES: Final = (".png", ".svg", ".pdf")
+_FIGURE_HEADS: Final = {".png": b"\x89PNG", ".pdf": b"%PDF"}
+
+
+class Kind(Enum):
+    """What a file written by a command is; the value is its name in a message."""
+
+    JSON = "a JSON file"
+    PAGE = "an HTML page"
+    TABLE = "a table of scores"
+    FIGURE = "a figure"
+    MODEL = "a model"
+    SWEEP = "a sweep"
+    CALIBRATION = "a calibration"
+    RECORDING = "a recording"
+    """Never replaced, not even by another."""
+    FOLDER = "a folder"
+
+
+def _key(*names: bytes) -> Callable[[bytes], bool]:
+    """Whether a YAML file has one of these keys at its top level."""
+    pattern = re.compile(rb"^(?:%s):" % b"|".join(names), re.MULTILINE)
+    return lambda head: pattern.search(head) is not None
+
+
+_SIGNS: Final[dict[Kind, Callable[[bytes], bool]]] = {
+    Kind.JSON: lambda head: head.lstrip()[:1] in (b"{", b"["),
+    Kind.PAGE: lambda head: head.lstrip()[:5].lower() in (b"<!doc", b"<html"),
+    Kind.TABLE: lambda head: head.startswith((b"record,", b"| record")),
+    Kind.MODEL: _key(b"muscle"),
+    Kind.SWEEP: _key(b"records"),
+    Kind.CALIBRATION: _key(b"valve_[12]", b"monitor_[12]", b"angle"),
+}
+"""How a file shows its kind in its first bytes."""
+
+
+def check_place(path: Path, kind: Kind, *, make_folder: bool = False) -> None:
+    """RigError, one line, when nothing of that kind may be written to `path`. To be asked before the work; `writing` asks again.
+
+    With `make_folder` its folder need not be there yet.
+    """
+    if kind is Kind.FIGURE and path.suffix.lower() not in FIGURE_SUFFIXES:
+        raise RigError(f"{path}: a figure is written as {', '.join(FIGURE_SUFFIXES)}")
+    try:
+        why = _refusal(path, kind, make_folder)
+    except (OSError, ValueError):
+        why = "no file can have that name"
+    if why:
+        raise RigError(f"{path}: cannot be written: {why}")
+    if os.path.isfile(path) and kind is not Kind.FOLDER:
+        _check_replaceable(path, kind)
+
+
+def _refusal(path: Path, kind: Kind, make_folder: bool) -> str:
+    """What stands against the place itself; empty for nothing."""
+    if kind is Kind.FOLDER:
+        make_folder = True
+        if os.path.isdir(path):
+            return "" if os.access(path, os.W_OK) else "not allowed there"
+    if os.path.exists(path) and os.path.isdir(path) != (kind is Kind.FOLDER):
+        return (
+            "it is a folder" if os.path.isdir(path) else "" if kind is not Kind.FOLDER else "it is a file, and a folder is wanted"
+        )
+    if _is_stream(path):
+        return "" if os.access(path, os.W_OK) else "not allowed there"
+    above = path.resolve().parent
+    while make_folder and not above.exists():
+        above = above.parent
+    if not above.is_dir():
+        return "no such folder"
+    return "" if os.access(above, os.W_OK) else "not allowed there"
+
+
+def check_apart(outputs: Iterable[tuple[str, Path]], inputs: Iterable[tuple[str, Path]]) -> None:
+    """RigError when two outputs, or an output and an input, are one file; each comes with the name of its option."""
+    taken = [(f"{name} reads", _same(path)) for name, path in inputs if not os.path.isdir(path)]
+    for name, path in outputs:
+        if os.path.isdir(path) or _is_stream(path):
+            continue
+        here = _same(path)
+        other = next((what for what, place in taken if place == here), None)
+        if other is not None:
+            raise RigError(f"{name} {path}: that is the file which {other}; give each output a file of its own")
+        taken.append((f"{name} writes", here))
+
+
+@contextlib.contextmanager
+def writing(path: Path, kind: Kind) -> Iterator[Path]:
+    """The place to write to (with the suffix of `path`), which becomes `path` at the end and vanishes after an error.
+
+    RigError when nothing of that kind may be written there, or the disk refuses.
+    """
+    check_place(path, kind)
+    target = path.resolve()
+    part = path if _is_stream(path) else target.with_name(f".{secrets.token_hex(6)}.writing{target.suffix[:16]}")
+    try:
+        yield part
+        if part is not path:
+            _finish(part, target)
+    except OSError as error:
+        raise RigError(f"{path}: cannot be written: {error.strerror or error}") from None
+    finally:
+        if part is not path:
+            part.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str, kind: Kind) -> None:
+    """Write a whole text file by the rule."""
+    with writing(path, kind) as part:
+        part.write_text(text, encoding="utf-8")
+
+
+def file_name(name: str) -> str:
+    """A name from a file or a network as the name of a file: in one folder, visible, of a length that every disk takes."""
+    plain = re.sub(r"[^\w.+-]+", "-", name).strip(".-")
+    while len(plain.encode()) > _NAME_BYTES:
+        plain = plain[:-1]
+    return plain or "record"
+
+
+def targets_in(folder: Path, names: Iterable[str], suffix: str) -> list[Path]:
+    """A file in `folder` for each name, in order; what would be the same file twice (repeats, other sessions) gets a number."""
+    made: list[Path] = []
+    taken: set[str] = set()
+    for name in names:
+        plain = file_name(name)
+        numbered = (plain if n == 1 else f"{plain}_{n}" for n in itertools.count(1))
+        free = next(each for each in numbered if each.lower() not in taken)  # a disk may take capitals for small letters
+        taken.add(free.lower())
+        made.append(folder / f"{free}{suffix}")
+    return made
+
+
+def _check_replaceable(path: Path, kind: Kind) -> None:
+    if kind is Kind.RECORDING:
+        raise RigError(f"{path}: exists already; a recording is never overwritten")
+    try:
+        with path.open("rb") as file:
+            head = file.read(_HEAD_BYTES)
+    except OSError as error:
+        raise RigError(f"{path}: cannot be written: {error.strerror}") from None
+    if head and not _shows(path, head, kind):
+        raise RigError(f"{path}: exists already and is not {kind.value}; it is not overwritten")
+
+
+def _shows(path: Path, head: bytes, kind: Kind) -> bool:
+    if path.suffix == ".md":
+        return head.startswith((b"#", b"|"))
+    if kind is Kind.FIGURE:
+        sign = _FIGURE_HEADS.get(path.suffix.lower())
+        return head.startswith(sign) if sign else b"<svg" in head
+    aside = path.name.endswith("-metadata.json")  # beside an exported CSV, and part of that recording
+    return not aside and _SIGNS[kind](head)
+
+
+def _finish(part: Path, target: Path) -> None:
+    """Onto the disk, then under its name; a file that was there keeps its mode."""
+    if target.exists():
+        part.chmod(stat.S_IMODE(target.stat().st_mode))
+    descriptor = os.open(part, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+    part.replace(target)
+
+
+def _same(path: Path) -> object:
+    """What is equal for two ways to say one file: device and inode, or the resolved path of what is not there yet."""
+    try:
+        found = path.stat()
+    except (OSError, ValueError):
+        return os.path.realpath(path)
+    return found.st_dev, found.st_ino
+
+
+def _is_stream(path: Path) -> bool:
+    """/dev/null, /dev/stdout, a pipe: written to as it stands."""
+    return os.path.exists(path) and not os.path.isfile(path) and not os.path.isdir(path)

@@ -1,0 +1,229 @@
+"""One rule for every output of every command: what somebody may still need is never lost by it."""
+
+import json
+import os
+import stat
+from collections.abc import Iterator
+from pathlib import Path
+
+import click
+import pytest
+from click.testing import CliRunner
+from made_logs import made_content, made_log
+
+from rig.cli.commands import cli
+from rig.cli.outputs import Command, Output
+from rig.errors import RigError
+from rig.log.convert import write_content
+from rig.log.reader import read
+from rig.outputs import Kind, check_apart, file_name, targets_in, write_text, writing
+
+WRITES = {"json", "html", "figures", "figure", "loops", "output", "out", "augmented-model", "next-experiment", "retuned"}
+MODEL = "configs/models/simulated.yaml"
+
+
+def commands(command: click.Command, name: str = "pamrig") -> Iterator[tuple[str, click.Command]]:
+    """Every command and group with its name."""
+    yield name, command
+    if isinstance(command, click.Group):
+        context = click.Context(command)
+        for each in command.list_commands(context):
+            inner = command.get_command(context, each)
+            assert inner is not None
+            yield from commands(inner, f"{name} {each}")
+
+
+def test_every_command_and_every_option_that_writes_keeps_the_rule() -> None:
+    for name, command in commands(cli):
+        assert name == "pamrig" or isinstance(command, Command), name
+        for option in command.params:
+            names = {opt.lstrip("-") for opt in option.opts}
+            assert not names & WRITES or isinstance(option.type, Output), (name, option.opts)
+            assert not names & {"o", "output", "out"} or names == {"o", "output", "out"}, (name, option.opts)
+
+
+def run(*words: str | Path) -> tuple[str, int]:
+    """The one line of an error, and the exit status."""
+    result = CliRunner().invoke(cli, [str(word) for word in words])
+    return (str(result.exception), 2) if isinstance(result.exception, RigError) else (result.output, result.exit_code)
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> Path:
+    """A recording."""
+    made_log(tmp_path / "rec.mcap")
+    return tmp_path / "rec.mcap"
+
+
+def onto_the_recording(log: Path) -> dict[str, list[str]]:
+    """Calls of every command that takes a log, with an output on the recording itself."""
+    it, model = str(log), MODEL
+    return {
+        "identify -o": ["identify", it, "-o", it],
+        "identify --json": ["identify", it, "-o", f"{log.parent}/m.yaml", "--json", it],
+        "identify --figures": ["identify", it, "-o", f"{log.parent}/m.yaml", "--figures", it],
+        "validate --json": ["validate", model, it, "--json", it],
+        "simulate -o": ["simulate", it, "--model", model, "-o", it],
+        "simulate --loops": ["simulate", it, "--model", model, "-o", f"{log.parent}/o.mcap", "--loops", it],
+        "replay -o": ["replay", it, "-o", it],
+        "replay --figure": ["replay", it, "-o", f"{log.parent}/o.mcap", "--figure", it],
+        "gap --html": ["gap", "diagnose", "--model", model, "--log", it, "--html", it],
+        "gap --augmented-model": ["gap", "diagnose", "--model", model, "--log", it, "--augmented-model", it],
+        "gap --next-experiment": ["gap", "diagnose", "--model", model, "--log", it, "--next-experiment", it],
+        "gap --json": ["gap", "diagnose", "--model", model, "--log", it, "--json", it],
+        "info --json": ["log", "info", it, "--json", it],
+        "check --json": ["log", "check", it, "--json", it],
+        "recover -o": ["log", "recover", it, "-o", it],
+        "import -o": ["log", "import", it, "-o", it],
+        "export -o": ["log", "export", it, "-o", it],
+        "plot -o": ["log", "plot", it, "-o", it],
+        "run --out": ["run", "quick", "--clock", "virtual", "--out", it],
+        "calibrate -o": ["devices", "calibrate", "angle", "-o", it],
+        "list --json": ["devices", "list", "--json", it],
+        "bench --json": ["bench", "--json", it],
+        "check --html": ["gap", "check", "--html", it],
+    }
+
+
+@pytest.mark.parametrize("call", list(onto_the_recording(Path("x"))))
+def test_a_recording_stays_whatever_is_written_onto_it(log: Path, call: str) -> None:
+    before = log.read_bytes()
+    said, status = run(*onto_the_recording(log)[call])
+    assert (status, "\n" in said.strip()) == (2, False), said
+    assert str(log) in said
+    assert log.read_bytes() == before
+    assert [path.name for path in log.parent.iterdir()] == ["rec.mcap"]
+
+
+def test_a_model_that_is_read_is_not_written(log: Path, tmp_path: Path) -> None:
+    model = tmp_path / "model.yaml"
+    model.write_text(Path(MODEL).read_text())
+    said, status = run("gap", "diagnose", "--model", model, "--log", log, "--augmented-model", model)
+    assert status == 2
+    assert "--model reads" in said
+    link = tmp_path / "link.yaml"
+    link.symlink_to(model)
+    assert run("identify", log, "--start", model, "-o", link)[1] == 2
+
+
+def test_two_outputs_are_two_files(log: Path, tmp_path: Path) -> None:
+    one = tmp_path / "one.json"
+    said, status = run("gap", "diagnose", "--model", MODEL, "--log", log, "--html", one, "--json", f"{tmp_path}/./one.json")
+    assert status == 2
+    assert "--html writes" in said
+    assert not one.exists()
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "own"),
+    [
+        (Kind.JSON, "x.json", b'{"a": 1}'),
+        (Kind.PAGE, "x.html", b"<!doctype html>"),
+        (Kind.FIGURE, "x.png", b"\x89PNG\r\n"),
+        (Kind.FIGURE, "x.svg", b"<?xml?><svg>"),
+        (Kind.FIGURE, "x.pdf", b"%PDF-1.4"),
+        (Kind.MODEL, "x.yaml", b"# mine\nmuscle:\n  kind: bw\n"),
+        (Kind.SWEEP, "x.yaml", b"name: x\nrecords: []\n"),
+        (Kind.CALIBRATION, "x.yaml", b"# By\nangle: {}\n"),
+        (Kind.TABLE, "x.csv", b"record,rmse_deg\n"),
+        (Kind.TABLE, "x.md", b"| record | rmse_deg |\n"),
+    ],
+)
+def test_a_file_is_replaced_by_its_own_kind_only(tmp_path: Path, kind: Kind, name: str, own: bytes) -> None:
+    place = tmp_path / name
+    for there, allowed in ((own, True), (b"", True), (b"t_s,dp_cmd_mpa\n0,0\n", False), (b"\x89MCAP0\r\n", False)):
+        place.write_bytes(there)
+        if allowed:
+            with writing(place, kind) as part:
+                part.write_bytes(b"new")
+            assert place.read_bytes() == b"new"
+            continue
+        with pytest.raises(RigError, match="is not overwritten"), writing(place, kind):
+            pass
+        assert place.read_bytes() == there
+
+
+def test_facts_beside_an_exported_table_are_part_of_the_recording(tmp_path: Path) -> None:
+    aside = tmp_path / "x.csv-metadata.json"
+    aside.write_text("{}")
+    with pytest.raises(RigError, match="is not overwritten"):
+        write_text(aside, "[]", Kind.JSON)
+
+
+def interrupted(place: Path) -> None:
+    """Ctrl-C in the middle of writing."""
+    with writing(place, Kind.JSON) as part:
+        part.write_text("[1,")
+        raise KeyboardInterrupt
+
+
+def test_a_file_is_there_whole_or_as_it_was(tmp_path: Path) -> None:
+    place = tmp_path / "x.json"
+    place.write_text("{}")
+    place.chmod(0o640)
+    with pytest.raises(KeyboardInterrupt):
+        interrupted(place)
+    assert place.read_text() == "{}"
+    write_text(place, "[1]", Kind.JSON)
+    assert (place.read_text(), stat.S_IMODE(place.stat().st_mode)) == ("[1]", 0o640)
+    assert [path.name for path in tmp_path.iterdir()] == ["x.json"]
+
+
+def test_a_link_stays_a_link_and_a_device_a_device(tmp_path: Path) -> None:
+    (tmp_path / "real.json").write_text("{}")
+    (tmp_path / "link.json").symlink_to("real.json")
+    write_text(tmp_path / "link.json", "[2]", Kind.JSON)
+    assert (tmp_path / "link.json").is_symlink()
+    assert (tmp_path / "real.json").read_text() == "[2]"
+    write_text(Path("/dev/null"), "[3]", Kind.JSON)
+    assert stat.S_ISCHR(os.stat("/dev/null").st_mode)
+    check_apart([("--json", Path("/dev/null")), ("--html", Path("/dev/null"))], [])
+
+
+@pytest.mark.parametrize(
+    "name", ["../../x", "/abs/x", "..", ".", "", "a/b", "a\0b", "\x1b[2J", "ä" * 200, "x" * 4000, ".hidden", "\ud800", "con\n"]
+)
+def test_a_name_becomes_a_file_in_its_folder(tmp_path: Path, name: str) -> None:
+    (target,) = targets_in(tmp_path, [name], ".svg")
+    target.write_text("")
+    assert target.resolve().parent == tmp_path.resolve()
+    assert not target.name.startswith(".")
+    assert len(target.name.encode()) < 120
+
+
+def test_usual_names_stay_and_equal_ones_are_numbered(tmp_path: Path) -> None:
+    assert file_name("sine_0.5hz_0.20mpa") == "sine_0.5hz_0.20mpa"
+    names = [path.name for path in targets_in(tmp_path, ["a", "A", "a/", "a_2", "b"], ".png")]
+    assert names == ["a.png", "A_2.png", "a_3.png", "a_2_2.png", "b.png"]
+
+
+@pytest.mark.parametrize("name", ["../../escaped", "/tmp/escaped_absolutely"])
+def test_a_record_named_like_a_path_is_written_into_the_folder(tmp_path: Path, name: str) -> None:
+    from dataclasses import replace
+
+    deep, out = tmp_path / "a" / "b", tmp_path / "a" / "b" / "out"
+    out.mkdir(parents=True)
+    content = made_content()
+    write_content(replace(content, run_facts={**content.run_facts, "name": name}), deep / "in.mcap")
+    (deep / "logs").mkdir()
+    (deep / "in.mcap").rename(deep / "logs" / "in.mcap")
+    before = {path for path in tmp_path.rglob("*") if out not in path.parents}
+    assert run("log", "plot", deep / "logs", "-o", out)[1] == 0
+    assert run("simulate", deep / "logs", "--model", MODEL, "-o", out)[1] == 0
+    assert len(list(out.iterdir())) == 2
+    assert {path for path in tmp_path.rglob("*") if out not in path.parents} == before
+    assert not Path("/tmp/escaped_absolutely.svg").exists()
+    assert len(read(next(out.glob("*.mcap")))) == 1
+
+
+def test_json_of_a_result_replaces_json(log: Path, tmp_path: Path) -> None:
+    out = tmp_path / "x.json"
+    for _ in range(2):
+        assert run("log", "info", log, "--json", out)[1] == 0
+        assert json.loads(out.read_text())["files"]
+
+
+@pytest.mark.parametrize("name", ["x" * 5000, "a\0b", "\ud800"])
+def test_a_name_that_no_file_can_have_is_one_line(log: Path, name: str) -> None:
+    said, status = run("log", "info", log, "--json", name)
+    assert (status, "\n" in said.strip()) == (2, False)

@@ -1,0 +1,75 @@
+"""What a name, a fact or a daemon says comes to the terminal as text: no control codes, no markup, and names stay whole."""
+
+import io
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner
+from made_logs import made_content
+from rich.text import Text
+
+from rig.app.terminal import console, listing, styled, visible
+from rig.cli.commands import cli
+from rig.cli.picture import status_lines
+from rig.log.convert import write_content
+
+HOSTILE = "\x1b[2J\x1b]0;title\x07\r\u202e[/x][bold]\n  log: ok\ud800"
+
+
+def test_what_moves_the_cursor_or_turns_the_line_is_spelled_out() -> None:
+    assert visible("\x1b[31mred\x9b\r\u202e") == "\\x1b[31mred\\x9b\\r\\u202e"
+    assert visible("two\nlines\tand ÄÖ µ °") == "two\nlines\tand ÄÖ µ °"
+    assert visible("one\nline", one_line=True) == "one\\nline"
+
+
+def test_facts_log_lines_and_findings_reach_the_terminal_as_text(tmp_path: Path) -> None:
+    content = made_content()
+    path = tmp_path / "x.mcap"
+    facts = {**content.run_facts, "operator": HOSTILE, "p0_mpa": HOSTILE, "device": {HOSTILE: HOSTILE}}
+    write_content(replace(content, run_facts=facts), path)
+    for words in (["info"], ["check"]):
+        shown = CliRunner().invoke(cli, ["log", *words, str(path)]).output
+        assert not [letter for letter in shown if letter != "\n" and not letter.isprintable()]
+        assert "\n  log: ok" not in shown
+
+
+def test_a_name_with_brackets_is_a_name() -> None:
+    terminal = console()
+    terminal.file = io.StringIO()
+    terminal.print("[/x] [bold]")
+    terminal.print(styled(("[/y]", "bold"), " \x1b"))
+    table = listing("[/z]")
+    table.add_row("[/q]")
+    terminal.print(table)
+    assert [line.rstrip() for line in terminal.file.getvalue().splitlines()] == ["[/x] [bold]", "[/y] \\x1b", "[/z]", "[/q]"]
+
+
+def status(**changed: Any) -> dict[str, Any]:
+    """A daemon's status with little in it."""
+    plain: dict[str, Any] = dict.fromkeys(("session", "record", "fault", "loop"))
+    return plain | {
+        "rig": "r", "state": "armed", "uptime_s": 1.0, "pause_s": 0, "queue": [], "processes": {}, "realtime": {},
+        "disk_free_gb": 1.0, "logs": "logs", "left_s": 0, "working": False, "retention": None,
+    } | changed  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["[/x]", HOSTILE, "a\\", "[bold]"])
+def test_a_daemon_may_say_anything_in_its_status(name: str) -> None:
+    fault = {"name": "X", "cause": name, "said": name, "hint": name}
+    record = {"name": name, "done": 0.5, "left_s": 1}
+    shown = [Text.from_markup(line).plain for line in status_lines(status(rig=name, fault=fault, record=record, logs=name))]
+    assert visible(name, one_line=True) in shown[0]
+    assert not [letter for line in shown for letter in line if not letter.isprintable()]
+
+
+@pytest.mark.parametrize("width", [20, 40, 1000])
+def test_names_stay_whole_however_narrow_the_terminal_is(width: int) -> None:
+    terminal = console()
+    terminal.file, terminal.width = io.StringIO(), width
+    name = "a_record_with_a_long_name_0.2hz_0.20mpa"
+    table = listing("record", "what came of it")
+    table.add_row(name, "some words that may be folded into more than one line")
+    terminal.print(table)
+    assert name in terminal.file.getvalue()
