@@ -19,7 +19,7 @@ for rig in simulated physics; do
   for input in command pressure; do
     for kind in mbw bw; do
       # Table II settings, the 0.5 Hz sine alone; the YAML and the JSON are our Table III
-      pamrig identify "$sine" --kind $kind --input $input -o "$out/$rig-$input-$kind.yaml" --json "$out/$rig-$input-$kind.json"
+      pamrig identify "$sine" --kind $kind --input $input --mean-exponent 0 -o "$out/$rig-$input-$kind.yaml" --json "$out/$rig-$input-$kind.json"
     done
     # Table IV and Figs. 4 to 6
     pamrig validate "$out/$rig-$input-mbw.yaml" "$out/$rig" --beside "$out/$rig-$input-bw.yaml" \
@@ -27,6 +27,6 @@ for rig in simulated physics; do
   done
   # what three sines instead of one are worth
   pamrig identify "$out/$rig/sine_0.2hz_0.20mpa.mcap" "$sine" "$out/$rig/sine_0.8hz_0.20mpa.mcap" \
-    -o "$out/$rig-three.yaml" --json "$out/$rig-three.json"
+    --input command --mean-exponent 0 -o "$out/$rig-three.yaml" --json "$out/$rig-three.json"
   pamrig validate "$out/$rig-three.yaml" "$out/$rig" --json "$out/$rig-three-table4.json"
 done

@@ -1,14 +1,15 @@
 """What `pamrig identify` does: the model at the start and the settings of the search from what was asked, then the fit."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from rig.app.compose import find_config
-from rig.identify.data import Options, cut
+from rig.identify.data import Options, best_input, cut
 from rig.identify.fit import Identified, Settings, identify
+from rig.identify.mean_law import mean_law
 from rig.identify.stability import SweepRange
 from rig.identify.swarm import SwarmSettings
 from rig.identify.templates import Template, input_gain, rest_pressure, template_model
@@ -24,13 +25,15 @@ class StartOptions:
     """A model whose `free` parameters are searched within its own bounds; then the rest is its own too."""
     kind: str
     drive: str
+    """auto, or an Input."""
     joint: str
     sample_time_s: float
     p0_mpa: float | None
     """None: what the records say."""
     u_unit_mpa: float
     free_offset: bool
-    mean_exponent: float
+    mean_exponent: float | None
+    """None: identified where the records show it."""
 
 
 @dataclass(frozen=True)
@@ -65,25 +68,37 @@ def identify_model(
         bounded=search.bounded,
         sweep=sweep,
     )
-    return identify(records, start_model(start, records, options), settings, options, report)
+    model, choices = start_model(start, records, options)
+    return replace(identify(records, model, settings, options, report), choices=choices)
 
 
-def start_model(start: StartOptions, records: list[Record], options: Options) -> Model:
-    """The given model, or the template of the kind with bounds that fit the records."""
+def start_model(start: StartOptions, records: list[Record], options: Options) -> tuple[Model, list[str]]:
+    """The given model, or the template of the kind with bounds that fit the records; and what was chosen for the caller, with why."""
     if start.start is not None:
-        return load_model(find_config(start.start, "models"))
+        return load_model(find_config(start.start, "models")), []
+    drive, choices = Input.COMMAND, []
+    if start.drive == "auto":
+        drive, why = best_input(records, options)
+        choices.append(why)
+    else:
+        drive = Input(start.drive)
+    p0_mpa = start.p0_mpa if start.p0_mpa is not None else rest_pressure(records)
+    exponent = start.mean_exponent
+    if exponent is None and start.kind != "bw_continuous":
+        exponent, why = mean_law(records, drive, p0_mpa)
+        choices.append(why)
     template = Template(
         kind=start.kind,
-        drive=Input(start.drive),
+        drive=drive,
         sample_time_s=start.sample_time_s,
-        p0_mpa=start.p0_mpa if start.p0_mpa is not None else rest_pressure(records),
+        p0_mpa=p0_mpa,
         u_unit_mpa=start.u_unit_mpa,
         joint=start.joint,
         free_offset=start.free_offset,
-        mean_exponent=start.mean_exponent,
+        mean_exponent=exponent,
     )
     shown = [cut(record, options) for record in records]
-    return template_model(template, input_gain(shown, template.u_unit_mpa))
+    return template_model(template, input_gain(shown, template.u_unit_mpa)), choices
 
 
 def sweep_range(low_hz: float, high_hz: float, amplitude_mpa: float | None, records: Sequence[Record]) -> SweepRange:

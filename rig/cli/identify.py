@@ -64,10 +64,10 @@ def _shared(command: Any) -> Any:
 @click.option(
     "--input",
     "drive",
-    type=click.Choice(["command", "pressure"]),
-    default="command",
+    type=click.Choice(["auto", "command", "pressure"]),
+    default="auto",
     show_default=True,
-    help="What drives the muscles.",
+    help="What drives the muscles; auto: the measured pressures where all records have them.",
 )
 @click.option("--optimizer", type=click.Choice(["pso", "cma-es", "de"]), default="pso", show_default=True)
 @click.option("--seed", default=1, show_default=True, type=click.IntRange(0))
@@ -95,10 +95,8 @@ def _shared(command: Any) -> Any:
 @click.option("--free-offset", is_flag=True, help="The angle's zero is not known: identify it.")
 @click.option(
     "--mean-exponent",
-    default=0.0,
-    show_default=True,
     type=click.FloatRange(0.0, 2.0),
-    help="1: the pressure difference counts over the mean.",
+    help="1: the pressure difference counts over the mean; default: identified where the mean pressure moves.",
 )
 @click.option("--p0", "p0_mpa", type=click.FloatRange(0.0, 0.5), help="Pressure at rest in MPa; default: what the records say.")
 @click.option(

@@ -9,10 +9,12 @@ import numpy as np
 from rich.console import Console
 
 from rig.app.terminal import listing, styled
+from rig.config import unstructure
 from rig.identify.data import Options, prepare
 from rig.identify.fit import Identified
 from rig.identify.objective import predict
 from rig.identify.validate import Score, Validation
+from rig.model.fingerprint import Fingerprint, PressureSource
 from rig.model.parameters import Model
 from rig.record import Record
 from rig.report.fit_figures import terminal_comparison
@@ -34,6 +36,7 @@ def identified_json(found: Identified, output: Path) -> dict[str, Any]:
         }
         for place in found.space.places
     }
+    law = found.model.muscle.parameters.get("mean_exponent")
     return {
         "model": str(output),
         "rmse_deg": found.rmse_deg,
@@ -43,6 +46,9 @@ def identified_json(found: Identified, output: Path) -> dict[str, Any]:
         "seconds": found.seconds,
         "bounded": found.verdict.bounded,
         "peak_deg": found.verdict.peak_deg,
+        "input": found.model.muscle.input.value,
+        "mean_exponent": None if law is None else law.value,
+        "fingerprint": unstructure(found.model.fingerprint),
         "parameters": parameters,
         "correlation": {"names": found.space.names, "matrix": found.uncertainty.correlation.tolist()},
         "records": [score_json(each) for each in found.scores],
@@ -79,7 +85,9 @@ def validation_json(result: Validation) -> dict[str, Any]:
 
 
 def show_identified(found: Identified, output: Path, terminal: Console) -> None:
-    """The parameters, the error and what limits them."""
+    """What was chosen and why, the parameters, the error and what limits them."""
+    for reason in found.choices:
+        terminal.print(reason, markup=False)
     table = listing("parameter", "value", "std", "unit", "between seeds", "")
     spread = found.seed_spread()
     for place in found.space.places:
@@ -98,6 +106,8 @@ def show_identified(found: Identified, output: Path, terminal: Console) -> None:
     if found.valves is not None:
         dead = f", dead time {1e3 * found.valves.dead_time_s:.0f} ms" if found.valves.dead_time_s else ""
         terminal.print("regulators: RMSE " + ", ".join(f"{1e3 * error:.2f} kPa" for error in found.valves.rmse_mpa) + dead)
+    if (known := found.model.fingerprint) is not None:
+        terminal.print(_fingerprint_line(known))
     alike = found.uncertainty.alike(found.space.names)
     if alike:
         first = ", ".join(f"{a}~{b} ({r:+.3f})" for a, b, r in alike[:4])
@@ -106,6 +116,12 @@ def show_identified(found: Identified, output: Path, terminal: Console) -> None:
         )
     _warn(found.warnings, terminal)
     terminal.print(f"model: {output}")
+
+
+def _fingerprint_line(known: Fingerprint) -> str:
+    source = "the measured pressures" if known.pressures is PressureSource.MEASURED else "virtual pressures, none were measured"
+    left = "" if known.left_out_deg is None else f", {known.left_out_deg:.2g} deg of a record that it has not seen"
+    return f"fingerprint from {source}: it misses {known.misfit_deg:.2g} deg of these records{left}"
 
 
 def show_validation(result: Validation, beside: Mapping[str, Validation], terminal: Console) -> None:

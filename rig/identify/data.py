@@ -4,6 +4,7 @@ Whatever cannot be used is refused in one line that says what is wrong and what 
 warning. Reading files is `rig.log.reader`.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -101,6 +102,19 @@ def prepare(record: Record, model: Model, options: Options | None = None) -> Pre
             f"{record.name}: nothing is left of its {grid.t_s[-1] - grid.t_s[0]:.3g} s after the first {allowed.skip_s:g} s"
         )
     return Prepared(record, grid, p1, p2, angle, skip, warnings)
+
+
+def best_input(records: Sequence[Record], options: Options) -> tuple[Input, str]:
+    """What can drive the muscles: the measured pressures where every record has them, else the command; and why, in one line."""
+    try:
+        for record in records:
+            shown = cut(record, options)
+            _check_columns(shown, Input.PRESSURE)
+            _check_excitation(shown, Input.PRESSURE)
+    except RecordError as error:
+        reason = str(error).removesuffix("; use --input command")
+        return Input.COMMAND, f"driven by the command, not by measured pressures: {reason}"
+    return Input.PRESSURE, "driven by the measured pressures, which every record has; --input command takes the set-points"
 
 
 def cut(record: Record, options: Options) -> Record:

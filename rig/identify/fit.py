@@ -1,18 +1,19 @@
 """The identification of a model: searches from several seeds, polish, the check over the sweep range, and what is known of the result."""
 
-import hashlib
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from importlib.metadata import PackageNotFoundError, version
 from typing import TypeVar
 
 import numpy as np
 
 from rig.identify.data import Options, Prepared, prepare
+from rig.identify.fingerprint import make_fingerprint
+from rig.identify.mean_law import hold, is_free
 from rig.identify.objective import ChainObjective, make_objective, predict
 from rig.identify.optimizers import Optimizer, Table, make_optimizer, polish
+from rig.identify.provenance import provenance
 from rig.identify.search import Budget, Found, search
 from rig.identify.space import Space
 from rig.identify.stability import StabilityTerm, SweepRange, Verdict, check_bounded, search_signals
@@ -20,7 +21,7 @@ from rig.identify.swarm import SwarmSettings
 from rig.identify.uncertainty import Uncertainty, local_uncertainty
 from rig.identify.validate import Score, angle_limit, excited_hz, score
 from rig.identify.valves import ValveFit, identify_valves
-from rig.model.parameters import AddedEffect, Input, Model, Provenance, SourceLog, ValidRange
+from rig.model.parameters import AddedEffect, Input, Model, ValidRange
 from rig.model.swarm_kernel import cores
 from rig.record import Record
 
@@ -73,6 +74,8 @@ class Identified:
     """One for each identification record."""
     valves: ValveFit | None
     warnings: list[str]
+    choices: list[str] = field(default_factory=list)
+    """What was chosen for the caller, and why."""
 
     def seed_spread(self) -> dict[str, float]:
         """Standard deviation over the seeds of each parameter as the search left it, in its own unit."""
@@ -99,10 +102,15 @@ def identify(
     if valves is not None:
         late = [AddedEffect("delay", {"delay_s": valves.dead_time_s})] if valves.dead_time_s else []
         start = replace(start, valve=valves.stage, effects=start.effects + late)
-    task = _Task(data, start, settings, report)
+    task = _Task(data, hold(start, data), settings, report)
     found = task.search_all()
     point, spent = task.refine(list(found.values()))
     free_rmse, free_spent = task.without_bound(point) if settings.bounded else (None, 0)
+    if is_free(start):
+        wider = task.widened(start)
+        found = {seed: replace(each, point=wider.taken_over(task, each.point)) for seed, each in found.items()}
+        point, more = wider.polish_once_more(wider.taken_over(task, point))
+        task, spent = wider, spent + more
     objective = task.objective(None)
     uncertainty = local_uncertainty(objective, task.space, point)
     model = task.space.model(point, uncertainty.std)
@@ -112,9 +120,11 @@ def identify(
     rmse = float(objective.scores(point[np.newaxis])[0])
     verdict = task.verdict(point)
     evaluations = sum(each.evaluations for each in found.values()) + spent + free_spent
+    search = (settings.optimizer, settings.seeds[0], evaluations)
     model = replace(
-        model, valid=_valid(data, settings, verdict, start), provenance=_provenance(data, scores, rmse, settings, evaluations)
+        model, valid=_valid(data, settings, verdict, start), provenance=provenance(data, scores, rmse, search), fingerprint=None
     )
+    model = replace(model, fingerprint=make_fingerprint(data, model))
     best = min(found.values(), key=lambda each: each.score)
     warnings = [text for each in data for text in each.warnings] + ([] if valves is None else valves.notes)
     search_rmse = float(objective.scores(best.point[np.newaxis])[0])
@@ -126,7 +136,7 @@ def identify(
         evaluations,
         seconds,
         verdict,
-        free_rmse,
+        None if free_rmse is None else min(free_rmse, rmse),
         found,
         task.space,
         uncertainty,
@@ -179,6 +189,23 @@ class _Task:
         found = self._search(self._settings.seeds[0], False)
         point, spent = self._best_polished([found.point, bounded_best], False)
         return float(self.objective(None).scores(point[np.newaxis])[0]), spent + found.evaluations
+
+    def widened(self, start: Model) -> "_Task":
+        """The same task with more parameters free."""
+        wider = _Task(self._data, start, self._settings, self._report)
+        wider._signals = self._signals
+        return wider
+
+    def taken_over(self, narrow: "_Task", point: Table) -> Table:
+        """A point of a task with fewer free parameters, in this one's space."""
+        return self.space.point(narrow.space.model(point))
+
+    def polish_once_more(self, point: Table) -> tuple[Table, int]:
+        """The point polished, unless it is bounded and no longer so afterwards; with the evaluations that took."""
+        bounded = self._settings.bounded
+        better, spent = self._best_polished([point], bounded)
+        lost = bounded and self.verdict(point).bounded and not self.verdict(better).bounded
+        return (point if lost else better), spent
 
     def verdict(self, point: Table) -> Verdict:
         return check_bounded(self.space.model(point), self._settings.sweep, self._limit)
@@ -250,18 +277,3 @@ def _valid(data: Sequence[Prepared], settings: Settings, verdict: Verdict, start
     return ValidRange(
         (min(low for low, _ in excited), max(high for _, high in excited)), max(each.amplitude_mpa for each in data)
     )
-
-
-def _provenance(
-    data: Sequence[Prepared], scores: Sequence[Score], rmse: float, settings: Settings, evaluations: int
-) -> Provenance:
-    logs = []
-    for each, row in zip(data, scores, strict=True):
-        source = each.record.source
-        digest = hashlib.sha256(source.read_bytes()).hexdigest() if source is not None and source.is_file() else ""
-        logs.append(SourceLog(str(source or ""), digest, each.record.name, round(row.rmse_deg, 6)))
-    try:
-        program = version("pamrig")
-    except PackageNotFoundError:
-        program = ""
-    return Provenance("", logs, rmse, settings.optimizer, settings.seeds[0], evaluations, program)

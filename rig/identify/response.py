@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
-from scipy.optimize import lsq_linear
+from scipy.optimize import lsq_linear, minimize_scalar
 
 from rig.identify.descent import descend
 from rig.model.joint_balance import LOOP_RADII_DEG
@@ -25,7 +25,11 @@ BALANCE_SMOOTHING_S = 0.025
 MOST_SLIP, MOST_VISCOUS_S, MOST_INERTIA_S = 50.0, 2.0, 0.5
 """Bounds of the balance: those of the effect stages that solve it again."""
 REGULATOR_LOW, REGULATOR_HIGH = np.array([0.0, 2e-3, 2e-3]), np.array([0.5, 1.0, 1.0])
-REGULATOR_STARTS = (np.array([0.01, 0.04, 0.04]), np.array([0.06, 0.1, 0.1]))
+REGULATOR_STARTS: tuple[Regulator, ...] = ((0.01, 0.04, 0.04), (0.06, 0.1, 0.1))
+MOST_EXPONENT = 2.0
+"""Of the law of the mean pressure."""
+MEAN_MOVES = 0.05
+"""Where (p1 + p2) / 2 stays within this share of P0 (between its 5 and 95 % quantiles), records say nothing of that law."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,19 +54,27 @@ class Line:
     used: Column
 
 
-def fit_regulator(lines: Sequence[Line]) -> Regulator:
+def fit_regulator(lines: Sequence[Line], starts: Sequence[Regulator] = REGULATOR_STARTS, steps: int = 8) -> Regulator:
     """Dead time, fill and exhaust time constant of a regulator from set-points and measured pressures."""
 
     def residual(x: Column) -> Column:
-        parts = []
-        for line in lines:
-            left = (line.pressure_mpa - regulated(line.command_mpa, x[0], x[1], x[2], line.dt_s)) * line.used
-            parts.append(left - left.mean())
-        return np.concatenate(parts)
+        return np.concatenate([_missed(line, x) for line in lines])
 
-    fits = [descend(residual, start, REGULATOR_LOW, REGULATOR_HIGH) for start in REGULATOR_STARTS]
+    fits = [descend(residual, np.array(start), REGULATOR_LOW, REGULATOR_HIGH, steps) for start in starts]
     dead, fill, exhaust = min(fits, key=lambda fit: fit.cost).x
     return float(dead), float(fill), float(exhaust)
+
+
+def _missed(line: Line, regulator: Sequence[float] | Column) -> Column:
+    """What a regulator leaves of its pressure, MPa, apart from an offset; 0 in rows that do not count."""
+    left = (line.pressure_mpa - regulated(line.command_mpa, regulator[0], regulator[1], regulator[2], line.dt_s)) * line.used
+    return np.asarray(left - left.mean())
+
+
+def regulator_misfit_mpa(lines: Sequence[Line], regulator: Regulator) -> float:
+    """Rms (MPa) that a regulator leaves of records, their offsets aside."""
+    left = np.concatenate([_missed(line, regulator) * line.used for line in lines])
+    return float(np.sqrt(np.sum(left**2) / max(sum(float(line.used.sum()) for line in lines), 1.0)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,6 +120,23 @@ def fit_bank(records: Sequence[Drive], p0_mpa: float, exponent: float = 1.0) -> 
     total = sum(others, first)
     weights = total.weights()
     return weights, total.misfit_deg(weights)
+
+
+def mean_pressure_moves(means_mpa: Sequence[Column], p0_mpa: float) -> bool:
+    """Whether the mean pressure (p1 + p2) / 2 moves far enough, within records or between them, to show what it does."""
+    low, high = np.quantile(np.concatenate(means_mpa), (0.05, 0.95))
+    return bool(high - low > MEAN_MOVES * p0_mpa)
+
+
+def fit_mean_exponent(records: Sequence[Drive], p0_mpa: float) -> float:
+    """The exponent of the mean pressure, 0 .. MOST_EXPONENT, with which the bank leaves least of the angles."""
+    fit = minimize_scalar(
+        lambda exponent: fit_bank(records, p0_mpa, exponent)[1],
+        bounds=(0.0, MOST_EXPONENT),
+        method="bounded",
+        options={"xatol": 0.01},
+    )
+    return float(fit.x)
 
 
 def fit_balance(records: Sequence[Drive], p0_mpa: float, exponent: float = 1.0) -> Balance:

@@ -12,6 +12,7 @@ import numpy as np
 
 from rig.config import suggest
 from rig.errors import ModelError
+from rig.identify.response import MOST_EXPONENT
 from rig.model.parameters import KINDS, Input, Model, MuscleModel, Parameter, StageModel
 from rig.record import Record
 
@@ -37,8 +38,8 @@ class Template:
     joint: str = "rigid"
     free_offset: bool = False
     """The sensor's zero is not known: identify an offset of the angle."""
-    mean_exponent: float = 0.0
-    """How the mean pressure counts: 0 only the difference (the paper), 1 the difference over the mean."""
+    mean_exponent: float | None = 0.0
+    """How the mean pressure counts: 0 only the difference (the paper), 1 the difference over the mean; None to identify it."""
 
 
 def template_model(wish: Template, gain_deg: float = 40.0) -> Model:
@@ -53,9 +54,8 @@ def template_model(wish: Template, gain_deg: float = 40.0) -> Model:
         "theta_divisor_s": wish.sample_time_s,
         "u_unit_mpa": wish.u_unit_mpa,
         "y_unit_deg": 1.0,
-        "mean_exponent": wish.mean_exponent,
-    }
-    bounds = _muscle_bounds(wish, gain_deg)
+    } | ({} if wish.mean_exponent is None else {"mean_exponent": wish.mean_exponent})
+    bounds = _muscle_bounds(wish, gain_deg) | {"mean_exponent": (0.0, MOST_EXPONENT)}
     muscle = {
         name: Parameter(fixed[name], _UNITS_OF.get(name, "1")) if name in fixed else _free(*bounds[name])
         for name in KINDS["muscle"][wish.kind]

@@ -10,6 +10,7 @@ from rig.identify.data import Options, Prepared, driving_pressures, prepare
 from rig.identify.objective import predict
 from rig.identify.stability import SweepRange, Verdict, check_bounded
 from rig.model.chain import lay_out
+from rig.model.fingerprint import fingerprint_trouble
 from rig.model.kernels import DIVERGED_DEG, run_stages
 from rig.model.parameters import Input, Model
 from rig.record import Column, Record
@@ -64,6 +65,7 @@ def validate(model: Model, records: Sequence[Record], sweep: SweepRange, options
     prepared = [prepare(record, model, options) for record in records]
     scores = [_score_of(model, each) for each in prepared]
     warnings = [text for each in prepared for text in each.warnings + outside(model, each)]
+    warnings += [trouble] if (trouble := fingerprint_trouble(model)) else []
     return Validation(scores, check_bounded(model, sweep, angle_limit(prepared, sweep)), warnings)
 
 

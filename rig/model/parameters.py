@@ -13,8 +13,9 @@ from typing import Any
 
 import yaml
 
-from rig.config import bounded, load, suggest, unstructure
+from rig.config import bounded, read_yaml, structure, suggest, unstructure
 from rig.errors import ModelError
+from rig.model.fingerprint import VERSION, Fingerprint
 from rig.outputs import Kind, write_text
 
 
@@ -117,6 +118,8 @@ class Model:
     effects: list[AddedEffect] = field(default_factory=list)
     valid: ValidRange = field(default_factory=ValidRange)
     provenance: Provenance = field(default_factory=Provenance)
+    fingerprint: Fingerprint | None = None
+    """How the rig answered beside these parameters; ask `fingerprint_trouble` before using it."""
 
     def stages(self) -> dict[str, StageModel]:
         """Slot -> its nominal stage, in the order of the chain."""
@@ -153,9 +156,18 @@ _LEGAL = {
 
 def load_model(path: Path) -> Model:
     """The model of a YAML file; ConfigError or ModelError, one line, when it is not one."""
-    model = load(path, Model)
+    model = structure(_known_part(read_yaml(path)), Model, str(path))
     check_model(model, str(path))
     return model
+
+
+def _known_part(raw: object) -> object:
+    """The file's data, where a fingerprint of a newer version has only its version: its keys are not known here."""
+    found = raw.get("fingerprint") if isinstance(raw, dict) else None
+    version = found.get("version") if isinstance(found, dict) else None
+    if isinstance(raw, dict) and isinstance(version, int) and version > VERSION:
+        return raw | {"fingerprint": {"version": version}}
+    return raw
 
 
 def save_model(model: Model, path: Path) -> None:
@@ -210,12 +222,19 @@ class _Inline(dict[str, object]):
     """A mapping that YAML writes on one line."""
 
 
+class _InlineList(list[object]):
+    """A list that YAML writes on one line."""
+
+
 class _Dumper(yaml.SafeDumper):
-    """Writes a parameter on one line."""
+    """Writes a parameter, and a row of numbers, on one line."""
 
 
 _Dumper.add_representer(
     _Inline, lambda dumper, data: dumper.represent_mapping("tag:yaml.org,2002:map", data.items(), flow_style=True)
+)
+_Dumper.add_representer(
+    _InlineList, lambda dumper, data: dumper.represent_sequence("tag:yaml.org,2002:seq", data, flow_style=True)
 )
 
 
@@ -223,6 +242,8 @@ def _plain(value: object) -> object:
     """A model as data for YAML, without the entries that stand at their defaults."""
     if isinstance(value, list):
         return [_plain(item) for item in value]
+    if isinstance(value, tuple):
+        return _InlineList(unstructure(value))
     if isinstance(value, dict):
         return {key: _plain(item) for key, item in value.items()}
     if not dataclasses.is_dataclass(value):
@@ -235,4 +256,4 @@ def _plain(value: object) -> object:
 
 def _is_default(item: "dataclasses.Field[Any]", value: object) -> bool:
     default = item.default_factory() if item.default_factory is not dataclasses.MISSING else item.default
-    return item.name not in ("unit", "free", "input", "sample_time_s", "p0_mpa") and value == default
+    return item.name not in ("unit", "free", "input", "sample_time_s", "p0_mpa", "version") and value == default

@@ -9,8 +9,10 @@ from functools import cached_property
 
 import numpy as np
 
+from rig.model.fingerprint import Fingerprint
 from rig.model.joint_balance import LOOP_RADII_DEG
 from rig.model.kernels import balanced, drive
+from rig.model.parameters import Model
 from rig.model.response_kernels import propagated, regulated
 from rig.record import Column
 
@@ -36,6 +38,8 @@ class Balance:
         return slip | {"drag_s": self.viscous_s, "sway_s": self.inertia_s}
 
 
+USUAL_REGULATOR: Regulator = (0.005, 0.05, 0.05)
+"""A regulator of which nothing is known."""
 NO_FRICTION = Balance(0.0, 0.0, (0.0,) * len(LOOP_RADII_DEG), (0.0, 0.0, 0.0))
 
 
@@ -80,3 +84,26 @@ class ResponseModel:
         """The joint's angle when its equilibrium lies `offset` degrees further and its friction counts `compliance` times; all (n,)."""
         joint = self.balance
         return balanced(angle, offset, compliance, joint.viscous_s, joint.inertia_s, np.array(joint.slip), dt_s)
+
+
+def response_of(fingerprint: Fingerprint) -> ResponseModel:
+    """The response model that a fingerprint holds; for one whose `fingerprint_trouble` is None."""
+    first, second = fingerprint.regulators_s
+    curve = (fingerprint.curve[0], fingerprint.curve[1], fingerprint.curve[2])
+    return ResponseModel(
+        fingerprint.p0_mpa,
+        (first, second),
+        np.array(fingerprint.weights),
+        Balance(fingerprint.viscous_s, fingerprint.inertia_s, fingerprint.slip, curve),
+        fingerprint.misfit_deg,
+        fingerprint.exponent,
+        fingerprint.compliance,
+    )
+
+
+def regulators_of(model: Model | None) -> tuple[Regulator, Regulator]:
+    """The model's regulators as the response model has them, without limits of the flow; usual ones where it has none."""
+    if model is None or model.valve.kind != "regulators":
+        return USUAL_REGULATOR, USUAL_REGULATOR
+    first, second = (float(np.clip(model.valve.value(f"valve{n}_tau_s"), 0.002, 1.0)) for n in (1, 2))
+    return (USUAL_REGULATOR[0], first, first), (USUAL_REGULATOR[0], second, second)

@@ -109,7 +109,7 @@ def _added(causes: Sequence[Applied], prepared: Prepared) -> list[AddedEffect]:
 def _with_all(model: Model, causes: Sequence[Applied], prepared: Prepared, before: list[Column] | None) -> tuple[Model, float]:
     """`model` with all causes, and the sum of squares that it leaves of the gap; where they change the mean pressure, with the law of
     the mean pressure that leaves least, because the records that `model` was identified on never showed another."""
-    changed = replace(model, effects=[*model.effects, *_added(causes, prepared)])
+    changed = replace(model, effects=[*model.effects, *_added(causes, prepared)], fingerprint=None)
     tried = [changed]
     if causes and "mean_exponent" in model.muscle.parameters and _mean_moves(model, changed, prepared):
         tried = [with_mean_exponent(changed, exponent) for exponent in MEAN_EXPONENTS]

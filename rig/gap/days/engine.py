@@ -48,12 +48,10 @@ from rig.gap.records.strangers import without_strangers
 from rig.gap.reference.nominal import Reference, describe, fit_regulators, mean_session
 from rig.model.kernels import simulate
 from rig.model.parameters import Model
-from rig.model.response import Regulator
+from rig.model.response import Regulator, regulators_of
 from rig.model.response_kernels import regulated
 from rig.record import Column, Record
 
-USUAL_REGULATOR = (0.005, 0.05, 0.05)
-"""Dead time, fill and exhaust time constant (s) of a regulator of which nothing is known."""
 HANDOVER = 0.05
 """Share of what the valve side explains in the angle that the response model may get wrong."""
 STRANGE_HANDOVER = 0.15
@@ -133,19 +131,12 @@ def references_of(
         return regulators, [
             Reference(first, second, angle) for (first, second), (_, _, angle) in zip(measured, sessions, strict=True)
         ]
-    regulators = (_regulator_of(model, 1), _regulator_of(model, 2))
+    regulators = regulators_of(model)
     virtual = [
         Reference(regulated(pair.u1_mpa, *regulators[0], pair.dt_s), regulated(pair.u2_mpa, *regulators[1], pair.dt_s), angle)
         for pair, (_, _, angle) in zip(pairs, sessions, strict=True)
     ]
     return regulators, virtual
-
-
-def _regulator_of(model: Model | None, number: int) -> Regulator:
-    if model is None or model.valve.kind != "regulators":
-        return USUAL_REGULATOR
-    tau = float(np.clip(model.valve.value(f"valve{number}_tau_s"), 0.002, 1.0))
-    return USUAL_REGULATOR[0], tau, tau
 
 
 def valve_side(prepared: Prepared) -> Side:

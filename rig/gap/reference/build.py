@@ -19,9 +19,10 @@ from rig.gap.days.engine import modelled, references_of
 from rig.gap.hypotheses.propagate import Track, angle_under, lay_tracks
 from rig.gap.records.pairs import Pair, Pairing
 from rig.gap.reference.nominal import Reference, describe, mean_session
-from rig.model.kernels import simulate
+from rig.model.fingerprint import Fingerprint, PressureSource, fingerprint_trouble
+from rig.model.kernels import drive, simulate
 from rig.model.parameters import Input, Model
-from rig.model.response import ResponseModel
+from rig.model.response import ResponseModel, response_of
 from rig.record import Column
 
 
@@ -37,6 +38,8 @@ class Kind(StrEnum):
 AUTO = "auto"
 SISTER = "sister"
 """Levels of a simulator that was made for another rig of the build, or from data sheets."""
+OUTSIDE = 0.1
+"""Share of the drive's span by which records may leave what the fingerprint has seen before it is said."""
 
 
 @dataclass(frozen=True)
@@ -60,20 +63,20 @@ class Expected:
 
 def choose(asked: str, model: Model | None, sessions: int) -> Kind:
     """The reference that is asked for, or the best there is; ConfigError when it cannot be had."""
-    has_fingerprint = getattr(model, "fingerprint", None) is not None
+    trouble = "the model file has none" if model is None or model.fingerprint is None else fingerprint_trouble(model)
     if asked == AUTO:
         if sessions:
             return Kind.SESSIONS if sessions > 1 else Kind.SESSION
-        return Kind.FINGERPRINT if has_fingerprint else Kind.SIMULATOR
+        return Kind.SIMULATOR if trouble else Kind.FINGERPRINT
     kind = Kind(asked)
     least = {Kind.SESSIONS: 2, Kind.SESSION: 1}.get(kind, 0)
     if sessions < least:
         raise ConfigError(
             f"--reference {kind}: needs {least} earlier day{'s' if least > 1 else ''} by --baseline, {sessions} given"
         )
-    if kind is Kind.FINGERPRINT and not has_fingerprint:
+    if kind is Kind.FINGERPRINT and trouble:
         raise ConfigError(
-            "--reference fingerprint: the model file has none; `pamrig identify` writes one, and `--reference simulator` does without"
+            f"--reference fingerprint: {trouble}; `pamrig identify` writes one, and `--reference simulator` does without"
         )
     return kind
 
@@ -85,7 +88,9 @@ def expect(kind: Kind, sister: bool, model: Model | None, pairing: Pairing) -> E
     if model is None:
         raise ModelError("neither a fitting baseline nor a model was given: there is nothing to compare with")
     if kind is Kind.FINGERPRINT:
-        return _from_response(getattr(model, "fingerprint", None), pairing)
+        return _from_fingerprint(model, pairing)
+    if trouble := fingerprint_trouble(model):
+        pairing.notes.append(trouble)
     return _from_simulator(SISTER if sister else kind.value, model, pairing)
 
 
@@ -96,6 +101,33 @@ def _from_days(kind: Kind, pairing: Pairing) -> Expected:
     tracks = lay_tracks(pairing.pairs, references, response)
     base = [_under_case(track, response) if pairing.pressures else track.reference.angle_deg for track in tracks]
     return Expected(kind, kind.value, pairing, tracks, response, tuple(base))
+
+
+def _from_fingerprint(model: Model, pairing: Pairing) -> Expected:
+    known = model.fingerprint
+    assert known is not None
+    response, driven = response_of(known), pairing.pressures and known.pressures is PressureSource.MEASURED
+    if pairing.pressures and not driven:
+        pairing.notes.append(
+            "the model was identified on records without pressures: its file says nothing of them, and the angle alone is judged"
+        )
+    made = _from_response(response, replace(pairing, pressures=driven))
+    seen = [(track.reference.p1_mpa, track.reference.p2_mpa) for track in made.tracks]
+    pairing.notes.extend(outside_fingerprint(known, [drive(p1, p2, known.p0_mpa, known.exponent) for p1, p2 in seen], seen))
+    return made
+
+
+def outside_fingerprint(known: Fingerprint, drives: Sequence[Column], pressures: Sequence[tuple[Column, Column]]) -> list[str]:
+    """A line where the records go beyond what the fingerprint's showed, by more than a tenth of the drive's span."""
+    room = OUTSIDE * (known.drive_mpa[1] - known.drive_mpa[0])
+    means = [0.5 * (p1 + p2) for p1, p2 in pressures]
+    found = []
+    for name, (low, high), columns in (("drive", known.drive_mpa, drives), ("mean pressure", known.mean_mpa, means)):
+        reached = min(float(c.min()) for c in columns), max(float(c.max()) for c in columns)
+        if reached[0] < low - room or reached[1] > high + room:
+            now = f"{reached[0]:.3g} to {reached[1]:.3g} MPa"
+            found.append(f"the {name} goes from {now}, the fingerprint knows {low:.3g} to {high:.3g}: beyond it is a guess")
+    return found
 
 
 def _from_response(response: ResponseModel, pairing: Pairing) -> Expected:

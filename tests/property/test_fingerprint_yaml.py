@@ -1,0 +1,62 @@
+"""Whatever numbers a fingerprint holds, the file gives back the same ones, and a change of any one of them is seen."""
+
+from dataclasses import fields, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rig.model.fingerprint import Fingerprint, PressureSource, fingerprint_checksum, fingerprint_trouble
+from rig.model.parameters import Model, load_model, save_model
+
+RIG = load_model(Path(__file__).parents[2] / "configs" / "models" / "simulated.yaml")
+NUMBER = st.floats(allow_nan=False, allow_infinity=False, width=64)
+ROW = st.lists(NUMBER, max_size=20).map(tuple)
+PAIR = st.tuples(NUMBER, NUMBER)
+TRIPLE = st.tuples(NUMBER, NUMBER, NUMBER)
+FINGERPRINTS = st.builds(
+    Fingerprint,
+    version=st.just(1),
+    checksum=st.just(""),
+    pressures=st.sampled_from(PressureSource),
+    records=st.integers(0, 10**6),
+    regulators_s=st.lists(TRIPLE, max_size=2).map(tuple),
+    **dict.fromkeys(("seconds", "grid_s", "p0_mpa", "viscous_s", "inertia_s", "exponent", "compliance"), NUMBER),
+    **dict.fromkeys(("misfit_deg", "noise_deg"), NUMBER),
+    left_out_deg=st.none() | NUMBER,
+    **dict.fromkeys(("weights", "slip", "curve", "misfit_mpa", "left_out_mpa", "noise_mpa"), ROW),
+    drive_mpa=PAIR,
+    mean_mpa=PAIR,
+)
+
+
+def stamped(fingerprint: Fingerprint) -> Model:
+    return replace(RIG, fingerprint=replace(fingerprint, checksum=fingerprint_checksum(fingerprint, RIG)))
+
+
+@settings(max_examples=60, deadline=None)
+@given(FINGERPRINTS)
+def test_a_file_gives_back_every_number(fingerprint: Fingerprint) -> None:
+    model = stamped(fingerprint)
+    with TemporaryDirectory() as folder:
+        save_model(model, Path(folder) / "model.yaml")
+        again = load_model(Path(folder) / "model.yaml")
+    assert again == model
+    assert fingerprint_trouble(again) is None
+
+
+@settings(max_examples=60, deadline=None)
+@given(FINGERPRINTS, st.sampled_from([each.name for each in fields(Fingerprint) if each.name != "checksum"]))
+def test_a_changed_number_is_seen(fingerprint: Fingerprint, name: str) -> None:
+    model = stamped(fingerprint)
+    now = getattr(fingerprint, name)
+    other = {
+        "version": 1,
+        "pressures": next(each for each in PressureSource if each is not fingerprint.pressures),
+        "regulators_s": ((1.0, 2.0, 3.0),) * 3,
+    }.get(name, (*now, 1.0)[-3:] if isinstance(now, tuple) else 7.0 if now is None else now + max(1, abs(now)))
+    if other == now:
+        return
+    assert model.fingerprint is not None
+    assert fingerprint_trouble(replace(model, fingerprint=replace(model.fingerprint, **{name: other}))) is not None

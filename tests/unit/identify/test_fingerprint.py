@@ -1,0 +1,195 @@
+"""The fingerprint in a model's file: made from records, written, read, and refused where it no longer belongs to the model."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from rig.errors import ConfigError
+from rig.identify.data import Options, Prepared, prepare
+from rig.identify.fingerprint import make_fingerprint
+from rig.identify.provenance import find_logs
+from rig.identify.stability import SweepRange
+from rig.identify.validate import validate
+from rig.model.fingerprint import PressureSource, fingerprint_trouble
+from rig.model.kernels import simulate
+from rig.model.parameters import AddedEffect, Input, Model, SourceLog, load_model, save_model
+from rig.model.response import regulators_of, response_of
+from rig.record import Record
+
+MODELS = Path(__file__).parents[3] / "configs" / "models"
+RIG = load_model(MODELS / "simulated.yaml")
+ROWS = 2400
+
+
+def measured(frequency_hz: float, p0_mpa: float = 0.2) -> Record:
+    """What the simulated rig shows under a sine of 0.2 MPa, with noise."""
+    t = np.arange(ROWS) * 0.005
+    half = 0.1 * np.sin(2 * np.pi * frequency_hz * t)
+    record = Record(f"sine_{frequency_hz:g}hz", t, 2 * half, p1_cmd_mpa=p0_mpa + half, p2_cmd_mpa=p0_mpa - half)
+    clean, noise = simulate(RIG, record), np.random.default_rng(int(100 * frequency_hz + 1000 * p0_mpa))
+    columns = {
+        name: getattr(clean, name) + noise.normal(0.0, size, ROWS)
+        for name, size in (("p1_mpa", 4e-4), ("p2_mpa", 4e-4), ("angle_deg", 0.03))
+    }
+    return replace(clean, **columns)
+
+
+def prepared(*frequencies: float) -> list[Prepared]:
+    return [prepare(measured(frequency), RIG) for frequency in frequencies]
+
+
+FINGERPRINT = make_fingerprint(prepared(0.2, 0.5, 0.8), RIG)
+MODEL = replace(RIG, fingerprint=FINGERPRINT)
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    save_model(MODEL, tmp_path / "model.yaml")
+    return tmp_path / "model.yaml"
+
+
+def test_it_says_what_was_seen_and_how_well_it_is_known() -> None:
+    assert FINGERPRINT.pressures is PressureSource.MEASURED
+    assert FINGERPRINT.records == 3
+    assert FINGERPRINT.seconds == pytest.approx(36.0, abs=0.2)
+    assert FINGERPRINT.noise_deg == pytest.approx(0.03, rel=0.1)
+    assert FINGERPRINT.noise_mpa == pytest.approx((4e-4, 4e-4), rel=0.1)
+    for valve, tau in enumerate((0.040, 0.045)):
+        dead, fill, exhaust = FINGERPRINT.regulators_s[valve]
+        assert dead + fill == pytest.approx(tau + 0.0075, abs=0.003), (
+            "a set-point acts from the next row on, which counts as dead time"
+        )
+        assert exhaust == pytest.approx(fill, abs=0.002)
+    assert FINGERPRINT.misfit_deg < 0.6
+    assert max(FINGERPRINT.misfit_mpa) < 4e-4
+    assert FINGERPRINT.left_out_deg is not None
+    assert FINGERPRINT.left_out_deg > FINGERPRINT.misfit_deg, "a record that the fit has not seen"
+    assert FINGERPRINT.drive_mpa == pytest.approx((-0.2, 0.2), abs=0.01)
+    assert FINGERPRINT.mean_mpa == pytest.approx((0.2, 0.2), abs=0.01)
+
+
+def test_it_predicts_a_sweep_that_it_has_not_seen() -> None:
+    record = measured(0.35)
+    assert record.p1_mpa is not None
+    assert record.p2_mpa is not None
+    assert record.angle_deg is not None
+    said = response_of(FINGERPRINT).angle(record.p1_mpa, record.p2_mpa, 0.005)
+    assert np.sqrt(np.mean((said - record.angle_deg)[200:] ** 2)) < 1.0, "of an angle of 70 deg peak to peak"
+
+
+def test_two_records_leave_none_out_and_a_start_that_is_skipped_does_not_count() -> None:
+    two = make_fingerprint(prepared(0.2, 0.5), RIG)
+    assert two.left_out_deg is None
+    assert two.left_out_mpa == ()
+    record = measured(0.5)
+    assert record.angle_deg is not None
+    broken = replace(record, angle_deg=np.where(record.t_s < 2.0, 60.0, record.angle_deg))
+    skipped = make_fingerprint([prepare(broken, RIG, Options(skip_s=2.5))], RIG)
+    assert skipped.misfit_deg < 0.6
+    assert skipped.seconds == pytest.approx(9.5, abs=0.1)
+
+
+def test_without_pressures_they_are_those_of_the_models_regulators_or_usual_ones() -> None:
+    bare = replace(measured(0.5), p1_mpa=None, p2_mpa=None)
+    by_command = replace(RIG, muscle=replace(RIG.muscle, input=Input.COMMAND))
+    known = make_fingerprint([prepare(bare, by_command)], RIG)
+    assert known.pressures is PressureSource.VIRTUAL
+    assert known.misfit_mpa == known.noise_mpa == ()
+    assert known.regulators_s == regulators_of(RIG)
+    assert known.misfit_deg < 1.0
+    usual = make_fingerprint([prepare(bare, by_command)], replace(RIG, valve=load_model(MODELS / "paper_table3.yaml").valve))
+    assert usual.regulators_s == regulators_of(None)
+
+
+def test_it_comes_back_from_the_file_as_it_was(file: Path) -> None:
+    again = load_model(file)
+    assert again == MODEL
+    assert fingerprint_trouble(again) is None
+    lines = file.read_text(encoding="utf-8").partition("fingerprint:")[2].splitlines()
+    assert len(lines) < 30, "rows of numbers stand on one line"
+
+
+def test_a_checksum_never_looks_like_a_number(tmp_path: Path) -> None:
+    """0e1234567890 and 3e4797112345 are twelve hexadecimal digits, and numbers as well."""
+    assert FINGERPRINT.checksum.startswith("sha-")
+    save_model(replace(MODEL, fingerprint=replace(FINGERPRINT, checksum="sha-3e4797112345")), tmp_path / "model.yaml")
+    assert "changed" in str(fingerprint_trouble(load_model(tmp_path / "model.yaml")))
+
+
+def test_a_model_without_one_reads_as_ever() -> None:
+    assert RIG.fingerprint is None
+    assert fingerprint_trouble(RIG) is None
+
+
+def test_a_newer_version_is_said_in_one_line_and_the_model_works_without_it(file: Path) -> None:
+    raw = yaml.safe_load(file.read_text(encoding="utf-8"))
+    raw["fingerprint"] = {"version": 2, "spectrum": {"lines": [1, 2]}, "weights": "base64"}
+    file.write_text(yaml.safe_dump(raw), encoding="utf-8")
+    model = load_model(file)
+    assert fingerprint_trouble(model) == "the model's fingerprint is of version 2, this pamrig reads version 1: it is not used"
+    result = validate(model, [measured(0.5)], SweepRange())
+    assert result.scores[0].rmse_deg < 0.2
+    assert [text for text in result.warnings if "version 2" in text]
+
+
+def edited(model: Model, change: str) -> Model:
+    known = model.fingerprint
+    assert known is not None
+    if change == "misfit":
+        return replace(model, fingerprint=replace(known, misfit_deg=0.001))
+    if change == "weights":
+        return replace(model, fingerprint=replace(known, weights=known.weights[:-1]))
+    if change == "effect":
+        return replace(model, effects=[AddedEffect("valve_lag", {"tau_s": 0.1})])
+    if change == "p0":
+        return replace(model, p0_mpa=0.25)
+    parameters = model.muscle.parameters
+    xi = replace(parameters["xi1"], value=1.0001 * parameters["xi1"].value)
+    return replace(model, muscle=replace(model.muscle, parameters=parameters | {"xi1": xi}))
+
+
+@pytest.mark.parametrize("change", ["misfit", "weights", "effect", "p0", "parameter"])
+def test_what_was_changed_after_the_identification_is_not_used(change: str, tmp_path: Path) -> None:
+    save_model(edited(MODEL, change), tmp_path / "model.yaml")
+    trouble = fingerprint_trouble(load_model(tmp_path / "model.yaml"))
+    assert trouble is not None
+    assert "changed after the identification" in trouble
+
+
+def test_bounds_and_free_marks_may_change() -> None:
+    free = {name: replace(each, free=not each.free) for name, each in MODEL.muscle.parameters.items()}
+    assert fingerprint_trouble(replace(MODEL, muscle=replace(MODEL.muscle, parameters=free))) is None
+
+
+def test_a_word_that_no_version_knows_is_refused_in_one_line(file: Path) -> None:
+    file.write_text(file.read_text(encoding="utf-8").replace("misfit_deg:", "misfit_degree:"), encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"fingerprint: unknown key 'misfit_degree'; did you mean 'misfit_deg'\?"):
+        load_model(file)
+
+
+def source(folder: Path, name: str, text: str) -> tuple[Path, SourceLog]:
+    import hashlib
+
+    folder.mkdir(exist_ok=True)
+    (folder / name).write_text(text, encoding="utf-8")
+    return folder / name, SourceLog(str(folder / name), hashlib.sha256(text.encode()).hexdigest(), name, 0.1)
+
+
+def test_the_logs_are_found_where_they_were_or_by_their_content(tmp_path: Path) -> None:
+    stays, one = source(tmp_path / "a", "one.csv", "1")
+    moved, two = source(tmp_path / "a", "two.csv", "2")
+    changed, three = source(tmp_path / "a", "three.csv", "3")
+    model = replace(RIG, provenance=replace(RIG.provenance, logs=[one, two, two, three]))
+    new = tmp_path / "b" / "deeper" / "renamed.csv"
+    new.parent.mkdir(parents=True)
+    moved.rename(new)
+    changed.write_text("4", encoding="utf-8")
+    assert find_logs(model, tmp_path / "b") == (
+        [stays, new],
+        [f"{changed}: its content has changed since the identification, nor is it in {tmp_path / 'b'}"],
+    )
+    assert find_logs(model)[0] == [stays]
+    assert find_logs(model)[1][0] == f"{moved}: no such file"
