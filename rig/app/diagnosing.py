@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rig.app.baselines import Session, days_in, odd_days, read_sessions
 from rig.errors import ConfigError
 from rig.outputs import Kind, write_text
 
@@ -41,21 +42,8 @@ class Case:
 
 def cases_of(logs: tuple[Path, ...]) -> list[Case]:
     """A single folder that holds nothing but folders is a campaign, one case each; anything else is one case."""
-    days = _days_in(logs[0]) if len(logs) == 1 else []
+    days = days_in(logs[0]) if len(logs) == 1 else []
     return [Case(day.name, (day,)) for day in days] or [Case(None, logs)]
-
-
-def sessions_of(baselines: tuple[Path, ...]) -> list[Path]:
-    """One path a session: a folder that holds nothing but folders holds one session in each."""
-    return [session for baseline in baselines for session in _days_in(baseline) or [baseline]]
-
-
-def _days_in(folder: Path) -> list[Path]:
-    """The folders of a folder that holds several of them and nothing else; else none."""
-    if not folder.is_dir():
-        return []
-    inside = [entry for entry in sorted(folder.iterdir()) if not entry.name.startswith(".")]
-    return inside if len(inside) > 1 and all(entry.is_dir() for entry in inside) else []
 
 
 def check_effects(names: Sequence[str]) -> None:
@@ -68,17 +56,22 @@ def check_effects(names: Sequence[str]) -> None:
             raise ConfigError(f"--effect: unknown effect {name!r}; {suggest(name, list(LIBRARY))}")
 
 
-def diagnose_case(options: DiagnosisOptions, case: Case) -> "tuple[Case, Diagnosis]":
-    """Read, diagnose, write the report, the model and the next sweep where they were asked for."""
+def diagnose_case(options: DiagnosisOptions, case: Case, sessions: Sequence[Session] | None = None) -> "tuple[Case, Diagnosis]":
+    """Read (the sessions too, where the caller has not), diagnose, write the files that were asked for."""
     from rig.gap.diagnosis import diagnose_with_grounds
     from rig.model.parameters import load_model
 
     model = load_model(options.model)
     records = _read(case.logs)
-    sessions = [_read([path]) for path in sessions_of(options.baselines)]
+    days = read_sessions(options.baselines) if sessions is None else sessions
     library = list(options.effects) or None
     diagnosis, grounds = diagnose_with_grounds(
-        model, records, sessions, pressures=not options.no_pressures, library=library, reference=options.reference
+        model,
+        records,
+        [day.records for day in days],
+        pressures=not options.no_pressures,
+        library=library,
+        reference=options.reference,
     )
     _write(options, case, model, diagnosis, grounds)
     return case, diagnosis
@@ -125,7 +118,8 @@ def _write(options: DiagnosisOptions, case: Case, model: "Model", diagnosis: "Di
         write_text(place(options.next_to), str(diagnosis.next_experiment["config"]), Kind.SWEEP)
 
 
-def report(results: "Mapping[str | None, Diagnosis]") -> dict[str, object]:
-    """The JSON of the command: one diagnosis as it is, several by the names of their days."""
+def report(results: "Mapping[str | None, Diagnosis]", days: Sequence[Session] = ()) -> dict[str, object]:
+    """The JSON of the command: one diagnosis as it is, several by the names of their days; and what they were compared with."""
     plain = {name: diagnosis.to_json() for name, diagnosis in results.items()}
-    return plain.get(None, {"days": plain})
+    sessions = [{"path": str(day.path), "records": len(day.records)} for day in days]
+    return plain.get(None, {"days": plain}) | {"baseline": {"sessions": sessions, "disagree": odd_days(days)}}

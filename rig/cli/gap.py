@@ -73,20 +73,25 @@ def diagnose(logs: tuple[Path, ...], workers: int | None, dask: str | None, json
 
     A folder of several days as LOG gives one diagnosis a day, side by side.
     """
+    from rig.app.baselines import check_apart, described, read_sessions
     from rig.app.diagnosing import DiagnosisOptions, cases_of, check_effects, diagnose_campaign, diagnose_case, report
 
     check_effects(options["effects"])
     chosen, cases = DiagnosisOptions(**options), cases_of(logs)
+    check_apart(logs, chosen.baselines)
+    days = read_sessions(chosen.baselines)
+    for line in described(days):
+        console(json_to).print(line)
     if len(cases) == 1:
         with progress("diagnosing"):
-            made = [diagnose_case(chosen, cases[0])]
+            made = [diagnose_case(chosen, cases[0], days)]
     else:
         made = list(diagnose_campaign(chosen, cases, dask, workers))
     results = {case.name: diagnosis for case, diagnosis in made}
     results = {case.name: results[case.name] for case in cases}
     for name, diagnosis in results.items():
         _show(diagnosis, name, json_to)
-    emit(report(results), json_to)
+    emit(report(results, days), json_to)
 
 
 @gap.command()

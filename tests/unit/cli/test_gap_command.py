@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 from gap_rigs import MODEL, session
 
-from rig.app.diagnosing import sessions_of
+from rig.app.baselines import sessions_of
 from rig.cli.gap import gap
 from rig.errors import RecordError, RigError
 from rig.excite.experiment import load_sweep

@@ -1,0 +1,115 @@
+"""The earlier days that a diagnosis compares with: which sessions they are, that the log under test is not one of them, and which of
+them does not go with the others."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from pathlib import Path
+from statistics import median
+from typing import TYPE_CHECKING, Final
+
+from rig.errors import RigError
+
+if TYPE_CHECKING:
+    from rig.record import Record
+
+ODD_RATIO: Final = 3.0
+"""A day is odd when it is so many times farther from the others than they usually are from each other."""
+CHANNELS: Final[Mapping[str, tuple[float, str]]] = {"angle_deg": (0.3, "deg"), "p1_mpa": (0.003, "MPa"), "p2_mpa": (0.003, "MPa")}
+"""What is compared, and the rms difference (after the mean) below which no two days are called different: about what monitors resolve."""
+
+
+@dataclass(frozen=True)
+class Session:
+    """One earlier day: where it lies, and its records."""
+
+    path: Path
+    records: "list[Record]"
+
+
+def sessions_of(baselines: Sequence[Path]) -> list[Path]:
+    """One path a session: a folder that holds nothing but folders holds one session in each."""
+    return [session for baseline in baselines for session in days_in(baseline) or [baseline]]
+
+
+def days_in(folder: Path) -> list[Path]:
+    """The folders of a folder that holds several of them and nothing else; else none."""
+    if not folder.is_dir():
+        return []
+    inside = [entry for entry in sorted(folder.iterdir()) if not entry.name.startswith(".")]
+    return inside if len(inside) > 1 and all(entry.is_dir() for entry in inside) else []
+
+
+def check_apart(logs: Sequence[Path], baselines: Sequence[Path]) -> None:
+    """RigError when a log under test is among its own baseline: the rig would be compared with itself, and nothing would be found."""
+    for baseline in baselines:
+        for log in logs:
+            here, there = log.resolve(), baseline.resolve()
+            if here == there:
+                raise RigError(f"--baseline {baseline}: that is the log under test; a rig has no gap to itself")
+            if there in here.parents:
+                raise RigError(f"--baseline {baseline}: it contains the log under test, {log}; name the earlier days one by one")
+            if here in there.parents:
+                raise RigError(f"--baseline {baseline}: it is a part of the log under test, {log}; name that without it")
+
+
+def read_sessions(baselines: Sequence[Path]) -> list[Session]:
+    """Every session with its records; RecordError when one cannot be read."""
+    from rig.log.reader import read
+
+    return [Session(path, read(path)) for path in sessions_of(baselines)]
+
+
+def described(sessions: Sequence[Session]) -> Iterator[str]:
+    """What is compared with, a line a session, and a line for each day that disagrees with the others."""
+    for session in sessions:
+        yield f"compared with {session.path}: {len(session.records)} records"
+    yield from (f"note: {said}" for said in odd_days(sessions))
+
+
+def odd_days(sessions: Sequence[Session]) -> list[str]:
+    """Days that are farther from the others than those are from each other; none of less than three, where nobody can say which."""
+    return [said for channel in CHANNELS for said in _odd_in(channel, sessions)] if len(sessions) > 2 else []
+
+
+def _odd_in(channel: str, sessions: Sequence[Session]) -> Iterator[str]:
+    between = _distances(channel, sessions)
+    floor, unit = CHANNELS[channel]
+    for number, session in enumerate(sessions):
+        own = [distance for pair, distance in between.items() if number in pair]
+        others = [distance for pair, distance in between.items() if number not in pair]
+        if not own or not others:
+            continue
+        usual = max(median(others), floor / ODD_RATIO)
+        if median(own) > ODD_RATIO * usual:
+            apart = f"its {channel.rpartition('_')[0]} is {median(own):.2g} {unit} (rms) from theirs"
+            usually = f"which are {median(others):.2g} {unit} from each other"
+            yield f"{session.path} disagrees with the other days: {apart}, {usually}; was the rig well on that day?"
+
+
+def _distances(channel: str, sessions: Sequence[Session]) -> dict[tuple[int, int], float]:
+    """How far each two sessions are apart in that channel: the median over the records that both have."""
+    found = {}
+    for first, second in combinations(range(len(sessions)), 2):
+        pairs = _pairs(sessions[first].records, sessions[second].records)
+        apart = [distance for a, b in pairs if (distance := _apart(channel, a, b)) is not None]
+        if apart:
+            found[first, second] = median(apart)
+    return found
+
+
+def _pairs(first: "Sequence[Record]", second: "Sequence[Record]") -> "Iterator[tuple[Record, Record]]":
+    named = {record.name: record for record in second}
+    return ((record, named[record.name]) for record in first if record.name in named)
+
+
+def _apart(channel: str, first: "Record", second: "Record") -> float | None:
+    """rms of the difference after its mean; None where one lacks the channel or the commands are not the same."""
+    import numpy as np
+
+    a, b = getattr(first, channel), getattr(second, channel)
+    rows = min(len(first), len(second))
+    if a is None or b is None or not np.allclose(first.dp_cmd_mpa[:rows], second.dp_cmd_mpa[:rows], atol=1e-3):
+        return None
+    difference = a[:rows] - b[:rows]
+    return float(np.nanstd(difference)) if np.isfinite(difference).any() else None
