@@ -83,12 +83,12 @@ class MixedRig:
         values[_FLAGS] = flags
         return Measurement(*values)  # type: ignore[arg-type]  # ages and flags are whole numbers among the floats
 
-    def write(self, p1_mpa: float, p2_mpa: float) -> None:
+    def write(self, p1_cmd_mpa: float, p2_cmd_mpa: float) -> None:
         """Both set-points to every device with a valve; each takes its own. One that is not finite reaches none of them."""
-        if not (math.isfinite(p1_mpa) and math.isfinite(p2_mpa)):
+        if not (math.isfinite(p1_cmd_mpa) and math.isfinite(p2_cmd_mpa)):
             raise DeviceError("mixed rig: a set-point is not finite; nothing was written")
         began = self._now()
-        self._every(self._writers, lambda part: part.write(p1_mpa, p2_mpa))
+        self._every(self._writers, lambda part: part.write(p1_cmd_mpa, p2_cmd_mpa))
         self._check_time(began, self._now(), "writing")
 
     def safe(self) -> None:

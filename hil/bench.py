@@ -135,16 +135,16 @@ class SimulatedRig:
         """Another such rig on another clock: for whoever wants to call one without an effect on this one."""
         return SimulatedRig(self._settings, replace(self._context, clock=clock))
 
-    def write(self, p1_mpa: float, p2_mpa: float) -> None:
+    def write(self, p1_cmd_mpa: float, p2_cmd_mpa: float) -> None:
         """The set-points stand from now on, inside the regulators' range; DeviceError for one that is not finite."""
         if not self._open:
             raise DeviceLost("simulated rig: write before open")
-        if not (math.isfinite(p1_mpa) and math.isfinite(p2_mpa)):
+        if not (math.isfinite(p1_cmd_mpa) and math.isfinite(p2_cmd_mpa)):
             raise DeviceError("simulated rig: a set-point is not finite; nothing was written")
         self._advance()
-        if not (0.0 <= p1_mpa <= _REGULATOR_MPA and 0.0 <= p2_mpa <= _REGULATOR_MPA):
-            p1_mpa, p2_mpa = min(max(p1_mpa, 0.0), _REGULATOR_MPA), min(max(p2_mpa, 0.0), _REGULATOR_MPA)
-        self._command = p1_mpa, p2_mpa
+        if not (0.0 <= p1_cmd_mpa <= _REGULATOR_MPA and 0.0 <= p2_cmd_mpa <= _REGULATOR_MPA):
+            p1_cmd_mpa, p2_cmd_mpa = min(max(p1_cmd_mpa, 0.0), _REGULATOR_MPA), min(max(p2_cmd_mpa, 0.0), _REGULATOR_MPA)
+        self._command = p1_cmd_mpa, p2_cmd_mpa
 
     @property
     def setpoints_mpa(self) -> tuple[float, float]:

@@ -90,11 +90,11 @@ class FaultyRig:
             self._inner.write(*standing)  # somebody else wrote
         return self._seen(self._inner.read(), fault)
 
-    def write(self, p1_mpa: float, p2_mpa: float) -> None:
+    def write(self, p1_cmd_mpa: float, p2_cmd_mpa: float) -> None:
         """Put both on the terminals."""
         if self._fault() in (Injection.TIMEOUTS, Injection.GARBLED, Injection.LOST):
             self._fail(self._fault())
-        self._inner.write(p1_mpa, p2_mpa)
+        self._inner.write(p1_cmd_mpa, p2_cmd_mpa)
         self._given = self._inner.setpoints_mpa
         self._terminals.write(*self._given)
 

@@ -49,10 +49,10 @@ class Terminals:
         """Monotonic time of the last write that changed a value."""
         return self._words[_CHANGED]
 
-    def write(self, p1_mpa: float, p2_mpa: float) -> None:
+    def write(self, p1_cmd_mpa: float, p2_cmd_mpa: float) -> None:
         """New set-points, from any process."""
-        if (p1_mpa, p2_mpa) != self.setpoints:
-            self._values[_P1], self._values[_P2] = p1_mpa, p2_mpa
+        if (p1_cmd_mpa, p2_cmd_mpa) != self.setpoints:
+            self._values[_P1], self._values[_P2] = p1_cmd_mpa, p2_cmd_mpa
             self._words[_CHANGED] = time.monotonic_ns()
         self._words[_WRITES] += 1
 

@@ -80,7 +80,7 @@ class Device(Protocol):
     def read(self) -> Measurement:
         """The newest values, with their ages. Legal before the first write. Never blocks for longer than a period."""
 
-    def write(self, p1_mpa: float, p2_mpa: float) -> None:
+    def write(self, p1_cmd_mpa: float, p2_cmd_mpa: float) -> None:
         """Hand over both set-points, to take effect together where the hardware can.
 
         Values are finite and inside the rig's envelope (the guard saw to it); the device clamps once more to its own range.

@@ -73,10 +73,10 @@ class ScriptedDevice:
             raise spoil
         return spoil(measured) if spoil else measured
 
-    def write(self, p1_mpa: float, p2_mpa: float) -> None:
+    def write(self, p1_cmd_mpa: float, p2_cmd_mpa: float) -> None:
         self._fail(self.writes, "write")
-        self._pressures = p1_mpa, p2_mpa
-        self.outputs.append((p1_mpa, p2_mpa))
+        self._pressures = p1_cmd_mpa, p2_cmd_mpa
+        self.outputs.append((p1_cmd_mpa, p2_cmd_mpa))
 
     def safe(self) -> None:
         self._fail(self.safes, "safe")

@@ -135,11 +135,11 @@ class ItvSerial:
                 flags |= STALE
         return Measurement(pressures[0], pressures[1], NAN, raws[0], raws[1], NAN, NAN, ages[0], ages[1], 0, flags)
 
-    def write(self, p1_mpa: float, p2_mpa: float) -> None:
+    def write(self, p1_cmd_mpa: float, p2_cmd_mpa: float) -> None:
         """Hand the set-points to the I/O processes: microseconds. What a busy wire has not sent yet is replaced."""
-        if not (isfinite(p1_mpa) and isfinite(p2_mpa)):
-            raise DeviceError(f"itv_serial: set-points of {p1_mpa} and {p2_mpa} MPa cannot be written")
-        for valve, pressure_mpa in zip(self.valves, (p1_mpa, p2_mpa), strict=True):
+        if not (isfinite(p1_cmd_mpa) and isfinite(p2_cmd_mpa)):
+            raise DeviceError(f"itv_serial: set-points of {p1_cmd_mpa} and {p2_cmd_mpa} MPa cannot be written")
+        for valve, pressure_mpa in zip(self.valves, (p1_cmd_mpa, p2_cmd_mpa), strict=True):
             if valve and valve.drives:
                 valve.io.drive((valve.counts(pressure_mpa),))
 

@@ -44,10 +44,10 @@ class ModbusIo:
         self._period_s = context.period_ns / 1e9
         self._route: Route | None = None
 
-    def numbers(self, p1_mpa: float, p2_mpa: float) -> Numbers:
-        if not (isfinite(p1_mpa) and isfinite(p2_mpa)):
-            raise DeviceError(f"{self._settings.resource}: set-points of {p1_mpa} and {p2_mpa} MPa cannot be written")
-        numbers = set_point_numbers(self._plan, self._signals, (p1_mpa, p2_mpa))
+    def numbers(self, p1_cmd_mpa: float, p2_cmd_mpa: float) -> Numbers:
+        if not (isfinite(p1_cmd_mpa) and isfinite(p2_cmd_mpa)):
+            raise DeviceError(f"{self._settings.resource}: set-points of {p1_cmd_mpa} and {p2_cmd_mpa} MPa cannot be written")
+        numbers = set_point_numbers(self._plan, self._signals, (p1_cmd_mpa, p2_cmd_mpa))
         return {place: float(round(number)) for place, number in numbers.items()}
 
     def open(self) -> Mapping[str, str]:
@@ -105,11 +105,11 @@ class ModbusIo:
         stale = STALE if age_ns > self._context.period_ns else 0
         return self._inputs.measurement(numbers, age_ns, stale)
 
-    def write(self, p1_mpa: float, p2_mpa: float) -> None:
+    def write(self, p1_cmd_mpa: float, p2_cmd_mpa: float) -> None:
         """Both set-points in one request when their channels lie side by side, so that they change together."""
         route = self._opened()
         if self._plan.driven:
-            route.write(self.numbers(p1_mpa, p2_mpa))
+            route.write(self.numbers(p1_cmd_mpa, p2_cmd_mpa))
 
     def safe(self) -> None:
         """The safe set-points, through the open line or, when that fails or is not there, by a way of its own."""

@@ -127,11 +127,11 @@ class MyRio:
             0 if flags & _P1_ABSENT else age, 0 if flags & _P2_ABSENT else age, 0 if flags & _ANGLE_ABSENT else age, flags,
         )  # fmt: skip
 
-    def write(self, p1_mpa: float, p2_mpa: float) -> None:
+    def write(self, p1_cmd_mpa: float, p2_cmd_mpa: float) -> None:
         """Stage both set-points and strobe once: the terminals change together."""
         channels = self._channels()
         began = self._now()
-        self._put(channels, p1_mpa, p2_mpa)
+        self._put(channels, p1_cmd_mpa, p2_cmd_mpa)
         ended = self._now()
         if ended - began > self._period_ns:
             raise self._late(began, ended, "writing")
@@ -229,13 +229,13 @@ class MyRio:
             session, outputs, strobe, monitors.get(Role.MONITOR_1), monitors.get(Role.MONITOR_2), angle, heartbeat, calls
         )
 
-    def _put(self, channels: _Channels, p1_mpa: float, p2_mpa: float) -> None:
+    def _put(self, channels: _Channels, p1_cmd_mpa: float, p2_cmd_mpa: float) -> None:
         if channels.strobe is None:
             return
         first, second = channels.outputs
         try:
-            bits_1 = first.bits(p1_mpa) if first else 0
-            bits_2 = second.bits(p2_mpa) if second else 0
+            bits_1 = first.bits(p1_cmd_mpa) if first else 0
+            bits_2 = second.bits(p2_cmd_mpa) if second else 0
             if not channels.limited:
                 self._limit(channels)
             if first:

@@ -70,9 +70,9 @@ class EmulatedRig:
         """What the rig's drivers read from the emulators."""
         return self._opened().read()
 
-    def write(self, p1_mpa: float, p2_mpa: float) -> None:
+    def write(self, p1_cmd_mpa: float, p2_cmd_mpa: float) -> None:
         """Through the rig's drivers."""
-        self._opened().write(p1_mpa, p2_mpa)
+        self._opened().write(p1_cmd_mpa, p2_cmd_mpa)
 
     def safe(self) -> None:
         """Through the rig's drivers; before the first `open` there is no plant yet that could be unsafe."""

@@ -66,16 +66,16 @@ class PlaybackRig:
         ages = [0 if math.isnan(value) else age_ns for value in (p1, p2, angle)]
         return Measurement(p1, p2, angle, p1, p2, angle, NAN, ages[0], ages[1], ages[2], flags)
 
-    def write(self, p1_mpa: float, p2_mpa: float) -> None:
+    def write(self, p1_cmd_mpa: float, p2_cmd_mpa: float) -> None:
         """Remembered; the first one starts the record."""
         if not self._open:
             raise DeviceLost("playback: write before open")
-        if not (math.isfinite(p1_mpa) and math.isfinite(p2_mpa)):
+        if not (math.isfinite(p1_cmd_mpa) and math.isfinite(p2_cmd_mpa)):
             raise DeviceError("playback: a set-point is not finite; nothing was written")
         if self._began_ns is None:
             self._began_ns = self._now()
         top = self._settings.top_mpa
-        self.setpoints_mpa = min(max(p1_mpa, 0.0), top), min(max(p2_mpa, 0.0), top)
+        self.setpoints_mpa = min(max(p1_cmd_mpa, 0.0), top), min(max(p2_cmd_mpa, 0.0), top)
 
     def safe(self) -> None:
         """Remembered as well; the record goes on."""

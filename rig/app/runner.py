@@ -156,7 +156,7 @@ def _orders(session: Session, rig: RigConfig, runs: Sequence[Planned], options: 
         order_of(
             session,
             planned.program.run,
-            len(planned.program.p1_mpa),
+            len(planned.program.p1_cmd_mpa),
             options.out / f"{planned.name}.mcap",
             {**common, "name": planned.name, **planned.facts},
             attachments,

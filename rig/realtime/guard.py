@@ -107,25 +107,25 @@ class Guard:
         self._frozen_limit = max(round(limits.frozen_s / self.period_s), 2)
         self._follow_limit = max(round(limits.follow_s / self.period_s), 1)
 
-    def start_from(self, p1_mpa: float, p2_mpa: float) -> None:
+    def start_from(self, p1_cmd_mpa: float, p2_cmd_mpa: float) -> None:
         """Where the set-points stand now, so that the slew limit counts from there."""
-        self._command = (p1_mpa, p2_mpa)
+        self._command = (p1_cmd_mpa, p2_cmd_mpa)
 
-    def command(self, p1_mpa: float, p2_mpa: float, periods: int = 1) -> tuple[float, float, int]:
+    def command(self, p1_cmd_mpa: float, p2_cmd_mpa: float, periods: int = 1) -> tuple[float, float, int]:
         """Both set-points inside range and slew over the `periods` since the last, and the flags of what was clipped."""
         low, high = self.limits.pressure_mpa
         step = self._max_step_mpa * periods
         too_far = step + _ROUNDING_MPA
         flags = 0
-        safe1, safe2 = p1_mpa, p2_mpa
-        if not (low <= p1_mpa <= high and low <= p2_mpa <= high):
-            safe1, safe2 = min(max(p1_mpa, low), high), min(max(p2_mpa, low), high)
+        safe1, safe2 = p1_cmd_mpa, p2_cmd_mpa
+        if not (low <= p1_cmd_mpa <= high and low <= p2_cmd_mpa <= high):
+            safe1, safe2 = min(max(p1_cmd_mpa, low), high), min(max(p2_cmd_mpa, low), high)
         before1, before2 = self._command or (low if safe1 != safe1 else safe1, low if safe2 != safe2 else safe2)
         # written so that NaN counts as clipped: min and max may let it through
-        if not (abs(safe1 - p1_mpa) <= _ROUNDING_MPA and abs(safe2 - p2_mpa) <= _ROUNDING_MPA):
+        if not (abs(safe1 - p1_cmd_mpa) <= _ROUNDING_MPA and abs(safe2 - p2_cmd_mpa) <= _ROUNDING_MPA):
             flags |= CLIPPED_RANGE
-            safe1 = safe1 if math.isfinite(p1_mpa) else before1
-            safe2 = safe2 if math.isfinite(p2_mpa) else before2
+            safe1 = safe1 if math.isfinite(p1_cmd_mpa) else before1
+            safe2 = safe2 if math.isfinite(p2_cmd_mpa) else before2
         if abs(safe1 - before1) > too_far or abs(safe2 - before2) > too_far:
             flags |= CLIPPED_SLEW
             safe1 = before1 + min(max(safe1 - before1, -step), step)

@@ -145,9 +145,9 @@ class Loop:
             self._latch(self._due)
         self._obey(tick, now, flags)
         run = self._run
-        phase, p1_mpa, p2_mpa = self._next(tick, now, flags)
-        flags |= self._write(p1_mpa, p2_mpa, missed + 1)
-        self._publish(read_ns, now, phase, p1_mpa - p2_mpa, flags, run)
+        phase, p1_cmd_mpa, p2_cmd_mpa = self._next(tick, now, flags)
+        flags |= self._write(p1_cmd_mpa, p2_cmd_mpa, missed + 1)
+        self._publish(read_ns, now, phase, p1_cmd_mpa - p2_cmd_mpa, flags, run)
         if self._program and self.state is _FAULT:
             self._program = None  # the tick of the fault is the last of its record
 
@@ -156,10 +156,10 @@ class Loop:
         tick, due_ns, woken_ns, missed = self._grid
         if self._zeroed:
             flags |= ANGLE_ZEROED
-        p1_mpa, p2_mpa = self._command
+        p1_cmd_mpa, p2_cmd_mpa = self._command
         self.ring.put(
             Sample._make((
-                tick & 0xFFFFFFFF, due_ns, woken_ns, read_ns, self._clock.now_ns(), missed, dp_mpa, p1_mpa, p2_mpa,
+                tick & 0xFFFFFFFF, due_ns, woken_ns, read_ns, self._clock.now_ns(), missed, dp_mpa, p1_cmd_mpa, p2_cmd_mpa,
                 now.p1_mpa, now.p2_mpa, now.angle_deg - self._zero_deg, now.p1_raw, now.p2_raw, now.angle_raw, now.excitation_raw,
                 now.p1_age_ns, now.p2_age_ns, now.angle_age_ns,
                 run, self.state, phase, flags, self.fault, self._zero_deg,
@@ -247,9 +247,9 @@ class Loop:
         low, high = self._limits.pressure_mpa
         found = now.p1_mpa, now.p2_mpa
         safe = self._settings.safe_p1_mpa, self._settings.safe_p2_mpa
-        p1_mpa, p2_mpa = (min(max(p, low), high) if math.isfinite(p) else s for p, s in zip(found, safe, strict=True))
-        self._command = p1_mpa, p2_mpa
-        self._guard.start_from(p1_mpa, p2_mpa)
+        p1_cmd_mpa, p2_cmd_mpa = (min(max(p, low), high) if math.isfinite(p) else s for p, s in zip(found, safe, strict=True))
+        self._command = p1_cmd_mpa, p2_cmd_mpa
+        self._guard.start_from(p1_cmd_mpa, p2_cmd_mpa)
         self._resting = False
         return True
 
@@ -272,9 +272,9 @@ class Loop:
             return program.way_out(left, self._from)
         if index >= program.ticks:
             return self._finish()
-        phase, p1_mpa, p2_mpa = program.at(index, self._from)
+        phase, p1_cmd_mpa, p2_cmd_mpa = program.at(index, self._from)
         self._take_zero(phase, now, flags)
-        return phase, p1_mpa, p2_mpa
+        return phase, p1_cmd_mpa, p2_cmd_mpa
 
     def _finish(self) -> tuple[Phase, float, float]:
         self.state = after(self.state, Event.FINISH)
@@ -295,23 +295,23 @@ class Loop:
 
     def _towards_safe(self) -> tuple[float, float]:
         step = self._settings.return_mpa_s * self._period_ns / 1e9
-        p1_mpa, p2_mpa = self._command
+        p1_cmd_mpa, p2_cmd_mpa = self._command
         safe1, safe2 = self._settings.safe_p1_mpa, self._settings.safe_p2_mpa
-        self._resting = abs(safe1 - p1_mpa) <= step and abs(safe2 - p2_mpa) <= step
+        self._resting = abs(safe1 - p1_cmd_mpa) <= step and abs(safe2 - p2_cmd_mpa) <= step
         if self._resting:
             return safe1, safe2
-        return p1_mpa + min(max(safe1 - p1_mpa, -step), step), p2_mpa + min(max(safe2 - p2_mpa, -step), step)
+        return p1_cmd_mpa + min(max(safe1 - p1_cmd_mpa, -step), step), p2_cmd_mpa + min(max(safe2 - p2_cmd_mpa, -step), step)
 
-    def _write(self, p1_mpa: float, p2_mpa: float, periods: int) -> int:
+    def _write(self, p1_cmd_mpa: float, p2_cmd_mpa: float, periods: int) -> int:
         """Write what the state allows; returns flags."""
         if self.state in _SILENT:
             if self._looks_owed:
                 self._look()
             return self._write_safe() if self._safe_owed else 0
-        p1_mpa, p2_mpa, flags = self._guard.command(p1_mpa, p2_mpa, periods)
-        self._command = p1_mpa, p2_mpa
+        p1_cmd_mpa, p2_cmd_mpa, flags = self._guard.command(p1_cmd_mpa, p2_cmd_mpa, periods)
+        self._command = p1_cmd_mpa, p2_cmd_mpa
         try:
-            self._device.write(p1_mpa, p2_mpa)
+            self._device.write(p1_cmd_mpa, p2_cmd_mpa)
         except DeviceError as error:
             self._count_error(error)
             return flags | WRITE_ERROR | (self._write_safe() if self._safe_owed else 0)

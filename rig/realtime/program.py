@@ -32,8 +32,8 @@ class Program:
     run: int
     rest_p1_mpa: float
     rest_p2_mpa: float
-    p1_mpa: Sequence[float]
-    p2_mpa: Sequence[float]
+    p1_cmd_mpa: Sequence[float]
+    p2_cmd_mpa: Sequence[float]
     settle_ticks: int
     zero_ticks: int
     ramp_in_ticks: int
@@ -42,7 +42,7 @@ class Program:
     @cached_property
     def ticks(self) -> int:
         """Length of the whole program."""
-        return self.sweep_start + len(self.p1_mpa) + self.ramp_out_ticks
+        return self.sweep_start + len(self.p1_cmd_mpa) + self.ramp_out_ticks
 
     @cached_property
     def sweep_start(self) -> int:
@@ -52,17 +52,19 @@ class Program:
     def at(self, index: int, start: tuple[float, float]) -> tuple[Phase, float, float]:
         """Phase and set-points at a tick of the program that began with the set-points `start`."""
         swept = index - self.sweep_start
-        if 0 <= swept < len(self.p1_mpa):
-            return _SWEEP, self.p1_mpa[swept], self.p2_mpa[swept]
+        if 0 <= swept < len(self.p1_cmd_mpa):
+            return _SWEEP, self.p1_cmd_mpa[swept], self.p2_cmd_mpa[swept]
         if swept >= 0:
-            done = swept - len(self.p1_mpa) + 1
-            return Phase.RAMP_OUT, *self._between((self.p1_mpa[-1], self.p2_mpa[-1]), self._rest, done, self.ramp_out_ticks)
+            done = swept - len(self.p1_cmd_mpa) + 1
+            return Phase.RAMP_OUT, *self._between(
+                (self.p1_cmd_mpa[-1], self.p2_cmd_mpa[-1]), self._rest, done, self.ramp_out_ticks
+            )
         if index < self.settle_ticks:
             return Phase.SETTLE, *self._between(start, self._rest, index * 2, self.settle_ticks)
         index -= self.settle_ticks
         if index < self.zero_ticks:
             return Phase.ZERO, self.rest_p1_mpa, self.rest_p2_mpa
-        first = self.p1_mpa[0], self.p2_mpa[0]
+        first = self.p1_cmd_mpa[0], self.p2_cmd_mpa[0]
         return Phase.RAMP_IN, *self._between(self._rest, first, index - self.zero_ticks, self.ramp_in_ticks)
 
     def way_out(self, ticks_left: int, start: tuple[float, float]) -> tuple[Phase, float, float]:
@@ -82,13 +84,13 @@ class Program:
 
     def publish(self, name: str, session: int) -> SharedBlock:
         """Write the program into a block of its own, for `attach` in the loop's process."""
-        n = len(self.p1_mpa)
+        n = len(self.p1_cmd_mpa)
         block = SharedBlock.create(name, session, (8 + 2 + 2 * n) * 8)
         counts = (self.run, self.settle_ticks, self.zero_ticks, self.ramp_in_ticks, n, self.ramp_out_ticks)
         for word, value in enumerate(counts, _FIRST):
             block.words[word] = value
         place = _TABLE
-        for part in ((self.rest_p1_mpa, self.rest_p2_mpa), self.p1_mpa, self.p2_mpa):
+        for part in ((self.rest_p1_mpa, self.rest_p2_mpa), self.p1_cmd_mpa, self.p2_cmd_mpa):
             table = memoryview(array("d", part)).cast("B")
             block.bytes[place : place + len(table)] = table
             place += len(table)
@@ -103,4 +105,4 @@ class Program:
         if n < 1 or _TABLE + (2 + 2 * n) * 8 > len(block.bytes):
             raise StateError(f"{path}: the program is cut short")
         table = block.bytes[_TABLE : _TABLE + (2 + 2 * n) * 8].cast("d")
-        return cls(**counts, rest_p1_mpa=table[0], rest_p2_mpa=table[1], p1_mpa=table[2 : 2 + n], p2_mpa=table[2 + n :])
+        return cls(**counts, rest_p1_mpa=table[0], rest_p2_mpa=table[1], p1_cmd_mpa=table[2 : 2 + n], p2_cmd_mpa=table[2 + n :])

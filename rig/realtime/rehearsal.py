@@ -35,7 +35,7 @@ class NoDevice:
         """Always the same."""
         return self._shown
 
-    def write(self, p1_mpa: float, p2_mpa: float) -> None:
+    def write(self, p1_cmd_mpa: float, p2_cmd_mpa: float) -> None:
         """Goes nowhere."""
 
     def safe(self) -> None:

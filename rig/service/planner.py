@@ -207,7 +207,7 @@ class _Desk:
         plan = self._plans[index]
         program = program_of(plan, run)
         program.publish(program_name(session, run), session).close()
-        return Published(plan.name, plan.facts, program.ticks, len(program.p1_mpa))
+        return Published(plan.name, plan.facts, program.ticks, len(program.p1_cmd_mpa))
 
     def _summary(self, path: Path, plans: list[RunPlan]) -> Summary:
         seconds = sum(plan.ticks for plan in plans) * self._rig.period_ns / 1e9

@@ -24,8 +24,8 @@ def test_phases_come_in_order_and_pressures_stay_between_what_was_asked_for(p: P
     points = [p.at(index, start) for index in range(p.ticks)]
     found = [at[0] for at in points]
     assert found == sorted(found)
-    assert found.count(Phase.SWEEP) == len(p.p1_mpa)
-    for valve, table in ((1, p.p1_mpa), (2, p.p2_mpa)):
+    assert found.count(Phase.SWEEP) == len(p.p1_cmd_mpa)
+    for valve, table in ((1, p.p1_cmd_mpa), (2, p.p2_cmd_mpa)):
         allowed = [*table, start[valve - 1], p.rest_p1_mpa]
         assert all(min(allowed) - 1e-12 <= at[valve] <= max(allowed) + 1e-12 for at in points)
 

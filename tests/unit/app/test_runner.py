@@ -134,8 +134,8 @@ def test_planned_set_points_are_the_paper_s() -> None:
     plan = expand(load_sweep(compose.configs() / "sweeps" / "quick.yaml"), 5_000_000)[0]
     made = program_of(plan, 4)
     assert made.run == 4
-    assert [p1 - p2 for p1, p2 in zip(made.p1_mpa, made.p2_mpa, strict=True)] == pytest.approx(list(plan.dp_mpa))
-    assert [p1 + p2 for p1, p2 in zip(made.p1_mpa, made.p2_mpa, strict=True)] == pytest.approx([0.4] * len(plan.dp_mpa))
+    assert [p1 - p2 for p1, p2 in zip(made.p1_cmd_mpa, made.p2_cmd_mpa, strict=True)] == pytest.approx(list(plan.dp_mpa))
+    assert [p1 + p2 for p1, p2 in zip(made.p1_cmd_mpa, made.p2_cmd_mpa, strict=True)] == pytest.approx([0.4] * len(plan.dp_mpa))
 
 
 def test_a_folder_that_cannot_be_written_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

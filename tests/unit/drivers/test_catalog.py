@@ -79,7 +79,7 @@ class Part:
         self._do("read")
         return self.now
 
-    def write(self, p1_mpa: float, p2_mpa: float) -> None:
+    def write(self, p1_cmd_mpa: float, p2_cmd_mpa: float) -> None:
         self._do("write")
 
     def safe(self) -> None:

@@ -36,8 +36,8 @@ def test_a_missed_tick_holds_the_set_point_before_it() -> None:
     program = program_of(samples, PERIOD_NS, None, "x")
     gap = 500 - sweep_of(samples)[0]
     before, after = samples["p1_cmd_mpa"][499], samples["p1_cmd_mpa"][500]
-    assert list(program.p1_mpa[gap - 1 : gap + 3]) == [before, before, before, after]
-    assert len(program.p1_mpa) == len(sweep_of(samples)) + 2
+    assert list(program.p1_cmd_mpa[gap - 1 : gap + 3]) == [before, before, before, after]
+    assert len(program.p1_cmd_mpa) == len(sweep_of(samples)) + 2
 
 
 def test_a_log_of_a_difference_alone_needs_the_rest_pressure(tmp_path: Path) -> None:
@@ -48,7 +48,7 @@ def test_a_log_of_a_difference_alone_needs_the_rest_pressure(tmp_path: Path) -> 
     with pytest.raises(RecordError, match="--p0"):
         program_of(samples, PERIOD_NS, None, "x")
     program = program_of(samples, PERIOD_NS, 0.3, "x")
-    assert list(program.p1_mpa) == pytest.approx(0.3 + record.dp_cmd_mpa / 2)
+    assert list(program.p1_cmd_mpa) == pytest.approx(0.3 + record.dp_cmd_mpa / 2)
     assert (program.settle_ticks, program.zero_ticks, program.ramp_in_ticks, program.ramp_out_ticks) == (400, 100, 100, 200)
 
 
@@ -58,8 +58,8 @@ def test_another_period_is_refused_or_held() -> None:
         program_of(samples, PERIOD_NS // 2, None, "x")
     program = program_of(onto_period(samples, PERIOD_NS // 2), PERIOD_NS // 2, None, "x")
     rows = sweep_of(samples)
-    assert list(program.p1_mpa[0:4:2]) == list(samples["p1_cmd_mpa"][rows[:2]])
-    assert program.p1_mpa[0] == program.p1_mpa[1]
+    assert list(program.p1_cmd_mpa[0:4:2]) == list(samples["p1_cmd_mpa"][rows[:2]])
+    assert program.p1_cmd_mpa[0] == program.p1_cmd_mpa[1]
 
 
 @pytest.mark.parametrize(("phase", "message"), [(Phase.SETTLE, "holds no sweep to replay"), (None, "its ticks do not rise")])

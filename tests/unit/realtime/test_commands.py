@@ -88,7 +88,7 @@ def test_a_start_brings_its_program(pair: tuple[Mailbox, Mailbox]) -> None:
         request, found = loop.next(State.ARMED, True)
         assert request is Request.START
         assert found is not None
-        assert (found.run, len(found.p1_mpa)) == (number, 9)
+        assert (found.run, len(found.p1_cmd_mpa)) == (number, 9)
     finally:
         block.unlink()
 

@@ -39,8 +39,10 @@ def test_the_sweep_is_written_tick_by_tick() -> None:
     samples, _ = run_loop(device, armed_and_running(), 60)
     swept = [s for s in samples if s.phase == Phase.SWEEP]
     wanted = program()
-    assert [(s.p1_cmd_mpa, s.p2_cmd_mpa) for s in swept] == list(zip(wanted.p1_mpa, wanted.p2_mpa, strict=True))
-    assert [s.dp_cmd_mpa for s in swept] == pytest.approx([a - b for a, b in zip(wanted.p1_mpa, wanted.p2_mpa, strict=True)])
+    assert [(s.p1_cmd_mpa, s.p2_cmd_mpa) for s in swept] == list(zip(wanted.p1_cmd_mpa, wanted.p2_cmd_mpa, strict=True))
+    assert [s.dp_cmd_mpa for s in swept] == pytest.approx(
+        [a - b for a, b in zip(wanted.p1_cmd_mpa, wanted.p2_cmd_mpa, strict=True)]
+    )
     assert all((s.p1_cmd_mpa, s.p2_cmd_mpa) in device.outputs for s in swept)
 
 

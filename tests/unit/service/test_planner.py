@@ -53,8 +53,8 @@ def test_a_sweep_is_summed_up_and_a_record_s_program_lies_in_shared_memory(sweep
     assert (record.name, record.sweep_ticks, record.facts["frequency_hz"]) == ("sine_1hz_0.10mpa", 200, 1.0)
     block = SharedBlock.adopt(program_path(SESSION, 7), SESSION)
     program = Program.attach(block.path, SESSION)
-    assert (program.ticks, len(program.p1_mpa)) == (record.ticks, 200)
-    assert program.p1_mpa[50] - program.p2_mpa[50] == pytest.approx(0.1)
+    assert (program.ticks, len(program.p1_cmd_mpa)) == (record.ticks, 200)
+    assert program.p1_cmd_mpa[50] - program.p2_cmd_mpa[50] == pytest.approx(0.1)
     assert block.words[1] == os.getpid(), "who adopted it is its owner"
 
 

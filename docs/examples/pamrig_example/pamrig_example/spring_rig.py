@@ -40,10 +40,10 @@ class SpringRig:
         p1, p2 = self._pressures
         return Measurement(p1_mpa=p1, p2_mpa=p2, angle_deg=self._gain * (p1 - p2), p1_raw=p1, p2_raw=p2, angle_raw=p1 - p2)
 
-    def write(self, p1_mpa: float, p2_mpa: float) -> None:
+    def write(self, p1_cmd_mpa: float, p2_cmd_mpa: float) -> None:
         if not self._open:
             raise DeviceError("spring_rig: write before open")
-        self._pressures = p1_mpa, p2_mpa
+        self._pressures = p1_cmd_mpa, p2_cmd_mpa
 
     def safe(self) -> None:
         self._pressures = self._safe
