@@ -132,9 +132,13 @@ class ProcessWatch:
     # the safe state
 
     def demand(self, fault: Fault) -> None:
-        """The safe state, now: by the loop, and when that does not take it, by whoever is left."""
-        self._demanded_ns = time.monotonic_ns()
+        """The safe state, now: by the loop, and when that does not take it, by whoever is left.
+
+        Patience counts from the first demand that is not answered: who asks again and again does not start it anew.
+        """
         self._mailbox.estop(fault)
+        if not self._demanded_ns or self.answer.safe:
+            self._demanded_ns = time.monotonic_ns()
 
     def withdraw(self) -> None:
         """The rig may move again: nothing is demanded any more."""

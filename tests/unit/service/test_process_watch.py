@@ -148,12 +148,15 @@ def test_a_lost_supervisor_means_the_safe_state_by_a_loop_that_takes_it(bench: B
     assert (watch.answer.writer, watch.answer.outcome) == (Writer.LOOP, Outcome.SEEN)
 
 
-def test_a_loop_that_beats_but_does_not_take_the_demand_is_ended_too(bench: Bench) -> None:
+@pytest.mark.parametrize("again", [False, True], ids=["once", "again and again"])
+def test_a_loop_that_beats_but_does_not_take_the_demand_is_ended_too(bench: Bench, again: bool) -> None:
     watch = bench.watch()
     watch.demand(Fault.ESTOP)
 
     def safe() -> bool:
         bench.writer.beat()
+        if again and bench.loop.is_alive():
+            watch.demand(Fault.ESTOP)
         return watch.answer.safe
 
     until(watch, safe)
