@@ -69,6 +69,7 @@ class ProcessWatch:
         """Without a `second_path` the plant lives in the loop's process and ends with it; one that is not `timed` is never late."""
         self._ring, self._mailbox, self._watchers, self._loop, self._recorder = ring, mailbox, watchers, loop, recorder
         self._second_path, self._period_ns = second_path, period_ns
+        self._descriptor = WatchedProcess(loop.pid or 0)  # now: a pid that is free again may be somebody else's
         patience_s = LOOP_PATIENCE_S if watchers.processes else _UNWATCHED_PATIENCE_S
         self._patience_ns = max(patience_s * 1e9, _PATIENCE_PERIODS * period_ns) if timed else math.inf
         self._recorder_seen = (0, time.monotonic())
@@ -222,12 +223,8 @@ class ProcessWatch:
 
     def _take_over(self, verdict: Verdict) -> None:
         with self._hands:
-            loop = WatchedProcess(self._loop.pid or 0)
-            try:
-                path = None if self._second_path is None else self._second_path()
-                SafeStateAuthority(Writer.CONTROL, self._watchers.block, self._ring, loop, path).take_over(verdict)
-            finally:
-                loop.close()
+            path = None if self._second_path is None else self._second_path()
+            SafeStateAuthority(Writer.CONTROL, self._watchers.block, self._ring, self._descriptor, path).take_over(verdict)
 
     def settle(self, patience_s: float) -> SafeReport:
         """Wait until the safe state of a loop that has ended is known, or for `patience_s`; blocks."""

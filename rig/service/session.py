@@ -157,7 +157,8 @@ class Session:
     def expect(self, order: RunOrder) -> None:
         """Tell the recorder of a run before it starts."""
         if self._orders is not None:
-            self._orders.send(order)
+            with suppress(OSError):  # a recorder that is gone is the watch's business, and no broken pipe of the command's output
+                self._orders.send(order)
 
     def end_recording(self) -> None:
         """Let the recorder finish what is open, and end: there is no loop any more."""
@@ -175,7 +176,8 @@ class Session:
         """Let the loop begin to tick."""
         self.beat()
         if self._loop_pipe is not None:
-            self._loop_pipe.send("go")
+            with suppress(OSError):  # it has ended: seen and told by whoever waits for it
+                self._loop_pipe.send("go")
 
     def results(self) -> Iterator[RunResult]:
         """The runs that have been finished since the last call."""

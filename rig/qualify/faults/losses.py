@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from rig.errors import RigError
-from rig.qualify.faults.bench import FaultBench, Spoilt
+from rig.qualify.faults.bench import SAFE_MPA, FaultBench, Spoilt
 from rig.qualify.faults.modbus import ModbusFaultBench
 
 PROCESSES: Final = ("loop", "recorder", "supervisor", "control")
@@ -70,6 +70,7 @@ class RunBench(FaultBench):
         """A new run, in the middle of its sweep."""
         self.end()
         self._number += 1
+        self.terminals.write(*SAFE_MPA)
         self._log_chars = len(self.log_text()) if self._number > 1 else 0
         out = self.logs / str(self._number)
         self.command("run", str(self.sweep), "--rig", str(self.rig), "--out", str(out), "--force")

@@ -156,3 +156,26 @@ def test_two_sessions_in_one_second_get_two_folders(tmp_path: Path, monkeypatch:
 def test_a_name_cannot_lead_out_of_the_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     assert runner.new_folder("../../etc/x y").parent == Path("logs")
+
+
+def test_a_recorder_that_dies_before_the_first_record_is_no_quiet_success(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A broken pipe to it once passed for a reader of stdout who had seen enough: no line, exit status 0."""
+    sessions: list[Session] = []
+    made = Session.__init__
+
+    def remember(self: Session, *args: object, **kwargs: object) -> None:
+        made(self, *args, **kwargs)  # type: ignore[arg-type]
+        sessions.append(self)
+
+    def strike(*_: object) -> None:
+        recorder = sessions[0].recorder
+        assert recorder is not None
+        recorder.kill()
+        recorder.join()
+
+    monkeypatch.setattr(Session, "__init__", remember)
+    monkeypatch.setattr(runner, "announce", strike)
+    outcome = runner.carry_out(compose.load(None), [Planned("a", program())], RunOptions(tmp_path / "out", virtual=True))
+    assert "RECORDER_DIED" in ends(outcome)
