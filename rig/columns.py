@@ -27,7 +27,7 @@ def white_noise(columns: Iterable[Column], *, without_repeats: bool = False) -> 
     """Standard deviation of the white noise in columns, in their unit, from their third differences by medians.
 
     Third differences take out what moves slowly, medians what jumps. `without_repeats` leaves out the rows beside a value
-    that was read twice: repeats are no noise.
+    that was read twice: repeats are no noise. Missing values (NaN) are left out, and so are the rows beside them.
     """
     parts = [_third_differences(column, without_repeats) for column in columns]
     together = np.concatenate(parts)
@@ -36,9 +36,10 @@ def white_noise(columns: Iterable[Column], *, without_repeats: bool = False) -> 
 
 def _third_differences(column: Column, without_repeats: bool) -> Column:
     third = np.diff(column, 3)
+    known = np.isfinite(third)
     if not without_repeats:
-        return third
+        return third[known]
     still = np.diff(column) == 0
     beside = still[:-2] | still[1:-1] | still[2:] | np.concatenate([[False], still[:-3]])
-    left: Column = third[~beside]
-    return left if len(left) > LEAST_ROWS else third
+    left: Column = third[~beside & known]
+    return left if len(left) > LEAST_ROWS else third[known]

@@ -12,7 +12,7 @@ import numpy as np
 from rig.blind_check.source import Named, records_of
 from rig.errors import RigError
 from rig.gap.hypotheses.library import LIBRARY, effect_class
-from rig.gap.raw_tests.lost import loudness
+from rig.gap.raw_tests.levels import loudness
 from rig.record import Column, Record
 
 ALSO_RIGHT: Final = {"co_contraction": {"valve"}, "leak": {"valve"}}

@@ -18,8 +18,8 @@ from rig.gap.evidence.posterior import Posterior, judge
 from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.library import Effect, chosen
 from rig.gap.hypotheses.scenes import stands
-from rig.gap.raw_tests.lost import bridged, lost_rows
 from rig.gap.raw_tests.read import read_signatures
+from rig.gap.raw_tests.repeats import bridged, lost_rows
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.pairs import Pairing, pair_up
 from rig.gap.reference.build import Expected, Kind, expect

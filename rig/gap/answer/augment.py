@@ -16,7 +16,7 @@ from rig.gap.days.engine import overall_gap
 from rig.gap.days.handover import MEAN_MOVED, must
 from rig.gap.days.prepared import Prepared
 from rig.gap.hypotheses.propagate import Applied, full_numbers
-from rig.gap.raw_tests.lost import loudness
+from rig.gap.raw_tests.levels import loudness
 from rig.identify.descent import descend, square_sum
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.kernels import simulate

@@ -279,7 +279,7 @@ def _evidence(told: Told, gaps: Sequence[Column], far: HowFar, added: bool) -> d
     after = [float(np.sqrt(value)) for value in far.per_record_deg2] if added else before
     return {
         "factors": {posterior.stand.name: _factor_facts(posterior) for posterior in told.posteriors},
-        "signatures": [vars(mark) for mark in told.marks],
+        "signatures": [mark.to_json() for mark in told.marks],
         "records": [
             {"record": pair.name, "gap_before_deg": one, "gap_after_deg": other}
             for pair, one, other in zip(pairs, before, after, strict=True)
@@ -287,6 +287,7 @@ def _evidence(told: Told, gaps: Sequence[Column], far: HowFar, added: bool) -> d
         "sessions": len(pairs[0].sessions),
         "pressures_used": told.expected.driven,
         "unpaired": told.prepared.pairing.unpaired,
+        "pairing": [match.to_json() for match in told.prepared.pairing.matches],
     }
 
 

@@ -127,29 +127,30 @@ def _intervals(candidate: Candidate) -> dict[str, Interval]:
 
 
 def marked(mark: Signature, prepared: Prepared) -> Cause:
-    """A cause found by its signature; its gap is that of the unsmoothed angle."""
+    """A cause found by a raw-data test; its gap is that of the unsmoothed angle, fallen samples included."""
     assert mark.effect is not None
-    numbers = {number.name: number for number in EFFECT_STAGES[mark.effect].numbers}
+    units = {number.name: number.unit for number in EFFECT_STAGES[mark.effect].numbers}
     raw = [
-        np.interp(pair.raw.t_s, other.t_s, np.nan_to_num(other.angle_deg)) - pair.raw.angle_deg
+        np.interp(pair.raw.t_s, other.t_s[known], other.angle_deg[known]) - pair.raw.angle_deg
         for pair in prepared.pairs
         for other in pair.raw_baselines
         if pair.raw.angle_deg is not None and other.angle_deg is not None
+        for known in (np.isfinite(other.angle_deg),)
     ]
-    before = float(np.sqrt(np.nanmean(np.concatenate(raw) ** 2))) if raw else float(np.sqrt(mark.variance_deg2))
-    after = float(np.sqrt(max(before**2 - mark.variance_deg2, 0.0)))
-    values = {name: Interval(value, 0.9 * value, 1.1 * value, numbers[name].unit) for name, value in mark.numbers.items()}
+    fallen = mark.variance_deg2 if mark.effect == "sensor_dropout" else 0.0  # already taken out of what was read
+    square = float(np.nanmean(np.concatenate(raw) ** 2)) + fallen if raw else mark.variance_deg2
+    values = {name: Interval(size.value, size.low, size.high, units[name]) for name, size in mark.sizes.items()}
     return Cause(
         mark.effect,
         LIBRARY[mark.effect].stage,
         "signature",
         Applied(mark.effect, mark.numbers),
         values,
-        before,
-        after,
+        float(np.sqrt(square)),
+        float(np.sqrt(max(square - mark.variance_deg2, 0.0))),
         1.0,
         (),
-        0.97,
+        mark.confidence,
     )
 
 

@@ -81,11 +81,12 @@ def _told(findings: Findings) -> Diagnosis:
     }
     evidence = {
         "triggers": {judged.side.name: _trigger_facts(judged) for judged in findings.sides},
-        "signatures": [vars(mark) for mark in marks],
+        "signatures": [mark.to_json() for mark in marks],
         "records": _per_record(prepared, gaps, remaining),
         "sessions": len(prepared.pairs[0].sessions),
         "pressures_used": prepared.pairing.pressures,
         "unpaired": prepared.pairing.unpaired,
+        "pairing": [match.to_json() for match in prepared.pairing.matches],
         "reidentification": _hidden(undriven),
         "model_misfit_deg": findings.model_misfit_deg,
     }
@@ -123,7 +124,10 @@ def _fraction(findings: Findings, before: float, after: float, floor: float) -> 
     """Explained fraction of the angle gap; of the noise where signatures alone explain; of the side's own gap where the angle has
     none (a gain of both valves)."""
     accepted = [judged.fraction for judged in findings.sides if judged.accepted]
-    marked = [Applied(mark.effect, mark.numbers) for mark in findings.signatures if mark.found and mark.effect]
+    named = [mark for mark in findings.signatures if mark.found and mark.effect]
+    marked = [Applied(str(mark.effect), mark.numbers) for mark in named if mark.effect != "sensor_dropout"]
+    if named and not accepted and not marked:
+        return 1.0  # fallen samples are taken out of the records, and nothing else is there
     if marked and not accepted:
         return noise_fraction(findings.simulator, marked, findings.as_read)
     if before > 1.2 * floor:
@@ -195,7 +199,7 @@ def _held_out_ratio(candidate: Candidate, findings: Findings) -> float:
 def _ranking(findings: Findings) -> list[Ranked]:
     """All candidates of both sides, and the signatures; by probability."""
     lines = [
-        Ranked(mark.effect, LIBRARY[mark.effect].stage, "signature", 1.0, 0.97, 0.0)
+        Ranked(mark.effect, LIBRARY[mark.effect].stage, "signature", 1.0, mark.confidence, 0.0)
         for mark in findings.signatures
         if mark.found and mark.effect
     ]

@@ -100,8 +100,9 @@ def model_misfit_deg(model: Model | None, prepared: Prepared) -> float | None:
 
 
 def modelled(model: Model, pair: Pair) -> tuple[Column | None, Column | None, Column]:
-    """What the model says under the pair's command, on its grid."""
-    said = simulate(model, pair.raw, start_deg=0.0)
+    """What the model says under the pair's command, on its grid, from where the healthy rig, or else the record, starts."""
+    start = [session.angle_deg[0] for session in pair.sessions] or [pair.case.angle_deg[0]]
+    said = simulate(model, pair.raw, start_deg=float(np.mean(start)))
     assert said.angle_deg is not None
     share = float(np.ptp(said.angle_deg) / max(np.ptp(pair.case.angle_deg), 1e-9))
     if not 1.0 / STRANGE < share < STRANGE:

@@ -25,7 +25,7 @@ from rig.gap.days.prepared import Judged, Prepared, untriggered
 from rig.gap.days.verdict import leaves_too_much
 from rig.gap.hypotheses.library import Effect
 from rig.gap.hypotheses.propagate import Applied
-from rig.gap.raw_tests.lost import bridged, lost_rows
+from rig.gap.raw_tests.repeats import bridged, lost_rows
 from rig.gap.raw_tests.signature import Signature
 from rig.identify.descent import square_sum
 from rig.model.parameters import Model
@@ -96,8 +96,8 @@ def find(
     marks = [_named_by(known, mark) for mark in signatures_of(prepared)]
     if any(mark.found and mark.effect == "lost_samples" for mark in marks):
         prepared = _without_lost(prepared, model, pressures)
-        noise = next(_named_by(known, mark) for mark in signatures_of(prepared) if mark.mark == "noise")
-        marks = [noise if mark.mark == "noise" else mark for mark in marks]
+        noise = next(_named_by(known, mark) for mark in signatures_of(prepared) if mark.test == "noise")
+        marks = [noise if mark.test == "noise" else mark for mark in marks]
     valve = judge(prepared, valve_side(prepared), effects) if prepared.pairing.pressures else None
 
     def with_valves(judged: Judged | None) -> Findings:

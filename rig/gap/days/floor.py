@@ -10,6 +10,7 @@ import numpy as np
 
 from rig.gap.days.side import Side
 from rig.gap.records.pairs import Pair
+from rig.gap.records.periods import period_rows
 from rig.gap.reference.nominal import Nominal, Reference
 from rig.model.response_kernels import stops
 from rig.record import Column
@@ -123,7 +124,7 @@ def period_noise(pairs: Sequence[Pair], columns: Sequence[Column]) -> float | No
     """Rms by which the periods of periodic records differ; None when no command repeats itself at least twice."""
     parts = []
     for pair, column in zip(pairs, columns, strict=True):
-        rows = _period_rows(pair)
+        rows = period_rows(pair.u1_mpa)
         if rows is None:
             continue
         whole = (len(column) // rows) * rows
@@ -131,25 +132,6 @@ def period_noise(pairs: Sequence[Pair], columns: Sequence[Column]) -> float | No
         if len(folded) >= 2:
             parts.append(np.mean(np.var(folded - folded.mean(axis=1, keepdims=True), axis=0, ddof=1)))
     return float(np.sqrt(np.mean(parts))) if parts else None
-
-
-def _period_rows(pair: Pair) -> int | None:
-    """Rows of the command's period, when it has one that fits three times."""
-    command = pair.u1_mpa - pair.u1_mpa.mean()
-    spectrum = np.fft.rfft(command, 2 * len(command))
-    correlation = np.fft.irfft(np.abs(spectrum) ** 2)[: len(command)]
-    overlap = correlation / np.maximum(np.arange(len(command), 0, -1), 1)
-    overlap = overlap / max(overlap[0], 1e-30)
-    below = np.flatnonzero(overlap[: 2 * len(command) // 3] < 0.3)
-    if not len(below):
-        return None
-    tail = overlap[below[0] : 2 * len(command) // 3]
-    if not len(tail) or tail.max() < 0.97:
-        return None
-    rows = int(below[0] + np.argmax(tail > 0.97 * tail.max()))
-    window = overlap[rows : rows + max(rows // 10, 2)]
-    rows += int(np.argmax(window))
-    return rows if 3 * rows <= len(command) else None
 
 
 def high_frequency_noise(columns: Sequence[Column]) -> float:

@@ -173,6 +173,7 @@ _LIBRARY: tuple[Effect, ...] = (
     Effect("quantisation", (Law("quantisation", ("step_deg",), (0.1,)),), "the angle takes only values of a lattice", "lattice", "lattice", signature=True),
     Effect("mains_hum", (Law("mains_hum", ("amplitude_deg",), (0.1,)),), "a line at 50 or 60 Hz", "hum", "hum", signature=True),
     Effect("sensor_noise", (Law("sensor_noise", ("std_deg",), (0.1,)),), "more noise at all frequencies", "noise", "noise", signature=True),
+    Effect("sensor_dropout", (Law("sensor_dropout", ("probability",), (0.01,)),), "samples fall to zero or to the end of the range and come back", "dropout", "dropout", signature=True),
 )  # fmt: skip
 
 FAINT = ("delay", "valve_gain", "valve_offset", "valve_lag", "co_contraction", "leak")

@@ -8,16 +8,30 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d, median_filter
 from scipy.signal import filtfilt, iirnotch, periodogram
 
-from rig.gap.raw_tests.signature import SMOOTHED, Signature
-from rig.gap.records.pairs import SMOOTHING_S
+from rig.gap.raw_tests.levels import filled
+from rig.gap.raw_tests.settings import (
+    BESIDE_FROM_HZ,
+    BESIDE_TO_HZ,
+    HANN_LOSS,
+    HIGHEST_MARGIN_HZ,
+    LINE_CLEAR,
+    LINE_MORE,
+    LINE_WIDTH_HZ,
+    LINES_HZ,
+    LOWEST_LINE_HZ,
+    MAINS_MULTIPLES,
+    NOTCH_QUALITY,
+    SMOOTHED,
+    TONE_ALONE,
+    TONE_AROUND_HZ,
+    TONE_CLEAR,
+    TONE_FROM_HZ,
+    TONE_MORE,
+)
+from rig.gap.raw_tests.signature import Signature, Size
+from rig.gap.raw_tests.statistics import about
+from rig.gap.records.settings import SMOOTHING_S
 from rig.record import Column, Record
-
-LINES_HZ = (50.0, 60.0)
-TONE_FROM_HZ, TONE_AROUND_HZ = 20.0, 8.0
-"""Lines are looked for above the motion's own, and compared with what lies within so much around them."""
-TONE_CLEAR, TONE_ALONE, TONE_MORE = 6.0, 3.0, 2.0
-"""How many times a line's amplitude must exceed what lies around it, every other line (the motion's multiples come in rows), and the
-baselines'."""
 
 
 class Spectrum(NamedTuple):
@@ -35,49 +49,47 @@ def fast_spectra(records: Sequence[Record]) -> list[Spectrum]:
 
 def mains_line(cases: Sequence[Spectrum], sessions: Sequence[Sequence[Spectrum]]) -> Signature:
     """A line at 50 or 60 Hz that stands out, and more so than in the baselines."""
-    best = (0.0, 0.0, 50.0)
-    for line in LINES_HZ:
-        amplitude, beside = _line(cases, line)
-        if amplitude > best[0]:
-            best = (amplitude, beside, line)
-    amplitude, beside, line = best
-    base = max((_line(session, line)[0] for session in sessions), default=0.0)
-    found = amplitude > 6.0 * beside and amplitude > 2.0 * base and amplitude > 0.0
-    size = float(np.sqrt(max(amplitude**2 - base**2, 0.0)))
-    text = f"a line of {amplitude:.3g} deg at {line:.0f} Hz, {base:.3g} deg in the baselines, {beside:.2g} deg beside it"
-    return Signature(
-        "mains line",
-        "mains_hum",
-        found,
-        amplitude,
-        base,
-        "deg",
-        text,
-        {"amplitude_deg": size, "frequency_hz": line},
-        0.5 * size**2 if found else 0.0,
-        SMOOTHED * 0.5 * size**2 if found else 0.0,
-    )
+    hz, line = max(((hz, _line(cases, hz)) for hz in LINES_HZ), key=lambda each: each[1].amplitude_deg)
+    base = max((_line(session, hz).amplitude_deg for session in sessions), default=0.0)
+    own, beside = line.amplitude_deg, line.beside_deg
+    found = own > LINE_CLEAR * beside and own > LINE_MORE * base and own > 0.0
+    size = float(np.sqrt(max(own**2 - base**2, 0.0)))
+    text = f"a line of {own:.3g} deg at {hz:.0f} Hz, {base:.3g} deg in the baselines, {beside:.2g} deg beside it"
+    sizes = {"amplitude_deg": about(size, line.spread_deg * own / max(size, 1e-12), 0.0), "frequency_hz": Size(hz, hz, hz)}
+    added = 0.5 * size**2 if found else 0.0
+    return Signature("mains line", "mains_hum", found, own, base, "deg", text, sizes, line.p_value, added, SMOOTHED * added)
 
 
-def lone_line(cases: Sequence[Spectrum], sessions: Sequence[Sequence[Spectrum]]) -> Signature:
+def spurious_tone(cases: Sequence[Spectrum], sessions: Sequence[Sequence[Spectrum]]) -> Signature:
     """A line that stands alone where no mains line is: no effect of the library makes it, but noise it is not either."""
     grid, own = _usual_spectrum(cases)
     usual = np.zeros_like(own)
     for session in sessions:
         frequency, power = _usual_spectrum(session)
         usual = np.maximum(usual, np.interp(grid, frequency, power, right=0.0))
-    stands = np.where(_free_of_mains(grid), own, 0.0)
+    free = _free_of_mains(grid)
+    stands = np.where(free, own, 0.0)
     k = int(np.argmax(stands))
-    around = median_filter(own, max(3, round(TONE_AROUND_HZ / float(grid[1]))), mode="nearest")[k]
-    others = float(np.max(np.where(np.abs(grid - grid[k]) > 1.0, stands, 0.0)))
+    around = float(median_filter(own, max(3, round(TONE_AROUND_HZ / float(grid[1]))), mode="nearest")[k])
+    others = float(np.max(np.where(np.abs(grid - grid[k]) > BESIDE_FROM_HZ, stands, 0.0)))
     found = bool(stands[k] > max(TONE_CLEAR**2 * around, TONE_ALONE**2 * others, TONE_MORE**2 * usual[k]))
     amplitude = float(np.sqrt(2.0 * max(own[k] - usual[k], 0.0)))
     text = f"the strongest line that is no mains line: {amplitude:.3g} deg at {grid[k]:.1f} Hz"
     added = 0.5 * amplitude**2 if found else 0.0
-    numbers = {"amplitude_deg": amplitude, "frequency_hz": float(grid[k])}
+    half_bin = 0.5 * float(grid[1])
+    sizes = {
+        "amplitude_deg": about(amplitude, float(np.sqrt(around / np.log(2.0))), 0.0),
+        "frequency_hz": Size(float(grid[k]), float(grid[k]) - half_bin, float(grid[k]) + half_bin),
+    }
     return Signature(
-        "tone", None, found, amplitude, float(np.sqrt(2.0 * usual[k])), "deg", text, numbers, added, SMOOTHED * added
-    )
+        "spurious tone", None, found, amplitude, float(np.sqrt(2.0 * usual[k])), "deg", text, sizes,
+        _by_chance(float(own[k]), around, int(free.sum())), added, SMOOTHED * added,
+    )  # fmt: skip
+
+
+def _by_chance(power: float, median: float, lines: int) -> float:
+    """Probability that the strongest of so many lines of noise is as strong: their power is exponential, its mean median / ln 2."""
+    return float(min(lines * np.exp(-min(np.log(2.0) * power / max(median, 1e-30), 700.0)), 1.0))
 
 
 def _usual_spectrum(spectra: Sequence[Spectrum]) -> tuple[Column, Column]:
@@ -89,25 +101,60 @@ def _usual_spectrum(spectra: Sequence[Spectrum]) -> tuple[Column, Column]:
 def _free_of_mains(frequency_hz: Column) -> NDArray[np.bool_]:
     """Where a line that is not the mains' may stand: above the motion, beside the mains lines and their odd multiples."""
     rate = 2.0 * float(frequency_hz[-1])
-    mains = np.array([_alias(multiple * line, rate) for line in LINES_HZ for multiple in (1, 3, 5)])
+    mains = np.array([_alias(multiple * line, rate) for line in LINES_HZ for multiple in MAINS_MULTIPLES])
     near = np.abs(frequency_hz[:, None] - mains).min(axis=1)
-    free: NDArray[np.bool_] = (frequency_hz > TONE_FROM_HZ) & (frequency_hz < 0.5 * rate - 1.0) & (near > 1.0)
+    free: NDArray[np.bool_] = (
+        (frequency_hz > TONE_FROM_HZ) & (frequency_hz < 0.5 * rate - HIGHEST_MARGIN_HZ) & (near > BESIDE_FROM_HZ)
+    )
     return free
 
 
-def _line(spectra: Sequence[Spectrum], line_hz: float) -> tuple[float, float]:
-    """Amplitude of a mains line in the angle and the usual amplitude beside it; 0, 0 when the sampling cannot show it."""
-    lines, besides = [], []
+class _Line(NamedTuple):
+    """A line in the angle, over all records that can show it; all 0 when none can."""
+
+    amplitude_deg: float
+    beside_deg: float
+    """The usual amplitude beside it."""
+    spread_deg: float
+    """Standard deviation of the amplitude: by the noise, and between records."""
+    p_value: float
+
+
+def _line(spectra: Sequence[Spectrum], line_hz: float) -> _Line:
+    """A mains line where the sampling shows it."""
+    lines, besides, bins = [], [], 0
     for rate, frequency, power in spectra:
         alias = _alias(line_hz, rate)
-        if alias < 8.0 or alias > 0.5 * rate - 1.0:
+        if alias < LOWEST_LINE_HZ or alias > 0.5 * rate - HIGHEST_MARGIN_HZ:
             continue
         near = np.abs(frequency - alias)
-        lines.append(float(power[near < 0.6].max()))
-        besides.append(float(np.median(power[(near > 1.0) & (near < 8.0)])))
+        lines.append(_peak(power, np.flatnonzero(near < LINE_WIDTH_HZ)))
+        besides.append(float(np.median(power[(near > BESIDE_FROM_HZ) & (near < BESIDE_TO_HZ)])))
+        bins += int(np.sum(near < LINE_WIDTH_HZ))
     if not lines:
-        return 0.0, 0.0
-    return float(np.sqrt(2 * np.median(lines))), float(np.sqrt(2 * np.median(besides)))
+        return _Line(0.0, 0.0, 0.0, 1.0)
+    power_deg2, beside_deg2 = float(np.median(lines)), float(np.median(besides))
+    between = np.var(np.sqrt(2.0 * np.array(lines)))
+    spread = np.sqrt(
+        (beside_deg2 / np.log(2.0) + between) * 0.5 * np.pi / len(lines)
+    )  # of a median: pi / 2 times a mean's variance
+    return _Line(
+        float(np.sqrt(2.0 * power_deg2)),
+        float(np.sqrt(2.0 * beside_deg2)),
+        float(spread),
+        _by_chance(power_deg2, beside_deg2, bins),
+    )
+
+
+def _peak(power: Column, rows: NDArray[np.intp]) -> float:
+    """The strongest of these rows, between them by a parabola through the logarithms: a Hann window loses 15 % there."""
+    k = int(rows[np.argmax(power[rows])])
+    if not 0 < k < len(power) - 1:
+        return float(power[k])
+    before, at, after = np.log(np.maximum(power[k - 1 : k + 2], 1e-30))
+    bend = before - 2.0 * at + after
+    higher = (before - after) ** 2 / (-8.0 * bend) if bend < 0.0 else 0.0
+    return float(power[k] * np.exp(min(higher, HANN_LOSS)))
 
 
 def _fast_spectrum(record: Record) -> Spectrum:
@@ -131,6 +178,6 @@ def without_line(record: Record, line_hz: float) -> Column:
     assert record.angle_deg is not None
     rate = 1.0 / record.period_s
     alias = _alias(line_hz, rate)
-    numerator, denominator = iirnotch(alias, alias / 4.0, rate)
-    left: Column = filtfilt(numerator, denominator, record.angle_deg[np.isfinite(record.angle_deg)])
+    numerator, denominator = iirnotch(alias, alias / NOTCH_QUALITY, rate)
+    left: Column = filtfilt(numerator, denominator, filled(record.angle_deg))
     return left

@@ -44,7 +44,7 @@ def usable(record: Record, notes: list[str], kind: str = "") -> bool:
     elif record.angle_deg is None or np.isfinite(record.angle_deg).mean() < 0.5:
         notes.append(f"{where}: no angle was measured (at least half of the rows are needed)")
     elif len(record) < LEAST_ROWS or record.t_s[-1] - record.t_s[0] < SHORTEST_S:
-        notes.append(f"{where}: too short, {len(record)} rows; at least {LEAST_ROWS} rows and {SHORTEST_S:g} s are needed")
+        notes.append(f"{where}: {_too_short(record)}")
     elif np.any(np.diff(record.t_s) < 0):
         notes.append(f"{where}: time runs backwards")
     elif reason := _sampled_too_thinly(record):
@@ -66,6 +66,11 @@ def usable(record: Record, notes: list[str], kind: str = "") -> bool:
     else:
         return True
     return False
+
+
+def _too_short(record: Record) -> str:
+    length = float(record.t_s[-1] - record.t_s[0]) if len(record) else 0.0
+    return f"too short, {len(record)} rows in {length:.4g} s; needed: at least {LEAST_ROWS} rows and {SHORTEST_S:g} s"
 
 
 def hole(record: Record, kind: str = "") -> str | None:

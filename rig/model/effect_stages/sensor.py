@@ -67,3 +67,19 @@ def sensor_noise(p1: Values, p2: Values, y: Values, state: Values, params: Seque
             state[1] = state[1] * RANDOM_FACTOR % RANDOM_MODULUS
             total += state[1] / RANDOM_MODULUS
         y[i] += params[0] * total
+
+
+def sensor_dropout(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
+    """Samples that fall to a rail, in bursts of geometric length (Gilbert's channel, 1960); params: probability, rail_deg,
+    burst, seed. `probability` is the share of samples at the rail, `burst` how many fall in a row in the mean."""
+    leave = 1.0 / max(params[2], 1.0)
+    enter = min(params[0] * leave / max(1.0 - params[0], 1e-9), 1.0)
+    for i in range(len(y)):
+        if state[0] == 0.0:
+            state[0] = 1.0
+            state[1] = (abs(params[3]) * 69621.0 + 1234567.0) % RANDOM_MODULUS
+        state[1] = state[1] * RANDOM_FACTOR % RANDOM_MODULUS
+        falls = 1.0 - leave if state[2] > 0.0 else enter
+        state[2] = 1.0 if state[1] / RANDOM_MODULUS < falls else 0.0
+        if state[2] > 0.0:
+            y[i] = params[1]

@@ -267,4 +267,14 @@ OWN_STAGES: dict[str, EffectStage] = {
     "sensor_noise": _entry(
         "sensor_noise", "sensor", sensor.sensor_noise, 2, _P("std_deg", "deg", 0.0, 20.0, 0.0, "standard deviation"), _SEED
     ),
+    "sensor_dropout": _entry(
+        "sensor_dropout",
+        "sensor",
+        sensor.sensor_dropout,
+        3,
+        _P("probability", "1", 0.0, 0.9, 0.0, "share of samples at the rail"),
+        _P("rail_deg", "deg", -360.0, 360.0, 0.0, "what a sample reads that falls"),
+        _P("burst", "1", 1.0, 200.0, 1.0, "samples that fall in a row, in the mean"),
+        _SEED,
+    ),
 }

@@ -93,11 +93,31 @@ def test_record_without_excitation_is_refused() -> None:
         asked(still)
 
 
-def test_a_baseline_of_other_sweeps_alone_is_an_error_of_the_call() -> None:
+def _other_sweeps() -> list[Record]:
     t_s = session(53)[0].t_s
-    other = [simulate(model(), Record("square", t_s, 0.1 * np.sign(np.sin(9 * t_s))), start_deg=0.0)]
-    with pytest.raises(RecordError, match="pairs with no record"):
-        diagnose(model(), session(54), [other])
+    return [simulate(model(), Record("square", t_s, 0.1 * np.sign(np.sin(9 * t_s))), start_deg=0.0)]
+
+
+def test_sessions_that_pair_with_nothing_are_an_error_of_the_call() -> None:
+    with pytest.raises(
+        RecordError, match=r"the baseline session pairs with no record: .* the command of square differs .* allowed: 10 %"
+    ):
+        diagnose(model(), session(54), [_other_sweeps()])
+
+
+def test_a_session_of_other_sweeps_beside_a_fitting_one_is_said_and_not_used() -> None:
+    found = diagnose(model(), session(54), [_other_sweeps(), list(baselines()[0])])
+    assert any("baseline session 1 pairs with no record; nearest:" in note for note in found.notes)
+    assert found.evidence["sessions"] == 1
+
+
+def test_what_pairs_with_what_is_a_table_in_the_answer() -> None:
+    table = asked(session(55)).to_json()["evidence"]["pairing"]
+    assert [(line["record"], line["session"], line["partner"], line["by"]) for line in table[:2]] == [
+        ("sine_0.3", 1, "sine_0.3", "name and command"),
+        ("sine_0.3", 2, "sine_0.3", "name and command"),
+    ]
+    assert all(line["off"] < line["limit"] == 0.1 for line in table)
 
 
 def test_records_without_a_partner_are_named() -> None:
@@ -189,9 +209,8 @@ def test_baselines_around_another_commanded_p0_do_not_pair() -> None:
     def around(p0_mpa: float, records: list[Record]) -> list[Record]:
         return [replace(record, p1_cmd_mpa=None, p2_cmd_mpa=None, facts={**record.facts, "p0_mpa": p0_mpa}) for record in records]
 
-    found = diagnose(model(), around(0.2, session(152)), [around(0.3, list(day)) for day in baselines()])
-    assert found.evidence["sessions"] == 0
-    assert any("at P0 0.3 MPa): other sweeps" in note for note in found.notes)
+    with pytest.raises(RecordError, match=r"p0_mpa is 0.2, not 0.3 \(allowed: 0.01 off\)"):
+        diagnose(model(), around(0.2, session(152)), [around(0.3, list(day)) for day in baselines()])
 
 
 def test_a_measured_p0_far_from_the_baselines_is_said() -> None:

@@ -44,6 +44,7 @@ WORDS = [
     "quantisation",
     "mains_hum",
     "sensor_noise",
+    "sensor_dropout",
 ]
 N, DT = 300, 0.005
 T = DT * np.arange(N)

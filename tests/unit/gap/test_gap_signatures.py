@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from gap_rigs import baselines, session
 
-from rig.gap.raw_tests.lost import bridged, lost_rows
 from rig.gap.raw_tests.read import read_signatures
+from rig.gap.raw_tests.repeats import bridged, lost_rows
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.pairs import pair_up
 from rig.record import Column, Record
@@ -15,7 +15,7 @@ from rig.record import Column, Record
 
 def marks(records: list[Record]) -> dict[str, Signature]:
     pairing = pair_up(records, [list(day) for day in baselines()], 0.2)
-    return {mark.mark: mark for mark in read_signatures(pairing.pairs)}
+    return {mark.test: mark for mark in read_signatures(pairing.pairs)}
 
 
 def changed(seed: int, change: "object") -> list[Record]:
@@ -33,16 +33,16 @@ def repeated(t: Column, y: Column) -> Column:
 
 
 def test_healthy_records_bear_no_mark() -> None:
-    assert [mark.mark for mark in marks(session(61)).values() if mark.found] == []
+    assert [mark.test for mark in marks(session(61)).values() if mark.found] == []
 
 
 @pytest.mark.parametrize(
     ("mark", "effect", "change", "key", "size"),
     [
-        ("lattice", "quantisation", lambda t, y: 0.5 * np.round(y / 0.5), "step_deg", 0.5),
+        ("quantisation step", "quantisation", lambda t, y: 0.5 * np.round(y / 0.5), "step_deg", 0.5),
         ("mains line", "mains_hum", lambda t, y: y + 0.2 * np.sin(2 * np.pi * 50 * t + 1), "amplitude_deg", 0.2),
         ("noise", "sensor_noise", lambda t, y: y + 0.1 * np.random.default_rng(3).standard_normal(len(y)), "std_deg", 0.1),
-        ("repeats", "lost_samples", repeated, "probability", 0.08),
+        ("repeated samples", "lost_samples", repeated, "probability", 0.08),
     ],
 )
 def test_mark_is_found_alone_and_measured(mark: str, effect: str, change: object, key: str, size: float) -> None:
@@ -56,12 +56,12 @@ def test_dead_spot_is_not_lost_samples() -> None:
     def stuck(t: Column, y: Column) -> Column:
         return np.where((y > 3.0) & (y < 6.0), 3.0, y)
 
-    assert not marks(changed(63, stuck))["repeats"].found
+    assert not marks(changed(63, stuck))["repeated samples"].found
 
 
 def test_dead_monitor_is_seen() -> None:
     records = [replace(record, p1_mpa=np.zeros(len(record))) for record in session(64)]
-    assert marks(records)["wire p1"].found
+    assert marks(records)["monitor of p1"].found
 
 
 def test_lost_samples_in_runs_are_found_and_bridged() -> None:
@@ -72,7 +72,7 @@ def test_lost_samples_in_runs_are_found_and_bridged() -> None:
         return out
 
     records = changed(64, lost)
-    assert marks(records)["repeats"].found
+    assert marks(records)["repeated samples"].found
     healthy = session(64)
     for record, mended, truth in zip(records, [bridged(one, lost_rows(one)) for one in records], healthy, strict=True):
         assert mended.angle_deg is not None
@@ -85,7 +85,7 @@ def test_more_noise_is_no_lost_sample() -> None:
     def noisy(t: Column, y: Column) -> Column:
         return 0.08 * np.round((y + 0.4 * np.random.default_rng(4).standard_normal(len(y))) / 0.08)
 
-    assert not marks(changed(65, noisy))["repeats"].found
+    assert not marks(changed(65, noisy))["repeated samples"].found
 
 
 def test_a_hole_in_the_stamps_is_said() -> None:

@@ -1,0 +1,55 @@
+"""Drop-outs as a test: how many samples fell to a rail, in bursts of which length, against the baselines."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.stats import poisson
+
+from rig.gap.raw_tests.settings import BASELINE_FALLS, DROPOUT_CHANCE
+from rig.gap.raw_tests.signature import Signature, Size
+from rig.gap.raw_tests.statistics import about, wilson
+from rig.gap.records.dropouts import Dropouts
+from rig.gap.records.pairs import Pair
+
+ANGLE = "angle_deg"
+
+
+def dropouts(pairs: Sequence[Pair], column: str = ANGLE) -> Signature:
+    """Falls of one column; those of the angle are the effect sensor_dropout, those of a monitor are said."""
+    angle = column == ANGLE
+    name, effect = ("drop-outs", "sensor_dropout") if angle else (f"drop-outs of {column.partition('_')[0]}", None)
+    mine = [one for pair in pairs for one in pair.dropouts if one.column == column]
+    if not mine:
+        return Signature(name, effect, False, 0.0, 0.0, "1", "no sample falls to a rail")
+    fallen, bursts, rows = sum(int(one.fallen.sum()) for one in mine), sum(one.bursts for one in mine), _visible_rows(pairs, mine)
+    usual_fallen, usual_bursts, usual_rows = _baselines(pairs, column)
+    expected = rows / max(usual_rows, rows) * max(usual_bursts, BASELINE_FALLS)
+    p_value = float(poisson.sf(bursts - 1, expected))
+    share, base, run = fallen / rows, usual_fallen / max(usual_rows, 1), fallen / bursts
+    level = float(np.median([one.level for one in mine]))
+    unit = "deg" if angle else "MPa"
+    fall = f"{100 * share:.2g} % of the samples fall to {level:.4g} {unit}, {run:.2g} in a row in the mean"
+    text = f"{fall}; {100 * base:.2g} % in the baselines"
+    sizes = {
+        "probability": Size(share, *wilson(fallen, rows, run)),
+        "rail_deg": Size(level, level, level),
+        "burst": about(run, run / np.sqrt(bursts), least=1.0),
+    }
+    found = p_value < DROPOUT_CHANCE
+    power = sum(one.power * len(one.fallen) for one in mine) / sum(len(pair.raw) for pair in pairs)
+    if not angle:
+        return Signature(name, effect, found, share, base, "1", text, p_value=p_value)
+    return Signature(name, effect, found, share, base, "1", text, sizes, p_value, power if found else 0.0)
+
+
+def _visible_rows(pairs: Sequence[Pair], mine: Sequence[Dropouts]) -> int:
+    """Rows where a fall would show; a record without any is taken to show as many as the others."""
+    share = sum(int(one.visible.sum()) for one in mine) / sum(len(one.visible) for one in mine)
+    return max(int(share * sum(len(pair.raw) for pair in pairs)), sum(int(one.fallen.sum()) for one in mine))
+
+
+def _baselines(pairs: Sequence[Pair], column: str) -> tuple[int, int, int]:
+    """Fallen samples, bursts and rows of all baselines."""
+    found = [one for pair in pairs for day in pair.baseline_dropouts for one in day if one.column == column]
+    rows = sum(len(record) for pair in pairs for record in pair.raw_baselines)
+    return sum(int(one.fallen.sum()) for one in found), sum(one.bursts for one in found), rows

@@ -1,0 +1,58 @@
+"""How much noise an angle has: by medians, by second differences, and by how much a change of it would be louder."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
+from rig.columns import rms, white_noise
+from rig.gap.raw_tests.settings import MAD_TO_STD, NOISE_WINDOW_ROWS
+from rig.record import Column, Record
+
+
+def angles_of(records: Sequence[Record]) -> list[Column]:
+    """The measured angles, (n,) each; missing values are NaN."""
+    return [record.angle_deg for record in records if record.angle_deg is not None]
+
+
+def filled(column: Column) -> Column:
+    """Missing values on straight lines between their neighbours."""
+    rows, known = np.arange(len(column)), np.isfinite(column)
+    whole: Column = np.interp(rows, rows[known], column[known])
+    return whole
+
+
+def high_rms(angle_deg: Column) -> float:
+    """Rms of white noise (deg) that would have these second differences."""
+    second = np.diff(angle_deg, 2)
+    return rms(second[np.isfinite(second)]) / math.sqrt(6.0)
+
+
+def loudness(case: Column, healthy: Sequence[Column], change: Column) -> tuple[float, float, float]:
+    """(G, E, F) of the noise's rms: case against healthy days, what is left with `change` (deg) added to them, and between them."""
+    quiet = [high_rms(day) for day in healthy]
+    base, now = float(np.mean(quiet)), high_rms(case)
+    rows = min(len(change), *(len(day) for day in healthy))
+    predicted = float(np.mean([high_rms(day[:rows] + change[:rows]) for day in healthy]))
+    return (now - base) ** 2, (now - predicted) ** 2, float(np.var(quiet))
+
+
+def level_deg(angles: Sequence[Column]) -> float:
+    """Noise by medians: white, or what a short running mean leaves, for noise that a filter has coloured."""
+    rests = np.concatenate([_rest(angle) for angle in angles])
+    plain = MAD_TO_STD * np.median(np.abs(rests - np.median(rests))) / np.sqrt(1.0 - 1.0 / NOISE_WINDOW_ROWS)
+    return max(float(plain), white_level_deg(angles))
+
+
+def _rest(angle: Column) -> Column:
+    """What a running mean leaves, where nothing is missing within its window."""
+    whole = filled(angle)
+    beside = uniform_filter1d((~np.isfinite(angle)).astype(float), NOISE_WINDOW_ROWS) > 0.5 / NOISE_WINDOW_ROWS
+    rest: Column = (whole - uniform_filter1d(whole, NOISE_WINDOW_ROWS))[~beside]
+    return rest
+
+
+def white_level_deg(angles: Sequence[Column]) -> float:
+    """White noise by medians, rows beside an exact repeat left out."""
+    return white_noise(angles, without_repeats=True)

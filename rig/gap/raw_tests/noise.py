@@ -1,0 +1,60 @@
+"""More broadband noise than the baselines have; what a step, a line or a lost sample adds is taken off first."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from rig.columns import THIRD_DIFFERENCE_POWER
+from rig.gap.raw_tests.levels import angles_of, level_deg, white_level_deg
+from rig.gap.raw_tests.settings import CLEAR, DAYS_NOISE, LEAST_LOUDER, MOST_HEAVY, SMOOTHED
+from rig.gap.raw_tests.signature import Signature
+from rig.gap.raw_tests.spectral_lines import without_line
+from rig.gap.raw_tests.statistics import about, between_days, by_chance
+from rig.record import Record
+
+
+def noise(
+    cases: Sequence[Record],
+    sessions: Sequence[Sequence[Record]],
+    step: Signature,
+    repeats: Signature,
+    lines: Sequence[Signature],
+) -> Signature:
+    """The test for sensor noise."""
+    measure = white_level_deg if repeats.found else level_deg
+    strongest = max(lines, key=lambda line: line.value, default=None)
+    level = measure(
+        [without_line(record, strongest.numbers["frequency_hz"]) for record in cases] if strongest else angles_of(cases)
+    )
+    own = np.sqrt(max(level**2 - (step.value**2 / 12.0 if step.found else 0.0), 0.0))
+    levels = [measure(angles_of(session)) for session in sessions]
+    base = float(np.sqrt(np.mean(np.square(levels)))) if levels else 0.0
+    known = bool(levels) and min(levels) > 0.0 and own > 0.0
+    days, degrees = between_days(np.log(levels).tolist() if known else [], DAYS_NOISE)
+    louder = float(np.log(own / base)) if known else 0.0
+    found = louder > max(LEAST_LOUDER, CLEAR * max(_spread(levels), DAYS_NOISE)) and not step.found
+    size = float(np.sqrt(max(own**2 - base**2, 0.0))) * (_heaviness(cases, sessions) if found else 1.0)
+    spread = days * np.hypot(own**2, base**2 / np.sqrt(max(len(levels), 1))) / max(size, 1e-12)
+    text = f"noise of {own:.3g} deg rms, {base:.3g} in the baselines"
+    return Signature(
+        "noise", "sensor_noise", bool(found), float(own), base, "deg", text, {"std_deg": about(size, float(spread), 0.0)},
+        by_chance(louder, days, degrees, len(levels)) if known else None,
+        size**2 if found else 0.0,
+        SMOOTHED * size**2 if found else 0.0,
+    )  # fmt: skip
+
+
+def _spread(levels: Sequence[float]) -> float:
+    return float(np.std(np.log(levels))) if len(levels) > 1 and min(levels) > 0 else 0.0
+
+
+def _heaviness(cases: Sequence[Record], sessions: Sequence[Sequence[Record]]) -> float:
+    """By how much the added noise's standard deviation exceeds what medians say: 1 for normal noise, more for heavy tails."""
+
+    def power(records: Sequence[Record]) -> tuple[float, float]:
+        angles = angles_of(records)
+        mean = float(np.nanmean(np.concatenate([np.diff(angle, 3) for angle in angles]) ** 2)) / THIRD_DIFFERENCE_POWER
+        return mean, white_level_deg(angles) ** 2
+
+    own, usual = power(cases), np.mean([power(session) for session in sessions], axis=0)
+    return float(np.sqrt(np.clip((own[0] - usual[0]) / max(own[1] - usual[1], 1e-12), 1.0, MOST_HEAVY)))

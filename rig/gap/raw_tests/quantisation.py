@@ -1,0 +1,74 @@
+"""The quantisation step: the values that occur lie a constant distance apart."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from rig.gap.raw_tests.levels import angles_of, filled, level_deg
+from rig.gap.raw_tests.settings import (
+    COARSER,
+    FEWEST_VALUES,
+    LEAST_GAP,
+    LEAST_STEP_DEG,
+    MOST_DIFFERENT,
+    STEP_DIGITS,
+    STEP_OVER_NOISE,
+    UNEVEN,
+)
+from rig.gap.raw_tests.signature import Signature
+from rig.gap.raw_tests.statistics import about
+from rig.gap.records.settings import SMOOTHING_S
+from rig.record import Column, Record
+
+
+def quantisation_step(cases: Sequence[Record], sessions: Sequence[Sequence[Record]]) -> Signature:
+    """The test for a step coarser than the baselines'."""
+    step, spread = step_deg(angles_of(cases))
+    base = max((step_deg(angles_of(session))[0] for session in sessions), default=0.0)
+    noise = level_deg(angles_of(cases))
+    found = step > COARSER * base and step > LEAST_STEP_DEG and (bool(sessions) or step > STEP_OVER_NOISE * noise)
+    text = (
+        f"the angle takes values {step:.3g} deg apart, the baselines {base:.3g}"
+        if step
+        else "no quantisation step shows in the angle"
+    )
+    return Signature(
+        "quantisation step", "quantisation", found, step, base, "deg", text, {"step_deg": about(step, spread, 0.0)},
+        _by_chance(angles_of(cases), step) if step else 1.0,
+        max(step**2 - base**2, 0.0) / 12.0 if found else 0.0,
+        UNEVEN * _rounding(sessions[0] if sessions else cases, step) if found else 0.0,
+    )  # fmt: skip
+
+
+def step_deg(angles: Sequence[Column]) -> tuple[float, float]:
+    """(step, its standard deviation) of the values that occur, deg; 0 when they are too many for a step to show."""
+    steps = []
+    for column in angles:
+        angle = column[np.isfinite(column)]
+        inner = angle[(angle > angle.min()) & (angle < angle.max())]  # a clipped sensor repeats its ends
+        values = np.unique(np.round(inner, STEP_DIGITS))
+        if FEWEST_VALUES <= len(values) < MOST_DIFFERENT * len(inner):
+            gaps = np.diff(values)
+            steps.append(float(np.median(gaps[gaps > LEAST_GAP * np.median(gaps)])))
+    if len(steps) <= 0.5 * len(angles):
+        return 0.0, 0.0
+    return float(np.median(steps)), float(np.std(steps) / np.sqrt(len(steps)))
+
+
+def _by_chance(angles: Sequence[Column], step: float) -> float:
+    """Probability that values without any step lie so near to multiples of one (Rayleigh's test of their phases)."""
+    values = np.concatenate([np.unique(angle[np.isfinite(angle)]) for angle in angles])
+    together = float(np.abs(np.mean(np.exp(2j * np.pi * values / step))))
+    return math.exp(-min(len(values) * together**2, 700.0))
+
+
+def _rounding(records: Sequence[Record], step: float) -> float:
+    """Mean square of what rounding leaves in the smoothed angle: much where the joint stays within one step."""
+    parts = []
+    for record, angle in zip(records, angles_of(records), strict=True):
+        rows = SMOOTHING_S / record.period_s
+        course = gaussian_filter1d(filled(angle), max(rows, 1.0))
+        parts.append(np.mean(gaussian_filter1d(step * np.round(course / step) - course, max(rows, 0.1)) ** 2))
+    return float(np.mean(parts))

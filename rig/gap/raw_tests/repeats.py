@@ -1,0 +1,215 @@
+"""Lost samples that repeat the one before: found where the joint moves too fast for a repeat by chance, and bridged.
+
+Each class of speed has its own share of repeats by chance: of the baselines, or of the case's own noise dealt anew on its converter's
+step. Rows weigh by how seldom they repeat by chance, so that fast sweeps decide and slow ones do no harm.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
+
+from rig.gap.raw_tests.levels import angles_of, filled, level_deg
+from rig.gap.raw_tests.settings import (
+    CHANCE_SPREAD,
+    LEAST_CHANCE,
+    LEAST_LOST,
+    LEAST_LOUDER,
+    LEAST_MOVING,
+    LOST_CLEAR,
+    LOST_JUMP,
+    LOST_MORE,
+    MOST_CHANCE,
+    MOST_LOST,
+    MOVING_QUANTILE,
+    MOVING_STEPS,
+    SLOPE_ROWS,
+    SPEED_CLASSES,
+    SPEEDS_PER_DOUBLING,
+)
+from rig.gap.raw_tests.signature import Signature
+from rig.gap.raw_tests.statistics import about, by_chance
+from rig.record import Column, Record
+
+Lost = tuple["NDArray[np.bool_]", "NDArray[np.bool_]"]
+
+
+@dataclass(frozen=True)
+class Repeats:
+    """Rows that move, by class of speed; columns of shape (SPEED_CLASSES,)."""
+
+    rows: Column
+    repeated: Column
+    onward: Column
+    """Sum, over the repeats, of the steps by which the row after them goes on: after a lost sample two, in a dead spot one."""
+    runs: int
+    """Runs of repeats in a row."""
+
+    @property
+    def share(self) -> float:
+        return float(self.repeated.sum() / max(self.rows.sum(), 1.0))
+
+
+@dataclass(frozen=True)
+class Chance:
+    """What repeats without any lost sample, by class of speed; columns of shape (SPEED_CLASSES,)."""
+
+    share: Column
+    onward: Column
+    """Steps by which the row after such a repeat goes on."""
+
+    @property
+    def weight(self) -> Column:
+        weights: Column = 1.0 / np.maximum(self.share, LEAST_CHANCE)
+        return weights
+
+
+@dataclass(frozen=True)
+class Excess:
+    """What repeats more than by chance, rows weighted by how seldom they do by chance."""
+
+    share: float
+    """Of lost samples."""
+    chance: float
+    """Repeats by chance that the same weights would take for lost samples."""
+    spread: float
+    """Standard deviation of `share` by the number of rows."""
+    jump: float
+    """Steps by which the row after a lost sample goes on."""
+
+
+def repeated_samples(cases: Sequence[Record], sessions: Sequence[Sequence[Record]], step_deg: float, finer: bool) -> Signature:
+    """The test for lost samples. `step_deg` is the coarsest quantisation step of case and baselines; `finer`: the baselines have it too."""
+    least = MOVING_STEPS * step_deg
+    own = count(cases, least)
+    if own.rows.sum() < LEAST_MOVING and finer:
+        least, own = 0.0, count(cases, 0.0)
+    usual = [count(session, least) for session in sessions]
+    dealt = step_deg > 0.0 and (not usual or _is_louder(cases, sessions))
+    chance = by_chance_at_speed(usual, count(_dealt(cases, step_deg), least) if dealt else None)
+    found = excess(own, chance)
+    days = [excess(day, chance) for day in usual]
+    between = float(np.std([day.share for day in days])) if len(days) > 1 else CHANCE_SPREAD * found.chance
+    spread = float(np.hypot(found.spread, between))
+    enough = own.rows.sum() >= LEAST_MOVING and (bool(usual) or finer)
+    lost = enough and found.share > max(LOST_CLEAR * spread, LEAST_LOST, LOST_MORE * found.chance) and found.jump > LOST_JUMP
+    base = float(np.mean([day.share for day in usual])) if usual else 0.0
+    text = f"{100 * own.share:.2f} % of the moving rows repeat the row before exactly, {100 * base:.2f} % in the baselines"
+    p = float(np.clip(found.share, 0.0, MOST_LOST))
+    run = own.repeated.sum() / max(own.runs, 1)
+    size = about(p, float(np.sqrt(max(2.0 * run - 1.0, 1.0) * _variance(own, chance, p) + between**2)), 0.0, MOST_LOST)
+    moved = float(np.mean([np.mean(np.diff(angle) ** 2) for angle in angles_of(cases)]))
+    return Signature(
+        "repeated samples", "lost_samples", bool(lost), own.share, base, "1", text, {"probability": size},
+        by_chance(found.share, spread), p * moved if lost else 0.0,
+    )  # fmt: skip
+
+
+def count(records: Sequence[Record], least: float) -> Repeats:
+    """Exact repeats among rows where the angle moves by more than `least` (deg a row), by class of speed."""
+    unit = max(least, 1e-9)
+    rows, repeated, onward, runs = np.zeros(SPEED_CLASSES), np.zeros(SPEED_CLASSES), np.zeros(SPEED_CLASSES), 0
+    for angle in angles_of(records):
+        slope = np.gradient(gaussian_filter1d(filled(angle), SLOPE_ROWS))[1:-1]
+        moving = np.abs(slope) > max(least, float(np.quantile(np.abs(slope), MOVING_QUANTILE)), 1e-9)
+        steps = np.diff(angle)
+        moving &= np.isfinite(steps[:-1]) & np.isfinite(steps[1:])
+        still = (steps[:-1] == 0) & moving
+        speed = np.zeros(len(slope), dtype=np.int64)
+        if least > 0.0:
+            doublings = SPEEDS_PER_DOUBLING * np.log2(np.maximum(np.abs(slope), unit) / unit)
+            speed = np.clip(doublings.astype(np.int64), 0, SPEED_CLASSES - 1)
+        rows += np.bincount(speed[moving], minlength=SPEED_CLASSES)
+        repeated += np.bincount(speed[still], minlength=SPEED_CLASSES)
+        onward += np.bincount(speed[still], weights=steps[1:][still] / slope[still], minlength=SPEED_CLASSES)
+        runs += int(np.sum(still[1:] & ~still[:-1]) + still[0])
+    return Repeats(rows, repeated, onward, runs)
+
+
+def by_chance_at_speed(days: Sequence[Repeats], dealt: Repeats | None) -> Chance:
+    """What repeats by chance at each speed: as in the days, or as the case's own noise dealt anew says (`dealt`) where that is more."""
+    usual = _chance(days)
+    if dealt is None:
+        return usual
+    mine = _chance([dealt])
+    more = mine.share > usual.share
+    return Chance(np.where(more, mine.share, usual.share), np.where(more, mine.onward, usual.onward))
+
+
+def _chance(sources: Sequence[Repeats]) -> Chance:
+    """Share of repeats and steps onward of all sources together; without any nothing repeats by chance."""
+    rows, repeated, onward = (
+        np.sum([np.zeros(SPEED_CLASSES), *(getattr(one, name) for one in sources)], axis=0)
+        for name in ("rows", "repeated", "onward")
+    )
+    onward = np.where(repeated > 0.0, onward / np.maximum(repeated, 1.0), 1.0)
+    return Chance(np.minimum(repeated / np.maximum(rows, 1.0), MOST_CHANCE), onward)
+
+
+def excess(own: Repeats, chance: Chance) -> Excess:
+    """The share of lost samples by the best linear estimate where few are lost: E[repeats] = p0 + share (1 - p0) in each class."""
+    weight, p0 = chance.weight, chance.share
+    free = max(float(np.sum(weight * own.rows * (1.0 - p0))), 1e-12)
+    more = float(np.sum(weight * (own.repeated - p0 * own.rows)))
+    further = float(np.sum(weight * (own.onward - p0 * own.rows * chance.onward)))
+    by_rows = float(np.sqrt(_variance(own, chance, 0.0)))
+    return Excess(more / free, float(np.sum(weight * own.rows * p0)) / free, by_rows, further / more if more > 0.0 else 0.0)
+
+
+def _variance(own: Repeats, chance: Chance, share: float) -> float:
+    """Of the estimate, where `share` of the samples are lost."""
+    p = np.maximum(chance.share + share * (1.0 - chance.share), LEAST_CHANCE)
+    free = max(float(np.sum(chance.weight * own.rows * (1.0 - chance.share))), 1e-12)
+    return float(np.sum(chance.weight**2 * own.rows * p * (1.0 - p))) / free**2
+
+
+def _is_louder(cases: Sequence[Record], sessions: Sequence[Sequence[Record]]) -> bool:
+    """Whether the case has so much more noise than the days that more repeats by chance than in them."""
+    usual = [level_deg(angles_of(session)) for session in sessions]
+    return level_deg(angles_of(cases)) > math.exp(LEAST_LOUDER) * max(usual)
+
+
+def _dealt(records: Sequence[Record], step: float) -> list[Record]:
+    """The records with their own noise dealt anew, on the converter's step: what repeats in them does so by chance."""
+    random = np.random.default_rng(0)
+    dealt = []
+    for record, angle in zip(records, angles_of(records), strict=True):
+        whole = filled(angle)
+        smooth = gaussian_filter1d(whole, SLOPE_ROWS)
+        dealt.append(replace(record, angle_deg=step * np.round((smooth + random.permutation(whole - smooth)) / step)))
+    return dealt
+
+
+def lost_rows(record: Record) -> Lost:
+    """(n,) True where the angle repeats the row before exactly, and where the whole packet does."""
+    assert record.angle_deg is not None
+    lost = np.concatenate([[False], np.diff(record.angle_deg) == 0])
+    packet = lost.copy()
+    for column in (record.p1_mpa, record.p2_mpa):
+        packet[1:] &= np.diff(column) == 0 if column is not None else False
+    return lost, packet
+
+
+def bridged(record: Record, lost: Lost) -> Record:
+    """The record with straight lines over lost samples: of the angle, and of the pressures where the whole packet was lost.
+
+    Done to the baselines in the same rows, it leaves no difference but the case's own. What is missing stays missing.
+    """
+    rows = min(len(record), len(lost[0]))
+    angle, packet = (np.pad(one[:rows], (0, len(record) - rows)) for one in lost)
+
+    def over(column: Column | None, gone: NDArray[np.bool_]) -> Column | None:
+        if column is None:
+            return None
+        kept = ~gone & np.isfinite(column)
+        return np.where(gone & np.isfinite(column), np.interp(record.t_s, record.t_s[kept], column[kept]), column)
+
+    return replace(
+        record,
+        angle_deg=over(record.angle_deg, angle),
+        p1_mpa=over(record.p1_mpa, packet),
+        p2_mpa=over(record.p2_mpa, packet),
+    )

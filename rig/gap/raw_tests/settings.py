@@ -1,0 +1,120 @@
+"""Every number that decides in the tests on the raw samples: unit, source, what moves if it moves.
+
+"Development" names cases of the reference plant that are never scored, and the practice set.
+"""
+
+CLEAR = 5.0
+"""Standard deviations by which a share or a level must stand out. Six tests on every case at 5 leave no false one in 10^6 by chance; days
+that differ more than their spread says are why it is not 3."""
+TESTS = 8
+"""Tests made on every case: what a single p-value is multiplied by (Bonferroni) in the confidence that is stated."""
+HIGHEST_CONFIDENCE = 0.99
+"""No test excludes what it was not made for; development: 97 to 100 % of what was found was right."""
+PRIOR_DEGREES = 2.0
+"""Degrees of freedom that the prior spread of days counts for, beside the days at hand."""
+NORMAL_95 = 1.96
+"""Standard deviations of a 95 % interval."""
+MAD_TO_STD = 1.4826
+"""Standard deviation of a normal distribution over the median of its absolute deviations."""
+
+# quantisation step
+FEWEST_VALUES = 3
+"""Different values from which on a step can be told."""
+MOST_DIFFERENT = 0.5
+"""Share of rows with a value of their own beyond which no step shows."""
+LEAST_GAP = 0.2
+"""Neighbouring values nearer than this share of their usual distance are one value, rounded twice."""
+STEP_DIGITS = 7
+"""Decimals of a degree that a file keeps."""
+COARSER = 1.6
+"""A step is a finding from this many times the baselines' on: a converter loses whole bits, a factor of 2. Lower: uneven codes count."""
+LEAST_STEP_DEG = 1e-3
+"""Below, a step is how the file was written."""
+STEP_OVER_NOISE = 3.0
+"""Without baselines a step must exceed the noise by so much: below, noise hides it, and every converter has one."""
+UNEVEN = 1.3
+"""What rounding leaves is larger than an even converter's by this factor: codes differ in width (development: 1.1 to 1.3)."""
+SMOOTHED = 0.25
+"""Share of a white disturbance's variance that the smoothing lets through, generously (a Gaussian of 12 ms at 5 ms: 0.12)."""
+
+# repeated samples
+SLOPE_ROWS = 6.0
+"""Standard deviation, rows, of the smoothing under which the slope is read."""
+MOVING_STEPS = 1.2
+"""A row moves when it goes on by more than so many quantisation steps: below, repeats are what a converter does."""
+MOVING_QUANTILE = 0.4
+"""The slowest share of rows is not looked at: joints rest at turning points."""
+LEAST_MOVING = 200
+"""Rows that must move before repeats among them count."""
+SPEEDS_PER_DOUBLING = 2
+"""Classes of speed to a doubling: repeats by chance fall with the speed, so each class has its own expectation."""
+SPEED_CLASSES = 14
+"""Classes of speed; the last holds what is faster."""
+LOST_CLEAR = 4.0
+"""Standard deviations for repeats, 3 in 10^5: less than CLEAR, because the jump after them is a second, independent sign."""
+LEAST_CHANCE = 0.001
+"""No class of speed is believed to repeat more seldom by chance: it bounds the weight of the fastest rows."""
+MOST_CHANCE = 0.999
+"""A class of speed in which all repeat by chance says nothing; this keeps it finite."""
+LEAST_LOST = 0.002
+"""Share of lost samples below which none are reported: 8 of a 20 s record."""
+LOST_MORE = 0.25
+"""Repeats must exceed those by chance by this share of them: chance itself is known to about a tenth."""
+CHANCE_SPREAD = 0.1
+"""How well repeats by chance are known without two baseline days, as a share of them."""
+LOST_JUMP = 1.2
+"""Steps that the row after a repeat must go on by: 2 after a lost sample, 1 + 1/n after n in a row, 1 in a dead spot."""
+MOST_LOST = 0.9
+"""Largest share that the effect's stage takes."""
+
+# noise
+NOISE_WINDOW_ROWS = 7
+"""Running mean whose rest shows noise that a filter has coloured."""
+LEAST_LOUDER = 0.2
+"""Least difference of the levels' logarithms that counts: noise 22 % up. Lower: warm-up and cables count."""
+DAYS_NOISE = 0.03
+"""Prior spread of the logarithm of the level between days (practice set: 0.01 to 0.04)."""
+MOST_HEAVY = 4.0
+"""Most by which heavy tails may raise a level above what medians say."""
+
+# spectral lines
+LINES_HZ = (50.0, 60.0)
+"""The mains."""
+LINE_WIDTH_HZ = 0.6
+"""A line is looked for within this distance: the mains wander by 0.2 Hz, a record of 5 s resolves 0.2 Hz."""
+BESIDE_FROM_HZ, BESIDE_TO_HZ = 1.0, 8.0
+"""What lies at this distance from a line is what it is compared with."""
+LOWEST_LINE_HZ = 8.0
+"""Where sampling folds the mains below this, the motion hides it."""
+HIGHEST_MARGIN_HZ = 1.0
+"""Distance from half the sampling rate."""
+LINE_CLEAR, LINE_MORE = 6.0, 2.0
+"""How many times a line's amplitude must exceed what lies beside it, and the baselines'. 6 times the median amplitude is p = 10^-11."""
+TONE_FROM_HZ, TONE_AROUND_HZ = 20.0, 8.0
+"""Spurious tones are looked for above the motion's own lines, and compared with what lies within so much around them."""
+TONE_CLEAR, TONE_ALONE, TONE_MORE = 6.0, 3.0, 2.0
+"""As LINE_CLEAR; and by how much it must exceed every other line (the motion's multiples come in rows), and the baselines'."""
+MAINS_MULTIPLES = (1, 3, 5)
+"""Multiples of the mains that are not taken for spurious tones."""
+HANN_LOSS = 0.33
+"""Logarithm of the power that a line half way between two rows of a Hann spectrum loses (1.42 dB): the most that is made up for."""
+NOTCH_QUALITY = 4.0
+"""Width of the notch that takes a line off: its frequency in Hz over this."""
+
+# drop-outs
+DROPOUT_CHANCE = 1e-4
+"""Probability by chance below which drop-outs are found, given as many as the baselines have."""
+BASELINE_FALLS = 0.5
+"""Falls that baselines without any are taken to have had (Jeffreys)."""
+
+# time stamps and monitors
+STAMP_GAP = 2.5
+"""Periods without a row that are a gap."""
+JITTER = 0.1
+"""Standard deviation of the periods, as a share, that is a finding."""
+DAYS_MEAN_MPA = 5e-4
+"""Prior spread of the mean pressure between days: 0.5 kPa, a regulator's repeatability."""
+DEAD_MPA = 1e-4
+"""A monitor that moves by less is dead."""
+BELOW_ZERO_MPA = -0.02
+"""A monitor that usually reads less has no sensor behind it: 4-20 mA without current reads -0.125 MPa on a range of 0.5."""

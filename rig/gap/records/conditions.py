@@ -1,0 +1,73 @@
+"""Under which condition a record was taken: rest pressure, load, tension, temperature; from its facts, its columns or its session's YAML.
+
+A sweep under another condition is another sweep, whatever its command. What only one of two records says is not compared.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rig.gap.records.settings import CONDITION_LIMITS
+from rig.record import Record
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A condition in which two records differ."""
+
+    name: str
+    """As the records have it, the unit in the name (load_kg, temperature_c)."""
+    mine: float | str
+    other: float | str
+    limit: float
+    """What they may differ by, in the unit of the name."""
+
+    @property
+    def text(self) -> str:
+        if isinstance(self.mine, str) or isinstance(self.other, str):
+            return f"{self.name} is {self.mine}, not {self.other}"
+        return f"{self.name} is {self.mine:.4g}, not {self.other:.4g} (allowed: {self.limit:.2g} off)"
+
+
+def commanded_rest(record: Record) -> float | None:
+    """P0 that the record was commanded around, MPa; None where it does not say."""
+    if record.p1_cmd_mpa is not None and record.p2_cmd_mpa is not None:
+        return float(np.nanmedian(0.5 * (record.p1_cmd_mpa + record.p2_cmd_mpa)))
+    return float(record.facts["p0_mpa"]) if "p0_mpa" in record.facts else None
+
+
+def conditions(record: Record) -> dict[str, float | str]:
+    """Name -> value of every condition that the record says: a fact, or the median of a column of that name."""
+    said: dict[str, float | str] = {
+        name: float(np.nanmedian(column)) for name, column in record.extra.items() if _is_condition(name) and len(column)
+    }
+    for name, value in record.facts.items():
+        if _is_condition(name) and isinstance(value, (int, float, str)):
+            said[name] = value if isinstance(value, str) else float(value)
+    rest = commanded_rest(record)
+    return said if rest is None else said | {"p0_mpa": rest}
+
+
+def difference(record: Record, other: Record) -> Difference | None:
+    """The first condition in which the two differ by more than it may; None when they agree in all that both say."""
+    mine, theirs = conditions(record), conditions(other)
+    for name in mine.keys() & theirs.keys():
+        one, two = mine[name], theirs[name]
+        if isinstance(one, str) or isinstance(two, str):
+            if str(one) != str(two):
+                return Difference(name, one, two, 0.0)
+            continue
+        absolute, share = CONDITION_LIMITS[_word(name)]
+        limit = absolute + share * max(abs(one), abs(two))
+        if abs(one - two) > limit:
+            return Difference(name, one, two, limit)
+    return None
+
+
+def _is_condition(name: str) -> bool:
+    return _word(name) in CONDITION_LIMITS
+
+
+def _word(name: str) -> str:
+    """load of load_kg."""
+    return name.partition("_")[0]

@@ -1,0 +1,160 @@
+"""Drop-outs: samples that fall to zero or to a rail and come back, singly or in bursts. They are taken out before anything is computed.
+
+Whether they are an effect, of which size and how surely is decided in `rig.gap.raw_tests.dropouts`.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.gap.records.settings import (
+    EXACT,
+    FEWEST_DROPOUTS,
+    FEWEST_ROWS,
+    FEWEST_VALUES,
+    LONGEST_BURST_S,
+    MOST_DIFFERENT,
+    OWN_STEPS,
+    RAIL_STEPS,
+    RECOVERY_ROWS,
+    RETURNS,
+)
+from rig.record import Column, Record
+
+Rows = NDArray[np.bool_]
+MEASURED = ("p1_mpa", "p2_mpa", "angle_deg")
+
+
+@dataclass(frozen=True)
+class Dropouts:
+    """What was taken out of one column of one record."""
+
+    column: str
+    rail: float
+    """The rail that was looked at, in the column's unit."""
+    level: float
+    """What the fallen samples read, in the middle."""
+    fallen: Rows
+    """(n,) True where a sample fell."""
+    at_rail: Rows
+    """(n,) True wherever it reads the rail for a moment: beside falls nobody can tell which of these are true."""
+    visible: Rows
+    """(n,) True where the column is far enough from the rail for a fall to be told from its own motion."""
+    bursts: int
+    power: float
+    """What they add to the mean square of the column, unit squared."""
+
+
+def without_dropouts(records: Sequence[Record]) -> tuple[list[Record], list[tuple[Dropouts, ...]]]:
+    """The records of one day with fallen samples missing (NaN), and what was taken out of each.
+
+    A rail is one value for all records of a day; every rail of a column (zero, its lowest and its highest value) is looked at.
+    """
+    rails = {name: _rails(records, name) for name in MEASURED}
+    found = [tuple(one for name in MEASURED for one in _in_column(record, name, rails[name])) for record in records]
+    clear = _often_enough(found)
+    kept = [tuple(one for one in mine if (one.column, one.rail) in clear) for mine in found]
+    return [_taken_out(record, mine) for record, mine in zip(records, kept, strict=True)], kept
+
+
+def _rails(records: Sequence[Record], name: str) -> tuple[float, ...]:
+    columns = [column[np.isfinite(column)] for record in records if (column := getattr(record, name)) is not None]
+    columns = [column for column in columns if len(column)]
+    if not columns:
+        return ()
+    ends = min(float(column.min()) for column in columns), max(float(column.max()) for column in columns)
+    return tuple(dict.fromkeys((0.0, *ends)))
+
+
+def _in_column(record: Record, name: str, rails: Sequence[float]) -> Iterator[Dropouts]:
+    column = getattr(record, name)
+    if column is None or np.isfinite(column).sum() < FEWEST_ROWS or not _jumps(column):
+        return
+    near = _tolerance(column)
+    at = {rail: np.abs(column - rail) <= near for rail in rails}
+    jump = OWN_STEPS * _largest_own_step(column, np.any(list(at.values()), axis=0))
+    longest = max(1, int(LONGEST_BURST_S / record.period_s))
+    for rail, rows in at.items():
+        fallen, moments, bursts = _falls(column, rows, jump, longest)
+        if bursts:
+            course = _bridged(column, fallen)
+            visible = np.isfinite(column) & (np.abs(course - rail) > jump)
+            power = float(np.nansum((column - course)[fallen] ** 2) / len(column))
+            yield Dropouts(name, rail, float(np.median(column[fallen])), fallen, moments, visible | fallen, bursts, power)
+
+
+def _jumps(column: Column) -> bool:
+    """Whether any step stands out at all; most columns are done here."""
+    steps = np.abs(np.diff(column[np.isfinite(column)]))
+    return bool(steps.max() > OWN_STEPS * np.median(steps))
+
+
+def _tolerance(column: Column) -> float:
+    """A fraction of the smallest usual step between different values: a converter's."""
+    values = np.unique(column[np.isfinite(column)])
+    steps = np.diff(values)
+    few = FEWEST_VALUES <= len(values) < MOST_DIFFERENT * len(column)
+    return RAIL_STEPS * float(np.median(steps)) if few else EXACT * float(np.ptp(values) or 1.0)
+
+
+def _largest_own_step(column: Column, at_rail: Rows) -> float:
+    """The largest step of a column between rows that no rail can have touched."""
+    touched = at_rail.copy()
+    for row in range(1, RECOVERY_ROWS + 2):
+        touched[row:] |= at_rail[:-row]
+    steps = np.abs(np.diff(column))
+    own = steps[~(touched[1:] | touched[:-1]) & np.isfinite(steps)]
+    return float(own.max()) if len(own) else np.inf
+
+
+def _falls(column: Column, at_rail: Rows, jump: float, longest: int) -> tuple[Rows, Rows, int]:
+    """(n,) True in the bursts that begin with a jump of at least `jump` and come back to where they began, a filter's way back
+    included; (n,) True in those and in every stay at the rail of at most `longest` rows; how many bursts."""
+    fallen, moments, bursts = np.zeros(len(column), dtype=bool), np.zeros(len(column), dtype=bool), 0
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], at_rail, [False]]).astype(np.int8)))
+    for start, end in zip(edges[::2], edges[1::2], strict=True):
+        if end - start > longest or (start == 0 and end == len(column)):
+            continue
+        moments[start:end] = True
+        back = _back_at(column, start, end, jump)
+        if back is not None:
+            fallen[start:end] = True
+            moments[start:back] = True
+            bursts += 1
+    return fallen, moments, bursts
+
+
+def _back_at(column: Column, start: int, end: int, jump: float) -> int | None:
+    """The first row after a stay at the rail that reads as before it, at most RECOVERY_ROWS after its end; None when it is no fall."""
+    before = column[start - 1] if start > 0 else column[end]
+    depth = abs(before - column[start])
+    if not depth > jump:
+        return None
+    for row in range(end, min(end + RECOVERY_ROWS + 1, len(column))):
+        if abs(column[row] - before) < RETURNS * depth:
+            return row
+    return end if end == len(column) else None
+
+
+def _bridged(column: Column, gone: Rows) -> Column:
+    known = np.isfinite(column) & ~gone
+    rows = np.arange(len(column))
+    bridged: Column = np.interp(rows, rows[known], column[known])
+    return bridged
+
+
+def _often_enough(found: Sequence[tuple[Dropouts, ...]]) -> set[tuple[str, float]]:
+    counts: dict[tuple[str, float], int] = {}
+    for one in (one for mine in found for one in mine):
+        counts[one.column, one.rail] = counts.get((one.column, one.rail), 0) + one.bursts
+    return {key for key, count in counts.items() if count >= FEWEST_DROPOUTS}
+
+
+def _taken_out(record: Record, dropouts: Sequence[Dropouts]) -> Record:
+    columns: dict[str, Any] = {one.column: getattr(record, one.column).copy() for one in dropouts}
+    for one in dropouts:
+        columns[one.column][one.at_rail] = np.nan
+    return replace(record, **columns) if columns else record

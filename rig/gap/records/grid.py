@@ -1,0 +1,140 @@
+"""A record and its partners on one regular grid, smoothed: aligned in phase, whole periods, at the case's own input."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from rig.excite.setpoints import around
+from rig.gap.records.alignment import on_clock_of
+from rig.gap.records.dropouts import Dropouts, Rows
+from rig.gap.records.own_input import at_input, differs
+from rig.gap.records.partners import Partner
+from rig.gap.records.periods import whole_periods
+from rig.gap.records.settings import GRID_S, LONGEST_BRIDGE_S, SMOOTHING_S
+from rig.record import Column, Record
+
+
+@dataclass(frozen=True)
+class Session:
+    """One run of one sweep on the grid, smoothed; columns of shape (n,), None where not measured."""
+
+    p1_mpa: Column | None
+    p2_mpa: Column | None
+    angle_deg: Column
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A record of the case, its command, and every baseline session's run of the same sweep."""
+
+    name: str
+    dt_s: float
+    t_s: Column
+    u1_mpa: Column
+    u2_mpa: Column
+    case: Session
+    sessions: tuple[Session, ...]
+    used: Column
+    """1 where the case and its baselines were measured, 0 in holes, where one of them did not run yet, and at the smoothing's edges."""
+    raw: Record
+    """As it was read, fallen samples missing."""
+    raw_baselines: tuple[Record, ...]
+    """The same of the baselines, on the case's clock."""
+    dropouts: tuple[Dropouts, ...] = ()
+    """What fell in the case's record."""
+    baseline_dropouts: tuple[tuple[Dropouts, ...], ...] = ()
+    """What fell in each baseline's."""
+
+    def __len__(self) -> int:
+        return len(self.t_s)
+
+
+def on_grid(
+    record: Record,
+    partners: Sequence[Partner],
+    p0_mpa: float,
+    pressures: bool,
+    fallen: Mapping[int, tuple[Dropouts, ...]],
+    notes: list[str],
+) -> Pair:
+    """The record and its partners on one grid, smoothed, cut to whole periods where the command is periodic.
+
+    `fallen` holds what fell in each record, by its identity; what has to be said goes into the notes.
+    """
+    start_s = float(record.t_s[0])
+    others = tuple(replace(partner.record, t_s=on_clock_of(partner.record, partner.alignment) + start_s) for partner in partners)
+    dt = max(record.period_s, 1e-4)
+    stride = max(1, round(GRID_S / dt))
+    length = min(float(each.t_s[-1]) - start_s for each in (record, *others))
+    fine = np.arange(0.0, length + 0.5 * dt, dt)
+    t = fine[::stride]
+    t = t[: whole_periods(_input(record, start_s, t))].copy()
+    case, holes = _session(record, start_s, fine, dt, stride, pressures)
+    sessions = []
+    for other in others:
+        session, more = _session(other, start_s, fine, dt, stride, pressures)
+        sessions.append(_at_own_input(_cut(session, len(t)), _input(other, start_s, t), _input(record, start_s, t), dt * stride))
+        holes |= more
+    if any(differs(_input(record, start_s, t), _input(other, start_s, t)) for other in others):
+        notes.append(f"{record.name}: its input is not exactly the baselines'; they are taken at its own")
+    u1, u2 = _commands(record, t, p0_mpa)
+    used = (~holes[: len(t)]).astype(float)
+    edge = max(1, round(2 * SMOOTHING_S / (dt * stride)))
+    used[-edge:] = 0.0
+    return Pair(
+        record.name, dt * stride, t, u1, u2, _cut(case, len(t)), tuple(sessions), used, record, others,
+        fallen.get(id(record), ()), tuple(fallen.get(id(partner.record), ()) for partner in partners),
+    )  # fmt: skip
+
+
+def _input(record: Record, start_s: float, t: Column) -> Column:
+    course: Column = np.interp(t, record.t_s - start_s, record.dp_cmd_mpa)
+    return course
+
+
+def _cut(session: Session, rows: int) -> Session:
+    first, second = (None if column is None else column[:rows] for column in (session.p1_mpa, session.p2_mpa))
+    return Session(first, second, session.angle_deg[:rows])
+
+
+def _at_own_input(session: Session, theirs: Column, mine: Column, dt_s: float) -> Session:
+    """The session as it would have been under the case's own input, where that is not the same: a measured one never is."""
+    if not differs(mine, theirs):
+        return session
+
+    def moved(column: Column | None) -> Column | None:
+        return None if column is None else at_input(column, theirs, mine, dt_s)
+
+    return Session(moved(session.p1_mpa), moved(session.p2_mpa), at_input(session.angle_deg, theirs, mine, dt_s))
+
+
+def _commands(record: Record, t: Column, p0_mpa: float) -> tuple[Column, Column]:
+    own = record.t_s - record.t_s[0]
+    if record.p1_cmd_mpa is not None and record.p2_cmd_mpa is not None:
+        return np.interp(t, own, record.p1_cmd_mpa), np.interp(t, own, record.p2_cmd_mpa)
+    return around(p0_mpa, np.interp(t, own, record.dp_cmd_mpa).astype(float))
+
+
+def _session(record: Record, start_s: float, t: Column, dt: float, stride: int, pressures: bool) -> tuple[Session, Rows]:
+    """A record on the grid, and True in its holes; before its start and after its end is a hole as well."""
+    columns: list[Column | None] = []
+    holes = np.zeros(len(t), dtype=bool)
+    for column in (record.p1_mpa, record.p2_mpa, record.angle_deg):
+        if column is None or (not pressures and column is not record.angle_deg):
+            columns.append(None)
+            continue
+        known = np.isfinite(column)
+        times = record.t_s[known] - start_s
+        columns.append(_smooth(np.interp(t, times, column[known]), dt)[::stride].copy())
+        after = np.clip(np.searchsorted(times, t), 1, len(times) - 1)
+        holes |= times[after] - times[after - 1] > max(LONGEST_BRIDGE_S, 3 * dt)
+        holes |= (t < times[0] - dt) | (t > times[-1] + dt)
+    assert columns[2] is not None
+    return Session(columns[0], columns[1], columns[2]), holes[::stride]
+
+
+def _smooth(column: Column, dt: float) -> Column:
+    smooth: Column = gaussian_filter1d(column, SMOOTHING_S / dt, mode="nearest") if dt < SMOOTHING_S else column
+    return smooth
