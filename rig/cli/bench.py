@@ -11,6 +11,7 @@ import click
 from rig.app.terminal import console, listing, progress
 from rig.cli.common import emit, json_option
 from rig.cli.outputs import Command
+from rig.errors import CheckFailed
 
 BENCHMARKS = {
     "loop": "rig.qualify.benchmarks.loop:bench_loop",
@@ -31,14 +32,28 @@ def bench(names: tuple[str, ...], json_to: str | None) -> None:
     """Run the benchmarks NAMES, or all. Quote the ratios: absolute times are this machine's."""
     chosen = names or tuple(BENCHMARKS)
     results: dict[str, Any] = {"machine": _machine()}
+    lacking: list[str] = []
     with progress("benchmarks", len(chosen)) as update:
         for done, name in enumerate(chosen):
             update(done, name)
-            module, function = BENCHMARKS[name].split(":")
-            results[name] = getattr(importlib.import_module(module), function)()
-    for name in chosen:
-        _show(name, results[name], json_to)
-    emit(results, json_to)
+            try:
+                results[name] = _run(name)
+            except ModuleNotFoundError as error:
+                lacking.append(f"{name} needs the package {error.name}, which is not installed")
+            if json_to != "-":
+                emit(results, json_to)  # what was measured is kept, whatever comes after it
+    if json_to == "-":
+        emit(results, json_to)
+    for name in [name for name in chosen if name in results]:
+        show(name, results[name], json_to)
+    if lacking:
+        raise CheckFailed("; ".join(lacking))
+
+
+def _run(name: str) -> dict[str, Any]:
+    module, function = BENCHMARKS[name].split(":")
+    figures: dict[str, Any] = getattr(importlib.import_module(module), function)()
+    return figures
 
 
 def _machine() -> dict[str, Any]:
@@ -59,10 +74,11 @@ def _machine() -> dict[str, Any]:
     }
 
 
-def _show(name: str, figures: dict[str, Any], json_to: str | None) -> None:
+def show(name: str, figures: dict[str, Any], json_to: str | None) -> None:
+    """The table of one benchmark."""
+    from rig.qualify.benchmarks import cells
+
     table = listing(name, "value", "unit", "peer", "peer's value", "ratio")
     for figure, row in figures.items():
-        unit = f"{row['unit']} ({row['low']:.0f} to {row['high']:.0f}, of {row['of']})" if "of" in row else row.get("unit", "")
-        cells = (row.get("value"), unit, row.get("peer", ""), row.get("peer_value"), row.get("ratio"))
-        table.add_row(figure, *(f"{cell:.4g}" if isinstance(cell, int | float) else str(cell or "") for cell in cells))
+        table.add_row(figure, *cells(row))
     console(json_to).print(table)

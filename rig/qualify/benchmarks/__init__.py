@@ -1,5 +1,6 @@
 """The project's benchmarks, one file each; see rig.cli.bench."""
 
+from collections.abc import Mapping
 from typing import Any
 
 
@@ -9,3 +10,15 @@ def figure(value: float, unit: str, peer: str = "", peer_value: float | None = N
     if peer:
         row |= {"peer": peer, "peer_value": peer_value, "ratio": value / peer_value if peer_value else None}
     return row | more
+
+
+def cells(row: Mapping[str, Any]) -> list[str]:
+    """One row of the table: value, unit (with its interval and what it is a share of, where it says so), peer, its value, ratio."""
+    spread = [f"{row['low']:.0f} to {row['high']:.0f}"] if "low" in row and "high" in row else []
+    aside = ", ".join(spread + ([f"of {row['of']}"] if "of" in row else []))
+    unit = f"{row.get('unit', '')} ({aside})" if aside else row.get("unit", "")
+    return [_cell(cell) for cell in (row.get("value"), unit, row.get("peer"), row.get("peer_value"), row.get("ratio"))]
+
+
+def _cell(cell: Any) -> str:
+    return f"{cell:.4g}" if isinstance(cell, int | float) else str(cell or "")
