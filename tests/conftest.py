@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import settings
@@ -33,6 +34,36 @@ def _emulated_rigs_end_with_their_file() -> Iterator[None]:
     yield
     if kept := sys.modules.get("fieldbus_rigs"):
         kept.end_all()
+
+
+_FAILED = pytest.StashKey[bool]()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> Iterator[None]:
+    report = yield
+    item.stash[_FAILED] = item.stash.get(_FAILED, False) or report.failed  # type: ignore[attr-defined]
+    return report  # type: ignore[return-value]
+
+
+@pytest.fixture(autouse=True)
+def _modbus_lines_end_with_their_test(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """A line left open is closed here, not collected in the middle of a test that has nothing to do with it.
+
+    A test that failed on the way, and is run again, may leave one; one that passed may not, and nor may the driver.
+    """
+    client: Any = getattr(sys.modules.get("pymodbus.client"), "ModbusTcpClient", None)
+    if client is None:
+        yield
+        return
+    opened: list[Any] = []
+    connect = client.connect
+    monkeypatch.setattr(client, "connect", lambda self: opened.append(self) or connect(self))
+    yield
+    left = [line for line in opened if line.connected]
+    for line in left:
+        line.close()
+    assert not left or request.node.stash.get(_FAILED, False), "a Modbus line was left open"
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -75,7 +75,7 @@ class ModbusIo:
             p50_s, p99_s = round_trip(stations)
             mode = self._choose(p99_s)
             facts |= {"round_trip_us": f"p50 {p50_s * 1e6:.0f}, p99 {p99_s * 1e6:.0f}", "mode": mode.value}
-        except DeviceError:
+        except BaseException:  # whatever it was: nobody else knows of this line
             stations.close(disarm=False)
             raise
         if mode is Mode.PROCESS:

@@ -40,6 +40,7 @@ class ModbusLink:
 
     def connect(self) -> Mapping[str, str]:
         """Open the line, prove the modules, arm their fail-safe; after an outage the outputs come first, then the fail-safe."""
+        self.close()  # an attempt before this one may have got as far as a line
         self._stations = self._open()
         self._failed = False
         if self._was_up:

@@ -32,7 +32,7 @@ class Stations:
         try:
             port = settings.input_port or settings.port
             inputs = connect_tcp(settings.input_host or settings.host, port, connect_s, reply_s)
-        except DeviceError:
+        except BaseException:
             outputs.close()
             raise
         return cls(outputs, inputs, plan)

@@ -11,6 +11,7 @@ from pymodbus.client import ModbusTcpClient
 
 from drivers.modbus_io.device import ModbusIo
 from drivers.modbus_io.settings import AngleChannel, Mode
+from drivers.modbus_io.stations import Stations
 from hil.emulators.emulation import Emulation
 from rig.errors import DeviceError, DeviceLost
 from rig.interfaces import Role
@@ -306,6 +307,19 @@ def test_fail_safe_registers_get_the_safe_set_points(tmp_path: Path) -> None:
         assert "outputs to the safe set-points after 30 s" in device.open()["failsafe"]
         assert modules.modules[0][1].output_registers()[2:] == [1680, 1520, 60]
         device.close()
+
+
+def test_a_bug_while_opening_leaves_no_line_open(tcp: Emulation, monkeypatch: pytest.MonkeyPatch) -> None:
+    lines: list[Stations] = []
+
+    def buggy(stations: Stations) -> tuple[float, float]:
+        lines.append(stations)
+        raise ZeroDivisionError("a bug")
+
+    monkeypatch.setattr("drivers.modbus_io.device.round_trip", buggy)
+    with pytest.raises(ZeroDivisionError):
+        rigs.modbus(tcp).open()
+    assert not lines[0].outputs.client.connected
 
 
 def test_the_server_is_pymodbus_itself(tcp: Emulation) -> None:
