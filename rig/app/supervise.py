@@ -2,6 +2,7 @@
 
 import contextlib
 import dataclasses
+import functools
 import os
 import signal
 import sys
@@ -91,8 +92,9 @@ def watching(rig: RigConfig) -> Watching:
 
 
 def second_path(rig: RigConfig) -> SecondPath:
-    """This process's own way to the rig's device; nothing is opened before it is used."""
-    return SecondPath.of(compose.make_device(rig, MonotonicClock()))
+    """This process's own way to the rig's device, made when it is used: what goes wrong then is a failed attempt and not the end."""
+    path = functools.cache(lambda: SecondPath.of(compose.make_device(rig, MonotonicClock())))
+    return SecondPath(lambda: path().safe(), lambda: path().holds_safe())
 
 
 def parts_of(rig: RigConfig, *, virtual: bool = False, seed: int | None = None) -> Parts:

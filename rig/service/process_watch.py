@@ -234,6 +234,11 @@ class ProcessWatch:
             time.sleep(_POLL_S)
         return self.safe
 
+    def close(self) -> None:
+        """Let go of the loop's process; somebody who still takes over keeps it."""
+        if self._thread is None or not self._thread.is_alive():
+            self._descriptor.close()
+
     def how_it_ended(self) -> str:
         """How the loop's process ended, and when the one who took over saw it and had written."""
         report = self.safe

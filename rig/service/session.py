@@ -225,6 +225,8 @@ class Session:
             if not self.safe.safe:
                 self.watchers.block.release()  # they would go on trying, while the next session waits for them
         self.watchers.end()
+        if self.watch is not None:
+            self.watch.close()
         left = self._end_recorder()
         for block in (*self._blocks, *self._programs.values()):
             block.unlink()
