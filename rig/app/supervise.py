@@ -11,6 +11,7 @@ from typing import Final
 
 from rig.app import compose
 from rig.errors import RigError
+from rig.interfaces import Device
 from rig.realtime import measures
 from rig.realtime.clock import MonotonicClock
 from rig.realtime.ring import Ring
@@ -42,21 +43,11 @@ def watcher_process(orders: WatcherOrders, pipe: Connection) -> None:
         signal.signal(number, signal.SIG_IGN)  # it ends when the loop has ended, not before
     name_process(orders.writer.name.lower())
     rig: RigConfig = orders.rig
-    loop = WatchedProcess(orders.pid)
     device = compose.make_device(rig, MonotonicClock(), orders.options)
-    path = SecondPath.of(device) if compose.outlives_the_loop(rig) else None
+    block = SafeBlock.attach(orders.block, orders.session)
+    supervisor = _supervisor(orders, rig, block, device)
     if orders.writer is Writer.SUPERVISOR:
         _stand_by(device)
-    block = SafeBlock.attach(orders.block, orders.session)
-    ring = Ring.attach(orders.ring, orders.session)
-    authority = SafeStateAuthority(orders.writer, block, ring, loop, path)
-    first = orders.writer is Writer.SUPERVISOR
-    patience_ns = orders.patience_ns or patience_periods(rig) * rig.period_ns - rig.period_ns // 10
-    supervisor = Supervisor(
-        orders.writer, ring, block, loop, authority, period_ns=rig.period_ns,
-        patience_ns=patience_ns if first else max(GUARDIAN_PATIENCE_NS, 2 * patience_ns),
-        grace_ns=0 if first else GUARDIAN_PATIENCE_NS,
-    )  # fmt: skip
     pipe.send(("ready", _take_measures(rig)))
     pipe.close()
     try:
@@ -65,6 +56,20 @@ def watcher_process(orders: WatcherOrders, pipe: Connection) -> None:
     finally:
         with contextlib.suppress(Exception):
             device.close()
+
+
+def _supervisor(orders: WatcherOrders, rig: RigConfig, block: SafeBlock, device: Device) -> Supervisor:
+    """The guardian has twice the supervisor's patience, at least its own, and gives the others as long for a loop that has ended."""
+    ring, loop = Ring.attach(orders.ring, orders.session), WatchedProcess(orders.pid)
+    path = SecondPath.of(device) if compose.outlives_the_loop(rig) else None
+    authority = SafeStateAuthority(orders.writer, block, ring, loop, path)
+    patience_ns = orders.patience_ns or patience_periods(rig) * rig.period_ns - rig.period_ns // 10
+    grace_ns = 0
+    if orders.writer is Writer.GUARDIAN:
+        patience_ns, grace_ns = max(GUARDIAN_PATIENCE_NS, 2 * patience_ns), GUARDIAN_PATIENCE_NS
+    return Supervisor(
+        orders.writer, ring, block, loop, authority, patience_ns=patience_ns, period_ns=rig.period_ns, grace_ns=grace_ns
+    )
 
 
 def _stand_by(device: object) -> None:

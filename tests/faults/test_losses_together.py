@@ -3,9 +3,11 @@
 `pamrig faults --together` carries out hundreds of them.
 """
 
+import contextlib
 import os
 import random
 import signal
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -42,6 +44,19 @@ def test_pairs_and_triples_over_modbus(modbus: ModbusFaultBench) -> None:
 def test_pairs_and_triples_under_a_run(tmp_path: Path) -> None:
     with RunBench(tmp_path) as run:
         assert [f"{trial}: {trial.problem}" for trial in trials(run, 4, seed=5) if trial.problem] == []
+
+
+@pytest.mark.parametrize("number", [signal.SIGSTOP, signal.SIGKILL])
+def test_with_all_four_lost_the_guardian_is_left(bench: FaultBench, number: int) -> None:
+    bench.ready()
+    pids = bench.pids()
+    since_ns = time.monotonic_ns()
+    for name in ("supervisor", "loop", "control", "recorder"):
+        os.kill(pids[name], number)
+    assert bench.ms_to_safe(since_ns) < 600.0
+    for pid in pids.values():
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGCONT)
 
 
 def test_with_every_process_lost_the_module_s_own_watchdog_is_left_and_a_new_daemon_opens_it(modbus: ModbusFaultBench) -> None:
