@@ -1,0 +1,147 @@
+"""What `pamrig gap calibrate` does: the levels of every reference, fitted on healthy days of development units of all plant families.
+
+Each unit is identified on its first day, as a user would; further days then stand beside that day, beside the fingerprint and the
+simulator that the identification made, and beside the simulator of the next unit of the same build.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from hil.reference.cases import CASES_PER_UNIT, Bench, Case, Purpose, bench_of, draw_sheet
+from rig.blind_check.generate import nominal_model
+from rig.blind_check.source import records_of
+from rig.config import unstructure
+from rig.errors import ModelError, RigError
+from rig.gap.calibrate import fit_levels
+from rig.gap.records.pairs import pair_up
+from rig.gap.reference.build import Expected, Kind, expect
+from rig.gap.reference.expectation import Parts, angle_parts, pressure_parts, rms_used
+from rig.gap.settings import Fitted, Levels, Prior, Provenance, fitted
+from rig.model.parameters import Model
+from rig.parallel import each, executor
+from rig.record import Record
+
+DAYS = (1, 3, 5)
+"""Healthy days that are held beside the first."""
+DIGITS = 4
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What to fit on."""
+
+    families: tuple[str, ...]
+    units: int
+    """Of each family."""
+    seed: int
+    workers: int | None = None
+
+
+@dataclass(frozen=True)
+class HealthyDay:
+    """One healthy day under one reference."""
+
+    reference: str
+    pressures: Parts
+    angle: Parts
+    commanded: float
+    """Rms of the angle's deviation under the commands, as a share of its span."""
+
+
+def calibrate(plan: Plan, report: Callable[[int], None] = lambda done: None) -> Fitted:
+    """The levels of session, fingerprint, simulator and sister; the prior stays as it is."""
+    prior = fitted().prior
+    sheets = [_first_cases(name, plan) for name in plan.families]
+    rigs = [case for sheet in sheets for case in sheet]
+    with executor(None, plan.workers) as pool:
+        models = list(each(pool, identified, rigs, report))
+        sisters = [models[_next_of(k, sheets)] for k in range(len(rigs))]
+        found = each(pool, partial(healthy_days), list(zip(rigs, models, sisters, strict=True)), report)
+        days = [day for some in found for day in some]
+    levels = {name: _levels([day for day in days if day.reference == name], prior) for name in dict.fromkeys(d.reference for d in days)}
+    command = f"pamrig gap calibrate --units {plan.units} --seed {plan.seed}"
+    return Fitted(Provenance(command, list(plan.families), len(rigs), len(rigs) * len(DAYS)), levels, prior)
+
+
+def write(found: Fitted, path: Path) -> None:
+    """The file `priors.yaml`."""
+    try:
+        path.write_text(yaml.safe_dump(_rounded(unstructure(found)), sort_keys=False), encoding="utf-8")
+    except OSError as error:
+        raise RigError(f"{path}: cannot be written: {error.strerror}") from None
+
+
+def identified(case: Case) -> Model:
+    """The simulator of the case's unit, from its first day."""
+    model: Model = nominal_model(_days(case)[0], bench_of(case).excitations[0].p0_mpa)
+    return model
+
+
+def healthy_days(rig: tuple[Case, Model, Model]) -> list[HealthyDay]:
+    """The unit's further days beside each reference; a simulator that runs away under them tells nothing."""
+    case, own, sister = rig
+    days, found = _days(case), []
+    for number in DAYS:
+        asked = [
+            (Kind.SESSION, False, own, [days[0]]),
+            (Kind.FINGERPRINT, False, own, []),
+            (Kind.SIMULATOR, False, replace(own, fingerprint=None), []),
+            (Kind.SIMULATOR, True, replace(sister, fingerprint=None), []),
+        ]
+        for kind, is_sister, model, beside in asked:
+            try:
+                found.append(_healthy(expect(kind, is_sister, model, pair_up(days[number], beside, model.p0_mpa))))
+            except ModelError:
+                continue
+    return found
+
+
+def _healthy(expected: Expected) -> HealthyDay:
+    angle = angle_parts(expected.tracks, expected.base, expected.response, expected.driven)
+    reference = np.concatenate([track.reference.angle_deg for track in expected.tracks])
+    measured = np.concatenate([track.pair.case.angle_deg for track in expected.tracks])
+    commanded = rms_used(measured - reference, angle.lines.used) / angle.span
+    return HealthyDay(expected.levels, pressure_parts(expected.tracks, expected.pairing.p0_mpa), angle, commanded)
+
+
+def _levels(days: Sequence[HealthyDay], prior: Prior) -> Levels:
+    pressures, angle = ([getattr(day, name) for day in days] for name in ("pressures", "angle"))
+    commanded = float(np.sqrt(np.mean([day.commanded**2 for day in days])))
+    return Levels(fit_levels(pressures, prior), fit_levels(angle, prior), commanded)
+
+
+def _first_cases(family: str, plan: Plan) -> list[Case]:
+    """One case of every unit: it stands for the unit."""
+    sheet = draw_sheet(Purpose.DEVELOPMENT, plan.seed, plan.units * CASES_PER_UNIT, family)
+    return sheet[::CASES_PER_UNIT]
+
+
+def _next_of(k: int, sheets: Sequence[Sequence[Case]]) -> int:
+    """The index, over all families, of another unit of the same build."""
+    start = 0
+    for sheet in sheets:
+        if k < start + len(sheet):
+            return start + (k - start + 1) % len(sheet)
+        start += len(sheet)
+    raise IndexError(k)
+
+
+def _days(case: Case) -> list[list[Record]]:
+    bench: Bench = bench_of(case)
+    return [records_of(day) for day in bench.baselines]
+
+
+def _rounded(value: object) -> object:
+    """The same with numbers of a few digits: more are not known."""
+    if isinstance(value, dict):
+        return {key: _rounded(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_rounded(item) for item in value]
+    return float(f"{value:.{DIGITS}g}") if isinstance(value, float) else value
+
+
