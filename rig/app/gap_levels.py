@@ -4,28 +4,30 @@ Each unit is identified on its first day, as a user would; further days then sta
 simulator that the identification made, and beside the simulator of the next unit of the same build.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 import yaml
 
 from hil.reference.cases import CASES_PER_UNIT, Bench, Case, Purpose, bench_of, draw_sheet
+from hil.reference.families import NAMES
 from rig.blind_check.generate import nominal_model
 from rig.blind_check.source import records_of
-from rig.config import unstructure
-from rig.errors import ModelError, RigError
+from rig.config import suggest, unstructure
+from rig.errors import ConfigError, ModelError, RigError
 from rig.gap.calibrate import fit_levels
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Expected, Kind, expect
 from rig.gap.reference.expectation import Parts, angle_parts, pressure_parts, rms_used
 from rig.gap.settings import Fitted, Levels, Prior, Provenance, fitted
 from rig.model.parameters import Model
-from rig.parallel import each, executor
+from rig.parallel import executor
 from rig.record import Record
 
+R = TypeVar("R")
 DAYS = (1, 3, 5)
 """Healthy days that are held beside the first."""
 DIGITS = 4
@@ -53,19 +55,35 @@ class HealthyDay:
     """Rms of the angle's deviation under the commands, as a share of its span."""
 
 
+def known_families(names: Sequence[str]) -> tuple[str, ...]:
+    """The families of these names, all of them for none; ConfigError for one that is not there."""
+    for name in names:
+        if name not in NAMES:
+            raise ConfigError(f"--family: unknown plant family {name!r}; {suggest(name, list(NAMES))}")
+    return tuple(names) or NAMES
+
+
 def calibrate(plan: Plan, report: Callable[[int], None] = lambda done: None) -> Fitted:
     """The levels of session, fingerprint, simulator and sister; the prior stays as it is."""
     prior = fitted().prior
     sheets = [_first_cases(name, plan) for name in plan.families]
     rigs = [case for sheet in sheets for case in sheet]
     with executor(None, plan.workers) as pool:
-        models = list(each(pool, identified, rigs, report))
+        models = list(_reported(pool.map(identified, rigs), report, 0))
         sisters = [models[_next_of(k, sheets)] for k in range(len(rigs))]
-        found = each(pool, partial(healthy_days), list(zip(rigs, models, sisters, strict=True)), report)
-        days = [day for some in found for day in some]
-    levels = {name: _levels([day for day in days if day.reference == name], prior) for name in dict.fromkeys(d.reference for d in days)}
+        found = pool.map(healthy_days, zip(rigs, models, sisters, strict=True))
+        days = [day for some in _reported(found, report, len(rigs)) for day in some]
+    levels = {
+        name: _levels([day for day in days if day.reference == name], prior) for name in dict.fromkeys(d.reference for d in days)
+    }
     command = f"pamrig gap calibrate --units {plan.units} --seed {plan.seed}"
     return Fitted(Provenance(command, list(plan.families), len(rigs), len(rigs) * len(DAYS)), levels, prior)
+
+
+def _reported(results: Iterable[R], report: Callable[[int], None], before: int) -> Iterator[R]:
+    for done, result in enumerate(results, before + 1):
+        report(done)
+        yield result
 
 
 def write(found: Fitted, path: Path) -> None:
@@ -143,5 +161,3 @@ def _rounded(value: object) -> object:
     if isinstance(value, list):
         return [_rounded(item) for item in value]
     return float(f"{value:.{DIGITS}g}") if isinstance(value, float) else value
-
-

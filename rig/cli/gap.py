@@ -95,6 +95,32 @@ def diagnose(logs: tuple[Path, ...], workers: int | None, dask: str | None, json
 
 
 @gap.command()
+@click.option(
+    "-o", "--output", required=True, type=_path, callback=writable, metavar="FILE", help="Where to write the fitted levels."
+)
+@click.option("--family", "families", multiple=True, metavar="NAME", help="Plant families to fit on; default: all there are.")
+@click.option("--units", type=click.IntRange(2, 200), default=10, show_default=True, help="Rigs of each family.")
+@click.option("--seed", type=click.IntRange(0), default=301, show_default=True, help="Of the development rigs.")
+@click.option("--workers", type=click.IntRange(1), help="Processes; default: one a core.")
+@json_option
+def calibrate(output: Path, families: tuple[str, ...], units: int, seed: int, workers: int | None, json_to: str | None) -> None:
+    """Fit how much healthy days of simulated plants differ from each reference: the levels that decide what counts as a gap.
+
+    The file takes the place of rig/gap/priors.yaml once a blind check on other seeds and families has shown that it is better.
+    """
+    from rig.app.gap_levels import Plan, calibrate, known_families, write
+    from rig.config import unstructure
+
+    plan = Plan(known_families(families), units, seed, workers)
+    total = 2 * units * len(plan.families)
+    with progress("fitting", total) as update:
+        found = calibrate(plan, lambda done: update(done, f"{done} of {total}"))
+    write(found, output)
+    console(json_to).print(f"{output}: levels of {', '.join(found.levels)}, from {found.provenance.units} rigs")
+    emit(unstructure(found), json_to)
+
+
+@gap.command()
 @json_option
 def effects(json_to: str | None) -> None:
     """List every effect: where it lies, its numbers with bounds, what it looks like, what it may be mistaken for."""

@@ -72,7 +72,7 @@ class Prior:
     """Independent lines of one factor: neighbours and records share their causes. More: surer, and more false alarms."""
     degrees: float = 6.0
     """Degrees of freedom with which a remainder's level is known. Fewer: heavier tails."""
-    log_none: float = 4.5
+    log_none: float = 6.0
     """Prior odds of no cause on a factor against each single effect, nats. Less: more false alarms, smaller effects seen."""
     log_unknown: float = -4.0
     """Prior odds of something unknown on a factor, nats."""
