@@ -33,6 +33,7 @@ class Kind(Enum):
     MODEL = "a model"
     SWEEP = "a sweep"
     CALIBRATION = "a calibration"
+    LEVELS = "fitted levels"
     RECORDING = "a recording"
     """Never replaced, not even by another."""
     FOLDER = "a folder"
@@ -45,6 +46,7 @@ def _key(*names: bytes) -> Callable[[bytes], bool]:
 
 
 _SIGNS: Final[dict[Kind, Callable[[bytes], bool]]] = {
+    Kind.LEVELS: _key(b"provenance"),
     Kind.JSON: lambda head: head.lstrip()[:1] in (b"{", b"["),
     Kind.PAGE: lambda head: head.lstrip()[:5].lower() in (b"<!doc", b"<html"),
     Kind.TABLE: lambda head: head.startswith((b"record,", b"| record")),

@@ -17,13 +17,15 @@ from hil.reference.families import NAMES
 from rig.blind_check.generate import nominal_model
 from rig.blind_check.source import records_of
 from rig.config import suggest, unstructure
-from rig.errors import ConfigError, ModelError, RigError
+from rig.errors import ConfigError, ModelError
 from rig.gap.calibrate import fit_levels
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Expected, Kind, expect
 from rig.gap.reference.expectation import Parts, angle_parts, pressure_parts, rms_used
 from rig.gap.settings import Fitted, Levels, Prior, Provenance, fitted
 from rig.model.parameters import Model
+from rig.outputs import Kind as Output
+from rig.outputs import write_text
 from rig.parallel import executor
 from rig.record import Record
 
@@ -88,10 +90,7 @@ def _reported(results: Iterable[R], report: Callable[[int], None], before: int) 
 
 def write(found: Fitted, path: Path) -> None:
     """The file `priors.yaml`."""
-    try:
-        path.write_text(yaml.safe_dump(_rounded(unstructure(found)), sort_keys=False), encoding="utf-8")
-    except OSError as error:
-        raise RigError(f"{path}: cannot be written: {error.strerror}") from None
+    write_text(path, yaml.safe_dump(_rounded(unstructure(found)), sort_keys=False), Output.LEVELS)
 
 
 def identified(case: Case) -> Model:

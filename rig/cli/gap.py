@@ -8,7 +8,7 @@ import click
 from rig.app.terminal import console, listing, progress, styled
 from rig.cli.common import emit, json_option
 from rig.cli.gap_check import check
-from rig.cli.outputs import Group, Output
+from rig.cli.outputs import Group, Output, output_option
 from rig.outputs import Kind
 
 if TYPE_CHECKING:
@@ -95,9 +95,7 @@ def diagnose(logs: tuple[Path, ...], workers: int | None, dask: str | None, json
 
 
 @gap.command()
-@click.option(
-    "-o", "--output", required=True, type=_path, callback=writable, metavar="FILE", help="Where to write the fitted levels."
-)
+@output_option(Kind.LEVELS, "Where the fitted levels go.", required=True, metavar="FILE")
 @click.option("--family", "families", multiple=True, metavar="NAME", help="Plant families to fit on; default: all there are.")
 @click.option("--units", type=click.IntRange(2, 200), default=10, show_default=True, help="Rigs of each family.")
 @click.option("--seed", type=click.IntRange(0), default=301, show_default=True, help="Of the development rigs.")
