@@ -27,7 +27,7 @@ def steps(out: Path) -> list[tuple[str, list[list[str]]]]:
         ("Three healthy sessions for the diagnosis, and one on a rig that has changed", [*sessions, changed]),
         (
             "The model, identified from the first healthy session",
-            [["identify", f"{baselines[0]}", "--input", "pressure", "--early-stop", "100", "-o", f"{model}"]],
+            [["identify", f"{baselines[0]}", "--early-stop", "100", "-o", f"{model}"]],
         ),
         ("How well it predicts the paper's records, which it has not seen", [["validate", f"{model}", f"{out / 'paper'}"]]),
         ("The recorded commands once more, on the simulator", [["replay", f"{sine}", "-o", f"{out / 'replay.mcap'}"]]),

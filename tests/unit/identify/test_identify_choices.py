@@ -1,0 +1,138 @@
+"""What identification chooses by itself: what drives the muscles, and the law of the mean pressure; and that it says so."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from rig.app.identifying import StartOptions, start_model
+from rig.identify.data import Options, best_input, prepare
+from rig.identify.fit import Settings, identify
+from rig.identify.mean_law import hold, is_free, mean_law
+from rig.identify.swarm import SwarmSettings
+from rig.model.fingerprint import fingerprint_trouble
+from rig.model.kernels import simulate
+from rig.model.parameters import Input, load_model
+from rig.record import Record
+
+RIG = load_model(Path(__file__).parents[3] / "configs" / "models" / "simulated.yaml")
+ROWS = 2000
+ASKED = StartOptions(None, "mbw", "auto", "rigid", 0.005, None, 0.2, False, None)
+
+
+def measured(frequency_hz: float, p0_mpa: float = 0.2) -> Record:
+    t = np.arange(ROWS) * 0.005
+    half = 0.1 * np.sin(2 * np.pi * frequency_hz * t)
+    name = f"sine_{frequency_hz:g}hz_{p0_mpa:g}"
+    record = Record(name, t, 2 * half, p1_cmd_mpa=p0_mpa + half, p2_cmd_mpa=p0_mpa - half)
+    clean, noise = simulate(RIG, record), np.random.default_rng(int(100 * frequency_hz + 1000 * p0_mpa))
+    sizes = {"p1_mpa": 4e-4, "p2_mpa": 4e-4, "angle_deg": 0.03}
+    columns = {key: getattr(clean, key) + noise.normal(0.0, size, ROWS) for key, size in sizes.items()}
+    return replace(clean, **columns)
+
+
+ONE = measured(0.5)
+SEVERAL = [measured(0.5, 0.2), measured(0.2, 0.15), measured(0.8, 0.3)]
+BARE = replace(ONE, p1_mpa=None, p2_mpa=None)
+STILL = replace(ONE, p1_mpa=np.full(ROWS, 0.2), p2_mpa=np.full(ROWS, 0.2))
+
+
+def test_the_pressures_drive_where_every_record_has_them() -> None:
+    drive, why = best_input(SEVERAL, Options())
+    assert drive is Input.PRESSURE
+    assert why == "driven by the measured pressures, which every record has; --input command takes the set-points"
+
+
+@pytest.mark.parametrize(("other", "reason"), [(BARE, "the pressures were not measured"), (STILL, "the pressure is constant")])
+def test_one_record_without_usable_pressures_makes_it_the_command(other: Record, reason: str) -> None:
+    drive, why = best_input([ONE, other], Options())
+    assert drive is Input.COMMAND
+    assert why.startswith("driven by the command, not by measured pressures: ")
+    assert reason in why
+    assert "--input command" not in why, "that is what it does"
+
+
+def test_the_law_of_the_mean_pressure_is_identified_where_the_mean_moves() -> None:
+    assert mean_law([ONE], Input.PRESSURE, 0.2)[0] == 1.0
+    assert mean_law([ONE], Input.COMMAND, 0.2)[0] == 0.0
+    for drive in Input:
+        exponent, why = mean_law(SEVERAL, drive, 0.2)
+        assert exponent is None
+        assert "identified, the mean moves from 0.1" in why
+    assert mean_law([BARE], Input.PRESSURE, 0.2)[0] == 1.0, "nothing is known of the mean"
+
+
+def test_what_was_asked_for_is_not_chosen() -> None:
+    model, choices = start_model(replace(ASKED, drive="command", mean_exponent=0.5), SEVERAL, Options())
+    assert choices == []
+    assert model.muscle.input is Input.COMMAND
+    assert model.muscle.value("mean_exponent") == 0.5
+    model, choices = start_model(replace(ASKED, kind="bw_continuous"), SEVERAL, Options())
+    assert len(choices) == 1, "model (1) has no law of the mean pressure"
+
+
+def test_the_exponent_is_held_for_the_search_where_the_response_model_leaves_least() -> None:
+    model, choices = start_model(ASKED, SEVERAL, Options())
+    assert len(choices) == 2
+    assert is_free(model)
+    held = hold(model, [prepare(record, model) for record in SEVERAL])
+    assert not is_free(held)
+    assert held.muscle.value("mean_exponent") == pytest.approx(1.0, abs=0.1), "near the truth; the last polish goes on from there"
+
+
+def test_several_p0_are_fitted_as_well_as_one() -> None:
+    """With the exponent left at 0 the same search ends at 7 degrees."""
+    start, _ = start_model(ASKED, SEVERAL, Options())
+    found = identify(SEVERAL, start, Settings(seeds=(1,), swarm=SwarmSettings(iterations=60), workers=1))
+    assert found.rmse_deg < 0.3
+    law = found.model.muscle.parameters["mean_exponent"]
+    assert law.value == pytest.approx(1.0, abs=0.03)
+    assert law.std is not None
+    assert "mean_exponent" in found.space.names
+    assert found.seed_spread().keys() == set(found.space.names)
+    assert found.unbounded_rmse_deg is not None
+    assert found.unbounded_rmse_deg <= found.rmse_deg
+    assert fingerprint_trouble(found.model) is None
+
+
+def test_the_command_says_what_it_chose(tmp_path: Path) -> None:
+    from rig.cli.identify import identify as command
+
+    assert ONE.p1_mpa is not None
+    assert ONE.p2_mpa is not None
+    columns = {
+        "t_s": ONE.t_s,
+        "dp_cmd_mpa": ONE.dp_cmd_mpa,
+        "p1_mpa": ONE.p1_mpa,
+        "p2_mpa": ONE.p2_mpa,
+        "angle_deg": ONE.angle_deg,
+    }
+    rows = np.column_stack([column for column in columns.values() if column is not None])
+    np.savetxt(tmp_path / "log.csv", rows, delimiter=",", header=",".join(columns), comments="", fmt="%.6f")
+    words = [
+        str(tmp_path / "log.csv"),
+        "-o",
+        str(tmp_path / "m.yaml"),
+        "--seeds",
+        "1",
+        "--iterations",
+        "20",
+        "--unbounded",
+        "--no-polish",
+    ]
+    done = CliRunner().invoke(command, [*words, "--json", str(tmp_path / "m.json")], catch_exceptions=False)
+    assert done.exit_code == 0
+    said = " ".join(done.output.split())
+    assert "driven by the measured pressures" in said
+    assert "mean_exponent held at 1" in said
+    assert "fingerprint from the measured pressures: it misses" in said
+    result = json.loads((tmp_path / "m.json").read_text(encoding="utf-8"))
+    assert result["input"] == "pressure"
+    assert result["mean_exponent"] == 1.0
+    model = load_model(tmp_path / "m.yaml")
+    assert fingerprint_trouble(model) is None
+    assert model.fingerprint is not None
+    assert result["fingerprint"]["weights"] == list(model.fingerprint.weights)
