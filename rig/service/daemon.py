@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import gc
 import logging
 import os
 import sys
@@ -112,6 +113,8 @@ class Daemon:
         ]
         for task in self._tasks:
             task.add_done_callback(self._task_ended)
+        gc.collect()
+        gc.freeze()  # what is there now stays: a full collection would walk through all of it, for tens of milliseconds
         self._notifier.say(READY=1, STATUS=self._keeper.state.name.lower())
         _LOG.info("listening at %s, rig %s, %s", self._settings.socket, self._parts.rig.name, self._keeper.state.name.lower())
 

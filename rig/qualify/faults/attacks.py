@@ -6,6 +6,7 @@ begin, connects and stops the rig, and looks at the terminals.
 
 import asyncio
 import contextlib
+import math
 import multiprocessing
 import random
 import socket
@@ -70,7 +71,7 @@ class Siege:
     def quantile(self, share: float) -> float:
         """Of the trials, by rank: 0.99 of a hundred is the last but one."""
         ordered = sorted(self.ms)
-        return ordered[min(int(len(ordered) * share), len(ordered) - 1)] if ordered else float("nan")
+        return ordered[max(math.ceil(len(ordered) * share) - 1, 0)] if ordered else math.nan
 
 
 # what the attackers do
