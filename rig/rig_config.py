@@ -109,6 +109,7 @@ def _check_pairs(limits: Limits, path: Path) -> None:
 def _calibration(path: Path, named: Path | None) -> dict[str, Any]:
     if named is None:
         return {}
+    require_file(path.parent / named, f"{path}: calibration", named)
     raw = read_yaml(path.parent / named)
     if not isinstance(raw, dict):
         raise ConfigError(f"{path.parent / named}: expected a mapping of roles to calibrations")
@@ -136,6 +137,12 @@ def _device(name: str, raw: object, roles: dict[str, str], path: Path) -> Device
         raise ConfigError(f"{path}: devices.{name}: no role names this device")
     settings = {key: value for key, value in raw.items() if key != "kind"}
     return DeviceEntry(name, raw["kind"], settings, mine)
+
+
+def require_file(place: Path, where: str, written: object) -> None:
+    """ConfigError when a file that a rig's YAML names is not there: the YAML and its key, what it says, and where that was looked for."""
+    if not place.is_file():
+        raise ConfigError(f"{where}: {written}: no such file; looked for at {place.resolve()}")
 
 
 def resolve_paths(settings: Any, base: Path) -> dict[str, Path]:

@@ -27,7 +27,7 @@ from rig.realtime.loop import Loop, LoopSettings
 from rig.realtime.program import Program
 from rig.realtime.rehearsal import NoDevice, Rehearsal
 from rig.realtime.ring import Ring, RingWriter
-from rig.rig_config import DeviceEntry, RigConfig, load_rig, resolve_paths
+from rig.rig_config import DeviceEntry, RigConfig, load_rig, require_file, resolve_paths
 from rig.service.processes import name_process
 from rig.service.session import LoopOrders
 
@@ -193,10 +193,19 @@ def load(path: Path | None) -> RigConfig:
     files = dict(rig.files)
     for entry in rig.devices:
         settings = device_settings(entry, rig, {})[1]
+        _require_files(entry, settings, rig.path)
         files |= {path.name: path.read_bytes() for path in _paths(settings)}
         if entry.kind == "emulated":
             files |= {name: data for name, data in load(settings.rig).files.items() if name != "rig.yaml"}
     return dataclasses.replace(rig, files=files)
+
+
+def _require_files(entry: DeviceEntry, settings: Any, path: Path) -> None:
+    """ConfigError when a YAML file that a device's settings name is not there. What else they name, the device looks for itself."""
+    for field in dataclasses.fields(settings):
+        place, written = getattr(settings, field.name), entry.settings.get(field.name)
+        if isinstance(place, Path) and place.suffix in (".yaml", ".yml") and written is not None:
+            require_file(place, f"{path}: devices.{entry.name}.{field.name}", written)
 
 
 def _paths(settings: Any) -> list[Path]:
