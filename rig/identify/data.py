@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
 from rig.errors import RecordError
+from rig.identify.mix_ups import mix_ups, strange_clock
 from rig.model.parameters import Input, Model
 from rig.model.resample import held_commands, is_regular, on_grid
 from rig.record import Column, Record
@@ -77,12 +78,14 @@ def prepare(record: Record, model: Model, options: Options | None = None) -> Pre
     """`record` ready to be fitted by, or compared with, `model`; RecordError in one line when it cannot be."""
     allowed = options or Options()
     record = cut(record, allowed)
+    if not allowed.trust_units:
+        _check_clock(record)
     _check_times(record, model.sample_time_s, allowed.resample)
     _check_columns(record, model.muscle.input)
     if not allowed.trust_units:
         _check_units(record)
     _check_excitation(record, model.muscle.input)
-    warnings = _missing(record)
+    warnings = _missing(record) + mix_ups(record)
     repeated = repeated_packets(record)
     if np.mean(repeated) > LEAST_REPEATS:
         warnings.append(
@@ -187,6 +190,11 @@ def strange_units(record: Record) -> str | None:
 def _largest(column: Column | None) -> float:
     known = np.empty(0) if column is None else column[np.isfinite(column)]
     return float(np.max(np.abs(known), initial=0.0))
+
+
+def _check_clock(record: Record) -> None:
+    if strange := strange_clock(record):
+        raise RecordError(f"{record.name}: {strange} `pamrig log import` converts units, --trust-units takes it as it stands")
 
 
 def _check_units(record: Record) -> None:

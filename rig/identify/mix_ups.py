@@ -1,0 +1,46 @@
+"""Columns that look exchanged, turned round or in another unit of time: what somebody at the rig should look at first."""
+
+from typing import Final
+
+import numpy as np
+
+from rig.record import Column, Record
+
+SLOWEST_S: Final = 0.5
+"""No record of a rig whose muscles answer within 0.1 s is sampled more slowly; what looks so is in another unit."""
+OPPOSED: Final = -0.7
+"""Correlation from which on two columns run against each other; those that belong together reach +0.9 and more."""
+
+
+def strange_clock(record: Record) -> str | None:
+    """What no clock of this kind of rig shows, and the unit that the time may be in."""
+    if len(record) < 2 or record.period_s < SLOWEST_S:
+        return None
+    unit = "ms" if record.period_s < 500.0 else "us" if record.period_s < 5e5 else "ns"
+    return f"t_s rises by {record.period_s:.4g} a row, too slow for this kind of rig; is t_s in {unit}?"
+
+
+def mix_ups(record: Record) -> list[str]:
+    """Measured pressures that run against the command, in words; the angle says which of the two is the wrong way round."""
+    if record.p1_mpa is None or record.p2_mpa is None:
+        return []
+    against = correlation(record.dp_mpa, record.dp_cmd_mpa)
+    if against > OPPOSED:
+        return []
+    measured = f"{record.name}: p1 - p2 as measured falls where dp_cmd_mpa rises (correlation {against:.2f})"
+    if record.p1_cmd_mpa is not None and correlation(record.p1_mpa, record.p1_cmd_mpa) <= OPPOSED:
+        return [f"{measured}: p1 and p2 look swapped; each follows the other's set-point"]
+    turned = 0.0 if record.angle_deg is None else correlation(record.angle_deg, record.dp_cmd_mpa)
+    if turned >= -OPPOSED:
+        return [f"{measured}, and the angle follows the command: p1 and p2 look swapped"]
+    if turned <= OPPOSED:
+        return [f"{measured}, and so does the angle: dp_cmd_mpa has the other sign"]
+    return [f"{measured}: p1 and p2 look swapped, or dp_cmd_mpa has the other sign"]
+
+
+def correlation(a: Column, b: Column) -> float:
+    """Between -1 and 1 over the rows that both have; 0 where one of them stands still."""
+    there = np.isfinite(a) & np.isfinite(b)
+    if there.sum() < 2 or not np.ptp(a[there]) or not np.ptp(b[there]):
+        return 0.0
+    return float(np.corrcoef(a[there], b[there])[0, 1])
