@@ -17,6 +17,7 @@ from rig.gap.records.settings import (
     FEWEST_VALUES,
     LONGEST_BURST_S,
     MOST_DIFFERENT,
+    MOST_MOVED,
     OWN_STEPS,
     RAIL_STEPS,
     RECOVERY_ROWS,
@@ -134,7 +135,8 @@ def _back_at(column: Column, start: int, end: int, jump: float) -> int | None:
     if not depth > jump:
         return None
     for row in range(end, min(end + RECOVERY_ROWS + 1, len(column))):
-        if abs(column[row] - before) < RETURNS * depth:
+        moved = (row - start + 1) * jump / OWN_STEPS
+        if abs(column[row] - before) < min(max(RETURNS * depth, moved), MOST_MOVED * depth):
             return row
     return end if end == len(column) else None
 

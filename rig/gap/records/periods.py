@@ -18,7 +18,14 @@ def period_rows(command: Column) -> int | None:
         return None
     rows = int(past[0] + np.argmax(tail > PERIODIC * tail.max()))
     rows += int(np.argmax(overlap[rows : rows + max(rows // 10, 2)]))
+    rows = _closest(command, rows)
     return rows if FEWEST_PERIODS * rows <= len(command) else None
+
+
+def _closest(command: Column, rows: int) -> int:
+    """The period nearby after which the command differs least: an autocorrelation of few periods peaks a little beside it."""
+    near = range(max(rows - max(rows // 20, 3), 2), min(rows + max(rows // 20, 3), len(command) - 2) + 1)
+    return min(near, key=lambda k: float(np.mean((command[k:] - command[:-k]) ** 2)))
 
 
 def whole_periods(command: Column) -> int:

@@ -14,8 +14,10 @@ OWN_STEPS = 2.0
 Lower: heavy-tailed noise counts; higher: falls from near the rail are missed (their share is computed from the others)."""
 RECOVERY_ROWS = 3
 """Rows in which a filter behind the sensor comes back after a fall; they are taken out with it."""
-RETURNS = 0.5
-"""After a drop-out the sensor reads what it read before, within this share of the jump: a square wave does not come back."""
+RETURNS = 0.15
+"""After a drop-out the sensor reads what it read before, within this share of the jump: a filter is not back before, ..."""
+MOST_MOVED = 0.5
+"""... or within what the joint can have moved meanwhile, but at most this share of the jump: a square wave does not come back."""
 FEWEST_ROWS = 3
 """Rows of a column in which a fall and its two sides fit."""
 FEWEST_VALUES, MOST_DIFFERENT = 3, 0.5

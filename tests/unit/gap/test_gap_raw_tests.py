@@ -1,0 +1,145 @@
+"""Tests on the raw samples: each threshold from both sides, drop-outs and lost samples at small rates, intervals that hold the truth."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rig.columns import white_noise
+from rig.gap.raw_tests.quantisation import quantisation_step
+from rig.gap.raw_tests.read import read_signatures
+from rig.gap.raw_tests.settings import COARSER, DAYS_MEAN_MPA, HIGHEST_CONFIDENCE
+from rig.gap.raw_tests.signature import Signature
+from rig.gap.raw_tests.statistics import by_chance, wilson
+from rig.gap.records.dropouts import without_dropouts
+from rig.gap.records.pairs import pair_up
+from rig.record import Column, Record
+
+T = np.arange(0.0, 20.0, 0.005)
+STEP_DEG = 345.0 / 4096
+Change = Callable[[Column, np.random.Generator], Column]
+
+
+def day(seed: int, change: Change | None = None) -> list[Record]:
+    """Two sweeps of 20 deg on a 12-bit converter with 0.05 deg of noise."""
+    random = np.random.default_rng(seed)
+    records = []
+    for hertz in (0.5, 0.9):
+        command = 0.2 * np.sin(2 * np.pi * hertz * T)
+        read = 100.0 * command + 3.0 + 0.05 * random.standard_normal(len(T))
+        angle = STEP_DEG * np.round(read / STEP_DEG)
+        records.append(Record(f"sine_{hertz}", T, command, angle_deg=angle if change is None else change(angle, random)))
+    return records
+
+
+def results(records: list[Record]) -> dict[str, Signature]:
+    return {one.test: one for one in read_signatures(pair_up(records, [day(k) for k in (1, 2, 3)], 0.2).pairs)}
+
+
+def found_in(change: Change, seed: int = 11) -> dict[str, Signature]:
+    return {name: one for name, one in results(day(seed, change)).items() if one.found}
+
+
+def falling(share: float, rail: float, run: int = 1) -> Change:
+    def fall(angle: Column, random: np.random.Generator) -> Column:
+        out = angle.copy()
+        for start in np.flatnonzero(random.random(len(angle)) < share / run):
+            out[start : start + run] = rail
+        return out
+
+    return fall
+
+
+def repeating(share: float) -> Change:
+    def repeat(angle: Column, random: np.random.Generator) -> Column:
+        lost = random.random(len(angle)) < share
+        lost[0] = False
+        return angle[np.maximum.accumulate(np.where(lost, 0, np.arange(len(angle))))]
+
+    return repeat
+
+
+def test_a_healthy_day_shows_nothing() -> None:
+    for seed in (11, 12, 13):
+        assert found_in(lambda angle, _: angle, seed) == {}
+
+
+@pytest.mark.parametrize("share", [0.005, 0.05, 0.2])
+@pytest.mark.parametrize(("rail", "run"), [(0.0, 1), (-172.5, 3)])
+def test_drop_outs_are_found_alone_and_measured(share: float, rail: float, run: int) -> None:
+    found = found_in(falling(share, rail, run))
+    assert list(found) == ["drop-outs"]
+    sizes = found["drop-outs"].sizes
+    assert sizes["probability"].value == pytest.approx(share, rel=0.35)
+    assert sizes["probability"].low < share * 1.1
+    assert sizes["probability"].high > share * 0.9
+    assert sizes["rail_deg"].value == pytest.approx(rail)
+
+
+def test_lost_samples_and_zeros_are_told_apart_and_are_no_noise() -> None:
+    found = found_in(lambda angle, random: falling(0.01, 0.0)(repeating(0.01)(angle, random), random))
+    assert set(found) == {"repeated samples", "drop-outs"}
+
+
+def test_lost_samples_are_measured() -> None:
+    probability = found_in(repeating(0.02))["repeated samples"].sizes["probability"]
+    assert probability.low < 0.02 < probability.high
+
+
+def test_more_noise_is_noise_and_no_lost_sample() -> None:
+    found = found_in(lambda angle, random: STEP_DEG * np.round((angle + 0.3 * random.standard_t(4, len(angle))) / STEP_DEG))
+    assert set(found) == {"noise"}
+
+
+def test_two_falls_are_outliers_and_three_are_drop_outs() -> None:
+    for count, taken in ((2, 0), (3, 3)):
+        angle = day(5)[0].angle_deg
+        assert angle is not None
+        angle = angle.copy()
+        angle[[300, 900, 1500][:count]] = -172.5
+        cleaned, _ = without_dropouts([replace(day(5)[0], angle_deg=angle)])
+        assert cleaned[0].angle_deg is not None
+        assert np.isnan(cleaned[0].angle_deg).sum() == taken
+
+
+def test_a_filter_s_way_back_is_taken_out_with_the_fall() -> None:
+    angle = day(5)[0].angle_deg
+    assert angle is not None
+    angle = angle.copy()
+    for start in (300, 900, 1500):
+        angle[start : start + 3] += np.array([1.0, 0.5, 0.25]) * (-172.5 - angle[start : start + 3])
+    cleaned, _ = without_dropouts([replace(day(5)[0], angle_deg=angle)])
+    assert cleaned[0].angle_deg is not None
+    assert np.nanmin(cleaned[0].angle_deg) > -25.0
+
+
+def test_a_sensor_that_is_clipped_does_not_drop_out() -> None:
+    cleaned, found = without_dropouts([replace(one, angle_deg=np.clip(one.angle_deg, -15.0, 15.0)) for one in day(6)])
+    assert found == [(), ()]
+    assert all(np.isfinite(one.angle_deg).all() for one in cleaned if one.angle_deg is not None)
+
+
+@pytest.mark.parametrize(("factor", "is_found"), [(0.95 * COARSER, False), (1.05 * COARSER, True)])
+def test_a_step_is_a_finding_from_its_threshold_on(factor: float, is_found: bool) -> None:
+    def on(step: float) -> list[Record]:
+        return [replace(one, angle_deg=step * np.round(one.angle_deg / step)) for one in day(7) if one.angle_deg is not None]
+
+    assert quantisation_step(on(0.3 * factor), [on(0.3)]).found is is_found
+
+
+def test_what_is_stated_comes_from_the_samples() -> None:
+    assert wilson(5, 1000)[0] < 0.005 < wilson(5, 1000)[1]
+    assert wilson(5, 1000, run=3.0)[1] > wilson(5, 1000)[1], "bursts are fewer independent samples"
+    assert by_chance(5.0, 1.0) < by_chance(5.0, 1.0, degrees=4.0), "few days know their spread badly"
+    assert DAYS_MEAN_MPA > 0.0
+    plain = Signature("noise", "sensor_noise", True, 1.0, 0.5, "deg", "", p_value=1e-9)
+    assert plain.confidence == HIGHEST_CONFIDENCE
+    assert replace(plain, p_value=0.05).confidence == pytest.approx(0.6)
+    assert replace(plain, found=False).confidence == 0.0
+
+
+def test_missing_values_are_no_noise() -> None:
+    column = np.random.default_rng(1).standard_normal(5000)
+    column[::50] = np.nan
+    assert white_noise([column]) == pytest.approx(1.0, rel=0.06)

@@ -1,0 +1,122 @@
+"""What pairs with what: each rule on both sides of its limit; the start, the input and the periods of a sweep."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rig.errors import RecordError
+from rig.gap.records.alignment import align
+from rig.gap.records.conditions import difference
+from rig.gap.records.pairs import pair_up
+from rig.gap.records.partners import find_partner
+from rig.gap.records.periods import period_rows, whole_periods
+from rig.gap.records.settings import MOST_SHIFT_S, SAME_COMMAND
+from rig.gap.records.usable import usable
+from rig.record import Column, Record
+
+T = np.arange(0.0, 10.0, 0.005)
+
+
+def record(name: str = "sine", hertz: float = 0.5, scale: float = 1.0, late_s: float = 0.0, **facts: object) -> Record:
+    """A joint of 100 deg/MPa without dynamics under a sine, or a part of one."""
+    command = 0.1 * scale * np.sin(2 * np.pi * hertz * (T - late_s))
+    return Record(name, T, command, angle_deg=100.0 * command, facts=facts)
+
+
+def chirp(late_s: float = 0.0) -> Record:
+    return Record("chirp", T, command := 0.1 * np.sin(2.0 * (T - late_s) ** 1.7 * (late_s < T)), angle_deg=100 * command)
+
+
+def test_commands_are_the_same_up_to_a_tenth_of_their_spread() -> None:
+    assert align(record(), record(scale=1.0 + 0.9 * SAME_COMMAND)).same
+    assert not align(record(), record(scale=1.0 + 1.1 * SAME_COMMAND)).same
+
+
+def test_a_phase_and_a_late_start_are_taken_out() -> None:
+    assert align(record(), record(late_s=0.37)).shift_s == pytest.approx(0.37, abs=1e-3)
+    assert align(chirp(), replace(chirp(), **_later(chirp(), 60))).shift_s == pytest.approx(-0.3, abs=5e-3)
+    assert not align(chirp(), replace(chirp(), **_later(chirp(), round(1.5 * MOST_SHIFT_S / 0.005)))).same
+
+
+def _later(sweep: Record, rows: int) -> dict[str, Column]:
+    """The same sweep whose record begins so many rows into it."""
+    assert sweep.angle_deg is not None
+    return {name: np.roll(column, -rows) for name, column in (("dp_cmd_mpa", sweep.dp_cmd_mpa), ("angle_deg", sweep.angle_deg))}
+
+
+def test_a_baseline_of_another_phase_lies_on_the_cases_clock() -> None:
+    pairing = pair_up([record()], [[record(late_s=0.4)]], 0.2)
+    pair = pairing.pairs[0]
+    assert pairing.matches[0].shift_s == pytest.approx(0.4, abs=1e-3)
+    assert np.max(np.abs((pair.case.angle_deg - pair.sessions[0].angle_deg) * pair.used)) < 0.05
+
+
+def test_a_name_that_the_session_has_decides() -> None:
+    other = record("sine", hertz=0.9)
+    partner, match = find_partner(record("sine"), [other, record("another")], 1)
+    assert partner is None
+    assert match.off is not None
+    assert match.off > match.limit
+    assert "the command of sine differs" in match.why
+    assert find_partner(record("sine"), [record("another")], 1)[1].by == "command"
+
+
+@pytest.mark.parametrize(("kg", "pairs"), [(1.04, True), (1.08, False)])
+def test_another_load_is_another_sweep(kg: float, pairs: bool) -> None:
+    partner, match = find_partner(record(load_kg=1.0), [record(load_kg=kg)], 1)
+    assert (partner is not None) is pairs
+    assert pairs or "load_kg is 1, not 1.08" in match.why
+
+
+@pytest.mark.parametrize(
+    ("name", "near", "far"), [("p0_mpa", 0.209, 0.211), ("temperature_c", 4.9, 5.3), ("tension_n", 0.205, 0.22)]
+)
+def test_every_condition_has_its_limit(name: str, near: float, far: float) -> None:
+    own = record(**{name: 0.2})
+    assert difference(own, record(**{name: near})) is None
+    assert difference(own, record(**{name: far})) is not None
+
+
+def test_a_condition_may_be_a_column_or_a_word() -> None:
+    warm = replace(record(), extra={"temperature_c": np.full(len(T), 40.0)})
+    assert difference(warm, record(temperature_c=20.0)) is not None
+    assert difference(record(load="weight A"), record(load="weight B")) is not None
+    assert difference(record(load="weight A"), record()) is None, "what only one says is not compared"
+
+
+def test_records_of_one_command_under_several_loads_do_not_collapse() -> None:
+    session = [record("light", load_kg=0.5), record("heavy", load_kg=2.0)]
+    assert find_partner(record("case", load_kg=2.0), session, 1)[1].partner == "heavy"
+    assert "differ in load_kg" in find_partner(record("case"), session, 1)[1].why
+
+
+def test_sessions_that_pair_with_nothing_are_refused_with_how_far_off() -> None:
+    with pytest.raises(
+        RecordError, match=r"none of 2 baseline sessions pairs with a record: sine: .* differs by .* allowed: 10 %"
+    ):
+        pair_up([record()], [[record(hertz=0.9)], [record(hertz=1.3)]], 0.2)
+
+
+def test_a_measured_input_is_compared_at_the_cases_own() -> None:
+    pairing = pair_up([record(scale=1.05)], [[record()]], 0.2)
+    pair = pairing.pairs[0]
+    left = (pair.case.angle_deg - pair.sessions[0].angle_deg) * pair.used
+    assert np.std(left) < 0.05 * np.std(0.05 * pair.case.angle_deg)
+    assert any("they are taken at its own" in note for note in pairing.notes)
+
+
+@pytest.mark.parametrize(("seconds", "whole"), [(7.0, 6.0), (5.9, 5.9)])
+def test_periodic_records_are_cut_to_whole_periods(seconds: float, whole: float) -> None:
+    command = np.sin(2 * np.pi * 0.5 * np.arange(0.0, seconds, 0.01))
+    assert whole_periods(command) == pytest.approx(100 * whole, abs=2)
+
+
+def test_a_chirp_has_no_period() -> None:
+    assert period_rows(chirp().dp_cmd_mpa) is None
+
+
+def test_a_short_record_is_told_with_its_duration() -> None:
+    notes: list[str] = []
+    assert not usable(record().rows(T < 1.5), notes)
+    assert "300 rows in 1.495 s; needed: at least 50 rows and 2 s" in notes[0]
