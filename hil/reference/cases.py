@@ -43,6 +43,9 @@ SHARES: Final = {"none": 0.30, "foreign": 0.15, "pair": 0.15}
 """Of all cases; the rest are single effects. 400 cases: 120, 60, 60, 160."""
 
 
+DAYS, SISTERS = "days", "sisters"
+
+
 class Purpose(StrEnum):
     DEVELOPMENT = "development"
     SCORING = "scoring"
@@ -67,6 +70,8 @@ class Case:
     baselines: int
     """How many baseline days the diagnosis gets: 3 or 6."""
     family: str = NAMES[0]
+    against: str = DAYS
+    """What its gap is measured by: what days differ by, or what sisters do (for a simulator that was made for another rig)."""
 
     @property
     def unit(self) -> int:
@@ -93,6 +98,14 @@ class Bench:
     """Root mean square by which a healthy day's angle differs from the mean of the other days."""
     floor_mpa: float
     """The same of p1 and p2."""
+    sister: Named
+    """A healthy day of another rig of the build under the same commands."""
+    sister_deg: float
+    """Root mean square by which its angle differs from the mean of this unit's days."""
+
+    def scale(self, against: str) -> float:
+        """What a gap is measured by, in floors."""
+        return self.sister_deg / self.floor_deg if against == SISTERS else 1.0
 
 
 @dataclass(frozen=True)
@@ -111,13 +124,13 @@ class Made:
 
 
 def draw_sheet(
-    purpose: Purpose, seed: int, n: int, family_name: str = NAMES[0], known: Sequence[str] | None = None
+    purpose: Purpose, seed: int, n: int, family_name: str = NAMES[0], known: Sequence[str] | None = None, against: str = DAYS
 ) -> list[Case]:
     """n cases in an order that tells nothing; the same arguments give the same sheet.
 
     `known`: the effects to draw from in place of all that the family has (a library that is short of one cannot be asked for it).
     """
-    random, chosen = _random(purpose, family_name, seed, 0), family(family_name)
+    random, chosen = _random(purpose, (family_name, against), seed, 0), family(family_name)
     effects = {name: law for name, law in chosen.effects.items() if known is None or name in known}
     kinds = [kind for kind, share in SHARES.items() for _ in range(round(share * n))]
     kinds += ["single"] * (n - len(kinds))
@@ -125,7 +138,7 @@ def draw_sheet(
     drawn = {"none": _endless(random, [()]), "single": singles, "foreign": foreign, "pair": pairs}
     rows = [(kind, next(drawn[kind])) for kind in kinds]
     order = random.permutation(n)
-    return [_draw_case(purpose, seed, number, *rows[int(order[number])], chosen, random) for number in range(n)]
+    return [_draw_case(purpose, seed, number, *rows[int(order[number])], (family_name, against), random) for number in range(n)]
 
 
 def draw_bench(chosen: Family, plant: Unit, random: Generator) -> Bench:
@@ -140,18 +153,22 @@ def draw_bench(chosen: Family, plant: Unit, random: Generator) -> Bench:
         for column in ("angle_deg", "p1_mpa", "p2_mpa")
     ]
     floor_mpa = math.hypot(floors[1], floors[2])
-    return Bench(chosen, plant, drift, excitations, untouched, days, baselines, floors[0], floor_mpa)
+    other = chosen.make(int(random.integers(2**31)))
+    sister = record_day(other, other.session(int(random.integers(2**31)), drift), excitations)
+    return Bench(
+        chosen, plant, drift, excitations, untouched, days, baselines, floors[0], floor_mpa, sister, _apart(sister, baselines)
+    )
 
 
 @lru_cache(maxsize=4)
-def _bench(purpose: Purpose, family_name: str, seed: int, number: int) -> Bench:
-    random, chosen = _random(purpose, family_name, seed, 1, number), family(family_name)
+def _bench(purpose: Purpose, branch: tuple[str, str], seed: int, number: int) -> Bench:
+    random, chosen = _random(purpose, branch, seed, 1, number), family(branch[0])
     return draw_bench(chosen, chosen.make(int(random.integers(2**31))), random)
 
 
 def bench_of(case: Case) -> Bench:
     """The unit and its baselines on which the case is recorded."""
-    return _bench(case.purpose, case.family, case.seed, case.unit)
+    return _bench(case.purpose, (case.family, case.against), case.seed, case.unit)
 
 
 def record_day(plant: Unit, day: Session, excitations: Sequence[Excitation], disturbance: Disturbance = None) -> Named:
@@ -168,16 +185,17 @@ def realise(case: Case, bench: Bench, sizes: Mapping[str, float] | None = None) 
 
     `sizes` from an earlier call spare the search.
     """
-    random = _random(case.purpose, case.family, case.seed, 2, case.number)
+    random = _random(case.purpose, (case.family, case.against), case.seed, 2, case.number)
     day = bench.plant.session(int(random.integers(2**31)), bench.drift)
     parts: list[Disturbance] = []
     effects: dict[str, dict[str, Any]] = {}
     for effect, sign, wanted in zip(case.effects, case.signs, case.wanted_ratios, strict=True):
         entry, detail = bench.family.laws[effect], int(random.integers(2**31))
-        size, ratio = _size_for(entry, sign, wanted, detail, day, bench) if sizes is None else (sizes[effect], wanted)
+        scale = bench.scale(case.against)
+        size, ratio = (sizes[effect], wanted * scale) if sizes else _size_for(entry, sign, wanted * scale, detail, day, bench)
         parts.append(entry.law(size, np.random.default_rng(detail)))
         effects[effect] = {
-            "stage": entry.stage, "size": size, "unit": entry.unit, "library_parameter": entry.library_parameter, "ratio": ratio
+            "stage": entry.stage, "size": size, "unit": entry.unit, "library_parameter": entry.library_parameter, "ratio": ratio / scale
         }  # fmt: skip
     return _recorded(case, effects, merged(bench.family.healthy, parts), day, bench)
 
@@ -187,7 +205,7 @@ def made_to_order(family_name: str, unit_seed: int, sizes: Mapping[str, float], 
 
     Days, excitations and what is no size come from `seed`. RigError for a family or an effect that is not there.
     """
-    random, chosen = _random(Purpose.DEVELOPMENT, family_name, seed, 3, unit_seed), family(family_name)
+    random, chosen = _random(Purpose.DEVELOPMENT, (family_name, DAYS), seed, 3, unit_seed), family(family_name)
     bench = draw_bench(chosen, chosen.make(unit_seed), random)
     signs, kind = tuple(1 if size >= 0.0 else -1 for size in sizes.values()), ("none", "single", "pair")[min(len(sizes), 2)]
     case = Case(Purpose.DEVELOPMENT, seed, 0, kind, tuple(sizes), signs, (math.nan,) * len(sizes), BASELINE_DAYS, family_name)
@@ -201,12 +219,13 @@ def _recorded(case: Case, effects: dict[str, dict[str, Any]], disturbance: Distu
 
 
 def _draw_case(
-    purpose: Purpose, seed: int, number: int, kind: str, effects: tuple[str, ...], chosen: Family, random: Generator
+    purpose: Purpose, seed: int, number: int, kind: str, effects: tuple[str, ...], branch: tuple[str, str], random: Generator
 ) -> Case:
+    laws = family(branch[0]).laws
     low, high = RATIO_RANGE if kind == "single" else CLEAR_RANGE
     ratios = np.exp(random.uniform(math.log(low), math.log(high), len(effects))).tolist()
-    signs = [int(random.choice((-1, 1))) if chosen.laws[effect].signed else 1 for effect in effects]
-    return Case(purpose, seed, number, kind, effects, tuple(signs), tuple(ratios), int(random.choice((3, 6))), chosen.name)
+    signs = [int(random.choice((-1, 1))) if laws[effect].signed else 1 for effect in effects]
+    return Case(purpose, seed, number, kind, effects, tuple(signs), tuple(ratios), int(random.choice((3, 6))), *branch)
 
 
 def _size_for(entry: EffectLaw, sign: int, wanted: float, detail: int, day: Session, bench: Bench) -> tuple[float, float]:
@@ -276,7 +295,13 @@ def _endless(random: Generator, items: list[tuple[str, ...]]) -> Iterator[tuple[
             yield items[int(index)]
 
 
-def _random(purpose: Purpose, family_name: str, *path: int) -> Generator:
-    """A branch of the random tree; the first family's are those from before there was another."""
-    branch = () if family_name == NAMES[0] else (zlib.crc32(family_name.encode()),)
-    return np.random.default_rng(SeedSequence((_ROOT[purpose], *path), spawn_key=branch))
+def _apart(sister: Named, days: Sequence[Named]) -> float:
+    """Root mean square of the angle (deg) by which a rig differs from another's mean day."""
+    means = {name: np.mean([day[name]["angle_deg"] for day in days], axis=0) for name in sister}
+    return math.sqrt(float(np.mean([np.mean((sister[name]["angle_deg"] - means[name]) ** 2) for name in sister])))
+
+
+def _random(purpose: Purpose, branch: tuple[str, str], *path: int) -> Generator:
+    """A branch of the random tree by family and measure; the first family's is the one from before there was another."""
+    names = [name for name in branch if name not in (NAMES[0], DAYS)]
+    return np.random.default_rng(SeedSequence((_ROOT[purpose], *path), spawn_key=[zlib.crc32(name.encode()) for name in names]))

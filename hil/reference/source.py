@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from hil.reference.cases import Case, Purpose, bench_of, draw_sheet, realise, record_day
+from hil.reference.cases import DAYS, SISTERS, Case, Purpose, bench_of, draw_sheet, realise, record_day
 from hil.reference.compiling import Array
 from hil.reference.families import NAMES, Disturbance, Named, Session, Unit
 
@@ -24,6 +24,7 @@ class Bench:
     p0_mpa: float
     baselines: list[Named]
     untouched: list[Named]
+    sister: Named
 
 
 @dataclass(frozen=True)
@@ -37,31 +38,39 @@ class Carried:
 
 @dataclass(frozen=True)
 class PhysicsSource:
-    """Cases of one purpose and family; a development source never gives a scoring case."""
+    """Cases of one purpose, shared out evenly among the families and measures; a development source never gives a scoring case."""
 
     purpose: Purpose = Purpose.SCORING
-    family: str = NAMES[0]
+    families: tuple[str, ...] = NAMES[:1]
+    against: tuple[str, ...] = (DAYS,)
     known: tuple[str, ...] | None = None
     """Effects to draw from; all of the family's unless said."""
 
     def sheet(self, seed: int, cases: int) -> list[dict[str, Any]]:
-        return [case.label() for case in draw_sheet(self.purpose, seed, cases, self.family, self.known)]
+        parts = [(family, against) for family in self.families for against in self.against]
+        shares = [cases * (k + 1) // len(parts) - cases * k // len(parts) for k in range(len(parts))]
+        sheets = [
+            draw_sheet(self.purpose, seed, share, family, self.known, against)
+            for share, (family, against) in zip(shares, parts, strict=True)
+        ]
+        return [case.label() for sheet in sheets for case in sheet]
 
     def bench_key(self, label: dict[str, Any]) -> str:
         case = _case(label)
-        return f"{case.family}-{case.seed}-{case.unit}"
+        return f"{case.family}-{case.against}-{case.seed}-{case.unit}"
 
     def bench(self, label: dict[str, Any]) -> Bench:
         bench = bench_of(_case(label))
         untouched = [record_day(bench.plant, day, bench.untouched) for day in bench.days[:UNTOUCHED_DAYS]]
-        return Bench(bench.excitations[0].p0_mpa, list(bench.baselines), untouched)
+        return Bench(bench.excitations[0].p0_mpa, list(bench.baselines), untouched, bench.sister)
 
     def case(self, label: dict[str, Any]) -> Carried:
         case = _case(label)
         bench = bench_of(case)
         made = realise(case, bench)
         facts = {"effects": made.effects, "ratio_angle": made.ratio_angle, "ratio_pressure": made.ratio_pressure}
-        facts |= {"floor_deg": bench.floor_deg, "drift": bench.drift}
+        facts |= {"ratio_sisters": made.ratio_angle / bench.scale(SISTERS)}
+        facts |= {"floor_deg": bench.floor_deg, "sister_deg": bench.sister_deg, "drift": bench.drift}
         return Carried(made.records, record_day(bench.plant, made.day, bench.untouched, made.disturbance), facts)
 
     def repeat(self, label: dict[str, Any], facts: Mapping[str, Any], commands: Commands) -> tuple[Named, list[Named]]:

@@ -7,17 +7,21 @@ from pathlib import Path
 from typing import Any
 
 from hil.reference.cases import Purpose
+from hil.reference.families import NAMES as FAMILIES
 from hil.reference.source import PhysicsSource
 from rig.app.terminal import progress
 from rig.blind_check.folder import CheckFolder
 from rig.blind_check.generate import draw, open_labels
+from rig.blind_check.modes import GROUPS, measures_of, names_of
 from rig.errors import RecordError
+from rig.gap.hypotheses.library import LIBRARY
 from rig.parallel import each, executor
 
 
-def source_of(development: bool) -> Any:
-    """The generator: this is the only place that knows both it and the check."""
-    return PhysicsSource(Purpose.DEVELOPMENT if development else Purpose.SCORING)
+def source_of(development: bool, families: Sequence[str] = FAMILIES, groups: Sequence[str] = tuple(GROUPS)) -> Any:
+    """The generator: this is the only place that knows both it and the check. Effects that the library lacks are not asked for."""
+    purpose = Purpose.DEVELOPMENT if development else Purpose.SCORING
+    return PhysicsSource(purpose, tuple(families) or FAMILIES, measures_of(groups or GROUPS), tuple(LIBRARY))
 
 
 def new_folder() -> Path:
@@ -25,11 +29,11 @@ def new_folder() -> Path:
     return Path("logs").absolute() / f"check_{datetime.now().astimezone():%Y%m%d_%H%M%S}"
 
 
-def seal(source: Any, folder: CheckFolder, cases: int, seed: int | None) -> str:
+def seal(source: Any, folder: CheckFolder, cases: int, seed: int | None, groups: Sequence[str] = ()) -> str:
     """Seal the labels, or go on with those that are there; their SHA-256, before anything is computed."""
     if seed is None:
         seed = open_labels(folder)[1] if folder.sealed.exists() else secrets.randbits(48)
-    return draw(source, folder.root, seed, cases)
+    return draw(source, folder.root, seed, cases, names_of(groups or GROUPS))
 
 
 def questions_in(place: CheckFolder) -> list[str]:

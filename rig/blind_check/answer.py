@@ -14,7 +14,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from rig.blind_check import sandbox
-from rig.blind_check.folder import read_json, write_json
+from rig.blind_check.folder import MODEL_FILES, read_json, write_json
+from rig.blind_check.modes import DEFAULT, MODES, Mode
 from rig.errors import RecordError, RigError
 
 KEPT_ENVIRONMENT: Final = ("PATH", "LANG", "LC_ALL", "LD_LIBRARY_PATH", "TZ")
@@ -76,35 +77,40 @@ def answer_question(place: Path) -> dict[str, Any]:
     """The answers of one question, mode by mode: diagnosis as JSON, augmented model, seconds, or the error."""
     from rig.blind_check.naive import naive_answers
     from rig.log.reader import read
-    from rig.model.parameters import load_model
 
-    told, model_path = place / "question.json", place / "model.yaml"
-    question = read_json(told) if told.exists() else {"modes": ["pressures", "angle"], "leave_out": []}
-    model, records = load_model(model_path) if model_path.exists() else None, read(place / "records")
+    told = place / "question.json"
+    question = read_json(told) if told.exists() else {"modes": list(DEFAULT), "leave_out": []}
+    records = read(place / "records")
     days = [read(day) for day in sorted((place / "baselines").glob("day_*"))] if (place / "baselines").is_dir() else []
     modes: dict[str, Any] = {}
-    for mode in question["modes"]:
+    for name in question["modes"]:
         begun, worked = time.perf_counter(), time.process_time()
         try:
-            said = diagnosed(model, records, [] if mode == "no_baseline" else days, mode, question["leave_out"])
+            said = diagnosed(place, records, days, MODES[name], question["leave_out"])
         except _FAILURES as error:
             said = {"error": f"{type(error).__name__}: {error}"}
-        modes[mode] = said | {"seconds": time.perf_counter() - begun, "cpu_seconds": time.process_time() - worked}
+        modes[name] = said | {"seconds": time.perf_counter() - begun, "cpu_seconds": time.process_time() - worked}
     naive = {mode: naive_answers(records, days, place.name, mode == "pressures") for mode in ("pressures", "angle")}
     return {"modes": modes, "naive": naive, "leave_out": question["leave_out"]}
 
 
-def diagnosed(model: Any, records: Sequence[Any], days: Sequence[Any], mode: str, leave_out: Sequence[str]) -> dict[str, Any]:
+def diagnosed(place: Path, records: Sequence[Any], days: Sequence[Any], mode: Mode, leave_out: Sequence[str]) -> dict[str, Any]:
     """The diagnosis in one mode as plain data, and what it adds to the simulator."""
     from rig.gap.answer.augment import augmented
     from rig.gap.diagnosis import diagnose_with_grounds
     from rig.gap.hypotheses.library import LIBRARY
+    from rig.model.parameters import load_model
 
-    library = [name for name in LIBRARY if name not in leave_out] if mode == "withheld" else None
-    diagnosis, findings = diagnose_with_grounds(model, records, days, pressures=mode != "angle", library=library)
+    path = place / MODEL_FILES[mode.model]
+    model, chosen = load_model(path) if path.exists() else None, days[: mode.days]
+    library = [name for name in LIBRARY if name not in leave_out] if mode.withheld else None
+    reference = "auto" if mode.reference == "sessions" and len(chosen) < 2 else mode.reference
+    diagnosis, grounds = diagnose_with_grounds(
+        model, records, chosen, pressures=mode.pressures, library=library, reference=reference
+    )
     if model is None:
         return {"diagnosis": diagnosis.to_json(), "added": []}
-    simulator = augmented(model, diagnosis, findings.prepared)
+    simulator = augmented(model, diagnosis, grounds.prepared)
     added = [{"effect": each.effect, "parameters": each.parameters} for each in simulator.effects]
     law = simulator.muscle.parameters.get("mean_exponent")
     return {"diagnosis": diagnosis.to_json(), "added": added, "mean_exponent": None if law is None else law.value}

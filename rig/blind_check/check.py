@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from rig.blind_check.answer import answer_cases
-from rig.blind_check.folder import CheckFolder, read_json, read_truth, write_json
+from rig.blind_check.folder import MODEL_FILES, CheckFolder, read_json, read_truth, write_json
 from rig.blind_check.follow_up import MODE, carry_out, tie
-from rig.blind_check.generate import MODES, Unit, make_unit, open_labels
+from rig.blind_check.generate import Unit, make_unit, open_labels
+from rig.blind_check.modes import MODES
 from rig.blind_check.sandbox import LAYERS
 from rig.blind_check.score import realised, score_mode
 from rig.blind_check.source import Label
@@ -58,9 +59,9 @@ def score_case(folder: CheckFolder, token: str, label: Label) -> dict[str, Any]:
 
     answer = read_json(folder.answer(token))
     facts, untouched, healthy = read_truth(folder.truth(token))
-    model = load_model(folder.question(token) / "model.yaml")
     rows = {}
     for mode, said in answer["modes"].items():
+        model = load_model(folder.question(token) / MODEL_FILES[MODES[mode].model])
         rows[mode] = score_mode(mode, said, label, facts)
         rows[mode]["realised_ef"] = realised(model, said, label, untouched, healthy)
         rows[mode]["truth_withheld"] = bool(set(label["effects"]) & set(answer["leave_out"]))
@@ -94,8 +95,9 @@ def result_from(cases: Sequence[Mapping[str, Any]], seed: int) -> dict[str, Any]
     """The figures of scored cases, mode by mode."""
     kinds = [next(iter(case["rows"].values()))["kind"] for case in cases]
     rows = {mode: [case["rows"][mode] for case in cases if mode in case["rows"]] for mode in MODES}
-    modes = {mode: mode_result(rows[mode]) | breakdown(rows[mode]) for mode in MODES if mode != "withheld" and rows[mode]}
-    if modes.get(MODE):
+    asked = [mode for mode in MODES if rows[mode] and not MODES[mode].withheld]
+    modes = {mode: mode_result(rows[mode]) | breakdown(rows[mode]) for mode in asked}
+    if MODE in modes:
         modes[MODE]["ties_broken"] = _ties(cases)
     withheld = {"withheld": withheld_result(rows["withheld"])} if rows["withheld"] else {}
     return {
@@ -103,10 +105,21 @@ def result_from(cases: Sequence[Mapping[str, Any]], seed: int) -> dict[str, Any]
         "kinds": {kind: kinds.count(kind) for kind in sorted(set(kinds))},
         **_sandbox(cases),
         "modes": modes,
+        "families": {family: _apart(rows, asked, family) for family in _families(rows)},
         **withheld,
         "naive": {name: _naive(cases, name) for name in ("always_none", "random", "largest_rmse", "retuned")},
-        "shuffled": shuffled_control(rows[MODE], seed),
+        "shuffled": shuffled_control(rows[asked[0]], seed),
     }
+
+
+def _families(rows: Mapping[str, Sequence[Mapping[str, Any]]]) -> list[str]:
+    return sorted({row["family"] for some in rows.values() for row in some if row["family"]})
+
+
+def _apart(rows: Mapping[str, Sequence[Mapping[str, Any]]], asked: Sequence[str], family: str) -> dict[str, Any]:
+    """Mode by mode the figures of one family's cases."""
+    own = {mode: [row for row in rows[mode] if row["family"] == family] for mode in asked}
+    return {mode: mode_result(some) for mode, some in own.items() if some}
 
 
 def _sandbox(cases: Sequence[Mapping[str, Any]]) -> dict[str, list[str]]:
@@ -132,13 +145,17 @@ def _ties(cases: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def _naive(cases: Sequence[Mapping[str, Any]], name: str) -> dict[str, Any]:
-    """A baseline's figures in both modes; it answered every case."""
+    """A baseline's figures with and without pressures, on the cases of the first mode that has them or not; it answered every case."""
 
-    def in_mode(mode: str) -> dict[str, Any]:
-        rows = [case["rows"][mode] | {"naive": case["naive"][mode][name]} for case in cases if mode in case["rows"]]
-        return naive_result(rows, lambda row: str(row["naive"]), lambda said, truth: _alike(said, truth, mode == MODE))
+    asked = [mode for mode in MODES if any(mode in case["rows"] for case in cases)]
 
-    return {mode: in_mode(mode) for mode in ("pressures", "angle")}
+    def answered(pressures: bool) -> dict[str, Any]:
+        mode = next((mode for mode in asked if MODES[mode].pressures is pressures), asked[0])
+        column = "pressures" if pressures else "angle"
+        rows = [case["rows"][mode] | {"naive": case["naive"][column][name]} for case in cases if mode in case["rows"]]
+        return naive_result(rows, lambda row: str(row["naive"]), lambda said, truth: _alike(said, truth, pressures))
+
+    return {"pressures": answered(True), "angle": answered(False)}
 
 
 def _alike(said: str, truth: str, pressures: bool) -> bool:

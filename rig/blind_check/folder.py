@@ -22,11 +22,13 @@ from typing import Any, Final
 
 import numpy as np
 
+from rig.blind_check.modes import BARE, OWN, SISTER
 from rig.blind_check.source import Named, records_of
 from rig.errors import RecordError
 from rig.log.convert import write_record
 
-FORMAT: Final = "pamrig blind check 1"
+FORMAT: Final = "pamrig blind check 2"
+MODEL_FILES: Final = {OWN: "model.yaml", BARE: "model_bare.yaml", SISTER: "model_sister.yaml"}
 
 
 @dataclass(frozen=True)

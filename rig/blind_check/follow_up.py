@@ -39,7 +39,7 @@ def carry_out(source: Source, folder: CheckFolder, labels: Mapping[str, Label]) 
 
 def recommended(answer: Mapping[str, Any]) -> Commands:
     """The commands of the experiment an answer recommends for its tie; none without a tie or a sweep that can be read."""
-    said = answer["modes"][MODE].get("diagnosis")
+    said = answer["modes"].get(MODE, {}).get("diagnosis")
     if not said or len(_set(answer["modes"][MODE])) < 2 or not said.get("next_experiment"):
         return {}
     try:

@@ -4,14 +4,15 @@ The model of each unit is identified here on its first healthy day, by the proje
 are never used for it.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from random import Random
 from typing import Any, Final
 
 from rig.blind_check.folder import (
     FORMAT,
+    MODEL_FILES,
     CheckFolder,
     link_day,
     read_json,
@@ -21,13 +22,13 @@ from rig.blind_check.folder import (
     write_json,
     write_truth,
 )
+from rig.blind_check.modes import MODES, OWN, SISTER, asked, names_of
 from rig.blind_check.seal import new_key, open_sealed, seal
 from rig.blind_check.source import BenchData, Label, Source, records_of
 from rig.errors import RecordError
+from rig.model.parameters import save_model
 from rig.record import Record
 
-MODES: Final = ("pressures", "angle", "no_baseline", "withheld")
-"""With the monitors; without them; without baselines; with a library that is short. Without baselines for every fourth case only."""
 WITHHELD_SHARE: Final = 1 / 3
 """Of all classes, what the mode `withheld` does without. More: little is left to be mistaken for; less: few cases lack theirs."""
 
@@ -42,15 +43,20 @@ class Unit:
     tokens: tuple[str, ...]
     left_out: tuple[tuple[str, ...], ...]
     """Case by case: effects that the mode `withheld` does without."""
+    modes: tuple[str, ...]
+    """Modes of the check."""
 
 
-def draw(source: Source, root: Path, seed: int, cases: int, key: bytes | None = None) -> str:
+def draw(
+    source: Source, root: Path, seed: int, cases: int, modes: Sequence[str] = names_of(("days",)), key: bytes | None = None
+) -> str:
     """Draw and seal the labels of a new check at `root`; returns the hash, to be printed before anything else happens.
 
     A check that is already there must be of the same seed and size (then it is resumed); RecordError otherwise.
     """
     folder = CheckFolder(root)
-    sheet = {"seed": seed, "cases": source.sheet(seed, cases), "left_out": [left_out(seed, number) for number in range(cases)]}
+    sheet = {"seed": seed, "cases": source.sheet(seed, cases), "modes": list(modes)}
+    sheet["left_out"] = [left_out(seed, number) for number in range(cases)]
     if folder.sealed.exists():
         public = read_json(folder.sealed)
         if seal(sheet, bytes(32)).sha256 != public["sealed_sha256"]:
@@ -64,7 +70,7 @@ def draw(source: Source, root: Path, seed: int, cases: int, key: bytes | None = 
     (folder.maker / "labels.sealed").write_bytes(sealed.blob)
     (folder.maker / "key").write_text(key.hex() + "\n", encoding="ascii")
     (folder.maker / "key").chmod(0o600)
-    write_json(folder.sealed, {"format": FORMAT, "sealed_sha256": sealed.sha256, "cases": cases})
+    write_json(folder.sealed, {"format": FORMAT, "sealed_sha256": sealed.sha256, "cases": cases, "modes": list(modes)})
     return sealed.sha256
 
 
@@ -97,7 +103,14 @@ def units(source: Source, folder: CheckFolder) -> list[Unit]:
         return tuple(items[number] for number in numbers)
 
     return [
-        Unit(source, folder, picked(sheet["cases"], numbers), picked(tokens, numbers), picked(sheet["left_out"], numbers))
+        Unit(
+            source,
+            folder,
+            picked(sheet["cases"], numbers),
+            picked(tokens, numbers),
+            picked(sheet["left_out"], numbers),
+            tuple(sheet["modes"]),
+        )
         for numbers in grouped.values()
     ]
 
@@ -111,7 +124,8 @@ def make_unit(unit: Unit) -> list[str]:
     shared = unit.folder.maker / "benches" / unit.source.bench_key(unit.labels[0])
     for number, day in enumerate(bench.baselines, 1):
         write_day(day, shared / f"day_{number}")
-    write_model(bench, shared / "model.yaml")
+    models = {MODES[mode].model for label in unit.labels for mode in asked(unit.modes, label)}
+    write_models(bench, models | {OWN}, shared)
     for number in missing:
         _make_case(unit, number, bench, shared)
     return [unit.tokens[number] for number in missing]
@@ -124,15 +138,11 @@ def _make_case(unit: Unit, number: int, bench: BenchData, shared: Path) -> None:
     write_truth(unit.folder.truth(token), data.facts, data.untouched, bench.untouched)
     for day in range(1, int(label["baselines"]) + 1):
         link_day(shared / f"day_{day}", place / "baselines" / f"day_{day}")
-    (place / "model.yaml").write_bytes((shared / "model.yaml").read_bytes())
+    for model in sorted(shared.glob("*.yaml")):
+        (place / model.name).write_bytes(model.read_bytes())
     write_day(data.records, place / "records")
-    write_json(place / "question.json", {"modes": modes_of(token), "leave_out": list(unit.left_out[number])})
+    write_json(place / "question.json", {"modes": asked(unit.modes, label), "leave_out": list(unit.left_out[number])})
     without_times(place)
-
-
-def modes_of(token: str) -> list[str]:
-    """What is asked in a case; its name alone decides."""
-    return [mode for mode in MODES if mode != "no_baseline" or int(token, 16) // 2 % 4 == 0]
 
 
 def left_out(seed: int, number: int) -> list[str]:
@@ -147,11 +157,19 @@ def left_out(seed: int, number: int) -> list[str]:
     return [effect for effect in LIBRARY if effect_class(effect, True) in gone]
 
 
-def write_model(bench: BenchData, path: Path) -> None:
-    """The unit's simulator, identified on all of its first healthy day: from three sines alone it is off by a fifth in a chirp."""
-    from rig.model.parameters import save_model
+def write_models(bench: BenchData, kinds: Collection[str], place: Path) -> None:
+    """The simulators that are asked about: the unit's own, identified on all of its first healthy day (from three sines alone it is off
+    by a fifth in a chirp), the same without a fingerprint, and one identified on a sister's day, without a fingerprint too.
+    """
+    own = nominal_model(records_of(bench.baselines[0]), bench.p0_mpa)
+    for kind in kinds:
+        model = own if kind != SISTER else nominal_model(records_of(bench.sister), bench.p0_mpa)
+        save_model(model if kind == OWN else without_fingerprint(model), place / MODEL_FILES[kind])
 
-    save_model(nominal_model(records_of(bench.baselines[0]), bench.p0_mpa), path)
+
+def without_fingerprint(model: Any) -> Any:
+    """The same simulator as another tool or a data sheet would give it."""
+    return replace(model, fingerprint=None) if hasattr(model, "fingerprint") else model
 
 
 def nominal_model(records: Sequence[Record], p0_mpa: float) -> Any:

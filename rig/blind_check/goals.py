@@ -16,29 +16,43 @@ class Goal(NamedTuple):
     bounds: Mapping[str, float]
 
 
-def _both(pressures: float, angle: float) -> dict[str, float]:
-    return {"pressures": pressures, "angle": angle}
+def _bounds(pressures: float | None, angle: float | None, one: float | None, simulator: float | None) -> dict[str, float]:
+    """By column of the goals: days with pressures, days from the angle, one day or a fingerprint, a simulator alone (with pressures)."""
+    columns = {
+        "pressures": pressures,
+        "angle": angle,
+        "one_day": one,
+        "fingerprint": one,
+        "simulator": simulator,
+        "own_simulator": simulator,
+    }
+    return {name: bound for name, bound in columns.items() if bound is not None}
 
 
 GOALS: Final = (
-    Goal("false_alarms_6", "false alarms, 6 baselines", "%", False, _both(0.02, 0.02)),
-    Goal("false_alarms_3", "false alarms, 3 baselines", "%", False, _both(0.05, 0.05)),
-    Goal("detected_ratio_2", "detected at ratio >= 2", "%", True, _both(0.95, 0.95)),
-    Goal("detected", "detected at ratio >= 3", "%", True, _both(0.99, 0.99)),
-    Goal("stage", "stage right", "%", True, {"pressures": 0.98}),
-    Goal("class_first", "class first", "%", True, _both(0.97, 0.92)),
-    Goal("exact_first", "exact name first", "%", True, _both(0.92, 0.60)),
-    Goal("truth_in_set", "truth in the reported set", "%", True, _both(0.97, 0.95)),
-    Goal("set_size", "mean size of the set", "names", False, _both(1.3, 2.2)),
-    Goal("gap_closed", "gap closed on untouched records, median", "%", True, _both(0.88, 0.75)),
-    Goal("gap_closed_worst", "the same, worst effect", "%", True, _both(0.50, 0.50)),
-    Goal("ef_within_0.05", "predicted within 0.05 of realised", "%", True, _both(0.90, 0.85)),
-    Goal("size_error", "size of the effect, median error", "%", False, _both(0.03, 0.08)),
-    Goal("unknown_flagged", "unknown flagged", "%", True, _both(0.80, 0.75)),
-    Goal("known_kept", "known kept", "%", True, _both(0.95, 0.94)),
-    Goal("pairs_both", "pairs, both right", "%", True, _both(0.90, 0.50)),
+    Goal("false_alarms_6", "false alarms, 6 baselines", "%", False, _bounds(0.01, 0.01, None, None)),
+    Goal("false_alarms_3", "false alarms, 3 baselines", "%", False, _bounds(0.03, 0.03, None, None)),
+    Goal("false_alarms", "false alarms", "%", False, _bounds(None, None, 0.03, 0.05)),
+    Goal("detected_ratio_2", "detected at ratio >= 2", "%", True, _bounds(0.98, 0.98, 0.95, 0.85)),
+    Goal("detected", "detected at ratio >= 3", "%", True, _bounds(0.99, 0.99, 0.98, 0.95)),
+    Goal("stage", "stage right", "%", True, _bounds(0.98, 0.90, 0.95, 0.90)),
+    Goal("class_first", "class first", "%", True, _bounds(0.97, 0.94, 0.92, 0.85)),
+    Goal("exact_first", "exact name first", "%", True, _bounds(0.95, 0.85, 0.88, 0.75)),
+    Goal("absorbed_right", "absorbed effects said right", "%", True, _bounds(None, None, None, 0.80)),
+    Goal("truth_in_set", "truth in the reported set", "%", True, _bounds(0.95, 0.95, 0.95, 0.93)),
+    Goal("set_size", "mean size of the set", "names", False, _bounds(1.25, 1.9, 1.6, 2.5)),
+    Goal("gap_closed", "gap closed on untouched records, median", "%", True, _bounds(0.92, 0.90, 0.88, 0.75)),
+    Goal("gap_closed_worst", "the same, worst effect", "%", True, _bounds(0.50, 0.50, 0.50, 0.50)),
+    Goal("interval_holds", "90 % interval of that holds the realised", "%", True, _bounds(0.85, 0.85, 0.85, 0.85)),
+    Goal("interval_width", "its median width", "1", False, _bounds(0.12, 0.15, 0.15, 0.30)),
+    Goal("size_error", "size of the effect, median error", "%", False, _bounds(0.03, 0.05, 0.05, 0.10)),
+    Goal("size_held", "its 95 % interval holds the truth", "%", True, _bounds(0.90, 0.90, None, None)),
+    Goal("unknown_flagged", "unknown flagged", "%", True, _bounds(0.92, 0.90, 0.85, 0.75)),
+    Goal("known_kept", "known kept", "%", True, _bounds(0.95, 0.94, 0.92, 0.85)),
+    Goal("pairs_both", "pairs, both right", "%", True, _bounds(0.90, 0.45, 0.80, None)),
     Goal("ties_broken", "ties broken by the experiment", "%", True, {"pressures": 0.80}),
-    Goal("seconds_median", "time a case, median", "s", False, _both(2.0, 2.0)),
+    Goal("contradictions", "answers that contradict themselves", "%", False, _bounds(0.0, 0.0, 0.0, 0.0)),
+    Goal("seconds_median", "time a case, median", "s", False, _bounds(1.0, 1.0, 1.0, 1.5)),
 )
 
 

@@ -9,6 +9,8 @@ from typing import Any, Final
 
 import numpy as np
 
+from rig.blind_check.contradictions import contradictions
+from rig.blind_check.modes import MODES
 from rig.blind_check.source import Named, records_of
 from rig.errors import RigError
 from rig.gap.hypotheses.library import LIBRARY, effect_class
@@ -21,25 +23,50 @@ UNPREDICTABLE: Final = {"quantisation", "mains_hum", "sensor_noise", "lost_sampl
 """Effects whose course a simulator cannot repeat, only their strength: their gap is the high-frequency rms."""
 EXCITED: Final = 2.0
 """Untouched records show an effect when their rms gap is this many floors; a stop that is never met can neither be closed nor missed."""
+ABSORBED: Final = {
+    "sensor_gain", "sensor_offset", "sensor_nonlinearity", "backlash", "gravity_load", "muscle_mismatch", "coulomb_friction",
+}  # fmt: skip
+"""Effects that a fit of the simulator's own parameters swallows, declared before any check: the muscles' curve and loop are free in it."""
+SWALLOWED: Final = 0.5
+"""Share of the mean square from which on re-tuning is said to close a gap."""
 FLAGS: Final = {"unknown", "partly_explained"}
 """Verdicts that say something is there which the library does not hold."""
 
 
 def score_mode(mode: str, answer: Mapping[str, Any], label: Mapping[str, Any], facts: Mapping[str, Any]) -> dict[str, Any]:
     """One case in one mode as a row: what was true, what was said, what of it was right."""
-    said = answer.get("diagnosis") or {"verdict": "error", "gap": {}, "where": {}, "causes": []}
+    said, asked = answer.get("diagnosis") or {"verdict": "error", "gap": {}, "where": {}, "causes": []}, MODES[mode]
     causes = [cause for cause in said["causes"] if cause["effect"] != "unknown"]
     verdict, first = said["verdict"], causes[0] if causes else {}
     row = {
         "mode": mode, "kind": label["kind"], "effects": list(label["effects"]), "baselines": label["baselines"],
-        "ratio": facts["ratio_angle"], "ratio_pressure": facts["ratio_pressure"],
+        "family": label.get("family", ""), "ratio": facts[asked.ratio], "ratio_pressure": facts["ratio_pressure"],
         "verdict": verdict, "detected": verdict not in ("none", "error"), "flagged": verdict in FLAGS, "unknown": verdict == "unknown",
         "named": [cause["effect"] for cause in causes], "set": [first["effect"], *first["ambiguous_with"]] if first else [],
         "stage_said": said["where"].get("stage"), "confidence": first.get("confidence"),
-        "predicted_ef": said["gap"].get("explained_fraction"),
+        "predicted_ef": said["gap"].get("explained_fraction"), "ef_interval": _interval(said["gap"]) if causes else None,
+        "contradictions": contradictions(said) if said["gap"] else [], "reference": said.get("reference"),
+        "absorbed": asked.retunes and bool(ABSORBED & set(label["effects"])),
         "seconds": answer["seconds"], "cpu_seconds": answer.get("cpu_seconds"), "error": answer.get("error"),
     }  # fmt: skip
-    return row if label["kind"] == "none" else row | _right(row, first, facts, mode != "angle")
+    return row if label["kind"] == "none" else row | _right(row, first, facts, asked.pressures) | _retuned(said, row)
+
+
+def _retuned(said: Mapping[str, Any], row: Mapping[str, Any]) -> dict[str, Any]:
+    """Of an effect that a fit of the simulator's own parameters swallows: is that said, which one moved, and what would look the same?"""
+    retuning = said.get("retuning") or {"closes_fraction": 0.0, "parameters": []}
+    alike = {*row["set"], *retuning.get("looks_like", [])}
+    swallowed = retuning["closes_fraction"] >= SWALLOWED and bool(retuning["parameters"])
+    return {"absorbed_right": swallowed and bool(alike & set(row["effects"]))}
+
+
+def _interval(gap: Mapping[str, Any]) -> tuple[float, float] | None:
+    """The explained fraction's interval by the stated rms that is left, lower end first; None without one, or without a gap."""
+    low, high = gap.get("after_low_deg"), gap.get("after_high_deg")
+    span = gap["rms_deg"] ** 2 - gap["floor_deg"] ** 2 if low is not None else 0.0
+    if low is None or high is None or span <= 0.0:
+        return None
+    return (gap["rms_deg"] ** 2 - high**2) / span, (gap["rms_deg"] ** 2 - low**2) / span
 
 
 def _right(row: Mapping[str, Any], first: Mapping[str, Any], facts: Mapping[str, Any], pressures: bool) -> dict[str, Any]:
@@ -53,6 +80,7 @@ def _right(row: Mapping[str, Any], first: Mapping[str, Any], facts: Mapping[str,
         right["class"] = any(_same_class(name, truths[0], pressures) for name in two[:1])
         right["in_set"] = truths[0] in row["set"]
         right["size_error"] = _size_error(first, truths[0], effects[truths[0]]) if first else None
+        right["size_held"] = _size_held(first, truths[0], effects[truths[0]]) if first else None
     if row["kind"] == "pair":
         right["weakest"] = min(fact.get("ratio", facts["ratio_angle"]) for fact in effects.values())
         right["both"] = set(truths) <= set(two)
@@ -122,3 +150,11 @@ def _size_error(cause: Mapping[str, Any], truth: str, fact: Mapping[str, Any]) -
     """Relative error of the size where the right name was given and both laws have that number in common."""
     number = cause["parameters"].get(fact["library_parameter"]) if cause["effect"] == truth else None
     return None if number is None else abs(number["value"] - fact["size"]) / abs(fact["size"])
+
+
+def _size_held(cause: Mapping[str, Any], truth: str, fact: Mapping[str, Any]) -> bool | None:
+    """Whether the stated interval of the size holds the true one, where there is one and it can be compared."""
+    number = cause["parameters"].get(fact["library_parameter"]) if cause["effect"] == truth else None
+    if number is None or number.get("low") is None:
+        return None
+    return bool(number["low"] <= fact["size"] <= number["high"])

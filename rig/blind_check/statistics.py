@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Final
 
@@ -15,6 +16,8 @@ CLEAR: Final = 3.0
 RATIO_EDGES: Final = (0.0, 1.0, 2.0, 3.0, 5.0, 100.0)
 SIZED: Final = 0.95
 """How closely a size meets its wanted ratio."""
+SAME: Final = 0.01
+"""Nearer to all than this is all."""
 CLOSE: Final = 0.05
 """Predicted and realised explained fraction agree within this."""
 
@@ -22,7 +25,8 @@ CLOSE: Final = 0.05
 def mode_result(rows: Sequence[Row]) -> dict[str, Any]:
     """Every figure of the goals for the rows of one mode, rates as k, n and interval."""
     clear = [row for row in rows if row["ratio"] >= CLEAR]
-    single, none = _kind(clear, "single"), _kind(rows, "none")
+    every, none = _kind(clear, "single"), _kind(rows, "none")
+    single, absorbed = [row for row in every if not row["absorbed"]], [row for row in every if row["absorbed"]]
     foreign = _kind(clear, "foreign")
     pair = [row for row in _kind(rows, "pair") if row["weakest"] >= SIZED * CLEAR]
     both = [row for row in single if row["realised_ef"] is not None and row["predicted_ef"] is not None and row["named"]]
@@ -41,7 +45,13 @@ def mode_result(rows: Sequence[Row]) -> dict[str, Any]:
         "gap_closed_by_effect": {effect: _closed(some) for effect, some in _by_effect(single).items()},
         "ef_within_0.05": Rate.of(abs(row["realised_ef"] - row["predicted_ef"]) <= CLOSE for row in both).to_json(),
         "ef_pairs": [[row["predicted_ef"], row["realised_ef"]] for row in both],
+        "interval_holds": Rate.of(_holds(row) for row in both if row["ef_interval"] is not None).to_json(),
+        "interval_width": _median([row["ef_interval"][1] - row["ef_interval"][0] for row in both if row["ef_interval"] is not None]),
         "size_error": _median(sizes),
+        "size_held": Rate.of(row["size_held"] for row in single if row["size_held"] is not None).to_json(),
+        "absorbed_right": _rate(absorbed, "absorbed_right"),
+        "contradictions": _rate(rows, "contradictions"),
+        "contradicting": _counted(sentence for row in rows for sentence in row["contradictions"]),
         "unknown_flagged": _rate(foreign, "flagged"),
         "unknown_flagged_strictly": _rate(foreign, "unknown"),
         "known_kept": Rate.of(not row["flagged"] for row in single if row["detected"]).to_json(),
@@ -53,6 +63,16 @@ def mode_result(rows: Sequence[Row]) -> dict[str, Any]:
         "seconds_worst": max(_values(rows, "seconds"), default=None),
         "errors": _rate(rows, "error"),
     }  # fmt: skip
+
+
+def _holds(row: Row) -> bool:
+    """The stated interval of the explained fraction holds the realised one; nobody is asked for more than all of it."""
+    low, high = row["ef_interval"]
+    return bool(low <= min(row["realised_ef"], 1.0) <= max(high, 1.0 if high > 1.0 - SAME else high))
+
+
+def _counted(items: Iterable[str]) -> dict[str, int]:
+    return dict(Counter(items).most_common())
 
 
 def breakdown(rows: Sequence[Row]) -> dict[str, Any]:

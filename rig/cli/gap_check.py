@@ -1,5 +1,6 @@
 """`pamrig gap check`: the blind check, as a whole or in its three steps."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +20,19 @@ _folder = click.argument("folder", type=_place)
 _cases = click.option("--cases", type=click.IntRange(4, 100_000), default=40, show_default=True, help="How many cases.")
 _seed = click.option("--seed", type=click.IntRange(0), help="Seed of the labels; default: a secret one, told after the score.")
 _development = click.option("--development", is_flag=True, help="Development cases: never the same as any scored ones.")
+_families = click.option(
+    "--family",
+    "families",
+    multiple=True,
+    type=click.Choice(("mckibben", "fluidic")),
+    help="Plants of this family only. Repeatable.",
+)
+_modes = click.option(
+    "--modes",
+    multiple=True,
+    type=click.Choice(("days", "one_day", "fingerprint", "simulator")),
+    help="Ask these ways only. Repeatable.",
+)
 _dask = click.option("--dask", metavar="ADDRESS", help="Use the Dask cluster at ADDRESS; its workers must see the same folder.")
 _workers = click.option("--workers", type=click.IntRange(1), help="Local processes; default: one a core.")
 _html = click.option(
@@ -30,6 +44,8 @@ _html = click.option(
 @_cases
 @_seed
 @_development
+@_families
+@_modes
 @_dask
 @_workers
 @output_option(Kind.FOLDER, "Folder of the check; one that is there is resumed. Default: a new one under logs/.", metavar="DIR")
@@ -38,8 +54,8 @@ _html = click.option(
 @json_option
 @click.pass_context
 def check(
-    context: click.Context, cases: int, seed: int | None, development: bool, dask: str | None, workers: int | None, output: Path | None,
-    keep: bool, html_to: Path | None, json_to: str | None,
+    context: click.Context, cases: int, seed: int | None, development: bool, families: tuple[str, ...], modes: tuple[str, ...],
+    dask: str | None, workers: int | None, output: Path | None, keep: bool, html_to: Path | None, json_to: str | None,
 ) -> None:  # fmt: skip
     """Diagnose cases whose labels are withheld, then open the labels and score.
 
@@ -55,9 +71,9 @@ def check(
     from rig.blind_check.folder import CheckFolder
     from rig.blind_check.generate import units
 
-    begun, source = time.monotonic(), source_of(development)
+    begun, source = time.monotonic(), source_of(development, families, modes)
     folder = CheckFolder(output.resolve() if output else new_folder())
-    _sealed(source, folder, cases, seed, json_to)
+    _sealed(source, folder, cases, seed, modes, json_to)
     spread(partial(make_answer_score, keep=keep), units(source, folder), cases, "cases", dask, workers)
     _report(folder, result_of(folder) | {"seconds_of_this_run": time.monotonic() - begun}, html_to, json_to)
 
@@ -67,9 +83,14 @@ def check(
 @_cases
 @_seed
 @_development
+@_families
+@_modes
 @_dask
 @_workers
-def make(folder: Path, cases: int, seed: int | None, development: bool, dask: str | None, workers: int | None) -> None:
+def make(
+    folder: Path, cases: int, seed: int | None, development: bool, families: tuple[str, ...], modes: tuple[str, ...], dask: str | None,
+    workers: int | None,
+) -> None:  # fmt: skip
     """Draw and seal the labels, then write the questions into FOLDER.
 
     Whoever answers gets sealed.json and the folder questions; labels and key stay in the folder maker.
@@ -78,8 +99,8 @@ def make(folder: Path, cases: int, seed: int | None, development: bool, dask: st
     from rig.blind_check.folder import CheckFolder
     from rig.blind_check.generate import make_unit, units
 
-    source, place = source_of(development), CheckFolder(folder)
-    _sealed(source, place, cases, seed, None)
+    source, place = source_of(development, families, modes), CheckFolder(folder)
+    _sealed(source, place, cases, seed, modes, None)
     work = units(source, place)
     spread(make_unit, work, len(work), "units", dask, workers)
     console().print(f"{folder}: {cases} questions")
@@ -134,11 +155,11 @@ def score(
     _report(place, result_of(place), html_to, json_to)
 
 
-def _sealed(source: Any, folder: "CheckFolder", cases: int, seed: int | None, json_to: str | None) -> None:
+def _sealed(source: Any, folder: "CheckFolder", cases: int, seed: int | None, modes: Sequence[str], json_to: str | None) -> None:
     """The hash of the labels, printed before anything is computed."""
     from rig.app.blind_checking import seal
 
-    sha256 = seal(source, folder, cases, seed)
+    sha256 = seal(source, folder, cases, seed, modes)
     terminal = console(json_to)
     terminal.print(f"sealed labels, SHA-256: {sha256}")
     terminal.print(f"folder: {folder.root}")

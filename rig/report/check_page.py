@@ -10,35 +10,43 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rig.blind_check.goals import GOALS, bound, figure, figure_text, reached
+from rig.blind_check.modes import MODES
 from rig.outputs import Kind, write_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from rich.console import Group
     from rich.table import Table
 
-MODE_WORDS = {"pressures": "with pressures", "angle": "angle only", "no_baseline": "without a baseline"}
+MODE_WORDS = {name: mode.words for name, mode in MODES.items()}
 NAIVE_WORDS = {
     "always_none": "always none",
     "random": "random",
     "largest_rmse": "largest RMSE, best lag",
     "retuned": "re-tuned nominal",
 }
+MODES_A_TABLE = 2
 _BLUE, _ORANGE = "#0072b2", "#d55e00"
 
 
-def check_table(result: Mapping[str, Any]) -> "Table":
-    """The goals' figures by mode, for the terminal."""
-    from rich.table import Table
+def check_table(result: Mapping[str, Any]) -> "Group":
+    """The goals' figures by mode, for the terminal: tables of few modes each."""
+    from rich.console import Group
 
     modes = [mode for mode in MODE_WORDS if mode in result["modes"]]
-    table = Table(
-        "figure",
-        *(MODE_WORDS[mode] for mode in modes),
-        title=f"blind check of {result['cases']} cases: share (95 % interval; count) and its goal",
-    )
+    title = f"blind check of {result['cases']} cases: share (95 % interval; count) and its goal"
+    parts = [modes[start : start + MODES_A_TABLE] for start in range(0, len(modes), MODES_A_TABLE)]
+    return Group(title, *(_table_of(result, part) for part in parts))
+
+
+def _table_of(result: Mapping[str, Any], modes: Sequence[str]) -> "Table":
+    from rich.table import Table
+
+    table = Table("figure", *(MODE_WORDS[mode] for mode in modes))
     for row in rows_of(result):
-        cells = [f"{cell['text']}  {cell['goal']}{'' if cell['reached'] is not False else '  missed'}" for cell in row["cells"]]
-        table.add_row(row["words"], *cells)
+        cells = [cell for cell in row["cells"] if cell["mode"] in modes]
+        texts = [f"{cell['text']}  {cell['goal']}{'' if cell['reached'] is not False else '  missed'}" for cell in cells]
+        table.add_row(row["words"], *texts)
     return table
 
 
@@ -56,10 +64,11 @@ def rows_of(result: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 def as_markdown(result: Mapping[str, Any]) -> str:
     """Tables for the documentation: the goals, then names by strength and by effect, foreign effects, withheld classes, naive answers."""
-    shown = {MODE_WORDS[mode]: result["modes"][mode] for mode in ("pressures", "angle") if mode in result["modes"]}
+    shown = {MODE_WORDS[mode]: result["modes"][mode] for mode in result["modes"]}
     withheld = result.get("withheld", {}).get("flagged_by_effect", {})
     parts = [
         _goals(result),
+        *(_family(name, modes) for name, modes in result.get("families", {}).items()),
         _broken_down("gap over floor", "by_ratio", ("detected", "exact_first", "truth_in_set"), shown),
         _broken_down("effect", "by_effect", ("exact_first", "truth_in_set", "gap_closed"), shown),
         _foreign(shown),
@@ -75,6 +84,25 @@ def _goals(result: Mapping[str, Any]) -> str:
         cells = [f"{cell['text']}{' **missed**' if cell['reached'] is False else ''} | {cell['goal']}" for cell in row["cells"]]
         rows.append([row["words"], *cells])
     return _table(" | ".join(["figure", *(f"{MODE_WORDS[mode]} | goal" for mode in result["modes"])]), rows)
+
+
+FAMILY_FIGURES = (
+    "false_alarms",
+    "detected",
+    "stage",
+    "class_first",
+    "exact_first",
+    "truth_in_set",
+    "unknown_flagged",
+    "known_kept",
+    "pairs_both",
+)
+
+
+def _family(name: str, modes: Mapping[str, Any]) -> str:
+    """One family of plants apart: its main figures, mode by mode."""
+    head = " | ".join([f"family {name}", *(figure.replace("_", " ") for figure in FAMILY_FIGURES)])
+    return _table(head, [[MODE_WORDS[mode], *(_cell(found[key]) for key in FAMILY_FIGURES)] for mode, found in modes.items()])
 
 
 def _broken_down(what: str, key: str, figures: Sequence[str], shown: Mapping[str, Mapping[str, Any]]) -> str:
@@ -124,7 +152,9 @@ def as_html(result: Mapping[str, Any]) -> str:
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     environment.filters["figure"] = lambda found, unit="%": figure_text(found, unit)
     with_goals = {name for goal in GOALS for name in goal.bounds}
-    words = {"mode_words": MODE_WORDS, "naive_words": NAIVE_WORDS, "with_goals": with_goals}
+    words = {
+        "mode_words": MODE_WORDS, "naive_words": NAIVE_WORDS, "with_goals": with_goals, "family_figures": FAMILY_FIGURES,
+    }  # fmt: skip
     text: str = environment.from_string(source).render(result=result, rows=rows_of(result), pictures=_pictures(result), **words)
     return text
 

@@ -17,9 +17,11 @@ from rig.blind_check import generate
 from rig.blind_check.check import make_answer_score, result_of, score_unit
 from rig.blind_check.folder import CheckFolder, read_json, read_truth
 from rig.blind_check.generate import draw, make_unit, open_labels, units
+from rig.blind_check.modes import measures_of, names_of
 from rig.cli.gap_check import check
 from rig.errors import RecordError
 from rig.log.reader import read
+from rig.report.check_page import write_page
 
 pytestmark = pytest.mark.xdist_group("blind check")
 SEED = 31
@@ -172,7 +174,36 @@ def test_own_records_are_scored_by_own_labels(finished: CheckFolder, tmp_path: P
 
 
 def test_nothing_is_made_for_answered_cases(finished: CheckFolder, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(generate, "write_model", lambda *_: pytest.fail("a finished unit was made again"))
+    monkeypatch.setattr(generate, "write_models", lambda *_: pytest.fail("a finished unit was made again"))
     unit = units(PhysicsSource(Purpose.SCORING), finished)[0]
     assert make_unit(unit) == []
     assert score_unit(unit) == CASES
+
+
+@pytest.fixture(scope="module")
+def without_days(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """The ways of asking that need fewer days or none, on the other family: sealed, answered, scored."""
+    folder = CheckFolder(tmp_path_factory.mktemp("without_days"))
+    groups = ("one_day", "fingerprint", "simulator")
+    source = PhysicsSource(Purpose.SCORING, ("fluidic",), measures_of(groups))
+    draw(source, folder.root, SEED, 6, names_of(groups))
+    for unit in units(source, folder):
+        make_answer_score(unit)
+    return result_of(folder)
+
+
+def test_every_way_of_asking_is_answered_and_scored(without_days: dict[str, Any]) -> None:
+    modes = without_days["modes"]
+    assert set(modes) == {*names_of(("one_day", "fingerprint", "simulator"))}
+    assert set(without_days["families"]) == {"fluidic"}
+    for name, figures in modes.items():
+        assert figures["errors"]["k"] == 0, name
+        assert figures["detected"]["n"] + figures["false_alarms"]["n"] > 0, name
+    assert sum(figures["false_alarms"]["k"] for figures in modes.values()) <= 2
+
+
+def test_a_page_shows_every_way_of_asking(without_days: dict[str, Any], tmp_path: Path) -> None:
+    write_page(without_days, tmp_path / "page.html")
+    write_page(without_days, tmp_path / "page.md")
+    assert "sister&#39;s simulator" in (tmp_path / "page.html").read_text()
+    assert "| family fluidic |" in (tmp_path / "page.md").read_text()

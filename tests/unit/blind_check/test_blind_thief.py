@@ -9,30 +9,33 @@ import pytest
 from hil.reference.cases import Purpose
 from hil.reference.source import PhysicsSource
 from rig.blind_check.folder import token_of
-from rig.blind_check.generate import left_out, modes_of
+from rig.blind_check.generate import left_out
+from rig.blind_check.modes import DAYS, GROUPS, SISTERS, asked, names_of
 from rig.gap.hypotheses.library import LIBRARY, effect_class
 
 CASES = 100
 SHEETS = 40
 
 
-def told(token: str, place: float, missing: Sequence[str], baselines: int) -> list[bool]:
+def told(token: str, place: float, missing: Sequence[str], label: dict) -> list[bool]:
     """A question as yes and no: the bits of its name, its place among all names, what is asked, what is left out, how many days."""
     bits = [bool(int(token, 16) >> bit & 1) for bit in range(64)]
     places = [place < share for share in (0.1, 0.25, 0.5, 0.75, 0.9)]
-    return [*bits, *places, "no_baseline" in modes_of(token), *(effect in missing for effect in LIBRARY), baselines == 3]
+    modes = [mode in asked(names_of(GROUPS), label) for mode in names_of(GROUPS)]
+    return [*bits, *places, *modes, *(effect in missing for effect in LIBRARY), label["baselines"] == 3]
 
 
 def questions(missing_of: Callable[[int, int, dict], Sequence[str]]) -> tuple[np.ndarray, np.ndarray]:
     """(what is told, the number of the true effect) of all single cases."""
     rows, truths = [], []
+    source = PhysicsSource(Purpose.SCORING, against=(DAYS, SISTERS))
     for seed in range(SHEETS):
-        labels, key = PhysicsSource(Purpose.SCORING).sheet(seed, CASES), seed.to_bytes(32, "little")
+        labels, key = source.sheet(seed, CASES), seed.to_bytes(32, "little")
         tokens = [token_of(key, number) for number in range(CASES)]
         order = {token: rank / CASES for rank, token in enumerate(sorted(tokens))}
         for number, (token, label) in enumerate(zip(tokens, labels, strict=True)):
             if label["kind"] == "single" and label["effects"][0] in LIBRARY:
-                rows.append(told(token, order[token], missing_of(seed, number, label), label["baselines"]))
+                rows.append(told(token, order[token], missing_of(seed, number, label), label))
                 truths.append(list(LIBRARY).index(label["effects"][0]))
     return np.array(rows), np.array(truths)
 
