@@ -20,19 +20,21 @@ from rig.blind_check.generate import draw, make_unit, open_labels, units
 from rig.blind_check.modes import measures_of, names_of
 from rig.cli.gap_check import check
 from rig.errors import RecordError
+from rig.gap.hypotheses.library import LIBRARY
 from rig.log.reader import read
 from rig.report.check_page import write_page
 
 pytestmark = pytest.mark.xdist_group("blind check")
 SEED = 31
 CASES = 8
+SOURCE = PhysicsSource(Purpose.SCORING, known=tuple(LIBRARY))
 
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> CheckFolder:
     """One unit, all steps, records kept."""
     folder = CheckFolder(tmp_path_factory.mktemp("check"))
-    source = PhysicsSource(Purpose.SCORING)
+    source = SOURCE
     draw(source, folder.root, SEED, CASES)
     for unit in units(source, folder):
         make_answer_score(unit, keep=True)
@@ -93,7 +95,7 @@ def test_a_killed_check_goes_on_where_it_was(finished: CheckFolder, result: dict
     finished.score(lost).unlink()
     with pytest.raises(RecordError, match="1 of 8 cases are not scored"):
         result_of(finished)
-    for unit in units(PhysicsSource(Purpose.SCORING), finished):
+    for unit in units(SOURCE, finished):
         make_answer_score(unit, keep=True)
     assert {token: finished.score(token).stat().st_mtime_ns for token in kept} == kept, "nothing was done twice"
     again = result_of(finished)
@@ -102,7 +104,7 @@ def test_a_killed_check_goes_on_where_it_was(finished: CheckFolder, result: dict
 
 def test_another_check_in_the_same_folder_is_refused(finished: CheckFolder) -> None:
     with pytest.raises(RecordError, match="holds another check"):
-        draw(PhysicsSource(Purpose.SCORING), finished.root, SEED + 1, CASES)
+        draw(SOURCE, finished.root, SEED + 1, CASES)
 
 
 def test_half_an_answer_is_no_answer(finished: CheckFolder) -> None:
@@ -175,7 +177,7 @@ def test_own_records_are_scored_by_own_labels(finished: CheckFolder, tmp_path: P
 
 def test_nothing_is_made_for_answered_cases(finished: CheckFolder, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(generate, "write_models", lambda *_: pytest.fail("a finished unit was made again"))
-    unit = units(PhysicsSource(Purpose.SCORING), finished)[0]
+    unit = units(SOURCE, finished)[0]
     assert make_unit(unit) == []
     assert score_unit(unit) == CASES
 
@@ -185,7 +187,7 @@ def without_days(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     """The ways of asking that need fewer days or none, on the other family: sealed, answered, scored."""
     folder = CheckFolder(tmp_path_factory.mktemp("without_days"))
     groups = ("one_day", "fingerprint", "simulator")
-    source = PhysicsSource(Purpose.SCORING, ("fluidic",), measures_of(groups))
+    source = PhysicsSource(Purpose.SCORING, ("fluidic",), measures_of(groups), tuple(LIBRARY))
     draw(source, folder.root, SEED, 6, names_of(groups))
     for unit in units(source, folder):
         make_answer_score(unit)
