@@ -26,7 +26,7 @@ from rig.blind_check.modes import MODES, OWN, SISTER, asked, names_of
 from rig.blind_check.seal import new_key, open_sealed, seal
 from rig.blind_check.source import BenchData, Label, Source, records_of
 from rig.errors import RecordError
-from rig.model.parameters import save_model
+from rig.model.parameters import Model, save_model
 from rig.record import Record
 
 WITHHELD_SHARE: Final = 1 / 3
@@ -167,12 +167,12 @@ def write_models(bench: BenchData, kinds: Collection[str], place: Path) -> None:
         save_model(model if kind == OWN else without_fingerprint(model), place / MODEL_FILES[kind])
 
 
-def without_fingerprint(model: Any) -> Any:
+def without_fingerprint(model: Model) -> Model:
     """The same simulator as another tool or a data sheet would give it."""
-    return replace(model, fingerprint=None) if hasattr(model, "fingerprint") else model
+    return replace(model, fingerprint=None)
 
 
-def nominal_model(records: Sequence[Record], p0_mpa: float) -> Any:
+def nominal_model(records: Sequence[Record], p0_mpa: float) -> Model:
     """A MBW from measured pressures with regulators, by the swarm of Table II with an early stop."""
     from rig.identify.fit import Settings, identify
     from rig.identify.templates import Template, template_model

@@ -19,7 +19,7 @@ from rig.record import Column, Record
 
 ALSO_RIGHT: Final = {"co_contraction": {"valve"}, "leak": {"valve"}}
 """Muscle effects that show on the valve side (gap.md): both places count as right."""
-UNPREDICTABLE: Final = {"quantisation", "mains_hum", "sensor_noise", "lost_samples"}
+UNPREDICTABLE: Final = {"quantisation", "mains_hum", "sensor_noise", "lost_samples", "sensor_dropout"}
 """Effects whose course a simulator cannot repeat, only their strength: their gap is the high-frequency rms."""
 EXCITED: Final = 2.0
 """Untouched records show an effect when their rms gap is this many floors; a stop that is never met can neither be closed nor missed."""
@@ -61,10 +61,11 @@ def _retuned(said: Mapping[str, Any], row: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _interval(gap: Mapping[str, Any]) -> tuple[float, float] | None:
-    """The explained fraction's interval by the stated rms that is left, lower end first; None without one, or without a gap."""
+    """The explained fraction's interval by the stated rms that is left, lower end first. None without one (a mark in the raw samples has
+    no course to add), or without a gap."""
     low, high = gap.get("after_low_deg"), gap.get("after_high_deg")
     span = gap["rms_deg"] ** 2 - gap["floor_deg"] ** 2 if low is not None else 0.0
-    if low is None or high is None or span <= 0.0:
+    if low is None or high is None or span <= 0.0 or low == high:
         return None
     return (gap["rms_deg"] ** 2 - high**2) / span, (gap["rms_deg"] ** 2 - low**2) / span
 
