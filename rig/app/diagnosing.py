@@ -98,7 +98,7 @@ def _read(paths: Sequence[Path]) -> "list[Record]":
 
 def _write(options: DiagnosisOptions, case: Case, model: "Model", diagnosis: "Diagnosis", grounds: "Findings | Grounds") -> None:
     def place(path: Path) -> Path:
-        return path if case.name is None else path.with_name(f"{path.stem}_{case.name}{path.suffix}")
+        return place_of(path, case.name)
 
     if options.html_to:
         from rig.report.page import write_page
@@ -116,6 +116,31 @@ def _write(options: DiagnosisOptions, case: Case, model: "Model", diagnosis: "Di
         save_model(retuned_model(model, grounds.prepared), place(options.retuned_to))
     if options.next_to and diagnosis.next_experiment:
         write_text(place(options.next_to), str(diagnosis.next_experiment["config"]), Kind.SWEEP)
+
+
+def place_of(path: Path, day: str | None) -> Path:
+    """Where the file of that day goes, when there are several."""
+    return path if day is None else path.with_name(f"{path.stem}_{day}{path.suffix}")
+
+
+def write_overview(options: DiagnosisOptions, results: "Mapping[str | None, Diagnosis]", days: Sequence[Session]) -> None:
+    """The page of a whole campaign, at the name that was asked for; each day has its own beside it."""
+    from rig.report import overview
+
+    named = {name: diagnosis for name, diagnosis in results.items() if name is not None}
+    if options.html_to is not None and named:
+        pages = {name: place_of(options.html_to, name) for name in named}
+        overview.write_overview(options.html_to, named, pages, [str(day.path) for day in days])
+
+
+def without_next(options: DiagnosisOptions, results: "Mapping[str | None, Diagnosis]") -> Iterator[str]:
+    """A line for each case that `--next-experiment` was asked for and that has none."""
+    for name, diagnosis in results.items():
+        if options.next_to is not None and not diagnosis.next_experiment:
+            place = place_of(options.next_to, name)
+            old = "; what lies there is from before" if place.exists() else ""
+            whose = f" for {name}" if name else ""
+            yield f"no next experiment{whose}: no sweep is known that would tell more; {place} was not written{old}"
 
 
 def report(results: "Mapping[str | None, Diagnosis]", days: Sequence[Session] = ()) -> dict[str, object]:

@@ -45,7 +45,13 @@ gap.add_command(check)
     help="What stands for the rig without a gap; auto takes the best there is. simulator: the model was made for another rig of the "
     "build, or from data sheets.",
 )
-@click.option("--html", "html_to", type=Output(Kind.PAGE), metavar="FILE", help="Write the report as one HTML page.")
+@click.option(
+    "--html",
+    "html_to",
+    type=Output(Kind.PAGE),
+    metavar="FILE",
+    help="Write the report as one HTML page; with several days an overview, and beside it a page a day.",
+)
 @click.option(
     "--augmented-model",
     "augmented_to",
@@ -74,7 +80,16 @@ def diagnose(logs: tuple[Path, ...], workers: int | None, dask: str | None, json
     A folder of several days as LOG gives one diagnosis a day, side by side.
     """
     from rig.app.baselines import check_apart, described, read_sessions
-    from rig.app.diagnosing import DiagnosisOptions, cases_of, check_effects, diagnose_campaign, diagnose_case, report
+    from rig.app.diagnosing import (
+        DiagnosisOptions,
+        cases_of,
+        check_effects,
+        diagnose_campaign,
+        diagnose_case,
+        report,
+        without_next,
+        write_overview,
+    )
 
     check_effects(options["effects"])
     chosen, cases = DiagnosisOptions(**options), cases_of(logs)
@@ -91,6 +106,9 @@ def diagnose(logs: tuple[Path, ...], workers: int | None, dask: str | None, json
     results = {case.name: results[case.name] for case in cases}
     for name, diagnosis in results.items():
         _show(diagnosis, name, json_to)
+    for line in without_next(chosen, results):
+        console(json_to).print(line)
+    write_overview(chosen, results, days)
     emit(report(results, days), json_to)
 
 

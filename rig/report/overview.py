@@ -1,0 +1,61 @@
+"""The overview of a campaign: one page with a line a day, each leading to that day's own page."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final
+from urllib.parse import quote
+
+import jinja2
+
+from rig.gap.answer.result import Diagnosis
+from rig.outputs import Kind, write_text
+
+_PAGE: Final = """<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>Gap diagnosis of {{ days | length }} days</title>
+<style>
+:root { color-scheme: light; }
+body { font: 16px/1.5 system-ui, sans-serif; color: #1a1a1a; background: #fff; margin: 0 auto; padding: 1rem; max-width: 60rem; }
+.scroll { overflow-x: auto; }
+table { border-collapse: collapse; width: 100%; } th, td { text-align: left; padding: .25rem .6rem; border-bottom: 1px solid #ddd; }
+td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }
+</style>
+</head>
+<body>
+<h1>Gap between simulator and rig, {{ days | length }} days</h1>
+{% if sessions %}
+<p>Compared with {{ sessions | join(", ") }}.</p>
+{% endif %}
+<div class="scroll"><table>
+<tr><th>day</th><th>verdict</th><th>causes</th><th class="n">gap, deg rms</th><th class="n">in floors</th><th class="n">with the causes, deg rms</th></tr>
+{% for day in days %}
+<tr><td><a href="{{ day.link }}">{{ day.name }}</a></td><td>{{ day.verdict }}</td><td>{{ day.causes }}</td>
+<td class="n">{{ day.gap }}</td><td class="n">{{ day.ratio }}</td><td class="n">{{ day.after }}</td></tr>
+{% endfor %}
+</table></div>
+</body>
+</html>
+"""
+
+
+def write_overview(path: Path, diagnoses: Mapping[str, Diagnosis], pages: Mapping[str, Path], sessions: list[str]) -> None:
+    """Write the page; `pages` has each day's own, in the same folder. RigError when the file cannot be written."""
+    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
+    days = [_line(name, diagnosis, pages[name]) for name, diagnosis in diagnoses.items()]
+    write_text(path, environment.from_string(_PAGE).render(days=days, sessions=sessions), Kind.PAGE)
+
+
+def _line(name: str, diagnosis: Diagnosis, page: Path) -> dict[str, str]:
+    causes = diagnosis.causes
+    return {
+        "name": name,
+        "link": quote(page.name),
+        "verdict": diagnosis.verdict.replace("_", " "),
+        "causes": ", ".join(cause.effect for cause in causes) or "-",
+        "gap": f"{diagnosis.gap['rms_deg']:.3g}",
+        "ratio": f"{diagnosis.gap['ratio']:.1f}",
+        "after": f"{causes[-1].gap_after_deg:.3g}" if causes else "-",
+    }
