@@ -76,7 +76,8 @@ def _in_column(record: Record, name: str, rails: Sequence[float]) -> Iterator[Dr
         return
     near = _tolerance(column)
     at = {rail: np.abs(column - rail) <= near for rail in rails}
-    jump = OWN_STEPS * _largest_own_step(column, np.any(list(at.values()), axis=0))
+    # a coarse converter stays within reach of a rail while the joint turns there: that is no fall
+    jump = OWN_STEPS * (_largest_own_step(column, np.any(list(at.values()), axis=0)) + near)
     longest = max(1, int(LONGEST_BURST_S / record.period_s))
     for rail, rows in at.items():
         fallen, moments, bursts = _falls(column, rows, jump, longest)
