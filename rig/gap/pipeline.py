@@ -68,12 +68,12 @@ def answer(question: Question) -> tuple[Diagnosis, Grounds]:
         expected.tracks,
         expected.response,
         bool(pairing.pairs[0].sessions),
-        high_frequency_noise([pair.case.angle_deg for pair in pairing.pairs]),
+        high_frequency_noise([pair.case.angle_deg for pair in expected.pairing.pairs]),
     )
     fitting = [effect for effect in effects if not effect.signature]
     posteriors = tuple(judge(fitting, stand) for stand in stands(expected, settings))
     at_rest = None if question.model is None else replace(question.model, p0_mpa=pairing.p0_mpa)
-    retuning = None if at_rest is None else retune(at_rest, pairing.pairs, expected.driven)
+    retuning = None if at_rest is None else retune(at_rest, expected.pairing.pairs, expected.driven)
     grounds = Grounds(prepared, at_rest, expected, posteriors, retuning)
 
     def after(causes: Sequence[tuple[str, Fit]]) -> HowFar:

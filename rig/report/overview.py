@@ -30,7 +30,8 @@ td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }
 <p>Compared with {{ sessions | join(", ") }}.</p>
 {% endif %}
 <div class="scroll"><table>
-<tr><th>day</th><th>verdict</th><th>causes</th><th class="n">gap, deg rms</th><th class="n">in floors</th><th class="n">with the causes, deg rms</th></tr>
+<tr><th>day</th><th>verdict</th><th>causes</th><th class="n">gap, deg rms</th><th class="n">in floors</th>
+<th class="n">with the causes, deg rms</th></tr>
 {% for day in days %}
 <tr><td><a href="{{ day.link }}">{{ day.name }}</a></td><td>{{ day.verdict }}</td><td>{{ day.causes }}</td>
 <td class="n">{{ day.gap }}</td><td class="n">{{ day.ratio }}</td><td class="n">{{ day.after }}</td></tr>

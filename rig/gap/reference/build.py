@@ -35,6 +35,8 @@ class Kind(StrEnum):
     SIMULATOR = "simulator"
 
 
+Modelled = tuple[Column | None, Column | None, Column]
+"""Both pressures (MPa), where the simulator says anything of them, and the angle (deg) of one record; each (n,)."""
 AUTO = "auto"
 SISTER = "sister"
 """Levels of a simulator that was made for another rig of the build, or from data sheets."""
@@ -142,7 +144,7 @@ def _from_response(response: ResponseModel, pairing: Pairing) -> Expected:
 
 def _from_simulator(levels: str, model: Model, pairing: Pairing) -> Expected:
     at_rest = replace(model, p0_mpa=pairing.p0_mpa)
-    sessions = [modelled(at_rest, pair) for pair in pairing.pairs]
+    pairing, sessions = _followed(at_rest, pairing)
     regulators, references = references_of(at_rest, pairing.pairs, sessions, pairing.pressures, False)
     response = describe(pairing.pairs, references, pairing.p0_mpa, regulators)
     tracks = lay_tracks(pairing.pairs, references, response)
@@ -153,6 +155,21 @@ def _from_simulator(levels: str, model: Model, pairing: Pairing) -> Expected:
             "the model is driven by the command: it says nothing of the pressures, and the angle alone is judged"
         )
     return Expected(Kind.SIMULATOR, levels, replace(pairing, pressures=driven), tracks, response, tuple(base))
+
+
+def _followed(model: Model, pairing: Pairing) -> tuple[Pairing, list[Modelled]]:
+    """The records that the simulator can follow at all, and what it says of them; ModelError when it follows less than half of them."""
+    kept, said, refused = [], [], []
+    for pair in pairing.pairs:
+        try:
+            said.append(modelled(model, pair))
+            kept.append(pair)
+        except ModelError as error:
+            refused.append(str(error))
+    if len(kept) <= len(refused):
+        raise ModelError(refused[0])
+    pairing.notes.extend(f"{why}; left out" for why in refused)
+    return replace(pairing, pairs=kept), said
 
 
 def _under_case(track: Track, response: ResponseModel) -> Column:
