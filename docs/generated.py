@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+from rig.qualify.faults.attacks import ATTACKS
 from rig.qualify.faults.table import TABLE as FAULT_ROWS
 from rig.realtime.faults import EXPLANATIONS, Fault
 from rig.realtime.guard import Limits
@@ -121,6 +122,11 @@ def fault_rows() -> str:
     return table("fault | what is done | cause reported | bound", rows)
 
 
+def attack_rows() -> str:
+    """Every attack under which the emergency stop is timed."""
+    return table("attack | what is done", ([attack.name, attack.done] for attack in ATTACKS))
+
+
 BLOCKS: dict[str, Callable[[], str]] = {
     "sample_fields": sample_fields,
     "flags": flags,
@@ -130,6 +136,7 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "faults": faults,
     "commands": commands,
     "fault_rows": fault_rows,
+    "attack_rows": attack_rows,
     "safe": lambda: settings(Safe),
     "limits": lambda: settings(Limits),
     "realtime": lambda: settings(Measures),

@@ -19,7 +19,7 @@ from rig.service import places, protocol
 from rig.service.protocol import Code
 
 _KNOCK_AGAIN_S: Final = 0.0005
-_EXPANDING_S: Final = 60.0
+_EXPANDING_S: Final = 120.0
 """So long the daemon bears with each sweep of a `start`."""
 ESTOP_TIMEOUT_S: Final = 5.0
 """Longer than a daemon takes to find that nobody could carry it out."""

@@ -11,6 +11,8 @@ from typing import Any
 
 from rig.errors import RigError
 
+MOST_OPEN = 200
+"""So many sweeps may wait: each stands in every status."""
 KEPT_DONE = 50
 """So many finished jobs are remembered."""
 _NAMED = 3
@@ -93,7 +95,9 @@ class Queue:
                 job.state, job.error = JobState.STOPPED, "the daemon ended while it ran"
 
     def add(self, sweep: Path, name: str, total: int, seconds: float, pause_s: float) -> Job:
-        """A sweep at the end of the queue."""
+        """A sweep at the end of the queue; RigError when it is full, or cannot be saved."""
+        if len(self.left()) >= MOST_OPEN:
+            raise RigError(f"the queue holds {MOST_OPEN} sweeps already; wait, or take them out by `pamrig clear`")
         self._last_id += 1
         job = Job(self._last_id, str(sweep), name, total, seconds, pause_s)
         self.jobs.append(job)

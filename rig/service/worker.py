@@ -168,7 +168,8 @@ class Worker:
             self.current = await asyncio.to_thread(_vacated, Path(job.folder) / f"{plan.name}.mcap")
             facts: dict[str, Any] = {**session_facts(session, self._rig), **plan.facts, "name": plan.name, "job": job.id}
             attachments = {**self._rig.files, "sweep.yaml": sweep.text}
-            session.expect(order_of(session, run, plan.sweep_ticks, self.current, facts, attachments))
+            order = order_of(session, run, plan.sweep_ticks, self.current, facts, attachments)
+            await asyncio.to_thread(session.expect, order)  # it waits for the recorder when it is longer than a pipe
             session.mailbox.stop(False)
             await keeper.request(Request.START, run)
             self._now = plan, keeper.telemetry.latest.tick if keeper.telemetry and keeper.telemetry.latest else 0

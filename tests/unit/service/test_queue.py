@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from rig.errors import RigError
+from rig.service import work
 from rig.service.work import KEPT_DONE, KEPT_FILES, JobState, Queue
 
 
@@ -106,3 +107,14 @@ def test_of_a_queue_only_what_was_asked_for_counts(tmp_path: Path) -> None:
     old, new = (jobs.add(Path(f"/{name}.yaml"), name, 1, 10.0, 5.0) for name in ("old", "new"))
     assert (jobs.next(), jobs.next({new.id})) == (old, new)
     assert (jobs.seconds_left(), jobs.seconds_left({new.id})) == (25.0, 10.0)
+
+
+def test_a_full_queue_takes_no_more(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(work, "MOST_OPEN", 2)
+    jobs = queue(tmp_path)
+    for _ in range(2):
+        jobs.add(Path("/a.yaml"), "a", 1, 1.0, 0.0)
+    with pytest.raises(RigError, match="the queue holds 2 sweeps already; wait, or take them out by `pamrig clear`"):
+        jobs.add(Path("/a.yaml"), "a", 1, 1.0, 0.0)
+    jobs.jobs[0].state = JobState.DONE
+    assert jobs.add(Path("/a.yaml"), "a", 1, 1.0, 0.0).id == 3
