@@ -119,7 +119,11 @@ def show_identified(found: Identified, output: Path, terminal: Console) -> None:
 
 
 def _fingerprint_line(known: Fingerprint) -> str:
-    source = "the measured pressures" if known.pressures is PressureSource.MEASURED else "virtual pressures, none were measured"
+    source = (
+        "the measured pressures"
+        if known.pressures is PressureSource.MEASURED
+        else "virtual pressures, the records have no usable ones"
+    )
     left = "" if known.left_out_deg is None else f", {known.left_out_deg:.2g} deg of a record that it has not seen"
     return f"fingerprint from {source}: it misses {known.misfit_deg:.2g} deg of these records{left}"
 

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from rig.columns import white_noise
-from rig.identify.data import Prepared
+from rig.identify.data import Options, Prepared, best_input
 from rig.identify.response import (
     Drive,
     Line,
@@ -23,16 +23,20 @@ from rig.identify.response import (
 )
 from rig.model.fingerprint import Fingerprint, PressureSource, fingerprint_checksum
 from rig.model.kernels import drive
-from rig.model.parameters import Model
+from rig.model.parameters import Input, Model
 from rig.model.resample import set_points
 from rig.model.response import Regulator, regulators_of
-from rig.model.response_kernels import regulated
+from rig.model.response_kernels import RESPONSE_TERMS, regulated
 from rig.record import Column
 
 GRID_S = 0.01
 """Finest grid of the fits: no regulator and no joint of this kind has anything above it."""
 SMOOTHING_S = 0.012
 """Standard deviation of the symmetric smoothing, as the diagnosis smooths: noise must not rattle in the bank's plays."""
+LEAST_ROWS = 10.0 * RESPONSE_TERMS
+"""Fewer rows of the grid than this, in all records together, do not determine the bank."""
+MOST_HOLES = 0.4
+"""Share of a monitor's rows; a logger that stores every fourth packet twice leaves a quarter."""
 LEAST_RECORDS = 3
 """From so many on, each record is predicted by a fit to the others."""
 DIGITS = 9
@@ -47,42 +51,88 @@ class _Gridded:
     drive: Drive
 
 
-def make_fingerprint(data: Sequence[Prepared], model: Model) -> Fingerprint:
-    """The fingerprint that belongs into `model`, which was identified on `data`."""
-    measured = all(each.grid.has_pressures for each in data)
+def make_fingerprint(data: Sequence[Prepared], model: Model) -> Fingerprint | None:
+    """The fingerprint that belongs into `model`, which was identified on `data`; None where the records are too short for one."""
+    measured = best_input([each.grid for each in data], Options())[0] is Input.PRESSURE and not any(map(_full_of_holes, data))
     given = None if measured else regulators_of(model)
-    records = [_gridded(each, model.p0_mpa, given) for each in data]
-    lines = tuple([record.lines[k] for record in records] for k in (0, 1))
-    regulators = given or (fit_regulator(lines[0]), fit_regulator(lines[1]))
+    records = [record for each in data if _whole(record := _gridded(each, model.p0_mpa, given))]
+    if sum(float(record.drive.used.sum()) for record in records) < LEAST_ROWS:
+        return None
+    made = _response_part(records, given, model)
+    made = _misfit_part(made, records)
+    made = _seen_part(made, records, data)
+    return replace(made, checksum=fingerprint_checksum(made, model))
+
+
+def _full_of_holes(each: Prepared) -> bool:
+    """Too much of a monitor is missing, or was a repeated packet, to interpolate it."""
+    monitors = [column for column in (each.record.p1_mpa, each.record.p2_mpa) if column is not None]
+    return any(float(np.mean(~np.isfinite(column))) > MOST_HOLES for column in monitors)
+
+
+def _whole(record: _Gridded) -> bool:
+    """Nothing of the record is missing, and some of it counts."""
+    columns = [record.drive.angle_deg, *(column for line in record.lines for column in (line.command_mpa, line.pressure_mpa))]
+    return all(bool(np.isfinite(column).all()) for column in columns) and bool(record.drive.used.any())
+
+
+def _response_part(records: Sequence[_Gridded], given: tuple[Regulator, Regulator] | None, model: Model) -> Fingerprint:
+    """The response model's numbers."""
     drives = [record.drive for record in records]
-    means = [0.5 * (each.p1_mpa + each.p2_mpa) for each in drives]
-    exponent = fit_mean_exponent(drives, model.p0_mpa) if mean_pressure_moves(means, model.p0_mpa) else 1.0
-    found = fit_response(drives, model.p0_mpa, regulators, exponent)
-    enough = len(records) >= LEAST_RECORDS
-    by_valve = list(zip(lines, regulators, strict=True)) if measured else []
-    made = Fingerprint(
-        pressures=PressureSource.MEASURED if measured else PressureSource.VIRTUAL,
-        records=len(records),
-        seconds=_short(sum(float(each.used.sum()) * each.dt_s for each in drives)),
-        grid_s=_short(drives[0].dt_s),
+    first, second = given or (fit_regulator(_lines(records, 0)), fit_regulator(_lines(records, 1)))
+    moves = mean_pressure_moves(_means(records), model.p0_mpa)
+    exponent = _short(fit_mean_exponent(drives, model.p0_mpa)) if moves else 1.0
+    found = fit_response(drives, model.p0_mpa, (first, second), exponent)
+    return Fingerprint(
+        pressures=PressureSource.VIRTUAL if given else PressureSource.MEASURED,
         p0_mpa=model.p0_mpa,
-        regulators_s=tuple((_short(dead), _short(fill), _short(exhaust)) for dead, fill, exhaust in regulators),
+        regulators_s=tuple((_short(dead), _short(fill), _short(exhaust)) for dead, fill, exhaust in (first, second)),
         weights=_row(found.weights),
         viscous_s=_short(found.balance.viscous_s),
         inertia_s=_short(found.balance.inertia_s),
         slip=_row(found.balance.slip),
         curve=_row(found.balance.curve),
-        exponent=_short(exponent),
+        exponent=exponent,
         misfit_deg=_short(found.misfit_deg),
-        misfit_mpa=_row(regulator_misfit_mpa(line, regulator) for line, regulator in by_valve),
-        left_out_deg=_short(left_out_deg(drives, model.p0_mpa, exponent)) if enough else None,
-        left_out_mpa=_row(left_out_mpa(line, regulator) for line, regulator in by_valve) if enough else (),
+    )
+
+
+def _misfit_part(made: Fingerprint, records: Sequence[_Gridded]) -> Fingerprint:
+    """What it leaves of these records, and of each when it is fitted to the others."""
+    measured = made.pressures is PressureSource.MEASURED
+    valves = [(_lines(records, k), made.regulators_s[k]) for k in (0, 1)] if measured else []
+    made = replace(made, misfit_mpa=_row(regulator_misfit_mpa(lines, regulator) for lines, regulator in valves))
+    if len(records) < LEAST_RECORDS:
+        return made
+    return replace(
+        made,
+        left_out_deg=_short(left_out_deg([record.drive for record in records], made.p0_mpa, made.exponent)),
+        left_out_mpa=_row(left_out_mpa(lines, regulator) for lines, regulator in valves),
+    )
+
+
+def _seen_part(made: Fingerprint, records: Sequence[_Gridded], data: Sequence[Prepared]) -> Fingerprint:
+    """What the records are, their noise, and the range that they showed."""
+    drives = [record.drive for record in records]
+    measured = made.pressures is PressureSource.MEASURED
+    return replace(
+        made,
+        records=len(records),
+        seconds=_short(sum(float(each.used.sum()) * each.dt_s for each in drives)),
+        grid_s=_short(drives[0].dt_s),
         noise_deg=_short(_noise(data, "angle_deg")),
         noise_mpa=_row(_noise(data, name) for name in ("p1_mpa", "p2_mpa")) if measured else (),
-        drive_mpa=_range([drive(each.p1_mpa, each.p2_mpa, model.p0_mpa, exponent) for each in drives]),
-        mean_mpa=_range(means),
+        drive_mpa=_range([drive(each.p1_mpa, each.p2_mpa, made.p0_mpa, made.exponent) for each in drives]),
+        mean_mpa=_range(_means(records)),
     )
-    return replace(made, checksum=fingerprint_checksum(made, model))
+
+
+def _lines(records: Sequence[_Gridded], valve: int) -> list[Line]:
+    return [record.lines[valve] for record in records]
+
+
+def _means(records: Sequence[_Gridded]) -> list[Column]:
+    return [0.5 * (record.drive.p1_mpa + record.drive.p2_mpa) for record in records]
 
 
 def left_out_deg(records: Sequence[Drive], p0_mpa: float, exponent: float) -> float:

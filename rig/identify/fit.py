@@ -124,13 +124,14 @@ def identify(
     model = replace(
         model, valid=_valid(data, settings, verdict, start), provenance=provenance(data, scores, rmse, search), fingerprint=None
     )
-    model = replace(model, fingerprint=make_fingerprint(data, model))
+    known = make_fingerprint(data, model)
     best = min(found.values(), key=lambda each: each.score)
     warnings = [text for each in data for text in each.warnings] + ([] if valves is None else valves.notes)
+    warnings += [] if known is not None else ["no fingerprint: the records are too short for one, or their commands have gaps"]
     search_rmse = float(objective.scores(best.point[np.newaxis])[0])
     seconds = time.perf_counter() - begun
     return Identified(
-        model,
+        replace(model, fingerprint=known),
         rmse,
         search_rmse,
         evaluations,

@@ -13,11 +13,11 @@ from rig.identify.fingerprint import make_fingerprint
 from rig.identify.provenance import find_logs
 from rig.identify.stability import SweepRange
 from rig.identify.validate import validate
-from rig.model.fingerprint import PressureSource, fingerprint_trouble
+from rig.model.fingerprint import Fingerprint, PressureSource, fingerprint_trouble
 from rig.model.kernels import simulate
 from rig.model.parameters import AddedEffect, Input, Model, SourceLog, load_model, save_model
 from rig.model.response import regulators_of, response_of
-from rig.record import Record
+from rig.record import Column, Record
 
 MODELS = Path(__file__).parents[3] / "configs" / "models"
 RIG = load_model(MODELS / "simulated.yaml")
@@ -41,7 +41,13 @@ def prepared(*frequencies: float) -> list[Prepared]:
     return [prepare(measured(frequency), RIG) for frequency in frequencies]
 
 
-FINGERPRINT = make_fingerprint(prepared(0.2, 0.5, 0.8), RIG)
+def made(data: list[Prepared], model: Model = RIG) -> Fingerprint:
+    known = make_fingerprint(data, model)
+    assert known is not None
+    return known
+
+
+FINGERPRINT = made(prepared(0.2, 0.5, 0.8))
 MODEL = replace(RIG, fingerprint=FINGERPRINT)
 
 
@@ -81,13 +87,13 @@ def test_it_predicts_a_sweep_that_it_has_not_seen() -> None:
 
 
 def test_two_records_leave_none_out_and_a_start_that_is_skipped_does_not_count() -> None:
-    two = make_fingerprint(prepared(0.2, 0.5), RIG)
+    two = made(prepared(0.2, 0.5))
     assert two.left_out_deg is None
     assert two.left_out_mpa == ()
     record = measured(0.5)
     assert record.angle_deg is not None
     broken = replace(record, angle_deg=np.where(record.t_s < 2.0, 60.0, record.angle_deg))
-    skipped = make_fingerprint([prepare(broken, RIG, Options(skip_s=2.5))], RIG)
+    skipped = made([prepare(broken, RIG, Options(skip_s=2.5))])
     assert skipped.misfit_deg < 0.6
     assert skipped.seconds == pytest.approx(9.5, abs=0.1)
 
@@ -95,13 +101,44 @@ def test_two_records_leave_none_out_and_a_start_that_is_skipped_does_not_count()
 def test_without_pressures_they_are_those_of_the_models_regulators_or_usual_ones() -> None:
     bare = replace(measured(0.5), p1_mpa=None, p2_mpa=None)
     by_command = replace(RIG, muscle=replace(RIG.muscle, input=Input.COMMAND))
-    known = make_fingerprint([prepare(bare, by_command)], RIG)
+    known = made([prepare(bare, by_command)])
     assert known.pressures is PressureSource.VIRTUAL
     assert known.misfit_mpa == known.noise_mpa == ()
     assert known.regulators_s == regulators_of(RIG)
     assert known.misfit_deg < 1.0
-    usual = make_fingerprint([prepare(bare, by_command)], replace(RIG, valve=load_model(MODELS / "paper_table3.yaml").valve))
+    usual = made([prepare(bare, by_command)], replace(RIG, valve=load_model(MODELS / "paper_table3.yaml").valve))
     assert usual.regulators_s == regulators_of(None)
+
+
+BY_COMMAND = replace(RIG, muscle=replace(RIG.muscle, input=Input.COMMAND))
+HOLES = np.where(np.arange(ROWS) % 2 == 0, np.nan, 0.2)
+
+
+@pytest.mark.parametrize("monitor", [np.full(ROWS, np.nan), HOLES, np.full(ROWS, 0.2)], ids=["silent", "half missing", "stuck"])
+def test_monitors_that_say_nothing_are_not_used(monitor: Column) -> None:
+    record = replace(measured(0.5), p1_mpa=monitor, p2_mpa=monitor)
+    known = made([prepare(record, BY_COMMAND)])
+    assert known.pressures is PressureSource.VIRTUAL
+    assert np.isfinite([known.misfit_deg, known.noise_deg, *known.weights]).all()
+
+
+def test_a_logger_that_stores_every_fourth_packet_twice_still_shows_the_pressures() -> None:
+    record = measured(0.5)
+    twice = np.arange(ROWS) - (np.arange(ROWS) % 4 == 3)
+    columns = {name: getattr(record, name)[twice] for name in ("p1_mpa", "p2_mpa", "angle_deg")}
+    known = made([prepare(replace(record, **columns), RIG)])
+    assert known.pressures is PressureSource.MEASURED
+    assert known.misfit_deg < 0.6
+
+
+def test_records_that_are_too_short_or_have_no_whole_command_leave_none() -> None:
+    record = measured(0.5)
+    gap = replace(record, dp_cmd_mpa=np.nan * record.t_s, p1_cmd_mpa=None, p2_cmd_mpa=None)
+    assert make_fingerprint([prepare(gap, RIG)], RIG) is None
+    assert make_fingerprint([prepare(record.rows(slice(0, 220)), RIG)], RIG) is None
+    assert make_fingerprint([prepare(record, RIG, Options(skip_s=11.9))], RIG) is None
+    both = made([prepare(record, RIG), prepare(gap, RIG)])
+    assert both.records == 1
 
 
 def test_it_comes_back_from_the_file_as_it_was(file: Path) -> None:
