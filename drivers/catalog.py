@@ -27,6 +27,11 @@ def kinds() -> list[str]:
     return [*KINDS, *(kind for kind in plugins.names(plugins.DEVICES) if kind not in KINDS)]
 
 
+def summary_of(kind: object) -> str:
+    """What a class of devices says it is: the first paragraph of its docstring, on one line."""
+    return " ".join((kind.__doc__ or "").strip().partition("\n\n")[0].split())
+
+
 class Driver(Protocol):
     """What the class of a driver offers beside the calls of a Device."""
 
@@ -45,8 +50,8 @@ class Entry:
 
     @property
     def summary(self) -> str:
-        """The first line of the driver's docstring."""
-        return (self.driver.__doc__ or "").strip().partition("\n")[0]
+        """The first paragraph of the driver's docstring, on one line."""
+        return summary_of(self.driver)
 
 
 def entry(kind: str, where: str = "the rig's config") -> Entry:

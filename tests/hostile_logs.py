@@ -342,7 +342,7 @@ def go_on(seed: int, seconds: float, folder: Path) -> None:
 
 def main() -> int:
     """Work in processes of `--each` seconds, so that one that dies leaves its file and its seed."""
-    options = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    options = argparse.ArgumentParser(description=(__doc__ or "").partition("\n\n")[0])
     options.add_argument("--seconds", type=float, default=60.0)
     options.add_argument("--each", type=float, default=60.0)
     options.add_argument("--seed", type=int, default=1)

@@ -268,8 +268,12 @@ def _reach(ratio: Callable[[float], float], wanted: float, weak: float, strong: 
 
 def _ratios(records: Named, healthy: Named, bench: Bench) -> tuple[float, float]:
     """(angle, monitors): root mean square change of all records over the bench's floor."""
-    change = {column: math.sqrt(float(np.mean([np.mean((records[name][column] - healthy[name][column]) ** 2) for name in records])))
-              for column in ("angle_deg", "p1_mpa", "p2_mpa")}  # fmt: skip
+
+    def change_rms(column: str) -> float:
+        powers = [np.mean((records[name][column] - healthy[name][column]) ** 2) for name in records]
+        return math.sqrt(float(np.mean(powers)))
+
+    change = {column: change_rms(column) for column in ("angle_deg", "p1_mpa", "p2_mpa")}
     return change["angle_deg"] / bench.floor_deg, math.hypot(change["p1_mpa"], change["p2_mpa"]) / bench.floor_mpa
 
 

@@ -8,7 +8,7 @@ import click
 from rich.table import Table
 
 from drivers.calibration import Calibration, Potentiometer, complaint, parse_all
-from drivers.catalog import kinds
+from drivers.catalog import kinds, summary_of
 from drivers.fitting import summary
 from rig.app import compose
 from rig.app.terminal import listing
@@ -45,7 +45,7 @@ def inventory(rig: RigConfig) -> dict[str, Any]:
         {
             "name": entry.name,
             "kind": entry.kind,
-            "what": (compose.device_class(entry.kind, str(rig.path)).__doc__ or "").strip().partition("\n")[0],
+            "what": summary_of(compose.device_class(entry.kind, str(rig.path))),
             "roles": [role.value for role in Role if role in entry.roles],
             "settings": dict(_flat(entry.settings)),
         }

@@ -5,12 +5,13 @@ from rig.model.effect_stages import EFFECT_STAGES, EffectStage
 
 HEAD = """# Effects
 
-Every effect that the diagnosis can name and that a model or the simulated rig can carry (`effects:` in their YAML: a stage and
-its numbers; what is left out, but for the size, stands at its neutral value or is the rig's own). This page is written from the
-library: change `rig/gap/hypotheses/library.py` or `rig/model/effect_stages`, then
+Every effect that the diagnosis can name and that a model or the simulated rig can carry (`effects:` in their YAML: a
+stage and its numbers; what is left out, but for the size, stands at its neutral value or is the rig's own). This page
+is written from the library: change `rig/gap/hypotheses/library.py` or `rig/model/effect_stages`, then
 `python -m rig.report.effects_page > docs/reference/effects.md`.
 
-"Alike" are the declared classes: effects that what was measured may not tell apart. They were stated before any blind check.
+"Alike" are the declared classes: effects that what was measured may not tell apart. They were stated before any blind
+check.
 """
 
 
@@ -21,9 +22,8 @@ def effects_markdown() -> str:
         stages = [key for key, stage in EFFECT_STAGES.items() if stage.effect == effect.name]
         parts.append(f"\n## {effect.name}\n\n")
         parts.append(f"Stage: {effect.stage}. Looks like: {effect.looks_like}.\n\n")
-        parts.append(
-            f"Found by {'its signature in the raw records' if effect.signature else 'fitting it to the frozen nominal rig'}. "
-        )
+        found_by = "its signature in the raw records" if effect.signature else "fitting it to the frozen nominal rig"
+        parts.append(f"Found by {found_by}. ")
         parts.append(
             f"Alike from the angle alone: {_names(alike(effect.name, False))}; with pressures: {_names(alike(effect.name, True))}.\n"
         )

@@ -271,7 +271,8 @@ from drivers.myrio.device import MyRio
 from drivers.myrio.settings import MyRioSettings
 from rig.interfaces import DeviceContext, Role
 from rig.realtime.clock import MonotonicClock
-MyRio(MyRioSettings(Path({str(lab.settings.bitfile)!r})), DeviceContext(MonotonicClock(), frozenset(Role), 0.2, 0.2)).safe()
+context = DeviceContext(MonotonicClock(), frozenset(Role), 0.2, 0.2)
+MyRio(MyRioSettings(Path({str(lab.settings.bitfile)!r})), context).safe()
 """
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
     lab.tick()

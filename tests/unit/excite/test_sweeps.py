@@ -143,7 +143,8 @@ def test_a_jump_is_refused_wherever_it_lies() -> None:
 
 
 TOO_MUCH = {
-    "lists that multiply": ("records: [{sine: {frequency_hz: [" + "1," * 2000 + "1], amplitude_mpa: [" + "0.1," * 2000 + "0.1]}}]",
+    "lists that multiply": ("records: [{sine: {frequency_hz: [" + "1," * 2000 + "1], "
+                            "amplitude_mpa: [" + "0.1," * 2000 + "0.1]}}]",
                             r"records: stand for 4004001 records \(lists, p0_mpa and repeats multiply\); at most 20000"),
     "repeats": ("repeats: 10000\np0_mpa: [0.2, 0.21, 0.22]\nrecords: [{hold: {amplitude_mpa: 0.1}}]", "stand for 30000 records"),
     "days of waveforms": ("duration_s: 86400\nrecords: [{sine: {frequency_hz: [0.1, 0.2], amplitude_mpa: 0.1}}]",
