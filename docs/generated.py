@@ -1,6 +1,7 @@
 """The parts of the reference that are drawn from the code: `python docs/generated.py` puts them into the pages.
 
-A page holds `<!-- generated: NAME -->` and `<!-- end -->`; what stands between is replaced. A test fails when a page is behind.
+A page holds `<!-- generated: NAME -->` and `<!-- end -->`; what stands between is replaced. A test fails when a page is
+behind.
 """
 
 import ast
@@ -61,7 +62,8 @@ def flags() -> str:
     """Every flag of a sample."""
     docs = member_docs(Flag)
     return table(
-        "bit | value | flag | meaning", ([str(n), str(f.value), f"`{f.name}`", docs[f.name]] for n, f in enumerate(Flag))
+        "bit | value | flag | meaning",
+        ([str(n), str(f.value), f"`{f.name}`", docs[f.name]] for n, f in enumerate(Flag)),
     )
 
 
@@ -72,7 +74,9 @@ def phases() -> str:
 
 def state_diagram() -> str:
     """The state table as a diagram. A fault is possible everywhere, and drawn once for each state that it leaves."""
-    moves = [f"    {state.name} --> {to.name}: {event.value}\n" for (state, event), to in TABLE.items() if state is not to]
+    moves = [
+        f"    {state.name} --> {to.name}: {event.value}\n" for (state, event), to in TABLE.items() if state is not to
+    ]
     return f"```mermaid\nstateDiagram-v2\n    [*] --> {State.DISARMED.name}\n{''.join(moves)}```\n"
 
 
@@ -86,14 +90,17 @@ def states() -> str:
 
 def faults() -> str:
     """Every fault with cause and hint."""
-    return table("code | fault | cause | what to do", ([str(f.value), f"`{f.name}`", *EXPLANATIONS[f]] for f in Fault if f))
+    return table(
+        "code | fault | cause | what to do", ([str(f.value), f"`{f.name}`", *EXPLANATIONS[f]] for f in Fault if f)
+    )
 
 
 def settings(kind: type[Any]) -> str:
     """The keys of a config section."""
     docs = member_docs(kind)
     return table(
-        "key | default | unit | allowed | meaning", ([*_setting(f), docs.get(f.name, "")] for f in dataclasses.fields(kind))
+        "key | default | unit | allowed | meaning",
+        ([*_setting(f), docs.get(f.name, "")] for f in dataclasses.fields(kind)),
     )
 
 
@@ -107,7 +114,12 @@ def _setting(item: Any) -> list[str]:
 def commands() -> str:
     """Every command of the control protocol."""
     rows = (
-        [f"`{name}`", ", ".join(f"`{key}`" for key in command.arguments), "yes" if command.looking else "", command.meaning]
+        [
+            f"`{name}`",
+            ", ".join(f"`{key}`" for key in command.arguments),
+            "yes" if command.looking else "",
+            command.meaning,
+        ]
         for name, command in COMMANDS.items()
     )
     return table("command | arguments | over the network | what", rows)
@@ -116,7 +128,12 @@ def commands() -> str:
 def fault_rows() -> str:
     """Every row of the fault table."""
     rows = (
-        [row.name, row.done, " or ".join(f"`{cause}`" for cause in row.causes), f"{row.bound_ms:g} ms" if row.causes else ""]
+        [
+            row.name,
+            row.done,
+            " or ".join(f"`{cause}`" for cause in row.causes),
+            f"{row.bound_ms:g} ms" if row.causes else "",
+        ]
         for row in FAULT_ROWS
     )
     return table("fault | what is done | cause reported | bound", rows)

@@ -1,4 +1,5 @@
-"""The index of docs/README.md: `python docs/index.py` writes one line a page, from the page's own title, in the four sections."""
+"""The index of docs/README.md: `python docs/index.py` writes one line a page, from the page's own title, in the four
+sections."""
 
 from pathlib import Path
 

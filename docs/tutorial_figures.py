@@ -1,8 +1,10 @@
-"""The figures of the two tutorials on diagnosis: `python docs/tutorial_figures.py FOLDER` makes them anew and prints what was found.
+"""The figures of the two tutorials on diagnosis: `python docs/tutorial_figures.py FOLDER` makes them anew and prints
+what was found.
 
-`python docs/tutorial_figures.py FOLDER HERE` makes no figures and leaves the files of the real joint, quiet.csv and sweep.csv, in HERE.
-FOLDER holds `practice` and `real`, records that are no part of this project. What it does for the real joint is what
-docs/tutorial/diagnose_real_joint.md tells: two files of clean rows, a model from the quiet one, a diagnosis of the other.
+`python docs/tutorial_figures.py FOLDER HERE` makes no figures and leaves the files of the real joint, quiet.csv and
+sweep.csv, in HERE. FOLDER holds `practice` and `real`, records that are no part of this project. What it does for the
+real joint is what docs/tutorial/diagnose_real_joint.md tells: two files of clean rows, a model from the quiet one, a
+diagnosis of the other.
 """
 
 import csv

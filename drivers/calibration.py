@@ -1,8 +1,8 @@
 """Calibrations: what a raw reading means and what a set-point must be written as. Pure Python, used by every driver.
 
-A curve is a list of knots (raw, value); two knots are a straight line, more are straight pieces, and both go on beyond their
-ends. The potentiometer has two steps: its ratio becomes a wiper position, then a curve makes the angle of it. How the knots
-are found from measured points stands in drivers.fitting; this file only applies them.
+A curve is a list of knots (raw, value); two knots are a straight line, more are straight pieces, and both go on beyond
+their ends. The potentiometer has two steps: its ratio becomes a wiper position, then a curve makes the angle of it. How
+the knots are found from measured points stands in drivers.fitting; this file only applies them.
 """
 
 import datetime
@@ -53,12 +53,14 @@ class Taken:
 
 @dataclass(frozen=True)
 class Calibration:
-    """A pressure channel: a monitor's signal (V, mA or counts) -> pressure, or a regulator's command (MPa) -> pressure."""
+    """A pressure channel: a monitor's signal (V, mA or counts) -> pressure, or a regulator's command (MPa) ->
+    pressure."""
 
     knots: list[tuple[float, float]]
     """(raw, MPa), rising in raw and monotonic in MPa."""
     raw_unit: str = ""
-    """V, mA, counts; empty: as the device gives it. MPa for a regulator: the command that was given, on the nominal scale."""
+    """V, mA, counts; empty: as the device gives it. MPa for a regulator: the command that was given, on the nominal
+    scale."""
     broken_below: float | None = None
     """A raw value below this is a broken wire (live zero of 1-5 V and 4-20 mA), not a pressure."""
     suspect_above: float | None = None
@@ -85,7 +87,8 @@ class Potentiometer:
     """(position, deg). The default is the WDD35D8's 345 degrees of electrical travel with its zero in the middle."""
     pot_ohm: float = bounded(1.0, 1e6, "Ohm", default=5000.0)
     load_ohm: float = bounded(1.0, 1e12, "Ohm", default=500_000.0)
-    """Input resistance of the converter at the wiper; bends the reading by up to 4/27 of pot_ohm / load_ohm of full scale."""
+    """Input resistance of the converter at the wiper; bends the reading by up to 4/27 of pot_ohm / load_ohm of full
+    scale."""
     dead_below: float = bounded(0.0, 0.5, default=0.01)
     dead_above: float = bounded(0.5, 1.0, default=0.99)
     """Positions outside these are the gap between the track's ends, or an open wire: there is no angle."""
@@ -176,8 +179,8 @@ C = TypeVar("C", Calibration, Potentiometer)
 def for_role(context: DeviceContext, role: Role, default: C) -> C:
     """The rig's calibration of a channel in the units of `default`, or the default; ConfigError when it does not fit.
 
-    A valve is calibrated from command to pressure (raw_unit MPa), whatever its device; here it becomes signal to pressure. A
-    monitor is calibrated in what its device gives, and keeps the default's limits where it names none.
+    A valve is calibrated from command to pressure (raw_unit MPa), whatever its device; here it becomes signal to
+    pressure. A monitor is calibrated in what its device gives, and keeps the default's limits where it names none.
     """
     raw = context.calibration.get(role.value)
     if raw is None:
@@ -192,13 +195,17 @@ def for_role(context: DeviceContext, role: Role, default: C) -> C:
 def _fitted(found: Calibration, default: Calibration, is_valve: bool, where: str) -> Calibration:
     allowed = [default.raw_unit, *(["MPa"] if is_valve else [])]
     if found.raw_unit not in ("", *allowed):
-        raise ConfigError(f"{where}: raw_unit: calibrated in {found.raw_unit!r}; allowed for this device: {' or '.join(allowed)}")
+        raise ConfigError(
+            f"{where}: raw_unit: calibrated in {found.raw_unit!r}; allowed for this device: {' or '.join(allowed)}"
+        )
     if found.raw_unit in ("", default.raw_unit):
         broken = default.broken_below if found.broken_below is None else found.broken_below
         suspect = default.suspect_above if found.suspect_above is None else found.suspect_above
         return replace(found, raw_unit=default.raw_unit, broken_below=broken, suspect_above=suspect)
     signal = inverse(default.knots)
-    return replace(found, knots=[(signal(command), pressure) for command, pressure in found.knots], raw_unit=default.raw_unit)
+    return replace(
+        found, knots=[(signal(command), pressure) for command, pressure in found.knots], raw_unit=default.raw_unit
+    )
 
 
 def complaint(role: str, taken: Taken, today: datetime.date, max_age_days: int = MAX_AGE_DAYS) -> str | None:

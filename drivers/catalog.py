@@ -1,8 +1,8 @@
 """The drivers by name: kind -> where its class lives, imported when a rig asks for it.
 
-A driver's class has `Settings` (a dataclass, see rig.config) and is made by `Class(settings, context)`; making one touches no
-hardware. Stand-ins live in `hil` and are not listed here. Other packages register theirs in the group `pamrig.devices` of Python's
-entry points (docs/how-to/add_a_device.md).
+A driver's class has `Settings` (a dataclass, see rig.config) and is made by `Class(settings, context)`; making one
+touches no hardware. Stand-ins live in `hil` and are not listed here. Other packages register theirs in the group
+`pamrig.devices` of Python's entry points (docs/how-to/add_a_device.md).
 """
 
 import importlib
@@ -64,4 +64,6 @@ def entry(kind: str, where: str = "the rig's config") -> Entry:
     try:
         return Entry(kind, cast(Driver, getattr(importlib.import_module(module), name)))
     except ModuleNotFoundError as error:
-        raise ConfigError(f"{where}: the kind {kind!r} needs the Python package {error.name!r}, which is not installed") from None
+        raise ConfigError(
+            f"{where}: the kind {kind!r} needs the Python package {error.name!r}, which is not installed"
+        ) from None

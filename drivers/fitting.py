@@ -1,7 +1,7 @@
 """From measured points to a calibration: least squares lines, straight pieces, residual and uncertainty. Pure Python.
 
-Uncertainties follow the Guide to the Expression of Uncertainty in Measurement (JCGM 100:2008, k = 1): the scatter of the points
-about the curve, the curve's own uncertainty, and that of the reference instrument.
+Uncertainties follow the Guide to the Expression of Uncertainty in Measurement (JCGM 100:2008, k = 1): the scatter of
+the points about the curve, the curve's own uncertainty, and that of the reference instrument.
 """
 
 import math
@@ -31,7 +31,8 @@ class Measured:
     """The points of one channel, as a file of points or a guided calibration gives them."""
 
     points: list[tuple[float, float]]
-    """Raw reading and reference value. Valves: command in MPa and gauge in MPa. Angle: ratio of wiper to excitation, and deg."""
+    """Raw reading and reference value. Valves: command in MPa and gauge in MPa. Angle: ratio of wiper to excitation,
+    and deg."""
     form: Form = Form.LINEAR
     raw_unit: str = ""
     """Monitors: V, mA or counts; empty: as the device gives it."""
@@ -44,7 +45,8 @@ class Measured:
 
 @dataclass(frozen=True)
 class Fit:
-    """A fitted curve; residual and uncertainty in the unit of the value, None when the points leave nothing to judge by."""
+    """A fitted curve; residual and uncertainty in the unit of the value, None when the points leave nothing to judge
+    by."""
 
     knots: list[tuple[float, float]]
     residual: float | None
@@ -100,8 +102,8 @@ def fit_line(points: Points, reference_uncertainty: float) -> Fit:
 def fit_pieces(points: Points, reference_uncertainty: float) -> Fit:
     """Knots at the mean of each group of equal raw readings.
 
-    The scatter comes from the repeats; without repeats, from how far each inner knot lies from the line of its neighbours, which
-    overstates it where the curve bends.
+    The scatter comes from the repeats; without repeats, from how far each inner knot lies from the line of its
+    neighbours, which overstates it where the curve bends.
     """
     groups: dict[float, list[float]] = {}
     for raw, value in points:
@@ -113,7 +115,8 @@ def fit_pieces(points: Points, reference_uncertainty: float) -> Fit:
         scatter = squares / repeats
     elif len(knots) > 2:
         bends = [
-            knot[1] - curve([before, after])(knot[0]) for before, knot, after in zip(knots, knots[1:], knots[2:], strict=False)
+            knot[1] - curve([before, after])(knot[0])
+            for before, knot, after in zip(knots, knots[1:], knots[2:], strict=False)
         ]
         scatter = fmean(bend**2 for bend in bends)
     else:
@@ -134,11 +137,14 @@ def _potentiometer(measured: Measured, date: str) -> Potentiometer:
 
 
 def _taken(measured: Measured, fit: Fit, date: str) -> Taken:
-    return Taken(date, measured.form.value, list(measured.points), fit.residual, fit.uncertainty, dict(measured.serial_numbers))
+    return Taken(
+        date, measured.form.value, list(measured.points), fit.residual, fit.uncertainty, dict(measured.serial_numbers)
+    )
 
 
 def furthest_point(found: Calibration | Potentiometer) -> tuple[int, float] | None:
-    """Number (from 1) and distance of the point furthest from its curve: the one to look at again; None for nominal values."""
+    """Number (from 1) and distance of the point furthest from its curve: the one to look at again; None for nominal
+    values."""
     convert = found.to_angle() if isinstance(found, Potentiometer) else curve(found.knots)
     distances = [abs(value - convert(raw)) for raw, value in found.taken.points]
     if not distances:

@@ -15,7 +15,11 @@ _FIELDS: Final = {
 }
 _PLACES: Final = {role: tuple(Measurement._fields.index(name) for name in names) for role, names in _FIELDS.items()}
 """Role -> where its values stand in a Measurement; its age is the last."""
-_ABSENT: Final = {Role.MONITOR_1: int(Flag.P1_ABSENT), Role.MONITOR_2: int(Flag.P2_ABSENT), Role.ANGLE: int(Flag.ANGLE_ABSENT)}
+_ABSENT: Final = {
+    Role.MONITOR_1: int(Flag.P1_ABSENT),
+    Role.MONITOR_2: int(Flag.P2_ABSENT),
+    Role.ANGLE: int(Flag.ANGLE_ABSENT),
+}
 _EMPTY: Final = tuple(Measurement())
 _FLAGS: Final = Measurement._fields.index("flags")
 
@@ -23,8 +27,9 @@ _FLAGS: Final = Measurement._fields.index("flags")
 class MixedRig:
     """Several devices with the roles divided among them.
 
-    Set-points go to the devices one after the other, so the two valves change together only within the slower device's time.
-    Every call reaches every device, also when one of them fails; then the worst error is raised, with the others' beside it.
+    Set-points go to the devices one after the other, so the two valves change together only within the slower device's
+    time. Every call reaches every device, also when one of them fails; then the worst error is raised, with the others'
+    beside it.
     """
 
     def __init__(self, parts: Sequence[Device], clock: Clock, period_ns: int = 5_000_000) -> None:
@@ -84,7 +89,8 @@ class MixedRig:
         return Measurement(*values)  # type: ignore[arg-type]  # ages and flags are whole numbers among the floats
 
     def write(self, p1_cmd_mpa: float, p2_cmd_mpa: float) -> None:
-        """Both set-points to every device with a valve; each takes its own. One that is not finite reaches none of them."""
+        """Both set-points to every device with a valve; each takes its own. One that is not finite reaches none of
+        them."""
         if not (math.isfinite(p1_cmd_mpa) and math.isfinite(p2_cmd_mpa)):
             raise DeviceError("mixed rig: a set-point is not finite; nothing was written")
         began = self._now()
@@ -114,7 +120,9 @@ class MixedRig:
     def _check_time(self, began_ns: int, ended_ns: int, doing: str) -> None:
         if ended_ns - began_ns > self._period_ns:
             took, period = (ended_ns - began_ns) / 1e6, self._period_ns / 1e6
-            raise DeviceError(f"mixed rig: {doing} all devices took {took:.1f} ms, longer than the period of {period:g} ms")
+            raise DeviceError(
+                f"mixed rig: {doing} all devices took {took:.1f} ms, longer than the period of {period:g} ms"
+            )
 
     @staticmethod
     def _every(parts: Sequence[Device], call: Callable[[Device], None]) -> None:

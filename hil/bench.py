@@ -1,7 +1,7 @@
 """The simulated rig: the model's chain behind the same interface as a real device, with its sensors' noise and counts.
 
-It is a function of time and of what was written: at each read the plant is advanced to the clock's now in whole sample times
-of the model, under the set-points that stood meanwhile. It never sleeps, and one seed gives one history.
+It is a function of time and of what was written: at each read the plant is advanced to the clock's now in whole sample
+times of the model, under the set-points that stood meanwhile. It never sleeps, and one seed gives one history.
 """
 
 import math
@@ -28,7 +28,8 @@ class SimulatedSettings:
     effects: list[AddedEffect] = field(default_factory=list)
     """Effects of the library to add to the model's own: a rig that is not what its model says."""
     drift: float = bounded(0.0, 0.1, "1", default=0.0)
-    """How far gains and time constants wander from one session to the next (relative standard deviation; each seed is a session)."""
+    """How far gains and time constants wander from one session to the next (relative standard deviation; each seed is a
+    session)."""
     seed: int = bounded(0, 2**63 - 1, default=1)
     pressure_noise_mpa: float = bounded(0.0, 0.1, "MPa", default=0.0004)
     angle_noise_deg: float = bounded(0.0, 10.0, "deg", default=0.03)
@@ -48,7 +49,8 @@ _POTENTIOMETER_DEG = 345.0  # electrical angle of the WDD35D8, mid-scale is 0 de
 
 
 def session_model(settings: SimulatedSettings) -> Model:
-    """The model as this session finds it: with the effects added, and each scale drifted a little from its nominal value."""
+    """The model as this session finds it: with the effects added, and each scale drifted a little from its nominal
+    value."""
     model = load_model(settings.model)
     wander = random.Random(f"drift {settings.seed}")
     return replace(
@@ -85,7 +87,9 @@ class SimulatedRig:
         self._settings, self._context, self._clock = settings, context, context.clock
         model = session_model(settings)
         self._chain = Chain(model)
-        self._missing = (0 if Role.MONITOR_1 in self.roles else P1_ABSENT) | (0 if Role.MONITOR_2 in self.roles else P2_ABSENT)
+        self._missing = (0 if Role.MONITOR_1 in self.roles else P1_ABSENT) | (
+            0 if Role.MONITOR_2 in self.roles else P2_ABSENT
+        )
         self._step_ns = round(model.sample_time_s * 1e9)
         self._random = random.Random(settings.seed)
         self._command = (context.safe_p1_mpa, context.safe_p2_mpa)
@@ -109,7 +113,8 @@ class SimulatedRig:
         return {"device": "simulated rig", "model": self._settings.model.name, "seed": str(self._settings.seed)}
 
     def read(self) -> Measurement:
-        """Advance the plant to now and sample its sensors: noise, counts, and engineering values from counts as a driver makes them."""
+        """Advance the plant to now and sample its sensors: noise, counts, and engineering values from counts as a
+        driver makes them."""
         if not self._open:
             raise DeviceLost("simulated rig: read before open")
         self._advance()
@@ -120,8 +125,14 @@ class SimulatedRig:
         raw2 = float(round((p2_mpa + noise(0.0, sigma)) / mpa_per_count + live_zero))
         turned = angle_deg + self._settings.angle_offset_deg + noise(0.0, self._settings.angle_noise_deg)
         raw_angle = float(round(turned / self._deg_per_count + self._angle_middle))
-        if not (0.0 <= raw1 <= top and 0.0 <= raw2 <= top and 0.0 <= raw_angle <= self._angle_top):  # ends of the converters
-            raw1, raw2, raw_angle = min(max(raw1, 0.0), top), min(max(raw2, 0.0), top), min(max(raw_angle, 0.0), self._angle_top)
+        if not (
+            0.0 <= raw1 <= top and 0.0 <= raw2 <= top and 0.0 <= raw_angle <= self._angle_top
+        ):  # ends of the converters
+            raw1, raw2, raw_angle = (
+                min(max(raw1, 0.0), top),
+                min(max(raw2, 0.0), top),
+                min(max(raw_angle, 0.0), self._angle_top),
+            )
         p1_mpa, p2_mpa = (raw1 - live_zero) * mpa_per_count, (raw2 - live_zero) * mpa_per_count
         flags = BROKEN_WIRE if raw1 < self._broken or raw2 < self._broken else 0
         if self._missing:
@@ -143,7 +154,10 @@ class SimulatedRig:
             raise DeviceError("simulated rig: a set-point is not finite; nothing was written")
         self._advance()
         if not (0.0 <= p1_cmd_mpa <= _REGULATOR_MPA and 0.0 <= p2_cmd_mpa <= _REGULATOR_MPA):
-            p1_cmd_mpa, p2_cmd_mpa = min(max(p1_cmd_mpa, 0.0), _REGULATOR_MPA), min(max(p2_cmd_mpa, 0.0), _REGULATOR_MPA)
+            p1_cmd_mpa, p2_cmd_mpa = (
+                min(max(p1_cmd_mpa, 0.0), _REGULATOR_MPA),
+                min(max(p2_cmd_mpa, 0.0), _REGULATOR_MPA),
+            )
         self._command = p1_cmd_mpa, p2_cmd_mpa
 
     @property

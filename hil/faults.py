@@ -1,7 +1,8 @@
 """A simulated rig whose wires can be reached from outside, and which misbehaves on demand.
 
-Each `Injection` is one way in which a device or its sensors fail; it is switched on and off through the terminals while the rig
-runs, so that a test or `pamrig faults` can time what follows. What the faults of processes are (a kill, a stop) needs no device.
+Each `Injection` is one way in which a device or its sensors fail; it is switched on and off through the terminals while
+the rig runs, so that a test or `pamrig faults` can time what follows. What the faults of processes are (a kill, a stop)
+needs no device.
 """
 
 import time
@@ -152,7 +153,9 @@ class FaultyRig:
         if fault is Injection.STALE:
             return true._replace(angle_age_ns=_STALE_NS)
         if fault is Injection.NO_AIR:
-            self._airless_mpa = max(self._airless_mpa - 0.01, _AIRLESS_MPA)  # within what the guard takes for a true change
+            self._airless_mpa = max(
+                self._airless_mpa - 0.01, _AIRLESS_MPA
+            )  # within what the guard takes for a true change
             return true._replace(p1_mpa=self._airless_mpa, p2_mpa=self._airless_mpa)
         return true
 

@@ -1,7 +1,8 @@
-"""The wires of the simulated rig: the set-points that stand at its valves, in shared memory, and a slot for a fault to inject.
+"""The wires of the simulated rig: the set-points that stand at its valves, in shared memory, and a slot for a fault to
+inject.
 
-Like real terminals they keep their value when the process that wrote them dies, and a second process can write to them: the
-supervisor's own path to the valves, and what a test measures times at.
+Like real terminals they keep their value when the process that wrote them dies, and a second process can write to them:
+the supervisor's own path to the valves, and what a test measures times at.
 """
 
 import mmap

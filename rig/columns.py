@@ -26,8 +26,8 @@ def rms(column: Column, used: Column | None = None) -> float:
 def white_noise(columns: Iterable[Column], *, without_repeats: bool = False) -> float:
     """Standard deviation of the white noise in columns, in their unit, from their third differences by medians.
 
-    Third differences take out what moves slowly, medians what jumps. `without_repeats` leaves out the rows beside a value
-    that was read twice: repeats are no noise. Missing values (NaN) are left out, and so are the rows beside them.
+    Third differences take out what moves slowly, medians what jumps. `without_repeats` leaves out the rows beside a
+    value that was read twice: repeats are no noise. Missing values (NaN) are left out, and so are the rows beside them.
     """
     parts = [_third_differences(column, without_repeats) for column in columns]
     together = np.concatenate(parts)

@@ -1,7 +1,7 @@
 """Configs: YAML in, plain dataclasses out, strictly. Pure Python throughout, so that it runs on the controller.
 
-A dataclass is the schema: its field names are the keys, its annotations the types, and `bounded` adds a range. Whatever is
-wrong ends in one ConfigError line: the file, the path of the key, what stands there and what is allowed.
+A dataclass is the schema: its field names are the keys, its annotations the types, and `bounded` adds a range. Whatever
+is wrong ends in one ConfigError line: the file, the path of the key, what stands there and what is allowed.
 """
 
 import dataclasses
@@ -53,7 +53,8 @@ def structure(raw: object, schema: type[T], where: str) -> T:
 
 
 def read_yaml(path: Path, most_bytes: int = MOST_BYTES) -> object:
-    """The YAML at `path` as plain data; ConfigError names the line when it is broken, and what is too large before it is built."""
+    """The YAML at `path` as plain data; ConfigError names the line when it is broken, and what is too large before it
+    is built."""
     text = read_text(path, most_bytes)
     try:
         return _built(text)
@@ -74,7 +75,9 @@ def read_text(path: Path, most_bytes: int = MOST_BYTES) -> str:
     except FileNotFoundError:
         raise ConfigError(f"{path}: no such file{_nearest_file(path)}") from None
     except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or 'it is not UTF-8 text'}") from None
+        raise ConfigError(
+            f"{path}: cannot be read: {getattr(error, 'strerror', None) or 'it is not UTF-8 text'}"
+        ) from None
     except ValueError:
         raise ConfigError(f"{str(path)!r}: cannot be read: no file can have such a name") from None
 
@@ -134,8 +137,8 @@ def suggest(name: str, allowed: list[str]) -> str:
 class StrictLoader(yaml.SafeLoader):
     """SafeLoader that refuses duplicate keys, and whose numbers are what they look like.
 
-    YAML 1.1 reads 010 as 8, 1:30 as 90 and 1e-3 as text; here the first two are text, which no number field takes, and the
-    third is a number. A date is text as well.
+    YAML 1.1 reads 010 as 8, 1:30 as 90 and 1e-3 as text; here the first two are text, which no number field takes, and
+    the third is a number. A date is text as well.
     """
 
 
@@ -161,7 +164,9 @@ StrictLoader.add_implicit_resolver(
 )
 StrictLoader.add_implicit_resolver(
     "tag:yaml.org,2002:float",
-    re.compile(r"^[-+]?([0-9]+\.[0-9]*|\.[0-9]+|[0-9]+(?=[eE]))([eE][-+]?[0-9]+)?$|^[-+]?\.(inf|Inf|INF)$|^\.(nan|NaN|NAN)$"),
+    re.compile(
+        r"^[-+]?([0-9]+\.[0-9]*|\.[0-9]+|[0-9]+(?=[eE]))([eE][-+]?[0-9]+)?$|^[-+]?\.(inf|Inf|INF)$|^\.(nan|NaN|NAN)$"
+    ),
     list("-+0123456789."),
 )
 
@@ -304,14 +309,18 @@ def _join(path: list[str]) -> str:
 def _explain(error: BaseException) -> str:
     if isinstance(error, ForbiddenExtraKeysError):
         unknown = min(error.extra_fields, key=str)
-        return f"unknown key {unknown!r}; {suggest(str(unknown), [f.name for f in dataclasses.fields(cast(Any, error.cl))])}"
+        return (
+            f"unknown key {unknown!r}; "
+            f"{suggest(str(unknown), [f.name for f in dataclasses.fields(cast(Any, error.cl))])}"
+        )
     if isinstance(error, KeyError):
         return f"the key {error.args[0]!r} is missing"
     return str(error)
 
 
 def _check_numbers(raw: Mapping[Any, Any], kind: type) -> None:
-    """ValueError for a number outside its field's range, before anything is built from it: what is built may be as large."""
+    """ValueError for a number outside its field's range, before anything is built from it: what is built may be as
+    large."""
     for item in dataclasses.fields(kind):
         if "low" in item.metadata and item.name in raw:
             try:
@@ -330,7 +339,11 @@ def _check_range(given: object, allowed: Mapping[str, Any]) -> None:
 
 def _is_number(given: Any) -> TypeGuard[int | float]:
     """One to be compared: what is no number, or not finite, is told by its own check."""
-    return isinstance(given, int | float) and not isinstance(given, bool) and not (given != given or abs(given) == math.inf)
+    return (
+        isinstance(given, int | float)
+        and not isinstance(given, bool)
+        and not (given != given or abs(given) == math.inf)
+    )
 
 
 def _amount(number: int | float) -> str:

@@ -34,7 +34,8 @@ class CheckFailed(RigError):
 
 
 class Interrupted(Exception):
-    """The operator ended it, and it ended well: exit status 130, without a word. No RigError: nothing is to be put right."""
+    """The operator ended it, and it ended well: exit status 130, without a word. No RigError: nothing is to be put
+    right."""
 
 
 class DeviceError(RigError):

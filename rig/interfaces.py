@@ -21,7 +21,8 @@ class Role(StrEnum):
 class Measurement(NamedTuple):
     """What a device knows now. Roles it does not fill are NaN with the flag *_ABSENT and age 0.
 
-    An age counts from the moment the value was taken to the return of `read`; a value is never passed as newer than it is.
+    An age counts from the moment the value was taken to the return of `read`; a value is never passed as newer than it
+    is.
     """
 
     p1_mpa: float = NAN
@@ -83,7 +84,8 @@ class Device(Protocol):
     def write(self, p1_cmd_mpa: float, p2_cmd_mpa: float) -> None:
         """Hand over both set-points, to take effect together where the hardware can.
 
-        Values are finite and inside the rig's envelope (the guard saw to it); the device clamps once more to its own range.
+        Values are finite and inside the rig's envelope (the guard saw to it); the device clamps once more to its own
+        range.
         """
 
     def safe(self) -> None:
@@ -101,7 +103,9 @@ class ReadsBack(Protocol):
     """What a device may offer beside `Device`: to tell what stands at its outputs."""
 
     def holds_safe(self) -> bool | None:
-        """Whether the safe set-points stand at the outputs, by the device's own word and not by memory; None when it cannot tell.
+        """Whether the safe set-points stand at the outputs, by the device's own word and not by memory; None when it
+        cannot tell.
 
-        Moves nothing. Legal in any state, and before `open` (then it opens for just this). DeviceError when it was asked in vain.
+        Moves nothing. Legal in any state, and before `open` (then it opens for just this). DeviceError when it was
+        asked in vain.
         """

@@ -1,7 +1,8 @@
 """One rule for whatever a command writes: nothing that somebody may still need is lost by it.
 
-A new file is written under another name beside its place and takes the name when it is whole. A file that exists is replaced only by
-one of its own kind: a page by a page, a model by a model. A recording is never replaced. Standard library only.
+A new file is written under another name beside its place and takes the name when it is whole. A file that exists is
+replaced only by one of its own kind: a page by a page, a model by a model. A recording is never replaced. Standard
+library only.
 """
 
 import contextlib
@@ -58,7 +59,8 @@ _SIGNS: Final[dict[Kind, Callable[[bytes], bool]]] = {
 
 
 def check_place(path: Path, kind: Kind, *, make_folder: bool = False) -> None:
-    """RigError, one line, when nothing of that kind may be written to `path`. To be asked before the work; `writing` asks again.
+    """RigError, one line, when nothing of that kind may be written to `path`. To be asked before the work; `writing`
+    asks again.
 
     With `make_folder` its folder need not be there yet.
     """
@@ -82,7 +84,11 @@ def _refusal(path: Path, kind: Kind, make_folder: bool) -> str:
             return "" if os.access(path, os.W_OK) else "not allowed there"
     if os.path.exists(path) and os.path.isdir(path) != (kind is Kind.FOLDER):
         return (
-            "it is a folder" if os.path.isdir(path) else "" if kind is not Kind.FOLDER else "it is a file, and a folder is wanted"
+            "it is a folder"
+            if os.path.isdir(path)
+            else ""
+            if kind is not Kind.FOLDER
+            else "it is a file, and a folder is wanted"
         )
     if _is_stream(path):
         return "" if os.access(path, os.W_OK) else "not allowed there"
@@ -134,7 +140,8 @@ def write_text(path: Path, text: str, kind: Kind) -> None:
 
 
 def file_name(name: str) -> str:
-    """A name from a file or a network as the name of a file: in one folder, visible, of a length that every disk takes."""
+    """A name from a file or a network as the name of a file: in one folder, visible, of a length that every disk
+    takes."""
     plain = re.sub(r"[^\w.+-]+", "-", name).strip(".-")
     while len(plain.encode()) > _NAME_BYTES:
         plain = plain[:-1]
@@ -142,13 +149,16 @@ def file_name(name: str) -> str:
 
 
 def targets_in(folder: Path, names: Iterable[str], suffix: str) -> list[Path]:
-    """A file in `folder` for each name, in order; what would be the same file twice (repeats, other sessions) gets a number."""
+    """A file in `folder` for each name, in order; what would be the same file twice (repeats, other sessions) gets a
+    number."""
     made: list[Path] = []
     taken: set[str] = set()
     for name in names:
         plain = file_name(name)
         numbered = (plain if n == 1 else f"{plain}_{n}" for n in itertools.count(1))
-        free = next(each for each in numbered if each.lower() not in taken)  # a disk may take capitals for small letters
+        free = next(
+            each for each in numbered if each.lower() not in taken
+        )  # a disk may take capitals for small letters
         taken.add(free.lower())
         made.append(folder / f"{free}{suffix}")
     return made

@@ -1,7 +1,8 @@
-"""Many independent pieces of work over local processes or a Dask cluster, with progress, surviving lost workers and kills.
+"""Many independent pieces of work over local processes or a Dask cluster, with progress, surviving lost workers and
+kills.
 
-The same code path for both: anything with the interface of concurrent.futures.Executor. Work must be repeatable: a piece whose
-worker died is done again, so a piece writes its result whole and under one name.
+The same code path for both: anything with the interface of concurrent.futures.Executor. Work must be repeatable: a
+piece whose worker died is done again, so a piece writes its result whole and under one name.
 """
 
 import os
@@ -47,13 +48,16 @@ def executor(dask: str | None = None, workers: int | None = None) -> Iterator[Ex
     try:
         client: Any = distributed.Client(dask, timeout=PATIENCE_S, set_as_default=False)  # type: ignore[no-untyped-call]
     except (OSError, ValueError, TimeoutError) as error:
-        raise RigError(f"--dask {dask}: no scheduler answers there ({type(error).__name__}); expected host:port") from None
+        raise RigError(
+            f"--dask {dask}: no scheduler answers there ({type(error).__name__}); expected host:port"
+        ) from None
     with client:
         yield client.get_executor(pure=False)
 
 
 def finished(futures: Iterable["Future[R]"], done: Callable[[int], None] | None = None) -> Iterator[R]:
-    """Results as they come, in any order; `done(count)` after each. The first failure is raised, the rest is cancelled."""
+    """Results as they come, in any order; `done(count)` after each. The first failure is raised, the rest is
+    cancelled."""
     waiting = list(futures)
     try:
         for count, future in enumerate(as_completed(waiting), 1):
@@ -66,6 +70,8 @@ def finished(futures: Iterable["Future[R]"], done: Callable[[int], None] | None 
         raise
 
 
-def each(pool: Executor, work: Callable[..., R], items: Iterable[Any], done: Callable[[int], None] | None = None) -> Iterator[R]:
+def each(
+    pool: Executor, work: Callable[..., R], items: Iterable[Any], done: Callable[[int], None] | None = None
+) -> Iterator[R]:
     """`work(item)` for every item, results as they come."""
     return finished([pool.submit(work, item) for item in items], done)

@@ -1,7 +1,8 @@
 """What other packages add from outside, by Python's entry points: the groups `pamrig.devices` and `pamrig.effects`.
 
-A package names its device or effect in its own pyproject.toml; once it is installed, configs may use it by that name. Nothing is
-looked up before a name is asked for that pamrig does not have itself, and a name of pamrig's own cannot be taken.
+A package names its device or effect in its own pyproject.toml; once it is installed, configs may use it by that name.
+Nothing is looked up before a name is asked for that pamrig does not have itself, and a name of pamrig's own cannot be
+taken.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -15,7 +16,8 @@ T = TypeVar("T")
 DEVICES = "pamrig.devices"
 """Kind of a device, as in a rig's YAML -> 'module:Class', a driver as `drivers.catalog` describes it."""
 EFFECTS = "pamrig.effects"
-"""Key of an effect stage -> 'module', which has STAGE, an EffectStage, and may have `library()`, its Effect for the diagnosis."""
+"""Key of an effect stage -> 'module', which has STAGE, an EffectStage, and may have `library()`, its Effect for the
+diagnosis."""
 
 
 @cache
@@ -30,7 +32,9 @@ def load(group: str, name: str) -> Any:
     try:
         return point.load()
     except (ImportError, AttributeError) as error:
-        raise ConfigError(f"{name}: registered as {point.value} in {group}, which cannot be imported: {error}") from None
+        raise ConfigError(
+            f"{name}: registered as {point.value} in {group}, which cannot be imported: {error}"
+        ) from None
 
 
 def _found(group: str) -> dict[str, EntryPoint]:
@@ -38,7 +42,8 @@ def _found(group: str) -> dict[str, EntryPoint]:
 
 
 class Registered(Mapping[str, T]):
-    """A table of our own entries, then those from outside; these are looked up when a key is asked for that is not ours.
+    """A table of our own entries, then those from outside; these are looked up when a key is asked for that is not
+    ours.
 
     `read(key, object)` makes an entry of what was registered, or returns None where it has nothing for this table.
     """

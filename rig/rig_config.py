@@ -83,7 +83,9 @@ def load_rig(path: Path) -> RigConfig:
     low, high = file.limits.pressure_mpa
     for key, value in (("p1_mpa", file.safe.p1_mpa), ("p2_mpa", file.safe.p2_mpa)):
         if not low <= value <= high:
-            raise ConfigError(f"{path}: safe.{key}: {value:g} MPa is outside limits.pressure_mpa, {low:g} .. {high:g} MPa")
+            raise ConfigError(
+                f"{path}: safe.{key}: {value:g} MPa is outside limits.pressure_mpa, {low:g} .. {high:g} MPa"
+            )
     calibration = _calibration(path, file.calibration)
     named = [] if file.calibration is None else [path.parent / file.calibration]
     return RigConfig(
@@ -103,7 +105,9 @@ def _check_pairs(limits: Limits, path: Path) -> None:
     for key in ("pressure_mpa", "angle_deg", "monitor_mpa"):
         low, high = getattr(limits, key)
         if not low < high:
-            raise ConfigError(f"{path}: limits.{key}: {low:g} .. {high:g} is empty; the first value must be the smaller one")
+            raise ConfigError(
+                f"{path}: limits.{key}: {low:g} .. {high:g} is empty; the first value must be the smaller one"
+            )
 
 
 def _calibration(path: Path, named: Path | None) -> dict[str, Any]:
@@ -140,7 +144,8 @@ def _device(name: str, raw: object, roles: dict[str, str], path: Path) -> Device
 
 
 def require_file(place: Path, where: str, written: object) -> None:
-    """ConfigError when a file that a rig's YAML names is not there: the YAML and its key, what it says, and where that was looked for."""
+    """ConfigError when a file that a rig's YAML names is not there: the YAML and its key, what it says, and where that
+    was looked for."""
     if not place.is_file():
         raise ConfigError(f"{where}: {written}: no such file; looked for at {place.resolve()}")
 

@@ -1,7 +1,7 @@
 """One tick of the rig as plain data: its fields, their units, and their one binary form.
 
-The class `Sample` is the only list of fields; the ring in shared memory, the MCAP schema, the columns of a record and the
-reference page are all derived from it. The binary form is a Protobuf message in which every field has a fixed width
+The class `Sample` is the only list of fields; the ring in shared memory, the MCAP schema, the columns of a record and
+the reference page are all derived from it. The binary form is a Protobuf message in which every field has a fixed width
 and is always written: the loop packs it once, the recorder copies the bytes into the file, and a reader maps a whole
 chunk onto columns without decoding message by message.
 """
@@ -71,19 +71,27 @@ SUSPECT: Final = Flag.SUSPECT.value
 class Sample(NamedTuple):
     """What happened in one tick; times are nanoseconds of the clock that drove the loop."""
 
-    tick: Annotated[int, Wire("fixed32", "1", "index on the period grid since the loop started; skipped periods leave gaps")]
+    tick: Annotated[
+        int, Wire("fixed32", "1", "index on the period grid since the loop started; skipped periods leave gaps")
+    ]
     scheduled_ns: Annotated[int, Wire("sfixed64", "ns", "when the tick was due on the absolute grid")]
     woken_ns: Annotated[int, Wire("sfixed64", "ns", "when the loop woke for it")]
     read_ns: Annotated[int, Wire("sfixed64", "ns", "when the measurement was complete")]
     written_ns: Annotated[int, Wire("sfixed64", "ns", "when the set-points had been handed to the device")]
     missed: Annotated[int, Wire("fixed32", "1", "whole periods skipped just before this tick")]
-    dp_cmd_mpa: Annotated[float, Wire("double", "MPa", "differential pressure command: p1_cmd_mpa - p2_cmd_mpa as asked for")]
+    dp_cmd_mpa: Annotated[
+        float, Wire("double", "MPa", "differential pressure command: p1_cmd_mpa - p2_cmd_mpa as asked for")
+    ]
     p1_cmd_mpa: Annotated[float, Wire("double", "MPa", "set-point of regulator 1 as written, after the guard")]
     p2_cmd_mpa: Annotated[float, Wire("double", "MPa", "set-point of regulator 2 as written, after the guard")]
     p1_mpa: Annotated[float, Wire("double", "MPa", "measured pressure of muscle 1; NaN when absent")]
     p2_mpa: Annotated[float, Wire("double", "MPa", "measured pressure of muscle 2; NaN when absent")]
-    angle_deg: Annotated[float, Wire("double", "deg", "joint angle, from the zero at P0 once the flag ANGLE_ZEROED is set")]
-    p1_raw: Annotated[float, Wire("double", "raw", "monitor 1 as the device gave it (counts or volts, see the calibration)")]
+    angle_deg: Annotated[
+        float, Wire("double", "deg", "joint angle, from the zero at P0 once the flag ANGLE_ZEROED is set")
+    ]
+    p1_raw: Annotated[
+        float, Wire("double", "raw", "monitor 1 as the device gave it (counts or volts, see the calibration)")
+    ]
     p2_raw: Annotated[float, Wire("double", "raw", "monitor 2 as the device gave it")]
     angle_raw: Annotated[float, Wire("double", "raw", "potentiometer as the device gave it")]
     excitation_raw: Annotated[

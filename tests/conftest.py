@@ -15,8 +15,9 @@ ROOT = Path(__file__).resolve().parent.parent
 
 
 REAL_PROCESSES = ("contract", "faults", "recovery")
-"""Folders whose tests run real processes against the real clock. A machine that stands still for tens of milliseconds, as a busy
-virtual one does, spoils what they measure; such a test is run again, and the summary says so (decision 0005)."""
+"""Folders whose tests run real processes against the real clock. A machine that stands still for tens of milliseconds,
+as a busy virtual one does, spoils what they measure; such a test is run again, and the summary says so (decision
+0005)."""
 
 
 @pytest.fixture(scope="session")
@@ -47,7 +48,9 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) ->
 
 
 @pytest.fixture(autouse=True)
-def _modbus_lines_end_with_their_test(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def _modbus_lines_end_with_their_test(
+    request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[None]:
     """A line left open is closed here, not collected in the middle of a test that has nothing to do with it.
 
     A test that failed on the way, and is run again, may leave one; one that passed may not, and nor may the driver.

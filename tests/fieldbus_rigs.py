@@ -1,7 +1,8 @@
-"""Emulated serial valves and Modbus modules for the tests: the common wiring, settings to match, and rigs that are kept running.
+"""Emulated serial valves and Modbus modules for the tests: the common wiring, settings to match, and rigs that are kept
+running.
 
-They live in a process of their own and in real time, until the file of tests that started them is done (see conftest.py). The
-context's period is long, so that a busy test machine does not look like a dead owner.
+They live in a process of their own and in real time, until the file of tests that started them is done (see
+conftest.py). The context's period is long, so that a busy test machine does not look like a dead owner.
 """
 
 import atexit
@@ -92,7 +93,13 @@ def modbus_settings(place: int | str, mode: Mode = Mode.AUTO, **changes: Any) ->
     where: dict[str, Any] = (
         {"host": "127.0.0.1", "port": place} if isinstance(place, int) else {"serial": SerialLine(place, BAUD, "N", 2)}
     )
-    settings = {"map": MAPS / "wago_750.yaml", "mode": mode, "watchdog_s": 30.0, "patience_s": 0.5, "silence_periods": PATIENT}
+    settings = {
+        "map": MAPS / "wago_750.yaml",
+        "mode": mode,
+        "watchdog_s": 30.0,
+        "patience_s": 0.5,
+        "silence_periods": PATIENT,
+    }
     return ModbusSettings(**{**settings, **where, **CHANNELS, **changes})
 
 
@@ -120,7 +127,9 @@ def served(table: Path, folder: Path) -> Iterator[ModbusModules]:
     wires = [{"channel": n % 2, "signal": "0-10 V" if n < 2 else "1-5 V"} for n in range(4)]
     raw = dict(zip(("valve_1", "valve_2", "monitor_1", "monitor_2"), wires, strict=True))
     world = World(Still(), MonotonicClock(), commands=LEFT_AT)
-    modules = ModbusModules({"map": str(table), **raw, "angle": {"wiper": 2, "excitation": 3}}, frozenset(Role), world, folder)
+    modules = ModbusModules(
+        {"map": str(table), **raw, "angle": {"wiper": 2, "excitation": 3}}, frozenset(Role), world, folder
+    )
     try:
         yield modules
     finally:

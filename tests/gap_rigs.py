@@ -1,4 +1,5 @@
-"""A small rig for the tests of the diagnosis: the simulated model, honest sessions, noise, and an effect to switch on."""
+"""A small rig for the tests of the diagnosis: the simulated model, honest sessions, noise, and an effect to switch
+on."""
 
 from collections.abc import Callable
 from dataclasses import replace

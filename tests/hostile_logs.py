@@ -2,8 +2,8 @@
 
     python tests/hostile_logs.py --seconds 3600 --seed 1
 
-makes and reads such files for an hour, in a process that is watched: each file has a time of its own, in proportion to its size.
-A file that breaks the rules stays in the folder that is printed.
+makes and reads such files for an hour, in a process that is watched: each file has a time of its own, in proportion to
+its size. A file that breaks the rules stays in the folder that is printed.
 """
 
 import argparse
@@ -64,7 +64,9 @@ def chunk(
 ) -> bytes:
     """A chunk of records, by default a sound one."""
     packed = data if packed is None else packed
-    head = struct.pack("<QQQI", 0, 1 << 62, len(data) if size is None else size, zlib.crc32(data) if crc is None else crc)
+    head = struct.pack(
+        "<QQQI", 0, 1 << 62, len(data) if size is None else size, zlib.crc32(data) if crc is None else crc
+    )
     return record(6, head + text(compression) + struct.pack("<Q", len(packed)) + packed)
 
 
@@ -78,11 +80,18 @@ def message(channel: int, data: bytes, length: int | None = None, at: int = 0) -
     return record(5, struct.pack("<HIQQ", channel, 0, at, at) + data, length)
 
 
-def definitions(topic: str = schema.SAMPLE_TOPIC, channel: int = 1, kind: int = 1, described: bytes | None = None) -> bytes:
+def definitions(
+    topic: str = schema.SAMPLE_TOPIC, channel: int = 1, kind: int = 1, described: bytes | None = None
+) -> bytes:
     """A schema and a channel of samples."""
     described = schema.sample_descriptor_set() if described is None else described
     held = record(
-        3, struct.pack("<H", kind) + text(schema.SAMPLE_SCHEMA) + text("protobuf") + struct.pack("<I", len(described)) + described
+        3,
+        struct.pack("<H", kind)
+        + text(schema.SAMPLE_SCHEMA)
+        + text("protobuf")
+        + struct.pack("<I", len(described))
+        + described,
     )
     return held + record(4, struct.pack("<HH", channel, kind) + text(topic) + text("protobuf") + struct.pack("<I", 0))
 
@@ -124,13 +133,24 @@ def hostile(draw: random.Random) -> bytes:
         lambda d: squeezed(stuck_chunk(d)),
         lambda d: squeezed(redefined(d)),
         lambda d: squeezed(definitions() + message(1, b"") * d.choice([1, 1000, 200_000])),
-        lambda d: squeezed(b"".join(message(d.choice([1, 2, 9]), b"\x09" + bytes(8)) for _ in range(d.choice([10, 5000])))),
-        lambda d: squeezed(definitions("/log") + b"".join(message(1, json.dumps(["[" * 500, n]).encode()) for n in range(2000))),
+        lambda d: squeezed(
+            b"".join(message(d.choice([1, 2, 9]), b"\x09" + bytes(8)) for _ in range(d.choice([10, 5000])))
+        ),
+        lambda d: squeezed(
+            definitions("/log") + b"".join(message(1, json.dumps(["[" * 500, n]).encode()) for n in range(2000))
+        ),
         lambda d: record(15, struct.pack("<I", 0)) * d.choice([2, 20_000]),
         lambda d: record(2, struct.pack("<QQI", 0, 0, 0)) * d.choice([2, 20_000]),
-        lambda d: (b"\x09" + struct.pack("<Q", d.choice([100, 200_000])) + bytes(16) + b"\x05\0\0\0") * d.choice([5, 20_000]),
-        lambda d: (b"\x0c" + struct.pack("<Q", d.choice([60, 300_000])) + b"\x0a\0\0\0pamrig.run") * d.choice([5, 20_000]),
-        lambda d: (b"\x06" + struct.pack("<Q", d.choice([60, 300_000])) + bytes(28) + b"\x04\0\0\0zstd") * d.choice([5, 20_000]),
+        lambda d: (
+            (b"\x09" + struct.pack("<Q", d.choice([100, 200_000])) + bytes(16) + b"\x05\0\0\0") * d.choice([5, 20_000])
+        ),
+        lambda d: (
+            (b"\x0c" + struct.pack("<Q", d.choice([60, 300_000])) + b"\x0a\0\0\0pamrig.run") * d.choice([5, 20_000])
+        ),
+        lambda d: (
+            (b"\x06" + struct.pack("<Q", d.choice([60, 300_000])) + bytes(28) + b"\x04\0\0\0zstd")
+            * d.choice([5, 20_000])
+        ),
         lambda d: (
             (b"\x06" + struct.pack("<Q", 300_000) + bytes(16) + struct.pack("<QI", 1 << 23, 1) + b"\0\0\0\0")
             * d.choice([5, 9000])
@@ -138,7 +158,9 @@ def hostile(draw: random.Random) -> bytes:
         lambda d: record(3, bytes(d.randrange(40)) + b"\xff" * 8) * d.choice([1, 9]),
         lambda d: record(12, text("pamrig.run") + struct.pack("<I", 1 << 31) + text("a") * d.choice([3, 50_000])),
         lambda d: record(
-            12, text("pamrig.run") + entries({"a": "[" * d.choice([10, 100_000]), "p0_mpa": "1" * 5000, "started_ns": "NaN"})
+            12,
+            text("pamrig.run")
+            + entries({"a": "[" * d.choice([10, 100_000]), "p0_mpa": "1" * 5000, "started_ns": "NaN"}),
         ),
     ]
     pieces = b"".join(draw.choice(makers)(draw) for _ in range(draw.choice([1, 1, 2, 5])))
@@ -202,7 +224,10 @@ def strange_facts(folder: Path, draw: random.Random) -> bytes:
     path = folder / f"strange{draw.randrange(10**9)}.mcap"
     try:
         write_content(
-            replace(content, run_facts={**content.run_facts, **strange}, result_facts={**content.result_facts, **strange}), path
+            replace(
+                content, run_facts={**content.run_facts, **strange}, result_facts={**content.result_facts, **strange}
+            ),
+            path,
         )
         return path.read_bytes()
     finally:
@@ -255,7 +280,9 @@ def tables(draw: random.Random) -> bytes:
             "٣,٤,٥".encode(),
         ]
     )
-    rows = b"\n".join(b"%d,0,%s" % (n, cell) if draw.random() < 0.5 else cell for n in range(draw.choice([1, 50, 3000])))
+    rows = b"\n".join(
+        b"%d,0,%s" % (n, cell) if draw.random() < 0.5 else cell for n in range(draw.choice([1, 50, 3000]))
+    )
     return draw.choice([b"", b"# x\n", b"\xef\xbb\xbf"]) + head + b"\n" + rows
 
 
@@ -274,7 +301,11 @@ def cases(seed: int, folder: Path) -> Iterator[tuple[str, bytes]]:
                 yield "x.mcap", strange_facts(folder, draw)
             case 3:
                 yield draw.choice(
-                    [("x.csv", tables(draw)), ("x.mcap", changed(hostile(draw), draw)), ("x.tdms", b"TDSm" + draw.randbytes(80))]
+                    [
+                        ("x.csv", tables(draw)),
+                        ("x.mcap", changed(hostile(draw), draw)),
+                        ("x.tdms", b"TDSm" + draw.randbytes(80)),
+                    ]
                 )
 
 
@@ -312,9 +343,9 @@ def by_commands(path: Path) -> None:
         result = CliRunner().invoke(cli, words)
         if result.exception is not None and not isinstance(result.exception, RigError | SystemExit):
             raise result.exception
-        assert result.output.replace("\n", "").isprintable() or not any(ord(c) < 32 for c in result.output.replace("\n", "")), (
-            result.output
-        )
+        assert result.output.replace("\n", "").isprintable() or not any(
+            ord(c) < 32 for c in result.output.replace("\n", "")
+        ), result.output
 
 
 def read_in_time(path: Path) -> float:
@@ -333,7 +364,9 @@ def go_on(seed: int, seconds: float, folder: Path) -> None:
     for name, data in cases(seed, folder):
         path = folder / name
         path.write_bytes(data)
-        resource.setrlimit(resource.RLIMIT_CPU, (int(time.process_time() + allowed_s(len(data))) + 5, resource.RLIM_INFINITY))
+        resource.setrlimit(
+            resource.RLIMIT_CPU, (int(time.process_time() + allowed_s(len(data))) + 5, resource.RLIM_INFINITY)
+        )
         slowest, count = max(slowest, (read_in_time(path), len(data))), count + 1
         if time.monotonic() > until:
             break

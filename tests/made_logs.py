@@ -15,7 +15,8 @@ BOOT_NS = 123_456_789_000
 
 
 def made_samples(count: int, seed: int = 1, missed_at: int | None = None) -> Samples:
-    """A sine with settle, zero, ramp in and ramp out of `count` ticks; before tick `missed_at` two periods are missed."""
+    """A sine with settle, zero, ramp in and ramp out of `count` ticks; before tick `missed_at` two periods are
+    missed."""
     rng = np.random.default_rng(seed)
     tick = np.arange(count, dtype=np.int64)
     missed = np.zeros(count, np.uint32)
@@ -53,7 +54,9 @@ def made_samples(count: int, seed: int = 1, missed_at: int | None = None) -> Sam
         "flags": np.where(phase > Phase.ZERO, int(Flag.ANGLE_ZEROED), 0),
         "angle_zero_deg": np.where(phase > Phase.ZERO, 1.25, 0.0),
     }
-    fields = {name: np.broadcast_to(columns.get(name, 0), count).astype(DTYPES[wire.kind]) for name, wire in WIRES.items()}
+    fields = {
+        name: np.broadcast_to(columns.get(name, 0), count).astype(DTYPES[wire.kind]) for name, wire in WIRES.items()
+    }
     return Samples(fields, scheduled - BOOT_NS + STARTED_NS, np.arange(count, dtype=np.uint32))
 
 
@@ -74,7 +77,10 @@ def made_content(count: int = 1000, seed: int = 1, missed_at: int | None = None)
     result = {"valid": missed == 0, "ticks": count, "records": count, "missed": missed, "dropped": 0, "fault": ""}
     attachments = {"sweep.yaml": b"name: made\n", "photo.bin": bytes(range(256))}
     times = samples.log_time_ns
-    lines = (LogLine(int(times[0]), "info", "begun"), LogLine(int(times[-1]), "warning", 'a \N{DEGREE SIGN} sign, a " and a \n'))
+    lines = (
+        LogLine(int(times[0]), "info", "begun"),
+        LogLine(int(times[-1]), "warning", 'a \N{DEGREE SIGN} sign, a " and a \n'),
+    )
     return LogContent(samples, run, result, attachments, lines)
 
 

@@ -14,7 +14,13 @@ from rig.errors import RigError
 from rig.interfaces import DeviceContext, Role
 from rig.realtime.clock import VirtualClock
 
-SIGNATURE_MISMATCH, INVALID_SESSION, RPC_SESSION, COMMUNICATION_TIMEOUT, FPGA_BUSY = -63106, -63195, -63043, -61046, -61141
+SIGNATURE_MISMATCH, INVALID_SESSION, RPC_SESSION, COMMUNICATION_TIMEOUT, FPGA_BUSY = (
+    -63106,
+    -63195,
+    -63043,
+    -61046,
+    -61141,
+)
 TICK_NS = 5_000_000
 
 

@@ -1,7 +1,7 @@
 """A loop whose device, clock and operator do what a script says: one test, one history, no waiting.
 
-The device follows its set-points at once and its sensors answer to them, unless the script of the test spoils a reading. Nothing
-here imports a driver or a simulated rig.
+The device follows its set-points at once and its sensors answer to them, unless the script of the test spoils a
+reading. Nothing here imports a driver or a simulated rig.
 """
 
 from collections.abc import Callable, Mapping
@@ -42,7 +42,8 @@ class ScriptedClock:
 
 @dataclass
 class ScriptedDevice:
-    """Answers to its set-points at once; `reads`, `writes` and `safes` say by number of the call what goes wrong instead."""
+    """Answers to its set-points at once; `reads`, `writes` and `safes` say by number of the call what goes wrong
+    instead."""
 
     reads: dict[int, Spoil | Exception] = field(default_factory=dict)
     writes: dict[int, Exception] = field(default_factory=dict)
@@ -157,10 +158,14 @@ class ListRing:
         self.samples.append(sample)
 
 
-def program(run: int = 1, *, sweep: int = 20, part: int = 4, p0_mpa: float = 0.2, amplitude_mpa: float = 0.02) -> Program:
+def program(
+    run: int = 1, *, sweep: int = 20, part: int = 4, p0_mpa: float = 0.2, amplitude_mpa: float = 0.02
+) -> Program:
     """A triangle of `sweep` ticks between settle, zero, ramp in and ramp out of `part` ticks each."""
     dp = [amplitude_mpa * (1 - abs(4 * ((k / sweep + 0.25) % 1) - 2)) for k in range(sweep)]
-    return Program(run, p0_mpa, p0_mpa, [p0_mpa + d / 2 for d in dp], [p0_mpa - d / 2 for d in dp], part, part, part, part)
+    return Program(
+        run, p0_mpa, p0_mpa, [p0_mpa + d / 2 for d in dp], [p0_mpa - d / 2 for d in dp], part, part, part, part
+    )
 
 
 def run_loop(

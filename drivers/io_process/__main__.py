@@ -1,4 +1,5 @@
-"""`python -m drivers.io_process FD`: an I/O process, started by its owner with the mailbox as descriptor FD and its pipe as stdin."""
+"""`python -m drivers.io_process FD`: an I/O process, started by its owner with the mailbox as descriptor FD and its
+pipe as stdin."""
 
 import sys
 

@@ -1,8 +1,9 @@
 """The mailbox between a device and its I/O process: one small file in shared memory, and the two notes that lie in it.
 
-The owner (the loop) leaves an `Order`, the I/O process leaves a `Report`; each note is published whole, the newest replaces the
-one before, and neither side ever waits for the other. A third process (the supervisor) may raise the alarm. Nothing here knows
-a wire or a device. Linux: the file lies in /dev/shm and lives as long as somebody holds its lock.
+The owner (the loop) leaves an `Order`, the I/O process leaves a `Report`; each note is published whole, the newest
+replaces the one before, and neither side ever waits for the other. A third process (the supervisor) may raise the
+alarm. Nothing here knows a wire or a device. Linux: the file lies in /dev/shm and lives as long as somebody holds its
+lock.
 """
 
 import contextlib
@@ -133,7 +134,8 @@ class Mailbox:
     """A mapped mailbox file. The lock on its file tells whether an I/O process lives behind it."""
 
     def __init__(self, descriptor: int) -> None:
-        """Maps an open file. The mapping keeps a copy of the descriptor, and with it whatever lock that descriptor carries."""
+        """Maps an open file. The mapping keeps a copy of the descriptor, and with it whatever lock that descriptor
+        carries."""
         self._map = mmap.mmap(descriptor, _SIZE)
         self.view = memoryview(self._map)
         self._alarm = self.view[_ALARM_AT : _ALARM_AT + 8].cast("Q")
@@ -172,7 +174,8 @@ class Mailbox:
             length, text = _int(fields[-2]), fields[-1]
             assert isinstance(text, bytes)
             self._last_report = Report(
-                head[0], LinkState(head[1]), Trip(head[2]), *head[3:], values, stamps, text[:length].decode("utf-8", "replace")  # type: ignore[arg-type, call-arg]
+                head[0], LinkState(head[1]), Trip(head[2]), *head[3:], values, stamps, text[:length].decode("utf-8",
+                "replace")  # type: ignore[arg-type, call-arg]
             )  # fmt: skip
         return self._last_report
 
@@ -205,7 +208,8 @@ def path_for(resource: str) -> Path:
 
 
 def create(path: Path) -> int | None:
-    """A fresh, locked mailbox file; returns its descriptor, which carries the lock to whoever inherits it. None: the wire is in use."""
+    """A fresh, locked mailbox file; returns its descriptor, which carries the lock to whoever inherits it. None: the
+    wire is in use."""
     while True:
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
         try:
@@ -223,7 +227,8 @@ def create(path: Path) -> int | None:
 
 
 def mapped(path: Path) -> Mailbox:
-    """The mailbox at `path` by a descriptor of its own, which carries no lock: the owner's view of what its I/O process holds."""
+    """The mailbox at `path` by a descriptor of its own, which carries no lock: the owner's view of what its I/O process
+    holds."""
     descriptor = os.open(path, os.O_RDWR | os.O_CLOEXEC | os.O_NOFOLLOW)
     try:
         return Mailbox(descriptor)

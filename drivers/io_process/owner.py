@@ -22,9 +22,11 @@ _RESTART_NS: Final = 500_000_000
 _STUCK_NS: Final = 1_000_000_000
 """An I/O process that has not moved for this long does not hear an alarm either."""
 _WHY: Final = {
-    Trip.SILENCE: "no call came in time (busy machine? hung loop?), so the I/O process wrote the safe set-points; close and open again",
+    Trip.SILENCE: "no call came in time (busy machine? hung loop?), so the I/O process wrote the safe set-points; "
+    "close and open again",
     Trip.ORPHANED: "its owner was gone, so the I/O process wrote the safe set-points; close and open again",
-    Trip.OUTAGE: "the line was lost while driving; the safe set-points are written as soon as it is back; close and open again",
+    Trip.OUTAGE: "the line was lost while driving; the safe set-points are written as soon as it is back; close and "
+    "open again",
     Trip.ALARM: "another process (the supervisor) took it to the safe set-points; close and open again",
 }
 
@@ -57,7 +59,9 @@ class IoProcess:
         """Start the process without waiting for it, which takes milliseconds; `safe` may be ordered at once."""
         descriptor = create(self._path)
         if descriptor is None:
-            raise DeviceLost(f"{self.resource}: in use by another I/O process of this user; stop the other pamrig first")
+            raise DeviceLost(
+                f"{self.resource}: in use by another I/O process of this user; stop the other pamrig first"
+            )
         try:
             self._mailbox = mapped(self._path)
             self._mode, self._seen_errors = Mode.NONE, 0
@@ -185,7 +189,8 @@ class IoProcess:
             )
 
     def stop(self, patience_s: float = 3.0) -> None:
-        """Let go: outputs stay; a safe order still on its way is finished first, if its line is up. Idempotent; never raises."""
+        """Let go: outputs stay; a safe order still on its way is finished first, if its line is up. Idempotent; never
+        raises."""
         process, mailbox = self._process, self._mailbox
         self._process = self._mailbox = None
         if mailbox is not None and (self._mode is Mode.DRIVE or mailbox.report().state is LinkState.DOWN):
@@ -209,8 +214,9 @@ class IoProcess:
 def alarm(resource: str, patience_s: float) -> bool:
     """Tell the I/O process behind `resource`, whoever owns it, to write its safe outputs and to keep to them.
 
-    True: it lives and has the line (the outputs are confirmed, or on their way after `patience_s`). False: there is no such
-    process, or none that moves, so the caller has to open the wire itself. DeviceLost when it lives and cannot reach the device.
+    True: it lives and has the line (the outputs are confirmed, or on their way after `patience_s`). False: there is no
+    such process, or none that moves, so the caller has to open the wire itself. DeviceLost when it lives and cannot
+    reach the device.
     """
     mailbox = attach(path_for(resource))
     if mailbox is None:

@@ -1,8 +1,8 @@
 """The I/O process itself: one wire, driven as fast as it goes, with the newest order and none older.
 
-It owns the wire, so nothing that a wire does can hold up the loop: silence, slow replies, reconnecting. It also guards the
-outputs: when the owner falls silent, dies, or the wire comes back after an outage, it writes the safe outputs by itself and
-keeps to them (`Trip`). What the wire speaks is the business of a `Link`; this file knows none.
+It owns the wire, so nothing that a wire does can hold up the loop: silence, slow replies, reconnecting. It also guards
+the outputs: when the owner falls silent, dies, or the wire comes back after an outage, it writes the safe outputs by
+itself and keeps to them (`Trip`). What the wire speaks is the business of a `Link`; this file knows none.
 """
 
 import contextlib
@@ -41,10 +41,12 @@ class Link(Protocol):
     """One wire and what it speaks."""
 
     def connect(self) -> Mapping[str, str]:
-        """Open the wire and prove that the right device answers; facts for the log. DeviceError says what is wrong, in one line."""
+        """Open the wire and prove that the right device answers; facts for the log. DeviceError says what is wrong, in
+        one line."""
 
     def exchange(self, outputs: tuple[float, ...] | None, fresh: bool, urgent: bool) -> Exchange:
-        """One bounded exchange. `outputs` None: leave them alone; `fresh`: not confirmed yet, so they go first; `urgent`: at once.
+        """One bounded exchange. `outputs` None: leave them alone; `fresh`: not confirmed yet, so they go first;
+        `urgent`: at once.
 
         DeviceError when it failed and the next may work, DeviceLost when the wire is gone.
         """
@@ -143,7 +145,9 @@ class Worker:
             self._confirmed = outputs
             report = report._replace(sent_ns=now_ns)
         if outputs is not None and outputs == self._confirmed:
-            report = report._replace(order_done=number, alarm_done=alarm if outputs == self._job.safe else report.alarm_done)
+            report = report._replace(
+                order_done=number, alarm_done=alarm if outputs == self._job.safe else report.alarm_done
+            )
         self._report = report._replace(exchanges=report.exchanges + 1, values=tuple(values), stamps_ns=tuple(stamps))
         self._say(longest_ns=max(report.longest_ns, now_ns - report.heartbeat_ns))
 
@@ -182,7 +186,8 @@ class Worker:
 
     @property
     def finished(self) -> bool:
-        """Nobody is left, and the outputs are where the last order or the safe values want them, or out of reach for good."""
+        """Nobody is left, and the outputs are where the last order or the safe values want them, or out of reach for
+        good."""
         if not self._orphan_since_ns:
             return False
         order = self._mailbox.order()

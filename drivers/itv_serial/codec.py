@@ -1,7 +1,8 @@
 """What an ITV regulator speaks on RS-232C: bytes <-> commands, and how long they take on the wire. No I/O.
 
-The command set of the serial variants is unconfirmed, so every part of it is a field of `Dialect`, which stands in the rig's
-config. INC and DEC are left out on purpose: a relative command that is lost or repeated leaves the valve elsewhere.
+The command set of the serial variants is unconfirmed, so every part of it is a field of `Dialect`, which stands in the
+rig's config. INC and DEC are left out on purpose: a relative command that is lost or repeated leaves the valve
+elsewhere.
 """
 
 import re
@@ -26,7 +27,8 @@ class Dialect:
     terminator: str = "\r\n"
     reply_terminator: str = "\r\n"
     set_reply: str = r"(?P<count>\d{1,4})"
-    """Pattern of the whole reply to a set-point, without its terminator. A group `count` must repeat the set-point. Empty: no reply."""
+    """Pattern of the whole reply to a set-point, without its terminator. A group `count` must repeat the set-point.
+    Empty: no reply."""
     monitor_reply: str = r"(?P<count>\d{1,4})"
     """Pattern of the reply to the monitor command; its group `count` is the pressure."""
     error_replies: list[str] = field(default_factory=lambda: ["UNKNOWN COMMAND", "OUT OF RANGE"])
@@ -45,7 +47,9 @@ class Dialect:
         except (ValueError, KeyError, IndexError):
             fields = []
         if fields != ["count"]:
-            raise ValueError(f"set_command must contain {{count}}, or {{count:04d}} for leading zeros, got {self.set_command!r}")
+            raise ValueError(
+                f"set_command must contain {{count}}, or {{count:04d}} for leading zeros, got {self.set_command!r}"
+            )
         for name in ("set_command", "monitor_command", "terminator", "reply_terminator"):
             text = getattr(self, name)
             if not text or not text.isascii():
@@ -93,7 +97,8 @@ class Codec:
             raise ReplyError(f"answered {found} to a set-point of {count}")
 
     def monitored(self, reply: bytes) -> int:
-        """The pressure in counts; ReplyError when the reply is something else or lies above full scale by more than 10 %."""
+        """The pressure in counts; ReplyError when the reply is something else or lies above full scale by more than 10
+        %."""
         count = int(self._match(self._monitor_reply, reply)["count"])
         if count > 1.1 * self.dialect.full_scale_counts:
             raise ReplyError(f"monitor reads {count}, above the full scale of {self.dialect.full_scale_counts}")
@@ -140,7 +145,8 @@ class Pace(NamedTuple):
 
 
 def pace(dialect: Dialect, baud: int, bits_per_byte: int, monitor: bool) -> Pace:
-    """Wire time of the longest set-point and monitor exchange; `bits_per_byte` counts start, data, parity and stop bits."""
+    """Wire time of the longest set-point and monitor exchange; `bits_per_byte` counts start, data, parity and stop
+    bits."""
     codec = Codec(dialect)
     top = dialect.full_scale_counts
     digits = len(str(top)) + len(dialect.reply_terminator)

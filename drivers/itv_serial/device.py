@@ -1,4 +1,5 @@
-"""Two SMC ITV regulators over RS-232C as a Device of the loop: each port in an I/O process of its own, nothing here waits for a wire."""
+"""Two SMC ITV regulators over RS-232C as a Device of the loop: each port in an I/O process of its own, nothing here
+waits for a wire."""
 
 import contextlib
 import dataclasses
@@ -33,7 +34,8 @@ class ItvSettings:
     patience_s: float = bounded(0.001, 5.0, "s", default=0.03)
     """How long a reply may take beyond its wire time."""
     silence_periods: int = bounded(2, 1000, "periods", default=5)
-    """An owner that drives and makes no call for this many periods is taken for dead: the safe set-points are written."""
+    """An owner that drives and makes no call for this many periods is taken for dead: the safe set-points are
+    written."""
 
 
 class _Valve:
@@ -47,14 +49,17 @@ class _Valve:
         self.codec = Codec(settings.dialect)
         self.pace: Pace = pace(settings.dialect, port.baud, port.bits_per_byte, self.reads)
         scale = Calibration(
-            [(0.0, 0.0), (float(settings.dialect.full_scale_counts), settings.dialect.full_scale_mpa)], raw_unit="counts"
+            [(0.0, 0.0), (float(settings.dialect.full_scale_counts), settings.dialect.full_scale_mpa)],
+            raw_unit="counts",
         )
         self._to_counts = inverse(for_role(context, valve, scale).knots)
         self.to_mpa = curve(for_role(context, monitor, scale).knots)
         self.speed = self.pace.summary(port.baud, context.period_ns / 1e9)
         safe = (self.counts(context.safe_p1_mpa if number == 0 else context.safe_p2_mpa),)
         link = LinkSettings(self.name, port, settings.dialect, self.reads, settings.patience_s)
-        job = Job("drivers.itv_serial.link", dataclasses.asdict(link), safe, settings.silence_periods * context.period_ns)
+        job = Job(
+            "drivers.itv_serial.link", dataclasses.asdict(link), safe, settings.silence_periods * context.period_ns
+        )
         worst_s = self.pace.set_s + self.pace.monitor_s + 2 * settings.patience_s
         self.safe_bound_s = self.pace.set_s + max(self.pace.set_s, self.pace.monitor_s)
         """From the alarm to the last byte of the reply: the exchange under way, then the safe set-point. C."""
@@ -69,9 +74,9 @@ class _Valve:
 class ItvSerial:
     """SMC ITV regulators on RS-232C ports: set-points and monitors, newest set-point wins, ages recorded.
 
-    A port is held by an I/O process, which writes the safe set-points by itself when the loop dies or falls silent. `safe`
-    from a second instance in another process reaches the same I/O process. The valves are written one after the other
-    or side by side as their wires allow, never strictly together.
+    A port is held by an I/O process, which writes the safe set-points by itself when the loop dies or falls silent.
+    `safe` from a second instance in another process reaches the same I/O process. The valves are written one after the
+    other or side by side as their wires allow, never strictly together.
     """
 
     Settings = ItvSettings
@@ -84,7 +89,8 @@ class ItvSerial:
             raise ConfigError(f"itv_serial: the role {wrong[0].value!r} needs the port of its valve, or another device")
         if settings.valve_1 and settings.valve_2 and settings.valve_1.device == settings.valve_2.device:
             raise ConfigError(
-                f"itv_serial: both valves on {settings.valve_1.device}: RS-232C joins two ends, so each valve needs its own port"
+                f"itv_serial: both valves on {settings.valve_1.device}: RS-232C joins two ends, so each valve needs "
+                "its own port"
             )
         self.roles = context.roles
         self._period_ns = context.period_ns
@@ -97,7 +103,8 @@ class ItvSerial:
         return [valve for valve in self.valves if valve]
 
     def open(self) -> Mapping[str, str]:
-        """Start the I/O processes; each proves its valve by a monitor reading, which moves nothing. Takes some tenths of a second."""
+        """Start the I/O processes; each proves its valve by a monitor reading, which moves nothing. Takes some tenths
+        of a second."""
         facts: dict[str, str] = {}
         self.close()
         try:
@@ -146,7 +153,8 @@ class ItvSerial:
     def safe(self) -> None:
         """Order the safe set-points on every valve; returns within a period, the wire takes `safe_within_s`.
 
-        Through its own I/O processes when open, else through those of whoever is, else by opening the port for just this.
+        Through its own I/O processes when open, else through those of whoever is, else by opening the port for just
+        this.
         """
         problems: list[DeviceError] = []
         for valve in self._used():

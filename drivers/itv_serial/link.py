@@ -1,4 +1,5 @@
-"""One serial regulator on one port, as its I/O process drives it: pyserial, one command at a time, newest set-point first.
+"""One serial regulator on one port, as its I/O process drives it: pyserial, one command at a time, newest set-point
+first.
 
 Runs inside the I/O process only, so it may wait for the wire. Every wait has an end.
 """
@@ -38,7 +39,8 @@ class LinkSettings:
 
 
 class ItvLink:
-    """A `drivers.io_process.worker.Link`: output 0 is the set-point in counts, value 0 the monitored pressure in counts."""
+    """A `drivers.io_process.worker.Link`: output 0 is the set-point in counts, value 0 the monitored pressure in
+    counts."""
 
     def __init__(self, settings: LinkSettings) -> None:
         self._settings = settings
@@ -66,7 +68,8 @@ class ItvLink:
                 continue
             return {"port": self._settings.port.device, "baud": str(self._settings.port.baud)}
         raise DeviceError(
-            f"{last}; tried {_HELLOS} times at {self._settings.port.baud} baud: check power, port, baud rate and dialect"
+            f"{last}; tried {_HELLOS} times at {self._settings.port.baud} baud: check power, port, baud rate and "
+            "dialect"
         )
 
     def _open(self) -> Any:
@@ -75,13 +78,15 @@ class ItvLink:
         try:
             return serial.serial_for_url(
                 port.device, port.baud, bytesize=port.data_bits, parity=port.parity, stopbits=port.stop_bits,
-                timeout=self._settings.patience_s, write_timeout=self._pace.round_s + self._settings.patience_s, **native,
+                timeout=self._settings.patience_s, write_timeout=self._pace.round_s + self._settings.patience_s,
+                **native,
             )  # fmt: skip
         except (OSError, ValueError, termios.error) as error:  # SerialException is an OSError; termios.error is not
             raise DeviceError(f"{self._where}: {_why_not(error, port.device)}") from None
 
     def exchange(self, outputs: tuple[float, ...] | None, fresh: bool, urgent: bool) -> Exchange:
-        """A new set-point goes first, but never twice running without a monitor reading between, unless it is urgent."""
+        """A new set-point goes first, but never twice running without a monitor reading between, unless it is
+        urgent."""
         if self._dirty:
             self._quieten()
         stale = outputs is not None and time.monotonic() - self._sent_s > _REFRESH_S
@@ -102,7 +107,8 @@ class ItvLink:
         return Exchange(sent=True)
 
     def _monitor(self) -> tuple[float, int]:
-        """The pressure and when it was taken. The regulator samples between command and reply: the earlier end is assumed."""
+        """The pressure and when it was taken. The regulator samples between command and reply: the earlier end is
+        assumed."""
         reply, asked_ns = self._ask(self._codec.monitor, True, self._pace.monitor_s)
         return float(self._parse(lambda: self._codec.monitored(reply))), asked_ns
 
@@ -128,7 +134,11 @@ class ItvLink:
         except serial.SerialTimeoutException:
             self._dirty = True
             raise DeviceError(f"{self._where}: the port takes no more bytes") from None
-        except (OSError, TypeError, termios.error) as error:  # pyserial raises TypeError when the port was closed under it
+        except (
+            OSError,
+            TypeError,
+            termios.error,
+        ) as error:  # pyserial raises TypeError when the port was closed under it
             raise DeviceLost(f"{self._where}: the port is gone: {error}") from None
 
     def _read_line(self, echo: bytes | None, wire_s: float) -> bytes:
@@ -141,12 +151,14 @@ class ItvLink:
         if not line.endswith(end) or (echo is not None and line != echo):
             self._dirty = True
             raise DeviceError(
-                f"{self._where}: {'a reply without its end' if echo is None else 'not the echo of the command'}: {line!r}"
+                f"{self._where}: {'a reply without its end' if echo is None else 'not the echo of the command'}: "
+                f"{line!r}"
             )
         return line[: -len(end)]
 
     def _quieten(self) -> None:
-        """Throw away what comes until the line is silent for as long as a reply takes, so that no late reply answers the next command."""
+        """Throw away what comes until the line is silent for as long as a reply takes, so that no late reply answers
+        the next command."""
         silence_s = self._pace.round_s + self._settings.patience_s / 2
         give_up = time.monotonic() + 4 * silence_s
         try:

@@ -13,7 +13,8 @@ _CODES = {Type.UINT16: "H", Type.INT16: "h", Type.UINT32: "I", Type.INT32: "i", 
 
 
 def encode(block: Block, numbers: Sequence[float]) -> list[int]:
-    """The registers of consecutive channels: rounded (not for floats) and clamped into `block.counts`, so nothing can wrap.
+    """The registers of consecutive channels: rounded (not for floats) and clamped into `block.counts`, so nothing can
+    wrap.
 
     ValueError for a number that is not finite.
     """
@@ -29,7 +30,8 @@ def encode(block: Block, numbers: Sequence[float]) -> list[int]:
 
 
 def decode(block: Block, registers: Sequence[int]) -> list[float]:
-    """The numbers of consecutive channels; a float32 that is not finite stays so and is NaN's business of the caller."""
+    """The numbers of consecutive channels; a float32 that is not finite stays so and is NaN's business of the
+    caller."""
     size = 2 * block.type.registers
     data = b"".join(register.to_bytes(2, "big") for register in registers)
     if len(data) % size:
@@ -68,7 +70,8 @@ def per_count(block: Block) -> float:
 
 
 def rtu_exchange_s(baud: int, bits_per_byte: int, sent_bytes: int, answered_bytes: int) -> float:
-    """Wire time of one RTU request and its reply, with a silence of 3.5 characters after each of them (1.75 ms above 19200 baud).
+    """Wire time of one RTU request and its reply, with a silence of 3.5 characters after each of them (1.75 ms above
+    19200 baud).
 
     Modbus over serial line V1.02, 2.5.1.1. C: the module's own time comes on top.
     """

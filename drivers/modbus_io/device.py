@@ -18,7 +18,8 @@ from rig.sample import STALE
 _SHARE: Final = 0.6
 """Share of the period that the exchanges of a tick may take by the p99 of the measured round trip."""
 _REPLY_SHARE: Final = 0.4
-"""Share of the period after which a reply is late, unless the settings say otherwise; one in pieces may take twice that."""
+"""Share of the period after which a reply is late, unless the settings say otherwise; one in pieces may take twice
+that."""
 _RESCUE_S: Final = 0.02
 """Connecting for the sake of the safe set-points may take this long."""
 
@@ -26,9 +27,10 @@ _RESCUE_S: Final = 0.02
 class ModbusIo:
     """Analog outputs and inputs of a Modbus module, TCP or RTU, from its register map.
 
-    `open` measures the round trip and chooses how a tick's exchanges are made (see Mode); it changes no output, but arms the
-    module's own fail-safe where the map has one. `close` stops that fail-safe, so outputs stay. `safe` from a second instance
-    in another process goes through a connection of its own on TCP, and through the I/O process that holds the port on RTU.
+    `open` measures the round trip and chooses how a tick's exchanges are made (see Mode); it changes no output, but
+    arms the module's own fail-safe where the map has one. `close` stops that fail-safe, so outputs stay. `safe` from a
+    second instance in another process goes through a connection of its own on TCP, and through the I/O process that
+    holds the port on RTU.
     """
 
     Settings = ModbusSettings
@@ -46,7 +48,9 @@ class ModbusIo:
 
     def numbers(self, p1_cmd_mpa: float, p2_cmd_mpa: float) -> Numbers:
         if not (isfinite(p1_cmd_mpa) and isfinite(p2_cmd_mpa)):
-            raise DeviceError(f"{self._settings.resource}: set-points of {p1_cmd_mpa} and {p2_cmd_mpa} MPa cannot be written")
+            raise DeviceError(
+                f"{self._settings.resource}: set-points of {p1_cmd_mpa} and {p2_cmd_mpa} MPa cannot be written"
+            )
         numbers = set_point_numbers(self._plan, self._signals, (p1_cmd_mpa, p2_cmd_mpa))
         return {place: float(round(number)) for place, number in numbers.items()}
 
@@ -89,7 +93,9 @@ class ModbusIo:
     def _choose(self, p99_s: float) -> Mode:
         wanted = self._settings.mode
         if wanted is Mode.COMBINED and not self._plan.can_combine:
-            raise DeviceLost(f"{self._settings.resource}: mode combined needs function 23, both valves side by side, and inputs")
+            raise DeviceLost(
+                f"{self._settings.resource}: mode combined needs function 23, both valves side by side, and inputs"
+            )
         if wanted is not Mode.AUTO:
             return wanted
         exchanges = len(self._plan.writes) + (self._plan.registers > 0)
@@ -140,7 +146,8 @@ class ModbusIo:
             self._rescue_by_process()
 
     def _rescue_on_tcp(self, reply_s: float, connect_s: float) -> None:
-        """A connection for just this. Nobody feeds the watchdog after a rescue from outside: it is stopped, so that the set-points stay."""
+        """A connection for just this. Nobody feeds the watchdog after a rescue from outside: it is stopped, so that the
+        set-points stay."""
         stations = Stations.on_tcp(self._settings, self._plan, reply_s, connect_s)
         try:
             stations.write_safe(self._safe, self._settings.watchdog_s)
@@ -156,7 +163,8 @@ class ModbusIo:
             process.close()
 
     def holds_safe(self) -> bool | None:
-        """Whether the output registers hold the safe set-points, where the map says how to read them back and the line is TCP."""
+        """Whether the output registers hold the safe set-points, where the map says how to read them back and the line
+        is TCP."""
         if self._route is not None:
             return self._route.hold(self._safe)
         if self._settings.serial is not None or not self._plan.driven or self._plan.module.read_back is None:

@@ -1,4 +1,5 @@
-"""The module's own watchdog, and whether it is the module that the map describes. Register writes from the map, nothing more."""
+"""The module's own watchdog, and whether it is the module that the map describes. Register writes from the map, nothing
+more."""
 
 from collections.abc import Mapping, Sequence
 
@@ -28,11 +29,16 @@ def _text(registers: Sequence[int]) -> str:
     return data.decode("ascii", "replace").strip("\0 ")
 
 
-def arm(session: Session, module: ModuleMap, unit: int, watchdog_s: float, safe_numbers: Mapping[int, int]) -> Mapping[str, str]:
+def arm(
+    session: Session, module: ModuleMap, unit: int, watchdog_s: float, safe_numbers: Mapping[int, int]
+) -> Mapping[str, str]:
     """Arm the watchdog where there is one; facts for the log, with a warning where there is none."""
     failsafe = module.failsafe
     if failsafe is None:
-        return {"failsafe": "none", "warning": f"{module.name} holds its outputs when the host is gone: {module.about_failsafe}"}
+        return {
+            "failsafe": "none",
+            "warning": f"{module.name} holds its outputs when the host is gone: {module.about_failsafe}",
+        }
     ticks = max(1, round(watchdog_s / failsafe.tick_s))
     for step in failsafe.arm:
         value = ticks if step.timeout else step.value if step.safe is None else safe_numbers.get(step.safe - 1, 0)

@@ -1,6 +1,8 @@
-"""A Modbus line as its I/O process drives it, going round as fast as the modules answer. RTU, or TCP that is too slow for the loop.
+"""A Modbus line as its I/O process drives it, going round as fast as the modules answer. RTU, or TCP that is too slow
+for the loop.
 
-On RTU the asyncio client is used, one exchange at a time: the synchronous one polls with sleeps and would add 2 to 8 ms.
+On RTU the asyncio client is used, one exchange at a time: the synchronous one polls with sleeps and would add 2 to 8
+ms.
 """
 
 import asyncio
@@ -39,7 +41,8 @@ class ModbusLink:
         self._busy = line is not None  # a serial line is worth keeping busy; on TCP every order wakes us anyway
 
     def connect(self) -> Mapping[str, str]:
-        """Open the line, prove the modules, arm their fail-safe; after an outage the outputs come first, then the fail-safe."""
+        """Open the line, prove the modules, arm their fail-safe; after an outage the outputs come first, then the
+        fail-safe."""
         self.close()  # an attempt before this one may have got as far as a line
         self._stations = self._open()
         self._failed = False
@@ -67,7 +70,9 @@ class ModbusLink:
         except (OSError, ValueError, termios.error) as error:
             raise DeviceError(f"{line.device}: cannot be opened: {error}") from None
         if not opened:
-            raise DeviceError(f"{line.device}: cannot be opened: no such port, in use by another program, or not allowed")
+            raise DeviceError(
+                f"{line.device}: cannot be opened: no such port, in use by another program, or not allowed"
+            )
         never_give_up(client.ctx)
         return Session(client, line.device, self._paced)
 
@@ -147,7 +152,8 @@ async def _connected(line: SerialLine, reply_s: float) -> tuple[AsyncModbusSeria
 
 
 def _stamped(numbers: Mapping[int, float], asked_ns: int) -> dict[int, tuple[float, int]]:
-    """Values with the time of the request: the module sampled after it, so they are a little younger than they are said to be."""
+    """Values with the time of the request: the module sampled after it, so they are a little younger than they are said
+    to be."""
     return {place: (number, asked_ns) for place, number in numbers.items()}
 
 

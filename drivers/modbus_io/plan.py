@@ -1,4 +1,5 @@
-"""Which registers of which unit a tick reads and writes, worked out once from the settings, the maps and the wanted roles."""
+"""Which registers of which unit a tick reads and writes, worked out once from the settings, the maps and the wanted
+roles."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -107,7 +108,9 @@ class Plan:
         if self.can_combine:
             return exchange(13 + 2 * len(self.writes[0].places) * self.outputs.type.registers, answer)
         total = exchange(8, answer) if self.registers else 0.0
-        return total + sum(exchange(9 + 2 * len(write.places) * self.outputs.type.registers, 8) for write in self.writes)
+        return total + sum(
+            exchange(9 + 2 * len(write.places) * self.outputs.type.registers, 8) for write in self.writes
+        )
 
 
 def make_plan(settings: ModbusSettings, roles: frozenset[Role]) -> Plan:

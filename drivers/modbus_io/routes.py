@@ -1,4 +1,5 @@
-"""The two ways in which a tick's exchanges are made: in the loop itself, or by an I/O process that goes round by itself."""
+"""The two ways in which a tick's exchanges are made: in the loop itself, or by an I/O process that goes round by
+itself."""
 
 import time
 from collections.abc import Mapping

@@ -1,7 +1,7 @@
 """The edge to pymodbus: one client, one exchange a call, and every way in which that fails turned into our errors.
 
-pymodbus does not raise for an exception reply, and after a time-out the late reply is still on its way: both are dealt with
-here. Works with its synchronous clients and, given `wait`, with its asyncio ones.
+pymodbus does not raise for an exception reply, and after a time-out the late reply is still on its way: both are dealt
+with here. Works with its synchronous clients and, given `wait`, with its asyncio ones.
 """
 
 import struct
@@ -54,7 +54,11 @@ class Session:
         """Write, then read `count` registers, in one exchange by function 23."""
         response = self._exchange(
             lambda: self.client.readwrite_registers(
-                read_address=read_address, read_count=count, write_address=address, values=list(registers), device_id=unit
+                read_address=read_address,
+                read_count=count,
+                write_address=address,
+                values=list(registers),
+                device_id=unit,
             ),
             f"writing {len(registers)} registers at {_shown(address)} and reading {count} at {_shown(read_address)}",
         )
@@ -71,7 +75,9 @@ class Session:
 
     def _exchange(self, call: Callable[[], Any], what: str) -> Any:
         if not self.client.connected:
-            raise DeviceLost(f"{self.where}: not connected")  # pymodbus would connect anew, for seconds, within the loop
+            raise DeviceLost(
+                f"{self.where}: not connected"
+            )  # pymodbus would connect anew, for seconds, within the loop
         if self.doubtful:
             self._drain()
         try:
@@ -130,7 +136,8 @@ def hush() -> None:
 
 
 def connect_tcp(host: str, port: int, connect_s: float, reply_s: float) -> Session:
-    """A connection to a module; DeviceLost when there is none within `connect_s`. Replies may take `reply_s`, twice that when in pieces."""
+    """A connection to a module; DeviceLost when there is none within `connect_s`. Replies may take `reply_s`, twice
+    that when in pieces."""
     hush()
     where = f"{host}:{port}"
     client = ModbusTcpClient(host, port=port, timeout=connect_s, retries=0)

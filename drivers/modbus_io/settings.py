@@ -1,4 +1,5 @@
-"""What a rig's YAML says about its Modbus module: where it is, its map, and which channel is wired to what. Nothing is opened."""
+"""What a rig's YAML says about its Modbus module: where it is, its map, and which channel is wired to what. Nothing is
+opened."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -104,7 +105,8 @@ class ModbusSettings:
     """Silence after which the module's own fail-safe acts, where it has one."""
     connect_s: float = bounded(0.05, 10.0, "s", default=1.0)
     patience_s: float = bounded(0.002, 2.0, "s", default=0.05)
-    """How long a reply may take where nobody waits for it: in the I/O process, when opening, and when making safe from outside."""
+    """How long a reply may take where nobody waits for it: in the I/O process, when opening, and when making safe from
+    outside."""
     reply_s: float | None = bounded(0.0002, 10.0, "s", default=None)
     """How long a reply may take in the loop (modes separate and combined); 40 % of the period when not set."""
     silence_periods: int = bounded(2, 1000, "periods", default=5)

@@ -1,4 +1,5 @@
-"""The one or two modules of a device as open lines: connect, prove, arm; shared by the direct device and by its I/O process."""
+"""The one or two modules of a device as open lines: connect, prove, arm; shared by the direct device and by its I/O
+process."""
 
 import contextlib
 from collections.abc import Callable, Mapping
@@ -40,7 +41,11 @@ class Stations:
     def prove(self) -> dict[str, str]:
         """Check that the modules are those of the maps."""
         plan = self.plan
-        facts = {"module": failsafe.identify(self.outputs, plan.module, plan.unit)} if plan.writes or plan.one_station else {}
+        facts = (
+            {"module": failsafe.identify(self.outputs, plan.module, plan.unit)}
+            if plan.writes or plan.one_station
+            else {}
+        )
         if not plan.one_station and plan.registers:
             facts["input_module"] = failsafe.identify(self.inputs, plan.input_module, plan.input_unit)
         return facts
@@ -52,7 +57,8 @@ class Stations:
         return failsafe.arm(self.outputs, self.plan.module, self.plan.unit, watchdog_s, safe_numbers)
 
     def prove_and_arm(self, watchdog_s: float, safe_numbers: Mapping[int, int]) -> dict[str, str]:
-        """Both, and one reading: the map's inputs are there. A fail-safe that has tripped may refuse it until it is armed anew."""
+        """Both, and one reading: the map's inputs are there. A fail-safe that has tripped may refuse it until it is
+        armed anew."""
         facts = self.prove()
         try:
             self._try_inputs()
@@ -88,12 +94,17 @@ class Stations:
             if self.plan.module.failsafe is None:
                 raise
             failsafe.arm(
-                self.outputs, self.plan.module, self.plan.unit, watchdog_s, {place: round(n) for place, n in numbers.items()}
+                self.outputs,
+                self.plan.module,
+                self.plan.unit,
+                watchdog_s,
+                {place: round(n) for place, n in numbers.items()},
             )
             self.write(numbers)
 
     def hold(self, numbers: Numbers) -> bool | None:
-        """Whether these numbers stand at the outputs, within what a converter's unused bits may swallow; None: it cannot tell."""
+        """Whether these numbers stand at the outputs, within what a converter's unused bits may swallow; None: it
+        cannot tell."""
         found = self.plan.read_back(self.outputs)
         if found is None:
             return None
@@ -101,7 +112,8 @@ class Stations:
         return all(abs(found[place] - numbers[place]) <= _SAME * (high - low) for place in self.plan.driven)
 
     def close(self, disarm: bool = True) -> None:
-        """Let go; outputs stay, hence a watchdog that would change them is stopped first, unless the line is known to be dead."""
+        """Let go; outputs stay, hence a watchdog that would change them is stopped first, unless the line is known to
+        be dead."""
         if disarm and self.plan.writes:
             with contextlib.suppress(DeviceError):
                 failsafe.disarm(self.outputs, self.plan.module.failsafe, self.plan.unit)
@@ -113,10 +125,15 @@ def _listed(numbers: Numbers) -> list[float]:
     return [numbers.get(place, 0.0) for place in (0, 1)]
 
 
-def set_point_numbers(plan: Plan, signals: Mapping[int, Callable[[float], float]], pressures_mpa: tuple[float, float]) -> Numbers:
+def set_point_numbers(
+    plan: Plan, signals: Mapping[int, Callable[[float], float]], pressures_mpa: tuple[float, float]
+) -> Numbers:
     """Counts of each driven set-point, clamped into what the block can give."""
     low, high = plan.outputs.counts
-    return {place: min(max(to_counts(plan.outputs, signals[place](pressures_mpa[place])), low), high) for place in plan.driven}
+    return {
+        place: min(max(to_counts(plan.outputs, signals[place](pressures_mpa[place])), low), high)
+        for place in plan.driven
+    }
 
 
 def rebuild(settings: Any) -> ModbusSettings:

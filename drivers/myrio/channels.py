@@ -1,4 +1,5 @@
-"""The myRIO's terminals in the units of the rig: each channel joins a register's call, the counts' meaning and a calibration."""
+"""The myRIO's terminals in the units of the rig: each channel joins a register's call, the counts' meaning and a
+calibration."""
 
 import math
 from collections.abc import Callable
@@ -16,9 +17,13 @@ _SUSPECT: Final = int(Flag.SUSPECT)
 T = TypeVar("T")
 
 
-def _input(session: FpgaSession, register: str, units_per_volt: float = 1.0) -> tuple[Callable[[], int], Callable[[int], float]]:
+def _input(
+    session: FpgaSession, register: str, units_per_volt: float = 1.0
+) -> tuple[Callable[[], int], Callable[[int], float]]:
     """The register's call, and what makes a signal of its value."""
-    return session.reader(register), _checked(register, decoder, converter(register, output=False), session, units_per_volt)
+    return session.reader(register), _checked(
+        register, decoder, converter(register, output=False), session, units_per_volt
+    )
 
 
 def _checked(register: str, make: Callable[..., T], terminal: Converter, session: FpgaSession, *rest: float) -> T:
@@ -59,7 +64,8 @@ class AngleChannel:
         self._excitation = _input(session, wiring.excitation) if wiring.excitation else None
 
     def take(self) -> tuple[float, float, float, int]:
-        """Wiper (V), excitation (V, NaN when it is not read), angle (deg, NaN in the dead zone or without excitation), flags."""
+        """Wiper (V), excitation (V, NaN when it is not read), angle (deg, NaN in the dead zone or without excitation),
+        flags."""
         wiper_v = self._volts(self._read())
         if self._excitation is None:
             angle_deg = self._angle(wiper_v / self._reference_v)

@@ -1,7 +1,8 @@
 """Counts and volts of the myRIO-1900's analog terminals. Arithmetic only; nothing is read or written here.
 
-Connectors A and B: 0-5 V, 12 bits, unsigned. Connector C: +-10 V, 12 bits, signed; its register may be declared U16, which
-then carries the two's complement (-1000 reads as 64536), or I16. Weights as in NI's myRIO C support (WGHT, in nV).
+Connectors A and B: 0-5 V, 12 bits, unsigned. Connector C: +-10 V, 12 bits, signed; its register may be declared U16,
+which then carries the two's complement (-1000 reads as 64536), or I16. Weights as in NI's myRIO C support (WGHT, in
+nV).
 """
 
 import math
@@ -39,11 +40,18 @@ BIPOLAR: Final = Converter(VOLTS_C, -2048, 2047)
 
 
 def converter(register: str, output: bool) -> Converter:
-    """The converter behind a register by its name in the bitfile, AI.A_0.VAL or AO.C_1.VAL; ValueError for any other name."""
+    """The converter behind a register by its name in the bitfile, AI.A_0.VAL or AO.C_1.VAL; ValueError for any other
+    name."""
     match = _NAME.fullmatch(register)
-    if match is None or match[1] != ("AO" if output else "AI") or int(match[3]) > (1 if output or match[2] == "C" else 3):
+    if (
+        match is None
+        or match[1] != ("AO" if output else "AI")
+        or int(match[3]) > (1 if output or match[2] == "C" else 3)
+    ):
         kind = "AO.A_0.VAL .. AO.C_1.VAL" if output else "AI.A_0.VAL .. AI.B_3.VAL, AI.C_0.VAL, AI.C_1.VAL"
-        raise ValueError(f"{register!r} is not an analog {'output' if output else 'input'} of the myRIO; allowed: {kind}")
+        raise ValueError(
+            f"{register!r} is not an analog {'output' if output else 'input'} of the myRIO; allowed: {kind}"
+        )
     return BIPOLAR if match[2] == "C" else UNIPOLAR
 
 
@@ -77,7 +85,8 @@ class Encoder:
 
 
 def encoder(terminal: Converter, datatype: str, low: float, high: float, units_per_volt: float = 1.0) -> Encoder:
-    """The encoder for a signal between `low` and `high`, which no rounding leaves; ValueError for a type other than U16, I16."""
+    """The encoder for a signal between `low` and `high`, which no rounding leaves; ValueError for a type other than
+    U16, I16."""
     scale = terminal.lsb_v * units_per_volt
     least = max(math.ceil(low / scale - 1e-9), terminal.low_counts)
     most = min(math.floor(high / scale + 1e-9), terminal.high_counts)

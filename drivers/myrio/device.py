@@ -44,9 +44,10 @@ class _Channels:
 class MyRio:
     """NI myRIO-1900 through nifpga, local or over the network.
 
-    `open` lets a running FPGA run on, so its outputs stay; an FPGA that did not run is started and its outputs are then those
-    of the VI's defaults (0 V). `close` leaves the outputs at their last values. A second instance in another process is a
-    second session on the same FPGA and may call `safe` at any time; open it beforehand, opening takes 0.1 s and more.
+    `open` lets a running FPGA run on, so its outputs stay; an FPGA that did not run is started and its outputs are then
+    those of the VI's defaults (0 V). `close` leaves the outputs at their last values. A second instance in another
+    process is a second session on the same FPGA and may call `safe` at any time; open it beforehand, opening takes 0.1
+    s and more.
     """
 
     Settings = MyRioSettings
@@ -96,7 +97,8 @@ class MyRio:
     def read(self) -> Measurement:
         """Both monitors, wiper and excitation; raw values are volts (or mA, by units_per_volt).
 
-        Every age is the time since just before the first of them was read: the FPGA converts each terminal within 10 us.
+        Every age is the time since just before the first of them was read: the FPGA converts each terminal within 10
+        us.
         """
         channels = self._channels()
         now = self._now
@@ -124,7 +126,8 @@ class MyRio:
             raise self._late(began, ended, "reading")
         return Measurement(
             p1_mpa, p2_mpa, angle_deg, p1_raw, p2_raw, angle_raw, excitation,
-            0 if flags & _P1_ABSENT else age, 0 if flags & _P2_ABSENT else age, 0 if flags & _ANGLE_ABSENT else age, flags,
+            0 if flags & _P1_ABSENT else age, 0 if flags & _P2_ABSENT else age, 0 if flags & _ANGLE_ABSENT else age,
+            flags,
         )  # fmt: skip
 
     def write(self, p1_cmd_mpa: float, p2_cmd_mpa: float) -> None:
@@ -137,9 +140,11 @@ class MyRio:
             raise self._late(began, ended, "writing")
 
     def safe(self) -> None:
-        """Write the safe set-points through the open session or, when that is lost or not there, through one opened for this.
+        """Write the safe set-points through the open session or, when that is lost or not there, through one opened for
+        this.
 
-        Once the device has been open, a new session is opened in the background, and DeviceError means: not yet, ask again.
+        Once the device has been open, a new session is opened in the background, and DeviceError means: not yet, ask
+        again.
         """
         if not self.roles & {Role.VALVE_1, Role.VALVE_2}:
             return
@@ -163,7 +168,8 @@ class MyRio:
             channels.session.close()
 
     def holds_safe(self) -> bool | None:
-        """Whether the FPGA's output registers hold the safe set-points; None while a new session would have to be waited for."""
+        """Whether the FPGA's output registers hold the safe set-points; None while a new session would have to be
+        waited for."""
         if self._open is not None:
             return self._holds_safe(self._open)
         if self._rescue is not None or not self.roles & {Role.VALVE_1, Role.VALVE_2}:
@@ -178,13 +184,16 @@ class MyRio:
         safe_mpa = self._context.safe_p1_mpa, self._context.safe_p2_mpa
         try:
             return all(
-                output.standing() == output.bits(p) for output, p in zip(channels.outputs, safe_mpa, strict=True) if output
+                output.standing() == output.bits(p)
+                for output, p in zip(channels.outputs, safe_mpa, strict=True)
+                if output
             )
         except VENDOR_ERRORS as error:
             raise self._failed(error, "reading back") from None
 
     def stand_by(self) -> None:
-        """Hold a session open, so that `safe` is a matter of microseconds; for whoever may need it, the supervisor. Moves nothing."""
+        """Hold a session open, so that `safe` is a matter of microseconds; for whoever may need it, the supervisor.
+        Moves nothing."""
         self.open()
 
     def close(self) -> None:
@@ -216,9 +225,13 @@ class MyRio:
 
     def _find(self, session: FpgaSession) -> _Channels:
         settings, roles = self._settings, self.roles
-        out = {role: PressureOutput(session, *self._lines[role]) for role in (Role.VALVE_1, Role.VALVE_2) if role in roles}
+        out = {
+            role: PressureOutput(session, *self._lines[role]) for role in (Role.VALVE_1, Role.VALVE_2) if role in roles
+        }
         absent = {Role.MONITOR_1: _P1_ABSENT, Role.MONITOR_2: _P2_ABSENT}
-        monitors = {role: PressureInput(session, *self._lines[role], flag) for role, flag in absent.items() if role in roles}
+        monitors = {
+            role: PressureInput(session, *self._lines[role], flag) for role, flag in absent.items() if role in roles
+        }
         angle = AngleChannel(session, settings.angle, self._potentiometer) if Role.ANGLE in roles else None
         strobe = session.writer(settings.strobe) if out else None
         heartbeat = session.writer(settings.heartbeat) if settings.heartbeat else None
@@ -226,7 +239,14 @@ class MyRio:
         calls = reads + len(out) + bool(strobe) + bool(heartbeat)
         outputs = out.get(Role.VALVE_1), out.get(Role.VALVE_2)
         return _Channels(
-            session, outputs, strobe, monitors.get(Role.MONITOR_1), monitors.get(Role.MONITOR_2), angle, heartbeat, calls
+            session,
+            outputs,
+            strobe,
+            monitors.get(Role.MONITOR_1),
+            monitors.get(Role.MONITOR_2),
+            angle,
+            heartbeat,
+            calls,
         )
 
     def _put(self, channels: _Channels, p1_cmd_mpa: float, p2_cmd_mpa: float) -> None:
@@ -252,7 +272,9 @@ class MyRio:
         """Give the FPGA its limits before the first output of a session, where the bitfile has registers for them."""
         for role, output in zip((Role.VALVE_1, Role.VALVE_2), channels.outputs, strict=True):
             line = self._lines[role][0]
-            for register, counts in zip((line.limit_min, line.limit_max), output.count_range if output else (), strict=False):
+            for register, counts in zip(
+                (line.limit_min, line.limit_max), output.count_range if output else (), strict=False
+            ):
                 if register:
                     channels.session.writer(register)(counts)
         channels.limited = True
@@ -279,7 +301,8 @@ class MyRio:
         if p99 > self._settings.remote_share * self._period_ns:
             channels.session.close()
             raise DeviceLost(
-                f"myRIO {self._settings.resource}: too slow for a period of {self._period_ns / 1e6:g} ms: the {channels.calls} calls "
+                f"myRIO {self._settings.resource}: too slow for a period of {self._period_ns / 1e6:g} ms: the "
+                f"{channels.calls} calls "
                 f"of a tick take {p99 / 1e6:.1f} ms at p99; run the loop on the myRIO itself (resource RIO0)"
             )
         return {"remote_tick_p50_us": f"{p50 / 1e3:.0f}", "remote_tick_p99_us": f"{p99 / 1e3:.0f}"}

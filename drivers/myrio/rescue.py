@@ -1,4 +1,5 @@
-"""The safe write through a new session, in the background: opening one takes longer than a period, and the loop must go on ticking."""
+"""The safe write through a new session, in the background: opening one takes longer than a period, and the loop must go
+on ticking."""
 
 import contextlib
 import os
@@ -22,7 +23,8 @@ class Rescue:
         self._error: DeviceError | None = None
 
     def attempt(self, patience_s: float) -> None:
-        """Start the write unless it is under way, and wait for it; DeviceError when it is not done yet, or has failed."""
+        """Start the write unless it is under way, and wait for it; DeviceError when it is not done yet, or has
+        failed."""
         if self._thread is None:
             self._error = None
             self._thread = threading.Thread(target=self._run, name="myrio-rescue", daemon=True)

@@ -49,7 +49,9 @@ def load_bitfile(path: Path) -> nifpga.Bitfile:
     """The bitfile at `path`; ConfigError when it is missing or is none."""
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # registers of types that nifpga cannot read are skipped, and looked up by name below
+            warnings.simplefilter(
+                "ignore"
+            )  # registers of types that nifpga cannot read are skipped, and looked up by name below
             return nifpga.Bitfile(str(path))
     except OSError as error:
         hint = "; it comes with your FPGA project, not with pamrig" if isinstance(error, FileNotFoundError) else ""
@@ -114,7 +116,9 @@ class FpgaSession:
     def _find(self, register: str) -> Any:
         registers = self._session.registers
         if register not in registers:
-            raise ConfigError(f"{self._path}: the bitfile has no register {register!r}; {_nearest(register, registers)}")
+            raise ConfigError(
+                f"{self._path}: the bitfile has no register {register!r}; {_nearest(register, registers)}"
+            )
         return registers[register]
 
     def _run(self) -> str:
@@ -133,7 +137,9 @@ class FpgaSession:
         deadline_ns = clock.now_ns() + int(settings.ready_timeout_s * 1e9)
         while not read():
             if clock.now_ns() >= deadline_ns:
-                raise DeviceLost(f"myRIO {self.resource}: {settings.ready} did not come within {settings.ready_timeout_s:g} s")
+                raise DeviceLost(
+                    f"myRIO {self.resource}: {settings.ready} did not come within {settings.ready_timeout_s:g} s"
+                )
             clock.wait_until_ns(clock.now_ns() + 1_000_000)
 
 

@@ -1,4 +1,5 @@
-"""What a rig's YAML says about its myRIO: which register is wired to what. Checked against the terminals, nothing opened."""
+"""What a rig's YAML says about its myRIO: which register is wired to what. Checked against the terminals, nothing
+opened."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,7 +20,8 @@ class PressureLine:
     high_mpa: float = bounded(0.001, 1.0, "MPa", default=0.5)
     """Pressures at the two ends of the signal."""
     units_per_volt: float = bounded(0.01, 100.0, default=1.0)
-    """Signal per volt at the terminal: 4 for 4-20 mA through 250 Ohm, 2 for 0-10 V through a divider or an amplifier by two."""
+    """Signal per volt at the terminal: 4 for 4-20 mA through 250 Ohm, 2 for 0-10 V through a divider or an amplifier by
+    two."""
     limit_min: str = ""
     limit_max: str = ""
     """Outputs only: registers of the FPGA's own limits in counts, where the bitfile has them."""
@@ -30,7 +32,8 @@ class PressureLine:
         return Span(self.signal, self.low_mpa, self.high_mpa)
 
     def check(self, key: str, output: bool) -> None:
-        """ValueError unless the signal fits the terminal's range (half a volt-count over is the converter's last step)."""
+        """ValueError unless the signal fits the terminal's range (half a volt-count over is the converter's last
+        step)."""
         terminal = converter(self.register, output)
         if self.units_per_volt <= 0.0:
             return  # out of its bounds, which are checked after this, with a better message

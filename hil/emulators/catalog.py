@@ -1,4 +1,5 @@
-"""Which emulator stands in for the hardware of which driver, and what every emulator offers. Imported when asked for."""
+"""Which emulator stands in for the hardware of which driver, and what every emulator offers. Imported when asked
+for."""
 
 import importlib
 from collections.abc import Mapping
@@ -33,7 +34,8 @@ class Emulate(Protocol):
     """Starts an emulator."""
 
     def __call__(self, settings: Mapping[str, Any], roles: frozenset[Role], world: World, folder: Path) -> Emulator:
-        """`settings`: the device's part of the rig's YAML, from which the wiring is read; `folder`: for files of its own."""
+        """`settings`: the device's part of the rig's YAML, from which the wiring is read; `folder`: for files of its
+        own."""
 
 
 def emulate(kind: str, settings: Mapping[str, Any], roles: frozenset[Role], world: World, folder: Path) -> Emulator:

@@ -13,7 +13,8 @@ from rig.errors import DeviceError
 
 
 class Emulation:
-    """A running emulated rig; a context manager. `places` says where each valve and bus is found (a device file, or a TCP port)."""
+    """A running emulated rig; a context manager. `places` says where each valve and bus is found (a device file, or a
+    TCP port)."""
 
     def __init__(self, spec: RigSpec) -> None:
         self.spec = spec
@@ -24,12 +25,15 @@ class Emulation:
         path = os.pathsep.join(filter(None, sys.path))
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-m", "hil.emulators.serving"],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, env={**os.environ, "PYTHONPATH": path}, start_new_session=True,
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, env={**os.environ, "PYTHONPATH": path},
+            start_new_session=True,
         )  # fmt: skip
         self.places = self._ask(unstructure(self.spec))
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self.end()
 
     def end(self) -> None:

@@ -1,7 +1,7 @@
 """Emulators keep pace with the loop: where the system allows it, their threads run in real time too, below the loop.
 
-A thread that shares the interpreter with the loop and is set aside by other programs while it holds the interpreter's lock would
-hold up the loop for as long. Hardware does not do that, so neither shall its stand-in.
+A thread that shares the interpreter with the loop and is set aside by other programs while it holds the interpreter's
+lock would hold up the loop for as long. Hardware does not do that, so neither shall its stand-in.
 """
 
 import contextlib

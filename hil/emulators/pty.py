@@ -6,7 +6,8 @@ from pathlib import Path
 
 
 def plugged_pty(device: Path) -> tuple[int, int]:
-    """A new pty with `device` linked to its client end; master and slave, the latter held open so that no client hangs up the line."""
+    """A new pty with `device` linked to its client end; master and slave, the latter held open so that no client hangs
+    up the line."""
     master, slave = os.openpty()
     tty.setraw(slave)
     device.unlink(missing_ok=True)

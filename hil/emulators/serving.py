@@ -1,7 +1,8 @@
-"""The process in which an emulated rig lives: builds it from its spec, serves it, and obeys lines of JSON from its owner.
+"""The process in which an emulated rig lives: builds it from its spec, serves it, and obeys lines of JSON from its
+owner.
 
-`python -m hil.emulators.serving` reads the spec as its first line, answers with the places where its devices are found, and then
-with one line to each command, until its input ends.
+`python -m hil.emulators.serving` reads the spec as its first line, answers with the places where its devices are found,
+and then with one line to each command, until its input ends.
 """
 
 import asyncio
@@ -86,7 +87,9 @@ class EmulatedRig:
     def _valve(self, name: str, spec: ValveSpec) -> SerialLine:
         number = 1 if name == "valve_1" else 2
         self._regulators[name] = regulator = Regulator(
-            spec.speech, lambda pressure_mpa: self.world.command(number, pressure_mpa), lambda: self.world.outputs()[number - 1]
+            spec.speech,
+            lambda pressure_mpa: self.world.command(number, pressure_mpa),
+            lambda: self.world.outputs()[number - 1],
         )
         return SerialLine(regulator, self._folder / name, spec.baud, spec.bits_per_byte, spec.turnaround_s, seed=number)
 

@@ -54,7 +54,8 @@ class RigSpec:
     """The set-points at which the regulators stand before anybody writes."""
     period_ns: int = bounded(100_000, 1_000_000_000, "ns", default=5_000_000)
     lockstep: bool = False
-    """The plant goes one period on at each read of a module's inputs instead of with real time: the same run, every time."""
+    """The plant goes one period on at each read of a module's inputs instead of with real time: the same run, every
+    time."""
     valves: dict[str, ValveSpec] = field(default_factory=dict)
     """valve_1, valve_2."""
     buses: dict[str, BusSpec] = field(default_factory=dict)

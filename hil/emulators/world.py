@@ -1,8 +1,8 @@
 """The plant behind the wires: one rig that several emulators share, stepped as a function of the clock.
 
-A plant is any object with `step(p1_cmd_mpa, p2_cmd_mpa) -> (p1_mpa, p2_mpa, angle_deg)`, one period long. The emulators turn
-volts, bytes and registers into calls of this file; nothing here knows a protocol. With the clock of the loop, virtual time
-works like real time, and one step falls between two ticks exactly as in the in-process simulated rig.
+A plant is any object with `step(p1_cmd_mpa, p2_cmd_mpa) -> (p1_mpa, p2_mpa, angle_deg)`, one period long. The emulators
+turn volts, bytes and registers into calls of this file; nothing here knows a protocol. With the clock of the loop,
+virtual time works like real time, and one step falls between two ticks exactly as in the in-process simulated rig.
 """
 
 import threading
@@ -33,7 +33,8 @@ class World:
     """
 
     LONGEST_GAP = 400
-    """Steps made up for after a pause (2 s at 5 ms); commands were constant over it, so more would change nothing fast."""
+    """Steps made up for after a pause (2 s at 5 ms); commands were constant over it, so more would change nothing
+    fast."""
 
     def __init__(
         self, plant: Plant, clock: Clock, period_ns: int = 5_000_000, commands: tuple[float, float] = (0.0, 0.0)

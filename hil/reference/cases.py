@@ -1,7 +1,8 @@
-"""Cases of the blind check: which unit of a family, day, excitation, effect and strength. Drawn from a seed; nothing here is stored.
+"""Cases of the blind check: which unit of a family, day, excitation, effect and strength. Drawn from a seed; nothing
+here is stored.
 
-Development and scoring cases come from different roots of the random tree, so that no seed of one gives a case of the other.
-A development case in three lines:
+Development and scoring cases come from different roots of the random tree, so that no seed of one gives a case of the
+other. A development case in three lines:
 
     sheet = draw_sheet(Purpose.DEVELOPMENT, seed=1, n=40, family="fluidic")
     made = realise(sheet[0], bench_of(sheet[0]))
@@ -11,8 +12,8 @@ One with a unit and sizes of one's own:
 
     made, bench = made_to_order("fluidic", unit_seed=7, sizes={"valve_lag": 0.02}, seed=1)
 
-A `Case` is what chance decided (the label), a `Bench` the unit with its healthy baseline days, which ten cases share, and
-a `Made` the case's records with the sizes that give the wanted gap.
+A `Case` is what chance decided (the label), a `Bench` the unit with its healthy baseline days, which ten cases share,
+and a `Made` the case's records with the sizes that give the wanted gap.
 """
 
 import math
@@ -71,7 +72,8 @@ class Case:
     """How many baseline days the diagnosis gets: 3 or 6."""
     family: str = NAMES[0]
     against: str = DAYS
-    """What its gap is measured by: what days differ by, or what sisters do (for a simulator that was made for another rig)."""
+    """What its gap is measured by: what days differ by, or what sisters do (for a simulator that was made for another
+    rig)."""
 
     @property
     def unit(self) -> int:
@@ -124,21 +126,32 @@ class Made:
 
 
 def draw_sheet(
-    purpose: Purpose, seed: int, n: int, family_name: str = NAMES[0], known: Sequence[str] | None = None, against: str = DAYS
+    purpose: Purpose,
+    seed: int,
+    n: int,
+    family_name: str = NAMES[0],
+    known: Sequence[str] | None = None,
+    against: str = DAYS,
 ) -> list[Case]:
     """n cases in an order that tells nothing; the same arguments give the same sheet.
 
-    `known`: the effects to draw from in place of all that the family has (a library that is short of one cannot be asked for it).
+    `known`: the effects to draw from in place of all that the family has (a library that is short of one cannot be
+    asked for it).
     """
     random, chosen = _random(purpose, (family_name, against), seed, 0), family(family_name)
     effects = {name: law for name, law in chosen.effects.items() if known is None or name in known}
     kinds = [kind for kind, share in SHARES.items() for _ in range(round(share * n))]
     kinds += ["single"] * (n - len(kinds))
-    singles, foreign, pairs = (_endless(random, items) for items in (_alone(effects), _alone(chosen.foreign), _pairs(effects)))
+    singles, foreign, pairs = (
+        _endless(random, items) for items in (_alone(effects), _alone(chosen.foreign), _pairs(effects))
+    )
     drawn = {"none": _endless(random, [()]), "single": singles, "foreign": foreign, "pair": pairs}
     rows = [(kind, next(drawn[kind])) for kind in kinds]
     order = random.permutation(n)
-    return [_draw_case(purpose, seed, number, *rows[int(order[number])], (family_name, against), random) for number in range(n)]
+    return [
+        _draw_case(purpose, seed, number, *rows[int(order[number])], (family_name, against), random)
+        for number in range(n)
+    ]
 
 
 def draw_bench(chosen: Family, plant: Unit, random: Generator) -> Bench:
@@ -156,7 +169,17 @@ def draw_bench(chosen: Family, plant: Unit, random: Generator) -> Bench:
     other = chosen.make(int(random.integers(2**31)))
     sister = record_day(other, other.session(int(random.integers(2**31)), drift), excitations)
     return Bench(
-        chosen, plant, drift, excitations, untouched, days, baselines, floors[0], floor_mpa, sister, _apart(sister, baselines)
+        chosen,
+        plant,
+        drift,
+        excitations,
+        untouched,
+        days,
+        baselines,
+        floors[0],
+        floor_mpa,
+        sister,
+        _apart(sister, baselines),
     )
 
 
@@ -181,7 +204,8 @@ def record_day(plant: Unit, day: Session, excitations: Sequence[Excitation], dis
 
 
 def realise(case: Case, bench: Bench, sizes: Mapping[str, float] | None = None) -> Made:
-    """The case's records, its effects sized so that each has its wanted gap over the floor (or the largest it can have).
+    """The case's records, its effects sized so that each has its wanted gap over the floor (or the largest it can
+    have).
 
     `sizes` from an earlier call spare the search.
     """
@@ -192,34 +216,51 @@ def realise(case: Case, bench: Bench, sizes: Mapping[str, float] | None = None) 
     for effect, sign, wanted in zip(case.effects, case.signs, case.wanted_ratios, strict=True):
         entry, detail = bench.family.laws[effect], int(random.integers(2**31))
         scale = bench.scale(case.against)
-        size, ratio = (sizes[effect], wanted * scale) if sizes else _size_for(entry, sign, wanted * scale, detail, day, bench)
+        size, ratio = (
+            (sizes[effect], wanted * scale) if sizes else _size_for(entry, sign, wanted * scale, detail, day, bench)
+        )
         parts.append(entry.law(size, np.random.default_rng(detail)))
         effects[effect] = {
-            "stage": entry.stage, "size": size, "unit": entry.unit, "library_parameter": entry.library_parameter, "ratio": ratio / scale
+            "stage": entry.stage, "size": size, "unit": entry.unit, "library_parameter": entry.library_parameter,
+            "ratio": ratio / scale
         }  # fmt: skip
     return _recorded(case, effects, merged(bench.family.healthy, parts), day, bench)
 
 
 def made_to_order(family_name: str, unit_seed: int, sizes: Mapping[str, float], seed: int = 0) -> tuple[Made, Bench]:
-    """A case with these effects (name -> signed size, none for a healthy one) on that unit, and the unit's healthy days.
+    """A case with these effects (name -> signed size, none for a healthy one) on that unit, and the unit's healthy
+    days.
 
     Days, excitations and what is no size come from `seed`. RigError for a family or an effect that is not there.
     """
     random, chosen = _random(Purpose.DEVELOPMENT, (family_name, DAYS), seed, 3, unit_seed), family(family_name)
     bench = draw_bench(chosen, chosen.make(unit_seed), random)
-    signs, kind = tuple(1 if size >= 0.0 else -1 for size in sizes.values()), ("none", "single", "pair")[min(len(sizes), 2)]
-    case = Case(Purpose.DEVELOPMENT, seed, 0, kind, tuple(sizes), signs, (math.nan,) * len(sizes), BASELINE_DAYS, family_name)
+    signs, kind = (
+        tuple(1 if size >= 0.0 else -1 for size in sizes.values()),
+        ("none", "single", "pair")[min(len(sizes), 2)],
+    )
+    case = Case(
+        Purpose.DEVELOPMENT, seed, 0, kind, tuple(sizes), signs, (math.nan,) * len(sizes), BASELINE_DAYS, family_name
+    )
     return realise(case, bench, sizes), bench
 
 
-def _recorded(case: Case, effects: dict[str, dict[str, Any]], disturbance: Disturbance, day: Session, bench: Bench) -> Made:
+def _recorded(
+    case: Case, effects: dict[str, dict[str, Any]], disturbance: Disturbance, day: Session, bench: Bench
+) -> Made:
     records = record_day(bench.plant, day, bench.excitations, disturbance)
     angle, pressure = _ratios(records, record_day(bench.plant, day, bench.excitations), bench)
     return Made(case, effects, disturbance, day, records, angle, pressure)
 
 
 def _draw_case(
-    purpose: Purpose, seed: int, number: int, kind: str, effects: tuple[str, ...], branch: tuple[str, str], random: Generator
+    purpose: Purpose,
+    seed: int,
+    number: int,
+    kind: str,
+    effects: tuple[str, ...],
+    branch: tuple[str, str],
+    random: Generator,
 ) -> Case:
     laws = family(branch[0]).laws
     low, high = RATIO_RANGE if kind == "single" else CLEAR_RANGE
@@ -228,7 +269,9 @@ def _draw_case(
     return Case(purpose, seed, number, kind, effects, tuple(signs), tuple(ratios), int(random.choice((3, 6))), *branch)
 
 
-def _size_for(entry: EffectLaw, sign: int, wanted: float, detail: int, day: Session, bench: Bench) -> tuple[float, float]:
+def _size_for(
+    entry: EffectLaw, sign: int, wanted: float, detail: int, day: Session, bench: Bench
+) -> tuple[float, float]:
     """The signed size whose gap is `wanted` floors on some of the excitations, and the ratio it has."""
     some = bench.excitations[:SIZED_ON]
     healthy = record_day(bench.plant, day, some)
@@ -245,8 +288,8 @@ def _size_for(entry: EffectLaw, sign: int, wanted: float, detail: int, day: Sess
 
 
 def _reach(ratio: Callable[[float], float], wanted: float, weak: float, strong: float) -> tuple[float, float]:
-    """Where between `weak` and `strong` the rising `ratio` is `wanted` within 5 %, by false position of logarithms, halved when it
-    creeps; `strong` itself when even that is less.
+    """Where between `weak` and `strong` the rising `ratio` is `wanted` within 5 %, by false position of logarithms,
+    halved when it creeps; `strong` itself when even that is less.
     """
     place, reached = strong, ratio(strong)
     if reached <= wanted:
@@ -306,6 +349,9 @@ def _apart(sister: Named, days: Sequence[Named]) -> float:
 
 
 def _random(purpose: Purpose, branch: tuple[str, str], *path: int) -> Generator:
-    """A branch of the random tree by family and measure; the first family's is the one from before there was another."""
+    """A branch of the random tree by family and measure; the first family's is the one from before there was
+    another."""
     names = [name for name in branch if name not in (NAMES[0], DAYS)]
-    return np.random.default_rng(SeedSequence((_ROOT[purpose], *path), spawn_key=[zlib.crc32(name.encode()) for name in names]))
+    return np.random.default_rng(
+        SeedSequence((_ROOT[purpose], *path), spawn_key=[zlib.crc32(name.encode()) for name in names])
+    )

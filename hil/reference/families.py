@@ -40,12 +40,13 @@ class Unit(Protocol):
         """A day without any drift, as the unit was built."""
 
     def simulate(
-        self, p1_cmd_mpa: Array, p2_cmd_mpa: Array, period_s: float, session: Session, disturbance: Disturbance = ..., noise_seed: int = 0
+        self, p1_cmd_mpa: Array, p2_cmd_mpa: Array, period_s: float, session: Session, disturbance: Disturbance = ...,
+        noise_seed: int = 0
     ) -> Columns:  # fmt: skip
         """One record: columns t_s, p1_cmd_mpa, p2_cmd_mpa, dp_cmd_mpa, p1_mpa, p2_mpa, angle_deg, each of shape (n,).
 
-        Set-points are gauge MPa, one a period, held; reading k is taken as set-point k is sent. The same arguments give the same
-        record. RigError when the joint runs away (a disturbance far outside its range).
+        Set-points are gauge MPa, one a period, held; reading k is taken as set-point k is sent. The same arguments give
+        the same record. RigError when the joint runs away (a disturbance far outside its range).
         """
 
 
@@ -91,25 +92,29 @@ def family(name: str) -> Family:
 
 
 def unit(family_name: str, seed: int) -> Unit:
-    """The rig of that number; units of one family are sisters, rigs of the same build that differ by 1 to 30 % in each parameter."""
+    """The rig of that number; units of one family are sisters, rigs of the same build that differ by 1 to 30 % in each
+    parameter."""
     return family(family_name).make(seed)
 
 
 def disturbance(family_name: str, sizes: Mapping[str, float], detail_seed: int = 0) -> Disturbance:
-    """These effects (name -> signed size, see the family's table) at once. What is no size (which valve, which phase) comes from
-    `detail_seed`. RigError for a name that the family does not have.
+    """These effects (name -> signed size, see the family's table) at once. What is no size (which valve, which phase)
+    comes from `detail_seed`. RigError for a name that the family does not have.
     """
     chosen = family(family_name)
     for effect in sizes:
         if effect not in chosen.laws:
             raise RigError(f"effect {effect!r}: family {family_name} has {', '.join(sorted(chosen.laws))}")
     parts = [
-        chosen.laws[effect].law(size, np.random.default_rng((detail_seed, k))) for k, (effect, size) in enumerate(sizes.items())
+        chosen.laws[effect].law(size, np.random.default_rng((detail_seed, k)))
+        for k, (effect, size) in enumerate(sizes.items())
     ]
     return merged(chosen.healthy, parts)
 
 
-def run(excitation: Excitation, rig: Unit, session: Session, disturbance: Disturbance = None, noise_seed: int = 0) -> Columns:
+def run(
+    excitation: Excitation, rig: Unit, session: Session, disturbance: Disturbance = None, noise_seed: int = 0
+) -> Columns:
     """The record of one excitation, see `Unit.simulate`; without a disturbance the rig is healthy."""
     half = 0.5 * excitation.dp_mpa()
     set_points = excitation.p0_mpa + half, excitation.p0_mpa - half

@@ -38,7 +38,8 @@ class Carried:
 
 @dataclass(frozen=True)
 class PhysicsSource:
-    """Cases of one purpose, shared out evenly among the families and measures; a development source never gives a scoring case."""
+    """Cases of one purpose, shared out evenly among the families and measures; a development source never gives a
+    scoring case."""
 
     purpose: Purpose = Purpose.SCORING
     families: tuple[str, ...] = NAMES[:1]

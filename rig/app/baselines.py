@@ -1,5 +1,5 @@
-"""The earlier days that a diagnosis compares with: which sessions they are, that the log under test is not one of them, and which of
-them does not go with the others."""
+"""The earlier days that a diagnosis compares with: which sessions they are, that the log under test is not one of them,
+and which of them does not go with the others."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -15,8 +15,13 @@ if TYPE_CHECKING:
 
 ODD_RATIO: Final = 3.0
 """A day is odd when it is so many times farther from the others than they usually are from each other."""
-CHANNELS: Final[Mapping[str, tuple[float, str]]] = {"angle_deg": (0.3, "deg"), "p1_mpa": (0.003, "MPa"), "p2_mpa": (0.003, "MPa")}
-"""What is compared, and the rms difference (after the mean) below which no two days are called different: about what monitors resolve."""
+CHANNELS: Final[Mapping[str, tuple[float, str]]] = {
+    "angle_deg": (0.3, "deg"),
+    "p1_mpa": (0.003, "MPa"),
+    "p2_mpa": (0.003, "MPa"),
+}
+"""What is compared, and the rms difference (after the mean) below which no two days are called different: about what
+monitors resolve."""
 
 
 @dataclass(frozen=True)
@@ -41,16 +46,21 @@ def days_in(folder: Path) -> list[Path]:
 
 
 def check_apart(logs: Sequence[Path], baselines: Sequence[Path]) -> None:
-    """RigError when a log under test is among its own baseline: the rig would be compared with itself, and nothing would be found."""
+    """RigError when a log under test is among its own baseline: the rig would be compared with itself, and nothing
+    would be found."""
     for baseline in baselines:
         for log in logs:
             here, there = log.resolve(), baseline.resolve()
             if here == there:
                 raise RigError(f"--baseline {baseline}: that is the log under test; a rig has no gap to itself")
             if there in here.parents:
-                raise RigError(f"--baseline {baseline}: it contains the log under test, {log}; name the earlier days one by one")
+                raise RigError(
+                    f"--baseline {baseline}: it contains the log under test, {log}; name the earlier days one by one"
+                )
             if here in there.parents:
-                raise RigError(f"--baseline {baseline}: it is a part of the log under test, {log}; name that without it")
+                raise RigError(
+                    f"--baseline {baseline}: it is a part of the log under test, {log}; name that without it"
+                )
 
 
 def read_sessions(baselines: Sequence[Path]) -> list[Session]:
@@ -68,7 +78,8 @@ def described(sessions: Sequence[Session]) -> Iterator[str]:
 
 
 def odd_days(sessions: Sequence[Session]) -> list[str]:
-    """Days that are farther from the others than those are from each other; none of less than three, where nobody can say which."""
+    """Days that are farther from the others than those are from each other; none of less than three, where nobody can
+    say which."""
     return [said for channel in CHANNELS for said in _odd_in(channel, sessions)] if len(sessions) > 2 else []
 
 

@@ -1,4 +1,5 @@
-"""What `pamrig gap check` does: the generator of its cases, sealing them, and spreading the work over processes or a cluster."""
+"""What `pamrig gap check` does: the generator of its cases, sealing them, and spreading the work over processes or a
+cluster."""
 
 import secrets
 from collections.abc import Callable, Sequence
@@ -19,7 +20,8 @@ from rig.parallel import each, executor
 
 
 def source_of(development: bool, families: Sequence[str] = FAMILIES, groups: Sequence[str] = tuple(GROUPS)) -> Any:
-    """The generator: this is the only place that knows both it and the check. Effects that the library lacks are not asked for."""
+    """The generator: this is the only place that knows both it and the check. Effects that the library lacks are not
+    asked for."""
     purpose = Purpose.DEVELOPMENT if development else Purpose.SCORING
     return PhysicsSource(purpose, tuple(families) or FAMILIES, measures_of(groups or GROUPS), tuple(LIBRARY))
 
@@ -38,7 +40,9 @@ def seal(source: Any, folder: CheckFolder, cases: int, seed: int | None, groups:
 
 def questions_in(place: CheckFolder) -> list[str]:
     """The names of the questions; RecordError when there are none."""
-    tokens = sorted(path.name for path in place.questions.iterdir() if path.is_dir()) if place.questions.is_dir() else []
+    tokens = (
+        sorted(path.name for path in place.questions.iterdir() if path.is_dir()) if place.questions.is_dir() else []
+    )
     if not tokens:
         raise RecordError(f"{place.questions}: no questions; `pamrig gap check make {place.root}` writes them")
     return tokens

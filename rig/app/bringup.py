@@ -1,6 +1,7 @@
 """A device without a loop: ticked by a thread of its own while somebody types, for probing and calibrating.
 
-The rig is held at its period without a program, set-points go at a gentle rate, and every way out ends in the safe state.
+The rig is held at its period without a program, set-points go at a gentle rate, and every way out ends in the safe
+state.
 """
 
 import contextlib
@@ -61,7 +62,9 @@ class DeviceTicker:
         self._thread.start()
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self._quit.set()
         self._thread.join()
         try:
@@ -84,7 +87,9 @@ class DeviceTicker:
         try:
             self._device.safe()
         except DeviceError as error:
-            raise DeviceError(f"NOT SAFE as far as is known: old set-points may stand, open the dump valve: {error}") from None
+            raise DeviceError(
+                f"NOT SAFE as far as is known: old set-points may stand, open the dump valve: {error}"
+            ) from None
 
     def _look_up(self) -> None:
         """Beat; and without somebody above this process nothing is to stand under pressure."""
@@ -153,7 +158,8 @@ class DeviceTicker:
                     return
 
     def _rest(self) -> None:
-        """After an error nothing is to stand under pressure while somebody is still asked for a number; then only beat."""
+        """After an error nothing is to stand under pressure while somebody is still asked for a number; then only
+        beat."""
         if self._at is not None:
             with contextlib.suppress(DeviceError):  # said by the error; tried again on the way out
                 self._make_safe()
@@ -234,7 +240,8 @@ def time_reads(device: Device, period_ns: int, ticks: int, tick_done: Callable[[
     ages.sort()
     share = len(took) - 1
     return Timing(
-        ticks, failed, took[share // 2] / 1e3, took[share * 99 // 100] / 1e3, ages[share // 2] / 1e6, ages[share * 99 // 100] / 1e6,
+        ticks, failed, took[share // 2] / 1e3, took[share * 99 // 100] / 1e3, ages[share // 2] / 1e6,
+        ages[share * 99 // 100] / 1e6,
         dict(flags), last_error, last,
     )  # fmt: skip
 
@@ -258,7 +265,9 @@ class StepResult:
         if abs(own) < least and abs(other) >= least:
             return f"valve {self.valve} moves monitor {3 - self.valve}: the valves or their monitors are swapped"
         if abs(own) < least:
-            return f"valve {self.valve}: stepped by {self.step_mpa:g} MPa, its monitor moved {own:.3f} MPa; is the air on?"
+            return (
+                f"valve {self.valve}: stepped by {self.step_mpa:g} MPa, its monitor moved {own:.3f} MPa; is the air on?"
+            )
         if own * self.step_mpa < 0:
             return f"valve {self.valve}: its monitor moves against the step; is its signal inverted?"
         if abs(other) >= least:
@@ -266,7 +275,9 @@ class StepResult:
         return ""
 
 
-def step_valves(ticker: DeviceTicker, safe_mpa: tuple[float, float], step_mpa: float, settle_s: float) -> list[StepResult]:
+def step_valves(
+    ticker: DeviceTicker, safe_mpa: tuple[float, float], step_mpa: float, settle_s: float
+) -> list[StepResult]:
     """Step each valve alone, up from the safe pressures and back, and see what moves."""
     results = []
     ticker.go_to(*safe_mpa, settle_s)

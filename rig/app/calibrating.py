@@ -58,7 +58,9 @@ def parse_levels(text: str, rig: RigConfig) -> list[float]:
         raise RigError(f"--levels {text}: expected pressures in MPa, with commas between them") from None
     for level in levels:
         if not low <= level <= high:
-            raise RigError(f"--levels: {level:g} MPa is outside {low:g} .. {high:g} MPa, limits.pressure_mpa of {rig.path}")
+            raise RigError(
+                f"--levels: {level:g} MPa is outside {low:g} .. {high:g} MPa, limits.pressure_mpa of {rig.path}"
+            )
     if len(set(levels)) < 2:
         raise RigError("--levels: at least 2 different pressures are needed")
     return levels
@@ -78,7 +80,10 @@ def read_points(path: Path) -> dict[Role, Measured]:
 def guided_angle(rig: RigConfig, options: CalibrationOptions) -> dict[Role, Measured]:
     """Ask for joint angles set by hand and measure the potentiometer at each. Nothing is written to the rig."""
     points: list[tuple[float, float]] = []
-    click.echo("Air off and vented. Turn the joint to an angle of the protractor, type the angle in degrees; an empty line ends.")
+    click.echo(
+        "Air off and vented. Turn the joint to an angle of the protractor, type the angle in degrees; an empty line "
+        "ends."
+    )
     device = compose.make_device(rig, MonotonicClock())
     with _ticker(device, rig) as ticker:
         while (angle_deg := _ask(f"angle {len(points) + 1} [deg]")) is not None:
@@ -90,7 +95,8 @@ def guided_angle(rig: RigConfig, options: CalibrationOptions) -> dict[Role, Meas
                 raise RigError("this rig does not read the excitation of its potentiometer: give --reference-v")
             if reference <= 0.0 or Potentiometer().is_dead(wiper / reference):
                 click.echo(
-                    f"  not taken: wiper {wiper:.3f}, excitation {reference:.3f}: open, without excitation, or in the dead zone"
+                    f"  not taken: wiper {wiper:.3f}, excitation {reference:.3f}: open, without excitation, or in "
+                    "the dead zone"
                 )
                 continue
             points.append((wiper / reference, angle_deg))
@@ -109,7 +115,10 @@ def guided_pressures(rig: RigConfig, levels: Sequence[float], options: Calibrati
         for level in levels:
             ticker.go_to(level, level, settle_s=options.settle_s)
             found = ticker.collect(COLLECT_S)
-            for valve, monitor, raw in ((Role.VALVE_1, Role.MONITOR_1, "p1_raw"), (Role.VALVE_2, Role.MONITOR_2, "p2_raw")):
+            for valve, monitor, raw in (
+                (Role.VALVE_1, Role.MONITOR_1, "p1_raw"),
+                (Role.VALVE_2, Role.MONITOR_2, "p2_raw"),
+            ):
                 gauge_mpa = _ask(f"set {level:g} MPa; gauge of {valve.value} [MPa]")
                 if gauge_mpa is None:
                     continue
@@ -133,7 +142,9 @@ def keep_points(out: Path, measured: Mapping[Role, Measured]) -> Path:
 
     path = out.with_name(f"{out.stem}.points.yaml")
     write_text(
-        path, yaml.safe_dump({role.value: unstructure(m) for role, m in measured.items()}, sort_keys=False), Kind.CALIBRATION
+        path,
+        yaml.safe_dump({role.value: unstructure(m) for role, m in measured.items()}, sort_keys=False),
+        Kind.CALIBRATION,
     )
     return path
 
@@ -159,7 +170,9 @@ def table(result: Mapping[str, Any]) -> Table:
     title = f"written to {result['file']}"
     shown = listing("channel", "form", "points", "residual", "uncertainty (k = 1)", "furthest point", title=title)
     for role, one in result["calibrated"].items():
-        numbers = ("too few points" if v is None else f"{v:.3g} {one['unit']}" for v in (one["residual"], one["uncertainty"]))
+        numbers = (
+            "too few points" if v is None else f"{v:.3g} {one['unit']}" for v in (one["residual"], one["uncertainty"])
+        )
         furthest = f"{one['furthest_point']}: {one['furthest_distance']:.3g} {one['unit']}"
         shown.add_row(role, one["form"], str(one["points"]), *numbers, furthest)
     return shown

@@ -55,7 +55,8 @@ def default_rig() -> Path:
 
 
 def find_config(path: Path, folder: str) -> Path:
-    """`path` as it stands, or the config of that name among those that come with pamrig (`paper`, `configs/sweeps/paper.yaml`).
+    """`path` as it stands, or the config of that name among those that come with pamrig (`paper`,
+    `configs/sweeps/paper.yaml`).
 
     ConfigError when `path` is neither.
     """
@@ -182,7 +183,8 @@ def is_simulated(rig: RigConfig) -> bool:
 
 
 def outlives_the_loop(rig: RigConfig) -> bool:
-    """Whether set-points stand at the valves when the loop's process is gone, so that another process has to see to them."""
+    """Whether set-points stand at the valves when the loop's process is gone, so that another process has to see to
+    them."""
     driving = [entry for entry in rig.devices if entry.roles & {Role.VALVE_1, Role.VALVE_2}]
     return any(getattr(device_class(entry.kind, str(rig.path)), "second_path", True) for entry in driving)
 
@@ -201,7 +203,8 @@ def load(path: Path | None) -> RigConfig:
 
 
 def _require_files(entry: DeviceEntry, settings: Any, path: Path) -> None:
-    """ConfigError when a YAML file that a device's settings name is not there. What else they name, the device looks for itself."""
+    """ConfigError when a YAML file that a device's settings name is not there. What else they name, the device looks
+    for itself."""
     for field in dataclasses.fields(settings):
         place, written = getattr(settings, field.name), entry.settings.get(field.name)
         if isinstance(place, Path) and place.suffix in (".yaml", ".yml") and written is not None:

@@ -1,4 +1,5 @@
-"""Diagnosing cases, one or a whole campaign of days: each case is read, diagnosed and written in one piece, in whichever process."""
+"""Diagnosing cases, one or a whole campaign of days: each case is read, diagnosed and written in one piece, in
+whichever process."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -56,7 +57,9 @@ def check_effects(names: Sequence[str]) -> None:
             raise ConfigError(f"--effect: unknown effect {name!r}; {suggest(name, list(LIBRARY))}")
 
 
-def diagnose_case(options: DiagnosisOptions, case: Case, sessions: Sequence[Session] | None = None) -> "tuple[Case, Diagnosis]":
+def diagnose_case(
+    options: DiagnosisOptions, case: Case, sessions: Sequence[Session] | None = None
+) -> "tuple[Case, Diagnosis]":
     """Read (the sessions too, where the caller has not), diagnose, write the files that were asked for."""
     from rig.gap.diagnosis import diagnose_with_grounds
     from rig.model.parameters import load_model
@@ -87,7 +90,9 @@ def diagnose_campaign(
     from rig.parallel import each, executor
 
     with executor(dask, workers) as pool, progress("diagnosing", len(cases)) as update:
-        yield from each(pool, partial(diagnose_case, options), cases, lambda done: update(done, f"{done} of {len(cases)} days"))
+        yield from each(
+            pool, partial(diagnose_case, options), cases, lambda done: update(done, f"{done} of {len(cases)} days")
+        )
 
 
 def _read(paths: Sequence[Path]) -> "list[Record]":
@@ -96,7 +101,9 @@ def _read(paths: Sequence[Path]) -> "list[Record]":
     return read_all(paths)
 
 
-def _write(options: DiagnosisOptions, case: Case, model: "Model", diagnosis: "Diagnosis", grounds: "Findings | Grounds") -> None:
+def _write(
+    options: DiagnosisOptions, case: Case, model: "Model", diagnosis: "Diagnosis", grounds: "Findings | Grounds"
+) -> None:
     def place(path: Path) -> Path:
         return place_of(path, case.name)
 
@@ -123,7 +130,9 @@ def place_of(path: Path, day: str | None) -> Path:
     return path if day is None else path.with_name(f"{path.stem}_{day}{path.suffix}")
 
 
-def write_overview(options: DiagnosisOptions, results: "Mapping[str | None, Diagnosis]", days: Sequence[Session]) -> None:
+def write_overview(
+    options: DiagnosisOptions, results: "Mapping[str | None, Diagnosis]", days: Sequence[Session]
+) -> None:
     """The page of a whole campaign, at the name that was asked for; each day has its own beside it."""
     from rig.report import overview
 
@@ -144,7 +153,8 @@ def without_next(options: DiagnosisOptions, results: "Mapping[str | None, Diagno
 
 
 def report(results: "Mapping[str | None, Diagnosis]", days: Sequence[Session] = ()) -> dict[str, object]:
-    """The JSON of the command: one diagnosis as it is, several by the names of their days; and what they were compared with."""
+    """The JSON of the command: one diagnosis as it is, several by the names of their days; and what they were compared
+    with."""
     plain = {name: diagnosis.to_json() for name, diagnosis in results.items()}
     sessions = [{"path": str(day.path), "records": len(day.records)} for day in days]
     return plain.get(None, {"days": plain}) | {"baseline": {"sessions": sessions, "disagree": odd_days(days)}}

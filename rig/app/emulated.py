@@ -1,8 +1,9 @@
-"""A rig of hardware without the hardware: its real drivers, each against an emulator, with one simulated plant behind them all.
+"""A rig of hardware without the hardware: its real drivers, each against an emulator, with one simulated plant behind
+them all.
 
-The rig's YAML is the one that goes to the lab. Only what a driver needs to find its stand-in (a port, an address, a bitfile)
-is exchanged; wiring, signals, register maps and dialects are taken as they stand. The calibration is left out: it belongs to the
-real parts, and the emulated ones are nominal.
+The rig's YAML is the one that goes to the lab. Only what a driver needs to find its stand-in (a port, an address, a
+bitfile) is exchanged; wiring, signals, register maps and dialects are taken as they stand. The calibration is left out:
+it belongs to the real parts, and the emulated ones are nominal.
 """
 
 import dataclasses

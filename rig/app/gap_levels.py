@@ -1,7 +1,8 @@
-"""What `pamrig gap calibrate` does: the levels of every reference, fitted on healthy days of development units of all plant families.
+"""What `pamrig gap calibrate` does: the levels of every reference, fitted on healthy days of development units of all
+plant families.
 
-Each unit is identified on its first day, as a user would; further days then stand beside that day, beside the fingerprint and the
-simulator that the identification made, and beside the simulator of the next unit of the same build.
+Each unit is identified on its first day, as a user would; further days then stand beside that day, beside the
+fingerprint and the simulator that the identification made, and beside the simulator of the next unit of the same build.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -76,7 +77,8 @@ def calibrate(plan: Plan, report: Callable[[int], None] = lambda done: None) -> 
         found = pool.map(healthy_days, zip(rigs, models, sisters, strict=True))
         days = [day for some in _reported(found, report, len(rigs)) for day in some]
     levels = {
-        name: _levels([day for day in days if day.reference == name], prior) for name in dict.fromkeys(d.reference for d in days)
+        name: _levels([day for day in days if day.reference == name], prior)
+        for name in dict.fromkeys(d.reference for d in days)
     }
     command = f"pamrig gap calibrate --units {plan.units} --seed {plan.seed}"
     return Fitted(Provenance(command, list(plan.families), len(rigs), len(rigs) * len(DAYS)), levels, prior)

@@ -1,4 +1,5 @@
-"""What `pamrig identify` does: the model at the start and the settings of the search from what was asked, then the fit."""
+"""What `pamrig identify` does: the model at the start and the settings of the search from what was asked, then the
+fit."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -73,7 +74,8 @@ def identify_model(
 
 
 def start_model(start: StartOptions, records: list[Record], options: Options) -> tuple[Model, list[str]]:
-    """The given model, or the template of the kind with bounds that fit the records; and what was chosen for the caller, with why."""
+    """The given model, or the template of the kind with bounds that fit the records; and what was chosen for the
+    caller, with why."""
     if start.start is not None:
         return load_model(find_config(start.start, "models")), []
     drive, choices = Input.COMMAND, []

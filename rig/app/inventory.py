@@ -79,7 +79,9 @@ def table(found: dict[str, Any]) -> Table:
         shown.add_row(row["name"], row["kind"], "\n".join(row["roles"]), settings)
     for role, one in found["calibration"].items():
         spread = "" if one["uncertainty"] is None else f", uncertainty {one['uncertainty']:.3g} {one['unit']}"
-        shown.add_row("", "calibration", role, f"{one['date'] or 'no date'}, {one['form']}, {one['points']} points{spread}")
+        shown.add_row(
+            "", "calibration", role, f"{one['date'] or 'no date'}, {one['form']}, {one['points']} points{spread}"
+        )
     return shown
 
 

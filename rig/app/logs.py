@@ -30,7 +30,8 @@ def found_files(paths: tuple[Path, ...]) -> list[Path]:
 
 
 def found_or_unfinished(paths: tuple[Path, ...]) -> tuple[list[Path], list[Path]]:
-    """As `found_files`, and what recorders began in the folders and did not finish; a folder with neither is a RecordError."""
+    """As `found_files`, and what recorders began in the folders and did not finish; a folder with neither is a
+    RecordError."""
     finished, unfinished = [], []
     for path in paths:
         begun = sorted(path.rglob(f"*{PARTIAL_SUFFIX}")) if path.is_dir() else []
@@ -48,7 +49,11 @@ def describe(path: Path) -> dict[str, Any]:
     if kind_of(path) is Kind.MCAP:
         return _describe_mcap(path)
     records = reader.read(path, phases=None)
-    return {"file": str(path), "records": [_describe_record(record) for record in records], "facts": dict(records[0].facts)}
+    return {
+        "file": str(path),
+        "records": [_describe_record(record) for record in records],
+        "facts": dict(records[0].facts),
+    }
 
 
 def plain_lines(told: Mapping[str, Any]) -> Iterator[str]:
@@ -71,7 +76,9 @@ def _describe_mcap(path: Path) -> dict[str, Any]:
     with McapLog(path) as opened:
         samples, lines = opened.everything()
         start_ns = int(samples.log_time_ns[0]) if len(samples) else 0
-        phases = {phase.name: int((samples["phase"] == phase).sum()) for phase in Phase if (samples["phase"] == phase).any()}
+        phases = {
+            phase.name: int((samples["phase"] == phase).sum()) for phase in Phase if (samples["phase"] == phase).any()
+        }
         seconds = (int(samples["scheduled_ns"][-1]) - int(samples["scheduled_ns"][0])) / 1e9 if len(samples) else 0.0
         return {
             "file": str(path),

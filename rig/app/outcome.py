@@ -37,7 +37,8 @@ class Outcome:
         return f"; {self.safe.words}" if self.safe.writer or self.safe.outcome else ""
 
     def judge(self) -> None:
-        """CheckFailed after a fault, an error or an invalid run, Interrupted after an interrupted one that was none of these."""
+        """CheckFailed after a fault, an error or an invalid run, Interrupted after an interrupted one that was none of
+        these."""
         faults = [r for r in self.runs if r.fault and not (self.interrupted and r.fault == Fault.ESTOP)]
         if faults:
             raise CheckFailed(f"{faults[0].file.name}: {faults[0].cause}{self._rest}")
@@ -48,7 +49,11 @@ class Outcome:
         invalid = [r for r in self.runs if not r.valid]
         if invalid:
             first = invalid[0]
-            lost = f"{first.missed} ticks missed, {first.dropped} dropped" if first.missed or first.dropped else str(first.ended)
+            lost = (
+                f"{first.missed} ticks missed, {first.dropped} dropped"
+                if first.missed or first.dropped
+                else str(first.ended)
+            )
             raise CheckFailed(f"{first.file}: not valid: {first.error or lost}")
         if len(self.runs) < self.planned:
             raise CheckFailed(f"{len(self.runs)} of {self.planned} runs were recorded")

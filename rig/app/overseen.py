@@ -1,7 +1,7 @@
 """Supervisor and guardian above a command that holds a rig by itself, without a loop: calibrating and probing.
 
-They are those of a session. When this process is killed, stopped (also by Ctrl-Z) or hangs, they end it and see to the safe state;
-when one of them is lost, the command gives up.
+They are those of a session. When this process is killed, stopped (also by Ctrl-Z) or hangs, they end it and see to the
+safe state; when one of them is lost, the command gives up.
 """
 
 import os
@@ -33,11 +33,15 @@ class Overseen:
         """Why the watchers cannot be relied on; empty while they can."""
 
     def __enter__(self) -> Self:
-        self._watchers.start(watcher_process, os.getpid(), (Writer.SUPERVISOR, Writer.GUARDIAN), _PATIENCE_NS, speak=True)
+        self._watchers.start(
+            watcher_process, os.getpid(), (Writer.SUPERVISOR, Writer.GUARDIAN), _PATIENCE_NS, speak=True
+        )
         self._watchers.await_ready()
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         """The rig has been left safe: nobody needs to follow up."""
         self._watchers.block.release()
         self._watchers.wake()

@@ -1,7 +1,7 @@
 """A rig that is a recording: it shows what a log's sensors saw, tick by tick, whatever is commanded.
 
-For the loop, the guard, the daemon and the live view on the data of a real rig: would this record have been a fault? To send recorded
-commands to a rig that answers is another thing: `pamrig replay`.
+For the loop, the guard, the daemon and the live view on the data of a real rig: would this record have been a fault? To
+send recorded commands to a rig that answers is another thing: `pamrig replay`.
 """
 
 import math
@@ -30,7 +30,8 @@ class PlaybackSettings:
 
 
 class PlaybackRig:
-    """Plays one record from the first write on; before that it stands at the record's first row, after its end at the last, growing old."""
+    """Plays one record from the first write on; before that it stands at the record's first row, after its end at the
+    last, growing old."""
 
     Settings = PlaybackSettings
     second_path = False
@@ -62,7 +63,9 @@ class PlaybackRig:
         row = bisect_right(self._times_ns, passed_ns) - 1
         age_ns = passed_ns - self._times_ns[row]
         p1, p2, angle = (self._columns[role][row] if role in self._columns else NAN for role in _ABSENT)
-        flags = sum(absent for value, absent in zip((p1, p2, angle), _ABSENT.values(), strict=True) if math.isnan(value))
+        flags = sum(
+            absent for value, absent in zip((p1, p2, angle), _ABSENT.values(), strict=True) if math.isnan(value)
+        )
         ages = [0 if math.isnan(value) else age_ns for value in (p1, p2, angle)]
         return Measurement(p1, p2, angle, p1, p2, angle, NAN, ages[0], ages[1], ages[2], flags)
 
@@ -92,7 +95,9 @@ class PlaybackRig:
         for role, name in _COLUMNS.items():
             column = getattr(record, name)
             if role in self.roles and column is None:
-                raise ConfigError(f"{self._settings.log}: holds no {name}, which the role {role.value} needs; leave the role out")
+                raise ConfigError(
+                    f"{self._settings.log}: holds no {name}, which the role {role.value} needs; leave the role out"
+                )
             if role in self.roles:
                 self._columns[role] = column.tolist()
         self._times_ns = [round(t_s * 1e9) for t_s in (record.t_s - record.t_s[0]).tolist()]

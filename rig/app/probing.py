@@ -17,7 +17,8 @@ from rig.rig_config import DeviceEntry, RigConfig
 WARM_UP_TICKS = 20
 _SEEN = {
     "BROKEN_WIRE": "a monitor reads below its live zero: 0 V on 1-5 V or 0 mA on 4-20 mA is a broken wire, not 0 MPa",
-    "SUSPECT": "a value is out of range; for the angle: the potentiometer is open, without excitation, or in its dead zone",
+    "SUSPECT": "a value is out of range; for the angle: the potentiometer is open, without excitation, or in its "
+    "dead zone",
 }
 
 
@@ -63,7 +64,9 @@ def _timing_facts(timing: Timing, period_ns: int) -> dict[str, Any]:
     facts["holds_period"] = timing.holds(period_ns)
     facts["values_fresh"] = timing.fresh(period_ns)
     facts["last"] = (
-        None if last is None else {key: getattr(last, key) for key in ("p1_mpa", "p2_mpa", "angle_deg", "excitation_raw")}
+        None
+        if last is None
+        else {key: getattr(last, key) for key in ("p1_mpa", "p2_mpa", "angle_deg", "excitation_raw")}
     )
     return facts
 

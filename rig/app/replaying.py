@@ -1,4 +1,5 @@
-"""What `pamrig replay` does: a program from each recording, a session for it, the comparison into the log and a figure."""
+"""What `pamrig replay` does: a program from each recording, a session for it, the comparison into the log and a
+figure."""
 
 import hashlib
 from collections.abc import Iterator, Mapping
@@ -125,7 +126,9 @@ def _complete_files(folder: Path) -> list[Path]:
     return [file for file in files if file not in left_out]
 
 
-def _recording(name: str, source: Path, content: LogContent, rig: RigConfig, p0_mpa: float | None, resample: bool) -> Recording:
+def _recording(
+    name: str, source: Path, content: LogContent, rig: RigConfig, p0_mpa: float | None, resample: bool
+) -> Recording:
     if p0_mpa is None and isinstance(content.run_facts.get("p0_mpa"), int | float):
         p0_mpa = float(content.run_facts["p0_mpa"])
     if resample:
@@ -179,14 +182,22 @@ def _compared(recording: Recording, outcome: Outcome, target: Path, options: Rep
         raise CheckFailed(f"{raw}: the replay ended before the sweep")
     comparison = compare(recording.content.samples, made.samples, str(recording.source))
     facts = comparison.facts()
-    write_content(replace(made, result_facts=dict(made.result_facts) | {"replay": facts}, comparison=comparison), target)
+    write_content(
+        replace(made, result_facts=dict(made.result_facts) | {"replay": facts}, comparison=comparison), target
+    )
     raw.unlink()
     outcome.runs[0].file = target
     figure = (
-        options.figure if options.figure and options.figure.suffix else (options.figure or target.parent) / f"{target.stem}.svg"
+        options.figure
+        if options.figure and options.figure.suffix
+        else (options.figure or target.parent) / f"{target.stem}.svg"
     )
     log_figures.save(log_figures.replay_figure(recording.name, comparison), figure)
-    moved = departures(recording.content.samples, made.samples, options.tolerances) if options.tolerances is not None else []
+    moved = (
+        departures(recording.content.samples, made.samples, options.tolerances)
+        if options.tolerances is not None
+        else []
+    )
     return Replayed(target, figure, facts, moved, outcome)
 
 

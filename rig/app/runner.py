@@ -1,4 +1,5 @@
-"""Carries out runs on a rig: session, progress and stop keys. `run` and `replay` stand on it; what came of it is in outcome.py."""
+"""Carries out runs on a rig: session, progress and stop keys. `run` and `replay` stand on it; what came of it is in
+outcome.py."""
 
 import itertools
 import math
@@ -57,7 +58,8 @@ class RunOptions:
 
 
 def carry_out(rig: RigConfig, runs: Sequence[Planned], options: RunOptions) -> Outcome:
-    """Carry out the runs in order, one MCAP file each in `options.out`; the rig ends in its safe state on every path."""
+    """Carry out the runs in order, one MCAP file each in `options.out`; the rig ends in its safe state on every
+    path."""
     prepare_folder(options.out, [f"{planned.name}.mcap" for planned in runs])
     outcome = Outcome([], len(runs))
     operator = _Operator()
@@ -83,7 +85,12 @@ def carry_out(rig: RigConfig, runs: Sequence[Planned], options: RunOptions) -> O
 
 
 def _run(
-    session: Session, rig: RigConfig, runs: Sequence[Planned], options: RunOptions, operator: "_Operator", outcome: Outcome
+    session: Session,
+    rig: RigConfig,
+    runs: Sequence[Planned],
+    options: RunOptions,
+    operator: "_Operator",
+    outcome: Outcome,
 ) -> None:
     try:
         session.open([planned.program for planned in runs], scripted=True)
@@ -112,10 +119,14 @@ def prepare_folder(out: Path, names: Sequence[str]) -> None:
         raise RigError(f"{out}: the folder cannot be written to; choose another with --out")
     for name in names:
         if (out / name).exists():
-            raise RigError(f"{out / name}: exists already; logs are never overwritten, choose another folder with --out")
+            raise RigError(
+                f"{out / name}: exists already; logs are never overwritten, choose another folder with --out"
+            )
         partial = out / f"{name}{PARTIAL_SUFFIX}"
         if partial.exists():
-            raise RigError(f"{partial}: an unfinished record lies there; `pamrig log recover` it, or choose another --out")
+            raise RigError(
+                f"{partial}: an unfinished record lies there; `pamrig log recover` it, or choose another --out"
+            )
 
 
 def check_realtime(rig: RigConfig, report: Mapping[str, str], force: bool) -> None:
@@ -150,7 +161,9 @@ def check_last_resort(rig: RigConfig, device: Mapping[str, str], force: bool) ->
 
 
 def _orders(session: Session, rig: RigConfig, runs: Sequence[Planned], options: RunOptions) -> list[RunOrder]:
-    common = session_facts(session, rig) | ({} if options.seed is None else {"seed": options.seed}) | dict(options.facts)
+    common = (
+        session_facts(session, rig) | ({} if options.seed is None else {"seed": options.seed}) | dict(options.facts)
+    )
     attachments = {**rig.files, **options.attachments}
     return [
         order_of(
@@ -166,7 +179,8 @@ def _orders(session: Session, rig: RigConfig, runs: Sequence[Planned], options: 
 
 
 class _Operator:
-    """Ctrl-C: the first ramps down and finishes the file, the second is an emergency stop. Listens before there is a session."""
+    """Ctrl-C: the first ramps down and finishes the file, the second is an emergency stop. Listens before there is a
+    session."""
 
     def __init__(self) -> None:
         self._session: Session | None = None
@@ -186,7 +200,8 @@ class _Operator:
 
 
 def _watch(session: Session, operator: _Operator, outcome: Outcome, total_ticks: int) -> None:
-    """Let the loop go, and until it ends: beat, show progress, gather results; a dead recorder or a file that is gone ends the runs."""
+    """Let the loop go, and until it ends: beat, show progress, gather results; a dead recorder or a file that is gone
+    ends the runs."""
     with progress("running", total_ticks) as update:
         session.go()  # only now: what progress imports takes a while on a busy machine, and the loop waits for our beat
         while session.loop_alive:
@@ -194,7 +209,9 @@ def _watch(session: Session, operator: _Operator, outcome: Outcome, total_ticks:
             outcome.runs += session.results()
             _show(session, update, operator.asked_to_stop)
             _look(session, outcome)
-            lost = [run.error for run in outcome.runs if run.error and not run.valid and len(outcome.runs) < outcome.planned]
+            lost = [
+                run.error for run in outcome.runs if run.error and not run.valid and len(outcome.runs) < outcome.planned
+            ]
             gone = [session.trouble.error] if session.trouble is not None and session.trouble.final else []
             if (lost or gone) and not outcome.error:
                 outcome.error = f"the rig was stopped: {[*gone, *lost][0]}"
@@ -228,7 +245,9 @@ def _abandoned(session: Session, orders: Sequence[RunOrder]) -> list[RunResult]:
     ring = session.ring
     runs = [unpack(packed).run for packed in RingReader(ring, max(ring.head - ring.capacity, 0))]
     return [
-        RunResult(order.run, partial, runs.count(order.run), dropped=ring.head - ring.recorded, error="the recorder ended")
+        RunResult(
+            order.run, partial, runs.count(order.run), dropped=ring.head - ring.recorded, error="the recorder ended"
+        )
         for order in orders
         if (partial := order.path.with_name(order.path.name + PARTIAL_SUFFIX)).exists()
     ]
@@ -240,7 +259,9 @@ def _show(session: Session, update: Callable[[float, str], None], stopping: bool
         return
     angle = f"{latest.angle_deg:+6.1f} deg" if math.isfinite(latest.angle_deg) else ""
     trouble = f"  {session.trouble.error}" if session.trouble is not None else ""
-    update(latest.tick, f"{'ramping down  ' if stopping else ''}run {latest.run}  {angle}  missed {latest.missed}{trouble}")
+    update(
+        latest.tick, f"{'ramping down  ' if stopping else ''}run {latest.run}  {angle}  missed {latest.missed}{trouble}"
+    )
 
 
 def new_folder(name: str) -> Path:

@@ -80,7 +80,8 @@ def by_plant(family: str, unit: int, session: int) -> Simulator:
 
 
 def simulate_all(commands: Path, simulator: Simulator, output: Path) -> Iterator[Simulated]:
-    """Every record of the commands through the simulator, each written where it belongs: one into a .mcap, several into a folder."""
+    """Every record of the commands through the simulator, each written where it belongs: one into a .mcap, several into
+    a folder."""
     records = commands_of(commands, simulator.period_s)
     one = len(records) == 1 and output.suffix == ".mcap"
     files = [output] if one else targets_in(output, (record.name for record in records), ".mcap")

@@ -35,9 +35,11 @@ def patience_periods(rig: RigConfig) -> int:
 
 
 def watcher_process(orders: WatcherOrders, pipe: Connection) -> None:
-    """Entry of supervisor and guardian: watch the process that writes set-points until it ends, then see to the safe state.
+    """Entry of supervisor and guardian: watch the process that writes set-points until it ends, then see to the safe
+    state.
 
-    They outlive the process that commands on purpose: when that one is killed, the loop must still be watched to its end.
+    They outlive the process that commands on purpose: when that one is killed, the loop must still be watched to its
+    end.
     """
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP):
         signal.signal(number, signal.SIG_IGN)  # it ends when the loop has ended, not before
@@ -59,7 +61,8 @@ def watcher_process(orders: WatcherOrders, pipe: Connection) -> None:
 
 
 def _supervisor(orders: WatcherOrders, rig: RigConfig, block: SafeBlock, device: Device) -> Supervisor:
-    """The guardian has twice the supervisor's patience, at least its own, and gives the others as long for a loop that has ended."""
+    """The guardian has twice the supervisor's patience, at least its own, and gives the others as long for a loop that
+    has ended."""
     ring, loop = Ring.attach(orders.ring, orders.session), WatchedProcess(orders.pid)
     path = SecondPath.of(device) if compose.outlives_the_loop(rig) else None
     authority = SafeStateAuthority(orders.writer, block, ring, loop, path)
@@ -87,7 +90,11 @@ def _take_measures(rig: RigConfig) -> dict[str, str]:
 
 def _speak(block: SafeBlock) -> None:
     """For a terminal whose own command can say nothing any more."""
-    print(f"pamrig: the process that held the rig is gone or did not move; {block.best().words}", file=sys.stderr, flush=True)
+    print(
+        f"pamrig: the process that held the rig is gone or did not move; {block.best().words}",
+        file=sys.stderr,
+        flush=True,
+    )
 
 
 def watching(rig: RigConfig) -> Watching:
@@ -97,13 +104,15 @@ def watching(rig: RigConfig) -> Watching:
 
 
 def second_path(rig: RigConfig) -> SecondPath:
-    """This process's own way to the rig's device, made when it is used: what goes wrong then is a failed attempt and not the end."""
+    """This process's own way to the rig's device, made when it is used: what goes wrong then is a failed attempt and
+    not the end."""
     path = functools.cache(lambda: SecondPath.of(compose.make_device(rig, MonotonicClock())))
     return SecondPath(lambda: path().safe(), lambda: path().holds_safe())
 
 
 def parts_of(rig: RigConfig, *, virtual: bool = False, seed: int | None = None) -> Parts:
-    """What the daemon's keeper needs to make the processes of this rig. A virtual rig moves nothing and has no supervisor."""
+    """What the daemon's keeper needs to make the processes of this rig. A virtual rig moves nothing and has no
+    supervisor."""
     return Parts(
         rig=rig,
         loop=compose.loop_process,

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 _PIPE_COLUMNS: Final = 1 << 16
 """A pipe has no width: whatever reads it gets each row on a line of its own."""
 _CONTROL: Final = r"\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff"
-"""Control codes of terminals (C0, C1), marks that turn the direction of text, and halves of characters that cannot be encoded."""
+"""Control codes of terminals (C0, C1), marks that turn the direction of text, and halves of characters that cannot be
+encoded."""
 _UNFIT: Final = re.compile(f"[{_CONTROL}]")
 _UNFIT_IN_A_LINE: Final = re.compile(f"[{_CONTROL}\t\n]")
 
@@ -24,7 +25,8 @@ _UNFIT_IN_A_LINE: Final = re.compile(f"[{_CONTROL}\t\n]")
 def console(json_to: str | None = None) -> "Console":
     """The terminal for a person: stdout, or stderr when stdout carries JSON.
 
-    Text is shown as it is: brackets in a name are no markup (who wants styles gives `styled` or `style=`), control codes no commands.
+    Text is shown as it is: brackets in a name are no markup (who wants styles gives `styled` or `style=`), control
+    codes no commands.
     """
     from rich.console import Console
 
@@ -43,11 +45,14 @@ def console(json_to: str | None = None) -> "Console":
 
 
 def visible(text: str, *, one_line: bool = False) -> str:
-    """Text from a file or a name, fit for a terminal: what would move the cursor, colour or turn the line is spelled out.
+    """Text from a file or a name, fit for a terminal: what would move the cursor, colour or turn the line is spelled
+    out.
 
     With `one_line`, a line's end too, so that one value cannot pass for several lines of ours.
     """
-    return (_UNFIT_IN_A_LINE if one_line else _UNFIT).sub(lambda found: found[0].encode("unicode_escape").decode("ascii"), text)
+    return (_UNFIT_IN_A_LINE if one_line else _UNFIT).sub(
+        lambda found: found[0].encode("unicode_escape").decode("ascii"), text
+    )
 
 
 def styled(*parts: str | tuple[str, str]) -> "Text":
@@ -58,7 +63,8 @@ def styled(*parts: str | tuple[str, str]) -> "Text":
 
 
 def listing(names: str, *titles: str, title: str | None = None) -> "Table":
-    """A plain table of names and what belongs to them. Names stay whole however narrow it is; other cells are folded, never cut."""
+    """A plain table of names and what belongs to them. Names stay whole however narrow it is; other cells are folded,
+    never cut."""
     from rich.cells import cell_len
     from rich.table import Column, Table
 
@@ -74,7 +80,8 @@ def listing(names: str, *titles: str, title: str | None = None) -> "Table":
 
 @contextmanager
 def progress(what: str, total: float | None = None) -> Iterator[Callable[[float, str], None]]:
-    """A progress bar on a terminal (one that only moves, without `total`), silence in a pipe; yields `update(done, note)`."""
+    """A progress bar on a terminal (one that only moves, without `total`), silence in a pipe; yields `update(done,
+    note)`."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 

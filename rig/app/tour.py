@@ -13,12 +13,15 @@ from rig.app.terminal import console, styled
 
 
 def steps(out: Path) -> list[tuple[str, list[list[str]]]]:
-    """What each step shows, and its command lines, which run side by side: only what needs no true period has company."""
+    """What each step shows, and its command lines, which run side by side: only what needs no true period has
+    company."""
     baselines = [out / f"baseline_{n}" for n in (1, 2, 3)]
     model, worn = out / "model.yaml", out / "worn"
     sine = out / "quick" / "sine_0.5hz_0.20mpa.mcap"
     virtual = ["--clock", "virtual"]
-    sessions = [["run", "gap", *virtual, "--seed", f"{seed}", "--out", f"{folder}"] for seed, folder in enumerate(baselines, 11)]
+    sessions = [
+        ["run", "gap", *virtual, "--seed", f"{seed}", "--out", f"{folder}"] for seed, folder in enumerate(baselines, 11)
+    ]
     changed = ["run", "gap", *virtual, "--seed", "21", "--rig", "simulated_worn", "--out", f"{worn}"]
     return [
         ("One sine in real time, a tick each 5 ms", [["run", "quick", "--out", f"{out / 'quick'}"]]),
@@ -29,7 +32,10 @@ def steps(out: Path) -> list[tuple[str, list[list[str]]]]:
             "The model, identified from the first healthy session",
             [["identify", f"{baselines[0]}", "--early-stop", "100", "-o", f"{model}"]],
         ),
-        ("How well it predicts the paper's records, which it has not seen", [["validate", f"{model}", f"{out / 'paper'}"]]),
+        (
+            "How well it predicts the paper's records, which it has not seen",
+            [["validate", f"{model}", f"{out / 'paper'}"]],
+        ),
         ("The recorded commands once more, on the simulator", [["replay", f"{sine}", "-o", f"{out / 'replay.mcap'}"]]),
         (
             "What has changed (its regulators answer 10 ms later: configs/rigs/simulated_worn.yaml)",
@@ -45,7 +51,9 @@ def steps(out: Path) -> list[tuple[str, list[list[str]]]]:
 def run_together(commands: list[list[str]]) -> int:
     """Run commands side by side; the first status that is not 0, else 0. Of several, each shows its last line only."""
     output = subprocess.PIPE if len(commands) > 1 else None
-    running = [subprocess.Popen([sys.executable, "-m", "rig.cli.main", *words], stdout=output, text=True) for words in commands]
+    running = [
+        subprocess.Popen([sys.executable, "-m", "rig.cli.main", *words], stdout=output, text=True) for words in commands
+    ]
     for process in running:
         said, _ = process.communicate()
         if said:
@@ -73,7 +81,8 @@ def main() -> int:
             return status
     done = f"\nDone in {time.monotonic() - begun:.0f} s. Open "
     terminal.print(
-        styled(done, (f"{out / 'report.html'}", "bold"), " in a browser; everything else lies beside it."), soft_wrap=True
+        styled(done, (f"{out / 'report.html'}", "bold"), " in a browser; everything else lies beside it."),
+        soft_wrap=True,
     )
     return 0
 

@@ -1,7 +1,8 @@
 """Answering: the diagnosis on questions, in a process of its own that can see nothing else.
 
-`answer_cases` starts the process and returns when its answers are written; `python -m rig.blind_check.answer` is that process.
-Nothing of the labels, their seed or the maker's folder is among its arguments, its environment or the files it may open.
+`answer_cases` starts the process and returns when its answers are written; `python -m rig.blind_check.answer` is that
+process. Nothing of the labels, their seed or the maker's folder is among its arguments, its environment or the files it
+may open.
 """
 
 import os
@@ -26,7 +27,8 @@ _FAILURES: Final = (RigError, ValueError, ArithmeticError, LookupError)
 
 
 def answer_cases(questions: str, answers: str, tokens: Sequence[str]) -> int:
-    """Answer these questions, but for those already answered; returns how many were missing. RecordError when the process fails."""
+    """Answer these questions, but for those already answered; returns how many were missing. RecordError when the
+    process fails."""
     missing = [token for token in tokens if not (Path(answers) / f"{token}.json").exists()]
     if not missing:
         return 0
@@ -45,7 +47,8 @@ def answer_cases(questions: str, answers: str, tokens: Sequence[str]) -> int:
 
 
 def compiled_beside(answers: Path) -> Path:
-    """The answering processes' own folder of machine code, with a copy of what is compiled already; nobody else runs what lies there."""
+    """The answering processes' own folder of machine code, with a copy of what is compiled already; nobody else runs
+    what lies there."""
     from numba.core.caching import UserProvidedCacheLocator
 
     import rig
@@ -94,7 +97,9 @@ def answer_question(place: Path) -> dict[str, Any]:
     return {"modes": modes, "naive": naive, "leave_out": question["leave_out"]}
 
 
-def diagnosed(place: Path, records: Sequence[Any], days: Sequence[Any], mode: Mode, leave_out: Sequence[str]) -> dict[str, Any]:
+def diagnosed(
+    place: Path, records: Sequence[Any], days: Sequence[Any], mode: Mode, leave_out: Sequence[str]
+) -> dict[str, Any]:
     """The diagnosis in one mode as plain data, and what it adds to the simulator."""
     from rig.gap.answer.augment import augmented
     from rig.gap.diagnosis import diagnose_with_grounds

@@ -1,6 +1,7 @@
 """The check as a whole: its pieces of work, and the result from everybody's scores.
 
-One piece is one unit with its cases. Each step skips what is already on disk, so that a killed check goes on where it was.
+One piece is one unit with its cases. Each step skips what is already on disk, so that a killed check goes on where it
+was.
 """
 
 import shutil
@@ -83,7 +84,8 @@ def result_of(folder: CheckFolder) -> dict[str, Any]:
     missing = [token for token in labels if not folder.score(token).exists()]
     if missing:
         raise RecordError(
-            f"{folder.root}: {len(missing)} of {len(labels)} cases are not scored, the first is {missing[0]}; run the steps again"
+            f"{folder.root}: {len(missing)} of {len(labels)} cases are not scored, the first is {missing[0]}; run "
+            "the steps again"
         )
     public = read_json(folder.sealed)
     return {"sealed_sha256": public["sealed_sha256"], "seed": seed} | result_from(
@@ -145,7 +147,8 @@ def _ties(cases: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def _naive(cases: Sequence[Mapping[str, Any]], name: str) -> dict[str, Any]:
-    """A baseline's figures with and without pressures, on the cases of the first mode that has them or not; it answered every case."""
+    """A baseline's figures with and without pressures, on the cases of the first mode that has them or not; it answered
+    every case."""
 
     asked = [mode for mode in MODES if any(mode in case["rows"] for case in cases)]
 

@@ -1,4 +1,5 @@
-"""Answers that contradict themselves: what no diagnosis may say, whatever the truth is. Reads the diagnosis' JSON alone."""
+"""Answers that contradict themselves: what no diagnosis may say, whatever the truth is. Reads the diagnosis' JSON
+alone."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Final

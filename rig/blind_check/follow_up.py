@@ -1,4 +1,5 @@
-"""The second round: what the diagnosis recommended is carried out on the same rig, and it is asked again with those records.
+"""The second round: what the diagnosis recommended is carried out on the same rig, and it is asked again with those
+records.
 
 A tie counts as broken when the truth is still named and none of those it was to be told from is.
 """
@@ -23,7 +24,8 @@ PERIOD_NS: Final = 5_000_000
 
 
 def carry_out(source: Source, folder: CheckFolder, labels: Mapping[str, Label]) -> None:
-    """Make and answer the second questions of those cases whose first answer left a tie and recommended an experiment."""
+    """Make and answer the second questions of those cases whose first answer left a tie and recommended an
+    experiment."""
     again = folder.follow_up()
     asked = []
     for token, label in labels.items():
@@ -38,7 +40,8 @@ def carry_out(source: Source, folder: CheckFolder, labels: Mapping[str, Label]) 
 
 
 def recommended(answer: Mapping[str, Any]) -> Commands:
-    """The commands of the experiment an answer recommends for its tie; none without a tie or a sweep that can be read."""
+    """The commands of the experiment an answer recommends for its tie; none without a tie or a sweep that can be
+    read."""
     said = answer["modes"].get(MODE, {}).get("diagnosis")
     if not said or len(_set(answer["modes"][MODE])) < 2 or not said.get("next_experiment"):
         return {}
@@ -57,7 +60,9 @@ def commands_of(config: Any) -> Commands:
         else:
             path.write_text(config if isinstance(config, str) else yaml.safe_dump(config), encoding="utf-8")
         plans = expand(load_sweep(path), PERIOD_NS)
-    return {f"next_{plan.name}": (*around(plan.p0_mpa, np.asarray(plan.dp_mpa, float)), PERIOD_NS * 1e-9) for plan in plans}
+    return {
+        f"next_{plan.name}": (*around(plan.p0_mpa, np.asarray(plan.dp_mpa, float)), PERIOD_NS * 1e-9) for plan in plans
+    }
 
 
 def tie(first: Mapping[str, Any], second: Mapping[str, Any], truth: Sequence[str]) -> dict[str, Any] | None:

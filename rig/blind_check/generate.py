@@ -1,7 +1,7 @@
 """Making a check: labels drawn and sealed first, then the questions, unit by unit.
 
-The model of each unit is identified here on its first healthy day, by the project's own identification; the case's records
-are never used for it.
+The model of each unit is identified here on its first healthy day, by the project's own identification; the case's
+records are never used for it.
 """
 
 from collections.abc import Collection, Sequence
@@ -30,7 +30,8 @@ from rig.model.parameters import Model, save_model
 from rig.record import Record
 
 WITHHELD_SHARE: Final = 1 / 3
-"""Of all classes, what the mode `withheld` does without. More: little is left to be mistaken for; less: few cases lack theirs."""
+"""Of all classes, what the mode `withheld` does without. More: little is left to be mistaken for; less: few cases lack
+theirs."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,12 @@ class Unit:
 
 
 def draw(
-    source: Source, root: Path, seed: int, cases: int, modes: Sequence[str] = names_of(("days",)), key: bytes | None = None
+    source: Source,
+    root: Path,
+    seed: int,
+    cases: int,
+    modes: Sequence[str] = names_of(("days",)),
+    key: bytes | None = None,
 ) -> str:
     """Draw and seal the labels of a new check at `root`; returns the hash, to be printed before anything else happens.
 
@@ -146,9 +152,11 @@ def _make_case(unit: Unit, number: int, bench: BenchData, shared: Path) -> None:
 
 
 def left_out(seed: int, number: int) -> list[str]:
-    """Effects to leave out of the library in the mode `withheld`: a third of all classes, by the sealed seed and the case's number alone.
+    """Effects to leave out of the library in the mode `withheld`: a third of all classes, by the sealed seed and the
+    case's number alone.
 
-    Its own class is missing as often for a case that has it as for one that has not, so that the question tells nothing.
+    Its own class is missing as often for a case that has it as for one that has not, so that the question tells
+    nothing.
     """
     from rig.gap.hypotheses.library import LIBRARY, effect_class
 
@@ -158,8 +166,9 @@ def left_out(seed: int, number: int) -> list[str]:
 
 
 def write_models(bench: BenchData, kinds: Collection[str], place: Path) -> None:
-    """The simulators that are asked about: the unit's own, identified on all of its first healthy day (from three sines alone it is off
-    by a fifth in a chirp), the same without a fingerprint, and one identified on a sister's day, without a fingerprint too.
+    """The simulators that are asked about: the unit's own, identified on all of its first healthy day (from three sines
+    alone it is off by a fifth in a chirp), the same without a fingerprint, and one identified on a sister's day,
+    without a fingerprint too.
     """
     own = nominal_model(records_of(bench.baselines[0]), bench.p0_mpa)
     for kind in kinds:

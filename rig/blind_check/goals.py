@@ -16,8 +16,11 @@ class Goal(NamedTuple):
     bounds: Mapping[str, float]
 
 
-def _bounds(pressures: float | None, angle: float | None, one: float | None, simulator: float | None) -> dict[str, float]:
-    """By column of the goals: days with pressures, days from the angle, one day or a fingerprint, a simulator alone (with pressures)."""
+def _bounds(
+    pressures: float | None, angle: float | None, one: float | None, simulator: float | None
+) -> dict[str, float]:
+    """By column of the goals: days with pressures, days from the angle, one day or a fingerprint, a simulator alone
+    (with pressures)."""
     columns = {
         "pressures": pressures,
         "angle": angle,
@@ -80,7 +83,10 @@ def figure_text(found: Any, unit: str) -> str:
     if isinstance(found, Mapping):
         if found["rate"] is None:
             return "-"
-        return f"{100 * found['rate']:.1f} % ({100 * found['low']:.0f}..{100 * found['high']:.0f}; {found['k']}/{found['n']})"
+        return (
+            f"{100 * found['rate']:.1f} % ({100 * found['low']:.0f}..{100 * found['high']:.0f}; "
+            f"{found['k']}/{found['n']})"
+        )
     if found is None:
         return "-"
     return f"{100 * found:.1f} %" if unit == "%" else f"{found:.2f} {unit}"

@@ -1,7 +1,7 @@
 """What is asked of a case: by which reference, with which simulator, with or without the measured pressures.
 
-A mode is one column of the goals. Modes come in groups, which is what one chooses to run; a case is asked every mode of the chosen groups
-whose gap is measured as the case's is.
+A mode is one column of the goals. Modes come in groups, which is what one chooses to run; a case is asked every mode of
+the chosen groups whose gap is measured as the case's is.
 """
 
 from collections.abc import Iterable, Mapping
@@ -56,9 +56,12 @@ GROUPS: Final[Mapping[str, tuple[Mode, ...]]] = {
     "one_day": _with_and_without(Mode("one_day", "one day", "session", 1), "one_day_angle"),
     "fingerprint": _with_and_without(Mode("fingerprint", "fingerprint", "fingerprint", 0), "fingerprint_angle"),
     "simulator": (
-        *_with_and_without(Mode("simulator", "sister's simulator", "simulator", 0, SISTER, against=SISTERS), "simulator_angle"),
         *_with_and_without(
-            Mode("own_simulator", "own simulator, no fingerprint", "auto", 0, BARE, against=SISTERS), "own_simulator_angle"
+            Mode("simulator", "sister's simulator", "simulator", 0, SISTER, against=SISTERS), "simulator_angle"
+        ),
+        *_with_and_without(
+            Mode("own_simulator", "own simulator, no fingerprint", "auto", 0, BARE, against=SISTERS),
+            "own_simulator_angle",
         ),
     ),
 }

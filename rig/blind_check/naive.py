@@ -1,6 +1,8 @@
-"""The baselines that a diagnosis has to beat: always "none", a guess, the largest error after the best lag, a re-tuned nominal.
+"""The baselines that a diagnosis has to beat: always "none", a guess, the largest error after the best lag, a re-tuned
+nominal.
 
-They see the same records as the diagnosis and answer with one name, "none" included. They are written to be what people do.
+They see the same records as the diagnosis and answer with one name, "none" included. They are written to be what people
+do.
 """
 
 from collections.abc import Sequence
@@ -34,7 +36,11 @@ def naive_answers(
 def _pairs(records: Sequence[Record], baselines: Sequence[Sequence[Record]]) -> list[tuple[Record, Record]]:
     """Each record beside the first baseline of its name and length."""
     known = {record.name: record for day in reversed(baselines) for record in day}
-    return [(record, known[record.name]) for record in records if record.name in known and len(known[record.name]) == len(record)]
+    return [
+        (record, known[record.name])
+        for record in records
+        if record.name in known and len(known[record.name]) == len(record)
+    ]
 
 
 def _largest_rmse(pairs: Sequence[tuple[Record, Record]], pressures: bool) -> str:
@@ -73,7 +79,8 @@ def _best_lag(y: Column, y0: Column, most: int) -> tuple[int, float]:
 
 
 def _retuned(pairs: Sequence[tuple[Record, Record]]) -> str:
-    """The common practice: fit gain, offset and lag of the healthy response to the new records and blame what moved most."""
+    """The common practice: fit gain, offset and lag of the healthy response to the new records and blame what moved
+    most."""
     rows, targets, spreads = [], [], []
     for record, healthy in pairs:
         if record.angle_deg is None or healthy.angle_deg is None:

@@ -1,4 +1,5 @@
-"""Scoring one case: the opened label beside what was answered, and the stated shrinkage tried on records nobody was given.
+"""Scoring one case: the opened label beside what was answered, and the stated shrinkage tried on records nobody was
+given.
 
 Produces plain rows; counting them is `tally`. Nothing here looks at more than one case.
 """
@@ -22,18 +23,23 @@ ALSO_RIGHT: Final = {"co_contraction": {"valve"}, "leak": {"valve"}}
 UNPREDICTABLE: Final = {"quantisation", "mains_hum", "sensor_noise", "lost_samples", "sensor_dropout"}
 """Effects whose course a simulator cannot repeat, only their strength: their gap is the high-frequency rms."""
 EXCITED: Final = 2.0
-"""Untouched records show an effect when their rms gap is this many floors; a stop that is never met can neither be closed nor missed."""
+"""Untouched records show an effect when their rms gap is this many floors; a stop that is never met can neither be
+closed nor missed."""
 ABSORBED: Final = {
-    "sensor_gain", "sensor_offset", "sensor_nonlinearity", "backlash", "gravity_load", "muscle_mismatch", "coulomb_friction",
+    "sensor_gain", "sensor_offset", "sensor_nonlinearity", "backlash", "gravity_load", "muscle_mismatch",
+    "coulomb_friction",
 }  # fmt: skip
-"""Effects that a fit of the simulator's own parameters swallows, declared before any check: the muscles' curve and loop are free in it."""
+"""Effects that a fit of the simulator's own parameters swallows, declared before any check: the muscles' curve and loop
+are free in it."""
 SWALLOWED: Final = 0.5
 """Share of the mean square from which on re-tuning is said to close a gap."""
 FLAGS: Final = {"unknown", "partly_explained"}
 """Verdicts that say something is there which the library does not hold."""
 
 
-def score_mode(mode: str, answer: Mapping[str, Any], label: Mapping[str, Any], facts: Mapping[str, Any]) -> dict[str, Any]:
+def score_mode(
+    mode: str, answer: Mapping[str, Any], label: Mapping[str, Any], facts: Mapping[str, Any]
+) -> dict[str, Any]:
     """One case in one mode as a row: what was true, what was said, what of it was right."""
     said, asked = answer.get("diagnosis") or {"verdict": "error", "gap": {}, "where": {}, "causes": []}, MODES[mode]
     causes = [cause for cause in said["causes"] if cause["effect"] != "unknown"]
@@ -41,10 +47,13 @@ def score_mode(mode: str, answer: Mapping[str, Any], label: Mapping[str, Any], f
     row = {
         "mode": mode, "kind": label["kind"], "effects": list(label["effects"]), "baselines": label["baselines"],
         "family": label.get("family", ""), "ratio": facts[asked.ratio], "ratio_pressure": facts["ratio_pressure"],
-        "verdict": verdict, "detected": verdict not in ("none", "error"), "flagged": verdict in FLAGS, "unknown": verdict == "unknown",
-        "named": [cause["effect"] for cause in causes], "set": [first["effect"], *first["ambiguous_with"]] if first else [],
+        "verdict": verdict, "detected": verdict not in ("none", "error"), "flagged": verdict in FLAGS,
+        "unknown": verdict == "unknown",
+        "named": [cause["effect"] for cause in causes], "set": [first["effect"],
+        *first["ambiguous_with"]] if first else [],
         "stage_said": said["where"].get("stage"), "confidence": first.get("confidence"),
-        "predicted_ef": said["gap"].get("explained_fraction"), "ef_interval": _interval(said["gap"]) if causes else None,
+        "predicted_ef": said["gap"].get("explained_fraction"),
+        "ef_interval": _interval(said["gap"]) if causes else None,
         "contradictions": contradictions(said) if said["gap"] else [], "reference": said.get("reference"),
         "absorbed": asked.retunes and bool(ABSORBED & set(label["effects"])),
         "seconds": answer["seconds"], "cpu_seconds": answer.get("cpu_seconds"), "error": answer.get("error"),
@@ -53,7 +62,8 @@ def score_mode(mode: str, answer: Mapping[str, Any], label: Mapping[str, Any], f
 
 
 def _retuned(said: Mapping[str, Any], row: Mapping[str, Any]) -> dict[str, Any]:
-    """Of an effect that a fit of the simulator's own parameters swallows: is that said, which one moved, and what would look the same?"""
+    """Of an effect that a fit of the simulator's own parameters swallows: is that said, which one moved, and what would
+    look the same?"""
     retuning = said.get("retuning") or {"closes_fraction": 0.0, "parameters": []}
     alike = {*row["set"], *retuning.get("looks_like", [])}
     swallowed = retuning["closes_fraction"] >= SWALLOWED and bool(retuning["parameters"])
@@ -61,8 +71,8 @@ def _retuned(said: Mapping[str, Any], row: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _interval(gap: Mapping[str, Any]) -> tuple[float, float] | None:
-    """The explained fraction's interval by the stated rms that is left, lower end first. None without one (a mark in the raw samples has
-    no course to add), or without a gap."""
+    """The explained fraction's interval by the stated rms that is left, lower end first. None without one (a mark in
+    the raw samples has no course to add), or without a gap."""
     low, high = gap.get("after_low_deg"), gap.get("after_high_deg")
     span = gap["rms_deg"] ** 2 - gap["floor_deg"] ** 2 if low is not None else 0.0
     if low is None or high is None or span <= 0.0 or low == high:
@@ -70,7 +80,9 @@ def _interval(gap: Mapping[str, Any]) -> tuple[float, float] | None:
     return (gap["rms_deg"] ** 2 - high**2) / span, (gap["rms_deg"] ** 2 - low**2) / span
 
 
-def _right(row: Mapping[str, Any], first: Mapping[str, Any], facts: Mapping[str, Any], pressures: bool) -> dict[str, Any]:
+def _right(
+    row: Mapping[str, Any], first: Mapping[str, Any], facts: Mapping[str, Any], pressures: bool
+) -> dict[str, Any]:
     """What of a row's answer fits the truth."""
     truths, effects = row["effects"], facts["effects"]
     stages = {fact["stage"] for fact in effects.values()}.union(*(ALSO_RIGHT.get(effect, set()) for effect in truths))
@@ -94,9 +106,9 @@ def realised(
 ) -> float | None:
     """Explained fraction (G - E) / (G - F) on records that the diagnosis never got, by its augmented model.
 
-    Mean squares over all of them: G of the case against the mean healthy day, E after the model's own change is taken off,
-    F between healthy days. Without a cause that can be added, or when the augmented model runs away, nothing is explained: 0.
-    None when these records do not show the effect (G below EXCITED floors).
+    Mean squares over all of them: G of the case against the mean healthy day, E after the model's own change is taken
+    off, F between healthy days. Without a cause that can be added, or when the augmented model runs away, nothing is
+    explained: 0. None when these records do not show the effect (G below EXCITED floors).
     """
     added = answer.get("added") or []
     days = [{record.name: record for record in records_of(day)} for day in healthy]
@@ -109,9 +121,11 @@ def realised(
     return (gap - left) / (gap - floor) if gap > EXCITED**2 * floor else None
 
 
-def _model_change(model: Any, added: Sequence[Mapping[str, Any]], mean_exponent: float | None, record: Record) -> Column:
-    """What the added effects (and another law of the mean pressure with them) change in the simulated angle (deg), shape (n,);
-    nothing when either simulation fails."""
+def _model_change(
+    model: Any, added: Sequence[Mapping[str, Any]], mean_exponent: float | None, record: Record
+) -> Column:
+    """What the added effects (and another law of the mean pressure with them) change in the simulated angle (deg),
+    shape (n,); nothing when either simulation fails."""
     from rig.gap.answer.augment import with_mean_exponent
     from rig.model.kernels import simulate
     from rig.model.parameters import AddedEffect
@@ -132,7 +146,11 @@ def _course(case: Column, healthy: Sequence[Column], change: Column) -> tuple[fl
     mean, n = np.mean(healthy, axis=0), len(healthy)
     others = [float(np.mean((day - (mean * n - day) / (n - 1)) ** 2)) for day in healthy]
     scale = (1 + 1 / n) / (1 + 1 / (n - 1))
-    return float(np.mean((case - mean) ** 2)), float(np.mean((case - mean - change) ** 2)), scale * float(np.mean(others))
+    return (
+        float(np.mean((case - mean) ** 2)),
+        float(np.mean((case - mean - change) ** 2)),
+        scale * float(np.mean(others)),
+    )
 
 
 def _angle(record: Record) -> Column:

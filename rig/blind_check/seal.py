@@ -1,7 +1,7 @@
 """Labels under seal: a hash that is printed before the run, a blob that says nothing without its key.
 
-The blob is the labels' JSON under a one-time key (SHAKE-256 key stream, HMAC-SHA-256 tag). The hash is that of the JSON itself,
-so whoever holds it can check the opened labels with `sha256sum`.
+The blob is the labels' JSON under a one-time key (SHAKE-256 key stream, HMAC-SHA-256 tag). The hash is that of the JSON
+itself, so whoever holds it can check the opened labels with `sha256sum`.
 """
 
 import hashlib

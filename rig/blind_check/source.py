@@ -16,8 +16,8 @@ Named = Mapping[str, Columns]
 Commands = Mapping[str, tuple[Column, Column, float]]
 """Record name -> set-points of valve 1 and 2 (MPa) and the period (s)."""
 Label = dict[str, Any]
-"""What chance decided, as plain data. The check reads: kind (none, single, pair, foreign), effects, baselines (how many), family, and
-against (days or sisters: what its gap was measured by)."""
+"""What chance decided, as plain data. The check reads: kind (none, single, pair, foreign), effects, baselines (how
+many), family, and against (days or sisters: what its gap was measured by)."""
 
 
 @dataclass(frozen=True)
@@ -33,8 +33,8 @@ class BenchData:
 
 @dataclass(frozen=True)
 class CaseData:
-    """One case carried out. `facts`: effects (name -> stage, size, unit, library_parameter, ratio), ratio_angle, ratio_sisters,
-    ratio_pressure."""
+    """One case carried out. `facts`: effects (name -> stage, size, unit, library_parameter, ratio), ratio_angle,
+    ratio_sisters, ratio_pressure."""
 
     records: Named
     untouched: Named

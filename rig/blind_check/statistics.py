@@ -1,4 +1,5 @@
-"""Counting scored cases: every row of the goals with its interval, by effect, stage, strength and mode, and what a leak would look like."""
+"""Counting scored cases: every row of the goals with its interval, by effect, stage, strength and mode, and what a leak
+would look like."""
 
 import itertools
 import math
@@ -29,11 +30,14 @@ def mode_result(rows: Sequence[Row]) -> dict[str, Any]:
     single, absorbed = [row for row in every if not row["absorbed"]], [row for row in every if row["absorbed"]]
     foreign = _kind(clear, "foreign")
     pair = [row for row in _kind(rows, "pair") if row["weakest"] >= SIZED * CLEAR]
-    both = [row for row in single if row["realised_ef"] is not None and row["predicted_ef"] is not None and row["named"]]
+    both = [
+        row for row in single if row["realised_ef"] is not None and row["predicted_ef"] is not None and row["named"]
+    ]
     sizes = [row["size_error"] for row in single if row["size_error"] is not None]
     return {
         "false_alarms": _rate(none, "detected"),
-        "false_alarms_by_baselines": {str(n): _rate([row for row in none if row["baselines"] == n], "detected") for n in (3, 6)},
+        "false_alarms_by_baselines": {str(n): _rate([row for row in none if row["baselines"] == n],
+        "detected") for n in (3, 6)},
         "detected_ratio_2": _rate([row for row in rows if row["kind"] != "none" and row["ratio"] >= 2.0], "detected"),
         "detected": _rate([row for row in clear if row["kind"] != "none"], "detected"),
         "stage": _rate(single, "stage_right"),
@@ -46,7 +50,9 @@ def mode_result(rows: Sequence[Row]) -> dict[str, Any]:
         "ef_within_0.05": Rate.of(abs(row["realised_ef"] - row["predicted_ef"]) <= CLOSE for row in both).to_json(),
         "ef_pairs": [[row["predicted_ef"], row["realised_ef"]] for row in both],
         "interval_holds": Rate.of(_holds(row) for row in both if row["ef_interval"] is not None).to_json(),
-        "interval_width": _median([row["ef_interval"][1] - row["ef_interval"][0] for row in both if row["ef_interval"] is not None]),
+        "interval_width": _median(
+            [row["ef_interval"][1] - row["ef_interval"][0] for row in both if row["ef_interval"] is not None]
+        ),
         "size_error": _median(sizes),
         "size_held": Rate.of(row["size_held"] for row in single if row["size_held"] is not None).to_json(),
         "absorbed_right": _rate(absorbed, "absorbed_right"),
@@ -76,7 +82,8 @@ def _counted(items: Iterable[str]) -> dict[str, int]:
 
 
 def breakdown(rows: Sequence[Row]) -> dict[str, Any]:
-    """Singles at CLEAR by effect and by stage, all singles by strength, foreign ones by effect, and the confusion matrix."""
+    """Singles at CLEAR by effect and by stage, all singles by strength, foreign ones by effect, and the confusion
+    matrix."""
     single = _kind(rows, "single")
     clear = [row for row in single if row["ratio"] >= CLEAR]
     foreign = [row for row in _kind(rows, "foreign") if row["ratio"] >= CLEAR]
@@ -87,7 +94,8 @@ def breakdown(rows: Sequence[Row]) -> dict[str, Any]:
         "by_effect": {effect: _short(some) for effect, some in _by_effect(clear).items()},
         "by_stage": {stage: _short(some) for stage, some in sorted(by_stage.items())},
         "by_ratio": {
-            f"{low:g}..{high:g}": _short([row for row in single if low <= row["ratio"] < high]) | _detection(single, low, high)
+            f"{low:g}..{high:g}": _short([row for row in single if low <= row["ratio"] < high])
+            | _detection(single, low, high)
             for low, high in itertools.pairwise(RATIO_EDGES)
         },
         "unknown_by_effect": {effect: _rate(some, "flagged") for effect, some in _by_effect(foreign).items()},
@@ -110,20 +118,24 @@ def withheld_result(rows: Sequence[Row]) -> dict[str, Any]:
     }
 
 
-def naive_result(rows: Sequence[Row], named: Callable[[Row], str], same_class: Callable[[str, str], bool]) -> dict[str, Any]:
+def naive_result(
+    rows: Sequence[Row], named: Callable[[Row], str], same_class: Callable[[str, str], bool]
+) -> dict[str, Any]:
     """The same first figures for a baseline that answers with one name."""
     single = [row for row in _kind(rows, "single") if row["ratio"] >= CLEAR]
     return {
         "false_alarms": Rate.of(named(row) != "none" for row in _kind(rows, "none")).to_json(),
-        "detected": Rate.of(named(row) != "none" for row in rows if row["kind"] != "none" and row["ratio"] >= CLEAR).to_json(),
+        "detected": Rate.of(
+            named(row) != "none" for row in rows if row["kind"] != "none" and row["ratio"] >= CLEAR
+        ).to_json(),
         "class_first": Rate.of(same_class(named(row), row["effects"][0]) for row in single).to_json(),
         "exact_first": Rate.of(named(row) == row["effects"][0] for row in single).to_json(),
     }
 
 
 def shuffled_control(rows: Sequence[Row], seed: int, rounds: int = 200) -> dict[str, Any]:
-    """The exact names against labels dealt anew among the cases: what chance reaches. A leak into the answers cannot move this one,
-    and a score near it says that the answers know nothing.
+    """The exact names against labels dealt anew among the cases: what chance reaches. A leak into the answers cannot
+    move this one, and a score near it says that the answers know nothing.
     """
     single = [row for row in _kind(rows, "single") if row["ratio"] >= CLEAR]
     random = np.random.default_rng(seed)
@@ -135,7 +147,11 @@ def shuffled_control(rows: Sequence[Row], seed: int, rounds: int = 200) -> dict[
         )
         for _ in range(rounds)
     ]
-    return {"exact_first_mean": _mean(hit / len(single) for hit in hits) if single else None, "n": len(single), "rounds": rounds}
+    return {
+        "exact_first_mean": _mean(hit / len(single) for hit in hits) if single else None,
+        "n": len(single),
+        "rounds": rounds,
+    }
 
 
 def reliability(rows: Sequence[Row], bins: int = 5) -> list[dict[str, Any]]:
@@ -176,7 +192,8 @@ def _kind(rows: Sequence[Row], kind: str) -> list[Row]:
 
 def _by_effect(rows: Sequence[Row]) -> dict[str, list[Row]]:
     return {
-        effect: [row for row in rows if row["effects"][0] == effect] for effect in sorted({row["effects"][0] for row in rows})
+        effect: [row for row in rows if row["effects"][0] == effect]
+        for effect in sorted({row["effects"][0] for row in rows})
     }
 
 
@@ -189,7 +206,8 @@ def _values(rows: Sequence[Row], key: str) -> list[float]:
 
 
 def _closed(rows: Sequence[Row]) -> float | None:
-    """Median explained fraction on untouched records that show the effect; a case without a stated cause closes nothing."""
+    """Median explained fraction on untouched records that show the effect; a case without a stated cause closes
+    nothing."""
     return _median(_values(rows, "realised_ef"))
 
 

@@ -1,7 +1,7 @@
 """Records that somebody else brings: answered like any question, scored by labels in a file of their own.
 
-Labels are JSON: name of the question -> list of {"effect": NAME}, empty or "none" for a healthy rig; an optional "ratio" in the
-first entry says the gap over the floor, else the diagnosis' own figure (with pressures) stands for it.
+Labels are JSON: name of the question -> list of {"effect": NAME}, empty or "none" for a healthy rig; an optional
+"ratio" in the first entry says the gap over the floor, else the diagnosis' own figure (with pressures) stands for it.
 """
 
 import hashlib
@@ -19,7 +19,8 @@ from rig.gap.hypotheses.library import LIBRARY
 
 
 def score_own(folder: CheckFolder, labels_path: Path) -> dict[str, Any]:
-    """The result of answered questions under somebody's labels; RecordError when one is missing or a label cannot be read."""
+    """The result of answered questions under somebody's labels; RecordError when one is missing or a label cannot be
+    read."""
     labels = read_json(labels_path)
     if not isinstance(labels, dict) or not labels:
         raise RecordError(f"{labels_path}: expected a mapping from question to a list of effects")
@@ -48,7 +49,13 @@ def _scored(folder: CheckFolder, name: str, label: Label) -> dict[str, Any]:
         mode: score_mode(mode, said, label, facts) | {"realised_ef": None, "truth_withheld": False}
         for mode, said in answer["modes"].items()
     }
-    return {"rows": rows, "naive": answer["naive"], "sandbox_layers": answer["sandbox_layers"], "tie": None, "facts": facts}
+    return {
+        "rows": rows,
+        "naive": answer["naive"],
+        "sandbox_layers": answer["sandbox_layers"],
+        "tie": None,
+        "facts": facts,
+    }
 
 
 def _facts(label: Label, answer: Mapping[str, Any]) -> dict[str, Any]:

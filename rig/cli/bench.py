@@ -1,6 +1,7 @@
 """`pamrig bench`: the project's own benchmarks, each beside its peer in the same run.
 
-A benchmark is a module of rig.qualify.benchmarks with a function `bench_NAME() -> {figure: {value, unit, peer, peer_value, ratio}}`.
+A benchmark is a module of rig.qualify.benchmarks with a function `bench_NAME() -> {figure: {value, unit, peer,
+peer_value, ratio}}`.
 """
 
 import importlib

@@ -26,9 +26,15 @@ def socket_option(command: F) -> F:
 @click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig to keep; default: the simulated rig.")
 @click.option("--config", type=click.Path(path_type=Path), help="The daemon's own YAML: logs, group, live view, ...")
 @click.option("--logs", type=click.Path(path_type=Path), help="Folder for the records; overrides the config.")
-@click.option("--state", type=click.Path(path_type=Path), help="Folder for queue and black boxes; overrides the config.")
-@click.option("--clock", type=click.Choice(["real", "virtual"]), default="real", show_default=True, help="Virtual: for soaking.")
-@click.option("--dry-run", is_flag=True, help="Only say which records retention (keep_gb, keep_days) would remove today.")
+@click.option(
+    "--state", type=click.Path(path_type=Path), help="Folder for queue and black boxes; overrides the config."
+)
+@click.option(
+    "--clock", type=click.Choice(["real", "virtual"]), default="real", show_default=True, help="Virtual: for soaking."
+)
+@click.option(
+    "--dry-run", is_flag=True, help="Only say which records retention (keep_gb, keep_days) would remove today."
+)
 @socket_option
 def daemon(
     rig_path: Path | None,
@@ -39,7 +45,8 @@ def daemon(
     dry_run: bool,
     socket: Path | None,
 ) -> None:
-    """Keep a rig as a service: loop, recorder and supervisor, commanded over a socket. Ends safe on SIGTERM and Ctrl-C."""
+    """Keep a rig as a service: loop, recorder and supervisor, commanded over a socket. Ends safe on SIGTERM and
+    Ctrl-C."""
     import asyncio
     import dataclasses
     import logging
@@ -93,10 +100,12 @@ def _say_what_would_go(settings: "DaemonSettings") -> None:
     due = settings.retention.due(entries, time.time())
     for entry in due:
         say(
-            f"would go: {entry.path}  {entry.size} bytes, of {datetime.fromtimestamp(entry.recorded_s, UTC):%Y-%m-%d %H:%M} UTC",
+            f"would go: {entry.path}  {entry.size} bytes, of "
+            f"{datetime.fromtimestamp(entry.recorded_s, UTC):%Y-%m-%d %H:%M} UTC",
         )
     say(
-        f"{len(due)} of {len(entries)} records of this daemon, {sum(entry.size for entry in due) / 1e9:.3f} GB; nothing was removed"
+        f"{len(due)} of {len(entries)} records of this daemon, {sum(entry.size for entry in due) / 1e9:.3f} GB; "
+        "nothing was removed"
     )
 
 
@@ -139,11 +148,22 @@ def arm(client: Any) -> None:
 @_client_command("start")
 @click.argument("sweeps", nargs=-1, type=click.Path(path_type=Path))
 @click.option(
-    "--pause", "pause_s", type=click.FloatRange(0), default=0.0, show_default=True, help="Seconds of rest after each sweep."
+    "--pause",
+    "pause_s",
+    type=click.FloatRange(0),
+    default=0.0,
+    show_default=True,
+    help="Seconds of rest after each sweep.",
 )
-@click.option("--first", "before", flag_value="first", help="What an interrupted queue still holds is done before SWEEPS.")
-@click.option("--only", "before", flag_value="leave", help="Only SWEEPS; what an interrupted queue still holds stays there.")
-@click.option("--wait", is_flag=True, help="Return when the work is done; exit status 1 when it was not done whole and valid.")
+@click.option(
+    "--first", "before", flag_value="first", help="What an interrupted queue still holds is done before SWEEPS."
+)
+@click.option(
+    "--only", "before", flag_value="leave", help="Only SWEEPS; what an interrupted queue still holds stays there."
+)
+@click.option(
+    "--wait", is_flag=True, help="Return when the work is done; exit status 1 when it was not done whole and valid."
+)
 def start(client: Any, sweeps: tuple[Path, ...], pause_s: float, before: str | None, wait: bool) -> None:
     """Queue SWEEPS and work on the queue; without any, go on with what is in it."""
     from rig.app import compose

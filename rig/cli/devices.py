@@ -9,7 +9,9 @@ from rig.cli.common import emit, json_option
 from rig.cli.outputs import Group, output_option
 from rig.outputs import Kind
 
-_RIG = click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig to look at; default: the simulated rig.")
+_RIG = click.option(
+    "--rig", "rig_path", type=click.Path(path_type=Path), help="Rig to look at; default: the simulated rig."
+)
 
 
 @click.group(cls=Group)
@@ -37,11 +39,17 @@ def list_devices(rig_path: Path | None, json_to: str | None) -> None:
 @_RIG
 @click.option("--ticks", type=click.IntRange(20, 100_000), default=400, show_default=True, help="Reads to time.")
 @click.option("--step", is_flag=True, help="Also step each valve alone and see which monitor moves. MOVES THE RIG.")
-@click.option("--step-mpa", type=click.FloatRange(0.005, 0.1), default=0.03, show_default=True, help="Size of that step.")
-@click.option("--settle", type=click.FloatRange(0.1, 30.0), default=1.0, show_default=True, help="Seconds to wait after a step.")
+@click.option(
+    "--step-mpa", type=click.FloatRange(0.005, 0.1), default=0.03, show_default=True, help="Size of that step."
+)
+@click.option(
+    "--settle", type=click.FloatRange(0.1, 30.0), default=1.0, show_default=True, help="Seconds to wait after a step."
+)
 @click.option("--yes", is_flag=True, help="Do not ask before moving the rig.")
 @json_option
-def probe(rig_path: Path | None, ticks: int, step: bool, step_mpa: float, settle: float, yes: bool, json_to: str | None) -> None:
+def probe(
+    rig_path: Path | None, ticks: int, step: bool, step_mpa: float, settle: float, yes: bool, json_to: str | None
+) -> None:
     """Does each device answer, how fast, and can it hold the period? Moves nothing unless --step is given.
 
     Exit status 1 when a device does not answer, cannot hold the period, or its wiring is not as the config says.
@@ -69,38 +77,60 @@ def probe(rig_path: Path | None, ticks: int, step: bool, step_mpa: float, settle
 @devices.command()
 @click.argument("what", type=click.Choice(["angle", "pressures"]), required=False)
 @_RIG
-@click.option("--points", type=click.Path(path_type=Path), help="Take the points from this YAML file; nothing is opened.")
-@output_option(Kind.CALIBRATION, "Calibration file to write; other roles in it stay.", required=True, metavar="FILE.yaml")
+@click.option(
+    "--points", type=click.Path(path_type=Path), help="Take the points from this YAML file; nothing is opened."
+)
+@output_option(
+    Kind.CALIBRATION, "Calibration file to write; other roles in it stay.", required=True, metavar="FILE.yaml"
+)
 @click.option("--form", type=click.Choice(["linear", "pieces"]), default="linear", show_default=True)
 @click.option(
-    "--reference-uncertainty", type=click.FloatRange(0.0), default=0.0, help="Of the gauge (MPa) or protractor (deg), k = 1."
+    "--reference-uncertainty",
+    type=click.FloatRange(0.0),
+    default=0.0,
+    help="Of the gauge (MPa) or protractor (deg), k = 1.",
 )
 @click.option(
-    "--reference-v", type=click.FloatRange(0.1, 30.0), help="Excitation of the potentiometer when the rig does not read it."
+    "--reference-v",
+    type=click.FloatRange(0.1, 30.0),
+    help="Excitation of the potentiometer when the rig does not read it.",
 )
 @click.option(
-    "--serial", "serials", multiple=True, metavar="PART=NUMBER", help="Serial number of a part or an instrument; repeatable."
+    "--serial",
+    "serials",
+    multiple=True,
+    metavar="PART=NUMBER",
+    help="Serial number of a part or an instrument; repeatable.",
 )
 @click.option(
-    "--levels", default="0.05,0.15,0.25,0.35,0.45,0.35,0.25,0.15,0.05", show_default=True, help="Pressures to visit, MPa."
+    "--levels",
+    default="0.05,0.15,0.25,0.35,0.45,0.35,0.25,0.15,0.05",
+    show_default=True,
+    help="Pressures to visit, MPa.",
 )
-@click.option("--settle", type=click.FloatRange(0.1, 60.0), default=2.0, show_default=True, help="Seconds to wait at each point.")
+@click.option(
+    "--settle", type=click.FloatRange(0.1, 60.0), default=2.0, show_default=True, help="Seconds to wait at each point."
+)
 @click.option("--yes", is_flag=True, help="Do not ask before moving the rig.")
 @json_option
 def calibrate(
     what: str | None, rig_path: Path | None, points: Path | None, output: Path, form: str, reference_uncertainty: float,
     reference_v: float | None, serials: tuple[str, ...], levels: str, settle: float, yes: bool, json_to: str | None,
 ) -> None:  # fmt: skip
-    """Calibrate the potentiometer (angle) or regulators and monitors (pressures), guided on the terminal or from --points FILE.
+    """Calibrate the potentiometer (angle) or regulators and monitors (pressures), guided on the terminal or from
+    --points FILE.
 
-    Guided, `angle` moves nothing: you turn the joint. `pressures` MOVES THE RIG through --levels, both muscles alike; you read a gauge.
+    Guided, `angle` moves nothing: you turn the joint. `pressures` MOVES THE RIG through --levels, both muscles alike;
+    you read a gauge.
     """
     from rig.app import calibrating, compose, inventory
     from rig.errors import ConfigError, RigError
 
     if (what is None) == (points is None):
         raise RigError("devices calibrate: say either what to calibrate (angle, pressures) or give --points FILE")
-    options = calibrating.CalibrationOptions(form, reference_uncertainty, calibrating.parse_serials(serials), settle, reference_v)
+    options = calibrating.CalibrationOptions(
+        form, reference_uncertainty, calibrating.parse_serials(serials), settle, reference_v
+    )
     calibrating.kept_in(output)
     if points is not None:
         measured = calibrating.read_points(points)

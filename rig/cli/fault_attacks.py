@@ -14,7 +14,8 @@ if TYPE_CHECKING:
 
 
 def attacks(names: Sequence[str], trials: int, seed: int, json_to: str | None) -> None:
-    """Each attack (or those `names`), with so many stops; CheckFailed when one took too long or the rig stopped for another reason."""
+    """Each attack (or those `names`), with so many stops; CheckFailed when one took too long or the rig stopped for
+    another reason."""
     from rig.errors import CheckFailed
     from rig.qualify.faults.attacks import besiege, shortfall
 

@@ -21,27 +21,38 @@ _BENCHES = ("simulated", "modbus", "modbus-long-watchdog", "run", "run-modbus")
 @click.command(cls=Command)
 @click.argument("names", nargs=-1)
 @click.option("--list", "listing", is_flag=True, help="Only say what would be done.")
-@click.option("--soak", "soak_hours", type=click.FloatRange(0.01, 1000), help="Instead: so many hours of sweeps in virtual time.")
+@click.option(
+    "--soak", "soak_hours", type=click.FloatRange(0.01, 1000), help="Instead: so many hours of sweeps in virtual time."
+)
 @click.option("--real", is_flag=True, help="With --soak: in real time, with a witness for stalls of the machine.")
-@click.option("--keep", type=click.Path(path_type=Path), help="With --soak: new folder for the records; default: temporary.")
-@click.option("--together", type=click.IntRange(1, 100_000), help="Instead: so many random losses of 2 or 3 processes at once.")
+@click.option(
+    "--keep", type=click.Path(path_type=Path), help="With --soak: new folder for the records; default: temporary."
+)
+@click.option(
+    "--together", type=click.IntRange(1, 100_000), help="Instead: so many random losses of 2 or 3 processes at once."
+)
 @click.option("--on", "benches", multiple=True, type=click.Choice(_BENCHES), help="With --together: where; repeatable.")
 @click.option(
-    "--attacks", type=click.IntRange(1, 100_000), help="Instead: so many emergency stops under each attack on the daemon."
+    "--attacks",
+    type=click.IntRange(1, 100_000),
+    help="Instead: so many emergency stops under each attack on the daemon.",
 )
-@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="With --together, --attacks: what is drawn.")
+@click.option(
+    "--seed", type=click.IntRange(0), default=1, show_default=True, help="With --together, --attacks: what is drawn."
+)
 @json_option
 def faults(
-    names: tuple[str, ...], listing: bool, soak_hours: float | None, real: bool, keep: Path | None, together: int | None,
+    names: tuple[str, ...], listing: bool, soak_hours: float | None, real: bool, keep: Path | None,
+    together: int | None,
     benches: tuple[str, ...], attacks: int | None, seed: int, json_to: str | None,
 ) -> None:  # fmt: skip
     """Inject every fault of the table (or those NAMES) into a simulated rig, and say what followed and how fast.
 
     Starts a daemon of its own in a temporary folder; nothing of yours is touched. Takes about two minutes.
-    With --together, loop, recorder, supervisor and the commanding process are killed or stopped in pairs and triples, in any order,
-    0 to 500 ms apart; each takes about three seconds.
-    With --attacks, clients keep the daemon busy in every way of a list (or in those NAMES) while the emergency stop is timed; each
-    stop takes about a second.
+    With --together, loop, recorder, supervisor and the commanding process are killed or stopped in pairs and triples,
+    in any order, 0 to 500 ms apart; each takes about three seconds.
+    With --attacks, clients keep the daemon busy in every way of a list (or in those NAMES) while the emergency stop is
+    timed; each stop takes about a second.
     """
     import tempfile
 
@@ -80,12 +91,14 @@ def faults(
     wrong = [finding for finding in findings if finding.problem]
     if wrong:
         raise CheckFailed(
-            f"{len(wrong)} of {len(findings)} faults did not end as they must; first: {wrong[0].row.name}: {wrong[0].problem}"
+            f"{len(wrong)} of {len(findings)} faults did not end as they must; first: {wrong[0].row.name}: "
+            f"{wrong[0].problem}"
         )
 
 
 def _soak(hours: float, real: bool, keep: Path | None, json_to: str | None) -> None:
-    """Sweeps for hours; CheckFailed when the rig did not get through, or a record is not valid and no stall of the machine the reason."""
+    """Sweeps for hours; CheckFailed when the rig did not get through, or a record is not valid and no stall of the
+    machine the reason."""
     import tempfile
 
     from rig.errors import CheckFailed
@@ -101,7 +114,8 @@ def _soak(hours: float, real: bool, keep: Path | None, json_to: str | None) -> N
 
 
 def _together(count: int, benches: tuple[str, ...], seed: int, json_to: str | None) -> None:
-    """Random losses of several processes; CheckFailed when the rig was not safe after one of them, or somebody said what was not so."""
+    """Random losses of several processes; CheckFailed when the rig was not safe after one of them, or somebody said
+    what was not so."""
     import tempfile
 
     from rig.errors import CheckFailed

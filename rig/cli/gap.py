@@ -28,7 +28,13 @@ gap.add_command(check)
 @gap.command()
 @click.option("--model", "model", required=True, type=_path, metavar="MODEL.yaml", help="The simulator.")
 @click.option(
-    "--log", "logs", required=True, multiple=True, type=_path, metavar="LOG", help="Records with the gap: files or folders."
+    "--log",
+    "logs",
+    required=True,
+    multiple=True,
+    type=_path,
+    metavar="LOG",
+    help="Records with the gap: files or folders.",
 )
 @click.option(
     "--baseline",
@@ -36,13 +42,15 @@ gap.add_command(check)
     multiple=True,
     type=_path,
     metavar="LOG",
-    help="Records of one earlier day, or a folder of such folders; repeat for more days. `model`: the logs it was identified from.",
+    help="Records of one earlier day, or a folder of such folders; repeat for more days. `model`: the logs it was "
+    "identified from.",
 )
 @click.option(
     "--reference",
     type=click.Choice(["auto", "sessions", "session", "fingerprint", "simulator"]),
     default="auto",
-    help="What stands for the rig without a gap; auto takes the best there is. simulator: the model was made for another rig of the "
+    help="What stands for the rig without a gap; auto takes the best there is. simulator: the model was made for "
+    "another rig of the "
     "build, or from data sheets.",
 )
 @click.option(
@@ -72,10 +80,15 @@ gap.add_command(check)
 @click.option("--no-pressures", is_flag=True, help="Use the angle alone, even where pressures were measured.")
 @click.option("--effect", "effects", multiple=True, metavar="NAME", help="Limit the library to these effects.")
 @click.option("--workers", type=click.IntRange(1), help="With several days: local processes; default: one a core.")
-@click.option("--dask", metavar="ADDRESS", help="With several days: the Dask cluster at ADDRESS, which must see the same files.")
+@click.option(
+    "--dask", metavar="ADDRESS", help="With several days: the Dask cluster at ADDRESS, which must see the same files."
+)
 @json_option
-def diagnose(logs: tuple[Path, ...], workers: int | None, dask: str | None, json_to: str | None, **options: Any) -> None:
-    """Say what MODEL lacks to follow LOG, the records of the rig as it is now; or, with BASELINE, what has changed since those days.
+def diagnose(
+    logs: tuple[Path, ...], workers: int | None, dask: str | None, json_to: str | None, **options: Any
+) -> None:
+    """Say what MODEL lacks to follow LOG, the records of the rig as it is now; or, with BASELINE, what has changed
+    since those days.
 
     A folder of several days as LOG gives one diagnosis a day, side by side.
     """
@@ -114,15 +127,21 @@ def diagnose(logs: tuple[Path, ...], workers: int | None, dask: str | None, json
 
 @gap.command()
 @output_option(Kind.LEVELS, "Where the fitted levels go.", required=True, metavar="FILE")
-@click.option("--family", "families", multiple=True, metavar="NAME", help="Plant families to fit on; default: all there are.")
+@click.option(
+    "--family", "families", multiple=True, metavar="NAME", help="Plant families to fit on; default: all there are."
+)
 @click.option("--units", type=click.IntRange(2, 200), default=10, show_default=True, help="Rigs of each family.")
 @click.option("--seed", type=click.IntRange(0), default=301, show_default=True, help="Of the development rigs.")
 @click.option("--workers", type=click.IntRange(1), help="Processes; default: one a core.")
 @json_option
-def calibrate(output: Path, families: tuple[str, ...], units: int, seed: int, workers: int | None, json_to: str | None) -> None:
-    """Fit how much healthy days of simulated plants differ from each reference: the levels that decide what counts as a gap.
+def calibrate(
+    output: Path, families: tuple[str, ...], units: int, seed: int, workers: int | None, json_to: str | None
+) -> None:
+    """Fit how much healthy days of simulated plants differ from each reference: the levels that decide what counts as a
+    gap.
 
-    The file takes the place of rig/gap/priors.yaml once a blind check on other seeds and families has shown that it is better.
+    The file takes the place of rig/gap/priors.yaml once a blind check on other seeds and families has shown that it is
+    better.
     """
     from rig.app.gap_levels import Plan, calibrate, known_families, write
     from rig.config import unstructure
@@ -190,7 +209,9 @@ def _show(diagnosis: "Diagnosis", name: str | None, json_to: str | None) -> None
     if diagnosis.ranking:
         table = listing("alone", "stage", "judged on", "explains", "probability")
         for line in diagnosis.ranking[:6]:
-            table.add_row(line.effect, line.stage, line.side, f"{100 * line.explained_fraction:.0f} %", f"{line.probability:.2f}")
+            table.add_row(
+                line.effect, line.stage, line.side, f"{100 * line.explained_fraction:.0f} %", f"{line.probability:.2f}"
+            )
         out.print(table)
     for note in diagnosis.notes:
         out.print(f"note: {note}")

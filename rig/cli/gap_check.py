@@ -18,7 +18,9 @@ _place = click.Path(path_type=Path, resolve_path=True)
 """Made absolute here: whoever answers works in another folder than the caller."""
 _folder = click.argument("folder", type=_place)
 _cases = click.option("--cases", type=click.IntRange(4, 100_000), default=40, show_default=True, help="How many cases.")
-_seed = click.option("--seed", type=click.IntRange(0), help="Seed of the labels; default: a secret one, told after the score.")
+_seed = click.option(
+    "--seed", type=click.IntRange(0), help="Seed of the labels; default: a secret one, told after the score."
+)
 _development = click.option("--development", is_flag=True, help="Development cases: never the same as any scored ones.")
 _families = click.option(
     "--family",
@@ -33,7 +35,9 @@ _modes = click.option(
     type=click.Choice(("days", "one_day", "fingerprint", "simulator")),
     help="Ask these ways only. Repeatable.",
 )
-_dask = click.option("--dask", metavar="ADDRESS", help="Use the Dask cluster at ADDRESS; its workers must see the same folder.")
+_dask = click.option(
+    "--dask", metavar="ADDRESS", help="Use the Dask cluster at ADDRESS; its workers must see the same folder."
+)
 _workers = click.option("--workers", type=click.IntRange(1), help="Local processes; default: one a core.")
 _html = click.option(
     "--html", "html_to", type=Output(Kind.PAGE), metavar="FILE", help="Write the page to FILE; a .md gets its tables."
@@ -48,13 +52,16 @@ _html = click.option(
 @_modes
 @_dask
 @_workers
-@output_option(Kind.FOLDER, "Folder of the check; one that is there is resumed. Default: a new one under logs/.", metavar="DIR")
+@output_option(
+    Kind.FOLDER, "Folder of the check; one that is there is resumed. Default: a new one under logs/.", metavar="DIR"
+)
 @click.option("--keep", is_flag=True, help="Keep the questions' records after they are scored.")
 @_html
 @json_option
 @click.pass_context
 def check(
-    context: click.Context, cases: int, seed: int | None, development: bool, families: tuple[str, ...], modes: tuple[str, ...],
+    context: click.Context, cases: int, seed: int | None, development: bool, families: tuple[str, ...],
+    modes: tuple[str, ...],
     dask: str | None, workers: int | None, output: Path | None, keep: bool, html_to: Path | None, json_to: str | None,
 ) -> None:  # fmt: skip
     """Diagnose cases whose labels are withheld, then open the labels and score.
@@ -88,7 +95,8 @@ def check(
 @_dask
 @_workers
 def make(
-    folder: Path, cases: int, seed: int | None, development: bool, families: tuple[str, ...], modes: tuple[str, ...], dask: str | None,
+    folder: Path, cases: int, seed: int | None, development: bool, families: tuple[str, ...], modes: tuple[str, ...],
+    dask: str | None,
     workers: int | None,
 ) -> None:  # fmt: skip
     """Draw and seal the labels, then write the questions into FOLDER.
@@ -130,14 +138,17 @@ def answer(folder: Path, dask: str | None, workers: int | None) -> None:
 
 @check.command()
 @_folder
-@click.option("--labels", type=click.Path(path_type=Path), help="Labels of your own records as JSON, in place of sealed ones.")
+@click.option(
+    "--labels", type=click.Path(path_type=Path), help="Labels of your own records as JSON, in place of sealed ones."
+)
 @_development
 @_dask
 @_workers
 @_html
 @json_option
 def score(
-    folder: Path, labels: Path | None, development: bool, dask: str | None, workers: int | None, html_to: Path | None, json_to: str | None
+    folder: Path, labels: Path | None, development: bool, dask: str | None, workers: int | None, html_to: Path | None,
+    json_to: str | None
 ) -> None:  # fmt: skip
     """Open the labels of FOLDER and score its answers; recommended experiments are carried out first."""
     from rig.app.blind_checking import source_of, spread
@@ -155,7 +166,9 @@ def score(
     _report(place, result_of(place), html_to, json_to)
 
 
-def _sealed(source: Any, folder: "CheckFolder", cases: int, seed: int | None, modes: Sequence[str], json_to: str | None) -> None:
+def _sealed(
+    source: Any, folder: "CheckFolder", cases: int, seed: int | None, modes: Sequence[str], json_to: str | None
+) -> None:
     """The hash of the labels, printed before anything is computed."""
     from rig.app.blind_checking import seal
 

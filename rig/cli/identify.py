@@ -34,15 +34,24 @@ def _shared(command: Any) -> Any:
             help="Hz over which the model has to stay bounded.",
         ),
         click.option(
-            "--amplitude", type=click.FloatRange(0.001, 1.0), help="MPa over which it has to; default: the records' own."
+            "--amplitude",
+            type=click.FloatRange(0.001, 1.0),
+            help="MPa over which it has to; default: the records' own.",
         ),
         click.option("--resample", is_flag=True, help="Put records of another sampling period onto the model's."),
         click.option("--trust-units", is_flag=True, help="Take numbers that look like another unit as they stand."),
         click.option(
-            "--skip", "skip_s", default=0.0, show_default=True, help="Seconds at the start of each record that do not count."
+            "--skip",
+            "skip_s",
+            default=0.0,
+            show_default=True,
+            help="Seconds at the start of each record that do not count.",
         ),
         click.option(
-            "--until", "until_s", type=click.FloatRange(0.1), help="Seconds of each record after which nothing is looked at."
+            "--until",
+            "until_s",
+            type=click.FloatRange(0.1),
+            help="Seconds of each record after which nothing is looked at.",
         ),
         click.option("--figures", type=Output(Kind.FOLDER), metavar="DIR", help="Folder for figures and tables."),
         json_option,
@@ -72,13 +81,23 @@ def _shared(command: Any) -> Any:
 @click.option("--optimizer", type=click.Choice(["pso", "cma-es", "de"]), default="pso", show_default=True)
 @click.option("--seed", default=1, show_default=True, type=click.IntRange(0))
 @click.option(
-    "--seeds", default=3, show_default=True, type=click.IntRange(1, 100), help="Searches from so many seeds, the best is kept."
+    "--seeds",
+    default=3,
+    show_default=True,
+    type=click.IntRange(1, 100),
+    help="Searches from so many seeds, the best is kept.",
 )
 @click.option("--particles", default=60, show_default=True, type=click.IntRange(2, 100_000))
 @click.option("--iterations", default=1000, show_default=True, type=click.IntRange(1, 1_000_000))
-@click.option("--early-stop", type=click.IntRange(1), metavar="ROUNDS", help="End a search after so many rounds without gain.")
-@click.option("--polish/--no-polish", default=True, show_default=True, help="Least squares from where each search ended.")
-@click.option("--bounded/--unbounded", default=True, show_default=True, help="Keep the model bounded over the sweep range.")
+@click.option(
+    "--early-stop", type=click.IntRange(1), metavar="ROUNDS", help="End a search after so many rounds without gain."
+)
+@click.option(
+    "--polish/--no-polish", default=True, show_default=True, help="Least squares from where each search ended."
+)
+@click.option(
+    "--bounded/--unbounded", default=True, show_default=True, help="Keep the model bounded over the sweep range."
+)
 @click.option(
     "--start",
     type=click.Path(path_type=Path),
@@ -98,9 +117,16 @@ def _shared(command: Any) -> Any:
     type=click.FloatRange(0.0, 2.0),
     help="1: the pressure difference counts over the mean; default: identified where the mean pressure moves.",
 )
-@click.option("--p0", "p0_mpa", type=click.FloatRange(0.0, 0.5), help="Pressure at rest in MPa; default: what the records say.")
 @click.option(
-    "--u-unit", "u_unit_mpa", default=0.2, show_default=True, type=click.FloatRange(0.001, 1.0), help="Unit of u in MPa."
+    "--p0", "p0_mpa", type=click.FloatRange(0.0, 0.5), help="Pressure at rest in MPa; default: what the records say."
+)
+@click.option(
+    "--u-unit",
+    "u_unit_mpa",
+    default=0.2,
+    show_default=True,
+    type=click.FloatRange(0.001, 1.0),
+    help="Unit of u in MPa.",
 )
 @click.option(
     "--sample-time",
@@ -114,7 +140,8 @@ def _shared(command: Any) -> Any:
 def identify(logs: tuple[Path, ...], output: Path, json_to: str | None, **asked: Any) -> None:
     """Fit the model to LOGs (.mcap, .csv, .csv.gz or folders) by particle swarm, and write it to MODEL.yaml.
 
-    The defaults are the paper's (Table II): 60 particles, 1000 iterations, inertia 0.9 to 0.2; a least-squares polish follows.
+    The defaults are the paper's (Table II): 60 particles, 1000 iterations, inertia 0.9 to 0.2; a least-squares polish
+    follows.
     """
     _one_blas_thread()
     from rig.app.identifying import SearchOptions, StartOptions, identify_model
@@ -140,7 +167,11 @@ def identify(logs: tuple[Path, ...], output: Path, json_to: str | None, **asked:
 @click.argument("model", type=click.Path(path_type=Path), metavar="MODEL.yaml")
 @_LOGS
 @click.option(
-    "--beside", multiple=True, type=click.Path(path_type=Path), metavar="MODEL.yaml", help="Another model to show beside it."
+    "--beside",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    metavar="MODEL.yaml",
+    help="Another model to show beside it.",
 )
 @_shared
 def validate(model: Path, logs: tuple[Path, ...], beside: tuple[Path, ...], json_to: str | None, **asked: Any) -> None:
@@ -167,7 +198,11 @@ def validate(model: Path, logs: tuple[Path, ...], beside: tuple[Path, ...], json
     if asked["figures"] is not None:
         write_validation({path.stem: each for path, each in models.items()}, records, result, options, asked["figures"])
         terminal.print(f"figures and tables: {asked['figures']}")
-    others = {"beside": {str(path): validation_json(each) for path, each in results.items() if path != model}} if beside else {}
+    others = (
+        {"beside": {str(path): validation_json(each) for path, each in results.items() if path != model}}
+        if beside
+        else {}
+    )
     emit(validation_json(result) | others, json_to)
     if not result.verdict.bounded:
         verdict = result.verdict
@@ -176,7 +211,8 @@ def validate(model: Path, logs: tuple[Path, ...], beside: tuple[Path, ...], json
 
 
 def _one_blas_thread() -> None:
-    """Before numpy is loaded: the searches already run one on each core, and threads of BLAS beside them cost a factor of ten."""
+    """Before numpy is loaded: the searches already run one on each core, and threads of BLAS beside them cost a factor
+    of ten."""
     for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(name, "1")
 
@@ -205,7 +241,9 @@ def _sweep(text: str, amplitude_mpa: float | None, records: "Sequence[Record]") 
     try:
         low, high = (float(part) for part in text.split("-"))
     except ValueError:
-        raise click.BadParameter(f"{text!r}: expected LOW-HIGH in Hz, for example 0.2-0.8", param_hint="--sweep-range") from None
+        raise click.BadParameter(
+            f"{text!r}: expected LOW-HIGH in Hz, for example 0.2-0.8", param_hint="--sweep-range"
+        ) from None
     if not 0.01 <= low < high <= 20.0:
         raise click.BadParameter(f"{text!r}: allowed is 0.01 to 20 Hz, the lower one first", param_hint="--sweep-range")
     return sweep_range(low, high, amplitude_mpa, records)
@@ -219,7 +257,9 @@ def _with_progress(work: "Callable[[Report | None], Identified]") -> "Identified
     terminal = Console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[said]}"))
     with Progress(*columns, console=terminal, transient=True, disable=not terminal.is_terminal) as bars:
-        first = bars.add_task("records, regulators", total=None, said="")  # of unknown length: until the first search reports
+        first = bars.add_task(
+            "records, regulators", total=None, said=""
+        )  # of unknown length: until the first search reports
         tasks: dict[str, Any] = {}
 
         def report(title: str, share: float, best: float) -> None:

@@ -53,7 +53,12 @@ def identified_json(found: Identified, output: Path) -> dict[str, Any]:
         "correlation": {"names": found.space.names, "matrix": found.uncertainty.correlation.tolist()},
         "records": [score_json(each) for each in found.scores],
         "seeds": {
-            str(seed): {"score": each.score, "evaluations": each.evaluations, "seconds": each.seconds, "history": each.history}
+            str(seed): {
+                "score": each.score,
+                "evaluations": each.evaluations,
+                "seconds": each.seconds,
+                "history": each.history,
+            }
             for seed, each in found.seeds.items()
         },
         "valves": None
@@ -65,9 +70,17 @@ def identified_json(found: Identified, output: Path) -> dict[str, Any]:
 
 def score_json(row: Score) -> dict[str, Any]:
     """One row of Table IV; an angle that diverged counts as off by a fixed large number."""
-    plain = {"log": row.log, "rmse_deg": row.rmse_deg, "nrmse": row.nrmse, "fit_percent": row.fit_percent, "max_deg": row.max_deg}
+    plain = {
+        "log": row.log,
+        "rmse_deg": row.rmse_deg,
+        "nrmse": row.nrmse,
+        "fit_percent": row.fit_percent,
+        "max_deg": row.max_deg,
+    }
     return (
-        plain | {"diverged": row.diverged} | ({} if row.command_rmse_deg is None else {"command_rmse_deg": row.command_rmse_deg})
+        plain
+        | {"diverged": row.diverged}
+        | ({} if row.command_rmse_deg is None else {"command_rmse_deg": row.command_rmse_deg})
     )
 
 
@@ -99,20 +112,25 @@ def show_identified(found: Identified, output: Path, terminal: Console) -> None:
     swarm = f"RMSE {found.rmse_deg:.3f} deg ({found.search_rmse_deg:.3f} before the polish)"
     terminal.print(f"{swarm} after {found.evaluations} evaluations in {found.seconds:.1f} s")
     if found.unbounded_rmse_deg is not None:
-        terminal.print(f"staying bounded over the sweep range costs {found.rmse_deg - found.unbounded_rmse_deg:.3f} deg of it")
+        terminal.print(
+            f"staying bounded over the sweep range costs {found.rmse_deg - found.unbounded_rmse_deg:.3f} deg of it"
+        )
     verdict = found.verdict
     state = "bounded" if verdict.bounded else ("NOT bounded", "red")
     terminal.print(styled(state, f" over the sweep range: largest angle {verdict.peak_deg:.1f} deg in {verdict.worst}"))
     if found.valves is not None:
         dead = f", dead time {1e3 * found.valves.dead_time_s:.0f} ms" if found.valves.dead_time_s else ""
-        terminal.print("regulators: RMSE " + ", ".join(f"{1e3 * error:.2f} kPa" for error in found.valves.rmse_mpa) + dead)
+        terminal.print(
+            "regulators: RMSE " + ", ".join(f"{1e3 * error:.2f} kPa" for error in found.valves.rmse_mpa) + dead
+        )
     if (known := found.model.fingerprint) is not None:
         terminal.print(_fingerprint_line(known))
     alike = found.uncertainty.alike(found.space.names)
     if alike:
         first = ", ".join(f"{a}~{b} ({r:+.3f})" for a, b, r in alike[:4])
         terminal.print(
-            f"hardly told apart by these records: {first}" + (f" and {len(alike) - 4} more pairs" if len(alike) > 4 else "")
+            f"hardly told apart by these records: {first}"
+            + (f" and {len(alike) - 4} more pairs" if len(alike) > 4 else "")
         )
     _warn(found.warnings, terminal)
     terminal.print(f"model: {output}")
@@ -145,7 +163,9 @@ def show_validation(result: Validation, beside: Mapping[str, Validation], termin
     _warn(result.warnings, terminal)
 
 
-def show_worst(model: Model, records: Sequence[Record], scores: Sequence[Score], options: Options, terminal: Console) -> None:
+def show_worst(
+    model: Model, records: Sequence[Record], scores: Sequence[Score], options: Options, terminal: Console
+) -> None:
     """The record with the largest error as a picture, on a terminal."""
     if not terminal.is_terminal:
         return

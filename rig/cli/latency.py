@@ -11,14 +11,22 @@ from rig.cli.outputs import Command
 
 @click.command(cls=Command)
 @click.option(
-    "--seconds", type=click.FloatRange(1, 86400), default=10.0, show_default=True, help="How long to measure each of the two."
+    "--seconds",
+    type=click.FloatRange(1, 86400),
+    default=10.0,
+    show_default=True,
+    help="How long to measure each of the two.",
 )
 @click.option(
-    "--rig", "rig_path", type=click.Path(path_type=Path), help="Rig whose period and priority to use; default: the simulated rig."
+    "--rig",
+    "rig_path",
+    type=click.Path(path_type=Path),
+    help="Rig whose period and priority to use; default: the simulated rig.",
 )
 @json_option
 def latency(seconds: float, rig_path: Path | None, json_to: str | None) -> None:
-    """Run the loop with the simulated rig and recording, then cyclictest at the same priority, and compare how late they wake.
+    """Run the loop with the simulated rig and recording, then cyclictest at the same priority, and compare how late
+    they wake.
 
     Nothing real is moved. Exit status 1 when a period was missed.
     """
@@ -29,7 +37,8 @@ def latency(seconds: float, rig_path: Path | None, json_to: str | None) -> None:
     rig = compose.load(rig_path)
     if not compose.is_simulated(rig):
         raise RigError(
-            f"{rig.path}: latency holds the rig at rest and needs a simulated one; use `pamrig devices probe` for a real device"
+            f"{rig.path}: latency holds the rig at rest and needs a simulated one; use `pamrig devices probe` for a "
+            "real device"
         )
     samples, granted = lateness.loop_samples(rig, seconds)
     reference = lateness.cyclictest_us(seconds, rig.realtime.fifo_priority, rig.period_ns)

@@ -45,7 +45,8 @@ def info(logs: tuple[Path, ...], json_to: str | None) -> None:
 @_FILES
 @json_option
 def check(logs: tuple[Path, ...], json_to: str | None) -> None:
-    """Are LOGS whole and true: CRCs, schema, ticks, time, values, `valid`? One line a finding; exit status 1 if there is any."""
+    """Are LOGS whole and true: CRCs, schema, ticks, time, values, `valid`? One line a finding; exit status 1 if there
+    is any."""
     from rig.app.logs import UNFINISHED, found_or_unfinished
     from rig.errors import CheckFailed
     from rig.log.check import check as check_file
@@ -103,7 +104,9 @@ def _recovery_json(result: Any) -> dict[str, Any]:
 
 @log.command("import")
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--mapping", "mapping_path", type=click.Path(path_type=Path), help="YAML: which column is which, in which unit.")
+@click.option(
+    "--mapping", "mapping_path", type=click.Path(path_type=Path), help="YAML: which column is which, in which unit."
+)
 @output_option(Kind.RECORDING, "Default: NAME.mcap in the current folder.", metavar="FILE")
 @json_option
 def import_(file: Path, mapping_path: Path | None, output: Path | None, json_to: str | None) -> None:
@@ -127,7 +130,9 @@ def import_(file: Path, mapping_path: Path | None, output: Path | None, json_to:
 @log.command()
 @_FILES
 @click.option("--to", "kind", type=click.Choice(["csv", "csv.gz", "parquet", "mat"]), default="csv", show_default=True)
-@output_option(Kind.RECORDING, "A file, or a folder for several logs; default: beside each log.", or_folder=True, metavar="OUT")
+@output_option(
+    Kind.RECORDING, "A file, or a folder for several logs; default: beside each log.", or_folder=True, metavar="OUT"
+)
 @click.option(
     "--resample",
     "period_s",
@@ -141,7 +146,9 @@ def export(logs: tuple[Path, ...], kind: str, output: Path | None, period_s: flo
     from rig.app.logs import contents_of, export_targets, found_files
     from rig.log.exchange import export as write
 
-    contents: list[tuple[Path, LogContent]] = [item for file in found_files(logs) for item in contents_of(file, period_s)]
+    contents: list[tuple[Path, LogContent]] = [
+        item for file in found_files(logs) for item in contents_of(file, period_s)
+    ]
     targets = export_targets([name for name, _ in contents], kind, output)
     written = [write(content, target, kind) for target, (_, content) in zip(targets, contents, strict=True)]
     for (_, content), files in zip(contents, written, strict=True):
@@ -152,7 +159,9 @@ def export(logs: tuple[Path, ...], kind: str, output: Path | None, period_s: flo
 
 @log.command()
 @_FILE
-@output_option(Kind.FIGURE, "PNG, SVG or PDF by its suffix; without it, a small picture here.", or_folder=True, metavar="FILE")
+@output_option(
+    Kind.FIGURE, "PNG, SVG or PDF by its suffix; without it, a small picture here.", or_folder=True, metavar="FILE"
+)
 @click.option("--all", "whole", is_flag=True, help="All phases of the run, not the sweep alone.")
 @click.option("--from", "from_s", type=float, default=0.0, help="Seconds from the first row shown.")
 @click.option("--to", "to_s", type=float, default=float("inf"), help="Seconds from the first row shown.")
@@ -175,7 +184,8 @@ def plot(log_file: Path, output: Path | None, whole: bool, from_s: float, to_s: 
         part = record.rows((record.t_s >= from_s) & (record.t_s <= to_s))
         if len(part) < 2:
             raise RecordError(
-                f"{log_file}: {record.name} has {len(part)} rows between {from_s:g} s and {to_s:g} s; it lasts {record.t_s[-1]:g} s"
+                f"{log_file}: {record.name} has {len(part)} rows between {from_s:g} s and {to_s:g} s; it lasts "
+                f"{record.t_s[-1]:g} s"
             )
         if target is None:
             size = shutil.get_terminal_size((100, 30))

@@ -4,7 +4,8 @@ import sys
 
 
 def main() -> None:
-    """`rig.cli.commands.main`; Ctrl-C while that and its packages are being imported ends as quietly as it does later."""
+    """`rig.cli.commands.main`; Ctrl-C while that and its packages are being imported ends as quietly as it does
+    later."""
     try:
         from rig.cli.commands import main as carry_out
 

@@ -12,7 +12,8 @@ from rig.outputs import Kind, check_apart, check_place
 
 
 class Output(click.ParamType):  # type: ignore[type-arg]  # generic in the stubs only
-    """A file that the command writes, or a folder: with `or_folder` a path that is one or has no suffix. `-` is stdout with `stdout`."""
+    """A file that the command writes, or a folder: with `or_folder` a path that is one or has no suffix. `-` is stdout
+    with `stdout`."""
 
     name = "file"
 
@@ -46,7 +47,8 @@ class Group(Command, click.Group):
 
 
 def output_option(kind: Kind, help_text: str, *, or_folder: bool = False, **more: Any) -> Callable[[FC], FC]:
-    """`-o`, also `--output` and `--out`: where a command writes its result, passed to it as `output`. Folders on the way are made."""
+    """`-o`, also `--output` and `--out`: where a command writes its result, passed to it as `output`. Folders on the
+    way are made."""
     place = Output(kind, or_folder=or_folder, make_folder=True)
     return click.option("-o", "--output", "--out", "output", type=place, help=help_text, **more)
 
@@ -60,4 +62,7 @@ def _places(command: click.Command, ctx: click.Context, *, outputs: bool) -> Ite
             continue
         for place in value if isinstance(value, tuple) else (value,):
             if str(place) != "-":
-                yield max(param.opts, key=len) if isinstance(param, click.Option) else param.make_metavar(ctx), Path(place)
+                yield (
+                    max(param.opts, key=len) if isinstance(param, click.Option) else param.make_metavar(ctx),
+                    Path(place),
+                )

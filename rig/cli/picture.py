@@ -14,9 +14,14 @@ def status_lines(status: dict[str, Any]) -> Iterator[str]:
     """Rig, state, fault with its hint, what runs, the queue, the loop: with rich's markup."""
     status = _fit(status)
     colour = COLOURS[status["state"]]
-    yield f"{status['rig']}: [{colour}]{status['state'].upper()}[/]   session {status['session'] or '-'}   up {status['uptime_s']:.0f} s"
+    yield (
+        f"{status['rig']}: [{colour}]{status['state'].upper()}[/]   session {status['session'] or '-'}   up "
+        f"{status['uptime_s']:.0f} s"
+    )
     if fault := status["fault"]:
-        yield f"[bold red]{fault['name']}[/]: {fault['cause']}" + (f" ({escape(fault['said'])})" if fault["said"] else "")
+        yield f"[bold red]{fault['name']}[/]: {fault['cause']}" + (
+            f" ({escape(fault['said'])})" if fault["said"] else ""
+        )
         yield from safe_lines(status.get("safe_state"))
         yield f"  what to do: {fault['hint']}"
         if status.get("black_boxes"):
@@ -38,11 +43,15 @@ def status_lines(status: dict[str, Any]) -> Iterator[str]:
     yield f"disk {'-' if free_gb is None else f'{free_gb:.1f}'} GB free, logs in {status['logs']}"
     if due := status.get("retention"):
         first_h = due["first_in_s"] / 3600
-        yield f"[yellow]retention: {due['announced']} records will be removed, the first in {first_h:.1f} h[/]; the log names them"
+        yield (
+            f"[yellow]retention: {due['announced']} records will be removed, the first in {first_h:.1f} h[/]; "
+            "the log names them"
+        )
 
 
 def _fit(value: Any) -> Any:
-    """Every text in the status as it stands between markup on a terminal: a name's brackets and control codes do nothing."""
+    """Every text in the status as it stands between markup on a terminal: a name's brackets and control codes do
+    nothing."""
     if isinstance(value, dict):
         return {key: _fit(item) for key, item in value.items()}
     if isinstance(value, list):
@@ -51,7 +60,8 @@ def _fit(value: Any) -> Any:
 
 
 def queue_lines(status: dict[str, Any]) -> Iterator[str]:
-    """The jobs that are not over and how long they take, and a last one that failed or holds records that are not valid."""
+    """The jobs that are not over and how long they take, and a last one that failed or holds records that are not
+    valid."""
     jobs = status["queue"]
     left = [job for job in jobs if job["state"] in ("waiting", "running", "stopped")]
     over = [job for job in jobs if job not in left]
@@ -96,7 +106,8 @@ def loop_lines(loop: dict[str, Any]) -> Iterator[str]:
         age_s = loop.get("age_s") or 0.0
         yield ("" if loop.get("live", True) else f"last seen {age_s:.1f} s ago, not live: ") + (
             f"set-points {_number(loop['p1_cmd_mpa'])} {_number(loop['p2_cmd_mpa'])} MPa, "
-            f"measured {_number(loop['p1_mpa'])} {_number(loop['p2_mpa'])} MPa, angle {_number(loop['angle_deg'], '+7.2f')} deg"
+            f"measured {_number(loop['p1_mpa'])} {_number(loop['p2_mpa'])} MPa, angle "
+            f"{_number(loop['angle_deg'], '+7.2f')} deg"
         )
     if late := loop["lateness_us"]:
         lateness = ", ".join(f"{name} {late[name]:.0f}" for name in ("p50", "p99", "max"))

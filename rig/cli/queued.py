@@ -1,4 +1,5 @@
-"""The daemon's queue for a terminal: what an interrupted one still holds, the question about it, its table, and waiting for it."""
+"""The daemon's queue for a terminal: what an interrupted one still holds, the question about it, its table, and waiting
+for it."""
 
 from collections.abc import Collection, Iterable
 from typing import TYPE_CHECKING, Any
@@ -33,7 +34,9 @@ def ask(waiting: list[Job]) -> str:
     """What is to become of an interrupted queue; the answer for `Client.start`. Aborts when nothing is to move."""
     console().print(f"the queue still holds {described(waiting)}", style="yellow")
     kind = click.Choice(["first", "only", "nothing"])
-    answer = click.prompt("first: do that before the new sweeps; only: leave it there; nothing: do not start", type=kind)
+    answer = click.prompt(
+        "first: do that before the new sweeps; only: leave it there; nothing: do not start", type=kind
+    )
     if answer == "nothing":
         raise click.Abort
     return {"first": "first", "only": "leave"}[answer]
@@ -58,7 +61,8 @@ def total(status: dict[str, Any]) -> str:
 
 
 def wait(client: "Client", ids: Collection[int]) -> None:
-    """Until the daemon has done these jobs; CheckFailed when one of them was not done, or not every record of it is valid."""
+    """Until the daemon has done these jobs; CheckFailed when one of them was not done, or not every record of it is
+    valid."""
     status = client.wait()
     jobs = [job for job in status["queue"] if job["id"] in ids]
     for job in jobs:

@@ -12,15 +12,31 @@ from rig.outputs import Kind
 
 @click.command(cls=Command)
 @click.argument("log", type=click.Path(path_type=Path))
-@click.option("--model", "model_path", type=click.Path(path_type=Path), help="Model of the simulated rig, instead of its own.")
-@click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig to replay on; default: the simulated rig.")
-@output_option(Kind.RECORDING, "OUT.mcap, or a folder; default: a new folder under logs/.", or_folder=True, metavar="OUT")
-@click.option("--clock", type=click.Choice(["real", "virtual"]), help="Default: virtual on a simulated rig, real on a real one.")
-@click.option("--seed", type=click.IntRange(0), help="Seed of the simulated rig's noise; default: that of the recording.")
-@click.option("--p0", "p0_mpa", type=click.FloatRange(0.0, 1.0), help="Rest pressure in MPa, for logs that hold only p1 - p2.")
-@click.option("--resample", is_flag=True, help="Hold each recorded command on the rig's grid when its period is another.")
 @click.option(
-    "--gate", type=click.Path(path_type=Path), help="YAML of tolerances, one a field; exit status 1 when one is exceeded."
+    "--model", "model_path", type=click.Path(path_type=Path), help="Model of the simulated rig, instead of its own."
+)
+@click.option(
+    "--rig", "rig_path", type=click.Path(path_type=Path), help="Rig to replay on; default: the simulated rig."
+)
+@output_option(
+    Kind.RECORDING, "OUT.mcap, or a folder; default: a new folder under logs/.", or_folder=True, metavar="OUT"
+)
+@click.option(
+    "--clock", type=click.Choice(["real", "virtual"]), help="Default: virtual on a simulated rig, real on a real one."
+)
+@click.option(
+    "--seed", type=click.IntRange(0), help="Seed of the simulated rig's noise; default: that of the recording."
+)
+@click.option(
+    "--p0", "p0_mpa", type=click.FloatRange(0.0, 1.0), help="Rest pressure in MPa, for logs that hold only p1 - p2."
+)
+@click.option(
+    "--resample", is_flag=True, help="Hold each recorded command on the rig's grid when its period is another."
+)
+@click.option(
+    "--gate",
+    type=click.Path(path_type=Path),
+    help="YAML of tolerances, one a field; exit status 1 when one is exceeded.",
 )
 @click.option(
     "--figure",
@@ -48,7 +64,8 @@ def replay(
     force: bool,
     json_to: str | None,
 ) -> None:
-    """Send the recorded commands of LOG again, through the same loop and guard as a run, and compare with the recording.
+    """Send the recorded commands of LOG again, through the same loop and guard as a run, and compare with the
+    recording.
 
     The comparison stands in the new log (channel /rig/replay and its facts), as a figure beside it, and here.
     """
@@ -62,7 +79,8 @@ def replay(
     for item in done:
         facts = item.comparison
         terminal.print(
-            f"{item.file}: RMSE {facts['rmse_deg']:.4g} deg, largest {facts['max_deg']:.4g} deg over {facts['compared_ticks']} ticks"
+            f"{item.file}: RMSE {facts['rmse_deg']:.4g} deg, largest {facts['max_deg']:.4g} deg over "
+            f"{facts['compared_ticks']} ticks"
         )
         terminal.print(f"  {item.figure}")
         for finding in item.departures:

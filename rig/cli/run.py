@@ -15,7 +15,11 @@ from rig.outputs import Kind
 @click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig to run on; default: the simulated rig.")
 @output_option(Kind.FOLDER, "Folder for the records; default: a new one under logs/.", metavar="DIR")
 @click.option(
-    "--clock", type=click.Choice(["real", "virtual"]), default="real", show_default=True, help="Virtual: as fast as it can."
+    "--clock",
+    type=click.Choice(["real", "virtual"]),
+    default="real",
+    show_default=True,
+    help="Virtual: as fast as it can.",
 )
 @click.option("--seed", type=click.IntRange(0), help="Seed of the simulated rig's noise.")
 @click.option(
@@ -25,7 +29,13 @@ from rig.outputs import Kind
 )
 @json_option
 def run(
-    sweep: Path, rig_path: Path | None, output: Path | None, clock: str, seed: int | None, force: bool, json_to: str | None
+    sweep: Path,
+    rig_path: Path | None,
+    output: Path | None,
+    clock: str,
+    seed: int | None,
+    force: bool,
+    json_to: str | None,
 ) -> None:
     """Run SWEEP: settle at P0, zero the angle, ramp in, sweep, ramp out, safe state. One MCAP file a record.
 

@@ -24,7 +24,10 @@ def _init_option(command: F) -> F:
 @click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig to keep; default: the simulated rig.")
 @_init_option
 @click.option(
-    "--root", type=click.Path(path_type=Path), default=Path("/"), help="Install below another root, without starting anything."
+    "--root",
+    type=click.Path(path_type=Path),
+    default=Path("/"),
+    help="Install below another root, without starting anything.",
 )
 @click.option("--dry-run", is_flag=True, help="Only say what would be done.")
 def install(rig_path: Path | None, init: str | None, root: Path, dry_run: bool) -> None:
@@ -74,7 +77,8 @@ def uninstall(init: str | None, root: Path) -> None:
 @service.command()
 @click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Default: the simulated rig.")
 def safe(rig_path: Path | None) -> None:
-    """Write the safe state to the rig's device from here, whoever else has it. What systemd does after the daemon has ended."""
+    """Write the safe state to the rig's device from here, whoever else has it. What systemd does after the daemon has
+    ended."""
     from rig.app import compose
     from rig.realtime.clock import MonotonicClock
     from rig.realtime.safe_state import Outcome, SecondPath, look
@@ -90,6 +94,8 @@ def safe(rig_path: Path | None) -> None:
         raise RigError(f"{rig.name}: the safe state could not be written: {error}") from None
     outcome = look(path)
     if outcome is Outcome.FAILED:
-        raise RigError(f"{rig.name}: NOT SAFE: the safe state was written, but the device holds something else; who else writes?")
+        raise RigError(
+            f"{rig.name}: NOT SAFE: the safe state was written, but the device holds something else; who else writes?"
+        )
     seen = "seen at the device" if outcome is Outcome.SEEN else "not confirmed: the device has not been read back"
     console().print(f"{rig.name}: safe, {rig.safe.p1_mpa:g} and {rig.safe.p2_mpa:g} MPa, {seen}")

@@ -14,14 +14,25 @@ from rig.outputs import Kind
 @click.argument("commands", type=click.Path(path_type=Path), metavar="SWEEP.yaml|LOG")
 @click.option("--model", "model_path", type=click.Path(path_type=Path), metavar="MODEL.yaml", help="The simulator.")
 @click.option(
-    "--plant", type=click.IntRange(0), metavar="UNIT", help="Instead of a model: that unit of the physics rig of hil.reference."
+    "--plant",
+    type=click.IntRange(0),
+    metavar="UNIT",
+    help="Instead of a model: that unit of the physics rig of hil.reference.",
 )
 @click.option("--family", default="mckibben", show_default=True, help="The physics rig's family: mckibben or fluidic.")
 @click.option(
-    "--session", default=1, show_default=True, type=click.IntRange(0), help="The physics rig's day; each drifts a little."
+    "--session",
+    default=1,
+    show_default=True,
+    type=click.IntRange(0),
+    help="The physics rig's day; each drifts a little.",
 )
-@output_option(Kind.RECORDING, "File, or a folder for several records.", or_folder=True, required=True, metavar="OUT.mcap")
-@click.option("--from-pressures", is_flag=True, help="Drive the muscles by the pressures measured in LOG, not by its commands.")
+@output_option(
+    Kind.RECORDING, "File, or a folder for several records.", or_folder=True, required=True, metavar="OUT.mcap"
+)
+@click.option(
+    "--from-pressures", is_flag=True, help="Drive the muscles by the pressures measured in LOG, not by its commands."
+)
 @click.option(
     "--loops",
     type=Output(Kind.FIGURE),
@@ -42,8 +53,9 @@ def simulate(
 ) -> None:
     """What MODEL says under the commands of a sweep or of a LOG: the angle, and the pressures if it has regulators.
 
-    A model with added effects is a model. Several records go into the folder OUT, one file each. With --plant the records come
-    from a physics simulation that shares no law with the models: something to identify that is not a Bouc-Wen model.
+    A model with added effects is a model. Several records go into the folder OUT, one file each. With --plant the
+    records come from a physics simulation that shares no law with the models: something to identify that is not a
+    Bouc-Wen model.
     """
     from rig.app.simulating import by_model, by_plant, simulate_all
 

@@ -57,7 +57,8 @@ class Window:
 
 
 def picture(status: dict[str, Any], window: Window, size: tuple[int, int], note: str = "") -> "Group":
-    """The whole picture for a terminal of `size` columns and lines. Keys and note come first: what does not fit is cut below."""
+    """The whole picture for a terminal of `size` columns and lines. Keys and note come first: what does not fit is cut
+    below."""
     from rich.console import Group
     from rich.text import Text
 
@@ -129,13 +130,17 @@ def keys() -> Iterator[Any]:
     before = termios.tcgetattr(descriptor)
     tty.setcbreak(descriptor)
     try:
-        yield lambda: os.read(descriptor, 1).decode(errors="replace") if select.select([descriptor], [], [], 0)[0] else ""
+        yield (
+            lambda: os.read(descriptor, 1).decode(errors="replace") if select.select([descriptor], [], [], 0)[0] else ""
+        )
     finally:
         termios.tcsetattr(descriptor, termios.TCSADRAIN, before)
 
 
 @click.command(cls=Command)
-@click.option("--rate", "rate_hz", type=click.FloatRange(0.5, 20), default=5.0, show_default=True, help="Pictures a second.")
+@click.option(
+    "--rate", "rate_hz", type=click.FloatRange(0.5, 20), default=5.0, show_default=True, help="Pictures a second."
+)
 @socket_option
 def watch(rate_hz: float, socket: Path | None) -> None:
     """Watch the daemon: state, fault and hint, pressures, angle, lateness. In a pipe: one picture of now."""

@@ -50,10 +50,14 @@ def check_setpoints(
         for valve in (0, 1):
             signal = f"{name}: set-point p{valve + 1}"
             if not low - ROUNDING_MPA <= now[valve] <= high + ROUNDING_MPA:
-                raise EnvelopeError(f"{signal} would be {now[valve]:.4g} MPa; allowed is {low:g} .. {high:g} MPa {where}")
+                raise EnvelopeError(
+                    f"{signal} would be {now[valve]:.4g} MPa; allowed is {low:g} .. {high:g} MPa {where}"
+                )
             if abs(now[valve] - before[valve]) > step + ROUNDING_MPA:
                 rate = abs(now[valve] - before[valve]) / (period_ns * 1e-9)
-                raise EnvelopeError(f"{signal} would change by {rate:.4g} MPa/s; allowed is {envelope.slew_mpa_s:g} {where}")
+                raise EnvelopeError(
+                    f"{signal} would change by {rate:.4g} MPa/s; allowed is {envelope.slew_mpa_s:g} {where}"
+                )
         before = now[0], now[1]
 
 

@@ -1,7 +1,7 @@
 """A sweep as its YAML has it, and the list of runs it stands for.
 
-The experiment follows the paper: both muscles to P0 and wait (settle), take that angle as zero (zero), move dp to where the
-signal starts (ramp in), the signal itself (sweep), and back to P0 (ramp out). p1 = P0 + dp/2, p2 = P0 - dp/2.
+The experiment follows the paper: both muscles to P0 and wait (settle), take that angle as zero (zero), move dp to where
+the signal starts (ramp in), the signal itself (sweep), and back to P0 (ramp out). p1 = P0 + dp/2, p2 = P0 - dp/2.
 Whether a run fits the rig is envelope.py; carrying it out tick by tick is rig.realtime.
 """
 
@@ -55,7 +55,8 @@ class Timing:
 
 @dataclass(frozen=True)
 class Sweep:
-    """Everything a sweep's YAML says. Runs come in the order repeat, P0, record: a repeat is the whole programme again."""
+    """Everything a sweep's YAML says. Runs come in the order repeat, P0, record: a repeat is the whole programme
+    again."""
 
     name: str
     signals: tuple[tuple[Signal, Timing], ...]
@@ -98,7 +99,9 @@ def load_sweep(path: Path) -> Sweep:
     """The sweep at `path`; ConfigError names the key when it does not fit. Any parameter of a signal may be a list."""
     raw = read_yaml(path, MOST_SWEEP_BYTES)
     if not isinstance(raw, dict):
-        raise ConfigError(f"{path}: expected a mapping with the keys records, {', '.join(f.name for f in fields(_Head))}")
+        raise ConfigError(
+            f"{path}: expected a mapping with the keys records, {', '.join(f.name for f in fields(_Head))}"
+        )
     keys = dict(raw)
     records = keys.pop("records", None)
     if not isinstance(records, list) or not records:
@@ -110,10 +113,13 @@ def load_sweep(path: Path) -> Sweep:
     count = head.repeats * len(head.p0_mpa) * sum(_combinations(record) for record in records)
     if count > MOST_RECORDS:
         raise ConfigError(
-            f"{path}: records: stand for {shown(count)} records (lists, p0_mpa and repeats multiply); at most {MOST_RECORDS}"
+            f"{path}: records: stand for {shown(count)} records (lists, p0_mpa and repeats multiply); at most "
+            f"{MOST_RECORDS}"
         )
     shared = {f.name: keys[f.name] for f in fields(Timing) if f.name in keys}
-    signals = tuple(pair for index, record in enumerate(records) for pair in _record(record, shared, path, f"records[{index}]"))
+    signals = tuple(
+        pair for index, record in enumerate(records) for pair in _record(record, shared, path, f"records[{index}]")
+    )
     return Sweep(head.name or path.stem, signals, head.p0_mpa, head.repeats)
 
 
@@ -134,7 +140,8 @@ def _record(raw: object, shared: Mapping[str, Any], path: Path, where: str) -> I
 
 
 def _combinations(record: object) -> int:
-    """How many signals one entry of `records` stands for, without making them; what is no signal counts once, and is told later."""
+    """How many signals one entry of `records` stands for, without making them; what is no signal counts once, and is
+    told later."""
     settings = [value for key, value in record.items() if key in SIGNALS] if isinstance(record, dict) else []
     lists = [item for each in settings if isinstance(each, dict) for item in each.values() if isinstance(item, list)]
     return math.prod(len(item) for item in lists)
@@ -159,7 +166,9 @@ def expand(sweep: Sweep, period_ns: int) -> list[RunPlan]:
     total = sum(ticks for _, ticks in lengths)
     if total > MOST_TICKS:
         hours = total * period_ns / 3.6e12
-        raise ConfigError(f"{sweep.name}: its waveforms last {hours:.1f} h together, {total} ticks; at most {MOST_TICKS} ticks")
+        raise ConfigError(
+            f"{sweep.name}: its waveforms last {hours:.1f} h together, {total} ticks; at most {MOST_TICKS} ticks"
+        )
     for signal, _ in sweep.signals:
         _check_grid(sweep.name, signal, period_ns)
     waves = {(signal, ticks): sampled(signal, ticks, period_ns) for signal, ticks in lengths}  # repeats share theirs
@@ -190,7 +199,9 @@ def _plan(
     period_ns: int,
     waves: "Mapping[tuple[Signal, int], array[float]]",
 ) -> RunPlan:
-    several = (f"_p0_{amount(p0_mpa)}mpa" if len(sweep.p0_mpa) > 1 else "") + (f"_r{repeat}" if sweep.repeats > 1 else "")
+    several = (f"_p0_{amount(p0_mpa)}mpa" if len(sweep.p0_mpa) > 1 else "") + (
+        f"_r{repeat}" if sweep.repeats > 1 else ""
+    )
     return RunPlan(
         name=signal.label + several,
         p0_mpa=p0_mpa,

@@ -7,6 +7,7 @@ T = TypeVar("T")
 
 
 def around(p0_mpa: float, dp_mpa: T) -> tuple[T, T]:
-    """Both muscles' set-points (MPa) for a difference dp = p1 - p2 about the rest pressure P0; a number or a whole column."""
+    """Both muscles' set-points (MPa) for a difference dp = p1 - p2 about the rest pressure P0; a number or a whole
+    column."""
     half = cast(Any, dp_mpa) / 2
     return p0_mpa + half, p0_mpa - half

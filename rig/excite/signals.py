@@ -1,7 +1,7 @@
 """Waveforms of the differential pressure: each a small frozen dataclass with a value at any time of the sweep.
 
-The class is also the schema of its entry in a sweep's YAML. Values are computed from the time alone, never from the value
-before, so a skipped tick leaves the phase where it belongs. Here are the smooth ones; steps.py has those with
+The class is also the schema of its entry in a sweep's YAML. Values are computed from the time alone, never from the
+value before, so a skipped tick leaves the phase where it belongs. Here are the smooth ones; steps.py has those with
 levels, table.py those from a file. None knows P0, ramps or repeats: see experiment.py.
 """
 
@@ -116,8 +116,8 @@ _MOST_LINE = 2500
 class Multisine:
     """Equal sines on the odd multiples of 1/period_s between low and high, with random phases drawn from the seed.
 
-    Even lines and odd lines left out stay empty, so what the rig puts there is its non-linearity (Pintelon and Schoukens,
-    System Identification, 2nd ed., ch. 4). `amplitude_mpa` is what the sum never exceeds.
+    Even lines and odd lines left out stay empty, so what the rig puts there is its non-linearity (Pintelon and
+    Schoukens, System Identification, 2nd ed., ch. 4). `amplitude_mpa` is what the sum never exceeds.
     """
 
     amplitude_mpa: float = bounded(0.0, DP_MAX_MPA, "MPa")

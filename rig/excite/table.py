@@ -18,7 +18,8 @@ MOST_TABLE_BYTES = 512 * 1024 * 1024
 
 @dataclass(frozen=True)
 class Waveform:
-    """dp from a CSV file with the columns t_s and dp_mpa (or dp_cmd_mpa, as logs have it), straight lines between its rows.
+    """dp from a CSV file with the columns t_s and dp_mpa (or dp_cmd_mpa, as logs have it), straight lines between its
+    rows.
 
     Before the first and after the last row it holds their value. A relative `file` counts from the sweep's YAML.
     """
@@ -68,7 +69,9 @@ def _table(file: Path, rows: "csv.DictReader[str]") -> "tuple[array[float], arra
     names = rows.fieldnames or []
     column = next((name for name in ("dp_mpa", "dp_cmd_mpa") if name in names), None)
     if "t_s" not in names or column is None:
-        raise ConfigError(f"{file}: needs the columns t_s and dp_mpa (or dp_cmd_mpa); it has {', '.join(names) or 'none'}")
+        raise ConfigError(
+            f"{file}: needs the columns t_s and dp_mpa (or dp_cmd_mpa); it has {', '.join(names) or 'none'}"
+        )
     times, values = array("d"), array("d")
     for row in rows:
         _append(times, row["t_s"], values, row[column], f"{file}, line {rows.line_num}")

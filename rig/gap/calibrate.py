@@ -13,13 +13,15 @@ from rig.gap.settings import FactorLevels, Prior
 from rig.record import Column
 
 START = {
-    "offset_mpa": 1e-3, "gain": 5e-3, "lag_s": 2e-3, "curvature_s2": 1e-4, "one_way_s": 1e-3, "bend": 5e-3, "offset": 3e-3,
-    "loop": 0.05, "monitor_mpa": 8e-4, "monitor_gain": 5e-3, "mean_law": 0.03, "drift": 1e-3, "warming": 2e-3, "bank": 3e-3,
+    "offset_mpa": 1e-3, "gain": 5e-3, "lag_s": 2e-3, "curvature_s2": 1e-4, "one_way_s": 1e-3, "bend": 5e-3,
+    "offset": 3e-3,
+    "loop": 0.05, "monitor_mpa": 8e-4, "monitor_gain": 5e-3, "mean_law": 0.03, "drift": 1e-3, "warming": 2e-3,
+    "bank": 3e-3,
 }  # fmt: skip
 """Where the search begins, and what a level falls back to of which the days say nothing; units as in the names."""
 MOST = {"gain": 0.1, "monitor_gain": 0.06, "loop": 0.5, "mean_law": 0.5}
-"""Largest levels that physics allows: a monitor is at most 6 % of full scale off (data sheet), a simulator 10 % of gain. Two patterns that
-all but undo each other would else grow without end."""
+"""Largest levels that physics allows: a monitor is at most 6 % of full scale off (data sheet), a simulator 10 % of
+gain. Two patterns that all but undo each other would else grow without end."""
 START_SHARE, START_EVEN = 0.01, 0.003
 PULL = 0.02
 """How firmly levels are held to the start, per squared factor e, in nats."""

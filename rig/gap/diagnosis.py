@@ -1,7 +1,7 @@
 """`diagnose`: which reference there is, and the method that answers with it.
 
-One likelihood for a simulator, a fingerprint and one earlier day (`rig.gap.pipeline`); several days by `rig.gap.days`, which names more
-there. docs/decisions/0520 has the figures.
+One likelihood for a simulator, a fingerprint and one earlier day (`rig.gap.pipeline`); several days by `rig.gap.days`,
+which names more there. docs/decisions/0520 has the figures.
 """
 
 from collections.abc import Sequence
@@ -24,14 +24,17 @@ def diagnose(
     library: Sequence[str] | None = None,
     reference: str = AUTO,
 ) -> Diagnosis:
-    """Where the gap between simulator and rig lies, which effect causes it and how far it shrinks with that effect added.
+    """Where the gap between simulator and rig lies, which effect causes it and how far it shrinks with that effect
+    added.
 
-    `baselines` holds one list of records a session of an earlier day. `reference` is auto, sessions, session, fingerprint or simulator;
-    simulator says that the model was made for another rig of the build, or from data sheets. `library` limits the effects by name.
-    Raises RecordError when no record can be used, ModelError when there is nothing to compare with, ConfigError for a reference that
-    cannot be had.
+    `baselines` holds one list of records a session of an earlier day. `reference` is auto, sessions, session,
+    fingerprint or simulator; simulator says that the model was made for another rig of the build, or from data sheets.
+    `library` limits the effects by name. Raises RecordError when no record can be used, ModelError when there is
+    nothing to compare with, ConfigError for a reference that cannot be had.
     """
-    return diagnose_with_grounds(model, records, baselines, pressures=pressures, library=library, reference=reference)[0]
+    return diagnose_with_grounds(model, records, baselines, pressures=pressures, library=library, reference=reference)[
+        0
+    ]
 
 
 def diagnose_with_grounds(

@@ -1,7 +1,8 @@
-"""The steps of a diagnosis by one likelihood, in their order: pair, test the raw samples, expect, judge, re-tune, answer.
+"""The steps of a diagnosis by one likelihood, in their order: pair, test the raw samples, expect, judge, re-tune,
+answer.
 
-Used for question 1 (what does the simulator lack?) and with one earlier day; several days are judged by `rig.gap.days.diagnosis` still,
-which names more there (docs/decisions/0520).
+Used for question 1 (what does the simulator lack?) and with one earlier day; several days are judged by
+`rig.gap.days.diagnosis` still, which names more there (docs/decisions/0520).
 """
 
 from collections.abc import Sequence
@@ -102,5 +103,8 @@ def _bridged(question: Question, pairing: Pairing) -> Pairing:
     lost = [lost_rows(pair.raw) for pair in pairing.pairs]
     records = [bridged(pair.raw, rows) for pair, rows in zip(pairing.pairs, lost, strict=True)]
     count = len(pairing.pairs[0].raw_baselines)
-    days = [[bridged(pair.raw_baselines[k], rows) for pair, rows in zip(pairing.pairs, lost, strict=True)] for k in range(count)]
+    days = [
+        [bridged(pair.raw_baselines[k], rows) for pair, rows in zip(pairing.pairs, lost, strict=True)]
+        for k in range(count)
+    ]
     return _paired(question, records, days)

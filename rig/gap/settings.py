@@ -1,7 +1,7 @@
 """Every number that decides in the likelihood: with its unit, its source, and what moves if it moves.
 
-What can be fitted stands in `priors.yaml` beside this file, written by `pamrig gap calibrate` with its provenance; what is a choice
-stands here.
+What can be fitted stands in `priors.yaml` beside this file, written by `pamrig gap calibrate` with its provenance; what
+is a choice stands here.
 """
 
 from collections.abc import Mapping
@@ -12,7 +12,8 @@ from pathlib import Path
 from rig.config import load
 
 TOP_HZ = 6.0
-"""Highest frequency compared, Hz: muscles and regulators answer below it. Higher: more lines of noise, the same evidence."""
+"""Highest frequency compared, Hz: muscles and regulators answer below it. Higher: more lines of noise, the same
+evidence."""
 ENVELOPE_HZ = 0.5
 """Width over which a response's power is blurred for the remainder's variance, Hz. Narrower: single lines decide."""
 ENVELOPE_EVEN = 0.1
@@ -22,8 +23,8 @@ UNKNOWN_EVEN = 0.3
 CREDIBLE = 0.95
 """Mass that the reported set of names holds."""
 WIDTH_SHARES = (3.0, 0.05)
-"""A law's further numbers are flat over this many times their value, at least over this share of their bounds. Wider: laws with
-more numbers lose."""
+"""A law's further numbers are flat over this many times their value, at least over this share of their bounds. Wider:
+laws with more numbers lose."""
 LOOP_WIDTH = 0.1
 """Yield of the play whose loop may be wider or narrower from day to day, as a share of the angle's range."""
 FIT_STEPS = 6
@@ -61,7 +62,8 @@ class Prior:
     """What is thought of hypotheses before the records are seen, and how far the likelihood is trusted."""
 
     share: float = 0.05
-    """Middle of what an effect changes, as a share of what moves anyhow (rms). Smaller: small effects are named sooner."""
+    """Middle of what an effect changes, as a share of what moves anyhow (rms). Smaller: small effects are named
+    sooner."""
     share_spread: float = 1.5
     """Standard deviation of its logarithm."""
     rho_scale: float = 1.0
@@ -69,11 +71,13 @@ class Prior:
     rho_lines: float = 1.0
     """Share of that error that is independent from line to line, the rest being coherent."""
     effective: float = 60.0
-    """Independent lines of one factor: neighbours and records share their causes. More: surer, and more false alarms."""
+    """Independent lines of one factor: neighbours and records share their causes. More: surer, and more false
+    alarms."""
     degrees: float = 6.0
     """Degrees of freedom with which a remainder's level is known. Fewer: heavier tails."""
     log_none: float = 6.0
-    """Prior odds of no cause on a factor against each single effect, nats. Less: more false alarms, smaller effects seen."""
+    """Prior odds of no cause on a factor against each single effect, nats. Less: more false alarms, smaller effects
+    seen."""
     log_unknown: float = -4.0
     """Prior odds of something unknown on a factor, nats."""
     log_beside: float = -3.0

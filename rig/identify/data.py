@@ -1,7 +1,7 @@
 """From records to what identification works on: checked, on the model's clock, its inputs ready.
 
-Whatever cannot be used is refused in one line that says what is wrong and what would help; what is only doubtful becomes a
-warning. Reading files is `rig.log.reader`.
+Whatever cannot be used is refused in one line that says what is wrong and what would help; what is only doubtful
+becomes a warning. Reading files is `rig.log.reader`.
 """
 
 from collections.abc import Sequence
@@ -34,7 +34,8 @@ MOST_ANGLE_DEG = 3600.0
 LEAST_REPEATS = 0.02
 """Share of rows from which equal measurements mean repeated packets, and not a chance of the converters."""
 SMOOTH_S = 0.05
-"""Window of the quadratic (Savitzky-Golay) through measured pressures; a regulator with a lag of 40 ms has nothing above it."""
+"""Window of the quadratic (Savitzky-Golay) through measured pressures; a regulator with a lag of 40 ms has nothing
+above it."""
 RADIANS = 1.6
 """An angle that stays below this while the pressure moves by 0.1 MPa and more is probably in radians."""
 
@@ -102,13 +103,15 @@ def prepare(record: Record, model: Model, options: Options | None = None) -> Pre
     skip = round(allowed.skip_s / model.sample_time_s)
     if skip >= len(grid) - 2:
         raise RecordError(
-            f"{record.name}: nothing is left of its {grid.t_s[-1] - grid.t_s[0]:.3g} s after the first {allowed.skip_s:g} s"
+            f"{record.name}: nothing is left of its {grid.t_s[-1] - grid.t_s[0]:.3g} s after the first "
+            f"{allowed.skip_s:g} s"
         )
     return Prepared(record, grid, p1, p2, angle, skip, warnings)
 
 
 def best_input(records: Sequence[Record], options: Options) -> tuple[Input, str]:
-    """What can drive the muscles: the measured pressures where every record has them, else the command; and why, in one line."""
+    """What can drive the muscles: the measured pressures where every record has them, else the command; and why, in one
+    line."""
     try:
         for record in records:
             shown = cut(record, options)
@@ -117,7 +120,10 @@ def best_input(records: Sequence[Record], options: Options) -> tuple[Input, str]
     except RecordError as error:
         reason = str(error).removesuffix("; use --input command")
         return Input.COMMAND, f"driven by the command, not by measured pressures: {reason}"
-    return Input.PRESSURE, "driven by the measured pressures, which every record has; --input command takes the set-points"
+    return (
+        Input.PRESSURE,
+        "driven by the measured pressures, which every record has; --input command takes the set-points",
+    )
 
 
 def cut(record: Record, options: Options) -> Record:
@@ -135,7 +141,8 @@ def driving_pressures(grid: Record, drive: Input, p0_mpa: float) -> tuple[Column
 
 
 def _smooth(pressure: Column, dt_s: float) -> Column:
-    """The monitor's noise taken off, without delay: theta of (11) differentiates its input and would carry it into the angle."""
+    """The monitor's noise taken off, without delay: theta of (11) differentiates its input and would carry it into the
+    angle."""
     rows = round(SMOOTH_S / dt_s) // 2 * 2 + 1
     return np.asarray(savgol_filter(pressure, rows, 2)) if 5 <= rows <= len(pressure) else pressure
 
@@ -144,7 +151,9 @@ def _check_times(record: Record, dt_s: float, resample: bool) -> None:
     name = record.name
     if len(record) < 3 or record.t_s[-1] - record.t_s[0] < SHORTEST_S:
         length = float(record.t_s[-1] - record.t_s[0]) if len(record) else 0.0
-        raise RecordError(f"{name}: {len(record)} rows over {length:.3g} s are too short; needed: at least {SHORTEST_S:g} s")
+        raise RecordError(
+            f"{name}: {len(record)} rows over {length:.3g} s are too short; needed: at least {SHORTEST_S:g} s"
+        )
     steps = np.diff(record.t_s)
     if not np.all(np.isfinite(record.t_s)) or np.any(steps <= 0):
         where = int(np.argmin(np.where(np.isfinite(steps), steps, -1.0)))
@@ -167,7 +176,9 @@ def _check_columns(record: Record, drive: Input) -> None:
         raise RecordError(f"{record.name}: the pressures were not measured; use --input command")
     if np.isnan(record.dp_cmd_mpa).any() and drive is Input.COMMAND:
         first = float(record.t_s[int(np.argmax(np.isnan(record.dp_cmd_mpa)))])
-        raise RecordError(f"{record.name}: dp_cmd_mpa is not a number at {first:.3f} s; a command is known or there is none")
+        raise RecordError(
+            f"{record.name}: dp_cmd_mpa is not a number at {first:.3f} s; a command is known or there is none"
+        )
     for column in _measured(record, drive):
         values = getattr(record, column)
         share = float(np.mean(~np.isfinite(values)))
@@ -176,14 +187,21 @@ def _check_columns(record: Record, drive: Input) -> None:
 
 
 def strange_units(record: Record) -> str | None:
-    """What no rig of this kind can show, and the unit it may be in: pressures beyond any regulator, angles beyond any potentiometer."""
+    """What no rig of this kind can show, and the unit it may be in: pressures beyond any regulator, angles beyond any
+    potentiometer."""
     for name in ("dp_cmd_mpa", "p1_mpa", "p2_mpa"):
         largest = _largest(getattr(record, name))
         if largest > MOST_PRESSURE_MPA:
             unit = "bar" if largest < 15.0 else "kPa or psi" if largest < 2000.0 else "Pa"
-            return f"{name} reaches {largest:.4g}, more than any regulator gives ({MOST_PRESSURE_MPA:g} MPa); is it in {unit}?"
+            return (
+                f"{name} reaches {largest:.4g}, more than any regulator gives ({MOST_PRESSURE_MPA:g} MPa); is "
+                f"it in {unit}?"
+            )
     if (largest := _largest(record.angle_deg)) > MOST_ANGLE_DEG:
-        return f"angle_deg reaches {largest:.4g}, more than any potentiometer shows ({MOST_ANGLE_DEG:g} deg); is it in counts?"
+        return (
+            f"angle_deg reaches {largest:.4g}, more than any potentiometer shows ({MOST_ANGLE_DEG:g} deg); is "
+            "it in counts?"
+        )
     return None
 
 
@@ -194,27 +212,40 @@ def _largest(column: Column | None) -> float:
 
 def _check_clock(record: Record) -> None:
     if strange := strange_clock(record):
-        raise RecordError(f"{record.name}: {strange} `pamrig log import` converts units, --trust-units takes it as it stands")
+        raise RecordError(
+            f"{record.name}: {strange} `pamrig log import` converts units, --trust-units takes it as it stands"
+        )
 
 
 def _check_units(record: Record) -> None:
     """Numbers that no rig of this kind can show are in another unit."""
     if strange := strange_units(record):
-        raise RecordError(f"{record.name}: {strange} `pamrig log import` converts units, --trust-units takes it as it stands")
+        raise RecordError(
+            f"{record.name}: {strange} `pamrig log import` converts units, --trust-units takes it as it stands"
+        )
     angle = record.angle_deg
-    if angle is not None and np.ptp(record.dp_cmd_mpa) >= 0.1 and LEAST_OUTPUT_DEG < np.nanmax(np.abs(angle)) <= RADIANS:
+    if (
+        angle is not None
+        and np.ptp(record.dp_cmd_mpa) >= 0.1
+        and LEAST_OUTPUT_DEG < np.nanmax(np.abs(angle)) <= RADIANS
+    ):
         raise RecordError(
             f"{record.name}: angle_deg stays within {np.nanmax(np.abs(angle)):.3g} while the pressure moves by "
-            f"{np.ptp(record.dp_cmd_mpa):.2g} MPa; is it in radians? `pamrig log import` converts, --trust-units takes it as it stands"
+            f"{np.ptp(record.dp_cmd_mpa):.2g} MPa; is it in radians? `pamrig log import` converts, --trust-units "
+            "takes it as it stands"
         )
 
 
 def _check_excitation(record: Record, drive: Input) -> None:
     moved = record.dp_cmd_mpa if drive is Input.COMMAND else record.dp_mpa
     if not np.ptp(moved[np.isfinite(moved)]) >= LEAST_INPUT_MPA:
-        raise RecordError(f"{record.name}: the {drive.value} is constant; needed: it moves by {LEAST_INPUT_MPA:g} MPa and more")
+        raise RecordError(
+            f"{record.name}: the {drive.value} is constant; needed: it moves by {LEAST_INPUT_MPA:g} MPa and more"
+        )
     if record.angle_deg is not None and not np.ptp(record.angle_deg[np.isfinite(record.angle_deg)]) >= LEAST_OUTPUT_DEG:
-        raise RecordError(f"{record.name}: the angle is constant; needed: it moves by {LEAST_OUTPUT_DEG:g} deg and more")
+        raise RecordError(
+            f"{record.name}: the angle is constant; needed: it moves by {LEAST_OUTPUT_DEG:g} deg and more"
+        )
 
 
 def _missing(record: Record) -> list[str]:
@@ -229,9 +260,11 @@ def _missing(record: Record) -> list[str]:
 
 
 def repeated_packets(record: Record) -> NDArray[np.bool_]:
-    """Rows in which a logger stored the previous packet again, shape (n,): both pressures and the angle are exactly the same.
+    """Rows in which a logger stored the previous packet again, shape (n,): both pressures and the angle are exactly the
+    same.
 
-    One column alone may stand still on its converter's lattice; all three only when nothing moves, and then a repeat does no harm.
+    One column alone may stand still on its converter's lattice; all three only when nothing moves, and then a repeat
+    does no harm.
     """
     columns = [record.p1_mpa, record.p2_mpa, record.angle_deg]
     if any(column is None for column in columns):

@@ -19,8 +19,11 @@ def square_sum(column: Column) -> float:  # pragma: no cover
 
 
 @njit(cache=True, nogil=True)
-def normal(slopes: Column, residual: Column, parts: Column, count: int) -> tuple[Column, Column, Column]:  # pragma: no cover
-    """For each part of the rows: slopes' slopes (count, k, k), slopes' residual (count, k), residual's residual (count,)."""
+def normal(
+    slopes: Column, residual: Column, parts: Column, count: int
+) -> tuple[Column, Column, Column]:  # pragma: no cover
+    """For each part of the rows: slopes' slopes (count, k, k), slopes' residual (count, k), residual's residual
+    (count,)."""
     n, k = slopes.shape
     grams, pulls, costs = np.zeros((count, k, k)), np.zeros((count, k)), np.zeros(count)
     for i in range(n):

@@ -1,4 +1,5 @@
-"""The fingerprint of the rig that made some records: the response model fitted to them, what it misses, and what they show.
+"""The fingerprint of the rig that made some records: the response model fitted to them, what it misses, and what they
+show.
 
 It uses the measured pressures where every record has them, whatever drives the model's muscles; else virtual ones.
 """
@@ -32,7 +33,8 @@ from rig.record import Column
 GRID_S = 0.01
 """Finest grid of the fits: no regulator and no joint of this kind has anything above it."""
 SMOOTHING_S = 0.012
-"""Standard deviation of the symmetric smoothing, as the diagnosis smooths: noise must not rattle in the bank's plays."""
+"""Standard deviation of the symmetric smoothing, as the diagnosis smooths: noise must not rattle in the bank's
+plays."""
 LEAST_ROWS = 10.0 * RESPONSE_TERMS
 """Fewer rows of the grid than this, in all records together, do not determine the bank."""
 MOST_HOLES = 0.4
@@ -52,8 +54,11 @@ class _Gridded:
 
 
 def make_fingerprint(data: Sequence[Prepared], model: Model) -> Fingerprint | None:
-    """The fingerprint that belongs into `model`, which was identified on `data`; None where the records are too short for one."""
-    measured = best_input([each.grid for each in data], Options())[0] is Input.PRESSURE and not any(map(_full_of_holes, data))
+    """The fingerprint that belongs into `model`, which was identified on `data`; None where the records are too short
+    for one."""
+    measured = best_input([each.grid for each in data], Options())[0] is Input.PRESSURE and not any(
+        map(_full_of_holes, data)
+    )
     given = None if measured else regulators_of(model)
     records = [record for each in data if _whole(record := _gridded(each, model.p0_mpa, given))]
     if sum(float(record.drive.used.sum()) for record in records) < LEAST_ROWS:
@@ -72,7 +77,10 @@ def _full_of_holes(each: Prepared) -> bool:
 
 def _whole(record: _Gridded) -> bool:
     """Nothing of the record is missing, and some of it counts."""
-    columns = [record.drive.angle_deg, *(column for line in record.lines for column in (line.command_mpa, line.pressure_mpa))]
+    columns = [
+        record.drive.angle_deg,
+        *(column for line in record.lines for column in (line.command_mpa, line.pressure_mpa)),
+    ]
     return all(bool(np.isfinite(column).all()) for column in columns) and bool(record.drive.used.any())
 
 
@@ -165,7 +173,9 @@ def _gridded(each: Prepared, p0_mpa: float, given: tuple[Regulator, Regulator] |
     used[: -(-each.skip // stride)] = 0.0
     used[-max(1, round(2 * SMOOTHING_S / grid_s)) :] = 0.0
     if given is None:
-        pressures = [_smooth(column, dt_s)[::stride].copy() for column in (record.p1_mpa, record.p2_mpa) if column is not None]
+        pressures = [
+            _smooth(column, dt_s)[::stride].copy() for column in (record.p1_mpa, record.p2_mpa) if column is not None
+        ]
     else:
         pressures = [regulated(command, *valve, grid_s) for command, valve in zip(commands, given, strict=True)]
     first, second = (Line(grid_s, u, p, used) for u, p in zip(commands, pressures, strict=True))
@@ -185,7 +195,9 @@ def _noise(data: Sequence[Prepared], name: str) -> float:
 
 
 def _range(columns: Sequence[Column]) -> tuple[float, float]:
-    return _short(min(float(column.min()) for column in columns)), _short(max(float(column.max()) for column in columns))
+    return _short(min(float(column.min()) for column in columns)), _short(
+        max(float(column.max()) for column in columns)
+    )
 
 
 def _short(number: float) -> float:

@@ -1,4 +1,5 @@
-"""The identification of a model: searches from several seeds, polish, the check over the sweep range, and what is known of the result."""
+"""The identification of a model: searches from several seeds, polish, the check over the sweep range, and what is known
+of the result."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -26,7 +27,8 @@ from rig.model.swarm_kernel import cores
 from rig.record import Record
 
 _TERM_SHARE = 0.8
-"""The search keeps within this share of the verdict's limit, so that what lies between its few excitations fits in too."""
+"""The search keeps within this share of the verdict's limit, so that what lies between its few excitations fits in
+too."""
 _POLISH_ROUNDS = 100
 _POLISH_ROWS = 4000
 """About how many rows a polish looks at: neighbours 5 ms apart say the same of a joint that takes 0.1 s to move."""
@@ -90,7 +92,11 @@ Report = Callable[[str, float, float], None]
 
 
 def identify(
-    records: Sequence[Record], start: Model, settings: Settings, options: Options | None = None, report: Report | None = None
+    records: Sequence[Record],
+    start: Model,
+    settings: Settings,
+    options: Options | None = None,
+    report: Report | None = None,
 ) -> Identified:
     """Fit the free parameters of `start` to `records`.
 
@@ -115,19 +121,25 @@ def identify(
     uncertainty = local_uncertainty(objective, task.space, point)
     model = task.space.model(point, uncertainty.std)
     scores = [
-        score(str(each.record.source or each.record.name), each.angle_deg, predict(model, each), each.skip) for each in data
+        score(str(each.record.source or each.record.name), each.angle_deg, predict(model, each), each.skip)
+        for each in data
     ]
     rmse = float(objective.scores(point[np.newaxis])[0])
     verdict = task.verdict(point)
     evaluations = sum(each.evaluations for each in found.values()) + spent + free_spent
     search = (settings.optimizer, settings.seeds[0], evaluations)
     model = replace(
-        model, valid=_valid(data, settings, verdict, start), provenance=provenance(data, scores, rmse, search), fingerprint=None
+        model,
+        valid=_valid(data, settings, verdict, start),
+        provenance=provenance(data, scores, rmse, search),
+        fingerprint=None,
     )
     known = make_fingerprint(data, model)
     best = min(found.values(), key=lambda each: each.score)
     warnings = [text for each in data for text in each.warnings] + ([] if valves is None else valves.notes)
-    warnings += [] if known is not None else ["no fingerprint: the records are too short for one, or their commands have gaps"]
+    warnings += (
+        [] if known is not None else ["no fingerprint: the records are too short for one, or their commands have gaps"]
+    )
     search_rmse = float(objective.scores(best.point[np.newaxis])[0])
     seconds = time.perf_counter() - begun
     return Identified(
@@ -165,13 +177,19 @@ class _Task:
         """One search from every seed, as many at once as there are cores."""
         bounded = self._settings.bounded
         return dict(
-            zip(self._settings.seeds, self._at_once(lambda seed: self._search(seed, bounded), self._settings.seeds), strict=True)
+            zip(
+                self._settings.seeds,
+                self._at_once(lambda seed: self._search(seed, bounded), self._settings.seeds),
+                strict=True,
+            )
         )
 
     def refine(self, found: Sequence[Found]) -> tuple[Table, int]:
-        """The best point after a polish of every search, kept bounded under the dense check; with the evaluations that took.
+        """The best point after a polish of every search, kept bounded under the dense check; with the evaluations that
+        took.
 
-        The error has long curved valleys in which a search ends early, so the best one before need not be the best one after.
+        The error has long curved valleys in which a search ends early, so the best one before need not be the best one
+        after.
         """
         bounded = self._settings.bounded
         point, spent = self._best_polished([each.point for each in found], bounded)
@@ -186,7 +204,8 @@ class _Task:
         return point, spent
 
     def without_bound(self, bounded_best: Table) -> tuple[float, int]:
-        """RMSE that is reached when the model need not stay bounded, and what it cost: one more search, and the best so far, polished."""
+        """RMSE that is reached when the model need not stay bounded, and what it cost: one more search, and the best so
+        far, polished."""
         found = self._search(self._settings.seeds[0], False)
         point, spent = self._best_polished([found.point, bounded_best], False)
         return float(self.objective(None).scores(point[np.newaxis])[0]), spent + found.evaluations
@@ -212,7 +231,8 @@ class _Task:
         return check_bounded(self.space.model(point), self._settings.sweep, self._limit)
 
     def _again(self) -> Found:
-        """A short search with the excitations that were added; the swarm has found the region, CMA-ES is the better one to leave it."""
+        """A short search with the excitations that were added; the swarm has found the region, CMA-ES is the better one
+        to leave it."""
         made = make_optimizer("cma-es", len(self.space), self._settings.seeds[0], self._settings.swarm)
         return self._run("once more", made, True, _AGAIN)
 

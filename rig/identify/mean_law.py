@@ -1,7 +1,7 @@
 """The law of the mean pressure, `mean_exponent` of the muscles: whether records show it, and where its search begins.
 
-The compiled search takes one drive for all its points, so the exponent is held there, at the value with which the response model
-leaves least; a last polish frees it with everything else (`rig.identify.fit`).
+The compiled search takes one drive for all its points, so the exponent is held there, at the value with which the
+response model leaves least; a last polish frees it with everything else (`rig.identify.fit`).
 """
 
 from collections.abc import Sequence
@@ -44,12 +44,15 @@ def _mean_mpa(record: Record, drive: Input) -> Column | None:
 
 def is_free(model: Model) -> bool:
     """Whether the exponent is to be identified beside other parameters."""
-    free = [(slot, name) for slot, stage in model.stages().items() for name, each in stage.parameters.items() if each.free]
+    free = [
+        (slot, name) for slot, stage in model.stages().items() for name, each in stage.parameters.items() if each.free
+    ]
     return ("muscle", NAME) in free and len(free) > 1
 
 
 def hold(start: Model, data: Sequence[Prepared]) -> Model:
-    """`start` with its exponent fixed where the response model leaves least of the angles; as it is where it is not free."""
+    """`start` with its exponent fixed where the response model leaves least of the angles; as it is where it is not
+    free."""
     if not is_free(start):
         return start
     drives = [Drive(start.sample_time_s, each.p1_mpa, each.p2_mpa, each.angle_deg, _counted(each)) for each in data]

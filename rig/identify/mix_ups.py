@@ -1,4 +1,5 @@
-"""Columns that look exchanged, turned round or in another unit of time: what somebody at the rig should look at first."""
+"""Columns that look exchanged, turned round or in another unit of time: what somebody at the rig should look at
+first."""
 
 from typing import Final
 
@@ -21,7 +22,8 @@ def strange_clock(record: Record) -> str | None:
 
 
 def mix_ups(record: Record) -> list[str]:
-    """Measured pressures that run against the command, in words; the angle says which of the two is the wrong way round."""
+    """Measured pressures that run against the command, in words; the angle says which of the two is the wrong way
+    round."""
     if record.p1_mpa is None or record.p2_mpa is None:
         return []
     against = correlation(record.dp_mpa, record.dp_cmd_mpa)

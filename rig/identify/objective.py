@@ -1,7 +1,8 @@
 """How good a point of the unit box is: the model's error on the records, and what it pays for leaving the sweep range.
 
-Two objectives with one face: `SwarmObjective` for Bouc-Wen muscles on the compiled kernel, `ChainObjective` for everything else that
-can be free in a model (regulators aside, which `rig.identify.valves` fits), one simulation after another.
+Two objectives with one face: `SwarmObjective` for Bouc-Wen muscles on the compiled kernel, `ChainObjective` for
+everything else that can be free in a model (regulators aside, which `rig.identify.valves` fits), one simulation after
+another.
 """
 
 from collections.abc import Sequence
@@ -26,10 +27,12 @@ _BW_NAMES = {"xi1": "xi", "phi1": "psi", "beta1": "beta"}
 
 _SECOND = ("xi2", "phi2", "beta2")
 PRIOR = 0.015
-"""What a second parameter of (11) pays at its bound, as a share of the largest angle, where a bounded model is fitted to one record.
+"""What a second parameter of (11) pays at its bound, as a share of the largest angle, where a bounded model is fitted
+to one record.
 
-One record hardly tells them from the first ones, along valleys that end near instability; of what fits alike the smaller is
-taken. Several records tell them, and nothing is paid. docs/decisions/0103-second-terms-pay-for-their-size.md has the figures.
+One record hardly tells them from the first ones, along valleys that end near instability; of what fits alike the
+smaller is taken. Several records tell them, and nothing is paid. docs/decisions/0103-second-terms-pay-for-their-size.md
+has the figures.
 """
 
 
@@ -54,8 +57,14 @@ def muscle_input(model: Model, p1_mpa: Column, p2_mpa: Column) -> Column:
 def fits_kernel(model: Model, space: Space) -> bool:
     """Only the law of a discrete Bouc-Wen muscle and the sensor's offset are free, and nothing else is in the way."""
     law = set(LAW) | set(_BW_NAMES.values()) | {"offset_deg"}
-    plain = model.muscle.kind in ("bw", "mbw") and {placed.name for placed in downstream(model)} <= {"bw", "mbw", "affine"}
-    unit_gain = model.sensor.kind == "ideal" or (model.sensor.value("gain") == 1.0 and not model.sensor.parameters["gain"].free)
+    plain = model.muscle.kind in ("bw", "mbw") and {placed.name for placed in downstream(model)} <= {
+        "bw",
+        "mbw",
+        "affine",
+    }
+    unit_gain = model.sensor.kind == "ideal" or (
+        model.sensor.value("gain") == 1.0 and not model.sensor.parameters["gain"].free
+    )
     return plain and unit_gain and set(space.names) <= law
 
 
@@ -108,14 +117,18 @@ class ChainObjective:
         return np.concatenate([errors, excess, self._priors(points) * np.sqrt(self._kept)], axis=1)
 
     def _priors(self, points: Table) -> Table:
-        """Degrees that the second parameters of (11) pay for their size, (n, of them); their bounds lie evenly about zero."""
+        """Degrees that the second parameters of (11) pay for their size, (n, of them); their bounds lie evenly about
+        zero."""
         return np.asarray((2.0 * points[:, self._second] - 1.0) * self._prior_deg)
 
     def _errors(self, points: Table) -> Table:
         """Simulated less measured angle after the skipped starts, (n, rows); bounded in size."""
         models = [self._space.model(point) for point in points]
         return np.array(
-            [np.concatenate([_miss(predict(model, record), record, self._thin) for record in self._data]) for model in models]
+            [
+                np.concatenate([_miss(predict(model, record), record, self._thin) for record in self._data])
+                for model in models
+            ]
         )
 
 
@@ -197,7 +210,12 @@ def downstream(model: Model) -> list[Placed]:
 
 
 def make_objective(
-    model: Model, space: Space, data: Sequence[Prepared], stability: StabilityTerm | None, thin: int = 1, workers: int = 1
+    model: Model,
+    space: Space,
+    data: Sequence[Prepared],
+    stability: StabilityTerm | None,
+    thin: int = 1,
+    workers: int = 1,
 ) -> ChainObjective:
     """The faster of the two that fits what is free."""
     if fits_kernel(model, space):

@@ -1,4 +1,5 @@
-"""Every optimiser behind one ask and tell: the swarm of the paper, CMA-ES, differential evolution, a least-squares polish.
+"""Every optimiser behind one ask and tell: the swarm of the paper, CMA-ES, differential evolution, a least-squares
+polish.
 
 CMA-ES is the package cmaes, differential evolution and least squares are scipy's. All work in the unit box; scores are
 lower-is-better and finite.
@@ -69,7 +70,9 @@ class CmaEs(_Best):
         from cmaes import CMA
 
         mean, box = self._random.random(self._dimension), np.tile([0.0, 1.0], (self._dimension, 1))
-        self._engine = CMA(mean=mean, sigma=0.3, bounds=box, seed=int(self._random.integers(2**31)), population_size=population)
+        self._engine = CMA(
+            mean=mean, sigma=0.3, bounds=box, seed=int(self._random.integers(2**31)), population_size=population
+        )
 
     def ask(self) -> Table:
         self._asked = np.array([self._engine.ask() for _ in range(self._engine.population_size)])

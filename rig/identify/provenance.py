@@ -11,8 +11,11 @@ from rig.log.reader import SUFFIXES
 from rig.model.parameters import Model, Provenance, SourceLog
 
 
-def provenance(data: Sequence[Prepared], scores: Sequence[Score], rmse: float, search: tuple[str, int, int]) -> Provenance:
-    """Where a model comes from; `search` is the optimiser's name, its first seed, and the evaluations that were spent."""
+def provenance(
+    data: Sequence[Prepared], scores: Sequence[Score], rmse: float, search: tuple[str, int, int]
+) -> Provenance:
+    """Where a model comes from; `search` is the optimiser's name, its first seed, and the evaluations that were
+    spent."""
     logs = [
         SourceLog(str(each.record.source or ""), _digest(each.record.source), each.record.name, round(row.rmse_deg, 6))
         for each, row in zip(data, scores, strict=True)

@@ -29,7 +29,8 @@ REGULATOR_STARTS: tuple[Regulator, ...] = ((0.01, 0.04, 0.04), (0.06, 0.1, 0.1))
 MOST_EXPONENT = 2.0
 """Of the law of the mean pressure."""
 MEAN_MOVES = 0.05
-"""Where (p1 + p2) / 2 stays within this share of P0 (between its 5 and 95 % quantiles), records say nothing of that law."""
+"""Where (p1 + p2) / 2 stays within this share of P0 (between its 5 and 95 % quantiles), records say nothing of that
+law."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +68,9 @@ def fit_regulator(lines: Sequence[Line], starts: Sequence[Regulator] = REGULATOR
 
 def _missed(line: Line, regulator: Sequence[float] | Column) -> Column:
     """What a regulator leaves of its pressure, MPa, apart from an offset; 0 in rows that do not count."""
-    left = (line.pressure_mpa - regulated(line.command_mpa, regulator[0], regulator[1], regulator[2], line.dt_s)) * line.used
+    left = (
+        line.pressure_mpa - regulated(line.command_mpa, regulator[0], regulator[1], regulator[2], line.dt_s)
+    ) * line.used
     return np.asarray(left - left.mean())
 
 
@@ -87,7 +90,9 @@ class BankSums:
     rows: float
 
     def __add__(self, other: "BankSums") -> "BankSums":
-        return BankSums(self.gram + other.gram, self.right + other.right, self.power + other.power, self.rows + other.rows)
+        return BankSums(
+            self.gram + other.gram, self.right + other.right, self.power + other.power, self.rows + other.rows
+        )
 
     def weights(self) -> Column:
         """Ridge weights (RESPONSE_TERMS,) of the least squared error."""
@@ -123,7 +128,8 @@ def fit_bank(records: Sequence[Drive], p0_mpa: float, exponent: float = 1.0) -> 
 
 
 def mean_pressure_moves(means_mpa: Sequence[Column], p0_mpa: float) -> bool:
-    """Whether the mean pressure (p1 + p2) / 2 moves far enough, within records or between them, to show what it does."""
+    """Whether the mean pressure (p1 + p2) / 2 moves far enough, within records or between them, to show what it
+    does."""
     low, high = np.quantile(np.concatenate(means_mpa), (0.05, 0.95))
     return bool(high - low > MEAN_MOVES * p0_mpa)
 
@@ -153,7 +159,10 @@ def fit_balance(records: Sequence[Drive], p0_mpa: float, exponent: float = 1.0) 
     triangle: Column = np.asarray(np.linalg.qr(np.vstack([np.column_stack([rows / spread, angle]), ridge]), mode="r"))
     low = np.full(columns, -np.inf)
     low[4:] = 0.0
-    solved = lsq_linear(triangle[:columns, :columns], triangle[:columns, columns], (low, np.full(columns, np.inf))).x / spread
+    solved = (
+        lsq_linear(triangle[:columns, :columns], triangle[:columns, columns], (low, np.full(columns, np.inf))).x
+        / spread
+    )
     slip = tuple(float(min(weight, MOST_SLIP)) for weight in solved[4 : 4 + len(LOOP_RADII_DEG)])
     viscous, inertia = float(min(solved[-2], MOST_VISCOUS_S)), float(np.sqrt(min(solved[-1], MOST_INERTIA_S**2)))
     return Balance(viscous, inertia, slip, (float(solved[1]), float(solved[2]), float(solved[3])))

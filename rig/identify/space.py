@@ -42,7 +42,8 @@ class Space:
         for place in self.places:
             if not place.parameter.low < place.parameter.high:
                 raise ModelError(
-                    f"{place.slot}.{place.name}: {place.parameter.low:g} .. {place.parameter.high:g} leaves nothing to search"
+                    f"{place.slot}.{place.name}: {place.parameter.low:g} .. {place.parameter.high:g} leaves nothing "
+                    "to search"
                 )
         self.low = np.array([place.parameter.low for place in self.places])
         self.high = np.array([place.parameter.high for place in self.places])
@@ -62,12 +63,15 @@ class Space:
         return np.asarray(np.clip((now - self.low) / (self.high - self.low), 0.0, 1.0))
 
     def model(self, point: Table, std: Table | None = None) -> Model:
-        """The model with its free parameters at `point` (d,), and their standard deviations in the unit box if known."""
+        """The model with its free parameters at `point` (d,), and their standard deviations in the unit box if
+        known."""
         stages: dict[str, Any] = {slot: dict(stage.parameters) for slot, stage in self._model.stages().items()}
         for index, (place, value) in enumerate(zip(self.places, self.values(point), strict=True)):
             share = float(point[index])
             known = (
-                None if std is None or not np.isfinite(std[index]) else float(std[index] * (self.high[index] - self.low[index]))
+                None
+                if std is None or not np.isfinite(std[index])
+                else float(std[index] * (self.high[index] - self.low[index]))
             )
             at_bound = min(share, 1.0 - share) < AT_BOUND
             stages[place.slot][place.name] = replace(place.parameter, value=float(value), std=known, at_bound=at_bound)

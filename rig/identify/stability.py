@@ -1,7 +1,7 @@
 """The sweep range as excitations, and whether a model's muscles stay bounded over it.
 
-A model fitted to one sine may diverge at another frequency or amplitude (docs/explanation/paper_findings.md); the excitations here
-go into the score of the search, and a denser set judges the result.
+A model fitted to one sine may diverge at another frequency or amplitude (docs/explanation/paper_findings.md); the
+excitations here go into the score of the search, and a denser set judges the result.
 """
 
 from collections.abc import Iterable, Sequence
@@ -44,11 +44,13 @@ class Verdict:
 
 
 _FASTER, _LARGER = 1.25, 1.1
-"""The search keeps a model bounded beyond the range, so that within it there is a margin: it is near instability that it predicts badly."""
+"""The search keeps a model bounded beyond the range, so that within it there is a margin: it is near instability that
+it predicts badly."""
 
 
 def search_signals(sweep: SweepRange) -> list[Signal]:
-    """A few excitations that find most of what diverges: the ends and the middle of the range, sharp corners, the mixed sine."""
+    """A few excitations that find most of what diverges: the ends and the middle of the range, sharp corners, the mixed
+    sine."""
     middle, fast, size = 0.5 * (sweep.low_hz + sweep.high_hz), _FASTER * sweep.high_hz, _LARGER * sweep.amplitude_mpa
     full: list[Signal] = [Sine(frequency, size) for frequency in (sweep.low_hz, middle, sweep.high_hz, fast)]
     return [*full, Triangle(fast, size), Mixed(middle, size / 2)]
@@ -88,7 +90,8 @@ class StabilityTerm:
         return self._inputs.steps
 
     def excess(self, particles: Table, workers: int = 1) -> Table:
-        """By how much each particle (columns of a kernel's table) exceeds the limit on each excitation, (signals, particles).
+        """By how much each particle (columns of a kernel's table) exceeds the limit on each excitation, (signals,
+        particles).
 
         0 within, else the logarithm of peak over limit: smooth enough to be followed back, and finite.
         """
@@ -96,7 +99,9 @@ class StabilityTerm:
         return np.asarray(np.log(np.maximum(peaks / self.limit_deg, 1.0)))
 
 
-def check_bounded(model: Model, sweep: SweepRange, limit_deg: float, signals: Sequence[Signal] | None = None) -> Verdict:
+def check_bounded(
+    model: Model, sweep: SweepRange, limit_deg: float, signals: Sequence[Signal] | None = None
+) -> Verdict:
     """Run the whole chain from the command over the dense set; bounded means |angle| within `limit_deg` throughout."""
     worst, peak, failing = "", 0.0, []
     chain = replace(model, effects=[])

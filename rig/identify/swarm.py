@@ -33,11 +33,13 @@ class SwarmSettings:
 class Swarm:
     """v <- I_w v + p1 r1 (Pb - x) + p2 r2 (Gb - x), |v| <= V_max; x <- x + v; I_w falls evenly over the iterations.
 
-    The paper does not say what happens at the edge of the search space: here a particle stops there and loses its speed across it.
-    The same seed gives the same search, bit by bit.
+    The paper does not say what happens at the edge of the search space: here a particle stops there and loses its speed
+    across it. The same seed gives the same search, bit by bit.
     """
 
-    def __init__(self, dimension: int, seed: int, settings: SwarmSettings | None = None, start: Table | None = None) -> None:
+    def __init__(
+        self, dimension: int, seed: int, settings: SwarmSettings | None = None, start: Table | None = None
+    ) -> None:
         """`start` (d,) puts one particle there, the others anywhere."""
         self._settings = settings or SwarmSettings()
         self.random = np.random.default_rng(seed)

@@ -1,9 +1,9 @@
 """The models that identification starts from: which parameters are free, and the bounds of the search.
 
-The bounds follow from what the model must do, not from one rig. With the gain g (degrees per unit of u), theta's divisor D and the
-sample time Ts, a constant u gives y = xi (1 - lambda2) u / (D (1 - lambda1)), so xi is of the order g D; phi theta and beta theta are
-decays per tick of the order 1, so phi and beta are of the order D; and the second parameters of (11) count per change of u in a
-tick, which is of the order Ts / 0.2 s.
+The bounds follow from what the model must do, not from one rig. With the gain g (degrees per unit of u), theta's
+divisor D and the sample time Ts, a constant u gives y = xi (1 - lambda2) u / (D (1 - lambda1)), so xi is of the order g
+D; phi theta and beta theta are decays per tick of the order 1, so phi and beta are of the order D; and the second
+parameters of (11) count per change of u in a tick, which is of the order Ts / 0.2 s.
 """
 
 from dataclasses import dataclass
@@ -39,7 +39,8 @@ class Template:
     free_offset: bool = False
     """The sensor's zero is not known: identify an offset of the angle."""
     mean_exponent: float | None = 0.0
-    """How the mean pressure counts: 0 only the difference (the paper), 1 the difference over the mean; None to identify it."""
+    """How the mean pressure counts: 0 only the difference (the paper), 1 the difference over the mean; None to identify
+    it."""
 
 
 def template_model(wish: Template, gain_deg: float = 40.0) -> Model:
@@ -60,7 +61,11 @@ def template_model(wish: Template, gain_deg: float = 40.0) -> Model:
         name: Parameter(fixed[name], _UNITS_OF.get(name, "1")) if name in fixed else _free(*bounds[name])
         for name in KINDS["muscle"][wish.kind]
     }
-    joint = {name: _free(low, high, unit) for name, (low, high, unit) in _JOINT_BOUNDS.items() if wish.joint == "second_order"}
+    joint = {
+        name: _free(low, high, unit)
+        for name, (low, high, unit) in _JOINT_BOUNDS.items()
+        if wish.joint == "second_order"
+    }
     offset = {"gain": Parameter(1.0), "offset_deg": Parameter(0.0, "deg", -abs(gain_deg), abs(gain_deg), free=True)}
     return Model(
         muscle=MuscleModel(wish.kind, muscle, wish.drive),
@@ -72,7 +77,8 @@ def template_model(wish: Template, gain_deg: float = 40.0) -> Model:
 
 
 def input_gain(records: list[Record], u_unit_mpa: float) -> float:
-    """g: degrees peak to peak per unit of the commanded u, the largest of the records; negative where the angle falls with it."""
+    """g: degrees peak to peak per unit of the commanded u, the largest of the records; negative where the angle falls
+    with it."""
     gains = [0.0]
     for record in records:
         if record.angle_deg is None or len(record) < 2:
@@ -80,7 +86,8 @@ def input_gain(records: list[Record], u_unit_mpa: float) -> float:
         known = np.isfinite(record.angle_deg) & np.isfinite(record.dp_cmd_mpa)
         dp, angle = record.dp_cmd_mpa[known], record.angle_deg[known]
         if len(dp) and np.ptp(dp) > 0:
-            # sums over time: in a fast sweep the angle lags by more than a quarter turn, only its slow part has the sign
+            # sums over time: in a fast sweep the angle lags by more than a quarter turn, only its slow part has the
+            # sign
             sign = np.sign(np.dot(np.cumsum(dp - dp.mean()), np.cumsum(angle - angle.mean())))
             gains.append(float(sign * np.ptp(angle) / np.ptp(dp)) * u_unit_mpa)
     return max(gains, key=abs) or 40.0

@@ -1,7 +1,7 @@
 """How well the records determine the parameters: local covariance, correlations, parameters at a bound.
 
-The covariance is that of least squares at the optimum, widened for residuals that follow each other slowly: a model's misfit is not
-white noise, and n samples of it count for fewer.
+The covariance is that of least squares at the optimum, widened for residuals that follow each other slowly: a model's
+misfit is not white noise, and n samples of it count for fewer.
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,5 @@
-"""How well a model predicts records: the numbers of Table IV, whether it stays bounded, and whether it is used where it is valid."""
+"""How well a model predicts records: the numbers of Table IV, whether it stays bounded, and whether it is used where it
+is valid."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -86,7 +87,8 @@ def outside(model: Model, data: Prepared) -> list[str]:
         found.append(f"{name}: excited from {slow:.2g} to {fast:.2g} Hz, the model is valid for {allowed}")
     if data.amplitude_mpa > valid.amplitude_mpa * _ROOM:
         found.append(
-            f"{name}: |p1 - p2| reaches {data.amplitude_mpa:.3g} MPa, the model is valid up to {valid.amplitude_mpa:g} MPa"
+            f"{name}: |p1 - p2| reaches {data.amplitude_mpa:.3g} MPa, the model is valid up to "
+            f"{valid.amplitude_mpa:g} MPa"
         )
     rest = float(np.mean(0.5 * (data.p1_mpa + data.p2_mpa)))
     if data.record.facts.get("p0_mpa") is not None:

@@ -1,4 +1,5 @@
-"""The regulators identified from set-points and measured pressures: gain, offset, lag, and the limit of the flow each way.
+"""The regulators identified from set-points and measured pressures: gain, offset, lag, and the limit of the flow each
+way.
 
 Each valve is fitted to its own pressure, so filling and exhausting do not cancel as they do in the difference.
 """
@@ -25,10 +26,12 @@ _BOUNDS = {
     "exhaust_limit_mpa_per_s": (0.05, 20.0, "MPa/s"),
 }
 _LIMIT_SHARE = 0.98
-"""A flow limit beyond the fastest slope of the data, by this share of its bound, was not reached: nothing is known of it."""
+"""A flow limit beyond the fastest slope of the data, by this share of its bound, was not reached: nothing is known of
+it."""
 _DEAD_STEP_S, _DEAD_MOST_S = 0.01, 0.2
 _DEAD_WORTH = 0.95
-"""A dead time is looked for when its first step takes this share of the error, and taken when it leaves less than its fourth power."""
+"""A dead time is looked for when its first step takes this share of the error, and taken when it leaves less than its
+fourth power."""
 _STARTS = ((0.05, 20.0), (0.05, 1.0))
 """Lag (s) and flow limit (MPa/s) from which the least squares start."""
 
@@ -79,14 +82,17 @@ def identify_valves(records: Sequence[Record], dt_s: float, p0_mpa: float) -> Va
             value = float(fit.values[index])
             reached = not name.endswith("per_s") or value < _LIMIT_SHARE * high
             if not reached:
-                notes.append(f"valve {valve}: {name} was not reached; it is at least {_fastest(steps, dt_s, name):.2g} MPa/s")
+                notes.append(
+                    f"valve {valve}: {name} was not reached; it is at least {_fastest(steps, dt_s, name):.2g} MPa/s"
+                )
             deviation = float(fit.std[index]) if reached and np.isfinite(fit.std[index]) else None
             parameters[f"valve{valve}_{name}"] = Parameter(value, unit, low, high, False, deviation, not reached)
     return ValveFit(StageModel("regulators", parameters), (errors[0], errors[1]), late * dt_s, notes)
 
 
 def _dead_ticks(both: Mapping[int, Sequence[_Step]], dt_s: float) -> int:
-    """Ticks between a set-point and the first answer of the regulators; 0 unless a dead time explains much that a lag does not."""
+    """Ticks between a set-point and the first answer of the regulators; 0 unless a dead time explains much that a lag
+    does not."""
 
     def error(ticks: int) -> float:
         fits = [_fit([_late(step, ticks) for step in steps], dt_s, _STARTS[0], 25) for steps in both.values()]

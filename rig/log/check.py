@@ -159,10 +159,16 @@ def _check_order(samples: Samples) -> Iterator[str]:
     unexplained = (steps > 0) & (steps - 1 != skipped)
     if unexplained.any():
         lacking = int(np.abs(steps - 1 - skipped)[unexplained].sum())
-        yield f"{lacking} ticks are missing without being counted as missed, first after tick {ticks[:-1][unexplained][0]}"
+        yield (
+            f"{lacking} ticks are missing without being counted as missed, first after tick "
+            f"{ticks[:-1][unexplained][0]}"
+        )
     gaps = np.diff(samples.sequence.astype(np.int64)) - 1
     if (gaps > 0).any():
-        yield f"{int(gaps[gaps > 0].sum())} samples were lost between loop and file, first after tick {ticks[:-1][gaps > 0][0]}"
+        yield (
+            f"{int(gaps[gaps > 0].sum())} samples were lost between loop and file, first after tick "
+            f"{ticks[:-1][gaps > 0][0]}"
+        )
     missed = samples["missed"] > 0
     if missed.any():
         yield f"{int(samples['missed'].sum())} ticks were missed, first before tick {_first(samples, missed)}"
@@ -210,7 +216,10 @@ def _check_values(samples: Samples, limits: Limits) -> Iterator[str]:
         absent = (samples["flags"] & np.uint32(_ABSENT.get(name, 0))) != 0
         unmarked = np.isnan(values) & ~absent & ~known_bad
         if name in _ABSENT and unmarked.any():
-            yield f"{name} is missing without a flag at {int(unmarked.sum())} ticks, first at tick {_first(samples, unmarked)}"
+            yield (
+                f"{name} is missing without a flag at {int(unmarked.sum())} ticks, first at tick "
+                f"{_first(samples, unmarked)}"
+            )
         yield from _outside(name, values, low, high, samples["tick"], "tick", ~known_bad)
 
 
@@ -236,7 +245,10 @@ def _check_columns(record: Record) -> Iterator[str]:
     steps = np.diff(record.t_s)
     if len(steps) and (gaps := steps > 1.5 * record.period_s).any():
         row = int(np.argmax(gaps))
-        yield f"{int(gaps.sum())} gaps in time longer than 1.5 periods, first {steps[row]:g} s after {record.t_s[row]:g} s"
+        yield (
+            f"{int(gaps.sum())} gaps in time longer than 1.5 periods, first {steps[row]:g} s after "
+            f"{record.t_s[row]:g} s"
+        )
 
 
 def _limits(contents: Contents) -> Limits:

@@ -98,7 +98,9 @@ def _comparison_messages(writer: RunWriter, comparison: Comparison | None) -> It
         "residual_deg": comparison.residual_deg,
     }
     rows = pack_columns(columns, schema.REPLAY_WIRES)
-    yield from ((time_ns, channel, row.tobytes()) for time_ns, row in zip(comparison.log_time_ns.tolist(), rows, strict=True))
+    yield from (
+        (time_ns, channel, row.tobytes()) for time_ns, row in zip(comparison.log_time_ns.tolist(), rows, strict=True)
+    )
 
 
 def write_record(record: Record, path: Path, facts: Mapping[str, Any]) -> Path:
@@ -117,7 +119,8 @@ def content_of_record(record: Record, facts: Mapping[str, Any]) -> LogContent:
 
 
 def samples_of(record: Record, started_ns: int) -> Samples:
-    """A record as samples that start at `started_ns` since the Unix epoch; what is not known is NaN, flagged absent, or zero."""
+    """A record as samples that start at `started_ns` since the Unix epoch; what is not known is NaN, flagged absent, or
+    zero."""
     count = len(record)
     fields: dict[str, Array] = {
         name: np.full(count, np.nan if wire.kind == "double" else 0, DTYPES[wire.kind]) for name, wire in WIRES.items()
@@ -146,7 +149,9 @@ def samples_of(record: Record, started_ns: int) -> Samples:
 def unkept_columns(record: Record) -> list[str]:
     """The columns of a record that our format has no field for."""
     return sorted(
-        set(record.extra) - set(WIRES) - {"lateness_us", "p1_age_s", "p2_age_s", "angle_age_s", "log_time_ns", "sequence"}
+        set(record.extra)
+        - set(WIRES)
+        - {"lateness_us", "p1_age_s", "p2_age_s", "angle_age_s", "log_time_ns", "sequence"}
     )
 
 

@@ -1,6 +1,7 @@
 """Logs in the formats of other tools and back: CSV with a metadata file, Parquet, MAT. A round trip loses nothing.
 
-Each holds every field of every tick under its own name, time in seconds (t_s), units, run facts, attachments and log lines.
+Each holds every field of every tick under its own name, time in seconds (t_s), units, run facts, attachments and log
+lines.
 """
 
 import csv
@@ -38,7 +39,8 @@ _MEANINGS: Final = (
 
 
 def export(content: LogContent, path: Path, kind: str) -> list[Path]:
-    """Write `content` in the format `kind` (a key of SUFFIXES); returns the files. RecordError when one exists or cannot be written."""
+    """Write `content` in the format `kind` (a key of SUFFIXES); returns the files. RecordError when one exists or
+    cannot be written."""
     files = [path, sidecar_path(path)] if kind.startswith("csv") else [path]
     for file in files:
         if file.exists():
@@ -64,7 +66,11 @@ def _table(content: LogContent) -> dict[str, Array]:
     samples = content.samples
     scheduled = samples["scheduled_ns"]
     time = {"t_s": (scheduled - scheduled[0]) / 1e9 if len(samples) else np.empty(0)}
-    return time | {name: samples[name] for name in WIRES} | {"log_time_ns": samples.log_time_ns, "sequence": samples.sequence}
+    return (
+        time
+        | {name: samples[name] for name in WIRES}
+        | {"log_time_ns": samples.log_time_ns, "sequence": samples.sequence}
+    )
 
 
 def _content(table: dict[str, Array], aside: Sidecar, where: str) -> LogContent:
@@ -111,7 +117,11 @@ def _read_csv(path: Path) -> LogContent | None:
         return None  # a table with facts beside it, but not of every field
     dtype = np.dtype([(name, _TYPES.get(name, np.dtype("<f8"))) for name in names])
     try:
-        rows = np.loadtxt(lines[1:], dtype, delimiter=",", comments=None, ndmin=1) if any(lines[1:]) else np.empty(0, dtype)
+        rows = (
+            np.loadtxt(lines[1:], dtype, delimiter=",", comments=None, ndmin=1)
+            if any(lines[1:])
+            else np.empty(0, dtype)
+        )
     except ValueError as error:
         raise RecordError(f"{path}: {error}") from None
     return _content({name: rows[name] for name in names}, read_sidecar(path), str(path))
@@ -121,7 +131,8 @@ def _write_parquet(content: LogContent, path: Path) -> None:
     arrow, parquet = _pyarrow(path)
     table = _table(content)
     fields = [
-        arrow.field(name, arrow.from_numpy_dtype(column.dtype), metadata=_described(name)) for name, column in table.items()
+        arrow.field(name, arrow.from_numpy_dtype(column.dtype), metadata=_described(name))
+        for name, column in table.items()
     ]
     schema = arrow.schema(fields, metadata={"pamrig": json.dumps(_aside(content).plain())})
     parquet.write_table(arrow.table(list(table.values()), schema=schema), path, compression="zstd")
@@ -171,7 +182,8 @@ def _read_mat(path: Path) -> LogContent | None:
 def _require_possible(claimed: int, path: Path) -> None:
     if claimed > (allowed := unpacked_limit(path.stat().st_size)):
         raise RecordError(
-            f"{path}: claims {claimed >> 20} MiB of numbers, more than a log of this size can hold ({allowed >> 20} MiB)"
+            f"{path}: claims {claimed >> 20} MiB of numbers, more than a log of this size can hold ({allowed >> 20} "
+            "MiB)"
         )
 
 

@@ -1,6 +1,7 @@
 """Logs into records: MCAP, CSV, CSV.gz, TDMS, or a folder of them.
 
-Time stays as it is, irregular or not; nothing here resamples. A file that is not whole is refused with the byte at fault.
+Time stays as it is, irregular or not; nothing here resamples. A file that is not whole is refused with the byte at
+fault.
 """
 
 import logging
@@ -50,8 +51,8 @@ class NotCompleteError(RecordError):
 def read(path: Path, phases: Iterable[Phase] | None = SWEEP_ONLY) -> list[Record]:
     """All records in the file or folder, those of a folder sorted by session, name and repeat.
 
-    Of a folder, records that are not complete (stopped, ended in a fault, cut) are left out, with a warning that names them: whoever
-    asks for a folder asks for its measurements. A file that is named itself is read as it is.
+    Of a folder, records that are not complete (stopped, ended in a fault, cut) are left out, with a warning that names
+    them: whoever asks for a folder asks for its measurements. A file that is named itself is read as it is.
 
     `phases` says which ticks of a run are kept, None for all of them (files without phases are kept whole).
     RecordError when a file cannot be read or holds no such tick.
@@ -60,11 +61,15 @@ def read(path: Path, phases: Iterable[Phase] | None = SWEEP_ONLY) -> list[Record
         return _number_repeats(_read_file(path, phases))
     records, left_out = _complete_ones(logs_in(path), phases)
     if not records:
-        raise RecordError(f"{left_out[0]}; nothing in {path} is complete (a file that is named itself is read as it is)")
+        raise RecordError(
+            f"{left_out[0]}; nothing in {path} is complete (a file that is named itself is read as it is)"
+        )
     return _number_repeats(sorted(records, key=lambda record: (str(record.facts["session"]), record.name)))
 
 
-def _complete_ones(files: Iterable[Path], phases: Iterable[Phase] | None) -> tuple[list[Record], list[NotCompleteError]]:
+def _complete_ones(
+    files: Iterable[Path], phases: Iterable[Phase] | None
+) -> tuple[list[Record], list[NotCompleteError]]:
     """The records that are measurements of their whole sweep, and why the others are none; each of these is said."""
     records: list[Record] = []
     left_out: list[NotCompleteError] = []
@@ -95,7 +100,8 @@ def read_all(paths: Iterable[Path]) -> list[Record]:
 
 
 def read_samples(path: Path) -> Samples:
-    """Every tick of an MCAP file in every phase, with every field of rig.sample.Sample; RecordError when it is not whole."""
+    """Every tick of an MCAP file in every phase, with every field of rig.sample.Sample; RecordError when it is not
+    whole."""
     with McapLog(path) as log:
         return log.samples()
 
@@ -105,7 +111,10 @@ def records_of(samples: Samples, facts: Mapping[str, Any], path: Path, phases: I
     if phases is not None:
         wanted = np.isin(samples["phase"], [int(phase) for phase in phases])
         if not wanted.any():
-            has = ", ".join(Phase(number).name for number in np.unique(samples["phase"]) if number in set(Phase)) or "no ticks"
+            has = (
+                ", ".join(Phase(number).name for number in np.unique(samples["phase"]) if number in set(Phase))
+                or "no ticks"
+            )
             raise RecordError(f"{path}: holds no {' or '.join(Phase(p).name for p in phases)}, only {has}")
         samples = samples if wanted.all() else samples.rows(wanted)
     if not len(samples):
@@ -175,7 +184,8 @@ def require_complete(facts: Mapping[str, Any], path: Path) -> None:
 
 
 def is_complete(path: Path) -> bool:
-    """Whether an MCAP file is a measurement of its whole sweep; says why when it is not. RecordError when it is not whole."""
+    """Whether an MCAP file is a measurement of its whole sweep; says why when it is not. RecordError when it is not
+    whole."""
     try:
         with McapLog(path) as log:
             require_complete(log.result_facts, path)
@@ -232,7 +242,9 @@ def _require_plausible(table: Mapping[str, Column], path: Path) -> None:
     steps = np.diff(time)
     if not (steps > 0).all():
         row = int(np.argmin(steps > 0))
-        raise RecordError(f"{path}: time does not rise: {time[row + 1]:g} s at row {row + 2} of the data follows {time[row]:g} s")
+        raise RecordError(
+            f"{path}: time does not rise: {time[row + 1]:g} s at row {row + 2} of the data follows {time[row]:g} s"
+        )
 
 
 def _number_repeats(records: list[Record]) -> list[Record]:

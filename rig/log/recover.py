@@ -43,7 +43,8 @@ class Recovery:
     unsaved_bytes: int
     """Bytes after the last saved sample that proved nothing: at most so much was lost at the end."""
     lost_at_the_ends: int | None
-    """Samples missing before the first and after the last saved one; None when the file does not say how many it held."""
+    """Samples missing before the first and after the last saved one; None when the file does not say how many it
+    held."""
     damages: tuple[Damage, ...]
     period_s: float
 
@@ -70,7 +71,9 @@ def recover(path: Path, target: Path | None = None) -> Recovery:
         return _described(path, samples, found)
     if not len(samples):
         first = found.damages[0] if found.damages else Damage(0, 0, "it holds no chunk")
-        raise RecordError(f"{path}: nothing to save: no chunk of samples proves itself (byte {first.start}: {first.what})")
+        raise RecordError(
+            f"{path}: nothing to save: no chunk of samples proves itself (byte {first.start}: {first.what})"
+        )
     target = target or path.with_name(stem(path) + RECOVERED_SUFFIX)
     described = _described(target, samples, found)
     run_facts = found.contents.facts(schema.RUN_METADATA)
@@ -117,7 +120,8 @@ def _gaps(samples: Samples) -> tuple[tuple[Gap, ...], float]:
 
 
 def _result_facts(recovery: Recovery, source: Path, result: Mapping[str, Any]) -> dict[str, Any]:
-    """What the new file says of itself: it is never valid, how its run ended as far as that is known, and how much is missing."""
+    """What the new file says of itself: it is never valid, how its run ended as far as that is known, and how much is
+    missing."""
     lost = recovery.lost_records or not result
     ended = schema.Ended.CUT if lost else schema.ended_of(result) or schema.Ended.CUT
     return {

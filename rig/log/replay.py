@@ -1,7 +1,7 @@
 """A recording as a program for the loop, and a replay beside its recording.
 
-The program sends the set-points of the recording's sweep by tick index. What leads up to it (settle, zero, ramp in) and away
-from it is made anew, as in any run, of the lengths that were recorded. Carrying it out is up to the command line.
+The program sends the set-points of the recording's sweep by tick index. What leads up to it (settle, zero, ramp in) and
+away from it is made anew, as in any run, of the lengths that were recorded. Carrying it out is up to the command line.
 """
 
 import math
@@ -47,8 +47,8 @@ def timeline(samples: Samples, where: str) -> Timeline:
 def program_of(samples: Samples, period_ns: int, p0_mpa: float | None, where: str) -> Program:
     """The recorded set-points, tick by tick; a tick missed in the recording holds the set-point before it.
 
-    `p0_mpa` splits a command that was recorded only as a difference, and is where the rig rests if the recording does not say.
-    RecordError when the recording does not fit the period, or lacks what it takes.
+    `p0_mpa` splits a command that was recorded only as a difference, and is where the rig rests if the recording does
+    not say. RecordError when the recording does not fit the period, or lacks what it takes.
     """
     sweep = timeline(samples, where)
     _require_period(samples, sweep, period_ns, where)
@@ -62,7 +62,8 @@ def program_of(samples: Samples, period_ns: int, p0_mpa: float | None, where: st
 
 
 def onto_period(samples: Samples, period_ns: int) -> Samples:
-    """The sweep's samples renumbered on a grid of `period_ns`, for a recording made at another one; rows are kept, ticks move.
+    """The sweep's samples renumbered on a grid of `period_ns`, for a recording made at another one; rows are kept,
+    ticks move.
 
     RecordError is for `program_of` to raise; a row that falls on the tick of the row before it is left out.
     """
@@ -70,7 +71,9 @@ def onto_period(samples: Samples, period_ns: int) -> Samples:
     kept = samples.rows(np.concatenate(([True], np.diff(ticks) > 0)))
     ticks = np.rint((kept["scheduled_ns"] - kept["scheduled_ns"][0]) / period_ns).astype(np.int64)
     return Samples(
-        kept.fields | {"tick": ticks.astype(np.uint32), "scheduled_ns": ticks * period_ns}, kept.log_time_ns, kept.sequence
+        kept.fields | {"tick": ticks.astype(np.uint32), "scheduled_ns": ticks * period_ns},
+        kept.log_time_ns,
+        kept.sequence,
     )
 
 
@@ -131,7 +134,8 @@ def compare(recorded: Samples, replayed: Samples, where: str) -> Comparison:
 
 
 def departures(reference: Samples, replayed: Samples, tolerances: Mapping[str, float]) -> list[str]:
-    """The gate: for each field that moved by more than its tolerance, the first tick and the difference. Every phase counts.
+    """The gate: for each field that moved by more than its tolerance, the first tick and the difference. Every phase
+    counts.
 
     Ticks are counted from the first of each; NaN in both is equal. RecordError for a field that does not exist.
     """
@@ -147,7 +151,10 @@ def departures(reference: Samples, replayed: Samples, tolerances: Mapping[str, f
         if moved.any():
             row = int(np.argmax(moved))
             largest = float(np.nanmax(np.abs(new - old))) if np.isfinite(new - old).any() else math.nan
-            what = f"{name} at tick {row}: {new[row]:.9g}, the reference has {old[row]:.9g}, a difference of {new[row] - old[row]:.3g}"
+            what = (
+                f"{name} at tick {row}: {new[row]:.9g}, the reference has {old[row]:.9g}, a difference of "
+                f"{new[row] - old[row]:.3g}"
+            )
             out.append(f"{what} (allowed {tolerance:g}; {int(moved.sum())} ticks differ, by up to {largest:.3g})")
     return out
 
@@ -167,14 +174,18 @@ def _require_period(samples: Samples, sweep: Timeline, period_ns: int, where: st
     recorded_ns = np.median(np.diff(samples["scheduled_ns"][sweep.rows]) / np.diff(sweep.index))
     if abs(recorded_ns - period_ns) > _PERIOD_TOLERANCE * period_ns:
         hint = "--resample holds each command on the rig's grid"
-        raise RecordError(f"{where}: recorded every {recorded_ns / 1e6:g} ms, the rig ticks every {period_ns / 1e6:g} ms; {hint}")
+        raise RecordError(
+            f"{where}: recorded every {recorded_ns / 1e6:g} ms, the rig ticks every {period_ns / 1e6:g} ms; {hint}"
+        )
 
 
 def _setpoints(samples: Samples, rows: NDArray[np.intp], p0_mpa: float | None, where: str) -> tuple[Column, Column]:
     p1, p2, dp = (samples[name][rows] for name in ("p1_cmd_mpa", "p2_cmd_mpa", "dp_cmd_mpa"))
     if not np.isfinite(p1 + p2).all():
         if p0_mpa is None:
-            raise RecordError(f"{where}: only the difference of the commands was recorded; give the rest pressure with --p0")
+            raise RecordError(
+                f"{where}: only the difference of the commands was recorded; give the rest pressure with --p0"
+            )
         p1, p2 = around(p0_mpa, dp)
     if not np.isfinite(p1 + p2).all():
         raise RecordError(f"{where}: row {int(rows[np.argmin(np.isfinite(p1 + p2))])} has no command")

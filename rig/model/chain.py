@@ -1,7 +1,7 @@
 """The chain of stages of a model: laid out in order, and run tick by tick in pure Python.
 
-This is the simulator as the simulated rig drives it, without numpy, on the controller. `rig.model.kernels` compiles the same
-stages and runs whole records.
+This is the simulator as the simulated rig drives it, without numpy, on the controller. `rig.model.kernels` compiles the
+same stages and runs whole records.
 """
 
 from collections.abc import Mapping
@@ -51,15 +51,19 @@ def place_nominal(slot: Slot, stage: StageModel, p0_mpa: float) -> Placed:
 
 
 def _of_the_rig(model: Model) -> dict[str, float]:
-    """What an effect acts on, by the names of its numbers: the mean pressure, and the regulators' time constant if it has any."""
+    """What an effect acts on, by the names of its numbers: the mean pressure, and the regulators' time constant if it
+    has any."""
     if model.valve.kind != "regulators":
         return {"p0_mpa": model.p0_mpa}
-    return {"p0_mpa": model.p0_mpa, "tau0_s": 0.5 * (model.valve.value("valve1_tau_s") + model.valve.value("valve2_tau_s"))}
+    return {
+        "p0_mpa": model.p0_mpa,
+        "tau0_s": 0.5 * (model.valve.value("valve1_tau_s") + model.valve.value("valve2_tau_s")),
+    }
 
 
 def place_effect(added: AddedEffect, defaults: Mapping[str, float]) -> Placed:
-    """An added effect with its numbers in order; what is left out is the rig's own (`defaults`) or stands at its neutral value, but for
-    the size.
+    """An added effect with its numbers in order; what is left out is the rig's own (`defaults`) or stands at its
+    neutral value, but for the size.
 
     ModelError when the effect or a parameter is unknown, missing or out of its bounds.
     """
@@ -78,7 +82,8 @@ def place_effect(added: AddedEffect, defaults: Mapping[str, float]) -> Placed:
     for allowed in known.numbers:
         if not allowed.low <= params[allowed.name] <= allowed.high:
             raise ModelError(
-                f"{where}: {allowed.name} {params[allowed.name]:g} is outside {allowed.low:g} .. {allowed.high:g} {allowed.unit}"
+                f"{where}: {allowed.name} {params[allowed.name]:g} is outside {allowed.low:g} .. {allowed.high:g} "
+                f"{allowed.unit}"
             )
     return Placed(added.effect, known.slot, known.stage, tuple(params[name] for name in names), known.state_size)
 
@@ -102,7 +107,8 @@ class Chain:
             self.step(p1_mpa, p2_mpa)
 
     def step(self, p1_cmd_mpa: float, p2_cmd_mpa: float) -> tuple[float, float, float]:
-        """One sample time later under these set-points, held meanwhile: what the monitors read (MPa) and the angle (deg)."""
+        """One sample time later under these set-points, held meanwhile: what the monitors read (MPa) and the angle
+        (deg)."""
         dt_s = self._dt_s
         p1, p2, y = [p1_cmd_mpa], [p2_cmd_mpa], [0.0]
         for stage, state, params in self._ahead:

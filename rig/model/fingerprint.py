@@ -1,7 +1,8 @@
-"""What `pamrig identify` leaves in a model's file beside the parameters, so that the file alone is worth a day of records.
+"""What `pamrig identify` leaves in a model's file beside the parameters, so that the file alone is worth a day of
+records.
 
-The numbers of a response model (`rig.model.response`), what it misses of the records that it was fitted to, their noise, and the
-range that they showed. Plain data, read and written with the model; `rig.identify.fingerprint` makes it.
+The numbers of a response model (`rig.model.response`), what it misses of the records that it was fitted to, their
+noise, and the range that they showed. Plain data, read and written with the model; `rig.identify.fingerprint` makes it.
 """
 
 import hashlib
@@ -26,7 +27,8 @@ class PressureSource(StrEnum):
 
 @dataclass(frozen=True)
 class Fingerprint:
-    """The response of one rig on some records, and how closely it is known. Everything stands at its default in a newer version's."""
+    """The response of one rig on some records, and how closely it is known. Everything stands at its default in a newer
+    version's."""
 
     version: int = VERSION
     checksum: str = ""
@@ -64,7 +66,8 @@ class Fingerprint:
 
 
 def fingerprint_checksum(fingerprint: Fingerprint, model: "Model") -> str:
-    """Over every number of the fingerprint and of the model it stands beside; opens with letters, since 3e47 would be read as a number."""
+    """Over every number of the fingerprint and of the model it stands beside; opens with letters, since 3e47 would be
+    read as a number."""
     stages = {
         slot: [stage.kind, {name: parameter.value for name, parameter in stage.parameters.items()}]
         for slot, stage in model.stages().items()
@@ -81,7 +84,13 @@ def fingerprint_trouble(model: "Model") -> str | None:
     if known is None:
         return None
     if known.version != VERSION:
-        return f"the model's fingerprint is of version {known.version}, this pamrig reads version {VERSION}: it is not used"
+        return (
+            f"the model's fingerprint is of version {known.version}, this pamrig reads version {VERSION}: it "
+            "is not used"
+        )
     if known.checksum != fingerprint_checksum(known, model):
-        return "the model's parameters or its fingerprint were changed after the identification: the fingerprint is not used"
+        return (
+            "the model's parameters or its fingerprint were changed after the identification: the fingerprint "
+            "is not used"
+        )
     return None

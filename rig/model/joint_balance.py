@@ -1,12 +1,13 @@
-"""The joint's balance: muscles that pull to an angle, against Maxwell-slip friction, viscous friction, inertia and a load.
+"""The joint's balance: muscles that pull to an angle, against Maxwell-slip friction, viscous friction, inertia and a
+load.
 
     y + sum_j w_j stop_j(y) + T_v y' + T_i^2 y'' + (added terms) = F,
 
-everything over the joint's stiffness at P0, so that every size is an angle (deg) or a time (s). w_j are the Maxwell-slip weights,
-stop_j the deflection of an element that slips after LOOP_RADII_DEG[j], T_v the viscous and T_i the inertia time, F the
-equilibrium angle to which the muscles pull. Effects solve the balance once more with something added (decision 0501); the
-diagnosis solves it with the equilibrium angle offset and the compliance changed. Both use the functions below, which numba
-compiles; on whole columns: `rig.model.kernels.balanced`.
+everything over the joint's stiffness at P0, so that every size is an angle (deg) or a time (s). w_j are the
+Maxwell-slip weights, stop_j the deflection of an element that slips after LOOP_RADII_DEG[j], T_v the viscous and T_i
+the inertia time, F the equilibrium angle to which the muscles pull. Effects solve the balance once more with something
+added (decision 0501); the diagnosis solves it with the equilibrium angle offset and the compliance changed. Both use
+the functions below, which numba compiles; on whole columns: `rig.model.kernels.balanced`.
 """
 
 import math
@@ -19,13 +20,15 @@ LOOP_RADII_DEG = (0.3, 1.0, 3.0, 8.0, 20.0)
 PRESLIDING_DEG = 0.05
 """Travel over which added dry friction builds up."""
 STATE_SIZE = 16
-"""Started, nominal angle and speed, new angle and speed, stops of the nominal loop (5), of the new one (5), of the dry friction."""
+"""Started, nominal angle and speed, new angle and speed, stops of the nominal loop (5), of the new one (5), of the dry
+friction."""
 NOTHING_ADDED = (0.0, 0.0, 0.0, 0.0, 0.0)
 """width_deg, tau_s, time_s, load_deg, phase_deg of a joint without added terms."""
 
 
 def equilibrium_angle(y: float, state: Values, params: Sequence[float], dt_s: float) -> float:
-    """The angle F (deg) to which the muscles pull, from the nominal angle y; steps the nominal half of `state` on by one tick."""
+    """The angle F (deg) to which the muscles pull, from the nominal angle y; steps the nominal half of `state` on by
+    one tick."""
     step = y - state[1]
     speed = step / dt_s
     out = y + params[6] * speed + params[7] * params[7] * (speed - state[2]) / dt_s
@@ -40,10 +43,12 @@ def equilibrium_angle(y: float, state: Values, params: Sequence[float], dt_s: fl
 def balanced_angle(
     equilibrium: float, compliance: float, friction: float, state: Values, params: Sequence[float], dt_s: float
 ) -> float:
-    """The new angle (deg) at which the balance holds, implicitly, so that it is stable for every step; steps the new half of `state`.
+    """The new angle (deg) at which the balance holds, implicitly, so that it is stable for every step; steps the new
+    half of `state`.
 
     compliance: ratio by which the added terms count; friction: ratio by which the nominal friction and inertia count.
-    params: width_deg, tau_s, time_s, load_deg, phase_deg, p0_mpa, viscous time, inertia time, the five Maxwell-slip weights.
+    params: width_deg, tau_s, time_s, load_deg, phase_deg, p0_mpa, viscous time, inertia time, the five Maxwell-slip
+    weights.
     """
     radian = math.pi / 180.0
     viscous = (friction * params[6] + compliance * params[1]) / dt_s
@@ -80,7 +85,8 @@ def balanced_angle(
 def balanced_angles(
     y: Values, offset: Sequence[float], friction: Sequence[float], state: Values, params: Sequence[float], dt_s: float
 ) -> None:
-    """The joint's angles, in place: every row's equilibrium angle `offset` degrees further, its friction `friction` times."""
+    """The joint's angles, in place: every row's equilibrium angle `offset` degrees further, its friction `friction`
+    times."""
     for i in range(len(y)):
         if state[0] == 0.0:
             state[0], state[1], state[3] = 1.0, y[i], y[i] + offset[i]

@@ -1,7 +1,7 @@
 """The stages compiled by numba, and whole records run through the chain.
 
-The compiled stages are the functions of `rig.model.stages` and `rig.model.effect_stages` themselves, so simulated rig, simulator
-and diagnosis share one implementation. Many parameter sets at once are in `rig.model.swarm_kernel`.
+The compiled stages are the functions of `rig.model.stages` and `rig.model.effect_stages` themselves, so simulated rig,
+simulator and diagnosis share one implementation. Many parameter sets at once are in `rig.model.swarm_kernel`.
 """
 
 from collections.abc import Iterable
@@ -50,11 +50,19 @@ def drive(p1_mpa: Column, p2_mpa: Column, p0_mpa: float, exponent: float) -> Col
 
 
 def balanced(
-    angle_deg: Column, offset_deg: Column, friction: Column, viscous_s: float, inertia_s: float, weights: Column, dt_s: float
+    angle_deg: Column,
+    offset_deg: Column,
+    friction: Column,
+    viscous_s: float,
+    inertia_s: float,
+    weights: Column,
+    dt_s: float,
 ) -> Column:
-    """The joint's angle (n,) when the muscles pull `offset_deg` further and its friction counts `friction` times (both (n,)).
+    """The joint's angle (n,) when the muscles pull `offset_deg` further and its friction counts `friction` times (both
+    (n,)).
 
-    viscous_s, inertia_s and the Maxwell-slip weights (5,) are those of the nominal joint; see `rig.model.joint_balance`.
+    viscous_s, inertia_s and the Maxwell-slip weights (5,) are those of the nominal joint; see
+    `rig.model.joint_balance`.
     """
     out = angle_deg.copy()
     params = np.array([*NOTHING_ADDED, 0.0, viscous_s, inertia_s, *weights])
@@ -77,9 +85,9 @@ def run_stages(
 def simulate(model: Model, record: Record, *, drive: Input = Input.COMMAND, start_deg: float | None = None) -> Record:
     """What `model` says under the commands of `record`: its times, with p1_mpa, p2_mpa and angle_deg simulated.
 
-    drive=PRESSURE runs muscles, joint and sensor from the measured pressures instead. The angle starts at `start_deg`; None: at
-    the first measured angle, or 0 without one. A record off the model's sample time is simulated on its grid and read back
-    at its own times. A model driven by the command says nothing of pressures: they are None then.
+    drive=PRESSURE runs muscles, joint and sensor from the measured pressures instead. The angle starts at `start_deg`;
+    None: at the first measured angle, or 0 without one. A record off the model's sample time is simulated on its grid
+    and read back at its own times. A model driven by the command says nothing of pressures: they are None then.
     Raises ModelError when the model diverges, RecordError when the record lacks what drives it.
     """
     dt_s = model.sample_time_s
@@ -99,7 +107,9 @@ def simulate(model: Model, record: Record, *, drive: Input = Input.COMMAND, star
     if grid is not record:
         angle, monitor1, monitor2 = (np.interp(record.t_s, grid.t_s, column) for column in (angle, monitor1, monitor2))
     silent = model.muscle.input is Input.COMMAND and drive is Input.COMMAND
-    return replace(record, angle_deg=angle, p1_mpa=None if silent else monitor1, p2_mpa=None if silent else monitor2, extra={})
+    return replace(
+        record, angle_deg=angle, p1_mpa=None if silent else monitor1, p2_mpa=None if silent else monitor2, extra={}
+    )
 
 
 def _driving(grid: Record, drive: Input, p0_mpa: float) -> tuple[Column, Column]:

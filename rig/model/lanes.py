@@ -1,8 +1,9 @@
-"""Eight numbers in one register: the few vector operations that the swarm's kernel needs, for use inside numba functions.
+"""Eight numbers in one register: the few vector operations that the swarm's kernel needs, for use inside numba
+functions.
 
-numba vectorises loops on its own, but keeps neither the parameters nor the state of eight particles in registers over a loop
-in time. A value of type `lanes` is LLVM's <8 x double>: one AVX-512 register, two AVX2 ones, four of NEON. Nothing here
-can be called from Python.
+numba vectorises loops on its own, but keeps neither the parameters nor the state of eight particles in registers over a
+loop in time. A value of type `lanes` is LLVM's <8 x double>: one AVX-512 register, two AVX2 ones, four of NEON. Nothing
+here can be called from Python.
 """
 
 from collections.abc import Callable

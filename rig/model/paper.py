@@ -37,7 +37,8 @@ class Reading:
 
 
 LITERAL = Reading(1.0, DEGREES_PER_RADIAN, 0.005)
-"""u in MPa, y in radians, the sample time as divisor: the only reading of Table III in the paper's own units that closes a loop."""
+"""u in MPa, y in radians, the sample time as divisor: the only reading of Table III in the paper's own units that
+closes a loop."""
 FIG_1_READING = Reading(0.2, 1.0, 0.044)
 """u in -1..1 at 0.2 MPa, y in degrees, and the divisor that gives the figure's +-40."""
 

@@ -1,4 +1,5 @@
-"""A model as plain data: its parameters with value, unit, bounds, free or fixed; where they come from; what they are valid for.
+"""A model as plain data: its parameters with value, unit, bounds, free or fixed; where they come from; what they are
+valid for.
 
 Reads and writes the YAML files of `configs/models`. It knows which kinds of stage each slot has and the names of their
 parameters, and nothing about running them (see `rig.model.chain` and `rig.model.kernels`).
@@ -128,7 +129,8 @@ class Model:
 
 _REGULATOR = ("gain", "offset_mpa", "tau_s", "fill_limit_mpa_per_s", "exhaust_limit_mpa_per_s")
 _MUSCLE_UNITS = ("theta_divisor_s", "u_unit_mpa", "y_unit_deg", "mean_exponent")
-"""The scales of (8) and (11) that the paper leaves open: divisor of theta, units of u and y, how the mean pressure counts."""
+"""The scales of (8) and (11) that the paper leaves open: divisor of theta, units of u and y, how the mean pressure
+counts."""
 
 KINDS: dict[str, dict[str, tuple[str, ...]]] = {
     "valve": {"direct": (), "regulators": tuple(f"valve{n}_{name}" for n in (1, 2) for name in _REGULATOR)},
@@ -184,13 +186,18 @@ def check_model(model: Model, where: str) -> None:
     """ModelError when a stage, a parameter or a value is not one that exists."""
     for slot, stage in model.stages().items():
         if stage.kind not in KINDS[slot]:
-            raise ModelError(f"{where}: {slot}.kind: unknown kind {stage.kind!r}; {suggest(stage.kind, list(KINDS[slot]))}")
-        _check_names(f"{where}: {slot}.parameters", list(stage.parameters), KINDS[slot][stage.kind], f"kind {stage.kind!r}")
+            raise ModelError(
+                f"{where}: {slot}.kind: unknown kind {stage.kind!r}; {suggest(stage.kind, list(KINDS[slot]))}"
+            )
+        _check_names(
+            f"{where}: {slot}.parameters", list(stage.parameters), KINDS[slot][stage.kind], f"kind {stage.kind!r}"
+        )
         for name, parameter in stage.parameters.items():
             _check_value(f"{where}: {slot}.parameters.{name}", name, parameter)
     if model.muscle.input is Input.COMMAND and model.valve.kind != "direct":
         raise ModelError(
-            f"{where}: valve.kind: muscles driven by the command contain the regulators; allowed with input 'command': direct"
+            f"{where}: valve.kind: muscles driven by the command contain the regulators; allowed with input "
+            "'command': direct"
         )
     low, high = model.valid.frequency_hz
     if not 0 <= low <= high:
@@ -201,7 +208,8 @@ def _check_names(where: str, given: list[str], wanted: tuple[str, ...], owner: s
     for name in given:
         if name not in wanted:
             raise ModelError(
-                f"{where}: unknown parameter {name!r} of {owner}; {suggest(name, list(wanted)) if wanted else 'it has none'}"
+                f"{where}: unknown parameter {name!r} of {owner}; "
+                f"{suggest(name, list(wanted)) if wanted else 'it has none'}"
             )
     for name in wanted:
         if name not in given:
@@ -214,7 +222,8 @@ def _check_value(where: str, name: str, parameter: Parameter) -> None:
         raise ModelError(f"{where}: {parameter.value:g} is outside {low:g} .. {high:g}")
     if not parameter.low <= parameter.value <= parameter.high:
         raise ModelError(
-            f"{where}: {parameter.value:g} {parameter.unit} is outside its own bounds {parameter.low:g} .. {parameter.high:g}"
+            f"{where}: {parameter.value:g} {parameter.unit} is outside its own bounds {parameter.low:g} .. "
+            f"{parameter.high:g}"
         )
 
 
@@ -249,7 +258,9 @@ def _plain(value: object) -> object:
     if not dataclasses.is_dataclass(value):
         return unstructure(value)
     said = {
-        f.name: _plain(getattr(value, f.name)) for f in dataclasses.fields(value) if not _is_default(f, getattr(value, f.name))
+        f.name: _plain(getattr(value, f.name))
+        for f in dataclasses.fields(value)
+        if not _is_default(f, getattr(value, f.name))
     }
     return _Inline(said) if isinstance(value, Parameter) else said
 

@@ -18,21 +18,24 @@ _JITTER = 0.2
 
 
 def is_regular(record: Record, dt_s: float) -> bool:
-    """Every two rows are one sample time apart, none is missing, and the clocks agree over the whole record to one sample."""
+    """Every two rows are one sample time apart, none is missing, and the clocks agree over the whole record to one
+    sample."""
     steps = np.diff(record.t_s)
     length = record.t_s[-1] - record.t_s[0] - dt_s * (len(record) - 1)
     return bool(np.all(np.abs(steps - dt_s) <= _JITTER * dt_s) and abs(length) <= dt_s)
 
 
 def on_grid(record: Record, dt_s: float) -> Record:
-    """The record on a regular grid: commands hold their last value, as the outputs did; what was measured is interpolated.
+    """The record on a regular grid: commands hold their last value, as the outputs did; what was measured is
+    interpolated.
 
     RecordError when it would have more than MOST_ROWS rows.
     """
     rows = round((record.t_s[-1] - record.t_s[0]) / dt_s) + 1
     if rows > MOST_ROWS:
         raise RecordError(
-            f"{record.name}: {len(record)} rows over {record.t_s[-1] - record.t_s[0]:.4g} s would become {rows:.3g} rows of "
+            f"{record.name}: {len(record)} rows over {record.t_s[-1] - record.t_s[0]:.4g} s would become {rows:.3g} "
+            "rows of "
             f"{dt_s * 1e3:g} ms; allowed: {MOST_ROWS}; is a time stamp wrong, or in another unit?"
         )
     time = record.t_s[0] + dt_s * np.arange(rows)
@@ -42,12 +45,15 @@ def on_grid(record: Record, dt_s: float) -> Record:
         if name in record.extra or name == "t_s":
             continue
         known = np.isfinite(column)
-        columns[name] = column[last] if "cmd" in name or not known.any() else np.interp(time, record.t_s[known], column[known])
+        columns[name] = (
+            column[last] if "cmd" in name or not known.any() else np.interp(time, record.t_s[known], column[known])
+        )
     return replace(record, t_s=time, extra={}, **columns)  # type: ignore[arg-type]
 
 
 def set_points(record: Record, p0_mpa: float) -> tuple[Column, Column]:
-    """Set-points of both muscles as they were written; without a column for each, the difference is split in halves about P0."""
+    """Set-points of both muscles as they were written; without a column for each, the difference is split in halves
+    about P0."""
     if record.p1_cmd_mpa is not None and record.p2_cmd_mpa is not None:
         return record.p1_cmd_mpa, record.p2_cmd_mpa
     return around(p0_mpa, record.dp_cmd_mpa)

@@ -1,7 +1,9 @@
-"""The response model: how one rig answers, described beside the Bouc-Wen muscles closely enough to stand for a day of its records.
+"""The response model: how one rig answers, described beside the Bouc-Wen muscles closely enough to stand for a day of
+its records.
 
-Each regulator as a dead time and two lags, the muscles as a ridge bank of low-passes and plays on the drive, the joint's balance as
-Maxwell-slip friction, viscous friction and inertia over the stiffness. `rig.identify.response` fits it; nothing is fitted here.
+Each regulator as a dead time and two lags, the muscles as a ridge bank of low-passes and plays on the drive, the
+joint's balance as Maxwell-slip friction, viscous friction and inertia over the stiffness. `rig.identify.response` fits
+it; nothing is fitted here.
 """
 
 from dataclasses import dataclass
@@ -81,7 +83,8 @@ class ResponseModel:
         return angle
 
     def balanced(self, angle: Column, offset: Column, compliance: Column, dt_s: float) -> Column:
-        """The joint's angle when its equilibrium lies `offset` degrees further and its friction counts `compliance` times; all (n,)."""
+        """The joint's angle when its equilibrium lies `offset` degrees further and its friction counts `compliance`
+        times; all (n,)."""
         joint = self.balance
         return balanced(angle, offset, compliance, joint.viscous_s, joint.inertia_s, np.array(joint.slip), dt_s)
 
@@ -102,7 +105,8 @@ def response_of(fingerprint: Fingerprint) -> ResponseModel:
 
 
 def regulators_of(model: Model | None) -> tuple[Regulator, Regulator]:
-    """The model's regulators as the response model has them, without limits of the flow; usual ones where it has none."""
+    """The model's regulators as the response model has them, without limits of the flow; usual ones where it has
+    none."""
     if model is None or model.valve.kind != "regulators":
         return USUAL_REGULATOR, USUAL_REGULATOR
     first, second = (float(np.clip(model.valve.value(f"valve{n}_tau_s"), 0.002, 1.0)) for n in (1, 2))

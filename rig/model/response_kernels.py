@@ -1,4 +1,5 @@
-"""Compiled inner loops of the response model: a regulator, the bank that answers to the drive, a Maxwell-slip element."""
+"""Compiled inner loops of the response model: a regulator, the bank that answers to the drive, a Maxwell-slip
+element."""
 
 from math import exp, floor
 
@@ -20,7 +21,8 @@ _factor = compiled(mean_pressure_factor)
 
 @njit(cache=True, nogil=True)
 def regulated(u: Column, dead_s: float, fill_s: float, exhaust_s: float, dt_s: float) -> Column:  # pragma: no cover
-    """A regulator's pressure under set-points u (n,): dead time, then a first-order lag, apart for filling and exhausting."""
+    """A regulator's pressure under set-points u (n,): dead time, then a first-order lag, apart for filling and
+    exhausting."""
     n = len(u)
     out = np.empty(n)
     state = u[0]
@@ -42,7 +44,8 @@ def regulated(u: Column, dead_s: float, fill_s: float, exhaust_s: float, dt_s: f
 
 @njit(cache=True, nogil=True)
 def _bank(d: float, first: bool, keep: Column, row: Column) -> None:  # pragma: no cover
-    """The bank one sample later under the drive d: `row` (RESPONSE_TERMS,) holds its terms, which are its state as well."""
+    """The bank one sample later under the drive d: `row` (RESPONSE_TERMS,) holds its terms, which are its state as
+    well."""
     if first:
         row[4:10] = d
         row[12:] = d
@@ -71,7 +74,9 @@ def _drive(p1: float, p2: float, p0: float, exponent: float) -> float:  # pragma
 
 
 @njit(cache=True, nogil=True)
-def response_terms(p1: Column, p2: Column, p0: float, exponent: float, dt_s: float, out: Column) -> None:  # pragma: no cover
+def response_terms(
+    p1: Column, p2: Column, p0: float, exponent: float, dt_s: float, out: Column
+) -> None:  # pragma: no cover
     """The bank under the drive of `rig.model.drive`; fills out (n, RESPONSE_TERMS)."""
     keep, row = _keeps(dt_s), np.empty(RESPONSE_TERMS)
     for i in range(len(p1)):
@@ -80,7 +85,9 @@ def response_terms(p1: Column, p2: Column, p0: float, exponent: float, dt_s: flo
 
 
 @njit(cache=True, nogil=True)
-def propagated(p1: Column, p2: Column, p0: float, exponent: float, dt_s: float, weights: Column) -> Column:  # pragma: no cover
+def propagated(
+    p1: Column, p2: Column, p0: float, exponent: float, dt_s: float, weights: Column
+) -> Column:  # pragma: no cover
     """The angle (n,) of the bank under pressures: `response_terms` times weights, without storing them."""
     keep, row = _keeps(dt_s), np.empty(RESPONSE_TERMS)
     out = np.empty(len(p1))

@@ -14,8 +14,8 @@ StageFunction = Callable[[Values, Values, Values, Values, Sequence[float], float
 """stage(p1, p2, y, state, params, dt_s): changes p1 and p2 (MPa) or y (deg) in place, tick by tick.
 
 `state` is what it carries from one block to the next, all zero before the first tick; a stage must give the same result
-however a record is cut into blocks. `params` are its numbers in the order of its parameters' names. Written in the part of
-Python that numba compiles: loops, floats and `math`, no allocation.
+however a record is cut into blocks. `params` are its numbers in the order of its parameters' names. Written in the part
+of Python that numba compiles: loops, floats and `math`, no allocation.
 """
 
 

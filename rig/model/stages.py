@@ -1,9 +1,9 @@
 """The nominal stages of the chain: regulators, Bouc-Wen and modified Bouc-Wen muscles, joint, sensor.
 
-Each is a plain function of the form described in `rig.model.slots`; this file imports neither numpy nor numba, so that the
-same code runs tick by tick on the controller and compiled over whole records. Effects that the nominal chain leaves out are
-in `rig.model.effect_stages`. The two stages that every rig has choose by comparison: in pure Python `min` and `max` cost more than
-all their arithmetic.
+Each is a plain function of the form described in `rig.model.slots`; this file imports neither numpy nor numba, so that
+the same code runs tick by tick on the controller and compiled over whole records. Effects that the nominal chain leaves
+out are in `rig.model.effect_stages`. The two stages that every rig has choose by comparison: in pure Python `min` and
+`max` cost more than all their arithmetic.
 """
 
 import math
@@ -40,13 +40,15 @@ def regulators(p1: Values, p2: Values, y: Values, state: Values, params: Sequenc
 
 
 def modified_bouc_wen(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
-    """Modified Bouc-Wen model, eqs. (10) and (11) of the paper; with xi2 = phi2 = beta2 = 0 the discrete Bouc-Wen model (8), (9).
+    """Modified Bouc-Wen model, eqs. (10) and (11) of the paper; with xi2 = phi2 = beta2 = 0 the discrete Bouc-Wen model
+    (8), (9).
 
     theta_k = (u_k - lambda2 u_{k-1}) / divisor, nu_k = |u_k - u_{k-1}|,
     y_k = lambda1 y_{k-1} + (xi1 + xi2 nu_k) theta_k
           - (phi1 + phi2 nu_k) |theta_k| y_{k-1} - (beta1 + beta2 nu_k) theta_k |y_{k-1}|.
     u = (p1 - p2) / u_unit, scaled by (2 p0 / (p1 + p2))^mean_exponent; the angle is y * y_unit.
-    params: lambda1, lambda2, xi1, xi2, phi1, phi2, beta1, beta2, theta_divisor_s, u_unit_mpa, y_unit_deg, mean_exponent, p0_mpa.
+    params: lambda1, lambda2, xi1, xi2, phi1, phi2, beta1, beta2, theta_divisor_s, u_unit_mpa, y_unit_deg,
+    mean_exponent, p0_mpa.
     state: started, u_{k-1}, y_{k-1}. The first tick starts at rest under its input.
     """
     lambda1, lambda2, xi1, xi2 = params[0], params[1], params[2], params[3]
@@ -80,8 +82,9 @@ def modified_bouc_wen(p1: Values, p2: Values, y: Values, state: Values, params: 
 def bouc_wen(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
     """Continuous Bouc-Wen model (1) for any n >= 1; n = 1, k = 1, rho = 0 is eq. (3).
 
-    y = rho k u + (1 - rho) k w, w' = eps u' - psi |u'| |w|^(n-1) w - gamma u' |w|^n. It does not depend on the rate, so the
-    time drops out: dw/du is integrated over the change of u in each tick, Runge-Kutta 4 in steps of at most 0.05 units.
+    y = rho k u + (1 - rho) k w, w' = eps u' - psi |u'| |w|^(n-1) w - gamma u' |w|^n. It does not depend on the rate, so
+    the time drops out: dw/du is integrated over the change of u in each tick, Runge-Kutta 4 in steps of at most 0.05
+    units.
     params: rho, k, eps, psi, gamma, n, u_unit_mpa, y_unit_deg. state: started, u_{k-1}, w_{k-1}.
     """
     rho, gain, eps, psi, gamma, power = params[0], params[1], params[2], params[3], params[4], params[5]
@@ -106,7 +109,8 @@ def bouc_wen(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[
 
 
 def second_order_joint(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
-    """Inertia on the springs of the muscles: y'' = omega^2 (y_in - y) - 2 zeta omega y', exact for an input held over a tick.
+    """Inertia on the springs of the muscles: y'' = omega^2 (y_in - y) - 2 zeta omega y', exact for an input held over a
+    tick.
 
     params: omega_rad_per_s, damping (zeta, below 1). state: started, angle, speed in deg/s.
     """

@@ -1,7 +1,7 @@
 """Many parameter sets of the modified Bouc-Wen model (11) over many records at once: the kernel under the swarm.
 
-Sixteen particles run side by side in two registers of eight, with their parameters and their state in registers over the
-whole record; nothing is allocated, and a block of sixteen that has diverged stops early. `reference_errors` is the
+Sixteen particles run side by side in two registers of eight, with their parameters and their state in registers over
+the whole record; nothing is allocated, and a block of sixteen that has diverged stops early. `reference_errors` is the
 same in plain numpy-free Python, for the tests and for readers.
 """
 
@@ -104,7 +104,10 @@ def _errors(
                 for k in range(row, min(stop, ends[record + 1])):
                     now, change, wanted = spread(u[k]), spread(nu[k]), spread(y[k])
                     y_a, y_b = _advance(y_a, law_a, now, before, change), _advance(y_b, law_b, now, before, change)
-                    miss_a, miss_b = difference(difference(wanted, offset_a), y_a), difference(difference(wanted, offset_b), y_b)
+                    miss_a, miss_b = (
+                        difference(difference(wanted, offset_a), y_a),
+                        difference(difference(wanted, offset_b), y_b),
+                    )
                     sum_a, sum_b = fused(miss_a, miss_a, sum_a), fused(miss_b, miss_b, sum_b)
                     before = now
                 row = stop
@@ -142,10 +145,11 @@ def _peaks(table: Any, stride: Any, first: Any, last: Any, u: Any, nu: Any, ends
 
 
 def swarm_errors(particles: Table, inputs: Inputs, workers: int = 1) -> Table:
-    """Sum of squared errors of each particle on each record, shape (records, particles), in units of y squared; never NaN.
+    """Sum of squared errors of each particle on each record, shape (records, particles), in units of y squared; never
+    NaN.
 
-    `particles` has the shape (9, particles): the rows of LAW and the offset of the output. Every record starts at its first measured
-    output. A diverging set scores HOPELESS.
+    `particles` has the shape (9, particles): the rows of LAW and the offset of the output. Every record starts at its
+    first measured output. A diverging set scores HOPELESS.
     """
     table, stride = _padded(particles)
     out = np.full((len(inputs.ends) - 1) * stride, HOPELESS)

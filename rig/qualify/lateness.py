@@ -1,4 +1,5 @@
-"""Measures how punctually the loop wakes, beside cyclictest, the reference for that on Linux. Used by `latency` and `bench`."""
+"""Measures how punctually the loop wakes, beside cyclictest, the reference for that on Linux. Used by `latency` and
+`bench`."""
 
 import os
 import shutil
@@ -116,9 +117,13 @@ def _histogram(text: str) -> dict[str, float] | None:
 
 @contextmanager
 def load() -> Iterator[str]:
-    """A busy machine: stress-ng on every core with memory traffic, or busy interpreters where it is missing; yields what it was."""
+    """A busy machine: stress-ng on every core with memory traffic, or busy interpreters where it is missing; yields
+    what it was."""
     if program := shutil.which("stress-ng"):
-        command, what = [[program, "--cpu", "0", "--vm", "1", "--vm-bytes", "64M", "--quiet"]], "stress-ng --cpu 0 --vm 1"
+        command, what = (
+            [[program, "--cpu", "0", "--vm", "1", "--vm-bytes", "64M", "--quiet"]],
+            "stress-ng --cpu 0 --vm 1",
+        )
     else:
         command, what = [[sys.executable, "-c", "while True: pass"]] * 2, "two busy interpreters"
     processes = [subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) for line in command]

@@ -68,7 +68,9 @@ class Watched:
     place: stalls.Place = field(default_factory=stalls.Place)
 
 
-def soak(folder: Path, hours: float, virtual: bool, note: Callable[[float, str], None], record_s: float = 56.0) -> dict[str, Any]:
+def soak(
+    folder: Path, hours: float, virtual: bool, note: Callable[[float, str], None], record_s: float = 56.0
+) -> dict[str, Any]:
     """Sweep for `hours` of the rig's own time in `folder`; returns what was seen.
 
     In real time a witness on each core tells whether the machine itself stood still (`machine`, empty in virtual time).

@@ -1,7 +1,8 @@
 """Which missed periods were the machine's: what the loop recorded beside what a witness on its core went through.
 
-A period is lost to the machine only when the witness, at a priority above the loop's and on its core, was itself held up across the time
-at which the loop was due, and that explains the loop's lateness but for OWN_NS. Everything else stays the loop's.
+A period is lost to the machine only when the witness, at a priority above the loop's and on its core, was itself held
+up across the time at which the loop was due, and that explains the loop's lateness but for OWN_NS. Everything else
+stays the loop's.
 """
 
 import os
@@ -15,8 +16,8 @@ from rig.log.mcap.reader import McapLog
 from rig.qualify.witness import LATE_NS, SLEEP_NS, Account, Stall
 
 OWN_NS: Final = SLEEP_NS + LATE_NS
-"""Lateness that needs no witness: one sleep, in which it cannot see a stall begin, and a wake that it still calls punctual. Less than
-a period, so that without the stall the period would not have been missed."""
+"""Lateness that needs no witness: one sleep, in which it cannot see a stall begin, and a wake that it still calls
+punctual. Less than a period, so that without the stall the period would not have been missed."""
 _BLACK_BOX: Final = "blackbox_"
 
 
@@ -32,7 +33,8 @@ class Miss(NamedTuple):
 
 @dataclass
 class Place:
-    """Where the loop runs and how urgently the rig does, as the kernel says; of several one after another all cores and the most urgent."""
+    """Where the loop runs and how urgently the rig does, as the kernel says; of several one after another all cores and
+    the most urgent."""
 
     cores: set[int] = field(default_factory=set)
     priority: int = 0
@@ -56,7 +58,8 @@ class Recorded:
 
 
 def held_ns(miss: Miss, stalls: Iterable[Stall]) -> int:
-    """How much of the loop's lateness the witness of one core, whose stalls are given, was held up; 0 when it ran as the loop was due."""
+    """How much of the loop's lateness the witness of one core, whose stalls are given, was held up; 0 when it ran as
+    the loop was due."""
     near = [stall for stall in stalls if stall.ran_ns <= miss.woken_ns and stall.until_ns > miss.due_ns]
     if not any(stall.ran_ns <= miss.due_ns for stall in near):
         return 0
@@ -64,7 +67,8 @@ def held_ns(miss: Miss, stalls: Iterable[Stall]) -> int:
 
 
 def is_held_up(miss: Miss, stalls: Iterable[Stall]) -> bool:
-    """Whether the witness was held up across the time at which the loop was due, and until just before the loop woke."""
+    """Whether the witness was held up across the time at which the loop was due, and until just before the loop
+    woke."""
     return miss.woken_ns - miss.due_ns - held_ns(miss, stalls) <= OWN_NS
 
 
@@ -74,7 +78,9 @@ def judge(place: Place, accounts: Sequence[Account], records: Sequence[Recorded]
     why_not = _why_not(place, heard)
     misses = [miss for record in records for miss in record.misses]
     excused = {miss for miss in misses if not why_not and any(is_held_up(miss, one.stalls) for one in heard)}
-    forgiven = sum(1 for record in records if record.misses and not record.blemished and excused.issuperset(record.misses))
+    forgiven = sum(
+        1 for record in records if record.misses and not record.blemished and excused.issuperset(record.misses)
+    )
     lengths_ns = [stall.until_ns - stall.due_ns for one in heard for stall in one.stalls]
     return {
         "cores": sorted(place.cores),
@@ -118,14 +124,19 @@ def summary(found: dict[str, Any]) -> list[str]:
     """For a person."""
     cores = f"core{'s' * (len(found['cores']) > 1)} {' or '.join(map(str, found['cores']))}"
     lines = [
-        f"{found['missed_in_records']} periods missed in the records, {found['missed_in_stalls']} of them in a stall of the machine",
-        f"{found['not_valid']} records not valid, {found['not_valid_otherwise']} of them for another reason than a stall of the machine",
+        f"{found['missed_in_records']} periods missed in the records, {found['missed_in_stalls']} of them in a stall "
+        "of the machine",
+        f"{found['not_valid']} records not valid, {found['not_valid_otherwise']} of them for another reason than a "
+        "stall of the machine",
     ]
     if found["nothing_excused_because"]:
         return [*lines, f"no stall could be witnessed: {found['nothing_excused_because']}"]
     above = f"the witness ran at priority {found['witness_priority']}, the rig at {found['rig_priority']} at most"
     longest = f"the longest of {found['longest_stall_ms']:.1f} ms"
-    return [*lines, f"{found['stalls']} stalls of more than {LATE_NS / 1e6:g} ms on the loop's {cores}, {longest}; {above}"]
+    return [
+        *lines,
+        f"{found['stalls']} stalls of more than {LATE_NS / 1e6:g} ms on the loop's {cores}, {longest}; {above}",
+    ]
 
 
 def recorded_in(folder: Path) -> list[Recorded]:
@@ -142,6 +153,8 @@ def _recorded(file: Path) -> Recorded:
     rows = samples.rows(samples["missed"] > 0)
     period_ns = int(run["period_ns"])
     columns = (rows[name].tolist() for name in ("scheduled_ns", "woken_ns", "missed"))
-    misses = tuple(Miss(due_ns - missed * period_ns, woken_ns, missed) for due_ns, woken_ns, missed in zip(*columns, strict=True))
+    misses = tuple(
+        Miss(due_ns - missed * period_ns, woken_ns, missed) for due_ns, woken_ns, missed in zip(*columns, strict=True)
+    )
     counted = sum(miss.periods for miss in misses) == result.get("missed")
     return Recorded(misses, blemished=bool(result.get("fault") or result.get("dropped")) or not counted)

@@ -1,8 +1,10 @@
-"""A witness of how a core of this machine runs: a process that sleeps and wakes all the time, and notes each wake that comes late.
+"""A witness of how a core of this machine runs: a process that sleeps and wakes all the time, and notes each wake that
+comes late.
 
-It stays on one core at the highest real-time priority, above every process of the rig, so none of them can hold it up: when it is late,
-so is everything on that core, by the kernel, the host of a virtual machine or somebody else's real-time process. Without that
-priority or core it would prove nothing, so it says so and ends. `rig.qualify.stalls` puts what it saw beside what the loop recorded.
+It stays on one core at the highest real-time priority, above every process of the rig, so none of them can hold it up:
+when it is late, so is everything on that core, by the kernel, the host of a virtual machine or somebody else's
+real-time process. Without that priority or core it would prove nothing, so it says so and ends. `rig.qualify.stalls`
+puts what it saw beside what the loop recorded.
 """
 
 import json
@@ -136,7 +138,8 @@ def main(core: int) -> None:
 
 
 def _permitted() -> int:
-    """The highest priority that this process may have: that of its limit, where it has one and no leave to go above it."""
+    """The highest priority that this process may have: that of its limit, where it has one and no leave to go above
+    it."""
     limit, _ = resource.getrlimit(resource.RLIMIT_RTPRIO)
     try:
         measures.fifo(_HIGHEST)

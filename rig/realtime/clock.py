@@ -24,9 +24,10 @@ class MonotonicClock:
 class WarmUpClock(MonotonicClock):
     """Wakes `early_ns` before each deadline, has the coming work rehearsed, and waits out the rest on the processor.
 
-    So neither waking up nor what the processor forgot while it slept is left for the deadline; it costs at most `early_ns` of
-    the processor a wait. Who wakes with less than half of that left does not rehearse. After a rehearsal that was not over in
-    time some waits do without: one after a single one, up to _LONGEST_PAUSE on a machine that is always too slow.
+    So neither waking up nor what the processor forgot while it slept is left for the deadline; it costs at most
+    `early_ns` of the processor a wait. Who wakes with less than half of that left does not rehearse. After a rehearsal
+    that was not over in time some waits do without: one after a single one, up to _LONGEST_PAUSE on a machine that is
+    always too slow.
     """
 
     def __init__(self, early_ns: int, rehearse: Callable[[], None]) -> None:
@@ -44,7 +45,8 @@ class WarmUpClock(MonotonicClock):
             pass
 
     def _rehearse_until(self, deadline_ns: int) -> None:
-        """Rehearse as often as there is time for, so that the last one is fresh; double the pause when that was late, else halve it."""
+        """Rehearse as often as there is time for, so that the last one is fresh; double the pause when that was late,
+        else halve it."""
         now_ns, needs_ns = time.monotonic_ns(), self.early_ns // 2
         if deadline_ns - now_ns <= needs_ns:
             return

@@ -48,7 +48,8 @@ class Commands(Protocol):
     """What the loop asks each tick."""
 
     def next(self, state: State, resting: bool) -> tuple[Request, Program | None]:
-        """The request to act on now, with the program of a START; `resting`: the set-points have reached the safe pressures."""
+        """The request to act on now, with the program of a START; `resting`: the set-points have reached the safe
+        pressures."""
 
     def answer(self, answer: Answer) -> None:
         """What became of the last request."""
@@ -57,7 +58,8 @@ class Commands(Protocol):
         """Ramp out now; stays true until the program has ended."""
 
     def estop_wanted(self) -> Fault:
-        """The fault for which somebody wants the safe state at once; stays until withdrawn (NONE), and no reset works before."""
+        """The fault for which somebody wants the safe state at once; stays until withdrawn (NONE), and no reset works
+        before."""
 
     def control_lost(self) -> bool:
         """The process that commands the loop promised to beat and has stopped beating."""
@@ -124,7 +126,9 @@ class Mailbox:
         self._seen = word
         request = Request(word & 0xFF) if word & 0xFF in _REQUESTS else Request.NONE
         if request is Request.START:
-            return request, Program.attach(program_path(self.block.session, self._words[self._PROGRAM]), self.block.session)
+            return request, Program.attach(
+                program_path(self.block.session, self._words[self._PROGRAM]), self.block.session
+            )
         return request, None
 
     def answer(self, answer: Answer) -> None:
@@ -156,7 +160,11 @@ class Script:
 
     def __init__(self, programs: Sequence[Program], mailbox: Mailbox) -> None:
         self._left = list(programs)
-        self.stop_wanted, self.estop_wanted, self.control_lost = mailbox.stop_wanted, mailbox.estop_wanted, mailbox.control_lost
+        self.stop_wanted, self.estop_wanted, self.control_lost = (
+            mailbox.stop_wanted,
+            mailbox.estop_wanted,
+            mailbox.control_lost,
+        )
 
     def next(self, state: State, resting: bool) -> tuple[Request, Program | None]:
         """The request that the state calls for."""

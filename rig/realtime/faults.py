@@ -62,7 +62,9 @@ EXPLANATIONS: Final[dict[Fault, Explanation]] = {
     Fault.BROKEN_WIRE: Explanation(
         "a monitor reads below its live zero: broken wire", "check its wire and the regulator's power"
     ),
-    Fault.STALE_VALUE: Explanation("a measurement is older than allowed", "check the connection, or raise limits.max_age_s"),
+    Fault.STALE_VALUE: Explanation(
+        "a measurement is older than allowed", "check the connection, or raise limits.max_age_s"
+    ),
     Fault.ANGLE_LIMIT: Explanation(
         "the joint left the angle envelope", "check the coupling and the zero, or widen `limits.angle_deg`"
     ),
@@ -71,7 +73,9 @@ EXPLANATIONS: Final[dict[Fault, Explanation]] = {
         "check the air supply, the regulator's power and whether the two valves are swapped",
     ),
     Fault.LOOP_DIED: Explanation("the loop ended or hung", "see the log, then reset"),
-    Fault.CONTROL_LOST: Explanation("the process that commands the loop is gone", "start it again; it comes back disarmed"),
+    Fault.CONTROL_LOST: Explanation(
+        "the process that commands the loop is gone", "start it again; it comes back disarmed"
+    ),
     Fault.TERMINATED: Explanation("the loop was told to end by a signal", "nothing is wrong if this was asked for"),
     Fault.LOOP_ERROR: Explanation("an error in the loop itself", "please report it with the log"),
     Fault.RECORDER_DIED: Explanation(

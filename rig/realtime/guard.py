@@ -1,7 +1,7 @@
 """What stands between the loop and the air: limits on every set-point, and checks on every measurement.
 
-The guard clips set-points to the envelope, keeps values that cannot be true away from the outputs, and says when a fault is due.
-It knows neither device nor program.
+The guard clips set-points to the envelope, keeps values that cannot be true away from the outputs, and says when a
+fault is due. It knows neither device nor program.
 """
 
 import math
@@ -11,7 +11,17 @@ from dataclasses import dataclass, field
 from rig.fields import bounded
 from rig.interfaces import Measurement
 from rig.realtime.faults import Fault
-from rig.sample import ANGLE_ABSENT, BROKEN_WIRE, CLIPPED_RANGE, CLIPPED_SLEW, P1_ABSENT, P2_ABSENT, READ_ERROR, STALE, SUSPECT
+from rig.sample import (
+    ANGLE_ABSENT,
+    BROKEN_WIRE,
+    CLIPPED_RANGE,
+    CLIPPED_SLEW,
+    P1_ABSENT,
+    P2_ABSENT,
+    READ_ERROR,
+    STALE,
+    SUSPECT,
+)
 
 _NO_FAULT = Fault.NONE  # by a name of this module: looking a member up in its class takes as long as a call
 _ROUNDING_MPA = 1e-9  # as the check before the start allows it: what is on a limit is not clipped
@@ -38,7 +48,8 @@ class Limits:
     """A pressure that is further than `follow_mpa` from its set-point for this long does not follow."""
     frozen_s: float = bounded(0.01, 60.0, "s", default=1.0)
     frozen_travel_mpa: float = bounded(0.001, 1.0, "MPa", default=0.02)
-    """Identical raw values for `frozen_s`, while the set-points that move the sensor travel this far, are a frozen sensor."""
+    """Identical raw values for `frozen_s`, while the set-points that move the sensor travel this far, are a frozen
+    sensor."""
     max_age_s: float = bounded(0.001, 10.0, "s", default=0.1)
     """A value older than this fills a leaky bucket."""
     misses_per_s: int = bounded(1, 1000, default=3)
@@ -112,7 +123,8 @@ class Guard:
         self._command = (p1_cmd_mpa, p2_cmd_mpa)
 
     def command(self, p1_cmd_mpa: float, p2_cmd_mpa: float, periods: int = 1) -> tuple[float, float, int]:
-        """Both set-points inside range and slew over the `periods` since the last, and the flags of what was clipped."""
+        """Both set-points inside range and slew over the `periods` since the last, and the flags of what was
+        clipped."""
         low, high = self.limits.pressure_mpa
         step = self._max_step_mpa * periods
         too_far = step + _ROUNDING_MPA
@@ -158,7 +170,8 @@ class Guard:
         return flags, fault
 
     def _implausible(self, now: Measurement) -> bool:
-        """Some value that is present cannot be true: not finite, out of range, or further from the last than physics allows."""
+        """Some value that is present cannot be true: not finite, out of range, or further from the last than physics
+        allows."""
         limits, before, flags = self.limits, self._previous, now.flags
         low, high = limits.monitor_mpa
         jump = limits.pressure_jump_mpa
@@ -171,7 +184,8 @@ class Guard:
         )
 
     def _moving_faults(self, now: Measurement, angle_deg: float, flags: int) -> Fault:
-        """Faults that only make sense while set-points are written. An angle that cannot be true is no angle outside its limits."""
+        """Faults that only make sense while set-points are written. An angle that cannot be true is no angle outside
+        its limits."""
         low, high = self.limits.angle_deg
         outside = not flags & (ANGLE_ABSENT | SUSPECT) and not low <= angle_deg <= high
         if self._outside.add(outside):
@@ -191,7 +205,8 @@ class Guard:
     def _frozen(self, now: Measurement) -> bool:
         """A sensor gave the same raw value again and again while the set-points that move it travelled.
 
-        The time counts from the first movement: a rig at rest, or a joint that both muscles hold, may well repeat itself.
+        The time counts from the first movement: a rig at rest, or a joint that both muscles hold, may well repeat
+        itself.
         """
         before = self._previous
         moved1, moved2, turned = self._moved()

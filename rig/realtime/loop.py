@@ -1,7 +1,7 @@
 """The loop: every period, read -> check -> next command -> guard -> write -> record. One thread, standard library only.
 
-It keeps an absolute grid of ticks. A tick that comes later than a period skips whole periods and counts them; the program's phase
-follows the tick index. Every way out of `run` leaves the device in its safe state.
+It keeps an absolute grid of ticks. A tick that comes later than a period skips whole periods and counts them; the
+program's phase follows the tick index. Every way out of `run` leaves the device in its safe state.
 """
 
 import contextlib
@@ -29,8 +29,16 @@ from rig.sample import (
     Sample,
 )
 
-# members by names of this module: in Python 3.11 looking one up in its class takes as long as a call, and a tick has dozens
-_RUNNING, _DONE, _FAULT, _ZERO, _NO_PHASE, _NO_FAULT = State.RUNNING, State.DONE, State.FAULT, Phase.ZERO, Phase.NONE, Fault.NONE
+# members by names of this module: in Python 3.11 looking one up in its class takes as long as a call, and a tick has
+# dozens
+_RUNNING, _DONE, _FAULT, _ZERO, _NO_PHASE, _NO_FAULT = (
+    State.RUNNING,
+    State.DONE,
+    State.FAULT,
+    Phase.ZERO,
+    Phase.NONE,
+    Fault.NONE,
+)
 _COMMANDING = (State.ARMED, State.RUNNING, State.DONE)
 _UNDER_COMMAND = (State.ARMED, State.RUNNING)
 _SILENT = (State.DISARMED, State.FAULT)
@@ -58,7 +66,9 @@ class LoopSettings:
 class Loop:
     """Drives one device through states and programs until it is told to quit."""
 
-    def __init__(self, device: Device, clock: Clock, ring: RingWriter, commands: Commands, settings: LoopSettings) -> None:
+    def __init__(
+        self, device: Device, clock: Clock, ring: RingWriter, commands: Commands, settings: LoopSettings
+    ) -> None:
         self._device, self._clock, self.ring, self._commands = device, clock, ring, commands
         self._settings, self._limits = settings, settings.limits
         self._period_ns = settings.period_ns
@@ -109,7 +119,9 @@ class Loop:
                 self.leave()
             finally:
                 if self.fault is Fault.LOOP_ERROR:  # the record shall say how it ended
-                    self._publish(self._clock.now_ns(), _NO_MEASUREMENT, Phase.NONE, 0.0, _NO_MEASUREMENT.flags, self._run)
+                    self._publish(
+                        self._clock.now_ns(), _NO_MEASUREMENT, Phase.NONE, 0.0, _NO_MEASUREMENT.flags, self._run
+                    )
         return self.fault
 
     def _turn(self) -> None:
@@ -159,8 +171,10 @@ class Loop:
         p1_cmd_mpa, p2_cmd_mpa = self._command
         self.ring.put(
             Sample._make((
-                tick & 0xFFFFFFFF, due_ns, woken_ns, read_ns, self._clock.now_ns(), missed, dp_mpa, p1_cmd_mpa, p2_cmd_mpa,
-                now.p1_mpa, now.p2_mpa, now.angle_deg - self._zero_deg, now.p1_raw, now.p2_raw, now.angle_raw, now.excitation_raw,
+                tick & 0xFFFFFFFF, due_ns, woken_ns, read_ns, self._clock.now_ns(), missed, dp_mpa, p1_cmd_mpa,
+                p2_cmd_mpa,
+                now.p1_mpa, now.p2_mpa, now.angle_deg - self._zero_deg, now.p1_raw, now.p2_raw, now.angle_raw,
+                now.excitation_raw,
                 now.p1_age_ns, now.p2_age_ns, now.angle_age_ns,
                 run, self.state, phase, flags, self.fault, self._zero_deg,
             ))
@@ -179,7 +193,8 @@ class Loop:
         return now
 
     def _count_error(self, error: DeviceError) -> None:
-        """A permanent error faults at once, a transient one goes into the leaky bucket. Its words are kept for the records."""
+        """A permanent error faults at once, a transient one goes into the leaky bucket. Its words are kept for the
+        records."""
         self.ring.tell(str(error))
         if isinstance(error, DeviceLost):
             self._device_gone = True
@@ -241,13 +256,19 @@ class Loop:
         return Answer.DONE
 
     def _hold_measured(self, now: Measurement, flags: int) -> bool:
-        """Take the measured pressures as set-points, so that arming moves nothing; without monitors, the safe ones, which were written."""
-        if flags & (SUSPECT | READ_ERROR | BROKEN_WIRE) or max(now.p1_age_ns, now.p2_age_ns) > self._limits.max_age_s * 1e9:
+        """Take the measured pressures as set-points, so that arming moves nothing; without monitors, the safe ones,
+        which were written."""
+        if (
+            flags & (SUSPECT | READ_ERROR | BROKEN_WIRE)
+            or max(now.p1_age_ns, now.p2_age_ns) > self._limits.max_age_s * 1e9
+        ):
             return False
         low, high = self._limits.pressure_mpa
         found = now.p1_mpa, now.p2_mpa
         safe = self._settings.safe_p1_mpa, self._settings.safe_p2_mpa
-        p1_cmd_mpa, p2_cmd_mpa = (min(max(p, low), high) if math.isfinite(p) else s for p, s in zip(found, safe, strict=True))
+        p1_cmd_mpa, p2_cmd_mpa = (
+            min(max(p, low), high) if math.isfinite(p) else s for p, s in zip(found, safe, strict=True)
+        )
         self._command = p1_cmd_mpa, p2_cmd_mpa
         self._guard.start_from(p1_cmd_mpa, p2_cmd_mpa)
         self._resting = False
@@ -300,7 +321,9 @@ class Loop:
         self._resting = abs(safe1 - p1_cmd_mpa) <= step and abs(safe2 - p2_cmd_mpa) <= step
         if self._resting:
             return safe1, safe2
-        return p1_cmd_mpa + min(max(safe1 - p1_cmd_mpa, -step), step), p2_cmd_mpa + min(max(safe2 - p2_cmd_mpa, -step), step)
+        return p1_cmd_mpa + min(max(safe1 - p1_cmd_mpa, -step), step), p2_cmd_mpa + min(
+            max(safe2 - p2_cmd_mpa, -step), step
+        )
 
     def _write(self, p1_cmd_mpa: float, p2_cmd_mpa: float, periods: int) -> int:
         """Write what the state allows; returns flags."""

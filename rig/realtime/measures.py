@@ -25,7 +25,8 @@ class Measures:
     cpu: int = bounded(-1, 1023, default=-1)
     """Core to stay on; -1: the last one this process may use, none on a machine with a single core."""
     early_us: int = bounded(0, 2000, "us", default=400)
-    """Wake this long before a tick (at most a quarter of a period), rehearse it, wait out the rest on the processor; 0: sleep on."""
+    """Wake this long before a tick (at most a quarter of a period), rehearse it, wait out the rest on the processor; 0:
+    sleep on."""
     lock_memory: bool = True
     """Keep all memory of the loop's process from being swapped out (mlockall)."""
     cpu_dma_latency: bool = True

@@ -1,7 +1,7 @@
 """What the loop follows: set-points by tick index, through settle, zero, ramp in, sweep and ramp out.
 
-A program is a block of shared memory written by the process that commands the loop and mapped by the loop, so that starting one
-costs the loop no copying. Phases come from the tick index; skipped periods are skipped here too.
+A program is a block of shared memory written by the process that commands the loop and mapped by the loop, so that
+starting one costs the loop no copying. Phases come from the tick index; skipped periods are skipped here too.
 """
 
 from array import array
@@ -25,8 +25,9 @@ _TABLE: Final = (HEADER_WORDS + 8) * 8
 class Program:
     """Set-points of one record. The sweep's tables have one entry a tick; the other phases are interpolated.
 
-    Settle: from where the set-points stand, linearly over the first half to the rest pressures, then still. Zero: still, the
-    angle is averaged. Ramp in: linearly to the first entry. Ramp out: linearly from the last set-points to the rest pressures.
+    Settle: from where the set-points stand, linearly over the first half to the rest pressures, then still. Zero:
+    still, the angle is averaged. Ramp in: linearly to the first entry. Ramp out: linearly from the last set-points to
+    the rest pressures.
     """
 
     run: int
@@ -105,4 +106,6 @@ class Program:
         if n < 1 or _TABLE + (2 + 2 * n) * 8 > len(block.bytes):
             raise StateError(f"{path}: the program is cut short")
         table = block.bytes[_TABLE : _TABLE + (2 + 2 * n) * 8].cast("d")
-        return cls(**counts, rest_p1_mpa=table[0], rest_p2_mpa=table[1], p1_cmd_mpa=table[2 : 2 + n], p2_cmd_mpa=table[2 + n :])
+        return cls(
+            **counts, rest_p1_mpa=table[0], rest_p2_mpa=table[1], p1_cmd_mpa=table[2 : 2 + n], p2_cmd_mpa=table[2 + n :]
+        )

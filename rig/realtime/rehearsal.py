@@ -1,8 +1,9 @@
 """Keeps a tick's code warm: shortly before each tick a second loop, which owns nothing, carries out a tick of its own.
 
-Between two ticks an idle processor, or a busy one, forgets the interpreter, the loop's bytecode and the tables they use; fetching
-them again makes a tick several times slower than one that follows another at once. The second loop runs the same code on
-memory that nobody else sees: its device, ring, mailbox and program are its own, and nothing of it reaches an output or a record.
+Between two ticks an idle processor, or a busy one, forgets the interpreter, the loop's bytecode and the tables they
+use; fetching them again makes a tick several times slower than one that follows another at once. The second loop runs
+the same code on memory that nobody else sees: its device, ring, mailbox and program are its own, and nothing of it
+reaches an output or a record.
 """
 
 from collections.abc import Mapping
@@ -52,7 +53,9 @@ class Rehearsal:
         """`device` must be nobody's and move nothing; it is opened here, and lives on `clock`."""
         self.failed = False
         rest = settings.safe_p1_mpa, settings.safe_p2_mpa
-        program = Program(1, *rest, [rest[0]], [rest[1]], settle_ticks=0, zero_ticks=0, ramp_in_ticks=0, ramp_out_ticks=0)
+        program = Program(
+            1, *rest, [rest[0]], [rest[1]], settle_ticks=0, zero_ticks=0, ramp_in_ticks=0, ramp_out_ticks=0
+        )
         self._clock, self._period_ns = clock, settings.period_ns
         self.loop = Loop(device, clock, RingWriter(Ring.private(), 0), Script([program], Mailbox.private()), settings)
         device.open()
@@ -60,7 +63,8 @@ class Rehearsal:
             self._carry_out(tick)
 
     def __call__(self) -> None:
-        """One tick, the same each time. An error of it must not end the real loop: then there is no rehearsal any more."""
+        """One tick, the same each time. An error of it must not end the real loop: then there is no rehearsal any
+        more."""
         if self.failed:
             return
         try:

@@ -1,8 +1,8 @@
 """The ring in shared memory: one writer, the loop; any number of readers, none of which it ever waits for.
 
-The writer overwrites the oldest sample. Each reader keeps its own cursor and learns from it how many samples it lost, so
-the recorder, the supervisor, the live view and the black box all read the same ring. With 8192 slots it holds the last
-41 s at 5 ms, also when nothing is being recorded.
+The writer overwrites the oldest sample. Each reader keeps its own cursor and learns from it how many samples it lost,
+so the recorder, the supervisor, the live view and the black box all read the same ring. With 8192 slots it holds the
+last 41 s at 5 ms, also when nothing is being recorded.
 """
 
 import time
@@ -65,7 +65,8 @@ class Ring:
 
     @property
     def safe_ns(self) -> int:
-        """Monotonic time at which the device took the safe state from the loop, which has not commanded since; 0 when it commands."""
+        """Monotonic time at which the device took the safe state from the loop, which has not commanded since; 0 when
+        it commands."""
         return self._words[_SAFE]
 
     @property

@@ -1,8 +1,9 @@
-"""The safe state as something that somebody writes, looks at and answers for: the one way in which a lost loop is followed up.
+"""The safe state as something that somebody writes, looks at and answers for: the one way in which a lost loop is
+followed up.
 
-Supervisor, control process and guardian all stand on `SafeStateAuthority`, which ends the loop, writes when nobody else can write
-any more, reads back where the device can tell, and repeats until that is so. What came of it is a `SafeReport` in memory that they
-share: nobody says "safe" who has not seen it there.
+Supervisor, control process and guardian all stand on `SafeStateAuthority`, which ends the loop, writes when nobody else
+can write any more, reads back where the device can tell, and repeats until that is so. What came of it is a
+`SafeReport` in memory that they share: nobody says "safe" who has not seen it there.
 """
 
 import contextlib
@@ -103,7 +104,10 @@ class SafeReport:
         if self.outcome is Outcome.ENDED:
             return "nothing is under pressure: the simulated plant ended with the loop's process"
         if self.outcome is Outcome.FAILED:
-            return f"NOT SAFE as far as is known: {who} could not bring the device to its safe state; old set-points may stand"
+            return (
+                f"NOT SAFE as far as is known: {who} could not bring the device to its safe state; old "
+                "set-points may stand"
+            )
         return "nobody has reported the safe state yet; old set-points may stand"
 
 
@@ -167,7 +171,8 @@ class SafeBlock:
         words[at + self._TELLINGS] += 1
 
     def best(self, since_ns: int = 0) -> SafeReport:
-        """The report that knows most, of those of a loss seen at `since_ns` or later; of equal ones the earliest write."""
+        """The report that knows most, of those of a loss seen at `since_ns` or later; of equal ones the earliest
+        write."""
         told = [report for writer in Writer if (report := self.report(writer)).outcome is not Outcome.UNKNOWN]
         recent = [report for report in told if report.seen_ns >= since_ns]
         return max(recent, key=lambda report: (report.outcome, -report.written_ns), default=SafeReport())
@@ -177,7 +182,8 @@ class SafeBlock:
 
 
 class WatchedProcess:
-    """A process by its descriptor: whether it is gone, and its end. A pid that is gone already is a process that is gone."""
+    """A process by its descriptor: whether it is gone, and its end. A pid that is gone already is a process that is
+    gone."""
 
     def __init__(self, pid: int) -> None:
         try:
@@ -238,15 +244,19 @@ def look(path: SecondPath) -> Outcome:
 class SafeStateAuthority:
     """Takes a lost loop's place as the one who writes: ends it, makes safe, looks, repeats."""
 
-    def __init__(self, writer: Writer, block: SafeBlock, ring: Ring, loop: WatchedProcess, path: SecondPath | None) -> None:
+    def __init__(
+        self, writer: Writer, block: SafeBlock, ring: Ring, loop: WatchedProcess, path: SecondPath | None
+    ) -> None:
         """Without a `path` the plant is in the loop's process, and all there is to do is to end it."""
         self._writer, self._block, self._ring, self._loop, self._path = writer, block, ring, loop, path
 
     def take_over(self, verdict: Verdict, persistence_s: float = _PERSISTENCE_S) -> SafeReport:
-        """Blocks until the safe state was seen at the device, or for `persistence_s`; each step is published as it is known.
+        """Blocks until the safe state was seen at the device, or for `persistence_s`; each step is published as it is
+        known.
 
-        The first write does not wait for the loop's end. A loop that is killed in the middle of a write may bring its old set-point
-        after it, so only a write after its end counts, and a stopped loop that somebody continues never writes again.
+        The first write does not wait for the loop's end. A loop that is killed in the middle of a write may bring its
+        old set-point after it, so only a write after its end counts, and a stopped loop that somebody continues never
+        writes again.
         """
         report = SafeReport(self._writer, verdict, seen_ns=time.monotonic_ns(), last_beat_ns=self._ring.heartbeat_ns)
         deadline = time.monotonic() + persistence_s

@@ -1,7 +1,7 @@
 """A named block of memory that several processes map: the floor under the ring, the mailbox and the programs.
 
-Blocks are files in /dev/shm (or the temporary folder where there is none). Each begins with a magic, the pid of its maker and
-the session's id, so that a stale one is recognised. Words of 8 bytes are stored and loaded whole.
+Blocks are files in /dev/shm (or the temporary folder where there is none). Each begins with a magic, the pid of its
+maker and the session's id, so that a stale one is recognised. Words of 8 bytes are stored and loaded whole.
 """
 
 import errno
@@ -39,9 +39,12 @@ class SharedBlock:
 
     @classmethod
     def create(cls, name: str, session: int, payload_bytes: int) -> Self:
-        """A fresh block of zeros; StateError when the name is taken by a living process. A dead process's block is replaced."""
+        """A fresh block of zeros; StateError when the name is taken by a living process. A dead process's block is
+        replaced."""
         path = folder() / f"pamrig-{name}"
-        draft = path.with_name(f".{path.name}-{os.getpid()}")  # gets its name when it is whole: nobody sees it without an owner
+        draft = path.with_name(
+            f".{path.name}-{os.getpid()}"
+        )  # gets its name when it is whole: nobody sees it without an owner
         draft.unlink(missing_ok=True)
         try:
             block = cls(path, _map_new(draft, HEADER_WORDS * 8 + (payload_bytes + 7) // 8 * 8))
@@ -105,7 +108,8 @@ class SharedBlock:
 
 
 def _map_new(path: Path, size: int) -> mmap.mmap:
-    """A new file of zeros, mapped. Its room is taken now: a full folder is an error here, not a SIGBUS at some later store."""
+    """A new file of zeros, mapped. Its room is taken now: a full folder is an error here, not a SIGBUS at some later
+    store."""
     descriptor = os.open(path, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o600)
     try:
         os.posix_fallocate(descriptor, 0, size)
@@ -126,7 +130,8 @@ def _take_name(draft: Path, path: Path) -> None:
 
 
 def _open_own(path: Path, how: int) -> int:
-    """Descriptor of a regular file of this user. The folder is everybody's: what lies there may be a pipe, a link or a trap.
+    """Descriptor of a regular file of this user. The folder is everybody's: what lies there may be a pipe, a link or a
+    trap.
 
     OSError, without ever waiting, when it is anything else.
     """
@@ -163,7 +168,8 @@ def is_stale(path: Path) -> bool:
 
 
 def sweep_stale(kept: str = "") -> list[Path]:
-    """Remove this user's blocks of dead processes, but not those whose name ends with `kept`; returns what was removed."""
+    """Remove this user's blocks of dead processes, but not those whose name ends with `kept`; returns what was
+    removed."""
     found = [path for path in folder().glob("pamrig-*") if not (kept and path.name.endswith(kept))]
     return [path for path in found if is_stale(path) and _removed(path)]
 

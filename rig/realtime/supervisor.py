@@ -1,8 +1,9 @@
 """The supervisor: a process above the loop that does one thing, see to the safe state when the loop no longer can.
 
-It knows nothing of experiments. It reads the loop's heartbeat in the ring and holds a file descriptor of the loop's process, so it
-sees a killed loop at once and a stopped or hanging one after a few periods. What follows is the authority's business. The
-guardian is the same with more patience: it stands by in case the supervisor is lost together with the loop.
+It knows nothing of experiments. It reads the loop's heartbeat in the ring and holds a file descriptor of the loop's
+process, so it sees a killed loop at once and a stopped or hanging one after a few periods. What follows is the
+authority's business. The guardian is the same with more patience: it stands by in case the supervisor is lost together
+with the loop.
 """
 
 import time
@@ -49,7 +50,8 @@ class Supervisor:
         return min(beat_ns + self._limit_ns - time.monotonic_ns(), round(_LOOK_S * 1e9))
 
     def _overslept(self) -> bool:
-        """This process did not run either: the machine stood still. Then the loop gets a period to find that out by itself."""
+        """This process did not run either: the machine stood still. Then the loop gets a period to find that out by
+        itself."""
         now_ns, before_ns = time.monotonic_ns(), self._looked_ns
         self._looked_ns = now_ns
         return now_ns - before_ns > self._longest_look_ns

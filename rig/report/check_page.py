@@ -45,7 +45,9 @@ def _table_of(result: Mapping[str, Any], modes: Sequence[str]) -> "Table":
     table = Table("figure", *(MODE_WORDS[mode] for mode in modes))
     for row in rows_of(result):
         cells = [cell for cell in row["cells"] if cell["mode"] in modes]
-        texts = [f"{cell['text']}  {cell['goal']}{'' if cell['reached'] is not False else '  missed'}" for cell in cells]
+        texts = [
+            f"{cell['text']}  {cell['goal']}{'' if cell['reached'] is not False else '  missed'}" for cell in cells
+        ]
         table.add_row(row["words"], *texts)
     return table
 
@@ -63,7 +65,8 @@ def rows_of(result: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def as_markdown(result: Mapping[str, Any]) -> str:
-    """Tables for the documentation: the goals, then names by strength and by effect, foreign effects, withheld classes, naive answers."""
+    """Tables for the documentation: the goals, then names by strength and by effect, foreign effects, withheld classes,
+    naive answers."""
     shown = {MODE_WORDS[mode]: result["modes"][mode] for mode in result["modes"]}
     withheld = result.get("withheld", {}).get("flagged_by_effect", {})
     parts = [
@@ -81,7 +84,10 @@ def as_markdown(result: Mapping[str, Any]) -> str:
 def _goals(result: Mapping[str, Any]) -> str:
     rows = []
     for row in rows_of(result):
-        cells = [f"{cell['text']}{' **missed**' if cell['reached'] is False else ''} | {cell['goal']}" for cell in row["cells"]]
+        cells = [
+            f"{cell['text']}{' **missed**' if cell['reached'] is False else ''} | {cell['goal']}"
+            for cell in row["cells"]
+        ]
         rows.append([row["words"], *cells])
     return _table(" | ".join(["figure", *(f"{MODE_WORDS[mode]} | goal" for mode in result["modes"])]), rows)
 
@@ -102,14 +108,17 @@ FAMILY_FIGURES = (
 def _family(name: str, modes: Mapping[str, Any]) -> str:
     """One family of plants apart: its main figures, mode by mode."""
     head = " | ".join([f"family {name}", *(figure.replace("_", " ") for figure in FAMILY_FIGURES)])
-    return _table(head, [[MODE_WORDS[mode], *(_cell(found[key]) for key in FAMILY_FIGURES)] for mode, found in modes.items()])
+    return _table(
+        head, [[MODE_WORDS[mode], *(_cell(found[key]) for key in FAMILY_FIGURES)] for mode, found in modes.items()]
+    )
 
 
 def _broken_down(what: str, key: str, figures: Sequence[str], shown: Mapping[str, Mapping[str, Any]]) -> str:
     titles = [f"{figure.replace('_', ' ')}, {words}" for words in shown for figure in figures]
     names = dict.fromkeys(name for mode in shown.values() for name in mode[key])
     rows = [
-        [name, *(_cell(mode[key].get(name, {}).get(figure)) for mode in shown.values() for figure in figures)] for name in names
+        [name, *(_cell(mode[key].get(name, {}).get(figure)) for mode in shown.values() for figure in figures)]
+        for name in names
     ]
     return _table(" | ".join([what, *titles]), rows)
 
@@ -122,7 +131,9 @@ def _foreign(shown: Mapping[str, Mapping[str, Any]]) -> str:
 
 def _naive(naive: Mapping[str, Any]) -> str:
     figures = ("false_alarms", "detected", "class_first", "exact_first")
-    rows = [[NAIVE_WORDS[name], *(_cell(said["pressures"][figure]) for figure in figures)] for name, said in naive.items()]
+    rows = [
+        [NAIVE_WORDS[name], *(_cell(said["pressures"][figure]) for figure in figures)] for name, said in naive.items()
+    ]
     return _table(" | ".join(["naive answer", *(figure.replace("_", " ") for figure in figures)]), rows)
 
 
@@ -153,9 +164,12 @@ def as_html(result: Mapping[str, Any]) -> str:
     environment.filters["figure"] = lambda found, unit="%": figure_text(found, unit)
     with_goals = {name for goal in GOALS for name in goal.bounds}
     words = {
-        "mode_words": MODE_WORDS, "naive_words": NAIVE_WORDS, "with_goals": with_goals, "family_figures": FAMILY_FIGURES,
+        "mode_words": MODE_WORDS, "naive_words": NAIVE_WORDS, "with_goals": with_goals,
+        "family_figures": FAMILY_FIGURES,
     }  # fmt: skip
-    text: str = environment.from_string(source).render(result=result, rows=rows_of(result), pictures=_pictures(result), **words)
+    text: str = environment.from_string(source).render(
+        result=result, rows=rows_of(result), pictures=_pictures(result), **words
+    )
     return text
 
 
@@ -170,8 +184,15 @@ def _picture(mode: Mapping[str, Any]) -> str:
     drawing = Figure(figsize=(11.0, 3.4), layout="constrained")
     strength, trust, shrunk = drawing.subplots(1, 3)
     labels = list(mode["by_ratio"])
-    for key, words, color, marker in (("detected", "detected", _BLUE, "o"), ("exact_first", "exact name first", _ORANGE, "s")):
-        seen = [(place, mode["by_ratio"][label][key]) for place, label in enumerate(labels) if mode["by_ratio"][label][key]["n"]]
+    for key, words, color, marker in (
+        ("detected", "detected", _BLUE, "o"),
+        ("exact_first", "exact name first", _ORANGE, "s"),
+    ):
+        seen = [
+            (place, mode["by_ratio"][label][key])
+            for place, label in enumerate(labels)
+            if mode["by_ratio"][label][key]["n"]
+        ]
         _bars(strength, seen, color, marker, words)
     strength.set_xticks(range(len(labels)), labels)
     strength.set(xlabel="gap over floor", ylabel="share of single effects", ylim=(-0.02, 1.05))
@@ -180,9 +201,14 @@ def _picture(mode: Mapping[str, Any]) -> str:
     trust.set(xlabel="stated confidence of the first name", ylabel="share right", xlim=(0, 1.02), ylim=(-0.02, 1.05))
     shrunk.plot([0, 1], [0, 1], color="0.6", linestyle="--", label="as predicted")
     pairs = [(predicted, max(found, -0.2)) for predicted, found in mode["ef_pairs"]]
-    shrunk.plot([pair[0] for pair in pairs], [pair[1] for pair in pairs], "o", color=_BLUE, markersize=4, label="a case")
+    shrunk.plot(
+        [pair[0] for pair in pairs], [pair[1] for pair in pairs], "o", color=_BLUE, markersize=4, label="a case"
+    )
     shrunk.set(
-        xlabel="predicted explained fraction", ylabel="realised on untouched records", xlim=(-0.02, 1.05), ylim=(-0.25, 1.25)
+        xlabel="predicted explained fraction",
+        ylabel="realised on untouched records",
+        xlim=(-0.02, 1.05),
+        ylim=(-0.25, 1.25),
     )
     for axes in (strength, trust, shrunk):
         if axes.get_legend_handles_labels()[0]:

@@ -25,7 +25,8 @@ def effects_markdown() -> str:
         found_by = "its signature in the raw records" if effect.signature else "fitting it to the frozen nominal rig"
         parts.append(f"Found by {found_by}. ")
         parts.append(
-            f"Alike from the angle alone: {_names(alike(effect.name, False))}; with pressures: {_names(alike(effect.name, True))}.\n"
+            f"Alike from the angle alone: {_names(alike(effect.name, False))}; with pressures: "
+            f"{_names(alike(effect.name, True))}.\n"
         )
         parts += [_numbers(key, EFFECT_STAGES[key]) for key in stages]
     return "".join(parts)
@@ -41,7 +42,8 @@ def _numbers(key: str, stage: EffectStage) -> str:
         "| number | unit | allowed | neutral | meaning |\n|---|---|---|---|---|\n",
     ]
     rows += [
-        f"| `{one.name}` | {one.unit} | {one.low:g} to {one.high:g} | {one.own or f'{one.neutral:g}'} | {one.meaning} |\n"
+        f"| `{one.name}` | {one.unit} | {one.low:g} to {one.high:g} | {one.own or f'{one.neutral:g}'} | "
+        f"{one.meaning} |\n"
         for one in stage.numbers
     ]
     return "".join(rows)

@@ -1,5 +1,6 @@
-"""Figures of identification and validation in the layout of the paper: Fig. 1 (loops of the Bouc-Wen model at several frequencies),
-Figs. 4 to 6 (measured and estimated angle over time, their difference, angle against input), and the convergence of a search.
+"""Figures of identification and validation in the layout of the paper: Fig. 1 (loops of the Bouc-Wen model at several
+frequencies), Figs. 4 to 6 (measured and estimated angle over time, their difference, angle against input), and the
+convergence of a search.
 """
 
 import re
@@ -30,7 +31,11 @@ def comparison_figure(
     figure = Figure(figsize=(10.0, 5.0), layout="constrained")
     figure.suptitle(title)
     grid = figure.add_gridspec(2, 2, width_ratios=(1.4, 1.0))
-    over_time, error, loop = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0]), figure.add_subplot(grid[:, 1])
+    over_time, error, loop = (
+        figure.add_subplot(grid[0, 0]),
+        figure.add_subplot(grid[1, 0]),
+        figure.add_subplot(grid[:, 1]),
+    )
     over_time.plot(t_s, measured_deg, color=_MEASURED, label="measured")
     loop.plot(u_mpa, measured_deg, color=_MEASURED, label="measured")
     for (name, angle), color in zip(estimated_deg.items(), (_ESTIMATED, _ERROR, "#009e73"), strict=False):
@@ -83,7 +88,9 @@ def convergence_figure(title: str, histories: Mapping[str, Sequence[tuple[int, f
     return figure
 
 
-def terminal_comparison(title: str, t_s: Column, measured_deg: Column, estimated_deg: Column, width: int, height: int) -> str:
+def terminal_comparison(
+    title: str, t_s: Column, measured_deg: Column, estimated_deg: Column, width: int, height: int
+) -> str:
     """Measured angle as dots and estimated angle as a line over time, as text of that size."""
     import plotext
 

@@ -19,7 +19,9 @@ def write_fit_figures(found: Identified, records: Sequence[Record], folder: Path
     """Figs. 4 to 6 of each identification record, the convergence, and the scores as a table."""
     histories = {f"seed {seed}": each.history for seed, each in found.seeds.items()}
     save_figure(convergence_figure("convergence", histories), folder / "convergence.png")
-    _write_comparisons({found.model.muscle.kind.upper(): found.model}, records, Options(resample=True, trust_units=True), folder)
+    _write_comparisons(
+        {found.model.muscle.kind.upper(): found.model}, records, Options(resample=True, trust_units=True), folder
+    )
     write_scores(found.scores, folder)
 
 

@@ -1,4 +1,5 @@
-"""Figures of a diagnosis: measured and simulated before and after, loops, residual over frequency, phase and region, the ranking.
+"""Figures of a diagnosis: measured and simulated before and after, loops, residual over frequency, phase and region,
+the ranking.
 
 Colours are of the Okabe-Ito set, and lines differ in dash as well, so that no figure needs colour to be read.
 """
@@ -57,7 +58,9 @@ def _figure(width: float, height: float) -> "Figure":
 def _svg(figure: "Figure") -> str:
     import matplotlib
 
-    with matplotlib.rc_context({"svg.fonttype": "none", "font.family": "sans-serif", "font.size": 10, "svg.hashsalt": "pamrig"}):
+    with matplotlib.rc_context(
+        {"svg.fonttype": "none", "font.family": "sans-serif", "font.size": 10, "svg.hashsalt": "pamrig"}
+    ):
         text = StringIO()
         figure.savefig(text, format="svg", metadata={"Date": None})
     drawn = text.getvalue()
@@ -85,7 +88,9 @@ def _over_time(findings: Findings | Grounds, before: Sequence[Column], after: Se
     measured = pair.case.angle_deg
     angle.plot(t, _thin(measured, rows), color=MEASURED, label="measured")
     angle.plot(t, _thin(measured - before[index], rows), color=BEFORE, linestyle="--", label="simulated before")
-    angle.plot(t, _thin(measured - after[index], rows), color=AFTER, linestyle=":", linewidth=2, label="with the causes")
+    angle.plot(
+        t, _thin(measured - after[index], rows), color=AFTER, linestyle=":", linewidth=2, label="with the causes"
+    )
     angle.set_ylabel("angle [deg]")
     angle.set_title(pair.name, fontsize=10)
     angle.legend(fontsize=8, ncols=3, loc="upper right")
@@ -103,7 +108,10 @@ def _loops(findings: Findings | Grounds, before: Sequence[Column], after: Sequen
     left, right = figure.subplots(1, 2, sharey=True)
     command = _thin(pair.u1_mpa - pair.u2_mpa, rows)
     measured = pair.case.angle_deg
-    for axes, gap, color, title in ((left, before[index], BEFORE, "before"), (right, after[index], AFTER, "with the causes")):
+    for axes, gap, color, title in (
+        (left, before[index], BEFORE, "before"),
+        (right, after[index], AFTER, "with the causes"),
+    ):
         axes.plot(command, _thin(measured, rows), color=MEASURED, label="measured")
         axes.plot(command, _thin(measured - gap, rows), color=color, linestyle="--", label="simulated")
         axes.set_title(title, fontsize=10)
@@ -127,7 +135,9 @@ def _spectrum(findings: Findings | Grounds, before: Sequence[Column], after: Seq
         shortest = min(len(part[0]) for part in parts)
         power = np.mean([part[1][:shortest] for part in parts], axis=0)
         rows = parts[0][0][:shortest] < 20.0
-        axes.loglog(parts[0][0][:shortest][rows][1:], np.sqrt(power[rows][1:]), color=color, linestyle=style, label=name)
+        axes.loglog(
+            parts[0][0][:shortest][rows][1:], np.sqrt(power[rows][1:]), color=color, linestyle=style, label=name
+        )
     axes.set_xlabel("frequency [Hz]")
     axes.set_ylabel("residual [deg / sqrt Hz]")
     axes.legend(fontsize=8)
@@ -141,7 +151,9 @@ def _records(diagnosis: Diagnosis) -> "Figure":
     axes = figure.subplots()
     rows = np.arange(len(lines))
     axes.barh(rows + 0.2, [line["gap_before_deg"] for line in lines], 0.38, color=BEFORE, label="before")
-    axes.barh(rows - 0.2, [line["gap_after_deg"] for line in lines], 0.38, color=AFTER, hatch="//", label="with the causes")
+    axes.barh(
+        rows - 0.2, [line["gap_after_deg"] for line in lines], 0.38, color=AFTER, hatch="//", label="with the causes"
+    )
     axes.axvline(diagnosis.gap["floor_deg"], color=FLOOR, linestyle=":", label="floor")
     axes.set_yticks(rows, [line["record"] for line in lines], fontsize=8)
     axes.invert_yaxis()
@@ -152,7 +164,9 @@ def _records(diagnosis: Diagnosis) -> "Figure":
 
 def _regions(diagnosis: Diagnosis) -> "Figure":
     figure = _figure(8.0, 3.0)
-    for axes, key, name in zip(figure.subplots(1, 2, sharey=True), ("phase", "region"), ("phase", "angle"), strict=True):
+    for axes, key, name in zip(
+        figure.subplots(1, 2, sharey=True), ("phase", "region"), ("phase", "angle"), strict=True
+    ):
         lines = diagnosis.where[key]
         rows = np.arange(len(lines))
         axes.bar(
@@ -166,7 +180,8 @@ def _regions(diagnosis: Diagnosis) -> "Figure":
         axes.set_xticks(rows, [f"{_short(line[name])}\n{100 * line['share']:.0f} %" for line in lines], fontsize=7)
         _zero(axes)
         axes.set_title(
-            f"by {name + (' [deg]' if name == 'angle' else '')}: mean, bars are rms; below: share of the gap", fontsize=8
+            f"by {name + (' [deg]' if name == 'angle' else '')}: mean, bars are rms; below: share of the gap",
+            fontsize=8,
         )
         axes.set_ylabel("residual [deg]")
     return figure

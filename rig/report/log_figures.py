@@ -1,7 +1,7 @@
 """Figures of logs: a run over time with its hysteresis loop, and a replay beside its recording.
 
-They show what was recorded and nothing else: no smoothing, no resampling; missed ticks are marked. Figures of models and
-of the gap are elsewhere in rig.report.
+They show what was recorded and nothing else: no smoothing, no resampling; missed ticks are marked. Figures of models
+and of the gap are elsewhere in rig.report.
 """
 
 import re
@@ -82,7 +82,8 @@ def save(figure: "Figure", path: Path) -> None:
 
 
 def terminal_picture(record: Record, width: int, height: int) -> str:
-    """Angle (pressures where no angle was measured) as a line, the command as dots, missed ticks as bars; text of that size."""
+    """Angle (pressures where no angle was measured) as a line, the command as dots, missed ticks as bars; text of that
+    size."""
     import plotext
 
     left = [("angle [deg]", record.angle_deg)]
@@ -139,7 +140,9 @@ def _finished(figure: "Figure", panels: "Sequence[Axes]", loop: "Axes") -> "Figu
     for axes in (*panels, loop):
         axes.grid(alpha=0.3)
         if axes.get_legend_handles_labels()[0]:
-            axes.legend(loc="lower right" if axes is loop else "upper right", fontsize="small", ncols=1 if axes is loop else 4)
+            axes.legend(
+                loc="lower right" if axes is loop else "upper right", fontsize="small", ncols=1 if axes is loop else 4
+            )
             axes.margins(y=0.05 if axes is loop else 0.25)
     return figure
 

@@ -18,9 +18,11 @@ _PAGE: Final = """<!doctype html>
 <title>Gap diagnosis of {{ days | length }} days</title>
 <style>
 :root { color-scheme: light; }
-body { font: 16px/1.5 system-ui, sans-serif; color: #1a1a1a; background: #fff; margin: 0 auto; padding: 1rem; max-width: 60rem; }
+body { font: 16px/1.5 system-ui, sans-serif; color: #1a1a1a; background: #fff;
+  margin: 0 auto; padding: 1rem; max-width: 60rem; }
 .scroll { overflow-x: auto; }
-table { border-collapse: collapse; width: 100%; } th, td { text-align: left; padding: .25rem .6rem; border-bottom: 1px solid #ddd; }
+table { border-collapse: collapse; width: 100%; }
+th, td { text-align: left; padding: .25rem .6rem; border-bottom: 1px solid #ddd; }
 td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }
 </style>
 </head>
@@ -30,7 +32,8 @@ td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }
 <p>Compared with {{ sessions | join(", ") }}.</p>
 {% endif %}
 <div class="scroll"><table>
-<tr><th>day</th><th>verdict</th><th>causes</th><th class="n">gap, deg rms</th><th class="n">in floors</th>
+<tr><th>day</th><th>verdict</th><th>causes</th>
+<th class="n">gap, deg rms</th><th class="n">in floors</th>
 <th class="n">with the causes, deg rms</th></tr>
 {% for day in days %}
 <tr><td><a href="{{ day.link }}">{{ day.name }}</a></td><td>{{ day.verdict }}</td><td>{{ day.causes }}</td>
@@ -42,7 +45,9 @@ td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }
 """
 
 
-def write_overview(path: Path, diagnoses: Mapping[str, Diagnosis], pages: Mapping[str, Path], sessions: list[str]) -> None:
+def write_overview(
+    path: Path, diagnoses: Mapping[str, Diagnosis], pages: Mapping[str, Path], sessions: list[str]
+) -> None:
     """Write the page; `pages` has each day's own, in the same folder. RigError when the file cannot be written."""
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
     days = [_line(name, diagnosis, pages[name]) for name, diagnosis in diagnoses.items()]

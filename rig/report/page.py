@@ -28,7 +28,9 @@ def write_page(path: Path, diagnosis: Diagnosis, findings: Findings | Grounds, m
 
 def page(diagnosis: Diagnosis, findings: Findings | Grounds, model: Model) -> str:
     """The page as text."""
-    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    environment = jinja2.Environment(
+        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
     template = environment.from_string(files("rig.report").joinpath("gap_page.html.jinja").read_text(encoding="utf-8"))
     return template.render(
         answers={question.rstrip(":"): answer for question, answer in answers(diagnosis).items()},

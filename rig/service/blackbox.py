@@ -1,7 +1,7 @@
 """The black box: the last seconds before a fault as a log of their own, whether or not anything was being recorded.
 
-The ring always holds them; this file copies them out. The ring outlives its processes, so a daemon that finds the ring of a dead
-one first saves what is in it.
+The ring always holds them; this file copies them out. The ring outlives its processes, so a daemon that finds the ring
+of a dead one first saves what is in it.
 """
 
 import time
@@ -37,7 +37,9 @@ def save(ring: Ring, out: Path, fault: Fault, said: str, facts: Mapping[str, Any
         "said": said,
     }
     writer = RunWriter(
-        out / f"blackbox_{stamp}_{fault.name.lower()}.mcap", {"started_ns": time.time_ns(), **about, **(facts or {})}, {}
+        out / f"blackbox_{stamp}_{fault.name.lower()}.mcap",
+        {"started_ns": time.time_ns(), **about, **(facts or {})},
+        {},
     )
     last_ns = 0
     count = 0
@@ -62,7 +64,8 @@ def _last(ring: Ring, seconds: float) -> Iterator[bytes]:
 
 
 def salvage(out: Path) -> list[Path]:
-    """Save and remove the rings that dead daemons left behind; returns the black boxes. A ring that is broken is only removed."""
+    """Save and remove the rings that dead daemons left behind; returns the black boxes. A ring that is broken is only
+    removed."""
     saved = []
     for path in folder().glob(f"pamrig-*{KEPT_RING}"):
         if not is_stale(path):

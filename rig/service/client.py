@@ -86,14 +86,15 @@ class Client:
         return dict(self.call("status"))
 
     def arm(self) -> list[str]:
-        """Let the daemon command the rig; nothing moves yet. Returns what to know of calibrations and devices, a line each."""
+        """Let the daemon command the rig; nothing moves yet. Returns what to know of calibrations and devices, a line
+        each."""
         return list(self.call("arm"))
 
     def start(self, *sweeps: str | Path, pause_s: float = 0.0, before: str = "") -> list[dict[str, Any]]:
         """Queue sweeps and work on the queue; without sweeps, go on with what is in it. Returns the new jobs.
 
-        StateError when an interrupted queue still holds something and `before` does not say what is to become of it: "first"
-        does it before the new sweeps, "leave" leaves it where it is.
+        StateError when an interrupted queue still holds something and `before` does not say what is to become of it:
+        "first" does it before the new sweeps, "leave" leaves it where it is.
         """
         paths = [str(Path(sweep).absolute()) for sweep in sweeps]
         self._socket.settimeout(self._timeout_s + _EXPANDING_S * len(paths))
@@ -110,7 +111,8 @@ class Client:
         self.call("stop", after_current=after_current)
 
     def estop(self) -> dict[str, Any]:
-        """Safe state at once. RigError unless the device took it; returns who wrote it and whether it was seen at the device."""
+        """Safe state at once. RigError unless the device took it; returns who wrote it and whether it was seen at the
+        device."""
         patience_s = self._socket.gettimeout()
         self._socket.settimeout(ESTOP_TIMEOUT_S)
         try:
@@ -127,7 +129,8 @@ class Client:
         self.call("clear")
 
     def subscribe(self, rate_hz: float = 10.0, samples: bool = False) -> Iterator[dict[str, Any]]:
-        """Status after status until the daemon goes; with `samples`, each has the columns of what happened since the last."""
+        """Status after status until the daemon goes; with `samples`, each has the columns of what happened since the
+        last."""
         self.call("subscribe", rate_hz=rate_hz, samples=samples)
         while True:
             message = self._receive()
@@ -157,7 +160,8 @@ class Client:
                 line = self._lines.readline()
             except TimeoutError:
                 raise RigError(
-                    f"{self.path}: the daemon does not answer; it may be stopped or hang. Its loop makes the rig safe after 1 s, "
+                    f"{self.path}: the daemon does not answer; it may be stopped or hang. Its loop makes the rig "
+                    "safe after 1 s, "
                     "its guardian when the loop is lost too; make sure by `pamrig service safe --rig RIG`"
                 ) from None
         if not line:

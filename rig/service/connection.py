@@ -1,4 +1,5 @@
-"""One client of the control socket: its lines in, one answer each, its subscription, and how long its silence is borne."""
+"""One client of the control socket: its lines in, one answer each, its subscription, and how long its silence is
+borne."""
 
 import asyncio
 import contextlib
@@ -57,7 +58,8 @@ class Connection:
             own.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, MAX_PENDING_BYTES)
 
     async def converse(self) -> None:
-        """Until the client hangs up, sends what is no line, does not read its answers, or is a stranger for too long."""
+        """Until the client hangs up, sends what is no line, does not read its answers, or is a stranger for too
+        long."""
         while line := await self._line(self._patience_s):
             if self._pending > MAX_PENDING_BYTES:
                 return
@@ -67,7 +69,8 @@ class Connection:
             await asyncio.sleep(1 / RATE_PER_S)
 
     async def hear_an_estop(self, otherwise: str) -> None:
-        """Read one line and carry it out when it is an emergency stop; refuse everything else in the words `otherwise`."""
+        """Read one line and carry it out when it is an emergency stop; refuse everything else in the words
+        `otherwise`."""
         line = await self._line(STRANGER_PATIENCE_S)
         with contextlib.suppress(Refused):
             if protocol.parse(protocol.decode(line)).command == "estop":
@@ -99,7 +102,9 @@ class Connection:
             async with asyncio.timeout(patience_s):
                 return await self._reader.readline()
         except ValueError:  # longer than the limit
-            self._writer.write(protocol.refusal(None, Code.BAD_REQUEST, f"a line has at most {protocol.MAX_LINE_BYTES} bytes"))
+            self._writer.write(
+                protocol.refusal(None, Code.BAD_REQUEST, f"a line has at most {protocol.MAX_LINE_BYTES} bytes")
+            )
         except TimeoutError:
             self.refuse(f"no request within {patience_s:g} s")
         return b""
@@ -130,7 +135,8 @@ class Connection:
         return request.id, await self._desk.handle(request)
 
     async def _while_there(self, work: Coroutine[Any, Any, Any]) -> Any:
-        """What may take a minute is given up when the client has gone: what he asked for is not to move the rig then."""
+        """What may take a minute is given up when the client has gone: what he asked for is not to move the rig
+        then."""
         task = asyncio.create_task(work)
         try:
             while not (await asyncio.wait({task}, timeout=_LOOK_AFTER_S))[0]:
@@ -167,7 +173,8 @@ class Connection:
         self._known = True
         if not COMMANDS[request.command].looking:
             raise Refused(
-                Code.NOT_ALLOWED, f"{request.command} is not allowed over the network; use the socket on the rig's machine"
+                Code.NOT_ALLOWED,
+                f"{request.command} is not allowed over the network; use the socket on the rig's machine",
             )
 
     @property
@@ -181,7 +188,9 @@ class Connection:
             raise Refused(Code.BAD_ARGUMENT, f"subscribe: rate_hz: {rate_hz:g} is outside {low:g} .. {high:g}")
         if self._subscription is not None:
             self._subscription.cancel()
-        self._subscription = asyncio.create_task(self._publish(1 / rate_hz, bool(request.arguments.get("samples", False))))
+        self._subscription = asyncio.create_task(
+            self._publish(1 / rate_hz, bool(request.arguments.get("samples", False)))
+        )
         return {"rate_hz": rate_hz}
 
     async def _publish(self, period_s: float, samples: bool) -> None:

@@ -1,7 +1,8 @@
 """The control socket: many clients, none of which can hold up the daemon, and none of which comes near the loop.
 
-Who looks over the network has places of his own and takes none from the Unix socket; when all places are taken there, a client is
-still heard once, for an emergency stop. Over TCP only commands for looking are allowed, and only with the token.
+Who looks over the network has places of his own and takes none from the Unix socket; when all places are taken there, a
+client is still heard once, for an emergency stop. Over TCP only commands for looking are allowed, and only with the
+token.
 """
 
 import asyncio
@@ -27,7 +28,8 @@ MAX_CLIENTS: Final = 64
 MAX_VIEWERS: Final = 16
 """Over the network."""
 _HEARD_ONCE: Final = 8
-"""Clients beyond MAX_CLIENTS of whom a single line is read, for an emergency stop; one more, and the oldest of them goes."""
+"""Clients beyond MAX_CLIENTS of whom a single line is read, for an emergency stop; one more, and the oldest of them
+goes."""
 _SUN_PATH: Final = 107
 _LOG = logging.getLogger("pamrig")
 
@@ -102,7 +104,8 @@ class Server:
             self._lock = None
 
     def _stopped_at_once(self, client: socket.socket, said: bytes) -> bool:
-        """An emergency stop begins before its client has a place; it comes first then, and is answered like any other."""
+        """An emergency stop begins before its client has a place; it comes first then, and is answered like any
+        other."""
         line, whole, _ = said.partition(b"\n")
         with contextlib.suppress(Refused):
             if whole and protocol.may_be_an_estop(line) and protocol.parse(protocol.decode(line)).command == "estop":

@@ -1,4 +1,5 @@
-"""The daemon: what it does on each command and each turn of its own clock. Processes are the keeper's, work is the worker's."""
+"""The daemon: what it does on each command and each turn of its own clock. Processes are the keeper's, work is the
+worker's."""
 
 import asyncio
 import contextlib
@@ -45,11 +46,13 @@ class Daemon:
     """One rig as a service. `serve` returns when it was told to end; the rig is safe then."""
 
     def __init__(self, parts: Parts, settings: DaemonSettings) -> None:
-        """StateError when another daemon has the state folder: its queue and ledger are read here, and have one writer."""
+        """StateError when another daemon has the state folder: its queue and ledger are read here, and have one
+        writer."""
         for folder in (settings.logs, settings.state):
             _make(folder)
         taken = (
-            f"{settings.state}: another daemon is running with this state folder; see `pamrig status`, or give another by --state"
+            f"{settings.state}: another daemon is running with this state folder; see `pamrig status`, or "
+            "give another by --state"
         )
         self._lock = places.take_lock(settings.state / "daemon.lock", taken)
         self._parts, self._settings = parts, settings
@@ -116,7 +119,9 @@ class Daemon:
         gc.collect()
         gc.freeze()  # what is there now stays: a full collection would walk through all of it, for tens of milliseconds
         self._notifier.say(READY=1, STATUS=self._keeper.state.name.lower())
-        _LOG.info("listening at %s, rig %s, %s", self._settings.socket, self._parts.rig.name, self._keeper.state.name.lower())
+        _LOG.info(
+            "listening at %s, rig %s, %s", self._settings.socket, self._parts.rig.name, self._keeper.state.name.lower()
+        )
 
     def _task_ended(self, task: "asyncio.Task[None]") -> None:
         """A task of the daemon ends only at the end; otherwise it is a bug, and the rig is not to go on with it."""
@@ -150,7 +155,10 @@ class Daemon:
                 self._report_fault()
                 self._report_safe()
             session = self._keeper.session
-            now, now_ns = time.monotonic(), session.ring.heartbeat_ns if session is not None and not self._resetting else 0
+            now, now_ns = (
+                time.monotonic(),
+                session.ring.heartbeat_ns if session is not None and not self._resetting else 0,
+            )
             known = self._resetting or self._keeper.state is State.FAULT
             if now - fed >= period_s and (now_ns != beat_ns or known):
                 # a loop that is alive, or a fault that is known and shown; a loop that hangs unseen is for systemd
@@ -212,7 +220,9 @@ class Daemon:
                 _LOG.error("retention: %s", error)
             else:
                 for entry in announced:
-                    _LOG.warning("retention: %s goes in %.0f h (keep_gb, keep_days in the settings)", entry.path, NOTICE_S / 3600)
+                    _LOG.warning(
+                        "retention: %s goes in %.0f h (keep_gb, keep_days in the settings)", entry.path, NOTICE_S / 3600
+                    )
                 for entry in removed:
                     _LOG.warning("retention: removed %s (%d bytes)", entry.path, entry.size)
             await asyncio.sleep(_RETENTION_S)
@@ -335,7 +345,8 @@ class Daemon:
 
 
 _DECIDE: Final = (
-    "say what is to become of it: `pamrig start --first` does it before the new sweeps, `pamrig start --only` leaves it where it "
+    "say what is to become of it: `pamrig start --first` does it before the new sweeps, `pamrig start --only` leaves "
+    "it where it "
     "is, `pamrig clear` drops it"
 )
 
@@ -366,8 +377,8 @@ def _processes(session: Any) -> dict[str, dict[str, Any]]:
 def _ask_for_attention() -> None:
     """A better place in the scheduler; without the right to it the daemon goes on as it is.
 
-    And the interpreter back soon from a thread of our own, such as one that writes a black box: an emergency stop needs it half a
-    dozen times, and would wait 5 ms for it each time.
+    And the interpreter back soon from a thread of our own, such as one that writes a black box: an emergency stop needs
+    it half a dozen times, and would wait 5 ms for it each time.
     """
     sys.setswitchinterval(_SWITCH_S)
     with contextlib.suppress(OSError):

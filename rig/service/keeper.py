@@ -1,6 +1,7 @@
 """Keeps one session alive and knows what is wrong with it: the processes, the latched fault, the requests to the loop.
 
-`check` must be called many times a second; it never blocks. Opening and closing a session does, and belongs on a thread of its own.
+`check` must be called many times a second; it never blocks. Opening and closing a session does, and belongs on a thread
+of its own.
 """
 
 import asyncio
@@ -152,13 +153,16 @@ class Keeper:
             session = self.session
             if session is None or self._broken:
                 raise Refused(
-                    Code.WRONG_STATE, f"cannot {request.name.lower()} while fault: {self.fault.name}; run `pamrig reset` first"
+                    Code.WRONG_STATE,
+                    f"cannot {request.name.lower()} while fault: {self.fault.name}; run `pamrig reset` first",
                 )
             ticket = session.mailbox.post(request, run)
             deadline = time.monotonic() + ANSWER_PATIENCE_S
             while (answer := session.mailbox.answered(ticket)) is None:
                 if time.monotonic() > deadline:
-                    raise Refused(Code.REFUSED, f"the loop did not answer {request.name.lower()} within {ANSWER_PATIENCE_S:g} s")
+                    raise Refused(
+                        Code.REFUSED, f"the loop did not answer {request.name.lower()} within {ANSWER_PATIENCE_S:g} s"
+                    )
                 await asyncio.sleep(_ANSWER_POLL_S)
         if self.telemetry is not None:
             self.telemetry.update()
@@ -168,7 +172,8 @@ class Keeper:
             raise Refused(Code.REFUSED, _NOT_READY.get(request, "not now"))
 
     async def arm(self) -> list[str]:
-        """ARM, when the machine keeps time or nothing real moves. Returns what the operator should know, a line each."""
+        """ARM, when the machine keeps time or nothing real moves. Returns what the operator should know, a line
+        each."""
         self.must(Event.ARM)
         if self.session is None:  # the socket listens before the rig is open
             raise Refused(Code.REFUSED, _NOT_OPEN)
@@ -176,7 +181,8 @@ class Keeper:
         if missing and not self._parts.simulated and not self._force:
             what = "; ".join(f"{name} {self.session.facts['realtime'][name]}" for name in missing)
             raise Refused(
-                Code.REFUSED, f"real-time measures not granted ({what}); see docs/how-to/install_service.md, or set force: true"
+                Code.REFUSED,
+                f"real-time measures not granted ({what}); see docs/how-to/install_service.md, or set force: true",
             )
         known = [*self._parts.warnings(), *self._of_the_device(self.session.facts["device"])]
         self.session.mailbox.stop(False)
@@ -201,7 +207,9 @@ class Keeper:
         """Refused, with what to do first, when `event` does not fit the state."""
         state = self.state
         if state is State.FAULT and event is not Event.RESET:
-            raise Refused(Code.WRONG_STATE, f"cannot {event.value} while fault: {self.fault.name}; run `pamrig reset` first")
+            raise Refused(
+                Code.WRONG_STATE, f"cannot {event.value} while fault: {self.fault.name}; run `pamrig reset` first"
+            )
         if event is Event.RESET and state is not State.FAULT:
             raise Refused(Code.WRONG_STATE, f"nothing to reset: the rig is {state.name.lower()}, without a fault")
         try:
@@ -239,7 +247,9 @@ class Keeper:
             path = await asyncio.to_thread(make)
             await asyncio.to_thread(path.safe)
         except RigError as error:
-            raise Refused(Code.REFUSED, f"emergency stop not carried out: there is no loop, and {error}; {_BY_HAND}") from None
+            raise Refused(
+                Code.REFUSED, f"emergency stop not carried out: there is no loop, and {error}; {_BY_HAND}"
+            ) from None
         outcome = await asyncio.to_thread(look, path)
         return SafeReport(Writer.CONTROL, outcome=outcome, written_ns=time.monotonic_ns())
 
@@ -269,6 +279,8 @@ _UNFIT: Final = {
 _NOT_OPEN: Final = "the rig is still being opened; try again in a second"
 _BY_HAND: Final = "open the dump valve, then look at cable and power of the device"
 _NOT_READY: Final = {
-    Request.ARM: "cannot arm: the pressures are not known (read error, broken wire, implausible value); see `pamrig watch`",
-    Request.RESET: "the cause is not gone yet (read error, broken wire, or the safe state is not written); see `pamrig watch`",
+    Request.ARM: "cannot arm: the pressures are not known (read error, broken wire, implausible value); see `pamrig "
+    "watch`",
+    Request.RESET: "the cause is not gone yet (read error, broken wire, or the safe state is not written); see "
+    "`pamrig watch`",
 }

@@ -1,4 +1,5 @@
-"""What is left when every process of pamrig, or the computer, is lost at once: the device's own watchdog, and how long it takes."""
+"""What is left when every process of pamrig, or the computer, is lost at once: the device's own watchdog, and how long
+it takes."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -36,7 +37,8 @@ def last_resort(rig: RigConfig, facts: Mapping[str, str]) -> LastResort:
             continue
         if takes_s > rig.safe.watchdog_s:
             problems.append(
-                f"{entry.name}: its watchdog takes {takes_s:g} s, longer than the rig's safe.watchdog_s, {rig.safe.watchdog_s:g} s: "
+                f"{entry.name}: its watchdog takes {takes_s:g} s, longer than the rig's safe.watchdog_s, "
+                f"{rig.safe.watchdog_s:g} s: "
                 "for so long old set-points may stand when every process is lost at once"
             )
     return LastResort(tuple(problems), tuple(lines))
@@ -45,6 +47,7 @@ def last_resort(rig: RigConfig, facts: Mapping[str, str]) -> LastResort:
 def _without(name: str, value: str, rig: RigConfig) -> str:
     watchdog = "a watchdog whose time is not known (watchdog_s of the device)" if value else "no watchdog of its own"
     return (
-        f"{name}: {watchdog}: when every process of pamrig, or this computer, is lost at once, the valves keep their last "
+        f"{name}: {watchdog}: when every process of pamrig, or this computer, is lost at once, the valves keep their "
+        "last "
         f"set-points, up to {rig.limits.pressure_mpa[1]:g} MPa each; keep the dump valve within reach"
     )

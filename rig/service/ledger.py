@@ -1,7 +1,9 @@
-"""Which records this daemon made: a line each, kept in its state folder. Retention takes nothing that does not stand here.
+"""Which records this daemon made: a line each, kept in its state folder. Retention takes nothing that does not stand
+here.
 
-A record is known by its path and by its file's identity (device, inode, size), so that what somebody renamed, replaced, restored
-from a copy or reached through a link of his own is not ours any more. A ledger that is broken is put aside: then nothing is ours.
+A record is known by its path and by its file's identity (device, inode, size), so that what somebody renamed, replaced,
+restored from a copy or reached through a link of his own is not ours any more. A ledger that is broken is put aside:
+then nothing is ours.
 """
 
 import json
@@ -58,7 +60,8 @@ class Ledger:
             return list(self._entries.values())
 
     def add(self, file: Path, recorded_s: float) -> None:
-        """Remember a record that is finished; one that is not there is no record. RigError when it cannot be written down."""
+        """Remember a record that is finished; one that is not there is no record. RigError when it cannot be written
+        down."""
         with suppress(FileNotFoundError):
             path = file.resolve(strict=True)
             seen = path.stat()
@@ -102,6 +105,8 @@ def _line(entry: Entry) -> str:
 
 def _entry(raw: dict[str, Any]) -> Entry:
     entry = Entry(**raw)
-    if not isinstance(entry.path, str) or not all(isinstance(n, int | float) for n in asdict(entry).values() if n != entry.path):
+    if not isinstance(entry.path, str) or not all(
+        isinstance(n, int | float) for n in asdict(entry).values() if n != entry.path
+    ):
         raise TypeError("an entry of another kind")
     return entry

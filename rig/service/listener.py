@@ -1,7 +1,8 @@
-"""Lets clients in: an emergency stop at once, everybody else one after the other, so that no crowd fills the event loop.
+"""Lets clients in: an emergency stop at once, everybody else one after the other, so that no crowd fills the event
+loop.
 
-Who has just connected is looked at without taking anything from the connection (MSG_PEEK). That costs microseconds; making a place for
-a client costs a hundred times as much, and is rationed.
+Who has just connected is looked at without taking anything from the connection (MSG_PEEK). That costs microseconds;
+making a place for a client costs a hundred times as much, and is rationed.
 """
 
 import asyncio
@@ -29,7 +30,8 @@ Serve = Callable[[asyncio.StreamReader, asyncio.StreamWriter], Awaitable[None]]
 
 
 class Ration:
-    """One thing at a time, and after each a pause of _SHARE times as long as it took: a third of the event loop at most."""
+    """One thing at a time, and after each a pause of _SHARE times as long as it took: a third of the event loop at
+    most."""
 
     def __init__(self) -> None:
         self._lock = asyncio.Lock()
@@ -79,7 +81,8 @@ class Listener:
             self._receive(client)
 
     def _receive(self, client: socket.socket) -> None:
-        """Into the hall, unless the client has gone or wants an emergency stop; who has said nothing yet is listened to there."""
+        """Into the hall, unless the client has gone or wants an emergency stop; who has said nothing yet is listened to
+        there."""
         self._hall.append(client)
         if len(self._hall) > _WAITING:
             self._leave(self._hall[0]).close()

@@ -1,6 +1,8 @@
-"""The live view: a Foxglove WebSocket server in a process of its own that reads the ring like any other reader. Needs the extra `live`.
+"""The live view: a Foxglove WebSocket server in a process of its own that reads the ring like any other reader. Needs
+the extra `live`.
 
-It listens on this machine's loopback only: Foxglove's protocol knows no token. From elsewhere, an SSH tunnel leads there.
+It listens on this machine's loopback only: Foxglove's protocol knows no token. From elsewhere, an SSH tunnel leads
+there.
 """
 
 import multiprocessing
@@ -69,7 +71,9 @@ def show(ring_path: Path, session: int, port: int, parent: int) -> None:
     ring = Ring.attach(ring_path, session)
     reader = RingReader(ring)
     server = foxglove.start_server(name="pamrig", host=HOST, port=port)
-    message_schema = foxglove.Schema(name=schema.SAMPLE_SCHEMA, encoding="protobuf", data=schema.sample_descriptor_set())
+    message_schema = foxglove.Schema(
+        name=schema.SAMPLE_SCHEMA, encoding="protobuf", data=schema.sample_descriptor_set()
+    )
     samples = foxglove.Channel(schema.SAMPLE_TOPIC, schema=message_schema, message_encoding="protobuf")
     log_schema = foxglove.Schema(name=schema.LOG_SCHEMA, encoding="jsonschema", data=schema.log_json_schema())
     lines = foxglove.Channel(schema.LOG_TOPIC, schema=log_schema, message_encoding="json")

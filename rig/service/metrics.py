@@ -1,4 +1,5 @@
-"""Metrics for Prometheus as a text file (node_exporter's textfile collector). Needs the extra `metrics`; a daemon without it says so."""
+"""Metrics for Prometheus as a text file (node_exporter's textfile collector). Needs the extra `metrics`; a daemon
+without it says so."""
 
 from pathlib import Path
 from typing import Any
@@ -29,7 +30,11 @@ def write(path: Path, status: dict[str, Any]) -> None:
         state.labels(each.name.lower()).set(status["state"] == each.name.lower())
     gauge("fault_code", "Code of the latched fault, 0: none", status["fault"]["code"] if status["fault"] else 0)
     gauge("disk_free_bytes", "Free space where the logs are", (status["disk_free_gb"] or 0.0) * 1e9)
-    gauge("queue_waiting", "Sweeps that wait or run", sum(job["state"] in ("waiting", "running") for job in status["queue"]))
+    gauge(
+        "queue_waiting",
+        "Sweeps that wait or run",
+        sum(job["state"] in ("waiting", "running") for job in status["queue"]),
+    )
     gauge("dropped_events", "Events not sent to slow subscribers", status["dropped_events"])
     alive = Gauge("pamrig_process_alive", "1 while the process lives", ["process"], registry=registry)
     for name, process in status["processes"].items():

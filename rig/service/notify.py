@@ -1,4 +1,5 @@
-"""What systemd is told: ready, alive, stopping. The protocol of sd_notify(3) is one datagram; without systemd nothing is sent."""
+"""What systemd is told: ready, alive, stopping. The protocol of sd_notify(3) is one datagram; without systemd nothing
+is sent."""
 
 import contextlib
 import os

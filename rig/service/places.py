@@ -1,6 +1,8 @@
-"""Where socket and locks lie, and whether what is found there may be trusted. Folders like /tmp belong to everybody on the machine.
+"""Where socket and locks lie, and whether what is found there may be trusted. Folders like /tmp belong to everybody on
+the machine.
 
-Nothing here blocks or follows a link: who may write to the folder could have put a pipe, a link or a process of his own there.
+Nothing here blocks or follows a link: who may write to the folder could have put a pipe, a link or a process of his own
+there.
 """
 
 import errno
@@ -21,7 +23,8 @@ _OTHERS_WRITE: Final = stat.S_IWGRP | stat.S_IWOTH
 
 
 def default_socket() -> Path:
-    """Where the daemon listens: $PAMRIG_SOCKET, the service's folder under /run, the user's runtime folder, or one in /tmp."""
+    """Where the daemon listens: $PAMRIG_SOCKET, the service's folder under /run, the user's runtime folder, or one in
+    /tmp."""
     if named := os.environ.get("PAMRIG_SOCKET"):
         return Path(named)
     if _SERVICE.exists() or os.access(_SERVICE.parent, os.W_OK):
@@ -36,7 +39,8 @@ def own_folder() -> Path:
 
 
 def check_folder(folder: Path, *, make: bool = False) -> None:
-    """StateError when `folder` is `own_folder` and not a folder of this user alone. With `make`, a missing one is made (mode 700)."""
+    """StateError when `folder` is `own_folder` and not a folder of this user alone. With `make`, a missing one is made
+    (mode 700)."""
     if folder != own_folder():
         return
     if make:
@@ -52,7 +56,9 @@ def check_folder(folder: Path, *, make: bool = False) -> None:
         return  # then there is no socket either
     if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid() or found.st_mode & 0o077:
         whose = f"mode {stat.S_IMODE(found.st_mode):o}, of user {found.st_uid}"
-        raise StateError(f"{folder}: is not a folder of yours alone ({whose}): somebody else made it; set PAMRIG_SOCKET")
+        raise StateError(
+            f"{folder}: is not a folder of yours alone ({whose}): somebody else made it; set PAMRIG_SOCKET"
+        )
 
 
 def make_way(path: Path) -> None:
@@ -67,7 +73,8 @@ def make_way(path: Path) -> None:
 
 
 def take_lock(path: Path, taken: str) -> int:
-    """The lock file at `path`, made where it is missing; returns its descriptor. StateError, with the words `taken`, when it is held."""
+    """The lock file at `path`, made where it is missing; returns its descriptor. StateError, with the words `taken`,
+    when it is held."""
     try:
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, 0o600)
     except OSError as error:
@@ -105,7 +112,8 @@ def peer_uid(connection: socket.socket) -> int:
 
 
 def check_daemon(path: Path, connection: socket.socket) -> None:
-    """StateError when who listens at `path` is neither this user, root, nor the one whose folder it is: its "ok" would mean nothing."""
+    """StateError when who listens at `path` is neither this user, root, nor the one whose folder it is: its "ok" would
+    mean nothing."""
     uid = peer_uid(connection)
     if uid not in (0, os.getuid(), _owner(path.parent)):
         raise StateError(f"{path}: who listens there is user {uid}, neither you nor root: not a daemon to rely on")

@@ -1,8 +1,9 @@
-"""Reads, expands and checks sweeps in a process of its own: what a client sends may be large, slow or a trap, and is kept away from
-the process that answers to an emergency stop.
+"""Reads, expands and checks sweeps in a process of its own: what a client sends may be large, slow or a trap, and is
+kept away from the process that answers to an emergency stop.
 
-The process is niced, bounded in memory, and killed when it takes too long; the next sweep gets a fresh one. It also writes a
-record's program into shared memory, so that no set-point ever passes through the process that commands the loop.
+The process is niced, bounded in memory, and killed when it takes too long; the next sweep gets a fresh one. It also
+writes a record's program into shared memory, so that no set-point ever passes through the process that commands the
+loop.
 """
 
 import asyncio
@@ -55,7 +56,8 @@ class Published:
 
 
 def plans_of(path: Path, rig: RigConfig) -> list[RunPlan]:
-    """Every run of the sweep at `path`, checked against the rig's envelope. RigError, one line, when it does not fit."""
+    """Every run of the sweep at `path`, checked against the rig's envelope. RigError, one line, when it does not
+    fit."""
     plans = expand(load_sweep(path), rig.period_ns)
     checked = set()
     for plan in plans:
@@ -139,7 +141,9 @@ class Planner:
                 return None, None
             if self.process is None or not self.process.is_alive():
                 self._pipe, theirs = self._context.Pipe()
-                self.process = self._context.Process(target=serve, args=(theirs, self._rig), name="pamrig-planner", daemon=True)
+                self.process = self._context.Process(
+                    target=serve, args=(theirs, self._rig), name="pamrig-planner", daemon=True
+                )
                 start_process(self.process)
                 theirs.close()
             return self.process, self._pipe
@@ -157,7 +161,9 @@ class Planner:
 def serve(pipe: Connection, rig: RigConfig) -> None:
     """Entry of the process: answer requests until the other end closes."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, signal.SIG_IGN)  # they are for the process that commands; the end of the pipe ends this one
+        signal.signal(
+            number, signal.SIG_IGN
+        )  # they are for the process that commands; the end of the pipe ends this one
     _step_back()
     desk = _Desk(rig)
     answers: dict[str, Callable[..., Any]] = {

@@ -1,7 +1,8 @@
-"""What the commanding process does about a lost process: see it, demand the safe state, and see to it that the device takes it.
+"""What the commanding process does about a lost process: see it, demand the safe state, and see to it that the device
+takes it.
 
-One watch for all who have a session: the daemon, `pamrig run` and `pamrig replay`. Whoever is left writes, in this order: the loop, the
-supervisor, this process, the guardian, the device's own watchdog.
+One watch for all who have a session: the daemon, `pamrig run` and `pamrig replay`. Whoever is left writes, in this
+order: the loop, the supervisor, this process, the guardian, the device's own watchdog.
 """
 
 import math
@@ -66,7 +67,8 @@ class ProcessWatch:
         self, ring: Ring, mailbox: Mailbox, watchers: Watchers, loop: BaseProcess, recorder: BaseProcess, *,
         second_path: PathMaker | None, period_ns: int, timed: bool = True,
     ) -> None:  # fmt: skip
-        """Without a `second_path` the plant lives in the loop's process and ends with it; one that is not `timed` is never late."""
+        """Without a `second_path` the plant lives in the loop's process and ends with it; one that is not `timed` is
+        never late."""
         self._ring, self._mailbox, self._watchers, self._loop, self._recorder = ring, mailbox, watchers, loop, recorder
         self._second_path, self._period_ns = second_path, period_ns
         self._descriptor = WatchedProcess(loop.pid or 0)  # now: a pid that is free again may be somebody else's
@@ -117,7 +119,8 @@ class ProcessWatch:
     def _recorder_stands(self) -> str:
         """Why the recorder, which does not take what there is to read, is given up; empty while it is not.
 
-        One that waits for a slow disk loses nothing as long as the ring has room; one that somebody stopped is not coming back.
+        One that waits for a slow disk loses nothing as long as the ring has room; one that somebody stopped is not
+        coming back.
         """
         ring, now = self._ring, time.monotonic()
         cursor, since = self._recorder_seen
@@ -193,7 +196,12 @@ class ProcessWatch:
     def _unseen(self) -> bool:
         """After a fault the loop wrote the safe state, and cannot read it back by itself."""
         report, latest = self.safe, self._ring.latest()
-        if report.writer is not Writer.LOOP or report.outcome is not Outcome.WRITTEN or latest is None or not latest.fault:
+        if (
+            report.writer is not Writer.LOOP
+            or report.outcome is not Outcome.WRITTEN
+            or latest is None
+            or not latest.fault
+        ):
             return False
         if self._looked_for[0] == report.written_ns and self._looked_for[1] >= _LOOKS:
             return False
@@ -224,7 +232,9 @@ class ProcessWatch:
     def _take_over(self, verdict: Verdict) -> None:
         with self._hands:
             path = None if self._second_path is None else self._second_path()
-            SafeStateAuthority(Writer.CONTROL, self._watchers.block, self._ring, self._descriptor, path).take_over(verdict)
+            SafeStateAuthority(Writer.CONTROL, self._watchers.block, self._ring, self._descriptor, path).take_over(
+                verdict
+            )
 
     def settle(self, patience_s: float) -> SafeReport:
         """Wait until the safe state of a loop that has ended is known, or for `patience_s`; blocks."""
@@ -249,7 +259,8 @@ class ProcessWatch:
         what = "hung or was stopped" if report.verdict is Verdict.SILENT else "ended"
         seen_ms = (report.seen_ns - report.last_beat_ns) / 1e6
         wrote = (
-            f", {'gone' if report.outcome is Outcome.ENDED else 'written'} {(report.written_ns - report.seen_ns) / 1e6:.1f} ms later"
+            f", {'gone' if report.outcome is Outcome.ENDED else 'written'} "
+            f"{(report.written_ns - report.seen_ns) / 1e6:.1f} ms later"
             if report.written_ns
             else ""
         )

@@ -8,7 +8,8 @@ from pathlib import Path
 
 
 def start_process(process: BaseProcess) -> None:
-    """Start a process that the terminal's Ctrl-C does not reach, not even before its first line: that is for the one who commands."""
+    """Start a process that the terminal's Ctrl-C does not reach, not even before its first line: that is for the one
+    who commands."""
     ensure_running()  # multiprocessing's own helper would lift the mask when it is started on the way
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:

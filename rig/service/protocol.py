@@ -1,8 +1,9 @@
 """The control protocol: JSON lines, one request and one answer each, in plain data. No sockets here.
 
 A request is `{"v": 1, "id": 7, "command": "arm"}`, with the command's arguments beside it. The answer repeats the id:
-`{"v": 1, "id": 7, "ok": true, "result": {...}}` or `{"v": 1, "id": 7, "ok": false, "error": {"code": "...", "message": "..."}}`.
-Lines that nobody asked for, after `subscribe`, carry `"event"` instead of an id. docs/reference/control_protocol.md is the long form.
+`{"v": 1, "id": 7, "ok": true, "result": {...}}` or `{"v": 1, "id": 7, "ok": false, "error": {"code": "...", "message":
+"..."}}`. Lines that nobody asked for, after `subscribe`, carry `"event"` instead of an id.
+docs/reference/control_protocol.md is the long form.
 """
 
 import json
@@ -63,7 +64,8 @@ COMMANDS: Final[dict[str, Command]] = {
     "start": Command(
         {"sweeps": list, "pause_s": (int, float), "before": str},
         False,
-        "put sweeps (absolute paths) at the end of the queue and work on it; none: go on. What an interrupted queue still holds "
+        "put sweeps (absolute paths) at the end of the queue and work on it; none: go on. What an interrupted queue "
+        "still holds "
         "must be decided on with `before`: `first` does it before them, `leave` leaves it where it is",
     ),
     "stop": Command({"after_current": bool}, False, "ramp down and hold the queue; while nothing runs: disarm"),
@@ -135,7 +137,9 @@ def request_id(message: dict[str, Any]) -> int | str | None:
 def parse(message: dict[str, Any]) -> Request:
     """The request in a message; Refused says what is wrong with it."""
     if message.get("v") != VERSION:
-        raise Refused(Code.WRONG_VERSION, f"version {shown(message.get('v'))} is not spoken here; this is version {VERSION}")
+        raise Refused(
+            Code.WRONG_VERSION, f"version {shown(message.get('v'))} is not spoken here; this is version {VERSION}"
+        )
     name = message.get("command")
     if not isinstance(name, str) or name not in COMMANDS:
         raise Refused(Code.UNKNOWN_COMMAND, f"unknown command {shown(name)}; {suggest(str(name), list(COMMANDS))}")
@@ -148,13 +152,16 @@ def parse(message: dict[str, Any]) -> Request:
                 f"{name}: unknown argument {shown(key)}; {suggest(key, list(allowed)) if allowed else 'it takes none'}",
             )
         if not isinstance(value, allowed[key]) or (isinstance(value, bool) and allowed[key] is not bool):
-            raise Refused(Code.BAD_ARGUMENT, f"{name}: {key}: {shown(value)} is not what it should be; see the control protocol")
+            raise Refused(
+                Code.BAD_ARGUMENT, f"{name}: {key}: {shown(value)} is not what it should be; see the control protocol"
+            )
         _check_usable(f"{name}: {key}", value)
     return Request(request_id(message), name, given)
 
 
 def _check_usable(where: str, value: Any) -> None:
-    """Refused for texts that no file name can be, and numbers that no float can hold, which JSON knows and nobody means."""
+    """Refused for texts that no file name can be, and numbers that no float can hold, which JSON knows and nobody
+    means."""
     if isinstance(value, list) and len(value) > _MOST_ITEMS:
         raise Refused(Code.BAD_ARGUMENT, f"{where}: {len(value)} of them; at most {_MOST_ITEMS}")
     for item in value if isinstance(value, list) else (value,):

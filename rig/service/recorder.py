@@ -1,7 +1,7 @@
 """The recorder: a process of its own that reads the ring and writes one MCAP file a run. The loop never waits for it.
 
-It is told beforehand which runs to expect and where they go; which samples belong to a run says the run number in each of
-them. Losses are counted, never hidden.
+It is told beforehand which runs to expect and where they go; which samples belong to a run says the run number in each
+of them. Losses are counted, never hidden.
 """
 
 import os
@@ -30,7 +30,14 @@ _POLL_S = 0.02
 _LAST_WORDS_S = 2.0
 _OF_THE_DEVICE = (Fault.DEVICE_LOST, Fault.DEVICE_ERRORS)
 _ERRORS = Flag.READ_ERROR | Flag.WRITE_ERROR
-_WORTH_A_LINE = (Flag.READ_ERROR, Flag.WRITE_ERROR, Flag.BROKEN_WIRE, Flag.SUSPECT, Flag.CLIPPED_RANGE, Flag.CLIPPED_SLEW)
+_WORTH_A_LINE = (
+    Flag.READ_ERROR,
+    Flag.WRITE_ERROR,
+    Flag.BROKEN_WIRE,
+    Flag.SUSPECT,
+    Flag.CLIPPED_RANGE,
+    Flag.CLIPPED_SLEW,
+)
 
 
 @dataclass(frozen=True)
@@ -92,9 +99,12 @@ class RunResult:
 
 def record(ring_path: Path, session: int, orders: Connection, results: Connection) -> None:
     """Entry of the recorder's process: until the orders end, then finish what is open."""
-    # they are for the process that commands, or go to all when a terminal is closed: the file is to be finished also then
+    # they are for the process that commands, or go to all when a terminal is closed: the file is to be finished also
+    # then
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGTSTP, signal.SIGHUP):
-        signal.signal(number, signal.SIG_IGN)  # the end of the orders ends the recorder, also when that process is killed
+        signal.signal(
+            number, signal.SIG_IGN
+        )  # the end of the orders ends the recorder, also when that process is killed
     name_process("recorder")
     with suppress(OSError):
         os.nice(5)
@@ -265,7 +275,9 @@ class _OpenRun:
         result = self._result
         result.dropped += lost - self._lost_before
         result.lateness_us = _lateness(self._lateness_ns)
-        result.complete = self._sweep_ticks + result.missed >= self.order.sweep_ticks  # not when the operator stopped it early
+        result.complete = (
+            self._sweep_ticks + result.missed >= self.order.sweep_ticks
+        )  # not when the operator stopped it early
         result.valid = result.complete and not (result.missed or result.dropped or result.fault or self._writer is None)
         result.cpu_s = time.process_time() - self._cpu_s
         if self._writer is not None:

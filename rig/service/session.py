@@ -157,7 +157,9 @@ class Session:
     def expect(self, order: RunOrder) -> None:
         """Tell the recorder of a run before it starts."""
         if self._orders is not None:
-            with suppress(OSError):  # a recorder that is gone is the watch's business, and no broken pipe of the command's output
+            with suppress(
+                OSError
+            ):  # a recorder that is gone is the watch's business, and no broken pipe of the command's output
                 self._orders.send(order)
 
     def end_recording(self) -> None:
@@ -168,7 +170,8 @@ class Session:
                 self._orders.send(None)
 
     def beat(self) -> None:
-        """Say that we are here; once said, say it at least each second. In virtual time there is nothing that could be late."""
+        """Say that we are here; once said, say it at least each second. In virtual time there is nothing that could be
+        late."""
         if not self.virtual:
             self.mailbox.beat()
 
@@ -211,7 +214,8 @@ class Session:
         return ""
 
     def close(self) -> list[RunResult]:
-        """End the loop through its safe state, let the recorder finish, remove the shared memory; returns the last results.
+        """End the loop through its safe state, let the recorder finish, remove the shared memory; returns the last
+        results.
 
         `safe` then says what became of the rig: a loop that could not write it is followed up by whoever is left.
         """
@@ -293,7 +297,8 @@ def _subject(key: str) -> str:
 
 
 def ending_signals() -> list[signal.Signals]:
-    """What asks a commanding process to end: Ctrl-C, SIGTERM, and the end of its terminal, unless `nohup` has it ignored."""
+    """What asks a commanding process to end: Ctrl-C, SIGTERM, and the end of its terminal, unless `nohup` has it
+    ignored."""
     hang_up = [] if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN else [signal.SIGHUP]
     return [signal.SIGINT, signal.SIGTERM, *hang_up]
 

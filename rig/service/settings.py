@@ -1,4 +1,5 @@
-"""The YAML of the daemon: where it keeps things, how long, and who may look. Every key has a default that suits a desk."""
+"""The YAML of the daemon: where it keeps things, how long, and who may look. Every key has a default that suits a
+desk."""
 
 import os
 from dataclasses import dataclass, field
@@ -48,7 +49,8 @@ class DaemonSettings:
     logs: Path = Path("logs")
     state: Path = field(default_factory=default_state_folder)
     keep_gb: float | None = bounded(0.01, 1e6, "GB", default=None)
-    """When the daemon's own records are more, its oldest go, announced a day before (retention.py); None: they all stay."""
+    """When the daemon's own records are more, its oldest go, announced a day before (retention.py); None: they all
+    stay."""
     keep_days: float | None = bounded(0.01, 36500.0, "d", default=None)
     """The daemon's own records that are older go, announced a day before; None: they all stay."""
     spare_gb: float = bounded(0.0, 1e6, "GB", default=0.2)
@@ -56,7 +58,8 @@ class DaemonSettings:
     metrics: Path | None = None
     """A .prom file for node_exporter's textfile collector; needs the extra `metrics`."""
     force: bool = False
-    """Command real hardware although real-time measures were denied, or its own watchdog takes longer than `safe.watchdog_s`."""
+    """Command real hardware although real-time measures were denied, or its own watchdog takes longer than
+    `safe.watchdog_s`."""
     live: Live = field(default_factory=Live)
     view: View = field(default_factory=View)
 
@@ -76,5 +79,7 @@ def load_settings(path: Path | None) -> DaemonSettings:
     """The settings at `path`, or the defaults; ConfigError when they do not fit together."""
     settings = load(path, DaemonSettings) if path else DaemonSettings()
     if settings.view.port and settings.view.token_file is None:
-        raise ConfigError(f"{path}: view.token_file: needed with view.port: nobody may look over the network without a token")
+        raise ConfigError(
+            f"{path}: view.token_file: needed with view.port: nobody may look over the network without a token"
+        )
     return settings

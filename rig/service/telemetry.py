@@ -1,4 +1,5 @@
-"""What the daemon knows of the loop, from the ring alone: the newest sample, counts, lateness. The loop is never asked."""
+"""What the daemon knows of the loop, from the ring alone: the newest sample, counts, lateness. The loop is never
+asked."""
 
 import itertools
 import time
@@ -65,13 +66,15 @@ class Telemetry:
         return State(self.latest.state) if self.latest else State.DISARMED
 
     def columns(self, since: int) -> tuple[int, dict[str, list[float]]]:
-        """Samples after number `since`, as columns, and the number to ask with the next time; a slow asker gets a gap."""
+        """Samples after number `since`, as columns, and the number to ask with the next time; a slow asker gets a
+        gap."""
         newest = itertools.islice(reversed(self._trail), min(max(self.ticks - since, 0), len(self._trail)))
         samples = list(newest)[::-1]
         return self.ticks, {name: [getattr(sample, name) for sample in samples] for name in COLUMNS}
 
     def lateness(self) -> dict[str, Any]:
-        """p50, p99, maximum (us) and histogram of the last 20 s or so; made anew a few times a second, however many ask."""
+        """p50, p99, maximum (us) and histogram of the last 20 s or so; made anew a few times a second, however many
+        ask."""
         if self.ticks - self._summed_up_at >= _SUM_UP_TICKS or not self._lateness:
             self._summed_up_at, self._lateness = self.ticks, self._sum_up()
         return self._lateness

@@ -1,6 +1,7 @@
 """The processes above the one that writes set-points: supervisor and guardian, their start, their life, their end.
 
-Whoever writes set-points has them: the loop of a session, and the process of a command that holds a rig while somebody types.
+Whoever writes set-points has them: the loop of a session, and the process of a command that holds a rig while somebody
+types.
 """
 
 import multiprocessing
@@ -58,7 +59,12 @@ class Watchers:
         self._pipes: dict[Writer, Connection] = {}
 
     def start(
-        self, entry: WatcherEntry, pid: int, writers: tuple[Writer, ...], patience_ns: int | None = None, speak: bool = False
+        self,
+        entry: WatcherEntry,
+        pid: int,
+        writers: tuple[Writer, ...],
+        patience_ns: int | None = None,
+        speak: bool = False,
     ) -> None:
         """Start watching `pid`; `await_ready` must follow."""
         for writer in writers:
@@ -106,7 +112,8 @@ class Watchers:
                 os.kill(process.pid, signal.SIGCONT)
 
     def end(self) -> None:
-        """They end by themselves when they have seen their process end, or when released; one that does not is of no use any more."""
+        """They end by themselves when they have seen their process end, or when released; one that does not is of no
+        use any more."""
         for process in self.processes.values():
             process.join(_END_PATIENCE_S)
             if process.is_alive():
@@ -130,4 +137,6 @@ def await_ready(pipe: Connection, who: str, meanwhile: Callable[[], None] = lamb
                 raise {"device": DeviceError, "config": ConfigError}.get(kind, RigError)(said)
         except EOFError:
             break
-    raise RigError(f"the {who}'s process ended before it was ready; run `pamrig devices probe` to see the device's answer")
+    raise RigError(
+        f"the {who}'s process ended before it was ready; run `pamrig devices probe` to see the device's answer"
+    )

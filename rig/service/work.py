@@ -1,4 +1,5 @@
-"""The queue of sweeps: what is to be done, what was done, kept on disk so that a restart forgets nothing and resumes nothing."""
+"""The queue of sweeps: what is to be done, what was done, kept on disk so that a restart forgets nothing and resumes
+nothing."""
 
 import json
 import os
@@ -17,7 +18,8 @@ KEPT_DONE = 50
 """So many finished jobs are remembered."""
 _NAMED = 3
 KEPT_FILES = 200
-"""So many records of a job are remembered by name, the last; the others are in its folder. A sweep may go on for days."""
+"""So many records of a job are remembered by name, the last; the others are in its folder. A sweep may go on for
+days."""
 
 
 class JobState(StrEnum):
@@ -129,7 +131,8 @@ class Queue:
         return sum(job.seconds_left for job in left) + sum(job.pause_s for job in left[:-1])
 
     def described(self) -> str:
-        """What waits or was interrupted, with its length: what would move before anything that is added now. Empty: nothing."""
+        """What waits or was interrupted, with its length: what would move before anything that is added now. Empty:
+        nothing."""
         left = self.left()
         if not left:
             return ""

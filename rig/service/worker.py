@@ -112,7 +112,8 @@ class Worker:
             sweep = await self.planner.open(Path(job.sweep))
             if sweep.records != job.total:
                 raise RigError(
-                    f"{job.sweep}: has {sweep.records} records now and had {job.total} when it was queued; start it anew"
+                    f"{job.sweep}: has {sweep.records} records now and had {job.total} when it was queued; start it "
+                    "anew"
                 )
             await self._records(job, sweep)
         except NoSpace as error:
@@ -149,7 +150,8 @@ class Worker:
             await asyncio.to_thread(self._queue.save)
 
     async def _remember(self, file: Path) -> None:
-        """Write down that the daemon made it. A record that cannot be written down stays for ever, which is no reason to stop."""
+        """Write down that the daemon made it. A record that cannot be written down stays for ever, which is no reason
+        to stop."""
         try:
             await asyncio.to_thread(self._ledger.add, file, time.time())
         except RigError as error:
@@ -166,7 +168,12 @@ class Worker:
         session.adopt(run)
         try:
             self.current = await asyncio.to_thread(_vacated, Path(job.folder) / f"{plan.name}.mcap")
-            facts: dict[str, Any] = {**session_facts(session, self._rig), **plan.facts, "name": plan.name, "job": job.id}
+            facts: dict[str, Any] = {
+                **session_facts(session, self._rig),
+                **plan.facts,
+                "name": plan.name,
+                "job": job.id,
+            }
             attachments = {**self._rig.files, "sweep.yaml": sweep.text}
             order = order_of(session, run, plan.sweep_ticks, self.current, facts, attachments)
             await asyncio.to_thread(session.expect, order)  # it waits for the recorder when it is longer than a pipe
@@ -193,7 +200,14 @@ class Worker:
             await asyncio.sleep(_POLL_S)
         result = self._keeper.results.pop(run)
         said = "valid" if result.valid else "stopped" if result.ended is Ended.STOPPED else "not valid"
-        _LOG.info("%s: %d ticks, %d missed, %d dropped, %s", result.file.name, result.ticks, result.missed, result.dropped, said)
+        _LOG.info(
+            "%s: %d ticks, %d missed, %d dropped, %s",
+            result.file.name,
+            result.ticks,
+            result.missed,
+            result.dropped,
+            said,
+        )
         return result
 
     def _give_up(self, job: Job, state: JobState, why: str) -> None:
@@ -222,7 +236,9 @@ class Worker:
         session = self._keeper.session
         if session is not None and session.trouble is not None:
             return session.trouble.error
-        return "" if self.free_gb is not None else f"{self._settings.logs.absolute()}: the folder for the records is gone"
+        return (
+            "" if self.free_gb is not None else f"{self._settings.logs.absolute()}: the folder for the records is gone"
+        )
 
     def check_space(self) -> None:
         """NoSpace when the disk has less free than is to be spared."""
@@ -238,7 +254,12 @@ class Worker:
 
     def to_json(self) -> dict[str, Any]:
         """What is being done, how far it is, and how long the rest takes."""
-        shown: dict[str, Any] = {"working": self.working, "queue": list(self._queue.to_json()), "left_s": 0.0, "record": None}
+        shown: dict[str, Any] = {
+            "working": self.working,
+            "queue": list(self._queue.to_json()),
+            "left_s": 0.0,
+            "record": None,
+        }
         shown["recording_error"] = self.recording_error
         shown["pause_s"] = max(self._pause_until - time.monotonic(), 0.0)
         done_s = 0.0
@@ -251,7 +272,9 @@ class Worker:
                 "done": tick / plan.ticks,
                 "left_s": (plan.ticks - tick) * self._rig.period_ns / 1e9,
             }
-        shown["left_s"] = max(self._queue.seconds_left(None if self._held else self._only) - done_s, 0.0) + shown["pause_s"]
+        shown["left_s"] = (
+            max(self._queue.seconds_left(None if self._held else self._only) - done_s, 0.0) + shown["pause_s"]
+        )
         return shown
 
 
@@ -263,7 +286,8 @@ def _make(folder: Path) -> None:
 
 
 def _vacated(path: Path) -> Path:
-    """`path` for a record that is to come: one of that name that is not complete gives it up, beside a complete one it is numbered."""
+    """`path` for a record that is to come: one of that name that is not complete gives it up, beside a complete one it
+    is numbered."""
     with suppress(RigError, DamageError):
         ended = ended_of(walk(map_file(path)).facts(RESULT_METADATA))
         if ended not in (None, Ended.COMPLETE):
@@ -272,7 +296,8 @@ def _vacated(path: Path) -> Path:
 
 
 def _aside(file: Path, ended: Ended | None) -> Path:
-    """A record that is not complete under a name that says so, so that the complete one takes the plain name; its place now."""
+    """A record that is not complete under a name that says so, so that the complete one takes the plain name; its place
+    now."""
     place = _free(file.with_name(f"{file.stem}_{ended}{file.suffix}"))
     with suppress(OSError):
         file.rename(place)

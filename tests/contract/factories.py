@@ -1,7 +1,8 @@
-"""The devices that must keep the contract of rig.interfaces.Device, each with hardware (or a stand-in) that the tests can reach.
+"""The devices that must keep the contract of rig.interfaces.Device, each with hardware (or a stand-in) that the tests
+can reach.
 
-A factory makes a `Bench`: the device, its clock, what its regulators have been told, and a plug to pull. Devices behind ports
-and sockets are in factories_fieldbus.py, in a table FIELDBUS of the same form as FACTORIES.
+A factory makes a `Bench`: the device, its clock, what its regulators have been told, and a plug to pull. Devices behind
+ports and sockets are in factories_fieldbus.py, in a table FIELDBUS of the same form as FACTORIES.
 """
 
 import time
@@ -171,7 +172,9 @@ def mixed(folder: Path) -> Iterator[Bench]:
     clock = VirtualClock()
     world = World(Lag(), clock, commands=LEFT_AT)
     first_world, second_world = _Half(world, 1), _Half(world, 2)
-    stand_ins = [StandIn(half, folder, f"RIO{n}", Wiring(), personality()) for n, half in enumerate((first_world, second_world))]
+    stand_ins = [
+        StandIn(half, folder, f"RIO{n}", Wiring(), personality()) for n, half in enumerate((first_world, second_world))
+    ]
     settings = [MyRioSettings(Path(s.settings["bitfile"]), resource=f"RIO{n}") for n, s in enumerate(stand_ins)]
     shares = (
         frozenset({Role.VALVE_1, Role.MONITOR_1, Role.MONITOR_2}),
@@ -179,7 +182,9 @@ def mixed(folder: Path) -> Iterator[Bench]:
     )
 
     def make(context: DeviceContext) -> MixedRig:
-        parts = [MyRio(s, replace(context, roles=share & context.roles)) for s, share in zip(settings, shares, strict=True)]
+        parts = [
+            MyRio(s, replace(context, roles=share & context.roles)) for s, share in zip(settings, shares, strict=True)
+        ]
         return MixedRig(parts, clock, context.period_ns)
 
     def commands() -> tuple[float, float]:

@@ -19,7 +19,9 @@ from hil.emulators.emulation import Emulation
 from rig.interfaces import Device, DeviceContext, Role
 
 
-def _bench(running: Emulation, make: Callable[[DeviceContext], Device], places: tuple[str, ...], step_mpa: float) -> Bench:
+def _bench(
+    running: Emulation, make: Callable[[DeviceContext], Device], places: tuple[str, ...], step_mpa: float
+) -> Bench:
     def commands() -> tuple[float, float]:
         first, second = running.state()["commands_mpa"]
         return first, second
@@ -46,7 +48,8 @@ def _modbus(name: str, mode: Mode, baud: int | None = None) -> Callable[[Path], 
 
 @contextmanager
 def serial_valves(folder: Path) -> Iterator[Bench]:
-    """Two regulators on ports of their own, the potentiometer on a Modbus module: the rig of configs/rigs/serial_modbus.yaml."""
+    """Two regulators on ports of their own, the potentiometer on a Modbus module: the rig of
+    configs/rigs/serial_modbus.yaml."""
     running = rigs.valves("serial_valves")
     valves = rigs.valve_settings(running)
     angle = ModbusSettings(

@@ -1,4 +1,5 @@
-"""Every device keeps the promises of rig.interfaces.Device: one suite, all of them, each on its emulator or stand-in."""
+"""Every device keeps the promises of rig.interfaces.Device: one suite, all of them, each on its emulator or
+stand-in."""
 
 import math
 from collections.abc import Iterator
@@ -233,7 +234,9 @@ def test_safe_works_after_an_error_once_the_plug_is_back(plugged: Bench, pluggab
     plugged.pull()
     assert _until_error(plugged, device, "read")
     plugged.plug()
-    assert plugged.soon(lambda: _made_safe(device)), "a line that is back needs a moment, and the loop tries again each tick"
+    assert plugged.soon(lambda: _made_safe(device)), (
+        "a line that is back needs a moment, and the loop tries again each tick"
+    )
     assert plugged.soon(lambda: near(plugged, SAFE)), plugged.commands()
 
 

@@ -1,4 +1,5 @@
-"""The Modbus rig and the serial rig end to end against the in-process simulated rig: the same but for the converters' counts."""
+"""The Modbus rig and the serial rig end to end against the in-process simulated rig: the same but for the converters'
+counts."""
 
 import contextlib
 import math
@@ -57,7 +58,8 @@ class Recorded:
 
 
 def test_the_serial_rig_agrees_within_its_counts_given_what_reached_the_valves() -> None:
-    """In real time the wire decides at which step a set-point arrives. Given the steps, the angle is that of the in-process plant."""
+    """In real time the wire decides at which step a set-point arrives. Given the steps, the angle is that of the
+    in-process plant."""
     context = DeviceContext(MonotonicClock(), frozenset(Role), 0.2, 0.2, PERIOD_NS)
     rig = EmulatedRig(EmulatedSettings(CONFIGS / "rigs/serial_modbus.yaml", MODEL), context)
     seen: list[tuple[int, int, float]] = []
@@ -88,7 +90,9 @@ def test_the_serial_rig_agrees_within_its_counts_given_what_reached_the_valves()
     half_count_deg = 0.5 * 345.0 * E1240_V / 5.0
     for first, last, angle_deg in seen[1:]:
         possible = plant.angles_deg[max(0, first - 1) : last]
-        assert min(abs(angle_deg - one) for one in possible) <= half_count_deg + 1e-4, "an angle that no step in between had"
+        assert min(abs(angle_deg - one) for one in possible) <= half_count_deg + 1e-4, (
+            "an angle that no step in between had"
+        )
     chain = Chain(load_model(MODEL))
     chain.reset(*plant.commands[0])
     again = [chain.step(*command)[2] for command in plant.commands]

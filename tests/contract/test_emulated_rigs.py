@@ -1,4 +1,5 @@
-"""The paper's sweep through an emulated rig, end to end, against the in-process simulated rig: the same but for the counts."""
+"""The paper's sweep through an emulated rig, end to end, against the in-process simulated rig: the same but for the
+counts."""
 
 from contextlib import suppress
 from pathlib import Path
@@ -67,7 +68,9 @@ def test_roles_on_different_devices_and_valves_of_different_makes(tmp_path: Path
     device.open()
     found: list[Measurement] = []
     until_ns = clock.now_ns() + 20_000_000_000
-    while clock.now_ns() < until_ns and not (found and abs(found[-1].p1_mpa - 0.25) < 0.002 and found[-1].angle_deg > 15.0):
+    while clock.now_ns() < until_ns and not (
+        found and abs(found[-1].p1_mpa - 0.25) < 0.002 and found[-1].angle_deg > 15.0
+    ):
         clock.wait_until_ns(clock.now_ns() + 5_000_000)
         with suppress(DeviceError):  # a call that took longer than 5 ms on a busy machine
             found.append(device.read())

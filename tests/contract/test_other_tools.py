@@ -42,7 +42,9 @@ def test_mcaps_indexed_reader(run: Path) -> None:
         assert [item.name for item in reader.iter_metadata()] == ["pamrig.run", "pamrig.result"]
         assert {item.name: item.data for item in reader.iter_attachments()} == content.attachments
         middle = times[100]
-        found = list(reader.iter_messages(topics=["/rig/sample"], starting_at=middle, ending_before=middle + 50_000_000))
+        found = list(
+            reader.iter_messages(topics=["/rig/sample"], starting_at=middle, ending_before=middle + 50_000_000)
+        )
         assert len(found) == 10
 
 
@@ -57,7 +59,10 @@ def test_mcaps_sequential_readers_and_their_crcs(run: Path) -> None:
 
 def test_log_lines_are_foxglove_log(run: Path) -> None:
     with run.open("rb") as file:
-        messages = [(schema, json.loads(message.data)) for schema, _, message in make_reader(file).iter_messages(topics=["/log"])]
+        messages = [
+            (schema, json.loads(message.data))
+            for schema, _, message in make_reader(file).iter_messages(topics=["/log"])
+        ]
     schema, first = messages[0]
     assert schema is not None
     assert set(first) == set(json.loads(schema.data)["properties"])
@@ -78,7 +83,9 @@ def test_mcap_protobuf_support_decodes_every_field(run: Path) -> None:
 @pytest.mark.parametrize("command", [("doctor",), ("info",), ("recover",)])
 def test_pymcap_cli(run: Path, command: tuple[str, ...]) -> None:
     extra = ["-o", str(run.with_name("recovered.mcap"))] if command == ("recover",) else []
-    done = subprocess.run([str(PYMCAP), *command, str(run), *extra], capture_output=True, text=True, check=False, timeout=120)
+    done = subprocess.run(
+        [str(PYMCAP), *command, str(run), *extra], capture_output=True, text=True, check=False, timeout=120
+    )
     assert done.returncode == 0, done.stderr
     if command == ("doctor",):
         assert "passed MCAP doctor checks" in " ".join(done.stdout.split())
@@ -124,7 +131,10 @@ def test_rerun(run: Path, tmp_path: Path) -> None:
     if rerun is None:
         pytest.skip("Rerun is not installed")
     done = subprocess.run(
-        [rerun, "mcap", "convert", str(run), "-o", str(tmp_path / "run.rrd")], capture_output=True, check=False, timeout=120
+        [rerun, "mcap", "convert", str(run), "-o", str(tmp_path / "run.rrd")],
+        capture_output=True,
+        check=False,
+        timeout=120,
     )
     assert done.returncode == 0
     assert (tmp_path / "run.rrd").stat().st_size > 10_000

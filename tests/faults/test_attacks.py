@@ -1,4 +1,5 @@
-"""The emergency stop while somebody keeps the daemon busy. `pamrig faults --attacks 100` measures the same in earnest."""
+"""The emergency stop while somebody keeps the daemon busy. `pamrig faults --attacks 100` measures the same in
+earnest."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -38,5 +39,9 @@ def test_an_emergency_stop_is_in_time_whatever_else_is_asked(bench: FaultBench, 
 def test_a_stop_that_came_late_or_for_another_reason_is_found_out() -> None:
     none = ATTACKS[0]
     assert shortfall([Siege(none, [5.0] * 99 + [90.0])]) == ""
-    assert shortfall([Siege(none, [5.0] * 98 + [12.0] * 2)]) == "none: p99 of the emergency stop is 12.0 ms; at most 10 ms"
-    assert shortfall([Siege(none, [5.0], problem="the rig stopped for another reason: CONTROL_LOST")]).endswith("CONTROL_LOST")
+    assert (
+        shortfall([Siege(none, [5.0] * 98 + [12.0] * 2)]) == "none: p99 of the emergency stop is 12.0 ms; at most 10 ms"
+    )
+    assert shortfall([Siege(none, [5.0], problem="the rig stopped for another reason: CONTROL_LOST")]).endswith(
+        "CONTROL_LOST"
+    )

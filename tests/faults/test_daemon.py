@@ -1,4 +1,5 @@
-"""A daemon of real processes: what operators do and do wrong, clients that misbehave, viewers, the live view, and restarts."""
+"""A daemon of real processes: what operators do and do wrong, clients that misbehave, viewers, the live view, and
+restarts."""
 
 import asyncio
 import fcntl
@@ -126,7 +127,9 @@ def test_arm_start_two_sweeps_with_a_pause_and_disarm(bench: FaultBench, client:
     assert client.status()["state"] == "disarmed"
 
 
-def test_stop_ramps_down_and_start_goes_on_with_the_record_that_was_not_finished(bench: FaultBench, client: Client) -> None:
+def test_stop_ramps_down_and_start_goes_on_with_the_record_that_was_not_finished(
+    bench: FaultBench, client: Client
+) -> None:
     client.arm()
     client.start(bench.sweep)
     bench.wait(lambda: client.status()["record"], "the record")
@@ -204,7 +207,9 @@ def test_arming_moves_nothing(bench: FaultBench, client: Client) -> None:
     assert bench.terminals.setpoints == pytest.approx(before, abs=0.003)
 
 
-def test_after_an_emergency_stop_nothing_goes_before_a_reset_and_a_reset_does_not_arm(bench: FaultBench, client: Client) -> None:
+def test_after_an_emergency_stop_nothing_goes_before_a_reset_and_a_reset_does_not_arm(
+    bench: FaultBench, client: Client
+) -> None:
     client.estop()
     bench.wait(lambda: client.status()["fault"], "the fault")
     for command in (client.arm, lambda: client.start(bench.folder / "short.yaml"), client.stop):
@@ -235,7 +240,10 @@ def test_wrong_states_say_what_to_do(bench: FaultBench, client: Client) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("records: [{sine: {frequency_hz: 1, amplitude_mpa: 0.9}}]", "^bad.yaml: sine_1hz_0.90mpa: set-point p2 would be"),
+        (
+            "records: [{sine: {frequency_hz: 1, amplitude_mpa: 0.9}}]",
+            "^bad.yaml: sine_1hz_0.90mpa: set-point p2 would be",
+        ),
         ("records: [{sin: {}}]", "expected one signal; did you mean 'sine'"),
         ("records: [", "not valid YAML"),
     ],
@@ -427,7 +435,13 @@ def test_the_metrics_are_what_prometheus_reads(bench: FaultBench, client: Client
         lambda: (bench.folder / "pamrig.prom").read_text() if (bench.folder / "pamrig.prom").exists() else "", "metrics"
     )
     names = {family.name for family in parser.text_string_to_metric_families(text)}
-    assert {"pamrig_state", "pamrig_fault_code", "pamrig_loop_missed", "pamrig_process_alive", "pamrig_disk_free_bytes"} <= names
+    assert {
+        "pamrig_state",
+        "pamrig_fault_code",
+        "pamrig_loop_missed",
+        "pamrig_process_alive",
+        "pamrig_disk_free_bytes",
+    } <= names
 
 
 # restarts

@@ -1,4 +1,5 @@
-"""The loop lost over Modbus TCP: real driver, module emulated in a process of its own, times taken at its output registers."""
+"""The loop lost over Modbus TCP: real driver, module emulated in a process of its own, times taken at its output
+registers."""
 
 from collections.abc import Iterator
 from pathlib import Path

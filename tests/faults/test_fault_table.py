@@ -1,6 +1,7 @@
 """Every row of the fault table with real processes and real signals: cause, time to the safe state, evidence.
 
-The bounds are those of the table; a trial is repeated when the machine itself stood still (see rig.qualify.faults.trial).
+The bounds are those of the table; a trial is repeated when the machine itself stood still (see
+rig.qualify.faults.trial).
 """
 
 from collections.abc import Iterator

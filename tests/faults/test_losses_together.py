@@ -59,8 +59,11 @@ def test_with_all_four_lost_the_guardian_is_left(bench: FaultBench, number: int)
             os.kill(pid, signal.SIGCONT)
 
 
-def test_with_every_process_lost_the_module_s_own_watchdog_is_left_and_a_new_daemon_opens_it(modbus: ModbusFaultBench) -> None:
-    """Where the module was so slow that an I/O process has its line, that one is not lost, and writes the safe set-points."""
+def test_with_every_process_lost_the_module_s_own_watchdog_is_left_and_a_new_daemon_opens_it(
+    modbus: ModbusFaultBench,
+) -> None:
+    """Where the module was so slow that an I/O process has its line, that one is not lost, and writes the safe
+    set-points."""
     modbus.ready()
     pids = modbus.pids()
     for name in ("guardian", "supervisor", "control", "loop", "recorder"):  # whoever comes later could still write

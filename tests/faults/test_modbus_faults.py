@@ -1,4 +1,5 @@
-"""Everything that a Modbus line and its modules can do to us, on pymodbus' own server: named in one line, and none moves the rig."""
+"""Everything that a Modbus line and its modules can do to us, on pymodbus' own server: named in one line, and none
+moves the rig."""
 
 import dataclasses
 import time
@@ -104,7 +105,9 @@ def test_the_wrong_unit_id_is_named_and_moves_nothing(running: Emulation) -> Non
 @pytest.mark.parametrize(
     ("code", "says"), [(1, "does not know this function"), (2, "no such register"), (4, "device failure"), (6, "busy")]
 )
-def test_exception_replies_are_errors_with_their_reason(running: Emulation, device: ModbusIo, code: int, says: str) -> None:
+def test_exception_replies_are_errors_with_their_reason(
+    running: Emulation, device: ModbusIo, code: int, says: str
+) -> None:
     """pymodbus does not raise for them: whoever forgets isError() reads nonsense."""
     device.open()
     running.trouble("io", exception=code)
@@ -139,7 +142,8 @@ def test_every_call_is_bounded_when_the_module_is_silent(tcp: Emulation) -> None
 
 
 def test_a_late_answer_is_never_taken_for_the_next_ones(tcp: Emulation) -> None:
-    """The answer to a read under 0.3 MPa arrives while the next request waits: its number is another, so it is thrown away."""
+    """The answer to a read under 0.3 MPa arrives while the next request waits: its number is another, so it is thrown
+    away."""
     device = ModbusIo(rigs.modbus_settings(tcp.places["io"], Mode.SEPARATE, reply_s=0.03), rigs.context())
     device.open()
     device.write(0.4, 0.4)
@@ -185,7 +189,8 @@ def test_not_a_number_from_a_float_module_reaches_nobody(tmp_path: Path) -> None
     table = tmp_path / "floats.yaml"
     table.write_text(
         "name: float module\nsource: made for this test\n"
-        "inputs: {function: 4, address: 10, channels: 4, type: float32, word_order: little, counts: [0, 10], signal: [0, 10]}\n"
+        "inputs: {function: 4, address: 10, channels: 4, type: float32, word_order: little, counts: [0, 10], signal: "
+        "[0, 10]}\n"
         "outputs: {address: 100, channels: 2, type: float32, word_order: little, counts: [0, 10], signal: [0, 10]}\n"
     )
     with rigs.served(table, tmp_path) as modules:
@@ -215,7 +220,9 @@ def test_swapped_valves_show_at_the_other_monitor(tcp: Emulation) -> None:
 def test_another_module_than_the_maps_is_refused(tcp: Emulation) -> None:
     device = ModbusIo(
         dataclasses.replace(
-            rigs.modbus_settings(tcp.places["io"]), map=rigs.MAPS / "moxa_e1240.yaml", angle=AngleChannel(0, reference_v=5.0)
+            rigs.modbus_settings(tcp.places["io"]),
+            map=rigs.MAPS / "moxa_e1240.yaml",
+            angle=AngleChannel(0, reference_v=5.0),
         ),
         rigs.context(Role.ANGLE),
     )
@@ -229,7 +236,9 @@ def test_a_module_that_says_another_name_is_refused(tmp_path: Path) -> None:
         settings = rigs.modbus_settings(
             modules.settings["port"], map=rigs.MAPS / "moxa_e1240.yaml", angle=AngleChannel(0, reference_v=5.0)
         )
-        assert "says 'E1242', but the map is for Moxa ioLogik E1240" in refusal(ModbusIo(settings, rigs.context(Role.ANGLE)))
+        assert "says 'E1242', but the map is for Moxa ioLogik E1240" in refusal(
+            ModbusIo(settings, rigs.context(Role.ANGLE))
+        )
 
 
 def test_nobody_at_the_address_is_named() -> None:
@@ -243,7 +252,8 @@ def test_an_unknown_serial_port_is_named() -> None:
 
 
 def test_the_watchdog_of_the_module_acts_when_nobody_asks_any_more(tcp: Emulation) -> None:
-    """Third layer: host gone, supervisor gone. The coupler goes to 0 V by itself; safe() arms it anew and gets through."""
+    """Third layer: host gone, supervisor gone. The coupler goes to 0 V by itself; safe() arms it anew and gets
+    through."""
     device = made(tcp, watchdog_s=0.3)
     assert "outputs to 0 after 0.3 s" in device.open()["failsafe"]
     device.write(0.3, 0.3)
@@ -287,7 +297,9 @@ def test_reading_keeps_the_watchdog_content(tcp: Emulation) -> None:
 
 def test_a_module_without_fail_safe_is_warned_about(tmp_path: Path) -> None:
     with rigs.served(rigs.MAPS / "adam_6024.yaml", tmp_path) as modules:
-        device = ModbusIo(rigs.modbus_settings(modules.settings["port"], map=rigs.MAPS / "adam_6024.yaml"), rigs.context())
+        device = ModbusIo(
+            rigs.modbus_settings(modules.settings["port"], map=rigs.MAPS / "adam_6024.yaml"), rigs.context()
+        )
         assert "holds its outputs when the host is gone" in device.open()["warning"]
         device.close()
 
@@ -326,7 +338,9 @@ def test_the_server_is_pymodbus_itself(tcp: Emulation) -> None:
     """The emulator speaks the protocol to any client: function 23 by the bare package, inputs back and outputs set."""
     client = ModbusTcpClient("127.0.0.1", port=tcp.places["io"])
     assert client.connect()
-    answer = client.readwrite_registers(read_address=0, read_count=4, write_address=0, values=[16384, 8192], device_id=1)
+    answer = client.readwrite_registers(
+        read_address=0, read_count=4, write_address=0, values=[16384, 8192], device_id=1
+    )
     client.close()
     assert not answer.isError()
     assert len(answer.registers) == 4

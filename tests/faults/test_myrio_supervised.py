@@ -1,6 +1,7 @@
 """A run on a myRIO whose loop is killed: the supervisor makes the outputs safe through a session of its own.
 
-The emulated FPGA lives in this test's process, as hardware lives outside of pamrig's; `pamrig run` drives it by the lab's YAML.
+The emulated FPGA lives in this test's process, as hardware lives outside of pamrig's; `pamrig run` drives it by the
+lab's YAML.
 """
 
 import os
@@ -95,7 +96,9 @@ def moving(lab: Lab, tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
     code = "from rig.cli.main import main; main()"
     (tmp_path / "sweep.yaml").write_text(SWEEP)
     run = ["run", str(tmp_path / "sweep.yaml"), "--rig", str(lab.yaml), "--out", str(tmp_path / "out"), "--force"]
-    command = subprocess.Popen([sys.executable, "-c", code, *run], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    command = subprocess.Popen(
+        [sys.executable, "-c", code, *run], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
     try:
         assert until(lambda: lab.apart_mpa > 0.05 or command.poll() is not None), "the sweep never began"
         assert command.poll() is None, command.communicate()
@@ -107,7 +110,9 @@ def moving(lab: Lab, tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
 
 
 @pytest.mark.parametrize("blow", [signal.SIGKILL, signal.SIGSTOP])
-def test_a_loop_that_is_gone_is_made_safe_by_the_supervisors_own_session(lab: Lab, tmp_path: Path, blow: signal.Signals) -> None:
+def test_a_loop_that_is_gone_is_made_safe_by_the_supervisors_own_session(
+    lab: Lab, tmp_path: Path, blow: signal.Signals
+) -> None:
     with moving(lab, tmp_path) as command:
         loop = loop_of(command.pid)
         os.kill(loop, blow)
@@ -120,7 +125,11 @@ def test_a_loop_that_is_gone_is_made_safe_by_the_supervisors_own_session(lab: La
 
 @pytest.mark.parametrize(
     ("what", "says"),
-    [("session", "the connection to the device is gone"), ("monitor_1", "live zero"), ("wiper", "a sensor kept giving values")],
+    [
+        ("session", "the connection to the device is gone"),
+        ("monitor_1", "live zero"),
+        ("wiper", "a sensor kept giving values"),
+    ],
 )
 def test_what_happens_to_the_wires_ends_the_run_safely(lab: Lab, tmp_path: Path, what: str, says: str) -> None:
     with moving(lab, tmp_path) as command:

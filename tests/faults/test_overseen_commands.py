@@ -1,4 +1,5 @@
-"""Calibrating and probing hold a rig by themselves: they, and whoever stands above them, are struck while the rig is under pressure."""
+"""Calibrating and probing hold a rig by themselves: they, and whoever stands above them, are struck while the rig is
+under pressure."""
 
 import contextlib
 import os
@@ -28,7 +29,17 @@ class Calibration:
         rig = folder / "rig.yaml"
         model = compose.configs() / "models" / "simulated.yaml"
         rig.write_text(RIG.format(model=model, terminals=folder / "terminals"))
-        command = [sys.executable, "-m", "rig.cli.main", "devices", "calibrate", "pressures", "--rig", str(rig), "--yes"]
+        command = [
+            sys.executable,
+            "-m",
+            "rig.cli.main",
+            "devices",
+            "calibrate",
+            "pressures",
+            "--rig",
+            str(rig),
+            "--yes",
+        ]
         command += ["--levels", "0.3,0.2", "--settle", "0.1", "-o", str(folder / "calibration.yaml")]
         pipe = subprocess.PIPE
         self._stderr = folder / "stderr"

@@ -1,4 +1,5 @@
-"""Everything that a serial line can do to us, on the emulated regulators: each is named in one line, and none moves the rig."""
+"""Everything that a serial line can do to us, on the emulated regulators: each is named in one line, and none moves the
+rig."""
 
 import json
 import os
@@ -147,7 +148,8 @@ def test_trouble_on_the_line_is_a_device_error_then_heals(
 
 
 def test_late_answers_never_pass_as_new_ones(running: Emulation, device: ItvSerial) -> None:
-    """Answers later than the patience: values may be missing, but the answer to one command is never taken for another's."""
+    """Answers later than the patience: values may be missing, but the answer to one command is never taken for
+    another's."""
     device.open()
     device.write(0.4, 0.4)
     assert rigs.soon(lambda: abs(device.read().p1_mpa - 0.4) < 0.01)
@@ -169,7 +171,8 @@ def test_late_answers_never_pass_as_new_ones(running: Emulation, device: ItvSeri
 
 
 def test_power_off_and_on_while_driving_ends_at_the_safe_set_point(running: Emulation, device: ItvSerial) -> None:
-    """The regulator comes back with a set-point of its own; the I/O process then writes the safe one and keeps to it."""
+    """The regulator comes back with a set-point of its own; the I/O process then writes the safe one and keeps to
+    it."""
     device.open()
     device.write(0.4, 0.1)
     assert rigs.soon(lambda: told(running) == (818, 205))
@@ -257,7 +260,8 @@ def _env() -> dict[str, str]:
 def test_an_owner_that_is_killed_or_stopped_leaves_safe_valves(
     running: Emulation, owner: "subprocess.Popen[bytes]", end: signal.Signals
 ) -> None:
-    """Nobody else is there: the I/O process sees the closed pipe, or the silence, and writes the safe set-points itself."""
+    """Nobody else is there: the I/O process sees the closed pipe, or the silence, and writes the safe set-points
+    itself."""
     owner.send_signal(end)
     assert rigs.soon(lambda: told(running) == SAFE_COUNTS), told(running)
 

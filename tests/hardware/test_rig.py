@@ -1,6 +1,8 @@
-"""The real rig, in the order of docs/how-to/bring_up.md: first what only reads, then, with --allow-motion, small single steps.
+"""The real rig, in the order of docs/how-to/bring_up.md: first what only reads, then, with --allow-motion, small single
+steps.
 
-Never run by default: `pytest -m hardware --rig RIG.yaml`, then the same with --allow-motion. Stops at the first failure.
+Never run by default: `pytest -m hardware --rig RIG.yaml`, then the same with --allow-motion. Stops at the first
+failure.
 """
 
 import math
@@ -141,4 +143,6 @@ def assert_at(rig: RigConfig, ticker: DeviceTicker, wanted: tuple[float, float])
     found = ticker.collect(0.5)
     for role, field, pressure in zip((Role.MONITOR_1, Role.MONITOR_2), ("p1_mpa", "p2_mpa"), wanted, strict=True):
         if any(role in entry.roles for entry in rig.devices):
-            assert mean(found, field)[0] == pytest.approx(pressure, abs=NEAR_MPA), f"{role.value}: the pressure does not follow"
+            assert mean(found, field)[0] == pytest.approx(pressure, abs=NEAR_MPA), (
+                f"{role.value}: the pressure does not follow"
+            )

@@ -1,4 +1,5 @@
-"""Whatever the numbers: serial commands are understood by the regulator's own parser, registers come back as they went."""
+"""Whatever the numbers: serial commands are understood by the regulator's own parser, registers come back as they
+went."""
 
 import math
 from collections.abc import Callable
@@ -53,7 +54,10 @@ def test_a_regulator_survives_any_bytes_and_keeps_its_range(pieces: list[bytes])
 @given(st.binary(max_size=20), st.integers(0, 1023))
 def test_any_reply_is_confirmed_or_a_reply_error(reply: bytes, count: int) -> None:
     codec = Codec(Dialect())
-    confirmed, pressure = _outcome(lambda: codec.check_set(reply, count) or True), _outcome(lambda: codec.monitored(reply))
+    confirmed, pressure = (
+        _outcome(lambda: codec.check_set(reply, count) or True),
+        _outcome(lambda: codec.monitored(reply)),
+    )
     if not isinstance(confirmed, str):
         assert int(reply) == count
     assert isinstance(pressure, str) or 0 <= pressure <= 1.1 * 1023
@@ -81,7 +85,9 @@ def blocks(draw: st.DrawFn) -> Block:
     first = draw(st.integers(low, high - 1))
     last = draw(st.integers(first + 1, high))
     orders = st.sampled_from(Order)
-    return Block(0, 4, (float(first), float(last)), (-10.0, 10.0), type=kind, byte_order=draw(orders), word_order=draw(orders))
+    return Block(
+        0, 4, (float(first), float(last)), (-10.0, 10.0), type=kind, byte_order=draw(orders), word_order=draw(orders)
+    )
 
 
 @given(blocks(), st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=1, max_size=4))

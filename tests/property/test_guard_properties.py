@@ -19,7 +19,9 @@ PERIOD_S = 0.005
     asked=st.lists(st.tuples(ANYTHING, ANYTHING, st.integers(1, 6)), max_size=60),
     slew=st.floats(0.01, 50.0),
 )
-def test_the_outputs_stay_inside(start: tuple[float, float], asked: list[tuple[float, float, int]], slew: float) -> None:
+def test_the_outputs_stay_inside(
+    start: tuple[float, float], asked: list[tuple[float, float, int]], slew: float
+) -> None:
     guard = Guard(Limits(slew_mpa_s=slew), PERIOD_S)
     guard.start_from(*start)
     before = start

@@ -1,4 +1,5 @@
-"""Whatever bytes a file holds, reading, checking and rescuing it ends soon, in bounded memory, with a result or one clear line."""
+"""Whatever bytes a file holds, reading, checking and rescuing it ends soon, in bounded memory, with a result or one
+clear line."""
 
 import gzip
 import itertools
@@ -99,7 +100,9 @@ def test_pieces_cut_out_and_put_in(a: float, b: float, put: bytes) -> None:
 @example([(6, None, bytes(28) + bytes(4) + bytes(8))], True)
 @example([(0, None, b"")] * 8, False)
 def test_records_of_any_kind_and_length(records: list[tuple[int, int | None, bytes]], end: bool) -> None:
-    body = b"".join(struct.pack("<BQ", op, len(data) if length is None else length) + data for op, length, data in records)
+    body = b"".join(
+        struct.pack("<BQ", op, len(data) if length is None else length) + data for op, length, data in records
+    )
     survives(MAGIC + body + (MAGIC if end else b""))
 
 

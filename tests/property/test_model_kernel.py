@@ -21,7 +21,17 @@ ANYTHING = [
     (-50.0, 50.0),
 ]
 """Far beyond what a search allows: most of it diverges."""
-TAME = [(0.9, 1.0), (0.5, 1.0), (0.0, 0.5), (-2.0, 2.0), (0.002, 0.01), (0.0, 0.1), (-0.002, 0.002), (0.0, 0.0), (-5.0, 5.0)]
+TAME = [
+    (0.9, 1.0),
+    (0.5, 1.0),
+    (0.0, 0.5),
+    (-2.0, 2.0),
+    (0.002, 0.01),
+    (0.0, 0.1),
+    (-0.002, 0.002),
+    (0.0, 0.0),
+    (-5.0, 5.0),
+]
 
 
 def particle(bounds: list[tuple[float, float]]) -> st.SearchStrategy[tuple[float, ...]]:
@@ -71,7 +81,9 @@ def test_kernel_and_stage_run_the_same_model(each: tuple[float, ...], u: np.ndar
 
 @settings(max_examples=30, deadline=None)
 @given(particle(TAME), inputs, st.integers(1, 10))
-def test_a_stage_gives_the_same_however_it_is_cut_into_blocks(each: tuple[float, ...], u: np.ndarray, pieces: int) -> None:
+def test_a_stage_gives_the_same_however_it_is_cut_into_blocks(
+    each: tuple[float, ...], u: np.ndarray, pieces: int
+) -> None:
     params = np.array([*each[:8], 0.005, 1.0, 1.0, 1.0, 0.2])
     run = compiled(modified_bouc_wen)
     whole, cut = np.zeros(len(u)), np.zeros(len(u))

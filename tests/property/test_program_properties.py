@@ -1,4 +1,5 @@
-"""For every program: the tick index alone decides the phase, nothing lies outside what was asked for, and a stop always gets home."""
+"""For every program: the tick index alone decides the phase, nothing lies outside what was asked for, and a stop always
+gets home."""
 
 import itertools
 
@@ -20,7 +21,9 @@ STARTS = st.tuples(PRESSURE, PRESSURE)
 
 
 @given(PROGRAMS, STARTS)
-def test_phases_come_in_order_and_pressures_stay_between_what_was_asked_for(p: Program, start: tuple[float, float]) -> None:
+def test_phases_come_in_order_and_pressures_stay_between_what_was_asked_for(
+    p: Program, start: tuple[float, float]
+) -> None:
     points = [p.at(index, start) for index in range(p.ticks)]
     found = [at[0] for at in points]
     assert found == sorted(found)

@@ -1,4 +1,5 @@
-"""For every order of writing and reading: what a reader gets is in order, whole, and together with its losses it is everything."""
+"""For every order of writing and reading: what a reader gets is in order, whole, and together with its losses it is
+everything."""
 
 import secrets
 

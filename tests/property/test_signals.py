@@ -66,7 +66,9 @@ def test_a_multisine_excites_exactly_the_odd_lines(amplitude: float, seed: int, 
     ]
     excited = [line for line, size in enumerate(spectrum) if size > 1e-6 * amplitude]
     assert excited == [
-        line for line in range(1, points // 2) if line % 2 and band[0] * 10 <= line + 1e-9 and line - 1e-9 <= band[1] * 10
+        line
+        for line in range(1, points // 2)
+        if line % 2 and band[0] * 10 <= line + 1e-9 and line - 1e-9 <= band[1] * 10
     ]
     assert max(spectrum) == pytest.approx(min(spectrum[line] for line in excited), rel=1e-6)
 

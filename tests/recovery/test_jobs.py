@@ -52,7 +52,11 @@ def test_ctrl_c_ends_pieces_that_never_would_and_says_nothing(tmp_path: Path) ->
     script.write_text(INTERRUPTED)
     environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
     process = subprocess.Popen(
-        [sys.executable, str(script), str(tmp_path)], env=environment, stderr=subprocess.PIPE, text=True, start_new_session=True
+        [sys.executable, str(script), str(tmp_path)],
+        env=environment,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
     )
     while len(list(tmp_path.glob("*.begun"))) < 2:
         assert process.poll() is None

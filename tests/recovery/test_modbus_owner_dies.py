@@ -1,4 +1,5 @@
-"""The loop's process dies or hangs while it drives a Modbus module: the supervisor's own instance makes the outputs safe."""
+"""The loop's process dies or hangs while it drives a Modbus module: the supervisor's own instance makes the outputs
+safe."""
 
 import os
 import signal
@@ -55,7 +56,9 @@ def driven(request: pytest.FixtureRequest) -> Iterator[tuple[Emulation, "subproc
 
 
 @pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGSTOP])
-def test_a_second_instance_makes_it_safe(driven: tuple[Emulation, "subprocess.Popen[bytes]", str], end: signal.Signals) -> None:
+def test_a_second_instance_makes_it_safe(
+    driven: tuple[Emulation, "subprocess.Popen[bytes]", str], end: signal.Signals
+) -> None:
     running, process, route = driven
     other = rigs.modbus(running, Mode.AUTO if route == "rtu" else Mode.SEPARATE)
     process.send_signal(end)

@@ -1,4 +1,5 @@
-"""Recovery: from any cut and any flipped byte, all complete chunks, nothing false, and a true word on what is missing."""
+"""Recovery: from any cut and any flipped byte, all complete chunks, nothing false, and a true word on what is
+missing."""
 
 import random
 from pathlib import Path
@@ -46,7 +47,9 @@ def assert_nothing_false(found: LogContent, wanted: LogContent) -> None:
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_from_a_cut_at_any_byte(tmp_path: Path, whole: tuple[bytes, LogContent, list[tuple[int, int]]], seed: int) -> None:
+def test_from_a_cut_at_any_byte(
+    tmp_path: Path, whole: tuple[bytes, LogContent, list[tuple[int, int]]], seed: int
+) -> None:
     data, content, chunks = whole
     cut = random.Random(seed).randrange(chunks[0][0], len(data))
     complete = sum(end <= cut for _, end in chunks)

@@ -1,7 +1,8 @@
 """The RS-232C line of one regulator: a pseudo-terminal whose bytes take the time that their baud rate gives them.
 
-A pty moves bytes at once and knows no baud rate, so this file adds both: a command is complete when its last byte would have
-come, an answer arrives in pieces, and a client with another baud rate gets noise. Faults are switched on from outside.
+A pty moves bytes at once and knows no baud rate, so this file adds both: a command is complete when its last byte would
+have come, an answer arrives in pieces, and a client with another baud rate gets noise. Faults are switched on from
+outside.
 """
 
 import contextlib
@@ -41,10 +42,17 @@ class Trouble:
 
 
 class SerialLine:
-    """Serves one regulator on a pty; `device` is a link to the port that a client opens, the same after every plugging in."""
+    """Serves one regulator on a pty; `device` is a link to the port that a client opens, the same after every plugging
+    in."""
 
     def __init__(
-        self, regulator: Regulator, device: Path, baud: int, bits_per_byte: int = 10, turnaround_s: float = 0.0, seed: int = 0
+        self,
+        regulator: Regulator,
+        device: Path,
+        baud: int,
+        bits_per_byte: int = 10,
+        turnaround_s: float = 0.0,
+        seed: int = 0,
     ) -> None:
         self.device = device
         self.trouble = Trouble()
@@ -96,7 +104,10 @@ class SerialLine:
         if (found := _clients_baud(master)) != self._baud:
             self._send(
                 master,
-                bytes(self._random.randrange(128, 256) for _ in range(max(1, len(data) * self._baud // max(found, 1) // 4))),
+                bytes(
+                    self._random.randrange(128, 256)
+                    for _ in range(max(1, len(data) * self._baud // max(found, 1) // 4))
+                ),
             )
             return
         before = self._regulator.set_point

@@ -1,6 +1,7 @@
 """What the electronics of a serial regulator understand and answer: bytes in, bytes out. No port, no time, no thread.
 
-Written from the description of the protocol, apart from the driver's codec, so that an error in one does not hide in the other.
+Written from the description of the protocol, apart from the driver's codec, so that an error in one does not hide in
+the other.
 """
 
 from collections.abc import Callable

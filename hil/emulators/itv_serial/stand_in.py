@@ -1,4 +1,5 @@
-"""Regulators on ptys in place of the serial valves of a rig's YAML: same baud rate, same dialect, one shared plant behind."""
+"""Regulators on ptys in place of the serial valves of a rig's YAML: same baud rate, same dialect, one shared plant
+behind."""
 
 import re
 from collections.abc import Mapping
@@ -38,21 +39,26 @@ class SerialValves:
 
 
 def _line(number: int, port: Mapping[str, Any], speech: Speech, world: World, folder: Path) -> SerialLine:
-    regulator = Regulator(speech, lambda pressure_mpa: world.command(number, pressure_mpa), lambda: world.outputs()[number - 1])
+    regulator = Regulator(
+        speech, lambda pressure_mpa: world.command(number, pressure_mpa), lambda: world.outputs()[number - 1]
+    )
     regulator.start_from(world.commands[number - 1])
     bits = 1 + int(port.get("data_bits", 8)) + int(port.get("stop_bits", 1))
     return SerialLine(regulator, folder / f"valve_{number}", int(port.get("baud", 9600)), bits, seed=number)
 
 
 def speech_of(dialect: Mapping[str, Any]) -> Speech:
-    """What a regulator must speak to be understood in this dialect; ConfigError for replies that cannot be told from their pattern."""
+    """What a regulator must speak to be understood in this dialect; ConfigError for replies that cannot be told from
+    their pattern."""
     known = Speech()
     word, separator = known.set_word, known.separator
     if "set_command" in dialect:
         head = str(dialect["set_command"]).split("{count}")[0]
         word = head.rstrip(" =:,")
         separator = head[len(word) :]
-    scale = {key: dialect[key] for key in ("full_scale_counts", "full_scale_mpa", "echo", "terminator") if key in dialect}
+    scale = {
+        key: dialect[key] for key in ("full_scale_counts", "full_scale_mpa", "echo", "terminator") if key in dialect
+    }
     return Speech(
         set_word=word,
         separator=separator,
@@ -68,7 +74,9 @@ def _answer(pattern: str | None, known: str) -> str:
         return known
     text = re.sub(r"\(\?P<count>[^)]*\)", "{count}", pattern).replace("\\", "")
     if re.search(r"[*+?()\[\]|]", text):
-        raise ConfigError(f"dialect: no emulator can be derived from the reply {pattern!r}; use plain text around (?P<count>...)")
+        raise ConfigError(
+            f"dialect: no emulator can be derived from the reply {pattern!r}; use plain text around (?P<count>...)"
+        )
     return text
 
 

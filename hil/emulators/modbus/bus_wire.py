@@ -1,4 +1,5 @@
-"""An RS-485 line between a client and a server: two pseudo-terminals, and bytes that take the time of their baud rate."""
+"""An RS-485 line between a client and a server: two pseudo-terminals, and bytes that take the time of their baud
+rate."""
 
 import contextlib
 import os
@@ -50,7 +51,8 @@ class BusWire:
                     self._carry(ready, server if ready == client else client)
 
     def _carry(self, source: int, target: int) -> None:
-        """Half duplex: one frame at a time, complete when its last byte is through; a module knows that by the silence after it."""
+        """Half duplex: one frame at a time, complete when its last byte is through; a module knows that by the silence
+        after it."""
         began = time.monotonic()
         data = os.read(source, 4096)
         through_s = began + len(data) * self._byte_s + (self._silence_s if target == self._server[0] else 0.0)

@@ -111,7 +111,9 @@ class Channels:
         words = [register.to_bytes(2, "little" if self._swap_bytes else "big") for register in registers]
         data = b"".join(words[::-1] if self._swap_words else words)
         number = float(struct.unpack(">" + _CODES[self._type], data)[0])
-        return self._s0 + (min(max(number, self._c0), self._c1) - self._c0) / (self._c1 - self._c0) * (self._s1 - self._s0)
+        return self._s0 + (min(max(number, self._c0), self._c1) - self._c0) / (self._c1 - self._c0) * (
+            self._s1 - self._s0
+        )
 
 
 class Module:
@@ -139,7 +141,8 @@ class Module:
         return set(self._written)
 
     def peek(self, address: int) -> int:
-        """One register, as a read request sees it now. Inputs win over outputs at the same address (WAGO reads back elsewhere)."""
+        """One register, as a read request sees it now. Inputs win over outputs at the same address (WAGO reads back
+        elsewhere)."""
         if self.inputs and address in self.inputs.registers:
             channel, part = divmod(address - self.inputs.address, self.inputs.width)
             return self.inputs.put(self._signal(channel))[part]

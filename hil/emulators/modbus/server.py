@@ -68,7 +68,8 @@ class Bus:
         await self.server.serve_forever(background=True)
 
     async def stop(self) -> None:
-        """Pull the plug: nobody listens any more, and who was connected is cut off. Idempotent; `serve_tcp` plugs it in again."""
+        """Pull the plug: nobody listens any more, and who was connected is cut off. Idempotent; `serve_tcp` plugs it in
+        again."""
         if self.server is None:
             return
         for connection in list(self.server.active_connections.values()):
@@ -85,7 +86,12 @@ class Bus:
 
     def _device(self, unit: int, module: Module) -> SimDevice:
         async def action(
-            function: int, start: int, address: int, count: int, registers: list[int], values: list[int] | list[bool] | None
+            function: int,
+            start: int,
+            address: int,
+            count: int,
+            registers: list[int],
+            values: list[int] | list[bool] | None,
         ) -> ExcCodes | None:
             try:
                 self._access(module, function, start, address, count, registers, values)

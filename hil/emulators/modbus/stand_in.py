@@ -1,4 +1,5 @@
-"""Modbus modules on the loopback or on a pty in place of those of a rig's YAML: same maps, same wiring, one shared plant behind."""
+"""Modbus modules on the loopback or on a pty in place of those of a rig's YAML: same maps, same wiring, one shared
+plant behind."""
 
 import asyncio
 import re
@@ -117,7 +118,11 @@ def _wiring(settings: Mapping[str, Any], roles: frozenset[Role]) -> Wiring:
         return _wire(settings[role.value]) if role in roles and settings.get(role.value) else None
 
     angle = settings.get("angle") if Role.ANGLE in roles else None
-    pots = (angle["wiper"], angle.get("excitation"), float(angle.get("reference_v") or 5.0)) if angle else (None, None, 5.0)
+    pots = (
+        (angle["wiper"], angle.get("excitation"), float(angle.get("reference_v") or 5.0))
+        if angle
+        else (None, None, 5.0)
+    )
     return Wiring(wire(Role.VALVE_1), wire(Role.VALVE_2), wire(Role.MONITOR_1), wire(Role.MONITOR_2), *pots)
 
 

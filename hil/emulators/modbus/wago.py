@@ -1,8 +1,8 @@
 """A WAGO Ethernet coupler's own registers: its watchdog, and its outputs read back at 0x0200.
 
-After the coupler manual, "MODBUS functions": 0x1000 time in 100 ms, 0x1001 and 0x1002 which function codes keep it content,
-0x1003 starts it whenever its value changes, 0x1006 its state, 0x1008 stops it. When it runs out, all outputs go to zero and every
-request is answered with exception 4 until it is started again.
+After the coupler manual, "MODBUS functions": 0x1000 time in 100 ms, 0x1001 and 0x1002 which function codes keep it
+content, 0x1003 starts it whenever its value changes, 0x1006 its state, 0x1008 stops it. When it runs out, all outputs
+go to zero and every request is answered with exception 4 until it is started again.
 """
 
 from pathlib import Path
@@ -29,7 +29,9 @@ class WagoCoupler(Module):
     @property
     def readable(self) -> set[int]:
         """The image, the outputs read back, and the watchdog."""
-        return super().readable | set(_SETTINGS) | {STATUS} | {_READ_BACK + i for i in range(len(self.output_registers()))}
+        return (
+            super().readable | set(_SETTINGS) | {STATUS} | {_READ_BACK + i for i in range(len(self.output_registers()))}
+        )
 
     @property
     def writable(self) -> set[int]:

@@ -1,7 +1,7 @@
 """Bitfiles of ours: the small part of an .lvbitx that nifpga reads, with the register names of the myRIO's personality.
 
-There is no FPGA design inside. Names and types follow National Instruments' reference of the shipped personality; offsets
-differ from one real bitfile to the next, and so do ours from any of them.
+There is no FPGA design inside. Names and types follow National Instruments' reference of the shipped personality;
+offsets differ from one real bitfile to the next, and so do ours from any of them.
 """
 
 from collections.abc import Sequence

@@ -1,7 +1,7 @@
 """The myRIO's terminals and what is wired to them: regulators, monitors, potentiometer, with the world's plant behind.
 
-Volts and counts here are those of the hardware, worked out apart from the driver's own conversion, so that an error in one
-does not hide in the other.
+Volts and counts here are those of the hardware, worked out apart from the driver's own conversion, so that an error in
+one does not hide in the other.
 """
 
 import math
@@ -37,7 +37,8 @@ class Line:
 
 @dataclass(frozen=True)
 class Wiring:
-    """The paper's rig on connector A: 0-5 V to the regulators, 1-5 V back, a WDD35D8 with its excitation read as well."""
+    """The paper's rig on connector A: 0-5 V to the regulators, 1-5 V back, a WDD35D8 with its excitation read as
+    well."""
 
     valves: tuple[Line, Line] = (Line("AO.A_0.VAL", 0.0, 5.0), Line("AO.A_1.VAL", 0.0, 5.0))
     monitors: tuple[Line, Line] = (Line("AI.A_0.VAL", 1.0, 5.0), Line("AI.A_1.VAL", 1.0, 5.0))
@@ -124,7 +125,9 @@ class Board:
             low, high = f"RIG.LIMIT.{line.register[:-4]}.MIN", f"RIG.LIMIT.{line.register[:-4]}.MAX"
             if low in self.registers and self.registers.value(high):
                 pin = self.registers.pin(line.register)
-                self.registers.drive(line.register, min(max(pin, self.registers.value(low)), self.registers.value(high)))
+                self.registers.drive(
+                    line.register, min(max(pin, self.registers.value(low)), self.registers.value(high))
+                )
 
     def _follow(self) -> None:
         self._watch()
@@ -152,7 +155,9 @@ class Board:
             return
         self._shown = now
         wiring, cut = self.wiring, self._cut
-        for name, line, pressure in zip(("monitor_1", "monitor_2"), wiring.monitors, (now.p1_mpa, now.p2_mpa), strict=True):
+        for name, line, pressure in zip(
+            ("monitor_1", "monitor_2"), wiring.monitors, (now.p1_mpa, now.p2_mpa), strict=True
+        ):
             self._put(line.register, 0.0 if name in cut else line.volts(pressure))
         excitation = 0.0 if "excitation" in cut else wiring.excitation_v
         self._put(wiring.excitation, excitation)

@@ -16,7 +16,8 @@ FLAGS: Final = ("-O2", "-Wall", "-Wextra", "-Werror", "-fPIC", "-shared", "-Wl,-
 BEFORE_READ, AFTER_WRITE, AFTER_STROBE, DELAY_US = range(4)
 
 Hook = Callable[[int, int], None]
-"""Called with the event, and with a slot (or microseconds for DELAY_US). It must not raise: the exception would be lost."""
+"""Called with the event, and with a slot (or microseconds for DELAY_US). It must not raise: the exception would be
+lost."""
 
 _HOOK = ctypes.CFUNCTYPE(None, ctypes.c_char_p, ctypes.c_int, ctypes.c_uint32)
 

@@ -1,4 +1,5 @@
-"""The file of registers that stands for one FPGA, shared by every process that opens it. Layout: struct fpga in NiFpga.c."""
+"""The file of registers that stands for one FPGA, shared by every process that opens it. Layout: struct fpga in
+NiFpga.c."""
 
 import ctypes
 import mmap
@@ -55,7 +56,11 @@ class RegisterFile:
         self._fpga = _Fpga.from_buffer(self._memory)
         self._fpga.signature = signature.encode()
         self._fpga.vi_state = 2
-        outputs = [register.slot for register in registers if register.name.startswith("AO.") and register.name.endswith(".VAL")]
+        outputs = [
+            register.slot
+            for register in registers
+            if register.name.startswith("AO.") and register.name.endswith(".VAL")
+        ]
         self._fpga.outputs = len(outputs)
         self._fpga.output_slot[: len(outputs)] = outputs
         for register in registers:
@@ -101,7 +106,9 @@ class RegisterFile:
         """How often AO.SYS.GO was written."""
         return int(self._fpga.strobes)
 
-    def fail(self, status: int, calls: int = EVERY_CALL, after: int = 0, count: int = FOR_GOOD, stall_us: int = 0) -> None:
+    def fail(
+        self, status: int, calls: int = EVERY_CALL, after: int = 0, count: int = FOR_GOOD, stall_us: int = 0
+    ) -> None:
         """Let `count` of the calls in the groups `calls` return `status`, after `after` that still work."""
         self._fpga.fault_status = status
         self._fpga.fault_after = after

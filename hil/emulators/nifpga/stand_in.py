@@ -11,7 +11,13 @@ from hil.emulators.nifpga.shared import RegisterFile
 from hil.emulators.world import World
 from rig.interfaces import Role
 
-_VOLTS = {"0-5 V": (0.0, 5.0), "0-10 V": (0.0, 10.0), "1-5 V": (1.0, 5.0), "4-20 mA": (4.0, 20.0), "0-20 mA": (0.0, 20.0)}
+_VOLTS = {
+    "0-5 V": (0.0, 5.0),
+    "0-10 V": (0.0, 10.0),
+    "1-5 V": (1.0, 5.0),
+    "4-20 mA": (4.0, 20.0),
+    "0-20 mA": (0.0, 20.0),
+}
 
 
 class StandIn:
@@ -19,7 +25,9 @@ class StandIn:
 
     virtual = True
 
-    def __init__(self, world: World, folder: Path, resource: str, wiring: Wiring, registers: Sequence[Register]) -> None:
+    def __init__(
+        self, world: World, folder: Path, resource: str, wiring: Wiring, registers: Sequence[Register]
+    ) -> None:
         self.registers = RegisterFile(folder, resource, registers)
         self.board = Board(self.registers, world, wiring)
         self.board.leave_outputs_at(*world.commands)

@@ -1,6 +1,7 @@
 """What can be wrong with this family's rig, as plain numbers: on the set-points' way, in the rig, on the readings' way.
 
-Neutral by default. `other_laws` turns an effect and a size into these; `timing`, `pneumatics`, `mechanics` and `sensing` read them.
+Neutral by default. `other_laws` turns an effect and a size into these; `timing`, `pneumatics`, `mechanics` and
+`sensing` read them.
 """
 
 from typing import NamedTuple

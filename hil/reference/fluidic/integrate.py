@@ -82,12 +82,20 @@ def settle(set_1: float, set_2: float, steps: int, s: State, physics: Physics, r
 
 @compiled
 def integrate(
-    set_1_mpa: Array, set_2_mpa: Array, substeps: int, settling: int, dt_s: float, warm: float, physics: Physics, rig: RigLaw
+    set_1_mpa: Array,
+    set_2_mpa: Array,
+    substeps: int,
+    settling: int,
+    dt_s: float,
+    warm: float,
+    physics: Physics,
+    rig: RigLaw,
 ) -> Array:
-    """Set-points on the internal grid, shape (n * substeps,) gauge MPa -> (3, n): p1, p2 at the muscles (gauge MPa), angle (rad).
+    """Set-points on the internal grid, shape (n * substeps,) gauge MPa -> (3, n): p1, p2 at the muscles (gauge MPa),
+    angle (rad).
 
-    A tick is read before its own set-point acts. `settling` internal steps at the first set-points come first; angles that leave
-    +-1.4 rad end the record as NaN: there a lever has no arm.
+    A tick is read before its own set-point acts. `settling` internal steps at the first set-points come first; angles
+    that leave +-1.4 rad end the record as NaN: there a lever has no arm.
     """
     n = len(set_1_mpa) // substeps
     out = np.full((3, n), np.nan)

@@ -1,7 +1,8 @@
 """Muscles and joint of the second family: membrane muscles on a lever, Dahl hysteresis, stick, air cushions. Compiled.
 
-Force of a fluidic muscle in the form of Sárosi (2012): an exponential of the contraction plus a plane in pressure and contraction; the
-numbers are ours. Hysteresis after Dahl (1968) with exponent 1/2, its level growing with each muscle's own pressure.
+Force of a fluidic muscle in the form of Sárosi (2012): an exponential of the contraction plus a plane in pressure and
+contraction; the numbers are ours. Hysteresis after Dahl (1968) with exponent 1/2, its level growing with each muscle's
+own pressure.
 """
 
 import math
@@ -33,7 +34,9 @@ LOCKED = 0.13
 def muscle_force(pressure_mpa: float, contraction: float, weak: float, physics: Physics) -> float:
     """Force in newtons; a muscle only pulls."""
     plane = (1.0 - weak) * physics.area_n_mpa * pressure_mpa * (1.0 - contraction / physics.end_contraction)
-    membrane = physics.membrane_n * (1.0 + pressure_mpa / physics.membrane_mpa) * math.exp(-physics.membrane_per * contraction)
+    membrane = (
+        physics.membrane_n * (1.0 + pressure_mpa / physics.membrane_mpa) * math.exp(-physics.membrane_per * contraction)
+    )
     return max(0.0, plane + membrane)
 
 

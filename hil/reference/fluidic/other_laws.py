@@ -1,7 +1,7 @@
 """Every effect of the library by this family's own laws, and effects that no library has.
 
-An entry turns one signed size into disturbance parameters; chance details that are no size (which valve, which phase, how uneven) are
-drawn. The comment at each entry says: law here | law in the first family | law in the library.
+An entry turns one signed size into disturbance parameters; chance details that are no size (which valve, which phase,
+how uneven) are drawn. The comment at each entry says: law here | law in the first family | law in the library.
 """
 
 import math
@@ -97,7 +97,9 @@ def _hum(size: float, random: Generator) -> Disturbance:
 
 
 def _dropout(size: float, random: Generator) -> Disturbance:
-    return reading(dropout=size, dropout_run=_between(random, 1.0, 5.0), dropout_deg=float(_one_of(random, 0.0, -180.0, 180.0)))
+    return reading(
+        dropout=size, dropout_run=_between(random, 1.0, 5.0), dropout_deg=float(_one_of(random, 0.0, -180.0, 180.0))
+    )
 
 
 OTHER_LAWS: Final[dict[str, EffectLaw]] = {
@@ -117,9 +119,11 @@ OTHER_LAWS: Final[dict[str, EffectLaw]] = {
     # filter cake: flow falls behind in proportion to itself | clogged orifice | two time constants
     "fill_exhaust_asymmetry": EffectLaw("valve", "ratio - 1", 0.05, 60.0, True, _asymmetry),
     # insensitive to small errors, continuous | overlap with hysteresis | hold or play of the set-point
-    "valve_dead_band": EffectLaw("valve", "MPa", 1e-3, 0.08, False, lambda size, _: rig(insensitive_mpa=size), "width_mpa"),
+    "valve_dead_band": EffectLaw("valve", "MPa", 1e-3, 0.08, False, lambda size, _: rig(insensitive_mpa=size),
+    "width_mpa"),
     # main set too low: no flow left | relief valve that yields | sharp ceiling
-    "pressure_ceiling": EffectLaw("valve", "MPa", 0.16, 0.42, False, lambda size, _: rig(supply_mpa=size), "ceiling_mpa", falling=True),
+    "pressure_ceiling": EffectLaw("valve", "MPa", 0.16, 0.42, False, lambda size, _: rig(supply_mpa=size),
+    "ceiling_mpa", falling=True),
     # drop of a shared hose, square of the flow, at once | tank | sag in proportion to the flow
     "supply_droop": EffectLaw("valve", "MPa", 0.5, 600.0, False, lambda size, _: rig(hose_drop_mpa=size)),
     "co_contraction": EffectLaw("muscle", "MPa", 5e-4, 0.08, True, _co_contraction, "shift_mpa"),
@@ -145,9 +149,11 @@ OTHER_LAWS: Final[dict[str, EffectLaw]] = {
     "end_stop": EffectLaw("joint", "deg", 4.0, 44.0, False, _end_stop, falling=True),
     # other gain on either side | cubic bend | factor
     "sensor_gain": EffectLaw("sensor", "relative", 1e-3, 0.25, True, _sensor_gain, "gain"),
-    "sensor_offset": EffectLaw("sensor", "deg", 0.03, 8.0, True, lambda size, _: reading(offset_deg=size), "offset_deg"),
+    "sensor_offset": EffectLaw("sensor", "deg", 0.03, 8.0, True, lambda size, _: reading(offset_deg=size),
+    "offset_deg"),
     # becomes faster | settles | straight line
-    "sensor_drift": EffectLaw("sensor", "deg/min", 0.2, 40.0, True, lambda size, _: reading(drift_deg_min=size), "rate_deg_min"),
+    "sensor_drift": EffectLaw("sensor", "deg/min", 0.2, 40.0, True, lambda size, _: reading(drift_deg_min=size),
+    "rate_deg_min"),
     # odd and even square | eccentric disc | square and cube
     "sensor_nonlinearity": EffectLaw("sensor", "deg", 0.1, 12.0, True, _bend),
     # moving mean | two or three poles | one pole

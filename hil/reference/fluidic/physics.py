@@ -1,7 +1,7 @@
 """Parameters of the second family: nominal values, the spread between units, what days bring.
 
-No equations here. Pressures are gauge MPa unless said. Days differ by one temperature that moves many parameters together, by how the
-muscles were hung, and by their instruments.
+No equations here. Pressures are gauge MPa unless said. Days differ by one temperature that moves many parameters
+together, by how the muscles were hung, and by their instruments.
 """
 
 from typing import Final, NamedTuple
@@ -44,7 +44,8 @@ class Physics(NamedTuple):
     membrane_n: float = 130.0
     membrane_mpa: float = 0.5
     membrane_per: float = 28.0
-    """Force of the membrane at full length, its growth per 1 / this pressure, and how fast it falls with contraction."""
+    """Force of the membrane at full length, its growth per 1 / this pressure, and how fast it falls with
+    contraction."""
     strength_2: float = 1.0
     length_m: float = 0.4
     contraction: float = 0.12
@@ -82,10 +83,13 @@ class Session(NamedTuple):
 
 
 _UNIT_SPREAD: Final = {
-    "main_mpa": 0.03, "rate_mpa_s": 0.12, "exhaust_ratio": 0.08, "rate_ratio_2": 0.06, "gain_per_mpa": 0.12, "integral_per_s": 0.3,
+    "main_mpa": 0.03, "rate_mpa_s": 0.12, "exhaust_ratio": 0.08, "rate_ratio_2": 0.06, "gain_per_mpa": 0.12,
+    "integral_per_s": 0.3,
     "opening_s": 0.2, "hose_s": 0.2, "outlet_share": 0.15, "swell": 0.15, "swell_square": 0.15, "area_n_mpa": 0.03,
-    "end_contraction": 0.02, "membrane_n": 0.2, "membrane_mpa": 0.2, "membrane_per": 0.1, "strength_2": 0.012, "contraction": 0.03,
-    "lever_m": 0.01, "lever_rad": 0.5, "passive_nm_rad": 0.2, "passive_fifth_nm": 0.3, "grip_n": 0.25, "grip_n_mpa": 0.25,
+    "end_contraction": 0.02, "membrane_n": 0.2, "membrane_mpa": 0.2, "membrane_per": 0.1, "strength_2": 0.012,
+    "contraction": 0.03,
+    "lever_m": 0.01, "lever_rad": 0.5, "passive_nm_rad": 0.2, "passive_fifth_nm": 0.3, "grip_n": 0.25,
+    "grip_n_mpa": 0.25,
     "grip_rad": 0.2, "creep": 0.3, "bearing_nm": 0.3, "viscous_nm_s": 0.25, "inertia_kgm2": 0.15,
 }  # fmt: skip
 """Relative standard deviation between rigs of the same build."""
@@ -93,12 +97,14 @@ _UNIT_SPREAD: Final = {
 _DISC_DEG: Final = 0.25
 
 _WARM: Final = {
-    "area_n_mpa": 0.15, "membrane_n": -1.5, "grip_n": -1.5, "grip_n_mpa": -1.2, "viscous_nm_s": -2.0, "bearing_nm": -1.0, "creep": 2.0,
+    "area_n_mpa": 0.15, "membrane_n": -1.5, "grip_n": -1.5, "grip_n_mpa": -1.2, "viscous_nm_s": -2.0,
+    "bearing_nm": -1.0, "creep": 2.0,
     "rate_mpa_s": 0.3, "opening_s": -0.5, "passive_nm_rad": -0.8, "end_contraction": 0.05,
 }  # fmt: skip
 """By how many drifts a parameter moves on a day that is one drift warmer."""
 _OWN: Final = {
-    "contraction": 0.35, "strength_2": 0.06, "gain_per_mpa": 0.4, "integral_per_s": 0.8, "main_mpa": 1.0, "grip_n_mpa": 0.5,
+    "contraction": 0.35, "strength_2": 0.06, "gain_per_mpa": 0.4, "integral_per_s": 0.8, "main_mpa": 1.0,
+    "grip_n_mpa": 0.5,
     "membrane_n": 0.5, "lever_rad": 0.5,
 }  # fmt: skip
 """By how many drifts it moves by itself: how the muscles were hung, how the main is used."""
@@ -109,11 +115,14 @@ def draw_unit(random: Generator) -> Physics:
     values = Physics()._asdict()
     for name, spread in _UNIT_SPREAD.items():
         values[name] *= float(np.exp(spread * np.clip(random.standard_normal(), -2.0, 2.0)))
-    return Physics(**values | {"disc_deg": _DISC_DEG * float(random.rayleigh()), "disc_rad": float(random.uniform(0.0, 6.283))})
+    return Physics(
+        **values | {"disc_deg": _DISC_DEG * float(random.rayleigh()), "disc_rad": float(random.uniform(0.0, 6.283))}
+    )
 
 
 def draw_session(physics: Physics, drift: float, random: Generator) -> Session:
-    """One day. `drift`: relative standard deviation of what drifts by itself, 0.004 to 0.02, with heavier tails than a normal one's."""
+    """One day. `drift`: relative standard deviation of what drifts by itself, 0.004 to 0.02, with heavier tails than a
+    normal one's."""
     scale = (drift / 0.004) ** 0.5
     warmer, values = drift * _heavy(random), physics._asdict()
     for name, weight in _WARM.items():
@@ -123,7 +132,8 @@ def draw_session(physics: Physics, drift: float, random: Generator) -> Session:
     bias_1, bias_2, gain_1, gain_2, offset = (_heavy(random) for _ in range(5))
     return Session(
         Physics(**values), 0.0006 * scale * bias_1, 0.0006 * scale * bias_2, 1.0 + 0.0015 * scale * gain_1,
-        1.0 + 0.0015 * scale * gain_2, 0.10 * scale * offset, float(random.uniform(0.0, 0.5)), int(random.integers(2**31)),
+        1.0 + 0.0015 * scale * gain_2, 0.10 * scale * offset, float(random.uniform(0.0, 0.5)),
+        int(random.integers(2**31)),
     )  # fmt: skip
 
 

@@ -70,7 +70,12 @@ def make_plant(unit_seed: int) -> Plant:
 
 
 def _true_motion(
-    p1_mpa: Array, p2_mpa: Array, period_s: float, session: Session, disturbance: Disturbance, random: np.random.Generator
+    p1_mpa: Array,
+    p2_mpa: Array,
+    period_s: float,
+    session: Session,
+    disturbance: Disturbance,
+    random: np.random.Generator,
 ) -> Array:
     """Pressures at the muscles (MPa) and joint angle (rad) at each tick, shape (3, n), before any instrument."""
     n, substeps = len(p1_mpa), max(2, 2 * round(0.5 * period_s / STEP_S))
@@ -79,9 +84,12 @@ def _true_motion(
         for p in (p1_mpa, p2_mpa)
     )
     step_s = period_s / substeps
-    out = integrate(set_1, set_2, substeps, round(SETTLE_S / step_s), step_s, session.warm, session.physics, disturbance.rig)
+    out = integrate(
+        set_1, set_2, substeps, round(SETTLE_S / step_s), step_s, session.warm, session.physics, disturbance.rig
+    )
     if not np.isfinite(out).all():
         raise RigError(
-            f"fluidic plant: the joint left +-80 degrees at {np.isfinite(out[2]).sum() * period_s:.2f} s; use a smaller effect or command"
+            f"fluidic plant: the joint left +-80 degrees at {np.isfinite(out[2]).sum() * period_s:.2f} s; use a "
+            "smaller effect or command"
         )
     return out

@@ -51,7 +51,8 @@ def set_point(set_mpa: float, valve: int, s: State, at: int, rig: RigLaw, dt_s: 
 
 @compiled
 def control(target_mpa: float, s: State, at: int, physics: Physics, rig: RigLaw, period_s: float) -> None:
-    """One sample of the PI controller: the wanted opening, -1 (exhaust) to 1 (fill); the integral stops where the opening does."""
+    """One sample of the PI controller: the wanted opening, -1 (exhaust) to 1 (fill); the integral stops where the
+    opening does."""
     error = target_mpa - (s[at + OUTLET] - ATM)
     if rig.insensitive_mpa > 0.0:
         error = math.copysign(max(0.0, abs(error) - rig.insensitive_mpa), error)

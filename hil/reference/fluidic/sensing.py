@@ -1,4 +1,5 @@
-"""How angle and pressures become readings in the second family: an incremental encoder, 16-bit monitors behind a filter, pink noise."""
+"""How angle and pressures become readings in the second family: an incremental encoder, 16-bit monitors behind a
+filter, pink noise."""
 
 import math
 from typing import Final
@@ -108,7 +109,11 @@ def added(n: int, law: ReadingLaw, period_s: float, random: Generator) -> Array:
     t = np.arange(n) * period_s
     total = law.offset_deg + law.drift_deg_min * t / 60.0 * (0.6 + 0.4 * t / 20.0)
     if law.hum_deg > 0.0:
-        turn = 2.0 * math.pi * law.hum_hz * t + random.uniform(0.0, 6.28) + 0.05 * np.cumsum(random.standard_normal(n)) * 0.1
+        turn = (
+            2.0 * math.pi * law.hum_hz * t
+            + random.uniform(0.0, 6.28)
+            + 0.05 * np.cumsum(random.standard_normal(n)) * 0.1
+        )
         wave = np.sin(turn) + 0.3 * np.sin(2.0 * turn + 0.6)
         total = total + math.sqrt(2.0 / 1.09) * law.hum_deg * wave
     if law.noise_deg > 0.0:

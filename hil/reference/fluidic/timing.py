@@ -1,4 +1,5 @@
-"""What becomes of set-points and of readings in time, by this family's laws: a network's tail, a beat, a clock that is corrected."""
+"""What becomes of set-points and of readings in time, by this family's laws: a network's tail, a beat, a clock that is
+corrected."""
 
 import math
 from typing import Final
@@ -14,7 +15,8 @@ CORRECTED_S: Final = 4.0
 
 
 def delayed(set_mpa: Array, substeps: int, period_s: float, law: TimingLaw, random: Generator) -> Array:
-    """The set-point in force on the internal grid, shape (n * substeps,): the newest one that has arrived, at first the first."""
+    """The set-point in force on the internal grid, shape (n * substeps,): the newest one that has arrived, at first the
+    first."""
     n = len(set_mpa)
     sent = np.arange(n) * period_s
     late = law.delay_s * (0.8 + 0.2 * random.exponential(1.0, n))
@@ -27,7 +29,8 @@ def delayed(set_mpa: Array, substeps: int, period_s: float, law: TimingLaw, rand
 
 
 def stamped(columns: Array, period_s: float, law: TimingLaw) -> Array:
-    """Readings, shape (m, n), by a clock that is fast by half and by one and a half of `clock_rate` in turns, resampled linearly."""
+    """Readings, shape (m, n), by a clock that is fast by half and by one and a half of `clock_rate` in turns, resampled
+    linearly."""
     if law.clock_rate == 0.0:
         return columns
     t = np.arange(columns.shape[1]) * period_s

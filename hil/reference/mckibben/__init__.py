@@ -1,6 +1,7 @@
-"""The first family: McKibben muscles on a pulley, spool regulators with orifice flow, Maxwell-slip hysteresis, a potentiometer.
+"""The first family: McKibben muscles on a pulley, spool regulators with orifice flow, Maxwell-slip hysteresis, a
+potentiometer.
 
-`physics` holds the parameters of the healthy rig, `integrate` its compiled equations, `command` and `sensing` what happens to
-set-points and readings on their way, `disturbance` everything that can be wrong, `other_laws` every effect as another law than the
-library's, `plant` the rig as a function of set-points, session and disturbance.
+`physics` holds the parameters of the healthy rig, `integrate` its compiled equations, `command` and `sensing` what
+happens to set-points and readings on their way, `disturbance` everything that can be wrong, `other_laws` every effect
+as another law than the library's, `plant` the rig as a function of set-points, session and disturbance.
 """

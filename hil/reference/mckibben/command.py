@@ -26,14 +26,16 @@ def arrivals_s(n: int, period_s: float, law: CommandLaw, random: Generator) -> A
 
 
 def held(set_mpa: Array, arrival_s: Array, substeps: int, period_s: float) -> Array:
-    """The set-point in force on the internal grid, shape (n * substeps,): the newest one that has arrived, at first the first."""
+    """The set-point in force on the internal grid, shape (n * substeps,): the newest one that has arrived, at first the
+    first."""
     grid_s = (np.arange(len(set_mpa) * substeps) + 0.5) * (period_s / substeps)
     newest = np.searchsorted(arrival_s, grid_s, side="right") - 1
     return np.asarray(set_mpa[np.maximum(newest, 0)])
 
 
 def stamped(columns: Array, period_s: float, law: CommandLaw) -> Array:
-    """Readings, shape (m, n), taken by a clock of its own that runs fast by `clock_rate` once it is warm, resampled linearly."""
+    """Readings, shape (m, n), taken by a clock of its own that runs fast by `clock_rate` once it is warm, resampled
+    linearly."""
     if law.clock_rate == 0.0:
         return columns
     t = np.arange(columns.shape[1]) * period_s
@@ -42,7 +44,8 @@ def stamped(columns: Array, period_s: float, law: CommandLaw) -> Array:
 
 
 def repeated(columns: Array, law: CommandLaw, random: Generator) -> Array:
-    """Readings (p1, p2, angle), shape (3, n), some of which are the packet before; a two-state chain (Gilbert) makes the bursts."""
+    """Readings (p1, p2, angle), shape (3, n), some of which are the packet before; a two-state chain (Gilbert) makes
+    the bursts."""
     if law.repeat <= 0.0:
         return columns
     n: int = columns.shape[1]

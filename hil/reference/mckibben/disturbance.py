@@ -35,7 +35,8 @@ class RigLaw(NamedTuple):
     offset_1_mpa: float = 0.0
     offset_2_mpa: float = 0.0
     pilot_s: float = 0.0
-    """Filling time of the pilot chamber through a laminar restriction: rate proportional to the difference of squares."""
+    """Filling time of the pilot chamber through a laminar restriction: rate proportional to the difference of
+    squares."""
     orifice_fill: float = 1.0
     orifice_exhaust: float = 1.0
     """Orifice areas against the healthy ones."""

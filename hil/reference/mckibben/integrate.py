@@ -38,7 +38,9 @@ def rest(p1_mpa: float, p2_mpa: float, physics: Physics) -> Array:
 
 
 @compiled
-def step(set_1: float, set_2: float, time_s: float, warm: float, s: State, physics: Physics, rig: RigLaw, dt_s: float) -> None:
+def step(
+    set_1: float, set_2: float, time_s: float, warm: float, s: State, physics: Physics, rig: RigLaw, dt_s: float
+) -> None:
     """All of the rig by one internal step."""
     s[TANK] = max(0.12, s[TANK] + dt_s / REFILL_S * (physics.main_mpa - s[TANK]))
     slope = physics.volume_slope_per_rad
@@ -49,12 +51,20 @@ def step(set_1: float, set_2: float, time_s: float, warm: float, s: State, physi
 
 @compiled
 def integrate(
-    set_1_mpa: Array, set_2_mpa: Array, substeps: int, settle: int, dt_s: float, warm: float, physics: Physics, rig: RigLaw
+    set_1_mpa: Array,
+    set_2_mpa: Array,
+    substeps: int,
+    settle: int,
+    dt_s: float,
+    warm: float,
+    physics: Physics,
+    rig: RigLaw,
 ) -> Array:
-    """Set-points on the internal grid, shape (n * substeps,) gauge MPa -> (3, n): p1, p2 (gauge MPa), angle (rad) at each tick.
+    """Set-points on the internal grid, shape (n * substeps,) gauge MPa -> (3, n): p1, p2 (gauge MPa), angle (rad) at
+    each tick.
 
-    A tick is read before its own set-point acts. `settle` internal steps at the first set-points come first, after which
-    the slow springs are at ease; angles that leave +-3 rad end the record as NaN.
+    A tick is read before its own set-point acts. `settle` internal steps at the first set-points come first, after
+    which the slow springs are at ease; angles that leave +-3 rad end the record as NaN.
     """
     n = len(set_1_mpa) // substeps
     out = np.full((3, n), np.nan)

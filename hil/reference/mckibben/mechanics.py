@@ -1,6 +1,7 @@
 """Muscles and joint: McKibben forces, Maxwell slip, relaxing springs, dry friction, inertia, contact. Compiled.
 
-Force law of Chou and Hannaford (1996): F = pi r^2 p (a (1 - e)^2 - b), a = 3/tan^2(alpha), b = 1/sin^2(alpha), contraction e.
+Force law of Chou and Hannaford (1996): F = pi r^2 p (a (1 - e)^2 - b), a = 3/tan^2(alpha), b = 1/sin^2(alpha),
+contraction e.
 """
 
 import math
@@ -101,7 +102,9 @@ def foreign_torque(angle: float, time_s: float, rig: RigLaw) -> float:
 
 
 @compiled
-def step_joint(p1: float, p2: float, time_s: float, warm: float, s: State, physics: Physics, rig: RigLaw, dt_s: float) -> None:
+def step_joint(
+    p1: float, p2: float, time_s: float, warm: float, s: State, physics: Physics, rig: RigLaw, dt_s: float
+) -> None:
     """One semi-implicit step of the joint under both muscles' gauge pressures."""
     angle, speed = s[ANGLE], s[SPEED]
     heat = rig.warm_up * (1.0 - (1.0 - warm) * math.exp(-max(time_s, 0.0) / rig.warm_up_s))
@@ -109,7 +112,11 @@ def step_joint(p1: float, p2: float, time_s: float, warm: float, s: State, physi
     torque -= (1.0 + 3.0 * heat) * (physics.passive_nm_rad * angle + physics.passive_cube_nm_rad3 * angle**3)
     torque -= slip_torque(angle, 0.5 * (p1 + p2), s, physics) + relaxing_torque(angle, s, physics, rig, dt_s)
     level = physics.bearing_nm + rig.lugre_nm
-    if rig.jam_nm > 0.0 and time_s > rig.jam_start_s and (time_s - rig.jam_start_s) % rig.jam_every_s < rig.jam_length_s:
+    if (
+        rig.jam_nm > 0.0
+        and time_s > rig.jam_start_s
+        and (time_s - rig.jam_start_s) % rig.jam_every_s < rig.jam_length_s
+    ):
         level += rig.jam_nm
     torque -= dry_torque(speed, level, s, dt_s)
     torque += contact_torque(angle, speed, rig) + foreign_torque(angle, time_s, rig)

@@ -1,7 +1,8 @@
 """Every effect of the library as another law: what the blind check switches on in the physics plant.
 
-An entry turns one signed size into the plant's disturbance parameters; chance details that are no size (which valve, which phase,
-how uneven) are drawn. The comment at each entry says which law stands here against which one in the library.
+An entry turns one signed size into the plant's disturbance parameters; chance details that are no size (which valve,
+which phase, how uneven) are drawn. The comment at each entry says which law stands here against which one in the
+library.
 """
 
 import math
@@ -83,7 +84,9 @@ def _play(size: float, random: Generator) -> Disturbance:
 
 def _end_stop(size: float, random: Generator) -> Disturbance:
     limit = math.radians(size)
-    return one_of(random, rig(stop_high_rad=limit), rig(stop_low_rad=-limit), rig(stop_high_rad=limit, stop_low_rad=-limit))  # type: ignore[no-any-return]
+    return one_of(
+        random, rig(stop_high_rad=limit), rig(stop_low_rad=-limit), rig(stop_high_rad=limit, stop_low_rad=-limit)
+    )  # type: ignore[no-any-return]
 
 
 def _sensor_gain(size: float, random: Generator) -> Disturbance:
@@ -112,7 +115,9 @@ def _hum(size: float, random: Generator) -> Disturbance:
 
 
 def _dropout(size: float, random: Generator) -> Disturbance:
-    return sensor(dropout=size, dropout_run=float(random.uniform(1.0, 4.0)), dropout_deg=float(one_of(random, 0.0, -172.5)))
+    return sensor(
+        dropout=size, dropout_run=float(random.uniform(1.0, 4.0)), dropout_deg=float(one_of(random, 0.0, -172.5))
+    )
 
 
 OTHER_LAWS: Final[dict[str, EffectLaw]] = {
@@ -134,7 +139,8 @@ OTHER_LAWS: Final[dict[str, EffectLaw]] = {
     # spool overlap: opens late, closes late (hysteretic hold) | dead-band
     "valve_dead_band": EffectLaw("valve", "MPa", 1e-3, 0.06, False, lambda size, _: rig(overlap_mpa=size), "width_mpa"),
     # relief valve that yields to the regulator | sharp ceiling
-    "pressure_ceiling": EffectLaw("valve", "MPa", 0.16, 0.40, False, lambda size, _: rig(relief_mpa=size), "ceiling_mpa", falling=True),
+    "pressure_ceiling": EffectLaw("valve", "MPa", 0.16, 0.40, False, lambda size, _: rig(relief_mpa=size),
+    "ceiling_mpa", falling=True),
     # tank refilled through a restriction | sag in proportion to the flow, at once
     "supply_droop": EffectLaw("valve", "ratio", 0.5, 60.0, False, lambda size, _: rig(tank=size)),
     "co_contraction": EffectLaw("muscle", "MPa", 5e-4, 0.08, True, _co_contraction, "shift_mpa"),
@@ -189,7 +195,9 @@ def _hunting(size: float, random: Generator) -> Disturbance:
 
 
 def _notch(size: float, random: Generator) -> Disturbance:
-    return rig(notch=size, notch_rad=float(random.uniform(-0.25, 0.25)), notch_width_rad=float(random.uniform(0.05, 0.09)))
+    return rig(
+        notch=size, notch_rad=float(random.uniform(-0.25, 0.25)), notch_width_rad=float(random.uniform(0.05, 0.09))
+    )
 
 
 def _cogging(size: float, random: Generator) -> Disturbance:
@@ -198,7 +206,8 @@ def _cogging(size: float, random: Generator) -> Disturbance:
 
 def _jam(size: float, random: Generator) -> Disturbance:
     return rig(
-        jam_nm=25.0, jam_length_s=size, jam_every_s=float(random.uniform(2.5, 6.0)), jam_start_s=float(random.uniform(0.5, 2.5))
+        jam_nm=25.0, jam_length_s=size, jam_every_s=float(random.uniform(2.5, 6.0)),
+        jam_start_s=float(random.uniform(0.5, 2.5))
     )  # fmt: skip
 
 

@@ -12,8 +12,9 @@ ATMOSPHERE_MPA: Final = 0.1013
 
 
 class Physics(NamedTuple):
-    """One healthy rig: two regulators, two McKibben muscles on a pulley, a joint. Orders of magnitude from the paper's rig
-    (25 mm x 500 mm muscles, SMC ITV regulators), chosen so that +-0.2 MPa around P0 = 0.2 MPa turns the joint about +-40 degrees.
+    """One healthy rig: two regulators, two McKibben muscles on a pulley, a joint. Orders of magnitude from the paper's
+    rig (25 mm x 500 mm muscles, SMC ITV regulators), chosen so that +-0.2 MPa around P0 = 0.2 MPa turns the joint about
+    +-40 degrees.
     """
 
     main_mpa: float = 0.62
@@ -71,9 +72,12 @@ class Session(NamedTuple):
 
 
 _UNIT_SPREAD: Final = {
-    "main_mpa": 0.03, "fill_mpa_s": 0.15, "exhaust_mpa_s": 0.15, "fill_ratio_2": 0.08, "exhaust_ratio_2": 0.08, "full_open_mpa": 0.12,
-    "spool_s": 0.2, "line_s": 0.2, "volume_slope_per_rad": 0.2, "radius_m": 0.01, "contraction": 0.04, "braid_rad": 0.015,
-    "strength_2": 0.01, "pulley_m": 0.01, "passive_nm_rad": 0.15, "passive_cube_nm_rad3": 0.3, "slip_nm": 0.25, "slip_width": 0.2,
+    "main_mpa": 0.03, "fill_mpa_s": 0.15, "exhaust_mpa_s": 0.15, "fill_ratio_2": 0.08, "exhaust_ratio_2": 0.08,
+    "full_open_mpa": 0.12,
+    "spool_s": 0.2, "line_s": 0.2, "volume_slope_per_rad": 0.2, "radius_m": 0.01, "contraction": 0.04,
+    "braid_rad": 0.015,
+    "strength_2": 0.01, "pulley_m": 0.01, "passive_nm_rad": 0.15, "passive_cube_nm_rad3": 0.3, "slip_nm": 0.25,
+    "slip_width": 0.2,
     "relaxing_nm_rad": 0.3, "bearing_nm": 0.3, "viscous_nm_s": 0.2, "inertia_kgm2": 0.15,
 }  # fmt: skip
 """Relative standard deviation between rigs of the same build."""
@@ -88,7 +92,8 @@ _DRIFT_WEIGHT: Final = {
     "length_m": 0.0,
     "pulley_m": 0.0,
 }
-"""How much of the drift between sessions a parameter takes; 1 where it is not listed. Metal does not drift, rubber does."""
+"""How much of the drift between sessions a parameter takes; 1 where it is not listed. Metal does not drift, rubber
+does."""
 
 
 def draw_unit(random: Generator) -> Physics:
@@ -108,9 +113,12 @@ def draw_session(physics: Physics, drift: float, random: Generator) -> Session:
     scale = (drift / 0.004) ** 0.5
     values = physics._asdict()
     for name in values:
-        values[name] *= float(np.exp(drift * _DRIFT_WEIGHT.get(name, 1.0) * np.clip(random.standard_normal(), -2.5, 2.5)))
+        values[name] *= float(
+            np.exp(drift * _DRIFT_WEIGHT.get(name, 1.0) * np.clip(random.standard_normal(), -2.5, 2.5))
+        )
     bias_1, bias_2, offset, gain = np.clip(random.standard_normal(4), -2.5, 2.5).tolist()
     return Session(
-        Physics(**values), 0.0008 * scale * bias_1, 0.0008 * scale * bias_2, 0.08 * scale * offset, 1.0 + 0.002 * scale * gain,
+        Physics(**values), 0.0008 * scale * bias_1, 0.0008 * scale * bias_2, 0.08 * scale * offset,
+        1.0 + 0.002 * scale * gain,
         float(random.uniform(0.0, 0.3)), int(random.integers(2**31)),
     )  # fmt: skip

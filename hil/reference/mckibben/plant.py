@@ -69,18 +69,27 @@ def make_plant(unit_seed: int) -> Plant:
 
 
 def _true_motion(
-    p1_mpa: Array, p2_mpa: Array, period_s: float, session: Session, disturbance: Disturbance, random: np.random.Generator
+    p1_mpa: Array,
+    p2_mpa: Array,
+    period_s: float,
+    session: Session,
+    disturbance: Disturbance,
+    random: np.random.Generator,
 ) -> Array:
     """Pressures at the monitors (MPa) and joint angle (rad) at each tick, shape (3, n), before any instrument."""
     n, substeps = len(p1_mpa), max(1, round(period_s / STEP_S))
     arrival = arrivals_s(n, period_s, disturbance.command, random)
     set_1, set_2 = (
-        held(p + coloured(n, SET_POINT_NOISE_MPA, 0.05, period_s, random), arrival, substeps, period_s) for p in (p1_mpa, p2_mpa)
+        held(p + coloured(n, SET_POINT_NOISE_MPA, 0.05, period_s, random), arrival, substeps, period_s)
+        for p in (p1_mpa, p2_mpa)
     )
     step_s = period_s / substeps
-    out = integrate(set_1, set_2, substeps, round(SETTLE_S / step_s), step_s, session.warm, session.physics, disturbance.rig)
+    out = integrate(
+        set_1, set_2, substeps, round(SETTLE_S / step_s), step_s, session.warm, session.physics, disturbance.rig
+    )
     if not np.isfinite(out).all():
         raise RigError(
-            f"physics plant: the joint left +-170 degrees at {np.isfinite(out[2]).sum() * period_s:.2f} s; use a smaller effect or command"
+            f"physics plant: the joint left +-170 degrees at {np.isfinite(out[2]).sum() * period_s:.2f} s; use a "
+            "smaller effect or command"
         )
     return out

@@ -70,7 +70,14 @@ def spool_command(error_mpa: float, s: State, at: int, full_open_mpa: float, rig
 
 @compiled
 def step_valve(
-    set_mpa: float, volume: float, volume_rate_s: float, valve: int, s: State, physics: Physics, rig: RigLaw, dt_s: float
+    set_mpa: float,
+    volume: float,
+    volume_rate_s: float,
+    valve: int,
+    s: State,
+    physics: Physics,
+    rig: RigLaw,
+    dt_s: float,
 ) -> None:
     """One step of one regulator and its muscle's chamber. `volume` relative to the joint at zero."""
     at = valve * VALVE_STATES
@@ -100,7 +107,8 @@ def step_valve(
 
 @compiled
 def muscle_pressure(valve: int, s: State, rig: RigLaw) -> float:
-    """Gauge pressure (MPa) inside the muscle, behind a leak that the monitor does not see, above the bladder's threshold."""
+    """Gauge pressure (MPa) inside the muscle, behind a leak that the monitor does not see, above the bladder's
+    threshold."""
     p = s[valve * VALVE_STATES + LINE]
     tap = rig.tap_1 if valve == 0 else rig.tap_2
     return max(0.0, p - tap * p * p / EXHAUST_REFERENCE_MPA - ATM - rig.threshold_mpa)

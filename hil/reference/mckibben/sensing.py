@@ -117,7 +117,8 @@ def converted(angle_deg: Array, law: SensorLaw) -> Array:
 
 @compiled
 def _fallen(chance: Array, enter: float, leave: float) -> Array:
-    """How far the reading has fallen, 0 to 1: a two-state chain (Gilbert), and half of the way back with each sample after it."""
+    """How far the reading has fallen, 0 to 1: a two-state chain (Gilbert), and half of the way back with each sample
+    after it."""
     out = np.zeros_like(chance)
     lifted = False
     for k in range(1, len(chance)):

@@ -1,4 +1,5 @@
-"""The interpreter's layer: an audit hook that refuses, from Python, files elsewhere, programs, connections and the generators."""
+"""The interpreter's layer: an audit hook that refuses, from Python, files elsewhere, programs, connections and the
+generators."""
 
 import os
 import sys
@@ -8,7 +9,8 @@ from typing import Any, Final
 
 _FILES: Final = ("open", "os.listdir", "os.scandir")
 _NEVER: Final = (
-    "socket.connect", "socket.bind", "socket.sendto", "socket.sendmsg", "subprocess.Popen", "os.exec", "os.posix_spawn", "os.system",
+    "socket.connect", "socket.bind", "socket.sendto", "socket.sendmsg", "subprocess.Popen", "os.exec", "os.posix_spawn",
+    "os.system",
     "os.kill",
 )  # fmt: skip
 

@@ -1,7 +1,9 @@
-"""The kernel's layer of names: a file tree that holds the given places and nothing else, and a network without interfaces.
+"""The kernel's layer of names: a file tree that holds the given places and nothing else, and a network without
+interfaces.
 
-What is not in the tree cannot be opened, listed, nor asked for its size and times. Needs user namespaces, which some systems and most
-containers refuse; then there is no such layer. See user_namespaces(7), mount_namespaces(7), pivot_root(2).
+What is not in the tree cannot be opened, listed, nor asked for its size and times. Needs user namespaces, which some
+systems and most containers refuse; then there is no such layer. See user_namespaces(7), mount_namespaces(7),
+pivot_root(2).
 """
 
 import ctypes
@@ -37,7 +39,8 @@ def enter(readable: Sequence[Path], writable: Sequence[Path]) -> bool:
 
 
 def _apart(libc: Any, user: int, group: int) -> bool:
-    """Namespaces of our own, with ourselves in them; False when the system refuses them, or gives them without any rights."""
+    """Namespaces of our own, with ourselves in them; False when the system refuses them, or gives them without any
+    rights."""
     if libc.unshare(_NEW_USER | _NEW_MOUNTS | _NEW_NETWORK | _NEW_IPC) != 0:
         return False
     try:
@@ -49,7 +52,8 @@ def _apart(libc: Any, user: int, group: int) -> bool:
 
 
 def _move(libc: Any, places: Sequence[Path]) -> None:
-    """Put the places into a new tree and leave the old one. They are held before the new tree covers some of their names."""
+    """Put the places into a new tree and leave the old one. They are held before the new tree covers some of their
+    names."""
     held = {path: os.open(path, os.O_PATH | os.O_CLOEXEC) for path in places if not path.is_symlink()}
     _mount(libc, "tmpfs", _NEW_ROOT, "tmpfs", 0)
     for path in places:

@@ -1,8 +1,8 @@
-"""The simulator with the named causes added: a model like any other, for `pamrig simulate` and the simulated rig; and how far the
-gap shrinks with it.
+"""The simulator with the named causes added: a model like any other, for `pamrig simulate` and the simulated rig; and
+how far the gap shrinks with it.
 
-The response model that names causes (`rig.gap.reference.nominal`) propagates an effect to the angle better than a simulator does. What a
-user gets is the simulator's: so it is asked itself, on the records at hand.
+The response model that names causes (`rig.gap.reference.nominal`) propagates an effect to the angle better than a
+simulator does. What a user gets is the simulator's: so it is asked itself, on the records at hand.
 """
 
 from collections.abc import Collection, Sequence
@@ -24,7 +24,8 @@ from rig.model.parameters import AddedEffect, Model
 from rig.record import Column
 
 MEAN_EXPONENTS = (0.6, 0.7, 0.8, 0.9, 1.0)
-"""Laws of the mean pressure that are tried: d = (p1 - p2) (2 P0 / (p1 + p2))^exponent; 1 without, less with passive stiffness."""
+"""Laws of the mean pressure that are tried: d = (p1 - p2) (2 P0 / (p1 + p2))^exponent; 1 without, less with passive
+stiffness."""
 
 TUNED = 0.4
 """Most by which a size is changed for the simulator's sake."""
@@ -64,10 +65,12 @@ def helping(model: Model | None, causes: Sequence[Applied], prepared: Prepared) 
     return kept
 
 
-def tuned(model: Model | None, causes: Sequence[Applied], sizes: Sequence[Collection[str]], prepared: Prepared) -> list[Applied]:
-    """The causes with the numbers that are each one's size (`sizes`: their names) as serves the simulator best on these records: its
-    loops are not the rig's, and the same cause counts a little more or less in them. Unchanged without a simulator, or where it runs
-    away."""
+def tuned(
+    model: Model | None, causes: Sequence[Applied], sizes: Sequence[Collection[str]], prepared: Prepared
+) -> list[Applied]:
+    """The causes with the numbers that are each one's size (`sizes`: their names) as serves the simulator best on these
+    records: its loops are not the rig's, and the same cause counts a little more or less in them. Unchanged without a
+    simulator, or where it runs away."""
     before = None if model is None or not causes else _simulated(model, prepared)
     if model is None or before is None:
         return list(causes)
@@ -95,7 +98,8 @@ def _scaled(cause: Applied, names: Collection[str], share: float) -> dict[str, f
     """The cause's numbers, those named times a share; within the stage's bounds."""
     bounds = {number.name: (number.low, number.high) for number in EFFECT_STAGES[cause.stage].numbers}
     return {
-        name: float(np.clip(share * value, *bounds[name])) if name in names else value for name, value in cause.numbers.items()
+        name: float(np.clip(share * value, *bounds[name])) if name in names else value
+        for name, value in cause.numbers.items()
     }
 
 
@@ -106,9 +110,12 @@ def _added(causes: Sequence[Applied], prepared: Prepared) -> list[AddedEffect]:
     ]
 
 
-def _with_all(model: Model, causes: Sequence[Applied], prepared: Prepared, before: list[Column] | None) -> tuple[Model, float]:
-    """`model` with all causes, and the sum of squares that it leaves of the gap; where they change the mean pressure, with the law of
-    the mean pressure that leaves least, because the records that `model` was identified on never showed another."""
+def _with_all(
+    model: Model, causes: Sequence[Applied], prepared: Prepared, before: list[Column] | None
+) -> tuple[Model, float]:
+    """`model` with all causes, and the sum of squares that it leaves of the gap; where they change the mean pressure,
+    with the law of the mean pressure that leaves least, because the records that `model` was identified on never showed
+    another."""
     changed = replace(model, effects=[*model.effects, *_added(causes, prepared)], fingerprint=None)
     tried = [changed]
     if causes and "mean_exponent" in model.muscle.parameters and _mean_moves(model, changed, prepared):
@@ -180,7 +187,8 @@ def noise_fraction(model: Model | None, causes: Sequence[Applied], prepared: Pre
 
 
 def simulated_changes(model: Model, changed: Model, prepared: Prepared) -> list[Column] | None:
-    """For each pair, at the raw record's times: by how much the angle (deg) of `changed` differs; None where one runs away."""
+    """For each pair, at the raw record's times: by how much the angle (deg) of `changed` differs; None where one runs
+    away."""
     return _changes(_simulated(model, prepared), _simulated(changed, prepared))
 
 

@@ -38,7 +38,8 @@ class HowFar:
 def how_far(
     causes: Sequence[tuple[str, Fit]], expected: Expected, prepared: Prepared, model: Model | None, settings: Fitted
 ) -> HowFar:
-    """Causes with the factor that each was found on; each record is judged by a fit to the other half of the records."""
+    """Causes with the factor that each was found on; each record is judged by a fit to the other half of the
+    records."""
     count = len(expected.tracks)
     left = np.zeros(count)
     for odd in (0, 1) if count > 1 else (0,):

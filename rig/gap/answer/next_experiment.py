@@ -1,7 +1,8 @@
-"""What to record next: the sweep under which the causes that are still possible differ most, inside what the rig already did.
+"""What to record next: the sweep under which the causes that are still possible differ most, inside what the rig
+already did.
 
-Each candidate sweep is carried through the frozen nominal rig once for each possible cause; the sweep with the largest smallest
-difference, counted in floors, is recommended.
+Each candidate sweep is carried through the frozen nominal rig once for each possible cause; the sweep with the largest
+smallest difference, counted in floors, is recommended.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,14 +23,19 @@ LOW_MPA, HIGH_MPA = 0.02, 0.45
 REST_MPA = (0.15, 0.2, 0.3)
 _NO_RECORD = Record("planned", np.zeros(2), np.zeros(2))
 WORTH = 3.0
-"""Expected differences below this many floors are not worth an experiment: a gap of three is what the diagnosis is held to."""
+"""Expected differences below this many floors are not worth an experiment: a gap of three is what the diagnosis is held
+to."""
 
 
 def recommend(
-    possible: Sequence[Applied], nominal: Nominal, tracks: Sequence[Track], floor_deg: float, valve_floor_mpa: float | None
+    possible: Sequence[Applied],
+    nominal: Nominal,
+    tracks: Sequence[Track],
+    floor_deg: float,
+    valve_floor_mpa: float | None,
 ) -> dict[str, Any] | None:
-    """The sweep that separates most of the possible causes (likeliest first), as inline YAML, with the expected ratio; None when none
-    separates the likeliest from any other.
+    """The sweep that separates most of the possible causes (likeliest first), as inline YAML, with the expected ratio;
+    None when none separates the likeliest from any other.
 
     `valve_floor_mpa` is the floor of the monitors where they were measured: then the pressures count too.
     """
@@ -86,7 +92,8 @@ def _sweeps(swing_mpa: float, p0_mpa: float) -> list[dict[str, Any]]:
 
     lowest = min(REST_MPA)
     return [
-        sweep("fast_sine", "delay, lag and inertia part at 4 Hz", [p0_mpa], sine(4.0, 0.3, p0_mpa), sine(2.0, 0.4, p0_mpa)),
+        sweep("fast_sine", "delay, lag and inertia part at 4 Hz", [p0_mpa], sine(4.0, 0.3, p0_mpa), sine(2.0, 0.4,
+        p0_mpa)),
         sweep("slow_triangle", "play, creep and drift part when the joint moves slowly", [p0_mpa],
               {"triangle": {"frequency_hz": 0.1, "amplitude_mpa": amplitude(1.0, p0_mpa)}}, {"triangle": {"frequency_hz": 0.1, "amplitude_mpa": amplitude(0.3, p0_mpa)}}),  # noqa: E501
         sweep("amplitudes", "gain, bend, ceiling and load part when the amplitude changes", [p0_mpa],
@@ -98,7 +105,11 @@ def _sweeps(swing_mpa: float, p0_mpa: float) -> list[dict[str, Any]]:
 
 
 def _differences(
-    sweep: dict[str, Any], possible: Sequence[Applied], nominal: Nominal, floor_deg: float, valve_floor_mpa: float | None
+    sweep: dict[str, Any],
+    possible: Sequence[Applied],
+    nominal: Nominal,
+    floor_deg: float,
+    valve_floor_mpa: float | None,
 ) -> dict[tuple[int, int], float]:
     """For each pair of causes: how many floors they differ by in the record of the sweep where they differ most."""
     tracks = _virtual(sweep, nominal)
@@ -126,7 +137,18 @@ def _virtual(sweep: dict[str, Any], nominal: Nominal) -> list[Track]:
             wave = np.sin(phase) if kind == "sine" else 2 / np.pi * np.arcsin(np.sin(phase))
             half = 0.5 * numbers["amplitude_mpa"] * wave
             pairs.append(
-                Pair(f"{kind}_{rest}", PERIOD_S, t, rest + half, rest - half, _nothing(t), (), np.ones_like(t), _NO_RECORD, ())
+                Pair(
+                    f"{kind}_{rest}",
+                    PERIOD_S,
+                    t,
+                    rest + half,
+                    rest - half,
+                    _nothing(t),
+                    (),
+                    np.ones_like(t),
+                    _NO_RECORD,
+                    (),
+                )
             )
     references = []
     for pair in pairs:

@@ -1,7 +1,7 @@
 """What re-tuning the simulator's own parameters to these records would close, and which of them moved.
 
-A model that is fitted again follows the records closer whatever causes the gap; so this is said beside the causes, never instead of
-them, and judged on records that the fit has not seen.
+A model that is fitted again follows the records closer whatever causes the gap; so this is said beside the causes,
+never instead of them, and judged on records that the fit has not seen.
 """
 
 from collections.abc import Callable, Sequence
@@ -32,7 +32,20 @@ THINNED = 4
 """Every so manieth row of a record counts: neighbours say the same."""
 TUNED = {
     "valve": ("gain", "offset_mpa", "tau_s"),
-    "muscle": ("lambda1", "lambda2", "xi1", "xi2", "phi1", "phi2", "beta1", "beta2", "xi", "psi", "beta", "mean_exponent"),
+    "muscle": (
+        "lambda1",
+        "lambda2",
+        "xi1",
+        "xi2",
+        "phi1",
+        "phi2",
+        "beta1",
+        "beta2",
+        "xi",
+        "psi",
+        "beta",
+        "mean_exponent",
+    ),
     "joint": ("omega_rad_per_s", "damping"),
     "sensor": ("gain", "offset_deg"),
 }
@@ -55,7 +68,8 @@ class Moved:
 
     def to_json(self) -> dict[str, Any]:
         return {
-            "name": self.name, "from": self.before, "to": self.after, "low": self.low, "high": self.high, "unit": self.unit
+            "name": self.name, "from": self.before, "to": self.after, "low": self.low, "high": self.high,
+            "unit": self.unit
         }  # fmt: skip
 
 
@@ -85,7 +99,8 @@ class Retuning:
 
 
 def retuned_model(model: Model, prepared: Prepared) -> Model:
-    """`model` with its own parameters fitted again to the records, and a word on that; ModelError where it runs away under them."""
+    """`model` with its own parameters fitted again to the records, and a word on that; ModelError where it runs away
+    under them."""
     at_rest = replace(model, p0_mpa=prepared.pairing.p0_mpa)
     found = retune(at_rest, prepared.pairs, prepared.pairing.pressures)
     if found is None:
@@ -135,8 +150,9 @@ def _scale(parameter: Parameter, name: str) -> float:
 
 
 def _cross_fitted(errors: "_Errors", count: int) -> tuple[Fit, Column, Column]:
-    """The fit of all moves (in scales, each held to zero by one unit), their standard deviations, and the residual of each record by a
-    fit to the other half of the records: one Gauss-Newton step from the common optimum, so that nothing is simulated again."""
+    """The fit of all moves (in scales, each held to zero by one unit), their standard deviations, and the residual of
+    each record by a fit to the other half of the records: one Gauss-Newton step from the common optimum, so that
+    nothing is simulated again."""
 
     def residual(x: Column) -> Column:
         return np.concatenate([errors.weighed(x), x])
@@ -193,7 +209,9 @@ class _Errors:
         for pair in self._pairs:
             said = simulate(model, pair.raw)
             t = said.t_s - said.t_s[0]
-            angle, p1, p2 = (None if c is None else np.interp(pair.t_s, t, c) for c in (said.angle_deg, said.p1_mpa, said.p2_mpa))
+            angle, p1, p2 = (
+                None if c is None else np.interp(pair.t_s, t, c) for c in (said.angle_deg, said.p1_mpa, said.p2_mpa)
+            )
             assert angle is not None
             case = pair.case
             found.append(
@@ -211,13 +229,16 @@ class _Errors:
         return (measured - said) * used
 
     def weighed(self, x: Column) -> Column:
-        """(r,) thinned errors of every record, in a hundredth of their range; not a number where the simulator runs away."""
+        """(r,) thinned errors of every record, in a hundredth of their range; not a number where the simulator runs
+        away."""
         try:
             said = self._said(x)
         except RigError:
             return np.full(len(self.record), np.nan)
         units = (self._angle_unit, self._pressure_unit, self._pressure_unit)
-        return np.concatenate([column[::THINNED] / unit for one in said for column, unit in zip(one, units, strict=True)])
+        return np.concatenate(
+            [column[::THINNED] / unit for one in said for column, unit in zip(one, units, strict=True)]
+        )
 
     def angle_ms(self, weighed: Column) -> Column:
         """Mean square of each record's angle error, deg^2, from its thinned errors."""

@@ -98,7 +98,10 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
         _evidence(told, gaps, far, bool(kept)),
         list(
             dict.fromkeys(
-                [*told.prepared.pairing.notes, *(f"{mark.text}: no effect of the library does that" for mark in _strange(told))]
+                [
+                    *told.prepared.pairing.notes,
+                    *(f"{mark.text}: no effect of the library does that" for mark in _strange(told)),
+                ]
             )
         ),
         reference=told.expected.kind.value,
@@ -155,12 +158,16 @@ def _unknowns(told: Told, before: float) -> list[Cause]:
     """Something unknown for each factor where that is the likeliest, or stands beside the effect."""
     found = []
     for posterior in told.posteriors:
-        open_here = posterior.fit is None or posterior.beside > 0.5 or (posterior.fit, posterior) in _spoilt(told, before)
+        open_here = (
+            posterior.fit is None or posterior.beside > 0.5 or (posterior.fit, posterior) in _spoilt(told, before)
+        )
         if posterior.found and open_here:
             near = sorted(posterior.fits, key=lambda name: -posterior.probability[name])[:2]
             stage = EFFECT_STAGES[posterior.fits[near[0]].applied.stage].lies_in if near else "joint"
             chance = posterior.probability[UNKNOWN] if posterior.fit is None else posterior.beside
-            found.append(Cause(UNKNOWN, stage, posterior.stand.name, None, {}, before, before, 0.0, tuple(near), chance))
+            found.append(
+                Cause(UNKNOWN, stage, posterior.stand.name, None, {}, before, before, 0.0, tuple(near), chance)
+            )
     return found
 
 
@@ -191,7 +198,8 @@ def share_closed(posterior: Posterior, fit: Fit) -> float:
 
 
 def _explained(told: Told, kept: Sequence[tuple[Posterior, Fit]], before: float, after: float, floor: float) -> float:
-    """(G - E) / (G - F) in mean squares of the angle where it stands above the floor; else of what the causes were found on."""
+    """(G - E) / (G - F) in mean squares of the angle where it stands above the floor; else of what the causes were
+    found on."""
     if not kept:
         return 1.0
     if before > ABOVE * floor:
@@ -230,7 +238,8 @@ def _where(told: Told, causes: Sequence[Cause], gaps: Sequence[Column]) -> dict[
 
 
 def _shares(told: Told) -> dict[str, float]:
-    """Shares of the angle gap's mean square that come through the pressures and from behind them; empty from the angle alone."""
+    """Shares of the angle gap's mean square that come through the pressures and from behind them; empty from the angle
+    alone."""
     if told.pressures is None:
         return {}
     pairs, expected = told.prepared.pairs, told.expected
@@ -247,19 +256,27 @@ def _chain(causes: Sequence[Cause]) -> list[dict[str, object]]:
         closed[cause.stage] += max(cause.gap_before_deg**2 - cause.gap_after_deg**2, 0.0)
     total = max(sum(closed.values()), 1e-12)
     return [
-        {"stage": stage, "effects": [cause.effect for cause in causes if cause.stage == stage], "share": closed[stage] / total}
+        {
+            "stage": stage,
+            "effects": [cause.effect for cause in causes if cause.stage == stage],
+            "share": closed[stage] / total,
+        }
         for stage in STAGES
     ]
 
 
 def _ranking(told: Told, marks: Sequence[Cause]) -> list[Ranked]:
     """All effects of both factors by probability, those of the raw data first."""
-    lines = [Ranked(mark.effect, mark.stage, "raw data", mark.explained_fraction, mark.confidence, 0.0) for mark in marks]
+    lines = [
+        Ranked(mark.effect, mark.stage, "raw data", mark.explained_fraction, mark.confidence, 0.0) for mark in marks
+    ]
     for posterior in told.posteriors:
         for name, fit in posterior.fits.items():
             lies_in = EFFECT_STAGES[fit.applied.stage].lies_in
             closed = share_closed(posterior, fit)
-            lines.append(Ranked(name, lies_in, posterior.stand.name, closed, posterior.probability[name], -fit.log_evidence))
+            lines.append(
+                Ranked(name, lies_in, posterior.stand.name, closed, posterior.probability[name], -fit.log_evidence)
+            )
     return sorted(lines, key=lambda line: -line.probability)
 
 

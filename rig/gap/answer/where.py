@@ -1,6 +1,7 @@
 """Where the gap lies for a person: over frequency, over the phase of the motion, over the operating region, over time.
 
-Every breakdown is of the same mean square, so the shares of each add up to 1. Which effect causes it is decided elsewhere.
+Every breakdown is of the same mean square, so the shares of each add up to 1. Which effect causes it is decided
+elsewhere.
 """
 
 from collections.abc import Sequence
@@ -18,7 +19,8 @@ STEP_SHARE = 0.5
 
 
 def frequency_shares(pairs: Sequence[Pair], gaps: Sequence[Column]) -> list[dict[str, Any]]:
-    """For each record: the share of the gap that is constant, at the excitation's lines, at odd and even multiples, and the rest."""
+    """For each record: the share of the gap that is constant, at the excitation's lines, at odd and even multiples, and
+    the rest."""
     return [_lines_of(pair, gap) for pair, gap in zip(pairs, gaps, strict=True)]
 
 
@@ -46,7 +48,12 @@ def _lines_of(pair: Pair, gap: Column) -> dict[str, Any]:
     total = max(float(power.sum()), 1e-30)
     shares = {name: float(value) / total for name, value in kinds.items()}
     shares["rest"] = max(1.0 - sum(shares.values()), 0.0)
-    return {"record": pair.name, "excited_hz": float(top / (n * pair.dt_s)), "rms_deg": _rms(gap, pair.used), "shares": shares}
+    return {
+        "record": pair.name,
+        "excited_hz": float(top / (n * pair.dt_s)),
+        "rms_deg": _rms(gap, pair.used),
+        "shares": shares,
+    }
 
 
 def phase_shares(pairs: Sequence[Pair], healthy: Sequence[Column], gaps: Sequence[Column]) -> list[dict[str, Any]]:
@@ -67,7 +74,9 @@ def region_shares(pairs: Sequence[Pair], healthy: Sequence[Column], gaps: Sequen
     angle, gap = np.concatenate(healthy), np.concatenate(gaps)
     used = np.concatenate([pair.used for pair in pairs]) > 0
     edges = np.linspace(angle[used].min(), angle[used].max() + 1e-9, REGIONS + 1)
-    bands = {f"{low:.1f} to {high:.1f} deg": gap[used & (angle >= low) & (angle < high)] for low, high in pairwise(edges)}
+    bands = {
+        f"{low:.1f} to {high:.1f} deg": gap[used & (angle >= low) & (angle < high)] for low, high in pairwise(edges)
+    }
     return _told("angle", bands)
 
 

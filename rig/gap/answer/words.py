@@ -36,14 +36,16 @@ def answers(diagnosis: Diagnosis) -> dict[str, str]:
     misfit = diagnosis.evidence.get("model_misfit_deg")
     if misfit is not None and misfit > FAR * diagnosis.gap["floor_deg"]:
         told["Model:"] = (
-            f"as it stands it misses the healthy sessions by {misfit:.3g} deg rms. That is no part of the gap, which is what changed "
+            f"as it stands it misses the healthy sessions by {misfit:.3g} deg rms. That is no part of the gap, which "
+            "is what changed "
             "since; `pamrig identify` on the healthy sessions makes it smaller."
         )
     if diagnosis.next_experiment:
         names = ", ".join(diagnosis.next_experiment["separates"])
         ratio = diagnosis.next_experiment["expected_ratio"]
         told["Next:"] = (
-            f"to tell {names} apart: {diagnosis.next_experiment['why']}. They should differ by {ratio:.1f} floors there."
+            f"to tell {names} apart: {diagnosis.next_experiment['why']}. They should differ by {ratio:.1f} floors "
+            "there."
         )
     return told
 
@@ -62,7 +64,9 @@ def _verdict(diagnosis: Diagnosis) -> str:
 
 def _where(diagnosis: Diagnosis) -> str:
     shares = diagnosis.where["shares"]
-    stages = dict.fromkeys([diagnosis.where["stage"], *(cause.stage for cause in diagnosis.causes if cause.effect != "unknown")])
+    stages = dict.fromkeys(
+        [diagnosis.where["stage"], *(cause.stage for cause in diagnosis.causes if cause.effect != "unknown")]
+    )
     text = " and ".join(STAGES[stage] for stage in stages if stage in STAGES) or "somewhere in the chain"
     if shares:
         text += f": {100 * shares['valve']:.0f} % of the angle gap comes through the pressures, {100 * shares['downstream']:.0f} % from behind them"  # noqa: E501
@@ -78,7 +82,8 @@ def _name(cause: Cause) -> str:
         near = f" (nearest: {', '.join(cause.ambiguous_with)})" if cause.ambiguous_with else ""
         return f"unknown, seen in the {'pressures' if cause.side == 'valve' else 'angle'}{near}"
     numbers = ", ".join(
-        f"{name} {number.value:.3g} ({number.low:.3g} to {number.high:.3g}){'' if number.unit == '1' else ' ' + number.unit}"
+        f"{name} {number.value:.3g} ({number.low:.3g} to "
+        f"{number.high:.3g}){'' if number.unit == '1' else ' ' + number.unit}"
         for name, number in cause.parameters.items()
         if number.high > number.low
     )
@@ -93,7 +98,8 @@ def _how_far(diagnosis: Diagnosis) -> str:
         return f"the unsmoothed gap falls from {cause.gap_before_deg:.3g} to {cause.gap_after_deg:.3g} deg rms."
     if gap["explained_fraction"] < 0.0:
         return (
-            f"not at all: with this in it the simulator would be {gap['after_deg']:.3g} instead of {gap['rms_deg']:.3g} deg rms off. "
+            f"not at all: with this in it the simulator would be {gap['after_deg']:.3g} instead of "
+            f"{gap['rms_deg']:.3g} deg rms off. "
             "Something in the answer is wrong; do not use the augmented model."
         )
     return (

@@ -1,7 +1,8 @@
-"""Which effect: every law fitted to the frozen nominal rig, judged on records that its fit did not see, ranked side by side.
+"""Which effect: every law fitted to the frozen nominal rig, judged on records that its fit did not see, ranked side by
+side.
 
-A side is either the pressures (valve side) or the angle; `Bench` knows what an effect changes on it. Thresholds and words of the
-verdict are in `rig.gap.days.verdict`.
+A side is either the pressures (valve side) or the angle; `Bench` knows what an effect changes on it. Thresholds and
+words of the verdict are in `rig.gap.days.verdict`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -59,8 +60,8 @@ def rank(
 ) -> list[Candidate]:
     """Every effect's best law on this side, best first. Effects that this side cannot show are left out.
 
-    All are tried on the three records that show most; those within reach of the best are then fitted to all records. What the
-    monitors speak against is left out.
+    All are tried on the three records that show most; those within reach of the best are then fitted to all records.
+    What the monitors speak against is left out.
     """
     fitting = [effect for effect in effects if not effect.signature and shows(effect, bench)]
     few = bench.on(telling_records(bench.side))
@@ -180,7 +181,8 @@ class _Trial:
         return 0.0 if self._other is None else square_sum(self._valves(self._other, x, fixed))
 
     def valves_at_rest(self) -> float:
-        """The same without it: it is charged for what it makes worse there, and gets no credit for what it makes better."""
+        """The same without it: it is charged for what it makes worse there, and gets no credit for what it makes
+        better."""
         return 0.0 if self._other is None else square_sum(self._other.side.whitened()(self._other.side.gap))
 
     def settled(self, start: Column, fixed: Mapping[str, float], steps: int) -> Candidate | None:
@@ -191,11 +193,15 @@ class _Trial:
             return None
         held_out, spread = cross_validated(fit, side)
         if law.needs and not any(
-            abs(x) > PLAIN * deviation for name, x, deviation in zip(law.free, fit.x, spread, strict=True) if name in law.needs
+            abs(x) > PLAIN * deviation
+            for name, x, deviation in zip(law.free, fit.x, spread, strict=True)
+            if name in law.needs
         ):
             return None
         residual = self.raw(fit.x, fixed)
-        left = side.rms(side.beside(residual, self.looseness)) * float(np.sqrt(max(held_out, 1e-12) / max(fit.cost, 1e-12)))
+        left = side.rms(side.beside(residual, self.looseness)) * float(
+            np.sqrt(max(held_out, 1e-12) / max(fit.cost, 1e-12))
+        )
         valves, at_rest = self.valves_cost(fit.x, fixed), self.valves_at_rest()
         score = max(held_out - valves, 1e-9) + max(valves - at_rest, 0.0) + 2.0 * law.charge + 2.0 * (len(law.free) - 1)
         at_bound = sum(
@@ -210,8 +216,8 @@ class _Trial:
 def cross_validated(fit: Fit, side: Side) -> tuple[float, Column]:
     """Chi-square over held-out parts, each with the numbers fitted to the others, and the numbers' standard deviations.
 
-    Parts are records, or eight stretches of time where there are fewer than three records. The refits are Gauss-Newton steps from
-    the common optimum, so nothing is simulated again.
+    Parts are records, or eight stretches of time where there are fewer than three records. The refits are Gauss-Newton
+    steps from the common optimum, so nothing is simulated again.
     """
     n, k = len(side.gap), len(fit.x)
     parts = fold_of(side)

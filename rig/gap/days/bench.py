@@ -11,14 +11,24 @@ import numpy as np
 
 from rig.gap.days.side import Side
 from rig.gap.days.trigger import Trigger, trigger
-from rig.gap.hypotheses.propagate import Applied, Ready, Track, angle_under, angle_with, pressures_with, ready, response_with
+from rig.gap.hypotheses.propagate import (
+    Applied,
+    Ready,
+    Track,
+    angle_under,
+    angle_with,
+    pressures_with,
+    ready,
+    response_with,
+)
 from rig.gap.reference.nominal import Nominal
 from rig.record import Column
 
 
 @dataclass(frozen=True)
 class Bench:
-    """Where effects are tried: the tracks, the frozen rig, the side that is looked at, and what is already taken for granted."""
+    """Where effects are tried: the tracks, the frozen rig, the side that is looked at, and what is already taken for
+    granted."""
 
     tracks: Sequence[Track]
     nominal: Nominal
@@ -66,7 +76,9 @@ class Bench:
         """(n,) what it did read; of the pressures, without what a joint that moves otherwise did to them."""
         if self.side.name == "valve":
             references = [track.reference for track in self.tracks]
-            return np.concatenate([one.p1_mpa for one in references] + [one.p2_mpa for one in references]) + self.side.gap
+            return (
+                np.concatenate([one.p1_mpa for one in references] + [one.p2_mpa for one in references]) + self.side.gap
+            )
         return np.concatenate([track.pair.case.angle_deg for track in self.tracks])
 
     @cached_property

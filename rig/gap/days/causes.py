@@ -25,7 +25,8 @@ PAIR_CHANCE = 0.7
 
 
 def name_causes(findings: Findings, before: float, floor: float) -> list[Cause]:
-    """Named causes, strongest first, a side's second one after all first ones; a side that nothing explains gives `unknown`, last."""
+    """Named causes, strongest first, a side's second one after all first ones; a side that nothing explains gives
+    `unknown`, last."""
     prepared = findings.prepared
     found: list[Cause] = []
     for judged in findings.sides:
@@ -82,7 +83,8 @@ def _second(judged: Judged) -> list[str]:
 
 
 def fit(judged: Judged) -> float:
-    """How well the accepted causes explain their side at all: 1 where nothing stands out any more, else the square of what they explain.
+    """How well the accepted causes explain their side at all: 1 where nothing stands out any more, else the square of
+    what they explain.
 
     The best name of a poor lot is no good name.
     """
@@ -155,7 +157,7 @@ def marked(mark: Signature, prepared: Prepared) -> Cause:
 
 
 def trust(prepared: Prepared) -> float:
-    """How far the records can be trusted: less without repeated sessions, much less without a baseline, half where a sensor seems
-    clipped."""
+    """How far the records can be trusted: less without repeated sessions, much less without a baseline, half where a
+    sensor seems clipped."""
     known = 1.0 if len(prepared.pairs[0].sessions) >= 2 else 0.8 if prepared.has_baseline else 0.5
     return known * (CLIPPED_TRUST if prepared.pairing.clipped else 1.0)

@@ -1,4 +1,5 @@
-"""Two causes on one side: whether the best single one suffices, and which second one beside it takes away what it leaves."""
+"""Two causes on one side: whether the best single one suffices, and which second one beside it takes away what it
+leaves."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -15,21 +16,21 @@ from rig.identify.descent import square_sum
 LEADERS, LEADERS_BLIND = 2, 4
 """How many of the best single causes are tried as the first of a pair: with pressures, and from the angle alone."""
 PLAINLY_LEFT, BESIDE_A_LAW = 2.0, 0.6
-"""From the angle alone a rough law may well take in a second cause: one is tried also where the first leaves no more than its law, but this
-many remainders, and it must take away this share of the mean square above the floor."""
+"""From the angle alone a rough law may well take in a second cause: one is tried also where the first leaves no more
+than its law, but this many remainders, and it must take away this share of the mean square above the floor."""
 MAKEWEIGHT = 0.12
 """A cause beside another on the same side that explains less than this of the gap by itself mends the other's law."""
 SEVERAL, SETTLED = 8, 4
-"""How many second causes are fitted for an offset, gain or lag that the first one leaves, and how many of those that relieve it are
-fitted again together with it."""
+"""How many second causes are fitted for an offset, gain or lag that the first one leaves, and how many of those that
+relieve it are fitted again together with it."""
 
 
 def with_second(ranking: Sequence[Candidate], effects: Sequence[Effect], bench: Bench) -> list[Candidate]:
-    """The best candidate, and a second one beside it when the first leaves a gap that the second takes away. A single one that leaves
-    none, though it fits less well, goes before two.
+    """The best candidate, and a second one beside it when the first leaves a gap that the second takes away. A single
+    one that leaves none, though it fits less well, goes before two.
 
-    Either the second takes its share of the mean square that the first leaves above the floor; or what the first leaves is more of
-    an offset, gain or lag than days bring, and with the second it is not.
+    Either the second takes its share of the mean square that the first leaves above the floor; or what the first leaves
+    is more of an offset, gain or lag than days bring, and with the second it is not.
     """
     first = ranking[0]
     side = bench.side
@@ -38,7 +39,9 @@ def with_second(ranking: Sequence[Candidate], effects: Sequence[Effect], bench: 
     within_law = not (before.by_modes or leaves_too_much([first], side))
     if within_law and not (_blind(bench) and first.left > PLAINLY_LEFT * side.remainder):
         return [first]
-    alone = [one for one in ranking if len(one.residual) == len(side.gap) and not trigger(side, one.residual, loose).found]
+    alone = [
+        one for one in ranking if len(one.residual) == len(side.gap) and not trigger(side, one.residual, loose).found
+    ]
     if alone:
         return alone[:1]
     floor = side.remainder**2
@@ -70,8 +73,8 @@ def _blind(bench: Bench) -> bool:
 
 
 def _beside(leader: Candidate, effects: Sequence[Effect], bench: Bench, several: int) -> list[Candidate]:
-    """Second causes beside the leader, best first; at least `several` of them are fitted to all records. None of the leader's own class:
-    what two that look alike leave together says more about the laws than about the rig."""
+    """Second causes beside the leader, best first; at least `several` of them are fitted to all records. None of the
+    leader's own class: what two that look alike leave together says more about the laws than about the rig."""
     around = replace(bench, accepted=(leader.applied,))
     word = effect_class(leader.effect.name, True)
     others = [effect for effect in effects if effect_class(effect.name, True) != word]
@@ -87,8 +90,8 @@ def _settled(first: Candidate, second: Candidate, bench: Bench) -> list[Candidat
 
 
 def makeweight(causes: Sequence[Candidate], bench: Bench) -> Candidate | None:
-    """The one of two causes that explains next to nothing of the side's gap by itself, if any: it is there to mend the other, and one
-    effect that the library does not hold would look the same."""
+    """The one of two causes that explains next to nothing of the side's gap by itself, if any: it is there to mend the
+    other, and one effect that the library does not hold would look the same."""
     alone = replace(bench, accepted=())
     gap = square_sum(bench.side.gap)
     left = [square_sum((alone.measured - alone.predicted([cause.applied])) * alone.used) for cause in causes]

@@ -40,7 +40,8 @@ def diagnose_days(
     pressures: bool = True,
     library: Sequence[str] | None = None,
 ) -> tuple[Diagnosis, Findings]:
-    """Where the gap between rig and healthy sessions lies, which effect causes it and how far it shrinks with that effect added.
+    """Where the gap between rig and healthy sessions lies, which effect causes it and how far it shrinks with that
+    effect added.
 
     `baselines` holds one list of records a session of the healthy rig. `library` limits the effects by name.
     Raises RecordError when no record can be used, ModelError when there is nothing to compare with.
@@ -51,7 +52,9 @@ def diagnose_days(
 
 def _told(findings: Findings) -> Diagnosis:
     prepared, valve, angle, marks = findings.prepared, findings.valve, findings.angle, findings.signatures
-    undriven = angle_side(prepared, driven=False, model=None) if valve is not None and valve.trigger.found else angle.side
+    undriven = (
+        angle_side(prepared, driven=False, model=None) if valve is not None and valve.trigger.found else angle.side
+    )
     before = undriven.rms(np.concatenate(overall_gap(prepared, [])))
     kept = helping(findings.simulator, findings.applied, prepared)
     added = tuned(findings.simulator, kept, [findings.size_of(cause) for cause in kept], prepared)
@@ -101,7 +104,10 @@ def _told(findings: Findings) -> Diagnosis:
         evidence,
         list(
             dict.fromkeys(
-                [*prepared.pairing.notes, *(f"{mark.text}: no effect of the library does that" for mark in findings.strange)]
+                [
+                    *prepared.pairing.notes,
+                    *(f"{mark.text}: no effect of the library does that" for mark in findings.strange),
+                ]
             )
         ),
     )
@@ -115,14 +121,15 @@ def _unless_spoiling(cause: Cause, added: Sequence[Applied], prepared: Prepared)
     if mine is not None:
         return replace(cause, applied=Applied(mine.stage, full_numbers(mine, prepared.nominal)))
     prepared.pairing.notes.append(
-        f"with {cause.effect} in it the simulator would follow these records worse: named, but not added to it, and less sure"
+        f"with {cause.effect} in it the simulator would follow these records worse: named, but not added to it, and "
+        "less sure"
     )
     return replace(cause, applied=None, confidence=SPOILING * cause.confidence)
 
 
 def _fraction(findings: Findings, before: float, after: float, floor: float) -> float:
-    """Explained fraction of the angle gap; of the noise where signatures alone explain; of the side's own gap where the angle has
-    none (a gain of both valves)."""
+    """Explained fraction of the angle gap; of the noise where signatures alone explain; of the side's own gap where the
+    angle has none (a gain of both valves)."""
     accepted = [judged.fraction for judged in findings.sides if judged.accepted]
     named = [mark for mark in findings.signatures if mark.found and mark.effect]
     marked = [Applied(str(mark.effect), mark.numbers) for mark in named if mark.effect != "sensor_dropout"]
@@ -136,12 +143,14 @@ def _fraction(findings: Findings, before: float, after: float, floor: float) -> 
 
 
 def _hidden(side: Side) -> dict[str, object]:
-    """What re-tuning the nominal model (its offset, gain, lag and loop width) to the case could hide of the angle gap; never ranked by."""
+    """What re-tuning the nominal model (its offset, gain, lag and loop width) to the case could hide of the angle gap;
+    never ranked by."""
     sizes = side.free_sizes(side.gap)
     share = 1.0 - (side.rms(side.gap - side.modes @ sizes) / max(side.rms(side.gap), 1e-12)) ** 2
     offset, gain, lag, loop = (float(size) for size in sizes)
     text = (
-        f"Re-tuning offset ({offset:+.2g} deg), gain ({100 * gain:+.1f} %), lag ({1e3 * lag:+.1f} ms) and loop width ({100 * loop:+.0f} %) "
+        f"Re-tuning offset ({offset:+.2g} deg), gain ({100 * gain:+.1f} %), lag ({1e3 * lag:+.1f} ms) and loop width "
+        f"({100 * loop:+.0f} %) "
         f"of the model to these records would hide {100 * share:.0f} % of the gap, and with it the cause."
     )
     return {"hidden_share": share, "offset_deg": offset, "gain": gain, "lag_s": lag, "loop_width": loop, "text": text}
@@ -166,7 +175,9 @@ def _next(findings: Findings, causes: Sequence[Cause], floor_deg: float) -> dict
             continue
         own = [cause for cause in causes if cause.side == judged.side.name]
         names = (
-            judged.names if own and own[0].effect != "unknown" else [candidate.effect.name for candidate in judged.ranking[:2]]
+            judged.names
+            if own and own[0].effect != "unknown"
+            else [candidate.effect.name for candidate in judged.ranking[:2]]
         )
         possible = [candidate.applied for candidate in judged.ranking if candidate.effect.name in names][:4]
         if len(possible) >= 2:

@@ -1,4 +1,5 @@
-"""The computing of each step: pair and describe the healthy rig, each side's gap and floor, and the judgement of a side.
+"""The computing of each step: pair and describe the healthy rig, each side's gap and floor, and the judgement of a
+side.
 
 Their order is in `rig.gap.days.findings`, the words in `rig.gap.days.diagnosis`.
 """
@@ -62,8 +63,11 @@ MISFIT_SHARE = 0.05
 """What a model misses of a clean rig, as a share of the amplitude, when its file does not say."""
 
 
-def prepare(model: Model | None, records: Sequence[Record], baselines: Sequence[Sequence[Record]], pressures: bool) -> Prepared:
-    """Pair the records and describe the healthy rig; RecordError and ModelError when there is nothing to compare with."""
+def prepare(
+    model: Model | None, records: Sequence[Record], baselines: Sequence[Sequence[Record]], pressures: bool
+) -> Prepared:
+    """Pair the records and describe the healthy rig; RecordError and ModelError when there is nothing to compare
+    with."""
     pairing = without_strangers(pair_up(records, baselines, model.p0_mpa if model else 0.2, pressures=pressures))
     pairs = pairing.pairs
     has_baseline = bool(pairs[0].sessions)
@@ -81,7 +85,8 @@ def prepare(model: Model | None, records: Sequence[Record], baselines: Sequence[
 
 
 def model_misfit_deg(model: Model | None, prepared: Prepared) -> float | None:
-    """How far (deg rms) the model as it stands is from the healthy sessions; None without sessions or where it cannot be simulated.
+    """How far (deg rms) the model as it stands is from the healthy sessions; None without sessions or where it cannot
+    be simulated.
 
     No part of the gap: the diagnosis works on differences. The augmented model inherits it.
     """
@@ -100,14 +105,16 @@ def model_misfit_deg(model: Model | None, prepared: Prepared) -> float | None:
 
 
 def modelled(model: Model, pair: Pair) -> tuple[Column | None, Column | None, Column]:
-    """What the model says under the pair's command, on its grid, from where the healthy rig, or else the record, starts."""
+    """What the model says under the pair's command, on its grid, from where the healthy rig, or else the record,
+    starts."""
     start = [session.angle_deg[0] for session in pair.sessions] or [pair.case.angle_deg[0]]
     said = simulate(model, pair.raw, start_deg=float(np.mean(start)))
     assert said.angle_deg is not None
     share = float(np.ptp(said.angle_deg) / max(np.ptp(pair.case.angle_deg), 1e-9))
     if not 1.0 / STRANGE < share < STRANGE:
         raise ModelError(
-            f"{pair.name}: the model moves {share:.3g} times as far as the rig: other units, or outside its range; allowed without a "
+            f"{pair.name}: the model moves {share:.3g} times as far as the rig: other units, or outside its range; "
+            "allowed without a "
             f"baseline: {1 / STRANGE:.2g} .. {STRANGE:g} times"
         )
     own = said.t_s - said.t_s[0]
@@ -125,7 +132,8 @@ def references_of(
     pressures: bool,
     has_baseline: bool,
 ) -> tuple[tuple[Regulator, Regulator], list[Reference]]:
-    """Regulators and references: with measured pressures fitted to them, else the model's or usual ones and virtual pressures."""
+    """Regulators and references: with measured pressures fitted to them, else the model's or usual ones and virtual
+    pressures."""
     measured = [(first, second) for first, second, _ in sessions if first is not None and second is not None]
     if len(measured) == len(pairs) and (pressures or not has_baseline):
         regulators: tuple[Regulator, Regulator] = fit_regulators(pairs, measured)
@@ -134,7 +142,9 @@ def references_of(
         ]
     regulators = regulators_of(model)
     virtual = [
-        Reference(regulated(pair.u1_mpa, *regulators[0], pair.dt_s), regulated(pair.u2_mpa, *regulators[1], pair.dt_s), angle)
+        Reference(
+            regulated(pair.u1_mpa, *regulators[0], pair.dt_s), regulated(pair.u2_mpa, *regulators[1], pair.dt_s), angle
+        )
         for pair, (_, _, angle) in zip(pairs, sessions, strict=True)
     ]
     return regulators, virtual
@@ -148,7 +158,9 @@ def valve_side(prepared: Prepared) -> Side:
         + [must(pair.case.p2_mpa) - reference.p2_mpa for pair, reference in zip(pairs, references, strict=True)]
     )
     priors = np.array((VALVE_PRIORS if prepared.has_baseline else MODEL_VALVE_PRIORS) * 2)
-    noise = high_frequency_noise([column for pair in pairs for column in (must(pair.case.p1_mpa), must(pair.case.p2_mpa))])
+    noise = high_frequency_noise(
+        [column for pair in pairs for column in (must(pair.case.p1_mpa), must(pair.case.p2_mpa))]
+    )
     fallback, source = _fallback(prepared, [must(pair.case.p1_mpa) for pair in pairs], noise, 0.002)
     if not prepared.has_baseline:
         fallback = max(fallback, MISFIT_SHARE * max(float(np.ptp(reference.p1_mpa)) for reference in references))
@@ -165,10 +177,12 @@ def angle_side(
     added_variance: float = 0.0,
     doubted: Sequence[Column] = (),
 ) -> Side:
-    """The angle's gap and floor, under the case's own pressures when `driven`; `doubted` (n,) changes are in nobody's hand."""
+    """The angle's gap and floor, under the case's own pressures when `driven`; `doubted` (n,) changes are in nobody's
+    hand."""
     pairs, references, nominal = prepared.pairs, prepared.references, prepared.nominal
     healthy = [
-        angle_under(*case_pressures(track), track, nominal) if driven else track.reference.angle_deg for track in prepared.tracks
+        angle_under(*case_pressures(track), track, nominal) if driven else track.reference.angle_deg
+        for track in prepared.tracks
     ]
     handed = np.concatenate([now - reference.angle_deg for now, reference in zip(healthy, references, strict=True)])
     share = HANDOVER * float(np.sqrt(np.mean(handed**2)))
@@ -225,7 +239,8 @@ def judge(
     names = name_set(ranking, chances, prepared.pairing.pressures)
     accepted = with_second(ranking, effects, bench) if prepared.has_baseline else [ranking[0]]
     possible = [[one] for one in ranking if one.effect.name in names] if len(accepted) == 1 else []
-    # of what cannot be told apart, the likeliest that explains the side; one that leaves no more than its law usually does goes first
+    # of what cannot be told apart, the likeliest that explains the side; one that leaves no more than its law usually
+    # does goes first
     for causes in sorted([accepted, *possible], key=lambda causes: leaves_too_much(causes, side)):
         fraction, remainder = explained_share(causes, side), leaves_too_much(causes, side)
         if sufficient(fraction, ranking, trigger(side, causes[-1].residual).found, remainder):
@@ -241,7 +256,8 @@ def judge(
 def preferring(candidate: Candidate, judged: Judged) -> Judged:
     """A side judged anew: something outside it speaks for one of its names, and against the others."""
     chances = [
-        chance * (1.0 if one is candidate else UNCLEARED) for one, chance in zip(judged.ranking, judged.chances, strict=True)
+        chance * (1.0 if one is candidate else UNCLEARED)
+        for one, chance in zip(judged.ranking, judged.chances, strict=True)
     ]
     order = sorted(range(len(chances)), key=lambda k: judged.ranking[k] is not candidate)
     ranking = [judged.ranking[k] for k in order]
@@ -256,7 +272,8 @@ def _mended(causes: Sequence[Candidate], bench: Bench, prepared: Prepared) -> bo
     mending = makeweight(causes, bench)
     if mending is not None:
         prepared.pairing.notes.append(
-            f"{mending.effect.name} explains next to nothing by itself, it mends what the other cause leaves; one effect that the "
+            f"{mending.effect.name} explains next to nothing by itself, it mends what the other cause leaves; one "
+            "effect that the "
             "library does not hold would look the same"
         )
     return mending is not None

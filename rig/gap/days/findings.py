@@ -1,6 +1,8 @@
-"""What there is to find in the records: marks, the pressures' side judged, and the angle's with what the pressures hand over.
+"""What there is to find in the records: marks, the pressures' side judged, and the angle's with what the pressures hand
+over.
 
-Each step's computing is in `rig.gap.days.engine`, what goes between the sides in `rig.gap.days.handover`; here stands their order.
+Each step's computing is in `rig.gap.days.engine`, what goes between the sides in `rig.gap.days.handover`; here stands
+their order.
 """
 
 from collections.abc import Callable, Collection, Sequence
@@ -34,7 +36,8 @@ from rig.record import Column, Record
 ANOTHER_RIG = 0.3
 """A model that misses the healthy sessions by this share of the angle's spread is no simulator of this rig."""
 UNDOING = 0.4
-"""Causes of a rig that have nothing to do with each other hardly fit together as closely as to leave less than this of themselves."""
+"""Causes of a rig that have nothing to do with each other hardly fit together as closely as to leave less than this of
+themselves."""
 MOST_CAUSES = 2
 """More at once are less likely than one that the library does not hold."""
 WORSENED = 0.8
@@ -50,7 +53,8 @@ class Findings:
     angle: Judged
     signatures: list[Signature]
     simulator: Model | None
-    """What the causes are added to, and asked how far the gap shrinks; None without one, or when it is plainly another rig's."""
+    """What the causes are added to, and asked how far the gap shrinks; None without one, or when it is plainly another
+    rig's."""
     as_read: Prepared
     """As `prepared`, before lost samples were bridged."""
     model_misfit_deg: float | None = None
@@ -121,7 +125,8 @@ def _is_of_this_rig(missed: float, prepared: Prepared) -> bool:
     spread = float(np.std(np.concatenate([reference.angle_deg for reference in prepared.references])))
     if missed > ANOTHER_RIG * spread:
         prepared.pairing.notes.append(
-            f"the model misses the healthy sessions by {missed:.2g} deg, {100 * missed / spread:.0f} % of its spread: another rig's? "
+            f"the model misses the healthy sessions by {missed:.2g} deg, {100 * missed / spread:.0f} % of its "
+            "spread: another rig's? "
             "How far the gap shrinks is by the description of the healthy sessions, not by this model"
         )
     return missed <= ANOTHER_RIG * spread
@@ -148,13 +153,15 @@ def _both_sides(
         doubted = [*doubted, stiffened(prepared)]
     added = sum(mark.smoothed_deg2 for mark in marks if mark.found)
     side = angle_side(prepared, driven=driven, model=model, added_variance=added, doubted=doubted)
-    angle = judge(prepared, side, effects, driven=driven, beside=valve.side if valve is not None and not driven else None)
+    angle = judge(
+        prepared, side, effects, driven=driven, beside=valve.side if valve is not None and not driven else None
+    )
     return _doubting_conspiracies(Findings(prepared, valve, angle, marks, model, as_read))
 
 
 def _sparing(findings: Findings, with_valves: Callable[[Judged], Findings]) -> Findings:
-    """The same, or with another of the names that the pressures cannot tell apart, if that one leaves the angle without a gap where the
-    likeliest needs a second cause there."""
+    """The same, or with another of the names that the pressures cannot tell apart, if that one leaves the angle without
+    a gap where the likeliest needs a second cause there."""
     valve = findings.valve
     if valve is None or len(valve.accepted) != 1 or not findings.angle.accepted:
         return findings
@@ -171,7 +178,8 @@ def _sparing(findings: Findings, with_valves: Callable[[Judged], Findings]) -> F
 
 
 def _doubting_conspiracies(findings: Findings) -> Findings:
-    """Causes that all but undo each other in the angle, or more of them than are likely at once, leave room for one that is unknown."""
+    """Causes that all but undo each other in the angle, or more of them than are likely at once, leave room for one
+    that is unknown."""
     causes = findings.applied
     if len(causes) < 2 or not findings.angle.accepted:
         return findings
@@ -187,8 +195,8 @@ def _doubting_conspiracies(findings: Findings) -> Findings:
 
 
 def _coherence(prepared: Prepared, causes: Sequence[Applied]) -> float:
-    """What causes do to the angle together, over what they would do if they had nothing to do with each other; 0 when they undo each
-    other."""
+    """What causes do to the angle together, over what they would do if they had nothing to do with each other; 0 when
+    they undo each other."""
     healthy = np.concatenate(overall_gap(prepared, []))
     together = square_sum(healthy - np.concatenate(overall_gap(prepared, causes)))
     apart = sum(square_sum(healthy - np.concatenate(overall_gap(prepared, [cause]))) for cause in causes)
@@ -199,14 +207,16 @@ def _misread(prepared: Prepared, valve: Judged) -> Judged:
     """The valve side taken for its monitors' own error, and a note of it."""
     offsets = 1e3 * valve.side.free_sizes(valve.side.gap)[[0, 3]]
     prepared.pairing.notes.append(
-        f"the monitors read {offsets[0]:+.1f} and {offsets[1]:+.1f} kPa off the reference, and the angle does not follow: "
+        f"the monitors read {offsets[0]:+.1f} and {offsets[1]:+.1f} kPa off the reference, and the angle does not "
+        "follow: "
         "taken for their own error"
     )
     return untriggered(valve)
 
 
 def _misled(findings: Findings) -> bool:
-    """Whether a faint cause in the pressures makes the angle plainly worse: then the monitors are off, and not the pressures."""
+    """Whether a faint cause in the pressures makes the angle plainly worse: then the monitors are off, and not the
+    pressures."""
     valve, angle = findings.valve, findings.angle
     if valve is None or not valve.accepted or not faint(valve):
         return False
@@ -222,5 +232,8 @@ def _without_lost(prepared: Prepared, model: Model | None, pressures: bool) -> P
     lost = [lost_rows(pair.raw) for pair in prepared.pairs]
     count = len(prepared.pairs[0].raw_baselines)
     records = [bridged(pair.raw, rows) for pair, rows in zip(prepared.pairs, lost, strict=True)]
-    days = [[bridged(pair.raw_baselines[k], rows) for pair, rows in zip(prepared.pairs, lost, strict=True)] for k in range(count)]
+    days = [
+        [bridged(pair.raw_baselines[k], rows) for pair, rows in zip(prepared.pairs, lost, strict=True)]
+        for k in range(count)
+    ]
     return prepare(model, records, days, pressures)

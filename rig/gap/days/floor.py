@@ -1,7 +1,8 @@
 """What differs between healthy sessions: the floor that a gap must rise above, by side of the chain.
 
-Sessions differ in a few slow ways (offset, gain, lag, width of the loop: the modes) and in a remainder. Each mode has its own spread,
-learnt from the baselines and held up by a prior where they are few; the remainder has an rms. No effect is known here.
+Sessions differ in a few slow ways (offset, gain, lag, width of the loop: the modes) and in a remainder. Each mode has
+its own spread, learnt from the baselines and held up by a prior where they are few; the remainder has an rms. No effect
+is known here.
 """
 
 from collections.abc import Sequence
@@ -20,7 +21,8 @@ MEMORY_S = 1.0
 PRIOR_SESSIONS = 1.0
 """How many sessions the prior spread of a mode counts for."""
 ANGLE_PRIORS = (0.002, 0.003, 0.001, 0.03)
-"""Offset (share of the angle's range), gain, lag (s) and loop width (share): usual spread between days of a healthy rig."""
+"""Offset (share of the angle's range), gain, lag (s) and loop width (share): usual spread between days of a healthy
+rig."""
 VALVE_PRIORS = (0.0008, 0.003, 0.001)
 """Offset (MPa), gain and lag (s) of a pressure monitor."""
 MODEL_PRIORS = (0.03, 0.08, 0.03, 0.5)
@@ -35,7 +37,9 @@ def angle_modes(pairs: Sequence[Pair], references: Sequence[Reference]) -> Colum
         angle = reference.angle_deg
         width = max(0.1 * float(np.ptp(angle)), 1e-3)
         loop = stops(angle, width)
-        blocks.append(np.column_stack([np.ones_like(angle), angle, -np.gradient(angle, pair.dt_s), -loop]) * pair.used[:, None])
+        blocks.append(
+            np.column_stack([np.ones_like(angle), angle, -np.gradient(angle, pair.dt_s), -loop]) * pair.used[:, None]
+        )
     return np.concatenate(blocks)
 
 
@@ -67,7 +71,8 @@ def build_side(
     source: str,
     extra: float = 0.0,
 ) -> Side:
-    """A side from its gap and from each baseline session's deviation from the mean of the others (none: `fallback` is the floor).
+    """A side from its gap and from each baseline session's deviation from the mean of the others (none: `fallback` is
+    the floor).
 
     `extra` is an rms that the remainder gets on top: what the other side explains is known only to a share.
     """
@@ -100,7 +105,9 @@ def build_side(
     left = [side.rms(deviation * used - modes @ size) for deviation, size in zip(deviations, sizes, strict=True)]
     remainder = float(np.sqrt(fair * np.mean(np.square(left))))
     floor = float(np.sqrt(fair * np.mean([side.rms(deviation * used) ** 2 for deviation in deviations])))
-    return _replaced(side, spread, PRIOR_SESSIONS + count - 1, float(np.hypot(remainder, extra)), float(np.hypot(floor, extra)))
+    return _replaced(
+        side, spread, PRIOR_SESSIONS + count - 1, float(np.hypot(remainder, extra)), float(np.hypot(floor, extra))
+    )
 
 
 def _replaced(side: Side, spread: Column, degrees: float, remainder: float, floor: float) -> Side:

@@ -1,7 +1,8 @@
-"""Between the two sides of the chain: what the pressures do to the angle, what the joint does to the pressures, and what is in doubt.
+"""Between the two sides of the chain: what the pressures do to the angle, what the joint does to the pressures, and
+what is in doubt.
 
-The pressures drive the angle's side, but monitors misread from day to day, causes are known to a standard deviation, and a joint
-that moves otherwise squeezes its muscles. No side is judged here.
+The pressures drive the angle's side, but monitors misread from day to day, causes are known to a standard deviation,
+and a joint that moves otherwise squeezes its muscles. No side is judged here.
 """
 
 from collections.abc import Sequence
@@ -42,8 +43,9 @@ MEAN_MOVED = 0.01
 def echo(side: Side, prepared: Prepared) -> Column:
     """(n,) what a joint that moves otherwise than its pressures say does to them: it changes the muscles' volumes.
 
-    A regulator makes up for it with its time constant, so it is the fast part of the angle that the pressures do not explain, times
-    the absolute pressure and the growth of the volume with the angle: fitted for each muscle within what muscles can do.
+    A regulator makes up for it with its time constant, so it is the fast part of the angle that the pressures do not
+    explain, times the absolute pressure and the growth of the volume with the angle: fitted for each muscle within what
+    muscles can do.
     """
     moved = [
         (pair.case.angle_deg - angle_under(*case_pressures(track), track, prepared.nominal)) * pair.used
@@ -69,8 +71,9 @@ def echo(side: Side, prepared: Prepared) -> Column:
 def stripped(prepared: Prepared, valve: Judged) -> tuple[Prepared, list[Column]]:
     """The same with the pressures freed of what their monitors misread, and what is not known about that in the angle.
 
-    What the causes leave in the monitors' usual modes is shared between the day and the causes' laws, which are approximations, by
-    what either usually does. (n,) each: one standard deviation of such a share, carried to the angle.
+    What the causes leave in the monitors' usual modes is shared between the day and the causes' laws, which are
+    approximations, by what either usually does. (n,) each: one standard deviation of such a share, carried to the
+    angle.
     """
     side, left = valve.side, valve.accepted[-1].residual
     law = LAW_SHARE * np.abs(side.free_sizes(side.gap - left))
@@ -110,7 +113,9 @@ def stiffened(prepared: Prepared) -> Column:
     for track in prepared.tracks:
         p1, p2 = case_pressures(track)
         mean = 0.5 * (p1 + p2 - track.reference.p1_mpa - track.reference.p2_mpa)
-        moved = angle_under(p1, p2, track, prepared.nominal) - angle_under(p1 - mean, p2 - mean, track, prepared.nominal)
+        moved = angle_under(p1, p2, track, prepared.nominal) - angle_under(
+            p1 - mean, p2 - mean, track, prepared.nominal
+        )
         parts.append(MEAN_DOUBT * moved * track.pair.used)
     return np.concatenate(parts)
 
@@ -141,7 +146,8 @@ def doubts(prepared: Prepared, valve: Judged) -> list[Column]:
 
 
 def misreading(valve: Judged, plain: Side) -> bool:
-    """Whether a faint offset, gain or lag of the monitors is but theirs: the angle (`plain`: as commanded) does not follow."""
+    """Whether a faint offset, gain or lag of the monitors is but theirs: the angle (`plain`: as commanded) does not
+    follow."""
     return faint(valve) and not trigger(plain).found
 
 
@@ -159,7 +165,8 @@ def monitor_noise(prepared: Prepared, side: Side) -> float:
 
 
 def doubting(side: Side, doubted: Sequence[Column]) -> Side:
-    """The side with changes (n,) that may be there or not: as patterns of their own, the large ones, and in its floor."""
+    """The side with changes (n,) that may be there or not: as patterns of their own, the large ones, and in its
+    floor."""
     if not doubted:
         return side
     together = np.column_stack(doubted)
@@ -170,7 +177,8 @@ def doubting(side: Side, doubted: Sequence[Column]) -> Side:
 
 
 def with_mean_law(prepared: Prepared) -> Prepared:
-    """The description whose law of the mean pressure leaves least in the angle; baselines cannot tell, as theirs never changes."""
+    """The description whose law of the mean pressure leaves least in the angle; baselines cannot tell, as theirs never
+    changes."""
     pairs = prepared.pairs
     means = [
         float(np.mean((must(pair.case.p1_mpa) + must(pair.case.p2_mpa)) / (one.p1_mpa + one.p2_mpa)))

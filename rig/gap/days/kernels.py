@@ -14,8 +14,11 @@ __all__ = ["CARRIER_TERMS", "carrier_terms", "stops", "whitened"]
 
 
 @njit(cache=True, nogil=True)
-def whitened(residual: Column, modes: Column, to_sizes: Column, precision: Column, scale: float) -> Column:  # pragma: no cover
-    """Residual less its modes, scaled, then the modes' sizes by their precision: (n + m,) whose sum of squares is chi-square."""
+def whitened(
+    residual: Column, modes: Column, to_sizes: Column, precision: Column, scale: float
+) -> Column:  # pragma: no cover
+    """Residual less its modes, scaled, then the modes' sizes by their precision: (n + m,) whose sum of squares is
+    chi-square."""
     n, m = modes.shape
     out = np.empty(n + m)
     sizes = np.zeros(m)

@@ -43,9 +43,11 @@ class Judged:
     accepted: list[Candidate]
     """The causes that explain it, strongest first; empty when it has no gap or none explains it."""
     fraction: float
-    """Explained fraction of the side's own gap by the accepted causes, or by the best candidate when none is accepted."""
+    """Explained fraction of the side's own gap by the accepted causes, or by the best candidate when none is
+    accepted."""
     remainder: bool = False
-    """More is left than the laws of the accepted causes, or of any other name in the set, usually leave: something unknown is there."""
+    """More is left than the laws of the accepted causes, or of any other name in the set, usually leave: something
+    unknown is there."""
 
     @property
     def open(self) -> bool:
@@ -56,5 +58,11 @@ class Judged:
 def untriggered(judged: Judged) -> Judged:
     """The side without its gap: what was found is laid to something that is no cause."""
     return replace(
-        judged, trigger=replace(judged.trigger, found=False), ranking=[], chances=[], names=[], accepted=[], fraction=0.0
+        judged,
+        trigger=replace(judged.trigger, found=False),
+        ranking=[],
+        chances=[],
+        names=[],
+        accepted=[],
+        fraction=0.0,
     )

@@ -43,7 +43,8 @@ class Side:
     handed: float = 0.0
     """Rms that the other side's gap is worth on this one, by the response model."""
     doubts: Column | None = None
-    """(n, k) changes that may be there or not, one standard deviation each: what the other side hands over and nobody knows closer."""
+    """(n, k) changes that may be there or not, one standard deviation each: what the other side hands over and nobody
+    knows closer."""
 
     def rms(self, column: Column) -> float:
         """Root mean square over the measured rows."""
@@ -112,7 +113,9 @@ class Side:
     def free_sizes(self, column: Column) -> Column:
         """(m,) size of each mode in a column, by least squares."""
         gram = self.modes.T @ self.modes
-        return np.asarray(np.linalg.solve(gram + 1e-12 * np.diag(np.diag(gram) + 1e-30), self.modes.T @ column), dtype=np.float64)
+        return np.asarray(
+            np.linalg.solve(gram + 1e-12 * np.diag(np.diag(gram) + 1e-30), self.modes.T @ column), dtype=np.float64
+        )
 
     def whitened(self, looseness: float = 0.0) -> "Whitener":
         """How to weigh residuals of this side."""

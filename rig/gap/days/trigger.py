@@ -1,4 +1,5 @@
-"""Whether a side of the chain has a gap, or has one left: by structure beside the days' modes, or by a mode beyond what days bring.
+"""Whether a side of the chain has a gap, or has one left: by structure beside the days' modes, or by a mode beyond what
+days bring.
 
 The thresholds were set on development data only (docs/explanation/diagnosis.md).
 """

@@ -1,7 +1,7 @@
 """One channel group's Gaussian likelihood: lines with a variance each, and patterns whose sizes are unsure.
 
-r ~ N(0, V + P P'), V diagonal, P (l, m) patterns at one standard deviation. Everything is one Woodbury solve in m dimensions.
-The level of V is itself known with `degrees` of freedom only, so tails are a t distribution's.
+r ~ N(0, V + P P'), V diagonal, P (l, m) patterns at one standard deviation. Everything is one Woodbury solve in m
+dimensions. The level of V is itself known with `degrees` of freedom only, so tails are a t distribution's.
 """
 
 from dataclasses import dataclass, replace
@@ -54,7 +54,8 @@ class Gaussian:
         return out
 
     def weigh(self, residual: Column) -> Column:
-        """(l + m,) whose sum of squares is the residual's chi-square: what is left beside the patterns, then their sizes."""
+        """(l + m,) whose sum of squares is the residual's chi-square: what is left beside the patterns, then their
+        sizes."""
         scaled = residual * self._scale
         sizes = cho_solve(self._factor, self._weighed.T @ scaled)
         return np.concatenate([scaled - self._weighed @ sizes, sizes])

@@ -1,7 +1,7 @@
 """Columns over time as cosine lines of each record: where noise is nearly independent from line to line.
 
-A record of n rows becomes its orthonormal DCT-II up to a top frequency: a record's start and end need not meet, as a Fourier
-transform would ask. No statistics and no physics here.
+A record of n rows becomes its orthonormal DCT-II up to a top frequency: a record's start and end need not meet, as a
+Fourier transform would ask. No statistics and no physics here.
 """
 
 from collections.abc import Sequence

@@ -76,7 +76,8 @@ def judge(effects: Sequence[Effect], stand: Stand, workers: int = 2) -> Posterio
 
 
 def log_unknown(scene: Scene, expected: Gaussian, left: Column) -> float:
-    """Evidence, beside what is `expected`, that what is left (lines) is a broad process of any size: lines like its own, blurred."""
+    """Evidence, beside what is `expected`, that what is left (lines) is a broad process of any size: lines like its
+    own, blurred."""
     factor, prior = scene.factor, scene.prior
     shape = factor.lines.envelope(left, ENVELOPE_HZ, UNKNOWN_EVEN)
     power = float(np.sqrt(np.sum(left**2) / max(float(factor.lines.used.sum()), 1.0)))
@@ -88,7 +89,8 @@ def log_unknown(scene: Scene, expected: Gaussian, left: Column) -> float:
 
 
 def _beside(scene: Scene, gap: Column, fits: dict[str, Fit], probability: dict[str, float]) -> float:
-    """Probability that the likeliest effect leaves something unknown, against that its law is only as rough as it usually is."""
+    """Probability that the likeliest effect leaves something unknown, against that its law is only as rough as it
+    usually is."""
     best = max(probability, key=lambda name: probability[name])
     if best not in fits:
         return 0.0

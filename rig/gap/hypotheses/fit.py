@@ -1,7 +1,8 @@
-"""One hypothesis fitted: an effect's laws, each from its grid of starts to the likeliest numbers, with the evidence for it.
+"""One hypothesis fitted: an effect's laws, each from its grid of starts to the likeliest numbers, with the evidence for
+it.
 
-What an effect changes is propagated through the frozen response of the healthy rig (`rig.gap.hypotheses.propagate`); how residuals
-are judged is the factor's (`rig.gap.reference.expectation`).
+What an effect changes is propagated through the frozen response of the healthy rig (`rig.gap.hypotheses.propagate`);
+how residuals are judged is the factor's (`rig.gap.reference.expectation`).
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -126,7 +127,11 @@ def fit_law(effect: Effect, law: Law, scene: Scene, rough: Scene) -> Fit | None:
 def refit(fit: Fit, scene: Scene) -> Applied:
     """The same law and shapes, fitted to another scene from where they stand."""
     trial = _Trial(fit.law, scene)
-    fixed = {name: value for name, value in fit.applied.numbers.items() if name not in fit.law.free and name not in fit.law.tied}
+    fixed = {
+        name: value
+        for name, value in fit.applied.numbers.items()
+        if name not in fit.law.free and name not in fit.law.tied
+    }
     found = descend(lambda x: trial.weighed(x, fixed), fit.sizes, trial.low, trial.high, FIT_STEPS)
     return trial.applied(found.x if np.isfinite(found.cost) else fit.sizes, fixed)
 
@@ -193,7 +198,8 @@ class _Trial:
         return Fit(effect, self.law, self.applied(x, fixed), x, spread, float(evidence), log_density, change)
 
     def _log_prior(self, x: Column, change: Column) -> tuple[float, Column]:
-        """Log-normal in what the effect does, flat in its shapes; and the precision that holds each number within its range."""
+        """Log-normal in what the effect does, flat in its shapes; and the precision that holds each number within its
+        range."""
         prior = self.scene.prior
         used = self.scene.factor.lines.used
         rms = float(np.sqrt(np.sum((change * used) ** 2) / max(float(used.sum()), 1.0)))
@@ -219,7 +225,8 @@ def with_law(healthy: Gaussian, lines: Lines, moved: Column, rho: float, prior: 
 
 
 def law_patterns(moved: Column, lines: Lines, rho: float) -> Column:
-    """(l, k) how a law may be wrong: its change in each record a little larger or smaller, and a little earlier or later."""
+    """(l, k) how a law may be wrong: its change in each record a little larger or smaller, and a little earlier or
+    later."""
     record, frequency = lines.record, lines.frequency_hz
     count = int(record.max()) + 1
     out = np.zeros((len(moved), count + 1))

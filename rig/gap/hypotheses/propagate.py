@@ -1,7 +1,8 @@
-"""Carries effects through the frozen nominal rig: what the healthy rig's record would have been with these causes in it.
+"""Carries effects through the frozen nominal rig: what the healthy rig's record would have been with these causes in
+it.
 
-Everything is a difference on top of the measured baseline: set-points through the regulators, pressures through the muscles, the
-angle through the joint and the sensor. No fitting here.
+Everything is a difference on top of the measured baseline: set-points through the regulators, pressures through the
+muscles, the angle through the joint and the sensor. No fitting here.
 """
 
 from collections.abc import Mapping, Sequence
@@ -42,7 +43,8 @@ class Track:
     regulated: tuple[Column, Column]
     propagated: Column
     driven_by: tuple[Column, Column] | None = None
-    """The case's pressures without what their monitors misread, once a cause explains them; before that, as measured."""
+    """The case's pressures without what their monitors misread, once a cause explains them; before that, as
+    measured."""
 
 
 def lay_tracks(pairs: Sequence[Pair], references: Sequence[Reference], nominal: Nominal) -> list[Track]:
@@ -109,8 +111,8 @@ def pressures_with(causes: Sequence[Ready], track: Track, nominal: Nominal) -> t
 def angle_under(p1: Column, p2: Column, track: Track, nominal: Nominal) -> Column:
     """The healthy rig's angle had its pressures been p1 and p2.
 
-    The response model gives what the difference of the pressures does; their mean changes the stiffness, and with it how much
-    the joint's friction and inertia count.
+    The response model gives what the difference of the pressures does; their mean changes the stiffness, and with it
+    how much the joint's friction and inertia count.
     """
     reference = track.reference
     if p1 is reference.p1_mpa and p2 is reference.p2_mpa:
@@ -130,7 +132,9 @@ def _compliance(p1: Column, p2: Column, q1: Column, q2: Column, nominal: Nominal
     return ratio
 
 
-def angle_with(causes: Sequence[Ready], p1: Column, p2: Column, angle: Column, track: Track, nominal: Nominal) -> Column:
+def angle_with(
+    causes: Sequence[Ready], p1: Column, p2: Column, angle: Column, track: Track, nominal: Nominal
+) -> Column:
     """`angle` (n,) that the healthy rig has under p1 and p2, with these muscle, joint and sensor effects."""
     dt = track.pair.dt_s
     out = angle

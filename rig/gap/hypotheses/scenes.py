@@ -40,7 +40,12 @@ def stands(expected: Expected, settings: Fitted) -> list[Stand]:
         return [Stand(ANGLE, angle_scene(expected, settings), angle_scene(few, settings, expected), lambda law: True)]
     return [
         Stand(PRESSURES, pressure_scene(expected, settings), pressure_scene(few, settings, expected), acts_ahead),
-        Stand(ANGLE, angle_scene(expected, settings), angle_scene(few, settings, expected), lambda law: not acts_ahead(law)),
+        Stand(
+            ANGLE,
+            angle_scene(expected, settings),
+            angle_scene(few, settings, expected),
+            lambda law: not acts_ahead(law),
+        ),
     ]
 
 
@@ -51,16 +56,22 @@ def pressure_scene(expected: Expected, settings: Fitted, whole: Expected | None 
     )
     moving = float(np.std(np.concatenate([track.reference.p1_mpa for track in expected.tracks])))
     scales = law_scales((whole or expected).tracks)
-    return Scene(factor, pressure_change(expected.tracks, expected.response), expected.response, scales, moving, settings.prior)
+    return Scene(
+        factor, pressure_change(expected.tracks, expected.response), expected.response, scales, moving, settings.prior
+    )
 
 
 def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = None) -> Scene:
     """The angle of some records; scales are those of the `whole`."""
     tracks, base, response = expected.tracks, expected.base, expected.response
-    factor = angle_parts(tracks, base, response, expected.driven).factor(settings.levels[expected.levels].angle, settings.prior)
+    factor = angle_parts(tracks, base, response, expected.driven).factor(
+        settings.levels[expected.levels].angle, settings.prior
+    )
     moving = float(np.std(np.concatenate(base)))
     scales = law_scales((whole or expected).tracks)
-    return Scene(factor, angle_change(tracks, base, response, expected.driven), response, scales, moving, settings.prior)
+    return Scene(
+        factor, angle_change(tracks, base, response, expected.driven), response, scales, moving, settings.prior
+    )
 
 
 def on_records(expected: Expected, chosen: Sequence[int]) -> Expected:

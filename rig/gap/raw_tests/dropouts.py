@@ -21,7 +21,11 @@ def dropouts(pairs: Sequence[Pair], column: str = ANGLE) -> Signature:
     mine = [one for pair in pairs for one in pair.dropouts if one.column == column]
     if not mine:
         return Signature(name, effect, False, 0.0, 0.0, "1", "no sample falls to a rail")
-    fallen, bursts, rows = sum(int(one.fallen.sum()) for one in mine), sum(one.bursts for one in mine), _visible_rows(pairs, mine)
+    fallen, bursts, rows = (
+        sum(int(one.fallen.sum()) for one in mine),
+        sum(one.bursts for one in mine),
+        _visible_rows(pairs, mine),
+    )
     usual_fallen, usual_bursts, usual_rows = _baselines(pairs, column)
     expected = rows / max(usual_rows, rows) * max(usual_bursts, BASELINE_FALLS)
     p_value = float(poisson.sf(bursts - 1, expected))

@@ -30,7 +30,8 @@ def high_rms(angle_deg: Column) -> float:
 
 
 def loudness(case: Column, healthy: Sequence[Column], change: Column) -> tuple[float, float, float]:
-    """(G, E, F) of the noise's rms: case against healthy days, what is left with `change` (deg) added to them, and between them."""
+    """(G, E, F) of the noise's rms: case against healthy days, what is left with `change` (deg) added to them, and
+    between them."""
     quiet = [high_rms(day) for day in healthy]
     base, now = float(np.mean(quiet)), high_rms(case)
     rows = min(len(change), *(len(day) for day in healthy))

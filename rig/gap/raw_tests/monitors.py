@@ -21,7 +21,14 @@ def mean_pressure(cases: Sequence[Record], sessions: Sequence[Sequence[Record]])
     found = abs(shift) > CLEAR * max(float(np.std(days)), DAYS_MEAN_MPA)
     text = f"the mean pressure lies {1e3 * shift:+.2f} kPa from the baselines'"
     return Signature(
-        "mean pressure", None, found, shift, 0.0, "MPa", text, p_value=2.0 * by_chance(abs(shift), spread, degrees, len(days))
+        "mean pressure",
+        None,
+        found,
+        shift,
+        0.0,
+        "MPa",
+        text,
+        p_value=2.0 * by_chance(abs(shift), spread, degrees, len(days)),
     )
 
 

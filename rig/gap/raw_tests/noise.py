@@ -37,7 +37,8 @@ def noise(
     spread = days * np.hypot(own**2, base**2 / np.sqrt(max(len(levels), 1))) / max(size, 1e-12)
     text = f"noise of {own:.3g} deg rms, {base:.3g} in the baselines"
     return Signature(
-        "noise", "sensor_noise", bool(found), float(own), base, "deg", text, {"std_deg": about(size, float(spread), 0.0)},
+        "noise", "sensor_noise", bool(found), float(own), base, "deg", text, {"std_deg": about(size, float(spread),
+        0.0)},
         by_chance(louder, days, degrees, len(levels)) if known else None,
         size**2 if found else 0.0,
         SMOOTHED * size**2 if found else 0.0,
@@ -49,7 +50,8 @@ def _spread(levels: Sequence[float]) -> float:
 
 
 def _heaviness(cases: Sequence[Record], sessions: Sequence[Sequence[Record]]) -> float:
-    """By how much the added noise's standard deviation exceeds what medians say: 1 for normal noise, more for heavy tails."""
+    """By how much the added noise's standard deviation exceeds what medians say: 1 for normal noise, more for heavy
+    tails."""
 
     def power(records: Sequence[Record]) -> tuple[float, float]:
         angles = angles_of(records)

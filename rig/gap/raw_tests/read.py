@@ -1,7 +1,7 @@
 """All tests on the raw samples of a case, the ones that find nothing too: what was looked for is part of the evidence.
 
-Each compares the case with its own baselines by medians and shares, so that a nominal converter's step or a nominal level of noise is no
-finding. Without a baseline what is found must be plain.
+Each compares the case with its own baselines by medians and shares, so that a nominal converter's step or a nominal
+level of noise is no finding. Without a baseline what is found must be plain.
 """
 
 from collections.abc import Sequence
@@ -28,4 +28,13 @@ def read_signatures(pairs: Sequence[Pair]) -> list[Signature]:
     lines = [mains_line(fast, usual), spurious_tone(fast, usual)]
     louder = noise(cases, sessions, step, repeats, [line for line in lines if line.found])
     falls = [dropouts(pairs, column) for column in (ANGLE, "p1_mpa", "p2_mpa")]
-    return [step, repeats, *falls, *lines, louder, time_stamps(cases, sessions), mean_pressure(cases, sessions), *wires(cases)]
+    return [
+        step,
+        repeats,
+        *falls,
+        *lines,
+        louder,
+        time_stamps(cases, sessions),
+        mean_pressure(cases, sessions),
+        *wires(cases),
+    ]

@@ -1,7 +1,8 @@
 """Lost samples that repeat the one before: found where the joint moves too fast for a repeat by chance, and bridged.
 
-Each class of speed has its own share of repeats by chance: of the baselines, or of the case's own noise dealt anew on its converter's
-step. Rows weigh by how seldom they repeat by chance, so that fast sweeps decide and slow ones do no harm.
+Each class of speed has its own share of repeats by chance: of the baselines, or of the case's own noise dealt anew on
+its converter's step. Rows weigh by how seldom they repeat by chance, so that fast sweeps decide and slow ones do no
+harm.
 """
 
 import math
@@ -44,7 +45,8 @@ class Repeats:
     rows: Column
     repeated: Column
     onward: Column
-    """Sum, over the repeats, of the steps by which the row after them goes on: after a lost sample two, in a dead spot one."""
+    """Sum, over the repeats, of the steps by which the row after them goes on: after a lost sample two, in a dead spot
+    one."""
     runs: int
     """Runs of repeats in a row."""
 
@@ -81,8 +83,11 @@ class Excess:
     """Steps by which the row after a lost sample goes on."""
 
 
-def repeated_samples(cases: Sequence[Record], sessions: Sequence[Sequence[Record]], step_deg: float, finer: bool) -> Signature:
-    """The test for lost samples. `step_deg` is the coarsest quantisation step of case and baselines; `finer`: the baselines have it too."""
+def repeated_samples(
+    cases: Sequence[Record], sessions: Sequence[Sequence[Record]], step_deg: float, finer: bool
+) -> Signature:
+    """The test for lost samples. `step_deg` is the coarsest quantisation step of case and baselines; `finer`: the
+    baselines have it too."""
     least = MOVING_STEPS * step_deg
     own = count(cases, least)
     if own.rows.sum() < LEAST_MOVING and finer:
@@ -95,9 +100,15 @@ def repeated_samples(cases: Sequence[Record], sessions: Sequence[Sequence[Record
     between = float(np.std([day.share for day in days])) if len(days) > 1 else CHANCE_SPREAD * found.chance
     spread = float(np.hypot(found.spread, between))
     enough = own.rows.sum() >= LEAST_MOVING and (bool(usual) or finer)
-    lost = enough and found.share > max(LOST_CLEAR * spread, LEAST_LOST, LOST_MORE * found.chance) and found.jump > LOST_JUMP
+    lost = (
+        enough
+        and found.share > max(LOST_CLEAR * spread, LEAST_LOST, LOST_MORE * found.chance)
+        and found.jump > LOST_JUMP
+    )
     base = float(np.mean([day.share for day in usual])) if usual else 0.0
-    text = f"{100 * own.share:.2f} % of the moving rows repeat the row before exactly, {100 * base:.2f} % in the baselines"
+    text = (
+        f"{100 * own.share:.2f} % of the moving rows repeat the row before exactly, {100 * base:.2f} % in the baselines"
+    )
     p = float(np.clip(found.share, 0.0, MOST_LOST))
     run = own.repeated.sum() / max(own.runs, 1)
     size = about(p, float(np.sqrt(max(2.0 * run - 1.0, 1.0) * _variance(own, chance, p) + between**2)), 0.0, MOST_LOST)
@@ -130,7 +141,8 @@ def count(records: Sequence[Record], least: float) -> Repeats:
 
 
 def by_chance_at_speed(days: Sequence[Repeats], dealt: Repeats | None) -> Chance:
-    """What repeats by chance at each speed: as in the days, or as the case's own noise dealt anew says (`dealt`) where that is more."""
+    """What repeats by chance at each speed: as in the days, or as the case's own noise dealt anew says (`dealt`) where
+    that is more."""
     usual = _chance(days)
     if dealt is None:
         return usual
@@ -150,13 +162,16 @@ def _chance(sources: Sequence[Repeats]) -> Chance:
 
 
 def excess(own: Repeats, chance: Chance) -> Excess:
-    """The share of lost samples by the best linear estimate where few are lost: E[repeats] = p0 + share (1 - p0) in each class."""
+    """The share of lost samples by the best linear estimate where few are lost: E[repeats] = p0 + share (1 - p0) in
+    each class."""
     weight, p0 = chance.weight, chance.share
     free = max(float(np.sum(weight * own.rows * (1.0 - p0))), 1e-12)
     more = float(np.sum(weight * (own.repeated - p0 * own.rows)))
     further = float(np.sum(weight * (own.onward - p0 * own.rows * chance.onward)))
     by_rows = float(np.sqrt(_variance(own, chance, 0.0)))
-    return Excess(more / free, float(np.sum(weight * own.rows * p0)) / free, by_rows, further / more if more > 0.0 else 0.0)
+    return Excess(
+        more / free, float(np.sum(weight * own.rows * p0)) / free, by_rows, further / more if more > 0.0 else 0.0
+    )
 
 
 def _variance(own: Repeats, chance: Chance, share: float) -> float:
@@ -194,7 +209,8 @@ def lost_rows(record: Record) -> Lost:
 
 
 def bridged(record: Record, lost: Lost) -> Record:
-    """The record with straight lines over lost samples: of the angle, and of the pressures where the whole packet was lost.
+    """The record with straight lines over lost samples: of the angle, and of the pressures where the whole packet was
+    lost.
 
     Done to the baselines in the same rows, it leaves no difference but the case's own. What is missing stays missing.
     """

@@ -4,8 +4,8 @@
 """
 
 CLEAR = 5.0
-"""Standard deviations by which a share or a level must stand out. Six tests on every case at 5 leave no false one in 10^6 by chance; days
-that differ more than their spread says are why it is not 3."""
+"""Standard deviations by which a share or a level must stand out. Six tests on every case at 5 leave no false one in
+10^6 by chance; days that differ more than their spread says are why it is not 3."""
 TESTS = 8
 """Tests made on every case: what a single p-value is multiplied by (Bonferroni) in the confidence that is stated."""
 HIGHEST_CONFIDENCE = 0.99
@@ -27,15 +27,18 @@ LEAST_GAP = 0.2
 STEP_DIGITS = 7
 """Decimals of a degree that a file keeps."""
 COARSER = 1.6
-"""A step is a finding from this many times the baselines' on: a converter loses whole bits, a factor of 2. Lower: uneven codes count."""
+"""A step is a finding from this many times the baselines' on: a converter loses whole bits, a factor of 2. Lower:
+uneven codes count."""
 LEAST_STEP_DEG = 1e-3
 """Below, a step is how the file was written."""
 STEP_OVER_NOISE = 3.0
 """Without baselines a step must exceed the noise by so much: below, noise hides it, and every converter has one."""
 UNEVEN = 1.3
-"""What rounding leaves is larger than an even converter's by this factor: codes differ in width (development: 1.1 to 1.3)."""
+"""What rounding leaves is larger than an even converter's by this factor: codes differ in width (development: 1.1 to
+1.3)."""
 SMOOTHED = 0.25
-"""Share of a white disturbance's variance that the smoothing lets through, generously (a Gaussian of 12 ms at 5 ms: 0.12)."""
+"""Share of a white disturbance's variance that the smoothing lets through, generously (a Gaussian of 12 ms at 5 ms:
+0.12)."""
 
 # repeated samples
 SLOPE_ROWS = 6.0
@@ -51,7 +54,8 @@ SPEEDS_PER_DOUBLING = 2
 SPEED_CLASSES = 14
 """Classes of speed; the last holds what is faster."""
 LOST_CLEAR = 4.0
-"""Standard deviations for repeats, 3 in 10^5: less than CLEAR, because the jump after them is a second, independent sign."""
+"""Standard deviations for repeats, 3 in 10^5: less than CLEAR, because the jump after them is a second, independent
+sign."""
 LEAST_CHANCE = 0.001
 """No class of speed is believed to repeat more seldom by chance: it bounds the weight of the fastest rows."""
 MOST_CHANCE = 0.999
@@ -63,7 +67,8 @@ LOST_MORE = 0.25
 CHANCE_SPREAD = 0.1
 """How well repeats by chance are known without two baseline days, as a share of them."""
 LOST_JUMP = 1.2
-"""Steps that the row after a repeat must go on by: 2 after a lost sample, 1 + 1/n after n in a row, 1 in a dead spot."""
+"""Steps that the row after a repeat must go on by: 2 after a lost sample, 1 + 1/n after n in a row, 1 in a dead
+spot."""
 MOST_LOST = 0.9
 """Largest share that the effect's stage takes."""
 
@@ -89,15 +94,19 @@ LOWEST_LINE_HZ = 8.0
 HIGHEST_MARGIN_HZ = 1.0
 """Distance from half the sampling rate."""
 LINE_CLEAR, LINE_MORE = 6.0, 2.0
-"""How many times a line's amplitude must exceed what lies beside it, and the baselines'. 6 times the median amplitude is p = 10^-11."""
+"""How many times a line's amplitude must exceed what lies beside it, and the baselines'. 6 times the median amplitude
+is p = 10^-11."""
 TONE_FROM_HZ, TONE_AROUND_HZ = 20.0, 8.0
-"""Spurious tones are looked for above the motion's own lines, and compared with what lies within so much around them."""
+"""Spurious tones are looked for above the motion's own lines, and compared with what lies within so much around
+them."""
 TONE_CLEAR, TONE_ALONE, TONE_MORE = 6.0, 3.0, 2.0
-"""As LINE_CLEAR; and by how much it must exceed every other line (the motion's multiples come in rows), and the baselines'."""
+"""As LINE_CLEAR; and by how much it must exceed every other line (the motion's multiples come in rows), and the
+baselines'."""
 MAINS_MULTIPLES = (1, 3, 5)
 """Multiples of the mains that are not taken for spurious tones."""
 HANN_LOSS = 0.33
-"""Logarithm of the power that a line half way between two rows of a Hann spectrum loses (1.42 dB): the most that is made up for."""
+"""Logarithm of the power that a line half way between two rows of a Hann spectrum loses (1.42 dB): the most that is
+made up for."""
 NOTCH_QUALITY = 4.0
 """Width of the notch that takes a line off: its frequency in Hz over this."""
 
@@ -117,4 +126,5 @@ DAYS_MEAN_MPA = 5e-4
 DEAD_MPA = 1e-4
 """A monitor that moves by less is dead."""
 BELOW_ZERO_MPA = -0.02
-"""A monitor that usually reads less has no sensor behind it: 4-20 mA without current reads -0.125 MPa on a range of 0.5."""
+"""A monitor that usually reads less has no sensor behind it: 4-20 mA without current reads -0.125 MPa on a range of
+0.5."""

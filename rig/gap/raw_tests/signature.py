@@ -24,7 +24,8 @@ class Signature:
     """The result of one test."""
 
     test: str
-    """quantisation step, repeated samples, drop-outs, mains line, spurious tone, noise, time stamps, mean pressure, monitor of p1 or p2."""
+    """quantisation step, repeated samples, drop-outs, mains line, spurious tone, noise, time stamps, mean pressure,
+    monitor of p1 or p2."""
     effect: str | None
     found: bool
     value: float
@@ -35,7 +36,8 @@ class Signature:
     sizes: Mapping[str, Size] = field(default_factory=dict)
     """Numbers of the effect's stage."""
     p_value: float | None = None
-    """Probability of so much or more were nothing there, given how days and samples vary; None where that has no meaning."""
+    """Probability of so much or more were nothing there, given how days and samples vary; None where that has no
+    meaning."""
     variance_deg2: float = 0.0
     """What the effect adds to the mean square of the angle."""
     smoothed_deg2: float = 0.0

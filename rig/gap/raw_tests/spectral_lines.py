@@ -55,13 +55,19 @@ def mains_line(cases: Sequence[Spectrum], sessions: Sequence[Sequence[Spectrum]]
     found = own > LINE_CLEAR * beside and own > LINE_MORE * base and own > 0.0
     size = float(np.sqrt(max(own**2 - base**2, 0.0)))
     text = f"a line of {own:.3g} deg at {hz:.0f} Hz, {base:.3g} deg in the baselines, {beside:.2g} deg beside it"
-    sizes = {"amplitude_deg": about(size, line.spread_deg * own / max(size, 1e-12), 0.0), "frequency_hz": Size(hz, hz, hz)}
+    sizes = {
+        "amplitude_deg": about(size, line.spread_deg * own / max(size, 1e-12), 0.0),
+        "frequency_hz": Size(hz, hz, hz),
+    }
     added = 0.5 * size**2 if found else 0.0
-    return Signature("mains line", "mains_hum", found, own, base, "deg", text, sizes, line.p_value, added, SMOOTHED * added)
+    return Signature(
+        "mains line", "mains_hum", found, own, base, "deg", text, sizes, line.p_value, added, SMOOTHED * added
+    )
 
 
 def spurious_tone(cases: Sequence[Spectrum], sessions: Sequence[Sequence[Spectrum]]) -> Signature:
-    """A line that stands alone where no mains line is: no effect of the library makes it, but noise it is not either."""
+    """A line that stands alone where no mains line is: no effect of the library makes it, but noise it is not
+    either."""
     grid, own = _usual_spectrum(cases)
     usual = np.zeros_like(own)
     for session in sessions:
@@ -88,18 +94,21 @@ def spurious_tone(cases: Sequence[Spectrum], sessions: Sequence[Sequence[Spectru
 
 
 def _by_chance(power: float, median: float, lines: int) -> float:
-    """Probability that the strongest of so many lines of noise is as strong: their power is exponential, its mean median / ln 2."""
+    """Probability that the strongest of so many lines of noise is as strong: their power is exponential, its mean
+    median / ln 2."""
     return float(min(lines * np.exp(-min(np.log(2.0) * power / max(median, 1e-30), 700.0)), 1.0))
 
 
 def _usual_spectrum(spectra: Sequence[Spectrum]) -> tuple[Column, Column]:
-    """Frequency (Hz) and the median power (deg^2) of records: what only some of them show, their motion, is not in it."""
+    """Frequency (Hz) and the median power (deg^2) of records: what only some of them show, their motion, is not in
+    it."""
     grid = max((one.frequency_hz for one in spectra), key=len)
     return grid, np.median([np.interp(grid, one.frequency_hz, one.power_deg2, right=0.0) for one in spectra], axis=0)
 
 
 def _free_of_mains(frequency_hz: Column) -> NDArray[np.bool_]:
-    """Where a line that is not the mains' may stand: above the motion, beside the mains lines and their odd multiples."""
+    """Where a line that is not the mains' may stand: above the motion, beside the mains lines and their odd
+    multiples."""
     rate = 2.0 * float(frequency_hz[-1])
     mains = np.array([_alias(multiple * line, rate) for line in LINES_HZ for multiple in MAINS_MULTIPLES])
     near = np.abs(frequency_hz[:, None] - mains).min(axis=1)
@@ -147,7 +156,8 @@ def _line(spectra: Sequence[Spectrum], line_hz: float) -> _Line:
 
 
 def _peak(power: Column, rows: NDArray[np.intp]) -> float:
-    """The strongest of these rows, between them by a parabola through the logarithms: a Hann window loses 15 % there."""
+    """The strongest of these rows, between them by a parabola through the logarithms: a Hann window loses 15 %
+    there."""
     k = int(rows[np.argmax(power[rows])])
     if not 0 < k < len(power) - 1:
         return float(power[k])

@@ -10,7 +10,8 @@ from rig.gap.raw_tests.signature import Size
 
 
 def wilson(count: float, rows: float, run: float = 1.0) -> tuple[float, float]:
-    """95 % interval of a share (Wilson 1927) of rows that come `run` in a row in the mean: so many fewer rows are independent."""
+    """95 % interval of a share (Wilson 1927) of rows that come `run` in a row in the mean: so many fewer rows are
+    independent."""
     n = max(rows / max(2.0 * run - 1.0, 1.0), 1.0)
     share = count / max(rows, 1.0)
     middle = (share + NORMAL_95**2 / (2 * n)) / (1 + NORMAL_95**2 / n)
@@ -32,6 +33,7 @@ def between_days(values: Sequence[float], prior: float) -> tuple[float, float]:
 
 
 def by_chance(excess: float, spread: float, degrees: float = np.inf, days: int = 0) -> float:
-    """One-sided probability that a new day exceeds the others' mean by so much; Student's t with the days' degrees of freedom."""
+    """One-sided probability that a new day exceeds the others' mean by so much; Student's t with the days' degrees of
+    freedom."""
     scale = spread * np.sqrt(1.0 + 1.0 / days) if days else spread
     return float(student.sf(excess / max(float(scale), 1e-30), degrees))

@@ -1,6 +1,8 @@
-"""Under which condition a record was taken: rest pressure, load, tension, temperature; from its facts, its columns or its session's YAML.
+"""Under which condition a record was taken: rest pressure, load, tension, temperature; from its facts, its columns or
+its session's YAML.
 
-A sweep under another condition is another sweep, whatever its command. What only one of two records says is not compared.
+A sweep under another condition is another sweep, whatever its command. What only one of two records says is not
+compared.
 """
 
 from dataclasses import dataclass
@@ -39,7 +41,9 @@ def commanded_rest(record: Record) -> float | None:
 def conditions(record: Record) -> dict[str, float | str]:
     """Name -> value of every condition that the record says: a fact, or the median of a column of that name."""
     said: dict[str, float | str] = {
-        name: float(np.nanmedian(column)) for name, column in record.extra.items() if _is_condition(name) and len(column)
+        name: float(np.nanmedian(column))
+        for name, column in record.extra.items()
+        if _is_condition(name) and len(column)
     }
     for name, value in record.facts.items():
         if _is_condition(name) and isinstance(value, (int, float, str)):

@@ -1,4 +1,5 @@
-"""Drop-outs: samples that fall to zero or to a rail and come back, singly or in bursts. They are taken out before anything is computed.
+"""Drop-outs: samples that fall to zero or to a rail and come back, singly or in bursts. They are taken out before
+anything is computed.
 
 Whether they are an effect, of which size and how surely is decided in `rig.gap.raw_tests.dropouts`.
 """
@@ -52,7 +53,8 @@ class Dropouts:
 def without_dropouts(records: Sequence[Record]) -> tuple[list[Record], list[tuple[Dropouts, ...]]]:
     """The records of one day with fallen samples missing (NaN), and what was taken out of each.
 
-    A rail is one value for all records of a day; every rail of a column (zero, its lowest and its highest value) is looked at.
+    A rail is one value for all records of a day; every rail of a column (zero, its lowest and its highest value) is
+    looked at.
     """
     rails = {name: _rails(records, name) for name in MEASURED}
     found = [tuple(one for name in MEASURED for one in _in_column(record, name, rails[name])) for record in records]
@@ -85,7 +87,9 @@ def _in_column(record: Record, name: str, rails: Sequence[float]) -> Iterator[Dr
             course = _bridged(column, fallen)
             visible = np.isfinite(column) & (np.abs(course - rail) > jump)
             power = float(np.nansum((column - course)[fallen] ** 2) / len(column))
-            yield Dropouts(name, rail, float(np.median(column[fallen])), fallen, moments, visible | fallen, bursts, power)
+            yield Dropouts(
+                name, rail, float(np.median(column[fallen])), fallen, moments, visible | fallen, bursts, power
+            )
 
 
 def _jumps(column: Column) -> bool:
@@ -113,8 +117,8 @@ def _largest_own_step(column: Column, at_rail: Rows) -> float:
 
 
 def _falls(column: Column, at_rail: Rows, jump: float, longest: int) -> tuple[Rows, Rows, int]:
-    """(n,) True in the bursts that begin with a jump of at least `jump` and come back to where they began, a filter's way back
-    included; (n,) True in those and in every stay at the rail of at most `longest` rows; how many bursts."""
+    """(n,) True in the bursts that begin with a jump of at least `jump` and come back to where they began, a filter's
+    way back included; (n,) True in those and in every stay at the rail of at most `longest` rows; how many bursts."""
     fallen, moments, bursts = np.zeros(len(column), dtype=bool), np.zeros(len(column), dtype=bool), 0
     edges = np.flatnonzero(np.diff(np.concatenate([[False], at_rail, [False]]).astype(np.int8)))
     for start, end in zip(edges[::2], edges[1::2], strict=True):
@@ -130,7 +134,8 @@ def _falls(column: Column, at_rail: Rows, jump: float, longest: int) -> tuple[Ro
 
 
 def _back_at(column: Column, start: int, end: int, jump: float) -> int | None:
-    """The first row after a stay at the rail that reads as before it, at most RECOVERY_ROWS after its end; None when it is no fall."""
+    """The first row after a stay at the rail that reads as before it, at most RECOVERY_ROWS after its end; None when it
+    is no fall."""
     before = column[start - 1] if start > 0 else column[end]
     depth = abs(before - column[start])
     if not depth > jump:

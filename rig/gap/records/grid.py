@@ -37,7 +37,8 @@ class Pair:
     case: Session
     sessions: tuple[Session, ...]
     used: Column
-    """1 where the case and its baselines were measured, 0 in holes, where one of them did not run yet, and at the smoothing's edges."""
+    """1 where the case and its baselines were measured, 0 in holes, where one of them did not run yet, and at the
+    smoothing's edges."""
     raw: Record
     """As it was read, fallen samples missing."""
     raw_baselines: tuple[Record, ...]
@@ -64,7 +65,9 @@ def on_grid(
     `fallen` holds what fell in each record, by its identity; what has to be said goes into the notes.
     """
     start_s = float(record.t_s[0])
-    others = tuple(replace(partner.record, t_s=on_clock_of(partner.record, partner.alignment) + start_s) for partner in partners)
+    others = tuple(
+        replace(partner.record, t_s=on_clock_of(partner.record, partner.alignment) + start_s) for partner in partners
+    )
     dt = max(record.period_s, 1e-4)
     stride = max(1, round(GRID_S / dt))
     length = min(float(each.t_s[-1]) - start_s for each in (record, *others))
@@ -75,7 +78,9 @@ def on_grid(
     sessions = []
     for other in others:
         session, more = _session(other, start_s, fine, dt, stride, pressures)
-        sessions.append(_at_own_input(_cut(session, len(t)), _input(other, start_s, t), _input(record, start_s, t), dt * stride))
+        sessions.append(
+            _at_own_input(_cut(session, len(t)), _input(other, start_s, t), _input(record, start_s, t), dt * stride)
+        )
         holes |= more
     if any(differs(_input(record, start_s, t), _input(other, start_s, t)) for other in others):
         notes.append(f"{record.name}: its input is not exactly the baselines'; they are taken at its own")
@@ -100,7 +105,8 @@ def _cut(session: Session, rows: int) -> Session:
 
 
 def _at_own_input(session: Session, theirs: Column, mine: Column, dt_s: float) -> Session:
-    """The session as it would have been under the case's own input, where that is not the same: a measured one never is."""
+    """The session as it would have been under the case's own input, where that is not the same: a measured one never
+    is."""
     if not differs(mine, theirs):
         return session
 
@@ -117,7 +123,9 @@ def _commands(record: Record, t: Column, p0_mpa: float) -> tuple[Column, Column]
     return around(p0_mpa, np.interp(t, own, record.dp_cmd_mpa).astype(float))
 
 
-def _session(record: Record, start_s: float, t: Column, dt: float, stride: int, pressures: bool) -> tuple[Session, Rows]:
+def _session(
+    record: Record, start_s: float, t: Column, dt: float, stride: int, pressures: bool
+) -> tuple[Session, Rows]:
     """A record on the grid, and True in its holes; before its start and after its end is a hole as well."""
     columns: list[Column | None] = []
     holes = np.zeros(len(t), dtype=bool)

@@ -1,6 +1,7 @@
 """A baseline at the case's own input: a measured input is never twice the same, and what it differs by is no gap.
 
-The baseline's response to its input is fitted by a short linear response; what that says of the inputs' difference is added.
+The baseline's response to its input is fitted by a short linear response; what that says of the inputs' difference is
+added.
 """
 
 import numpy as np

@@ -41,10 +41,11 @@ class Pairing:
 def pair_up(
     records: Sequence[Record], baselines: Sequence[Sequence[Record]], p0_mpa: float, *, pressures: bool = True
 ) -> Pairing:
-    """Pair `records` with the records of each baseline session (one inner list a session); drop-outs are taken out of all of them.
+    """Pair `records` with the records of each baseline session (one inner list a session); drop-outs are taken out of
+    all of them.
 
-    Raises RecordError when no record can be used, or when sessions were given and pair with nothing. Without any baseline the
-    pairs have no sessions.
+    Raises RecordError when no record can be used, or when sessions were given and pair with nothing. Without any
+    baseline the pairs have no sessions.
     """
     notes: list[str] = []
     whole, dropouts = without_dropouts(records)
@@ -74,7 +75,10 @@ def pair_up(
 
 
 def _sessions(
-    baselines: Sequence[Sequence[Record]], case: Sequence[Record], notes: list[str], fallen: dict[int, tuple[Dropouts, ...]]
+    baselines: Sequence[Sequence[Record]],
+    case: Sequence[Record],
+    notes: list[str],
+    fallen: dict[int, tuple[Dropouts, ...]],
 ) -> list[list[Record]]:
     """The baseline sessions that can be used; RecordError when some were given and none can."""
     sessions = []
@@ -112,7 +116,8 @@ def _say_repeated(record: Record, sessions: Sequence[Sequence[Record]], notes: l
         same = [other.name for other in session if align(record, other).same and difference(record, other) is None]
         if len(same) > 1:
             notes.append(
-                f"baseline session {number} holds the sweep of {record.name} {len(same)} times ({', '.join(same[:3])}): one of each is "
+                f"baseline session {number} holds the sweep of {record.name} {len(same)} times "
+                f"({', '.join(same[:3])}): one of each is "
                 "used; if these are several days, give each its own --baseline"
             )
 
@@ -120,7 +125,8 @@ def _say_repeated(record: Record, sessions: Sequence[Sequence[Record]], notes: l
 def _fullest(
     records: Sequence[Record], found: dict[int, list[Partner | None]], matches: Sequence[Match], notes: list[str]
 ) -> tuple[list[Record], list[str]]:
-    """Records that pair with every session that pairs with anything; other sessions are dropped, and so are records without a partner."""
+    """Records that pair with every session that pairs with anything; other sessions are dropped, and so are records
+    without a partner."""
     count = len(found[id(records[0])])
     fits = [any(found[id(record)][k] is not None for record in records) for k in range(count)]
     for record in records:
@@ -160,7 +166,8 @@ def _all_have_pressures(records: Sequence[Record], others: Mapping[int, Sequence
     base = all(other.has_pressures for record in records for other in others[id(record)])
     if case != base and any(others.values()):
         notes.append(
-            f"pressures were measured {'in the case only' if case else 'in the baselines only'}: the angle alone is used"
+            f"pressures were measured {'in the case only' if case else 'in the baselines only'}: the angle alone is "
+            "used"
         )
     return case and base
 
@@ -180,6 +187,7 @@ def _clipped(pairs: Sequence[Pair], notes: list[str]) -> bool:
             for end, word in ((known.max(), "upper"), (known.min(), "lower")):
                 if (share := np.mean(known == end)) > CLIPPED:
                     notes.append(
-                        f"{pair.name}: {what} stays at its {word} end {end:.4g} {unit} for {100 * share:.0f} % of the time: clipped?"
+                        f"{pair.name}: {what} stays at its {word} end {end:.4g} {unit} for {100 * share:.0f} % of "
+                        "the time: clipped?"
                     )
     return len(notes) > before

@@ -1,7 +1,8 @@
-"""What pairs with what: by name, command and condition. What pairs with nothing says how far off it was and where the limit is.
+"""What pairs with what: by name, command and condition. What pairs with nothing says how far off it was and where the
+limit is.
 
-A name that a session has decides: its record is the partner or there is none. Where the session does not have the name, the command
-and the condition decide.
+A name that a session has decides: its record is the partner or there is none. Where the session does not have the name,
+the command and the condition decide.
 """
 
 from collections.abc import Sequence
@@ -28,7 +29,8 @@ class Match:
     by: str
     """name and command, or command; what was compared, where nothing pairs."""
     off: float | None
-    """What the two commands differ by, aligned, as a share of the command's spread; None where another thing decided."""
+    """What the two commands differ by, aligned, as a share of the command's spread; None where another thing
+    decided."""
     limit: float
     """What they may differ by."""
     shift_s: float
@@ -72,7 +74,8 @@ def _unpaired(record: Record, tried: Sequence[tuple[Record, Alignment]], by: str
     else:
         off, why = (
             found.off,
-            f"the command of {other.name} differs by {100 * found.off:.3g} % of its spread, allowed: {100 * SAME_COMMAND:g} %",
+            f"the command of {other.name} differs by {100 * found.off:.3g} % of its spread, allowed: "
+            f"{100 * SAME_COMMAND:g} %",
         )
     return Match(record.name, number, None, by, off, SAME_COMMAND, found.shift_s, why)
 
@@ -84,7 +87,8 @@ def _ambiguous(fitting: Sequence[Record]) -> str:
     if unlike is None:
         return ""
     return (
-        f"{len(fitting)} records of this command differ in {unlike.name} ({unlike.mine}, {unlike.other}), which the record does not say "
+        f"{len(fitting)} records of this command differ in {unlike.name} ({unlike.mine}, {unlike.other}), which the "
+        "record does not say "
         f"(it says: {', '.join(conditions(first)) or 'nothing'})"
     )
 

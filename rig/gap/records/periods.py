@@ -23,7 +23,8 @@ def period_rows(command: Column) -> int | None:
 
 
 def _closest(command: Column, rows: int) -> int:
-    """The period nearby after which the command differs least: an autocorrelation of few periods peaks a little beside it."""
+    """The period nearby after which the command differs least: an autocorrelation of few periods peaks a little beside
+    it."""
     near = range(max(rows - max(rows // 20, 3), 2), min(rows + max(rows // 20, 3), len(command) - 2) + 1)
     return min(near, key=lambda k: float(np.mean((command[k:] - command[:-k]) ** 2)))
 

@@ -14,7 +14,8 @@ OTHER_THAN_MODEL_MPA = 0.02
 
 
 def rest_pressure(records: Sequence[Record], p0_mpa: float, notes: list[str]) -> float:
-    """P0 of the records: from the set-points, or the facts, or the start of the measured pressures, or else the model's."""
+    """P0 of the records: from the set-points, or the facts, or the start of the measured pressures, or else the
+    model's."""
     means = [rest for record in records if (rest := commanded_rest(record)) is not None]
     if means:
         return float(np.median(means))
@@ -32,7 +33,8 @@ def say_shift(records: Sequence[Record], partners: Sequence[Record], notes: list
     mine, theirs = _measured_rests(records), _measured_rests(partners)
     if mine and theirs and abs(np.median(mine) - np.median(theirs)) > SHIFTED_MPA:
         notes.append(
-            f"P0 is {np.median(mine):.2f} MPa by the measured pressures, {np.median(theirs):.2f} MPa in the baselines: recorded around "
+            f"P0 is {np.median(mine):.2f} MPa by the measured pressures, {np.median(theirs):.2f} MPa in the "
+            "baselines: recorded around "
             "another P0, or both pressures are shifted"
         )
 

@@ -1,23 +1,29 @@
-"""Every number that decides which records and rows can be used and what pairs with what: unit, source, what moves if it moves."""
+"""Every number that decides which records and rows can be used and what pairs with what: unit, source, what moves if it
+moves."""
 
 SMOOTHING_S = 0.012
-"""Standard deviation of the symmetric smoothing, s; the sample time when that is longer. It keeps noise from rattling in plays."""
+"""Standard deviation of the symmetric smoothing, s; the sample time when that is longer. It keeps noise from rattling
+in plays."""
 GRID_S = 0.01
 """Finest grid on which effects are fitted, s: regulators and joint have nothing above 15 Hz."""
 CLIPPED = 0.1
 """A column that stands at its end for more than this share of the time is said to be clipped."""
 
 LONGEST_BURST_S = 0.25
-"""Samples at a rail for longer are no drop-out but a sensor that is cut off or gone, s. Longer: an end stop of a fast sweep may count."""
+"""Samples at a rail for longer are no drop-out but a sensor that is cut off or gone, s. Longer: an end stop of a fast
+sweep may count."""
 OWN_STEPS = 2.0
-"""A drop-out jumps by more than this many times the largest step that the record takes elsewhere: a joint has mass and cannot.
-Lower: heavy-tailed noise counts; higher: falls from near the rail are missed (their share is computed from the others)."""
+"""A drop-out jumps by more than this many times the largest step that the record takes elsewhere: a joint has mass and
+cannot. Lower: heavy-tailed noise counts; higher: falls from near the rail are missed (their share is computed from the
+others)."""
 RECOVERY_ROWS = 3
 """Rows in which a filter behind the sensor comes back after a fall; they are taken out with it."""
 RETURNS = 0.15
-"""After a drop-out the sensor reads what it read before, within this share of the jump: a filter is not back before, ..."""
+"""After a drop-out the sensor reads what it read before, within this share of the jump: a filter is not back before,
+..."""
 MOST_MOVED = 0.5
-"""... or within what the joint can have moved meanwhile, but at most this share of the jump: a square wave does not come back."""
+"""... or within what the joint can have moved meanwhile, but at most this share of the jump: a square wave does not
+come back."""
 FEWEST_ROWS = 3
 """Rows of a column in which a fall and its two sides fit."""
 FEWEST_VALUES, MOST_DIFFERENT = 3, 0.5
@@ -29,16 +35,19 @@ FEWEST_DROPOUTS = 3
 RAIL_STEPS = 2.5
 """A converter reads a rail within so many of its steps: one either way, counted from the lowest."""
 LONGEST_BRIDGE_S = 0.05
-"""Missing samples up to this long are bridged by a straight line, s; longer ones count as a hole. A line misses a sweep of 20 deg at 1 Hz
-by 20 (2 pi)^2 0.05^2 / 8 = 0.25 deg in the middle of the longest bridge, 10 deg in one of 0.3 s."""
+"""Missing samples up to this long are bridged by a straight line, s; longer ones count as a hole. A line misses a sweep
+of 20 deg at 1 Hz by 20 (2 pi)^2 0.05^2 / 8 = 0.25 deg in the middle of the longest bridge, 10 deg in one of 0.3 s."""
 
 SAME_COMMAND = 0.1
-"""Two commands are the same sweep when they differ by less than this share of the command's spread (rms and mean), aligned in phase.
-Higher: a sweep 10 % larger counts as the same; lower: a session at another amplitude pairs with nothing."""
+"""Two commands are the same sweep when they differ by less than this share of the command's spread (rms and mean),
+aligned in phase. Higher: a sweep 10 % larger counts as the same; lower: a session at another amplitude pairs with
+nothing."""
 ALIGNED = 0.002
-"""Commands that differ by less than this share of their spread need neither a shift nor a change of input: 1 sample of 5 ms at 0.06 Hz."""
+"""Commands that differ by less than this share of their spread need neither a shift nor a change of input: 1 sample of
+5 ms at 0.06 Hz."""
 MOST_SHIFT_S = 1.0
-"""Most by which a start may be shifted, s; a periodic command by half its period. Higher: slow sweeps of other shapes are slid together."""
+"""Most by which a start may be shifted, s; a periodic command by half its period. Higher: slow sweeps of other shapes
+are slid together."""
 ALIGN_STEP_S = 0.01
 """Step of the search for the shift, s; a parabola through the best three goes below it."""
 OVERLAP = 0.6
@@ -46,9 +55,11 @@ OVERLAP = 0.6
 LEAST_COVERED = 0.5
 """Share of the overlap in which both must have been sampled for their commands to be compared."""
 SHIFT_HELPS = 0.5
-"""A shift is taken when it leaves less than this share of the difference: noise of a measured input is no reason to slide it."""
+"""A shift is taken when it leaves less than this share of the difference: noise of a measured input is no reason to
+slide it."""
 SPREAD_FACTOR = 3.0
-"""Commands whose spreads differ by more than this many times SAME_COMMAND are not slid against each other: it only saves time."""
+"""Commands whose spreads differ by more than this many times SAME_COMMAND are not slid against each other: it only
+saves time."""
 PERIODIC = 0.97
 """Correlation of a command with itself a period later from which on it is periodic."""
 PERIOD_PAST = 0.3
@@ -56,9 +67,11 @@ PERIOD_PAST = 0.3
 FEWEST_PERIODS = 3
 """Periods that a command must hold to be called periodic, and to be cut to whole ones."""
 CONDITION_LIMITS = {"p0": (0.01, 0.0), "load": (0.0, 0.05), "tension": (0.0, 0.05), "temperature": (5.0, 0.0)}
-"""What a record's condition may differ by and still be the same: name -> (in its unit, as a share of the larger). P0 in MPa: what the
-set-point of a regulator differs by between days; temperature in K; load and tension as a share: a weight is weighed to a few percent."""
+"""What a record's condition may differ by and still be the same: name -> (in its unit, as a share of the larger). P0 in
+MPa: what the set-point of a regulator differs by between days; temperature in K; load and tension as a share: a weight
+is weighed to a few percent."""
 INPUT_TAPS, INPUT_TAP_S = 8, 0.03
-"""Taps of the response by which a baseline is carried to the case's own input, and their distance, s: 0.24 s, six regulator lags."""
+"""Taps of the response by which a baseline is carried to the case's own input, and their distance, s: 0.24 s, six
+regulator lags."""
 INPUT_RIDGE = 1e-6
 """Ridge of that fit as a share of the input's power: a single sine says nothing of other frequencies."""

@@ -12,7 +12,8 @@ from rig.gap.records.pairs import Pair, Pairing
 from rig.record import Column
 
 FAR = 5.0
-"""A session is a stranger when its nearest neighbour is this many times as far as the others' nearest neighbours usually are..."""
+"""A session is a stranger when its nearest neighbour is this many times as far as the others' nearest neighbours
+usually are..."""
 LEAST = 0.05
 """... and by at least this share of the angle's spread: days of one rig differ by less than half of it."""
 FEWEST = 3
@@ -20,7 +21,8 @@ FEWEST = 3
 
 
 def without_strangers(pairing: Pairing) -> Pairing:
-    """The pairing without sessions that no other comes near, and a note for each; with two sessions that differ so much, a note alone."""
+    """The pairing without sessions that no other comes near, and a note for each; with two sessions that differ so
+    much, a note alone."""
     count = pairing.sessions
     if count < 2:
         return pairing
@@ -28,10 +30,15 @@ def without_strangers(pairing: Pairing) -> Pairing:
     nearest = np.min(apart + np.diag(np.full(count, np.inf)), axis=1)
     far = [k for k in range(count) if _is_far(k, nearest)]
     for k in far if count >= FEWEST else far[:1]:
-        who = f"baseline session {k + 1} differs from every other" if count >= FEWEST else "the two baseline sessions differ"
+        who = (
+            f"baseline session {k + 1} differs from every other"
+            if count >= FEWEST
+            else "the two baseline sessions differ"
+        )
         end = "left out" if count >= FEWEST else "the floor is as high; a third session would tell which"
         pairing.notes.append(
-            f"{who} by {100 * nearest[k]:.0f} % of the angle's spread or more: another rig, or a day with a fault; {end}"
+            f"{who} by {100 * nearest[k]:.0f} % of the angle's spread or more: another rig, or a day with a fault; "
+            f"{end}"
         )
     if count < FEWEST or not far or len(far) > count - 2:
         return pairing
@@ -58,4 +65,6 @@ def _distances(pairs: Sequence[Pair], count: int) -> Column:
 
 
 def _with_sessions(pair: Pair, kept: Sequence[int]) -> Pair:
-    return replace(pair, sessions=tuple(pair.sessions[k] for k in kept), raw_baselines=tuple(pair.raw_baselines[k] for k in kept))
+    return replace(
+        pair, sessions=tuple(pair.sessions[k] for k in kept), raw_baselines=tuple(pair.raw_baselines[k] for k in kept)
+    )

@@ -53,16 +53,20 @@ def usable(record: Record, notes: list[str], kind: str = "") -> bool:
         notes.append(f"{where}: the command has holes")
     elif np.ptp(record.dp_cmd_mpa) < 0.005:
         notes.append(
-            f"{where}: no excitation, the command moves by {1e3 * np.ptp(record.dp_cmd_mpa):.1f} kPa; at least 5 kPa are needed"
+            f"{where}: no excitation, the command moves by {1e3 * np.ptp(record.dp_cmd_mpa):.1f} kPa; at least 5 kPa "
+            "are needed"
         )
     elif np.ptp(record.angle_deg[np.isfinite(record.angle_deg)]) < 1e-6:
         notes.append(f"{where}: the angle never moves; broken sensor or stuck joint")
     elif not follows(record, record.angle_deg):
         notes.append(
-            f"{where}: the angle does not follow its command at any lag up to {LONGEST_LAG_S:g} s; broken sensor or loose joint?"
+            f"{where}: the angle does not follow its command at any lag up to {LONGEST_LAG_S:g} s; broken sensor or "
+            "loose joint?"
         )
     elif _runs_against(record):
-        notes.append(f"{where}: the measured p1 - p2 runs against its command; are the two monitors, or the valves, swapped?")
+        notes.append(
+            f"{where}: the measured p1 - p2 runs against its command; are the two monitors, or the valves, swapped?"
+        )
     else:
         return True
     return False
@@ -82,7 +86,8 @@ def hole(record: Record, kind: str = "") -> str | None:
         return None
     at = int(np.argmax(steps))
     return (
-        f"{kind}{record.name}: {steps[at]:.3g} s without samples from {times[at]:.3g} s on; left out; what a delay or a slow effect did "
+        f"{kind}{record.name}: {steps[at]:.3g} s without samples from {times[at]:.3g} s on; left out; what a delay "
+        "or a slow effect did "
         "in it is not known"
     )
 
@@ -93,7 +98,10 @@ def _sampled_too_thinly(record: Record) -> str | None:
     if record.period_s > LONGEST_GAP_S:
         return f"sampled every {record.period_s:.3g} s, allowed: at most {LONGEST_GAP_S:g} s; is the time in ms?"
     if len(record) * record.period_s < LEAST_SAMPLED * length:
-        return f"{len(record)} rows every {1e3 * record.period_s:.3g} ms do not fill its {length:.4g} s; is a time stamp wrong?"
+        return (
+            f"{len(record)} rows every {1e3 * record.period_s:.3g} ms do not fill its {length:.4g} s; is a "
+            "time stamp wrong?"
+        )
     return None
 
 
@@ -140,7 +148,9 @@ def _correlation(one: Column, other: Column) -> float:
 def check_scale(record: Record, partners: Sequence[Record | None]) -> None:
     """RecordError when the angle is that of the baselines in radians."""
     assert record.angle_deg is not None
-    spreads = [np.nanstd(partner.angle_deg) for partner in partners if partner is not None and partner.angle_deg is not None]
+    spreads = [
+        np.nanstd(partner.angle_deg) for partner in partners if partner is not None and partner.angle_deg is not None
+    ]
     share = float(np.nanstd(record.angle_deg) / np.median(spreads)) if spreads else 1.0
     if RADIANS[0] < share < RADIANS[1]:
         raise RecordError(

@@ -1,4 +1,5 @@
-"""Which reference there is, and what it expects: of every record, its pressures under the commands and its angle under the pressures.
+"""Which reference there is, and what it expects: of every record, its pressures under the commands and its angle under
+the pressures.
 
 | reference | from |
 |---|---|
@@ -78,7 +79,8 @@ def choose(asked: str, model: Model | None, sessions: int) -> Kind:
         )
     if kind is Kind.FINGERPRINT and trouble:
         raise ConfigError(
-            f"--reference fingerprint: {trouble}; `pamrig identify` writes one, and `--reference simulator` does without"
+            f"--reference fingerprint: {trouble}; `pamrig identify` writes one, and `--reference simulator` does "
+            "without"
         )
     return kind
 
@@ -111,15 +113,20 @@ def _from_fingerprint(model: Model, pairing: Pairing) -> Expected:
     response, driven = response_of(known), pairing.pressures and known.pressures is PressureSource.MEASURED
     if pairing.pressures and not driven:
         pairing.notes.append(
-            "the model was identified on records without pressures: its file says nothing of them, and the angle alone is judged"
+            "the model was identified on records without pressures: its file says nothing of them, and the angle "
+            "alone is judged"
         )
     made = _from_response(response, replace(pairing, pressures=driven))
     seen = [(track.reference.p1_mpa, track.reference.p2_mpa) for track in made.tracks]
-    pairing.notes.extend(outside_fingerprint(known, [drive(p1, p2, known.p0_mpa, known.exponent) for p1, p2 in seen], seen))
+    pairing.notes.extend(
+        outside_fingerprint(known, [drive(p1, p2, known.p0_mpa, known.exponent) for p1, p2 in seen], seen)
+    )
     return made
 
 
-def outside_fingerprint(known: Fingerprint, drives: Sequence[Column], pressures: Sequence[tuple[Column, Column]]) -> list[str]:
+def outside_fingerprint(
+    known: Fingerprint, drives: Sequence[Column], pressures: Sequence[tuple[Column, Column]]
+) -> list[str]:
     """A line where the records go beyond what the fingerprint's showed, by more than a tenth of the drive's span."""
     room = OUTSIDE * (known.drive_mpa[1] - known.drive_mpa[0])
     means = [0.5 * (p1 + p2) for p1, p2 in pressures]
@@ -128,7 +135,9 @@ def outside_fingerprint(known: Fingerprint, drives: Sequence[Column], pressures:
         reached = min(float(c.min()) for c in columns), max(float(c.max()) for c in columns)
         if reached[0] < low - room or reached[1] > high + room:
             now = f"{reached[0]:.3g} to {reached[1]:.3g} MPa"
-            found.append(f"the {name} goes from {now}, the fingerprint knows {low:.3g} to {high:.3g}: beyond it is a guess")
+            found.append(
+                f"the {name} goes from {now}, the fingerprint knows {low:.3g} to {high:.3g}: beyond it is a guess"
+            )
     return found
 
 
@@ -158,7 +167,8 @@ def _from_simulator(levels: str, model: Model, pairing: Pairing) -> Expected:
 
 
 def _followed(model: Model, pairing: Pairing) -> tuple[Pairing, list[Modelled]]:
-    """The records that the simulator can follow at all, and what it says of them; ModelError when it follows less than half of them."""
+    """The records that the simulator can follow at all, and what it says of them; ModelError when it follows less than
+    half of them."""
     kept, said, refused = [], [], []
     for pair in pairing.pairs:
         try:
@@ -192,4 +202,6 @@ def _simulated(model: Model, track: Track, response: ResponseModel) -> Column:
 def rms_of(columns: Sequence[Column], pairs: Sequence[Pair]) -> float:
     """Rms of columns over the rows of their pairs that were measured."""
     used = sum(float(pair.used.sum()) for pair in pairs)
-    return float(np.sqrt(sum(float(np.sum(c**2 * p.used)) for c, p in zip(columns, pairs, strict=True)) / max(used, 1.0)))
+    return float(
+        np.sqrt(sum(float(np.sum(c**2 * p.used)) for c, p in zip(columns, pairs, strict=True)) / max(used, 1.0))
+    )

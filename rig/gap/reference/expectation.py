@@ -1,7 +1,8 @@
 """What is expected of a rig without a gap, and how surely, as the two factors of the likelihood.
 
-The pressures under the commands, and the angle under the pressures. What is unsure of each is a set of patterns with their usual
-sizes, and a remainder with a spectrum. Where the expected columns come from is in `rig.gap.reference.build`; no effect is known here.
+The pressures under the commands, and the angle under the pressures. What is unsure of each is a set of patterns with
+their usual sizes, and a remainder with a spectrum. Where the expected columns come from is in
+`rig.gap.reference.build`; no effect is known here.
 """
 
 from collections.abc import Sequence
@@ -19,13 +20,14 @@ from rig.model.response_kernels import RESPONSE_TERMS, response_terms, stops
 from rig.record import Column
 
 VALVE_PATTERNS = ("offset_mpa", "gain", "lag_s", "curvature_s2", "one_way_s", "bend")
-"""What is unsure of each regulator with its monitor: zero, gain, first and second order of its answer, filling against exhausting,
-curvature of its characteristic."""
+"""What is unsure of each regulator with its monitor: zero, gain, first and second order of its answer, filling against
+exhausting, curvature of its characteristic."""
 ANGLE_PATTERNS = (
-    "offset", "gain", "lag_s", "loop", "monitor_mpa", "monitor_mpa", "monitor_gain", "monitor_gain", "mean_law", "drift", "warming",
+    "offset", "gain", "lag_s", "loop", "monitor_mpa", "monitor_mpa", "monitor_gain", "monitor_gain", "mean_law",
+    "drift", "warming",
 )  # fmt: skip
-"""What is unsure of the angle under the pressures: zero and gain, lag and loop width, what the monitors' zero and gain do through the
-muscles, the law of the mean pressure, a drift, and an amplitude that grows."""
+"""What is unsure of the angle under the pressures: zero and gain, lag and loop width, what the monitors' zero and gain
+do through the muscles, the law of the mean pressure, a drift, and an amplitude that grows."""
 BANK = "bank"
 """Any of the response model's terms."""
 
@@ -80,7 +82,8 @@ class Parts:
 
 
 def pressure_parts(tracks: Sequence[Track], p0_mpa: float) -> Parts:
-    """Both monitors against what the reference's regulators give under the commands; valve 1 of every record, then valve 2."""
+    """Both monitors against what the reference's regulators give under the commands; valve 1 of every record, then
+    valve 2."""
     pairs = [track.pair for track in tracks]
     lines = lines_of([len(p) for p in pairs] * 2, [p.dt_s for p in pairs] * 2, [p.used for p in pairs] * 2, TOP_HZ)
     expected = [track.reference.p1_mpa for track in tracks] + [track.reference.p2_mpa for track in tracks]
@@ -90,7 +93,9 @@ def pressure_parts(tracks: Sequence[Track], p0_mpa: float) -> Parts:
     first, second = np.concatenate(blocks[: len(pairs)]), np.concatenate(blocks[len(pairs) :])
     zero = np.zeros_like(first)
     columns = lines.of(np.vstack([np.hstack([first, zero]), np.hstack([zero, second])]))
-    noise = [line_noise(pair.raw.p1_mpa, pair) for pair in pairs] + [line_noise(pair.raw.p2_mpa, pair) for pair in pairs]
+    noise = [line_noise(pair.raw.p1_mpa, pair) for pair in pairs] + [
+        line_noise(pair.raw.p2_mpa, pair) for pair in pairs
+    ]
     moving = lines.of(np.concatenate([column - p0_mpa for column in expected]))
     return Parts(
         lines,
@@ -107,11 +112,14 @@ def _valve_patterns(pressure: Column, p0_mpa: float, dt_s: float) -> Column:
     """(n, 6) in the order of VALVE_PATTERNS."""
     speed = np.gradient(pressure, dt_s)
     moved = pressure - p0_mpa
-    return np.column_stack([np.ones_like(pressure), moved, -speed, np.gradient(speed, dt_s), -np.abs(speed), moved**2 / p0_mpa])
+    return np.column_stack(
+        [np.ones_like(pressure), moved, -speed, np.gradient(speed, dt_s), -np.abs(speed), moved**2 / p0_mpa]
+    )
 
 
 def angle_parts(tracks: Sequence[Track], base: Sequence[Column], response: ResponseModel, driven: bool) -> Parts:
-    """The angle against what is expected under its drive: the measured pressures when `driven`, else the reference's."""
+    """The angle against what is expected under its drive: the measured pressures when `driven`, else the
+    reference's."""
     pairs = [track.pair for track in tracks]
     lines = lines_of([len(p) for p in pairs], [p.dt_s for p in pairs], [p.used for p in pairs], TOP_HZ)
     together = np.concatenate(list(base))
@@ -144,7 +152,9 @@ def _drive(track: Track, driven: bool) -> tuple[Column, Column]:
     return track.reference.p1_mpa, track.reference.p2_mpa
 
 
-def _angle_patterns(pair: Pair, angle: Column, drive: tuple[Column, Column], response: ResponseModel, span: float) -> Column:
+def _angle_patterns(
+    pair: Pair, angle: Column, drive: tuple[Column, Column], response: ResponseModel, span: float
+) -> Column:
     """(n, 11) in the order of ANGLE_PATTERNS."""
     dt, p0, (p1, p2) = pair.dt_s, response.p0_mpa, drive
     here = response.angle(p1, p2, dt)
@@ -181,7 +191,8 @@ def _bank(p1: Column, p2: Column, response: ResponseModel, dt_s: float) -> Colum
 
 
 def line_noise(column: Column | None, pair: Pair) -> float:
-    """Standard deviation that a column's own white noise has on every line of the pair's grid; by medians of third differences."""
+    """Standard deviation that a column's own white noise has on every line of the pair's grid; by medians of third
+    differences."""
     known = np.zeros(0) if column is None else column[np.isfinite(column)]
     third = np.diff(known, 3)
     moved = third[third != 0.0]

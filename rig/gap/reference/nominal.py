@@ -1,7 +1,8 @@
-"""The healthy rig as the diagnosis sees it: its mean baseline, and the response model fitted to that baseline alone, never to the case.
+"""The healthy rig as the diagnosis sees it: its mean baseline, and the response model fitted to that baseline alone,
+never to the case.
 
-The response model is used in differences only: what an effect changes in it is added to the measured baseline, so its own misfit
-cancels. The model is `rig.model.response`, its fits are `rig.identify.response`.
+The response model is used in differences only: what an effect changes in it is added to the measured baseline, so its
+own misfit cancels. The model is `rig.model.response`, its fits are `rig.identify.response`.
 """
 
 from collections.abc import Sequence

@@ -41,7 +41,8 @@ def read_table(
 
     `require` sees the names before the rows are looked at, and raises when they are not what is wanted.
 
-    RecordError names the row and the column when a cell is not a number, a row is too short or too long, or a name stands twice.
+    RecordError names the row and the column when a cell is not a number, a row is too short or too long, or a name
+    stands twice.
     """
     style = style or Style()
     text = read_text(path)
@@ -69,7 +70,9 @@ def read_text(path: Path) -> str:
     except OSError as error:
         raise RecordError(f"{path}: cannot be read: {error.strerror or error}") from None
     except UnicodeDecodeError:
-        raise RecordError(f"{path}: neither MCAP, TDMS nor text in UTF-8; a log is .mcap, .csv, .csv.gz or .tdms") from None
+        raise RecordError(
+            f"{path}: neither MCAP, TDMS nor text in UTF-8; a log is .mcap, .csv, .csv.gz or .tdms"
+        ) from None
     if not text.strip():
         raise RecordError(f"{path}: the file is empty")
     if "\0" in text:

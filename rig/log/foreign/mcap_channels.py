@@ -25,7 +25,8 @@ TIME_COLUMN = "log_time"
 
 
 def read_foreign(path: Path, topic: str) -> RawTable:
-    """The channel `topic` of an MCAP file. RecordError when it is not there, or its encoding is not JSON or Protobuf."""
+    """The channel `topic` of an MCAP file. RecordError when it is not there, or its encoding is not JSON or
+    Protobuf."""
     data = map_file(path)
     try:
         contents = walk(data)
@@ -65,7 +66,9 @@ def _decoder(path: Path, contents: Contents, channel: Channel) -> Callable[[byte
     kind = contents.schemas.get(channel.schema_id)
     if channel.message_encoding == "protobuf" and kind is not None:
         return _protobuf_decoder(path, kind)
-    raise RecordError(f"{path}: {channel.topic} is encoded as {channel.message_encoding!r}; json and protobuf can be imported")
+    raise RecordError(
+        f"{path}: {channel.topic} is encoded as {channel.message_encoding!r}; json and protobuf can be imported"
+    )
 
 
 def _protobuf_decoder(path: Path, kind: Schema) -> Callable[[bytes], Any]:

@@ -1,6 +1,7 @@
 """The file beside a CSV that says what the CSV cannot: units, run facts, attachments, log lines.
 
-It follows the W3C's "CSV on the Web" (NAME.csv-metadata.json); what that vocabulary has no word for stands under `pamrig`.
+It follows the W3C's "CSV on the Web" (NAME.csv-metadata.json); what that vocabulary has no word for stands under
+`pamrig`.
 """
 
 import json
@@ -41,7 +42,9 @@ class Sidecar:
 def from_plain(raw: object, where: str) -> Sidecar:
     """The inverse of `plain`; RecordError when the JSON is something else."""
     try:
-        if not isinstance(raw, dict) or not all(isinstance(raw.get(key, {}), dict) for key in ("run", "result", "attachments")):
+        if not isinstance(raw, dict) or not all(
+            isinstance(raw.get(key, {}), dict) for key in ("run", "result", "attachments")
+        ):
             raise TypeError
         lines = tuple((int(time), str(level), str(message)) for time, level, message in raw.get("log", []))
     except (TypeError, ValueError):
@@ -67,9 +70,17 @@ def read_sidecar(table: Path) -> Sidecar:
 
 
 def write_sidecar(table: Path, columns: Mapping[str, tuple[str, str]], sidecar: Sidecar) -> Path:
-    """Write the facts beside a CSV; `columns` maps each name to its datatype (integer or double) and its description."""
-    schema = {"columns": [{"name": name, "datatype": kind, "dc:description": text} for name, (kind, text) in columns.items()]}
+    """Write the facts beside a CSV; `columns` maps each name to its datatype (integer or double) and its
+    description."""
+    schema = {
+        "columns": [{"name": name, "datatype": kind, "dc:description": text} for name, (kind, text) in columns.items()]
+    }
     path = sidecar_path(table)
-    document = {"@context": "http://www.w3.org/ns/csvw", "url": table.name, "tableSchema": schema, "pamrig": sidecar.plain()}
+    document = {
+        "@context": "http://www.w3.org/ns/csvw",
+        "url": table.name,
+        "tableSchema": schema,
+        "pamrig": sidecar.plain(),
+    }
     path.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
     return path

@@ -25,7 +25,8 @@ _UNIT_PROPERTIES = ("unit_string", "NI_UnitDescription", "Unit", "unit")
 TIME_NAME = "t_s"
 TDMS_MAGIC: Final = b"TDSm"
 _LEAD_IN = struct.Struct("<4sIIQQ")
-"""Tag, contents, version, distance to the next segment, distance to the raw data (NI's "TDMS File Format Internal Structure")."""
+"""Tag, contents, version, distance to the next segment, distance to the raw data (NI's "TDMS File Format Internal
+Structure")."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,9 @@ def own_columns(raw: RawTable) -> dict[str, Array]:
         allowed = {key: (name, short) if column.unit else (name,) for key, column in raw.columns.items()}
         found = [key for key, names in allowed.items() if key.rpartition("/")[2] in names]
         if len(found) > 1:
-            raise RecordError(f"{raw.path}: {name} is ambiguous: {' and '.join(found)}; `pamrig log import` takes a mapping")
+            raise RecordError(
+                f"{raw.path}: {name} is ambiguous: {' and '.join(found)}; `pamrig log import` takes a mapping"
+            )
         if found:
             out[name] = _converted(raw, found[0], name)
     return out
@@ -87,7 +90,9 @@ def read_tdms(path: Path) -> RawTable:
     try:
         with TdmsFile.open(path) as file:
             _require_possible(path, file)
-            channels = [channel for group in file.groups() for channel in group.channels() if channel.dtype.kind in "iuf"]
+            channels = [
+                channel for group in file.groups() for channel in group.channels() if channel.dtype.kind in "iuf"
+            ]
             columns = {f"{c.group_name}/{c.name}": RawColumn(c[:].astype(np.float64), _unit(c)) for c in channels}
             time = _waveform_time(path, channels)
             facts = {"tdms": {str(key): _plain(value) for key, value in file.properties.items()}}
@@ -107,7 +112,9 @@ def _require_whole_tdms(path: Path) -> None:
     data, start = map_file(path), 0
     while start < len(data):
         if len(data) - start < _LEAD_IN.size or bytes(data[start : start + 4]) != TDMS_MAGIC:
-            raise RecordError(f"{path}: byte {start}: no TDMS segment begins where one should; the file is cut or damaged")
+            raise RecordError(
+                f"{path}: byte {start}: no TDMS segment begins where one should; the file is cut or damaged"
+            )
         length = _LEAD_IN.unpack_from(data, start)[3]
         if length > len(data) - start - _LEAD_IN.size:
             raise RecordError(f"{path}: byte {start}: the last TDMS segment is cut")
@@ -116,7 +123,9 @@ def _require_whole_tdms(path: Path) -> None:
 
 def _require_possible(path: Path, file: "TdmsFile") -> None:
     """RecordError when the channels claim more bytes than the file has, or are of different length."""
-    lengths = {f"{c.group_name}/{c.name}": len(c) for group in file.groups() for c in group.channels() if c.dtype.kind in "iuf"}
+    lengths = {
+        f"{c.group_name}/{c.name}": len(c) for group in file.groups() for c in group.channels() if c.dtype.kind in "iuf"
+    }
     sizes = sum(len(c) * c.dtype.itemsize for group in file.groups() for c in group.channels())
     if sizes > path.stat().st_size:
         raise RecordError(f"{path}: its channels claim {sizes} bytes, more than the file has")

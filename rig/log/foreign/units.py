@@ -41,7 +41,8 @@ def unit_in_name(column: str) -> str | None:
 
 
 def conversion(column: str, unit: str, where: str) -> Unit:
-    """How values in `unit` become values of our `column`; RecordError when the unit is unknown or of another quantity."""
+    """How values in `unit` become values of our `column`; RecordError when the unit is unknown or of another
+    quantity."""
     ours = unit_in_name(column)
     quantity = UNITS[ours].quantity if ours else None
     if unit not in UNITS or UNITS[unit].quantity != quantity:

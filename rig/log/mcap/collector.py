@@ -65,7 +65,8 @@ class SampleCollector:
         return concatenate(self._parts)
 
     def _run(self, data: bytes, offset: int) -> int:
-        """Take the samples in their usual arrangement that start at `offset`; returns where they end, `offset` for none.
+        """Take the samples in their usual arrangement that start at `offset`; returns where they end, `offset` for
+        none.
 
         Messages that are of no interest here are passed over in the same way.
         """
@@ -145,10 +146,16 @@ def is_sample_channel(channel: Channel, kind: Schema) -> bool:
 
 
 def _skip_messages(data: bytes, offset: int, channel: int) -> int:
-    """Where the messages of that channel that begin at `offset` end; the last may reach beyond the chunk, which is then found out."""
+    """Where the messages of that channel that begin at `offset` end; the last may reach beyond the chunk, which is then
+    found out."""
     while len(data) - offset >= _HEADS.size:
         opcode, length, number = _HEADS.unpack_from(data, offset)
-        if opcode != Opcode.MESSAGE or number != channel or length < MESSAGE_HEAD.size or length > len(data) - offset - HEAD.size:
+        if (
+            opcode != Opcode.MESSAGE
+            or number != channel
+            or length < MESSAGE_HEAD.size
+            or length > len(data) - offset - HEAD.size
+        ):
             break
         offset += HEAD.size + length
     return offset

@@ -22,7 +22,11 @@ from rig.sample import WIRES, Wire, tag_bytes
 Array = NDArray[Any]
 
 _FIXED = {getattr(FieldDescriptor, f"TYPE_{kind.upper()}"): kind for kind in ("fixed32", "sfixed64", "double")}
-DTYPES: Final[dict[str, np.dtype[Any]]] = {"fixed32": np.dtype("<u4"), "sfixed64": np.dtype("<i8"), "double": np.dtype("<f8")}
+DTYPES: Final[dict[str, np.dtype[Any]]] = {
+    "fixed32": np.dtype("<u4"),
+    "sfixed64": np.dtype("<i8"),
+    "double": np.dtype("<f8"),
+}
 """Protobuf type -> numpy type of the same bytes."""
 
 _STRUCT_CODES: Final = {"fixed32": "I", "sfixed64": "q", "double": "d"}
@@ -79,7 +83,12 @@ class Layout:
     @cached_property
     def probe(self) -> np.dtype[Any]:
         """The same record, only its head, as two whole numbers that overlap: quick to compare."""
-        parts = {"names": ["first", "last"], "formats": ["<u8", "<u4"], "offsets": [0, 7], "itemsize": self.message.itemsize}
+        parts = {
+            "names": ["first", "last"],
+            "formats": ["<u8", "<u4"],
+            "offsets": [0, 7],
+            "itemsize": self.message.itemsize,
+        }
         return np.dtype(parts)  # type: ignore[call-overload, no-any-return]
 
     @cached_property
@@ -173,7 +182,9 @@ def to_samples(layout: Layout, records: bytearray) -> Samples:
     rows = np.frombuffer(records, layout.message)
     if not layout.regular(rows):
         size = layout.message.itemsize
-        again = b"".join(layout.pack_again(bytes(records[start : start + size])) for start in range(0, len(records), size))
+        again = b"".join(
+            layout.pack_again(bytes(records[start : start + size])) for start in range(0, len(records), size)
+        )
         rows = np.frombuffer(again, layout.message)
     if len(rows) and int(rows["log_time"].max()) > np.iinfo(np.int64).max:
         raise ValueError("a message whose time is beyond the year 2262")
@@ -181,7 +192,9 @@ def to_samples(layout: Layout, records: bytearray) -> Samples:
     for name, wire in WIRES.items():
         dtype = DTYPES[wire.kind]
         filler = np.nan if wire.kind == "double" else 0
-        fields[name] = rows[f"field {name}"].astype(dtype) if name in layout.names else np.full(len(rows), filler, dtype)
+        fields[name] = (
+            rows[f"field {name}"].astype(dtype) if name in layout.names else np.full(len(rows), filler, dtype)
+        )
     return Samples(fields, rows["log_time"].astype(np.int64), rows["sequence"].astype(np.uint32))
 
 
@@ -192,8 +205,13 @@ def concatenate(parts: list[Samples]) -> Samples:
         return Samples(nothing, np.empty(0, np.int64), np.empty(0, np.uint32))
     if len(parts) == 1:
         return parts[0]
-    times, sequences = np.concatenate([part.log_time_ns for part in parts]), np.concatenate([part.sequence for part in parts])
-    return Samples({name: np.concatenate([part.fields.pop(name) for part in parts]) for name in WIRES}, times, sequences)
+    times, sequences = (
+        np.concatenate([part.log_time_ns for part in parts]),
+        np.concatenate([part.sequence for part in parts]),
+    )
+    return Samples(
+        {name: np.concatenate([part.fields.pop(name) for part in parts]) for name in WIRES}, times, sequences
+    )
 
 
 def pack_columns(columns: Mapping[str, Array], wires: Mapping[str, Wire]) -> Array:
@@ -205,7 +223,11 @@ def message_rows(samples: Samples, channel: int) -> Array:
     """Samples as whole message records of that channel: an array of n items of equal size."""
     rows = _filled(samples.fields, WIRES, list(_HEAD_FIELDS.items()))
     rows["opcode"], rows["length"], rows["channel"] = 5, rows.dtype.itemsize - HEAD.size, channel
-    rows["sequence"], rows["log_time"], rows["publish_time"] = samples.sequence, samples.log_time_ns, samples.log_time_ns
+    rows["sequence"], rows["log_time"], rows["publish_time"] = (
+        samples.sequence,
+        samples.log_time_ns,
+        samples.log_time_ns,
+    )
     return rows
 
 
@@ -222,6 +244,7 @@ def _filled(columns: Mapping[str, Array], wires: Mapping[str, Wire], head: list[
 def tagged_fields(names: tuple[str, ...], kinds: tuple[str, ...], tags: tuple[bytes, ...]) -> list[tuple[str, Any]]:
     """The numpy fields of a packed message: each value behind its tag, a whole number of one or two bytes."""
     pairs = (
-        ((f"tag {n}", f"<u{len(tag)}"), (f"field {n}", DTYPES[kind])) for n, kind, tag in zip(names, kinds, tags, strict=True)
+        ((f"tag {n}", f"<u{len(tag)}"), (f"field {n}", DTYPES[kind]))
+        for n, kind, tag in zip(names, kinds, tags, strict=True)
     )
     return [part for pair in pairs for part in pair]

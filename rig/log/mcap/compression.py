@@ -1,4 +1,5 @@
-"""The compressions of MCAP chunks, by packages that a machine may lack: the best one to write, and all of them to read."""
+"""The compressions of MCAP chunks, by packages that a machine may lack: the best one to write, and all of them to
+read."""
 
 from collections.abc import Callable
 
@@ -30,7 +31,8 @@ class Decompressor:
         self._zstd = zstandard.ZstdDecompressor() if zstandard is not None else None
 
     def unpack(self, compression: str, packed: memoryview, size: int) -> bytes:
-        """At most `size` + 1 bytes; ValueError when the data are broken, claim another size, or need a package that is not there."""
+        """At most `size` + 1 bytes; ValueError when the data are broken, claim another size, or need a package that is
+        not there."""
         if not compression:
             return bytes(packed[: size + 1])
         if compression == "zstd" and self._zstd is not None:

@@ -41,16 +41,22 @@ class Contents:
     finished: bool = False
     """The file has its end mark."""
     ends: set[int] = field(default_factory=set)
-    """Opcodes seen of those that end the data and the file: each stands once, for its CRC goes over all that is before it."""
+    """Opcodes seen of those that end the data and the file: each stands once, for its CRC goes over all that is before
+    it."""
 
     def facts(self, name: str) -> dict[str, Any]:
         """The facts of the last metadata record of that name, empty without one."""
-        return next((schema.facts_from_text(item.metadata) for item in reversed(self.metadata) if item.name == name), {})
+        return next(
+            (schema.facts_from_text(item.metadata) for item in reversed(self.metadata) if item.name == name), {}
+        )
 
     def describe_channels(self) -> str:
         """Every channel with what it carries, for a message."""
         named = ((channel, self.schemas.get(channel.schema_id)) for channel in self.channels.values())
-        texts = (f"{channel.topic} ({channel.message_encoding}, {kind.name if kind else 'no schema'})" for channel, kind in named)
+        texts = (
+            f"{channel.topic} ({channel.message_encoding}, {kind.name if kind else 'no schema'})"
+            for channel, kind in named
+        )
         return ", ".join(texts) or "no channels"
 
     def take(self, block: Block, data: memoryview) -> None:
@@ -76,14 +82,16 @@ class Contents:
                 self.end(block, data)
 
     def end(self, block: Block, data: memoryview) -> None:
-        """Hold the CRC of what ends the data or the file; DamageError when it fails, or when the end has been already."""
+        """Hold the CRC of what ends the data or the file; DamageError when it fails, or when the end has been
+        already."""
         if block.opcode in self.ends:
             raise DamageError(block.start, f"a second {Opcode(block.opcode).name.lower().replace('_', ' ')}")
         self.ends.add(block.opcode)
         (hold_data_crc if block.opcode == Opcode.DATA_END else hold_summary_crc)(block, data)
 
     def define(self, block: Block) -> bool:
-        """Add the schema or the channel in `block`, from the file or from inside a chunk; whether that changes anything."""
+        """Add the schema or the channel in `block`, from the file or from inside a chunk; whether that changes
+        anything."""
         if block.opcode == Opcode.SCHEMA:
             item = parse(block, Schema.read)
             changed = bool(self.schemas.get(item.id) != item)
@@ -116,7 +124,8 @@ def walk(data: memoryview) -> Contents:
 
 
 def indexed(data: memoryview, first_ns: int, last_ns: int) -> Contents | None:
-    """Definitions and the chunks that touch first_ns..last_ns, by the summary of a whole file; None without one that proves itself."""
+    """Definitions and the chunks that touch first_ns..last_ns, by the summary of a whole file; None without one that
+    proves itself."""
     place = len(data) - len(MAGIC) - _FOOTER_BYTES
     try:
         if place < 0 or bytes(data[-len(MAGIC) :]) != MAGIC:

@@ -1,7 +1,9 @@
-"""Writes the frame of an MCAP file: chunks, indexes, summary, CRCs. Pure Python; what goes into it is rig.log.mcap.writer's affair.
+"""Writes the frame of an MCAP file: chunks, indexes, summary, CRCs. Pure Python; what goes into it is
+rig.log.mcap.writer's affair.
 
-mcap's own writer spends most of its time on one message; here a message costs one struct and one append, whole runs of messages
-go in at once, and the level of compression can be chosen. Every record but messages and chunks is written by mcap's classes.
+mcap's own writer spends most of its time on one message; here a message costs one struct and one append, whole runs of
+messages go in at once, and the level of compression can be chosen. Every record but messages and chunks is written by
+mcap's classes.
 """
 
 import struct
@@ -148,11 +150,18 @@ class McapWriter:
 
     def add_attachment(self, name: str, media_type: str, data: bytes, time_ns: int) -> None:
         """A file inside the file."""
-        record = _bytes_of(Attachment(create_time=time_ns, log_time=time_ns, name=name, media_type=media_type, data=data))
+        record = _bytes_of(
+            Attachment(create_time=time_ns, log_time=time_ns, name=name, media_type=media_type, data=data)
+        )
         times = {"log_time": time_ns, "create_time": time_ns}
         self._attachments.append(
             AttachmentIndex(
-                offset=self._stream.tell(), length=len(record), data_size=len(data), name=name, media_type=media_type, **times
+                offset=self._stream.tell(),
+                length=len(record),
+                data_size=len(data),
+                name=name,
+                media_type=media_type,
+                **times,
             )
         )
         self._put(record)

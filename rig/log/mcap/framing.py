@@ -1,7 +1,7 @@
 """The frame of an MCAP file: records one after the other, and chunks opened with their bounds and CRCs checked.
 
-mcap's own reader stops at the first damage, returns short reads as if they were whole and trusts every length; a log that is
-to be checked or rescued needs the offsets and the bounds. What the records say is in rig.log.mcap.reader.
+mcap's own reader stops at the first damage, returns short reads as if they were whole and trusts every length; a log
+that is to be checked or rescued needs the offsets and the bounds. What the records say is in rig.log.mcap.reader.
 """
 
 import struct
@@ -83,7 +83,9 @@ def blocks(data: memoryview, start: int, end: int) -> Iterator[Block]:
             raise DamageError(start, f"{end - start} bytes are too few for a record: the file is cut here")
         opcode, length = HEAD.unpack_from(data, start)
         if length > end - start - HEAD.size:
-            raise DamageError(start, f"a record (opcode {opcode}) of {length} bytes where {end - start - HEAD.size} are left")
+            raise DamageError(
+                start, f"a record (opcode {opcode}) of {length} bytes where {end - start - HEAD.size} are left"
+            )
         block = Block(opcode, start, data[start + HEAD.size : start + HEAD.size + length])
         yield block
         start = block.end
@@ -94,7 +96,11 @@ def parse(block: Block, read: Callable[..., T], *more: Any) -> T:
     try:
         return read(ReadDataStream(BytesIO(block.body)), *more)
     except (McapError, ValueError, struct.error, OverflowError) as error:
-        name = Opcode(block.opcode).name.lower().replace("_", " ") if block.opcode in set(Opcode) else f"opcode {block.opcode}"
+        name = (
+            Opcode(block.opcode).name.lower().replace("_", " ")
+            if block.opcode in set(Opcode)
+            else f"opcode {block.opcode}"
+        )
         raise DamageError(block.start, f"a broken {name} record ({type(error).__name__})") from None
 
 
@@ -123,7 +129,9 @@ class Unpacker:
     def open(self, chunk: Chunk) -> bytes:
         """The records of the chunk, CRC checked; DamageError when they are not what the head says."""
         if chunk.size > min(_CHUNK_LIMIT, self._budget):
-            raise DamageError(chunk.start, f"a chunk that claims {chunk.size} bytes, more than a file of this size may hold")
+            raise DamageError(
+                chunk.start, f"a chunk that claims {chunk.size} bytes, more than a file of this size may hold"
+            )
         self._budget -= chunk.size  # also when it fails: many that fail late are as much work as many that are whole
         try:
             data = self._decompressor.unpack(chunk.compression, chunk.packed, chunk.size)

@@ -1,7 +1,7 @@
 """An MCAP file of ours opened for reading: facts, attachments, log lines, and samples of any stretch of time.
 
-Nothing is decompressed before it is asked for, and nothing is believed before its CRC held. Files that are not whole are
-refused here; rig.log.check says what is wrong with them and rig.log.recover saves what can be saved.
+Nothing is decompressed before it is asked for, and nothing is believed before its CRC held. Files that are not whole
+are refused here; rig.log.check says what is wrong with them and rig.log.recover saves what can be saved.
 """
 
 from pathlib import Path
@@ -42,7 +42,8 @@ class McapLog:
         return self.contents.attachments
 
     def samples(self, first_ns: int | None = None, last_ns: int | None = None) -> Samples:
-        """The samples of all phases whose log time lies in first_ns..last_ns; only the chunks in that span are opened."""
+        """The samples of all phases whose log time lies in first_ns..last_ns; only the chunks in that span are
+        opened."""
         samples = self._collect(first_ns, last_ns)[0]
         if first_ns is None and last_ns is None:
             return samples
@@ -58,7 +59,10 @@ class McapLog:
         unpacker = Unpacker(len(self._data))
         try:
             for number, chunk in enumerate(self.contents.chunks):
-                early, late = first_ns is not None and chunk.last_ns < first_ns, last_ns is not None and chunk.first_ns > last_ns
+                early, late = (
+                    first_ns is not None and chunk.last_ns < first_ns,
+                    last_ns is not None and chunk.first_ns > last_ns,
+                )
                 if number == 0 or not (early or late):  # the first chunk holds the schema
                     collector.feed(unpacker.open(chunk), chunk.start)
             for block in self.contents.loose:
@@ -74,7 +78,9 @@ class McapLog:
         if any(item.schema_id in kinds and is_sample_channel(item, kinds[item.schema_id]) for item in channels):
             return
         wanted, has = f"{schema.SAMPLE_TOPIC} of {schema.SAMPLE_SCHEMA}", self.contents.describe_channels()
-        raise RecordError(f"{self.path}: no channel {wanted}; it has {has}; `pamrig log import` maps others by a YAML file")
+        raise RecordError(
+            f"{self.path}: no channel {wanted}; it has {has}; `pamrig log import` maps others by a YAML file"
+        )
 
     def _not_whole(self, error: DamageError) -> RecordError:
         hint = "" if error.offset == 0 else "; `pamrig log recover` saves what is whole"
@@ -82,7 +88,8 @@ class McapLog:
 
 
 def read_stretch(path: Path, first_ns: int, last_ns: int) -> Samples:
-    """The samples of all phases with log time first_ns..last_ns, found by the file's index: only their chunks are touched.
+    """The samples of all phases with log time first_ns..last_ns, found by the file's index: only their chunks are
+    touched.
 
     Index and chunks are under CRCs of their own; the rest of the file is not looked at. RecordError as for McapLog.
     """

@@ -1,7 +1,8 @@
 """Everything in a damaged MCAP file that proves itself, and a list of where it is damaged.
 
-A piece counts only when its own CRC holds: chunks, attachments, and our metadata. After damage the search goes on at the
-next byte, so that a flipped length hides nothing that follows it. What to do with the findings is up to check and recover.
+A piece counts only when its own CRC holds: chunks, attachments, and our metadata. After damage the search goes on at
+the next byte, so that a flipped length hides nothing that follows it. What to do with the findings is up to check and
+recover.
 """
 
 import re
@@ -50,7 +51,8 @@ class Salvage:
     """What proved itself."""
 
     contents: Contents = field(default_factory=Contents)
-    """Metadata of ours, attachments and chunks; schemas and channels only of this version (those of chunks come with them)."""
+    """Metadata of ours, attachments and chunks; schemas and channels only of this version (those of chunks come with
+    them)."""
     damages: list[Damage] = field(default_factory=list)
     bytes: int = 0
 
@@ -159,7 +161,9 @@ def _proven_chunk(block: Block, unpacker: Unpacker) -> Chunk:
 def _proven_metadata(block: Block) -> Metadata:
     item: Metadata = parse(block, Metadata.read)
     length = (
-        8 + len(item.name.encode()) + sum(8 + len(key.encode()) + len(value.encode()) for key, value in item.metadata.items())
+        8
+        + len(item.name.encode())
+        + sum(8 + len(key.encode()) + len(value.encode()) for key, value in item.metadata.items())
     )
     if length != len(block.body):
         raise DamageError(block.start, "a broken metadata record")
@@ -176,7 +180,8 @@ def _proven_attachment(block: Block) -> Block:
 
 
 class _Search:
-    """Looks for records that prove themselves; it gives up once it has gone over more bytes than a file of that size is worth.
+    """Looks for records that prove themselves; it gives up once it has gone over more bytes than a file of that size is
+    worth.
 
     Heads that all claim the rest of the file would cost the square of its size.
     """
@@ -217,7 +222,8 @@ def _prove(block: Block, unpacker: Unpacker) -> None:
 
 
 def _assume_our_channels(contents: Contents) -> None:
-    """The definitions stand in the first chunk; where that is lost, messages are tried as ours (each proves itself by its tags)."""
+    """The definitions stand in the first chunk; where that is lost, messages are tried as ours (each proves itself by
+    its tags)."""
     contents.schemas = {
         1: Schema(id=1, name=schema.SAMPLE_SCHEMA, encoding="protobuf", data=schema.sample_descriptor_set()),
         2: Schema(id=2, name=schema.LOG_SCHEMA, encoding="jsonschema", data=schema.log_json_schema()),

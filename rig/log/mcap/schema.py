@@ -1,7 +1,7 @@
 """What our MCAP files call things: topics, schemas, channel metadata, and run facts as text.
 
-Everything about samples is derived from rig.sample.WIRES. Pure Python, because the recorder on the controller needs it; the
-numpy view of the same layout is in rig.log.mcap.columns.
+Everything about samples is derived from rig.sample.WIRES. Pure Python, because the recorder on the controller needs it;
+the numpy view of the same layout is in rig.log.mcap.columns.
 """
 
 import json
@@ -38,7 +38,8 @@ LOG_LEVELS: Final = {"debug": 1, "info": 2, "warning": 3, "error": 4, "fatal": 5
 
 
 class Ended(StrEnum):
-    """How a run came to its end: three things that are not to be taken for each other, and a fourth that only a rescue finds."""
+    """How a run came to its end: three things that are not to be taken for each other, and a fourth that only a rescue
+    finds."""
 
     COMPLETE = "complete"
     """The whole sweep was recorded."""
@@ -62,14 +63,19 @@ def sample_descriptor_set() -> bytes:
 
 
 def descriptor_set(kind: str, wires: Mapping[str, Wire]) -> bytes:
-    """The Protobuf schema of a flat message `pamrig.KIND` as a serialised FileDescriptorSet; units and meanings as comments."""
+    """The Protobuf schema of a flat message `pamrig.KIND` as a serialised FileDescriptorSet; units and meanings as
+    comments."""
     short = kind.removeprefix("pamrig.")
     file = FileDescriptorProto(name=f"pamrig/{short.lower()}.proto", package="pamrig", syntax="proto3")
     message = file.message_type.add(name=short)
     for number, (name, wire) in enumerate(wires.items(), 1):
         scalar = FieldDescriptorProto.Type.Value(f"TYPE_{wire.kind.upper()}")
-        message.field.add(name=name, json_name=name, number=number, type=scalar, label=FieldDescriptorProto.LABEL_OPTIONAL)
-        file.source_code_info.location.add(path=[4, 0, 2, number - 1], leading_comments=f" [{wire.unit}] {wire.meaning}\n")
+        message.field.add(
+            name=name, json_name=name, number=number, type=scalar, label=FieldDescriptorProto.LABEL_OPTIONAL
+        )
+        file.source_code_info.location.add(
+            path=[4, 0, 2, number - 1], leading_comments=f" [{wire.unit}] {wire.meaning}\n"
+        )
     return FileDescriptorSet(file=[file]).SerializeToString(deterministic=True)
 
 
@@ -99,21 +105,31 @@ def log_json_schema() -> bytes:
     level = {"title": "foxglove.LogLevel", "oneOf": [{"title": name, "const": value} for name, value in names.items()]}
     texts = {name: {"type": "string"} for name in ("message", "name", "file")}
     properties = {"timestamp": stamp, "level": level} | texts | {"line": {"type": "integer", "minimum": 0}}
-    return json.dumps({"title": LOG_SCHEMA, "description": "A log message", "type": "object", "properties": properties}).encode()
+    return json.dumps(
+        {"title": LOG_SCHEMA, "description": "A log message", "type": "object", "properties": properties}
+    ).encode()
 
 
 def log_message(level: str, message: str, time_ns: int) -> bytes:
     """One `foxglove.Log` message; `level` is a key of LOG_LEVELS, `time_ns` counts from the Unix epoch."""
     sec, nsec = divmod(time_ns, 1_000_000_000)
     stamp = {"sec": sec, "nsec": nsec}
-    fields = {"timestamp": stamp, "level": LOG_LEVELS[level], "message": message, "name": "pamrig", "file": "", "line": 0}
+    fields = {
+        "timestamp": stamp,
+        "level": LOG_LEVELS[level],
+        "message": message,
+        "name": "pamrig",
+        "file": "",
+        "line": 0,
+    }
     return json.dumps(fields, ensure_ascii=False).encode(
         "utf-8", "backslashreplace"
     )  # which is how JSON escapes halves of characters
 
 
 def facts_to_text(facts: Mapping[str, Any]) -> dict[str, str]:
-    """Facts as an MCAP metadata map: plain text as it stands, all else as JSON, and a CRC because the format has none here."""
+    """Facts as an MCAP metadata map: plain text as it stands, all else as JSON, and a CRC because the format has none
+    here."""
     texts = {_key(key): _to_text(value) for key, value in facts.items() if key != _CRC_KEY}
     return texts | {_CRC_KEY: _crc(texts)}
 
@@ -131,7 +147,9 @@ def facts_intact(texts: Mapping[str, str]) -> bool:
 def unsound(facts: Mapping[str, Any]) -> dict[str, str]:
     """Facts that are of another kind than their name says, with what they should be. A file may hold anything."""
     wrong = {name: "a number" for name in _NUMBERS if name in facts and not _is_number(facts[name])}
-    return wrong | {name: f"a whole number from 0 to {MOST}" for name in _COUNTS if name in facts and not _is_count(facts[name])}
+    return wrong | {
+        name: f"a whole number from 0 to {MOST}" for name in _COUNTS if name in facts and not _is_count(facts[name])
+    }
 
 
 def sound(facts: Mapping[str, Any]) -> dict[str, Any]:

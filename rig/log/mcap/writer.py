@@ -23,7 +23,8 @@ _MEDIA_TYPES = {".yaml": "application/yaml", ".json": "application/json", ".txt"
 
 
 class _Tail:
-    """A file that only grows. What could not be written stays queued in order, so a full disk loses nothing once it has room."""
+    """A file that only grows. What could not be written stays queued in order, so a full disk loses nothing once it has
+    room."""
 
     def __init__(self, path: Path) -> None:
         self._fd = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644)
@@ -65,7 +66,8 @@ class RunWriter:
     def __init__(
         self, path: Path, facts: Mapping[str, Any], attachments: Mapping[str, bytes], unfinished: str = PARTIAL_SUFFIX
     ) -> None:
-        """Opens PATH.partial and puts `facts` (as `pamrig.run`) and `attachments` (file name -> content) on the disk at once.
+        """Opens PATH.partial and puts `facts` (as `pamrig.run`) and `attachments` (file name -> content) on the disk at
+        once.
 
         `unfinished` is another ending for conversions, whose leftovers are no recordings.
 
@@ -84,7 +86,8 @@ class RunWriter:
         self.flush()
 
     def add(self, packed: bytes | memoryview, log_time_ns: int, sequence: int) -> None:
-        """One packed sample; `log_time_ns` counts from the Unix epoch, a gap in `sequence` is a sample lost on the way."""
+        """One packed sample; `log_time_ns` counts from the Unix epoch, a gap in `sequence` is a sample lost on the
+        way."""
         if len(packed) != SAMPLE_BYTES:
             raise ValueError(f"a packed sample has {SAMPLE_BYTES} bytes, not {len(packed)}")
         if len(self._tail.pending) > BACKLOG_BYTES:
@@ -126,7 +129,8 @@ class RunWriter:
 
     @property
     def gone(self) -> bool:
-        """The file that is being written is not any more where it was begun: somebody deleted or moved it, or its folder."""
+        """The file that is being written is not any more where it was begun: somebody deleted or moved it, or its
+        folder."""
         return not self._tail.is_at(self.partial)
 
     def close_chunk(self) -> None:
@@ -169,7 +173,9 @@ class RunWriter:
         try:
             return _Tail(self.partial)
         except FileExistsError:
-            raise RecordError(f"{self.partial}: an unfinished recording lies there; recover it or move it away") from None
+            raise RecordError(
+                f"{self.partial}: an unfinished recording lies there; recover it or move it away"
+            ) from None
         except OSError as error:
             raise self._refused(error) from None
 
@@ -179,7 +185,9 @@ class RunWriter:
         writer.add_metadata(schema.RUN_METADATA, schema.facts_to_text(facts))
         started_ns = schema.count_of(facts, "started_ns")
         for name, data in attachments.items():
-            writer.add_attachment(name, _MEDIA_TYPES.get(Path(name).suffix, "application/octet-stream"), data, started_ns)
+            writer.add_attachment(
+                name, _MEDIA_TYPES.get(Path(name).suffix, "application/octet-stream"), data, started_ns
+            )
         sample_schema = writer.add_schema(schema.SAMPLE_SCHEMA, "protobuf", schema.sample_descriptor_set())
         log_schema = writer.add_schema(schema.LOG_SCHEMA, "jsonschema", schema.log_json_schema())
         samples = writer.add_channel(schema.SAMPLE_TOPIC, "protobuf", sample_schema, schema.sample_channel_metadata())

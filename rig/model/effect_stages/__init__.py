@@ -1,6 +1,7 @@
 """Every unmodelled effect as a stage of the simulator chain: one table for simulated rig, simulator and diagnosis.
 
-The chain lays the stages into its slots; what an effect looks like and what it is mistaken for is written in `rig.gap.hypotheses.library`.
+The chain lays the stages into its slots; what an effect looks like and what it is mistaken for is written in
+`rig.gap.hypotheses.library`.
 """
 
 from collections.abc import Mapping

@@ -1,7 +1,8 @@
 """Effects of the joint; block stages as in `timing`.
 
-Friction, mass and weight act against the stiffness of the muscles, which rises with their mean pressure: sizes hold at p0_mpa
-and are scaled by 2 p0 / (p1 + p2). Backlash, a mere distance, is not; sweeps at several P0 tell them apart by that.
+Friction, mass and weight act against the stiffness of the muscles, which rises with their mean pressure: sizes hold at
+p0_mpa and are scaled by 2 p0 / (p1 + p2). Backlash, a mere distance, is not; sweeps at several P0 tell them apart by
+that.
 """
 
 from collections.abc import Sequence
@@ -11,11 +12,13 @@ from rig.model.slots import Values
 
 
 def balance_again(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
-    """The joint's balance (`rig.model.joint_balance`) solved once more with something added: dry or viscous friction, mass, a weight.
+    """The joint's balance (`rig.model.joint_balance`) solved once more with something added: dry or viscous friction,
+    mass, a weight.
 
-    y is the nominal angle. From it and from the nominal joint follows the angle to which the muscles pull; the same balance with
-    the added terms is then solved for the new angle. Nothing added: y as it was.
-    params: width_deg, tau_s, time_s, load_deg, phase_deg, p0_mpa, drag_s, sway_s, loop_1..5. state: see `joint_balance.STATE_SIZE`.
+    y is the nominal angle. From it and from the nominal joint follows the angle to which the muscles pull; the same
+    balance with the added terms is then solved for the new angle. Nothing added: y as it was.
+    params: width_deg, tau_s, time_s, load_deg, phase_deg, p0_mpa, drag_s, sway_s, loop_1..5. state: see
+    `joint_balance.STATE_SIZE`.
     """
     for i in range(len(y)):
         if state[0] == 0.0:

@@ -1,6 +1,7 @@
 """The table of effect stages: key -> function, slot, size of its state, parameters with unit, bounds and neutral value.
 
-Slots are those of the chain: timing, valve (both before the pressure monitors), muscle (before the hysteresis), joint, sensor.
+Slots are those of the chain: timing, valve (both before the pressure monitors), muscle (before the hysteresis), joint,
+sensor.
 """
 
 from collections.abc import Sequence
@@ -81,7 +82,8 @@ _SEED = _P("seed", "1", 0.0, 1e6, 0.0, "seed of the random numbers")
 
 
 def _entry(effect: str, place: str, function: StageFunction, state_size: int, *numbers: EffectParameter) -> EffectStage:
-    """`place` is "stage" or "stage@slot", with "<" for ahead of the slot's nominal stage. The size is the first number."""
+    """`place` is "stage" or "stage@slot", with "<" for ahead of the slot's nominal stage. The size is the first
+    number."""
     lies_in, _, slot = place.rstrip("<").partition("@")
     return EffectStage(
         effect, lies_in, Slot(slot or lies_in), function, state_size, numbers, numbers[0].name, place.endswith("<")
@@ -110,10 +112,20 @@ OWN_STAGES: dict[str, EffectStage] = {
         _SEED,
     ),
     "valve_gain": _entry(
-        "valve_gain", "valve", valve.valve_gain, 1, _P("gain", "1", -0.5, 0.5, 0.0, "relative error of the gain"), _BALANCE
+        "valve_gain",
+        "valve",
+        valve.valve_gain,
+        1,
+        _P("gain", "1", -0.5, 0.5, 0.0, "relative error of the gain"),
+        _BALANCE,
     ),
     "valve_offset": _entry(
-        "valve_offset", "valve", valve.valve_offset, 1, _P("offset_mpa", "MPa", -0.15, 0.15, 0.0, "error of the zero"), _BALANCE
+        "valve_offset",
+        "valve",
+        valve.valve_offset,
+        1,
+        _P("offset_mpa", "MPa", -0.15, 0.15, 0.0, "error of the zero"),
+        _BALANCE,
     ),
     "valve_lag": _entry(
         "valve_lag",
@@ -178,7 +190,14 @@ OWN_STAGES: dict[str, EffectStage] = {
         _P("droop_s", "s", 0.0, 2.0, 0.0, "sag in MPa for each MPa/s of filling"),
         _P("supply_mpa", "MPa", 0.0, 2.0, 0.0, "pressure of the supply without flow; 0: sags at every pressure"),
         _TAU0,
-        _P("refill_s", "s", 0.0, 5.0, 0.0, "time constant in which a tank ahead of the regulators is refilled; 0: no tank"),
+        _P(
+            "refill_s",
+            "s",
+            0.0,
+            5.0,
+            0.0,
+            "time constant in which a tank ahead of the regulators is refilled; 0: no tank",
+        ),
     ),
     "co_contraction": _entry(
         "co_contraction",
@@ -188,9 +207,16 @@ OWN_STAGES: dict[str, EffectStage] = {
         _P("shift_mpa", "MPa", -0.2, 0.2, 0.0, "shift of P0 of both muscles"),
     ),
     "leak_ahead": _entry(
-        "leak", "muscle@valve", valve.leak_ahead, 1, _P("loss", "1", 0.0, 0.8, 0.0, "share of the pressure lost"), _MUSCLE
+        "leak",
+        "muscle@valve",
+        valve.leak_ahead,
+        1,
+        _P("loss", "1", 0.0, 0.8, 0.0, "share of the pressure lost"),
+        _MUSCLE,
     ),
-    "leak": _entry("leak", "muscle<", muscle.leak, 1, _P("loss", "1", 0.0, 0.8, 0.0, "share of the pressure lost"), _MUSCLE),
+    "leak": _entry(
+        "leak", "muscle<", muscle.leak, 1, _P("loss", "1", 0.0, 0.8, 0.0, "share of the pressure lost"), _MUSCLE
+    ),
     "muscle_mismatch": _entry(
         "muscle_mismatch",
         "muscle<",
@@ -232,7 +258,11 @@ OWN_STAGES: dict[str, EffectStage] = {
         "sensor_gain", "sensor", sensor.sensor_gain, 1, _P("gain", "1", -0.6, 0.6, 0.0, "relative error of the gain")
     ),
     "sensor_offset": _entry(
-        "sensor_offset", "sensor", sensor.sensor_offset, 1, _P("offset_deg", "deg", -90.0, 90.0, 0.0, "error of the zero")
+        "sensor_offset",
+        "sensor",
+        sensor.sensor_offset,
+        1,
+        _P("offset_deg", "deg", -90.0, 90.0, 0.0, "error of the zero"),
     ),
     "sensor_drift": _entry(
         "sensor_drift",
@@ -251,9 +281,15 @@ OWN_STAGES: dict[str, EffectStage] = {
         _P("scale_deg", "deg", 1.0, 360.0, 30.0, "angle at which the terms hold"),
         _P("slope", "1", -0.3, 0.3, 0.0, "gain that comes with the bend, relative"),
     ),
-    "sensor_lag": _entry("sensor_lag", "sensor", sensor.sensor_lag, 2, _P("tau_s", "s", 0.0, 2.0, 0.0, "time constant")),
+    "sensor_lag": _entry(
+        "sensor_lag", "sensor", sensor.sensor_lag, 2, _P("tau_s", "s", 0.0, 2.0, 0.0, "time constant")
+    ),
     "quantisation": _entry(
-        "quantisation", "sensor", sensor.quantisation, 1, _P("step_deg", "deg", 1e-6, 20.0, 1e-6, "distance of the lattice")
+        "quantisation",
+        "sensor",
+        sensor.quantisation,
+        1,
+        _P("step_deg", "deg", 1e-6, 20.0, 1e-6, "distance of the lattice"),
     ),
     "mains_hum": _entry(
         "mains_hum",
@@ -265,7 +301,12 @@ OWN_STAGES: dict[str, EffectStage] = {
         _P("phase_deg", "deg", -180.0, 180.0, 0.0, "phase at the start"),
     ),
     "sensor_noise": _entry(
-        "sensor_noise", "sensor", sensor.sensor_noise, 2, _P("std_deg", "deg", 0.0, 20.0, 0.0, "standard deviation"), _SEED
+        "sensor_noise",
+        "sensor",
+        sensor.sensor_noise,
+        2,
+        _P("std_deg", "deg", 0.0, 20.0, 0.0, "standard deviation"),
+        _SEED,
     ),
     "sensor_dropout": _entry(
         "sensor_dropout",

@@ -1,7 +1,8 @@
 """Effects of time: a late command, a clock that runs fast or slow, samples that repeat.
 
-Block stages as everywhere in the chain: in place on p1, p2 (MPa) and y (deg), lists or arrays of equal length; `state` is all
-zero at rest and carried between blocks; `params` in the order of the table. No numpy: they also run on the controller.
+Block stages as everywhere in the chain: in place on p1, p2 (MPa) and y (deg), lists or arrays of equal length; `state`
+is all zero at rest and carried between blocks; `params` in the order of the table. No numpy: they also run on the
+controller.
 """
 
 import math
@@ -41,7 +42,8 @@ def delay(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[flo
 def clock_drift(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
     """u((1 + drift) t): what a rig with a fast (drift > 0) or slow clock does with the commands; params: drift.
 
-    A slow clock looks back into the buffer; a fast one extrapolates from the last slope, so keep drift x time below some 50 ms.
+    A slow clock looks back into the buffer; a fast one extrapolates from the last slope, so keep drift x time below
+    some 50 ms.
     """
     for i in range(len(p1)):
         if state[0] == 0.0:

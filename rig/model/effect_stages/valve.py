@@ -3,9 +3,9 @@
 `balance` says how a size is shared: 0 both valves alike, 1 valve 1 alone, -1 valve 2 alone, +-2 opposite signs
 (for effects that have a sign). The size is that of the valve that has more of it.
 
-Lag, limit, asymmetry, dead band, ceiling and droop change the inside of a regulator. They stand behind the nominal one: from its pressure
-and time constant tau0 they recover the set-point that it followed, and follow it again in their own way, so that the neutral
-value gives the nominal pressure exactly. tau0_s = 0 takes the pressure for the set-point.
+Lag, limit, asymmetry, dead band, ceiling and droop change the inside of a regulator. They stand behind the nominal one:
+from its pressure and time constant tau0 they recover the set-point that it followed, and follow it again in their own
+way, so that the neutral value gives the nominal pressure exactly. tau0_s = 0 takes the pressure for the set-point.
 """
 
 import math
@@ -53,8 +53,8 @@ def valve_lag(p1: Values, p2: Values, y: Values, state: Values, params: Sequence
 def valve_slew(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
     """|dp/dt| has a limit inside the regulator; params: fill_mpa_s, exhaust_mpa_s, balance, tau0_s, choked.
 
-    With a balance the less limited valve has the limits divided by its share. choked 1: a small orifice, through which the
-    muscle exhausts the more slowly the less (absolute) pressure is left; the limit then holds at 0.3 MPa.
+    With a balance the less limited valve has the limits divided by its share. choked 1: a small orifice, through which
+    the muscle exhausts the more slowly the less (absolute) pressure is left; the limit then holds at 0.3 MPa.
     """
     was = math.exp(-dt_s / max(params[3], 1e-6))
     share1, share2 = max(min(1.0, 1.0 + params[2]), 1e-6), max(min(1.0, 1.0 - params[2]), 1e-6)
@@ -72,7 +72,9 @@ def valve_slew(p1: Values, p2: Values, y: Values, state: Values, params: Sequenc
         p1[i], p2[i] = state[1], state[2]
 
 
-def fill_exhaust_asymmetry(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
+def fill_exhaust_asymmetry(
+    p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float
+) -> None:
     """Exhausting takes `ratio` times as long as filling; params: ratio, fill_share, balance, tau0_s.
 
     fill_share 0 changes the time constant of exhausting (tau0 x ratio), 1 that of filling (tau0 / ratio).
@@ -101,8 +103,8 @@ def fill_exhaust_asymmetry(p1: Values, p2: Values, y: Values, state: Values, par
 def valve_dead_band(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
     """No reaction while set-point and pressure differ by less than the width; params: width_mpa, edge, balance, tau0_s.
 
-    Beyond it the regulator moves until the width is left (edge 1), or on to the set-point until the share `edge` of the width is
-    left, where it holds again (edge below 1).
+    Beyond it the regulator moves until the width is left (edge 1), or on to the set-point until the share `edge` of the
+    width is left, where it holds again (edge below 1).
     """
     was = math.exp(-dt_s / max(params[3], 1e-6))
     width1, width2 = params[0] * min(1.0, 1.0 + params[2]), params[0] * min(1.0, 1.0 - params[2])
@@ -131,7 +133,13 @@ def pressure_ceiling(p1: Values, p2: Values, y: Values, state: Values, params: S
     was = math.exp(-dt_s / max(params[1], 1e-6))
     for i in range(len(p1)):
         if state[0] == 0.0:
-            state[0], state[1], state[2], state[3], state[4] = 1.0, min(p1[i], params[0]), min(p2[i], params[0]), p1[i], p2[i]
+            state[0], state[1], state[2], state[3], state[4] = (
+                1.0,
+                min(p1[i], params[0]),
+                min(p2[i], params[0]),
+                p1[i],
+                p2[i],
+            )
         goal1, goal2 = (p1[i] - was * state[3]) / (1.0 - was), (p2[i] - was * state[4]) / (1.0 - was)
         state[3], state[4] = p1[i], p2[i]
         state[1] += (1.0 - was) * (min(goal1, params[0]) - state[1])
@@ -142,9 +150,10 @@ def pressure_ceiling(p1: Values, p2: Values, y: Values, state: Values, params: S
 def supply_droop(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
     """The supply sags by droop_s x (the filling rate of both muscles); params: droop_s, supply_mpa, tau0_s, refill_s.
 
-    supply_mpa 0: what a regulator fills towards sags with it at every pressure. Above 0: filling cannot go beyond the sagging
-    supply. droop_s is MPa of sag for each MPa/s of filling, so a time. refill_s above 0: a tank ahead of both regulators, which is
-    refilled with this time constant; the flow into a muscle is in proportion to the tank's absolute pressure.
+    supply_mpa 0: what a regulator fills towards sags with it at every pressure. Above 0: filling cannot go beyond the
+    sagging supply. droop_s is MPa of sag for each MPa/s of filling, so a time. refill_s above 0: a tank ahead of both
+    regulators, which is refilled with this time constant; the flow into a muscle is in proportion to the tank's
+    absolute pressure.
     """
     was = math.exp(-dt_s / max(params[2], 1e-6))
     slower = 1.0 + (1.0 - was) * params[0] / dt_s

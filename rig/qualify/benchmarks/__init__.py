@@ -13,7 +13,8 @@ def figure(value: float, unit: str, peer: str = "", peer_value: float | None = N
 
 
 def cells(row: Mapping[str, Any]) -> list[str]:
-    """One row of the table: value, unit (with its interval and what it is a share of, where it says so), peer, its value, ratio."""
+    """One row of the table: value, unit (with its interval and what it is a share of, where it says so), peer, its
+    value, ratio."""
     spread = [f"{row['low']:.0f} to {row['high']:.0f}"] if "low" in row and "high" in row else []
     aside = ", ".join(spread + ([f"of {row['of']}"] if "of" in row else []))
     unit = f"{row.get('unit', '')} ({aside})" if aside else row.get("unit", "")

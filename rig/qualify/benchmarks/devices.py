@@ -51,8 +51,12 @@ def _myrio(folder: Path) -> dict[str, Any]:
     stand_in.close()  # registers stand still from here on: only driver and package are left to be timed
     ours, bare = _in_turns(lambda: _tick(device), _bare_tick(settings))
     figures = {
-        f"myRIO tick, {key}": figure(ours[key], "us", "the same calls of bare nifpga", bare[key]) for key in ("p50", "p99")
-    } | {f"myRIO tick with the plant behind its registers, {key}": figure(with_plant[key], "us") for key in ("p50", "p99")}
+        f"myRIO tick, {key}": figure(ours[key], "us", "the same calls of bare nifpga", bare[key])
+        for key in ("p50", "p99")
+    } | {
+        f"myRIO tick with the plant behind its registers, {key}": figure(with_plant[key], "us")
+        for key in ("p50", "p99")
+    }
     figures |= _safe_paths(settings, context)
     figures |= _mixed(settings, context)
     device.close()
@@ -89,7 +93,9 @@ def _safe_paths(settings: MyRioSettings, context: DeviceContext) -> dict[str, An
     fresh = _quantiles([_timed(other.safe) for _ in range(10)])
     return {
         "myRIO safe() through a session kept open, p99": figure(kept["p99"], "us"),
-        "myRIO safe() through a session opened for it, p50": figure(fresh["p50"] / 1e3, "ms", "kept open", kept["p50"] / 1e3),
+        "myRIO safe() through a session opened for it, p50": figure(
+            fresh["p50"] / 1e3, "ms", "kept open", kept["p50"] / 1e3
+        ),
     }
 
 
@@ -104,7 +110,8 @@ def _mixed(settings: MyRioSettings, context: DeviceContext) -> dict[str, Any]:
     mixed.close()
     single.close()
     return {
-        f"mixed rig of two myRIO sessions, tick {key}": figure(ours[key], "us", "one session", one[key]) for key in ("p50", "p99")
+        f"mixed rig of two myRIO sessions, tick {key}": figure(ours[key], "us", "one session", one[key])
+        for key in ("p50", "p99")
     }
 
 

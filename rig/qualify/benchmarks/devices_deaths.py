@@ -1,4 +1,5 @@
-"""How long after the loop's death the safe set-points stand at Modbus outputs and serial valves: part of `pamrig bench devices`."""
+"""How long after the loop's death the safe set-points stand at Modbus outputs and serial valves: part of `pamrig bench
+devices`."""
 
 import os
 import select
@@ -26,10 +27,11 @@ _NEVER_S: Final = 5.0
 
 
 def bench_deaths() -> dict[str, Any]:
-    """SIGKILL of a process that drives, until both safe set-points have arrived; the end of the killed process is in it.
+    """SIGKILL of a process that drives, until both safe set-points have arrived; the end of the killed process is in
+    it.
 
-    TCP: by a second instance in this process, which waits for the end of the other as the supervisor does. Serial: by the I/O
-    processes alone, which see their pipe close.
+    TCP: by a second instance in this process, which waits for the end of the other as the supervisor does. Serial: by
+    the I/O processes alone, which see their pipe close.
     """
     with Emulation(spec()) as running:
         rescuer = ModbusIo(modbus(running), context())
@@ -49,7 +51,10 @@ def bench_deaths() -> dict[str, Any]:
 
 def _death_figures(what: str, times_s: list[float], peer: str, peer_ms: float) -> dict[str, Any]:
     found = quantiles([round(t * 1e9) for t in times_s])
-    return {f"death of the loop to safe, {what}, {key}": figure(value / 1e3, "ms", peer, peer_ms) for key, value in found.items()}
+    return {
+        f"death of the loop to safe, {what}, {key}": figure(value / 1e3, "ms", peer, peer_ms)
+        for key, value in found.items()
+    }
 
 
 def _killed(running: Emulation, rescue: Callable[[], None], *words: str) -> float:
@@ -76,7 +81,9 @@ def _safe_since(running: Emulation, killed_ns: int) -> float:
     deadline = time.monotonic() + _NEVER_S
     while time.monotonic() < deadline:
         changes = [change for change in running.state()["changes"] if change[0] >= killed_ns]
-        reached = {valve: at_ns for at_ns, valve, pressure_mpa in changes if abs(pressure_mpa - SAFE[valve - 1]) < 0.001}
+        reached = {
+            valve: at_ns for at_ns, valve, pressure_mpa in changes if abs(pressure_mpa - SAFE[valve - 1]) < 0.001
+        }
         if len(reached) == 2:
             return float(max(reached.values()) - killed_ns) / 1e9
         time.sleep(0.05)  # each look makes the emulators' process write a long answer
@@ -91,7 +98,9 @@ def drive_forever() -> None:
         device = ModbusIo(modbus_at(int(where[0]), Mode.SEPARATE), context())
     else:
         baud = int(where[2])
-        ports = ItvSettings(SerialPort(where[0], baud), SerialPort(where[1], baud), patience_s=0.1, silence_periods=1000)
+        ports = ItvSettings(
+            SerialPort(where[0], baud), SerialPort(where[1], baud), patience_s=0.1, silence_periods=1000
+        )
         device = ItvSerial(ports, context(VALVE_ROLES))
     device.open()
     started = False

@@ -1,7 +1,8 @@
-"""The serial valves' and the Modbus modules' part of `pamrig bench devices`, on their emulators in a process of their own.
+"""The serial valves' and the Modbus modules' part of `pamrig bench devices`, on their emulators in a process of their
+own.
 
-What one tick costs the loop, beside the bare package's calls, and what rate each line really sustains, beside what its baud
-rate allows by computation.
+What one tick costs the loop, beside the bare package's calls, and what rate each line really sustains, beside what its
+baud rate allows by computation.
 """
 
 import time
@@ -44,7 +45,9 @@ def _tcp() -> dict[str, Any]:
             device.close()
             calls = "functions 4 and 16" if mode is Mode.SEPARATE else "function 23"
             for key in ("p50", "p99"):
-                figures[f"Modbus TCP {mode.value}, tick {key}"] = figure(ours[key], "us", f"bare pymodbus, {calls}", peer[key])
+                figures[f"Modbus TCP {mode.value}, tick {key}"] = figure(
+                    ours[key], "us", f"bare pymodbus, {calls}", peer[key]
+                )
         figures |= _tcp_rates(running)
         bare[Mode.AUTO]()
     return figures
@@ -80,7 +83,8 @@ def _tcp_rates(running: Emulation) -> dict[str, Any]:
 
 
 def _rates(baud: int) -> dict[str, Any]:
-    """What the lines of one baud rate sustain, a serial valve and an RTU bus, one after the other on one emulated rig."""
+    """What the lines of one baud rate sustain, a serial valve and an RTU bus, one after the other on one emulated
+    rig."""
     with Emulation(spec(rtu_baud=baud, serial_baud=baud)) as running:
         return _serial_rate(running, baud) | _rtu_rate(running, baud)
 
@@ -92,7 +96,9 @@ def _serial_rate(running: Emulation, baud: int) -> dict[str, Any]:
     times, writes = _drive(device, lambda: len(running.state()["writes"]["valve_1"]))
     device.close()
     computed = pace(Dialect(), baud, 10, monitor=True).rate_hz
-    figures = {f"serial valve at {baud} baud, set-points a second": figure(writes / RATE_S, "1/s", "computed", computed)}
+    figures = {
+        f"serial valve at {baud} baud, set-points a second": figure(writes / RATE_S, "1/s", "computed", computed)
+    }
     if baud in (BAUDS[0], BAUDS[-1]):
         for key, value in quantiles(times).items():
             name = f"serial valves at {baud} baud, tick {key}"
@@ -119,7 +125,8 @@ def _rtu_rate(running: Emulation, baud: int) -> dict[str, Any]:
 
 
 def _drive(device: Device, count: Callable[[], int]) -> tuple[list[int], int]:
-    """Tick once a millisecond for RATE_S with set-points that never repeat: what the ticks took (ns), and how far `count` went."""
+    """Tick once a millisecond for RATE_S with set-points that never repeat: what the ticks took (ns), and how far
+    `count` went."""
     times, number = [], 0
     before, end = count(), time.monotonic() + RATE_S
     while time.monotonic() < end:
@@ -161,7 +168,8 @@ def _in_turns(ours: Callable[[], None], peer: Callable[[], None]) -> tuple[dict[
 
 
 def _peers() -> dict[str, Any]:
-    """The same lines at 115200 baud by the bare packages in a loop of their own, which has nothing else to do meanwhile."""
+    """The same lines at 115200 baud by the bare packages in a loop of their own, which has nothing else to do
+    meanwhile."""
     baud = BAUDS[-1]
     with Emulation(spec(rtu_baud=baud, serial_baud=baud)) as running:
         serial_hz = _bare_serial(running, baud)
@@ -209,7 +217,9 @@ def _bare_rtu(running: Emulation, baud: int) -> float:
     client = ModbusSerialClient(running.places["io"], baudrate=baud, stopbits=2, timeout=0.5, retries=0)
     client.connect()
     rounds = _count(
-        lambda: client.readwrite_registers(read_address=0, read_count=4, write_address=0, values=[13107, 13107], device_id=1)
+        lambda: client.readwrite_registers(
+            read_address=0, read_count=4, write_address=0, values=[13107, 13107], device_id=1
+        )
     )
     client.close()  # type: ignore[no-untyped-call]
     return rounds / RATE_S

@@ -40,14 +40,27 @@ def modbus(running: Emulation, mode: Mode = Mode.SEPARATE, baud: int | None = No
         return modbus_at(int(place), mode)
     line = SerialLine(str(place), baud, "N", 2)
     return ModbusSettings(
-        compose.configs() / "modbus/wago_750.yaml", serial=line, watchdog_s=30.0, patience_s=0.5, silence_periods=1000, **CHANNELS
+        compose.configs() / "modbus/wago_750.yaml",
+        serial=line,
+        watchdog_s=30.0,
+        patience_s=0.5,
+        silence_periods=1000,
+        **CHANNELS,
     )
 
 
 def modbus_at(port: int, mode: Mode) -> ModbusSettings:
     table = compose.configs() / "modbus/wago_750.yaml"
     return ModbusSettings(
-        table, "127.0.0.1", port, mode=mode, watchdog_s=30.0, patience_s=0.5, reply_s=0.1, silence_periods=1000, **CHANNELS
+        table,
+        "127.0.0.1",
+        port,
+        mode=mode,
+        watchdog_s=30.0,
+        patience_s=0.5,
+        reply_s=0.1,
+        silence_periods=1000,
+        **CHANNELS,
     )
 
 

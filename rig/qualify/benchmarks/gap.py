@@ -1,7 +1,8 @@
-"""`pamrig bench gap`: the practice set across its two units, the time of a case, and what simpler answers reach on the same records.
+"""`pamrig bench gap`: the practice set across its two units, the time of a case, and what simpler answers reach on the
+same records.
 
-The threshold of detection is fitted on one unit and scored on the other. Labels are open here; the check on withheld data is
-`pamrig gap check`.
+The threshold of detection is fitted on one unit and scored on the other. Labels are open here; the check on withheld
+data is `pamrig gap check`.
 """
 
 import json
@@ -28,7 +29,10 @@ UNTOUCHED = 2
 def bench_gap() -> dict[str, Any]:
     """Every row of the goals that the practice set can show, with pressures and from the angle alone, and the times."""
     practice = _practice()
-    labels = {case: [one["effect"] for one in said] for case, said in json.loads((practice / "labels.json").read_text()).items()}
+    labels = {
+        case: [one["effect"] for one in said]
+        for case, said in json.loads((practice / "labels.json").read_text()).items()
+    }
     data = {unit: _unit(practice, unit, labels) for unit in UNITS}
     rows: dict[str, Any] = {}
     for mode, pressures in (("pressures", True), ("angle", False)):
@@ -47,7 +51,9 @@ def _practice() -> Path:
 def _unit(practice: Path, unit: str, labels: dict[str, list[str]]) -> dict[str, Any]:
     from rig.log.reader import read
 
-    cases = {case: [name for name in names if name != "none"] for case, names in labels.items() if case.startswith(unit)}
+    cases = {
+        case: [name for name in names if name != "none"] for case, names in labels.items() if case.startswith(unit)
+    }
     return {
         "baselines": [read(practice / unit / f"baseline_{k}") for k in (1, 2, 3, 4)],
         "cases": {case: (read(practice / case), names) for case, names in cases.items()},
@@ -61,7 +67,8 @@ def _scored(data: dict[str, Any], pressures: bool) -> dict[str, Any]:
 
     found = {
         unit: [
-            (names, diagnose(None, records, one["baselines"], pressures=pressures)) for records, names in one["cases"].values()
+            (names, diagnose(None, records, one["baselines"], pressures=pressures))
+            for records, names in one["cases"].values()
         ]
         for unit, one in data.items()
     }
@@ -89,7 +96,9 @@ def _scored(data: dict[str, Any], pressures: bool) -> dict[str, Any]:
             tally.setdefault("truth in the set", []).append(names[0] in around)
             tally.setdefault("known kept", []).append(first is not None and first.effect != "unknown")
             sizes.append(len(around))
-    closed = [diagnosis.gap["explained_fraction"] for results in found.values() for names, diagnosis in results if names]
+    closed = [
+        diagnosis.gap["explained_fraction"] for results in found.values() for names, diagnosis in results if names
+    ]
     rows = {name: _rate(outcomes) for name, outcomes in tally.items()}
     rows["size of the set"] = figure(sum(sizes) / len(sizes), "names")
     rows["gap closed, median"] = figure(100 * sorted(closed)[len(closed) // 2], "%")
@@ -97,8 +106,8 @@ def _scored(data: dict[str, Any], pressures: bool) -> dict[str, Any]:
 
 
 def _held_out(data: dict[str, Any], pressures: bool) -> dict[str, Any]:
-    """How far the gap shrinks on two records that the diagnosis was never given, and whether that was predicted. By the description of
-    the healthy rig: the set has no simulator of these rigs."""
+    """How far the gap shrinks on two records that the diagnosis was never given, and whether that was predicted. By the
+    description of the healthy rig: the set has no simulator of these rigs."""
     import numpy as np
 
     from rig.blind_check.score import EXCITED
@@ -151,12 +160,16 @@ def _strength(diagnosis: "Diagnosis") -> float:
     marked = any(mark["found"] and mark["effect"] for mark in diagnosis.evidence["signatures"])
     signs = [3.0 if marked else 0.0]
     for side in diagnosis.evidence["triggers"].values():
-        signs += [side["structure_ratio"] / STRUCTURE, *(abs(score) / side["threshold"] for score in side["mode_scores"])]
+        signs += [
+            side["structure_ratio"] / STRUCTURE,
+            *(abs(score) / side["threshold"] for score in side["mode_scores"]),
+        ]
     return max(signs)
 
 
 def _threshold(results: "Iterable[tuple[list[str], Diagnosis]]") -> float:
-    """Between the strongest case without and the weakest case with an effect, in the middle of their ratio, but at least 1."""
+    """Between the strongest case without and the weakest case with an effect, in the middle of their ratio, but at
+    least 1."""
     none: list[float] = []
     some: list[float] = []
     for names, diagnosis in results:
@@ -180,7 +193,9 @@ def _naive(data: dict[str, Any]) -> dict[str, Any]:
     right: dict[str, list[bool]] = {}
     for one in data.values():
         for records, names in one["cases"].values():
-            for method, answer in naive_answers(records, one["baselines"], f"{len(right):x}{len(names):x}5", True).items():
+            for method, answer in naive_answers(
+                records, one["baselines"], f"{len(right):x}{len(names):x}5", True
+            ).items():
                 right.setdefault(method, []).append(answer == (names[0] if names else "none") and len(names) < 2)
     return {f"exact name by {method.replace('_', ' ')}": _rate(outcomes) for method, outcomes in right.items()}
 

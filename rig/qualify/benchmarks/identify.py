@@ -1,4 +1,5 @@
-"""`pamrig bench identify`: the paper's search budget against pyswarms, what the machine allows, growth, and quality by optimiser."""
+"""`pamrig bench identify`: the paper's search budget against pyswarms, what the machine allows, growth, and quality by
+optimiser."""
 
 import os
 import subprocess
@@ -108,7 +109,8 @@ def _budget() -> dict[str, Any]:
 
 
 def _pyswarms(objective: Any, dimension: int) -> None:
-    """pyswarms' global-best swarm with Table II's pulls, over the same equation by numpy: all particles at once, tick by tick."""
+    """pyswarms' global-best swarm with Table II's pulls, over the same equation by numpy: all particles at once, tick
+    by tick."""
     import logging
 
     import numpy as np
@@ -204,8 +206,8 @@ def _growth() -> dict[str, Any]:
 def _quality() -> dict[str, Any]:
     """RMSE after the same number of evaluations, 20 seeds of each optimiser, no polish and no stability term.
 
-    A fifth of Table II's budget, because the packages' own overhead makes 20 searches of the whole one take minutes; the swarm's
-    inertia falls over that fifth. The swarm is shown with the whole budget too.
+    A fifth of Table II's budget, because the packages' own overhead makes 20 searches of the whole one take minutes;
+    the swarm's inertia falls over that fifth. The swarm is shown with the whole budget too.
     """
     from rig.identify.optimizers import OPTIMIZERS, make_optimizer
     from rig.identify.search import Budget, search

@@ -1,4 +1,5 @@
-"""`pamrig bench log`: an hour of samples written and read beside mcap's own writer and readers; recovery; killed recorders.
+"""`pamrig bench log`: an hour of samples written and read beside mcap's own writer and readers; recovery; killed
+recorders.
 
 The comparison itself is in log_peers. Quote the ratios.
 """
@@ -27,7 +28,8 @@ def bench_log(records: int = HOUR_RECORDS, damages: int = DAMAGES, kills: int = 
 
 
 def _recovery(folder: Path, damages: int) -> dict[str, Any]:
-    """Cuts and flipped bytes: share of the samples that were saved of those in undamaged chunks, and samples that are false."""
+    """Cuts and flipped bytes: share of the samples that were saved of those in undamaged chunks, and samples that are
+    false."""
     from rig.log.convert import LogContent, write_content
 
     content = LogContent(hour_of_samples(6000), {"name": "minute"}, {"valid": True, "records": 6000})
@@ -36,7 +38,9 @@ def _recovery(folder: Path, damages: int) -> dict[str, Any]:
     for kind in ("cut", "flipped byte"):
         results = [_damaged(source, content.samples, kind, rng) for _ in range(damages)]
         saved, savable, false = (sum(column) for column in zip(*((r[0], r[1], r[2]) for r in results), strict=True))
-        out[f"recovery, {kind}: saved of what was whole"] = figure(saved / savable, "share", "goal", 1.0, trials=damages)
+        out[f"recovery, {kind}: saved of what was whole"] = figure(
+            saved / savable, "share", "goal", 1.0, trials=damages
+        )
         out[f"recovery, {kind}: false samples"] = figure(false, "samples")
         out[f"recovery, {kind}: median time"] = figure(statistics.median(r[3] for r in results), "s")
     return out

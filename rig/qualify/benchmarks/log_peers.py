@@ -36,7 +36,9 @@ def against_peers(folder: Path, records: int) -> dict[str, Any]:
         "read as columns": figure(read["seconds"], "s", "mcap reader", read_plain["seconds"], goal=2.0),
         "read as columns, decoded": figure(read["seconds"], "s", "mcap-protobuf-support", read_protobuf["seconds"]),
         "read, peak memory": figure(read["peak_mib"], "MiB", "its columns", read["data_mib"]),
-        "a slice of 10 s": figure(_measured(_read_slice, ours, records)["seconds"], "s", "mcap reader", _plain_slice(ours)),
+        "a slice of 10 s": figure(
+            _measured(_read_slice, ours, records)["seconds"], "s", "mcap reader", _plain_slice(ours)
+        ),
     }
 
 
@@ -75,7 +77,8 @@ def _resident_mib(name: str) -> float:
 
 
 def hour_of_samples(records: int, seed: int = SEED) -> Any:
-    """A run as the rig makes it: 12-bit counts, values computed from them, set-points on a lattice, lateness of a real machine."""
+    """A run as the rig makes it: 12-bit counts, values computed from them, set-points on a lattice, lateness of a real
+    machine."""
     import numpy as np
 
     from rig.excite.setpoints import around
@@ -89,7 +92,9 @@ def hour_of_samples(records: int, seed: int = SEED) -> Any:
     read = woken + rng.normal(120_000, 9_000, records).astype(np.int64)
     dp = 0.2 * np.sin(2 * np.pi * 0.5 * tick * 0.005)
     p1, p2 = around(0.2, dp)
-    counts = {f"p{n}_raw": np.rint((1 + 8 * p + rng.normal(0, 0.002, records)) / 5 * 4095) for n, p in ((1, p1), (2, p2))}
+    counts = {
+        f"p{n}_raw": np.rint((1 + 8 * p + rng.normal(0, 0.002, records)) / 5 * 4095) for n, p in ((1, p1), (2, p2))
+    }
     angle_raw = np.rint(2047 + 11.9 * 40 * np.sin(2 * np.pi * 0.5 * tick * 0.005 - 0.3) + rng.normal(0, 0.7, records))
     excitation = np.rint(4090 + rng.normal(0, 0.5, records))
     columns = counts | {
@@ -115,7 +120,9 @@ def hour_of_samples(records: int, seed: int = SEED) -> Any:
     lattice = 2.0**20  # as the rig keeps its values: 1e-6 of their unit
     for name in ("dp_cmd_mpa", "p1_cmd_mpa", "p2_cmd_mpa", "p1_mpa", "p2_mpa", "angle_deg"):
         columns[name] = np.rint(columns[name] * lattice) / lattice
-    fields = {name: np.broadcast_to(columns.get(name, 0), records).astype(DTYPES[wire.kind]) for name, wire in WIRES.items()}
+    fields = {
+        name: np.broadcast_to(columns.get(name, 0), records).astype(DTYPES[wire.kind]) for name, wire in WIRES.items()
+    }
     return Samples(fields, due + _STARTED_NS, tick.astype(np.uint32))
 
 
@@ -183,7 +190,10 @@ def _read_plain(path: Path, _: int) -> dict[str, float]:
     from mcap.reader import make_reader
 
     with _Watch() as watch, path.open("rb") as file:
-        kept = [message.data for _, _, message in make_reader(file, validate_crcs=True).iter_messages(topics=["/rig/sample"])]
+        kept = [
+            message.data
+            for _, _, message in make_reader(file, validate_crcs=True).iter_messages(topics=["/rig/sample"])
+        ]
         del kept
     return watch.result
 

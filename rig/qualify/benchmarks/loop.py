@@ -1,4 +1,5 @@
-"""`pamrig bench loop`: lateness of the full loop beside cyclictest, idle and loaded, and what a tick's own work consists of."""
+"""`pamrig bench loop`: lateness of the full loop beside cyclictest, idle and loaded, and what a tick's own work
+consists of."""
 
 import os
 import time
@@ -32,7 +33,8 @@ def bench_loop() -> dict[str, Any]:
 
 
 def _in_turns(rig: RigConfig) -> tuple[dict[str, float], dict[str, float], list[Sample]]:
-    """Quantiles of the loop and of cyclictest, for each the middle one of the rounds: a stall of the machine meets one round."""
+    """Quantiles of the loop and of cyclictest, for each the middle one of the rounds: a stall of the machine meets one
+    round."""
     samples: list[Sample] = []
     ours: list[dict[str, float]] = []
     peers: list[dict[str, float]] = []

@@ -1,4 +1,5 @@
-"""`pamrig bench record`: what recording costs: bytes a record, CPU of the two processes, and the speed of the virtual clock."""
+"""`pamrig bench record`: what recording costs: bytes a record, CPU of the two processes, and the speed of the virtual
+clock."""
 
 import os
 import time
@@ -37,7 +38,10 @@ def bench_record() -> dict[str, Any]:
 
 def _carried_out(rig: RigConfig, plans: list[RunPlan], *, virtual: bool) -> dict[str, float]:
     programs = [program_of(plan, number) for number, plan in enumerate(plans, 1)]
-    with TemporaryDirectory(prefix="pamrig-bench-") as folder, Session(compose.loop_process, rig, virtual=virtual) as session:
+    with (
+        TemporaryDirectory(prefix="pamrig-bench-") as folder,
+        Session(compose.loop_process, rig, virtual=virtual) as session,
+    ):
         session.open(programs, scripted=True)
         for plan, program in zip(plans, programs, strict=True):
             path = Path(folder) / f"{plan.name}.mcap"
@@ -67,7 +71,9 @@ def _cpu_s(process: BaseProcess | None) -> float:
     """User and system time of a living process (Linux, proc(5)); 0 when it is gone."""
 
     try:
-        fields = Path(f"/proc/{process.pid if process else 0}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
+        fields = (
+            Path(f"/proc/{process.pid if process else 0}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
+        )
     except OSError:
         return 0.0
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")

@@ -1,4 +1,5 @@
-"""Kills the recording process at random moments of a run and counts what was lost: used by `pamrig bench log` and by the tests.
+"""Kills the recording process at random moments of a run and counts what was lost: used by `pamrig bench log` and by
+the tests.
 
 The recorder is the real one, in a process of its own; samples come at the rig's real pace through the real ring.
 """
@@ -99,7 +100,9 @@ def killed_recordings(kills: int, folder: Path, seed: int, at_once: int = 5) -> 
     moments = [rng.uniform(0.3, 2.5) for _ in range(kills)]
     results: list[Killed] = []
     for start in range(0, kills, at_once):
-        batch = [_Recording(folder, start + number, moment) for number, moment in enumerate(moments[start : start + at_once])]
+        batch = [
+            _Recording(folder, start + number, moment) for number, moment in enumerate(moments[start : start + at_once])
+        ]
         try:
             _run(batch)
         finally:

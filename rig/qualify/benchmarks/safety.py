@@ -1,7 +1,8 @@
 """`pamrig bench safety`: how fast the rig is safe after the loop is lost, and whether clients can disturb it.
 
-Times run from the signal, or the call, to the moment when both safe set-points stand at the device: the terminals of the simulated
-rig, or the output registers of the emulated Modbus module. Each trial is a sweep of its own under a daemon of real processes.
+Times run from the signal, or the call, to the moment when both safe set-points stand at the device: the terminals of
+the simulated rig, or the output registers of the emulated Modbus module. Each trial is a sweep of its own under a
+daemon of real processes.
 """
 
 import contextlib

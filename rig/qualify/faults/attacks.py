@@ -1,7 +1,8 @@
-"""How soon an emergency stop reaches the valves while somebody keeps the daemon busy: the attacks, and the trials that time it.
+"""How soon an emergency stop reaches the valves while somebody keeps the daemon busy: the attacks, and the trials that
+time it.
 
-An attack is carried out by a process of its own, on the daemon's doors alone. A trial brings the rig into a sweep, lets the attack
-begin, connects and stops the rig, and looks at the terminals.
+An attack is carried out by a process of its own, on the daemon's doors alone. A trial brings the rig into a sweep, lets
+the attack begin, connects and stops the rig, and looks at the terminals.
 """
 
 import asyncio
@@ -156,7 +157,9 @@ def _multiplying() -> str:
 
 
 _LARGE: Final = "records:\n" + "- sine: {frequency_hz: 0.5, amplitude_mpa: 0.9}\n" * 5000
-_SLOW: Final = "records: [{multisine: {amplitude_mpa: 0.1, low_hz: 0.1, high_hz: 20, period_s: 100}, duration_s: 80000}]"
+_SLOW: Final = (
+    "records: [{multisine: {amplitude_mpa: 0.1, low_hz: 0.1, high_hz: 20, period_s: 100}, duration_s: 80000}]"
+)
 
 ATTACKS: Final = (
     Attack("none", "nobody else is there", None, 0),
@@ -164,9 +167,11 @@ ATTACKS: Final = (
     Attack("nonsense", "60 clients send lines of 60 kB that are no request", _nonsense),
     Attack("subscribers", "60 subscribers at 50 Hz with every sample", _subscriber),
     Attack("deaf", "60 subscribers that read nothing", _deaf),
-    Attack("full house", "100 silent clients, half of them over the network without a token; who is sent away comes back", _silent, _HOUSE),
+    Attack("full house", "100 silent clients, half of them over the network without a token; who is sent away comes "
+                         "back", _silent, _HOUSE),
     Attack("knocking", "60 clients connect and leave in the middle of a line, as fast as it goes", _knocking),
-    Attack("multiplying", "12 clients start sweeps of 36 kB whose lists and aliases multiply", _starting("m", _multiplying()), _STARTS),
+    Attack("multiplying", "12 clients start sweeps of 36 kB whose lists and aliases multiply", _starting("m",
+    _multiplying()), _STARTS),
     Attack("too large", "12 clients start sweeps of 4 MB", _starting("t", "# " + "x" * (4 * 1024 * 1024)), _STARTS),
     Attack("large", "12 clients start sweeps of 5000 records that leave the envelope", _starting("l", _LARGE), _STARTS),
     Attack("slow", "12 clients start sweeps that take longer to expand than they may", _starting("s", _SLOW), _STARTS),
@@ -236,7 +241,9 @@ def _besieged(attack: Attack, doors: Doors) -> Iterator[tuple[Event, Event]]:
         process.join()
 
 
-def besiege(bench: FaultBench, attack: Attack, port: int, trials: int, seed: int, tell: Callable[[float, str], None]) -> Siege:
+def besiege(
+    bench: FaultBench, attack: Attack, port: int, trials: int, seed: int, tell: Callable[[float, str], None]
+) -> Siege:
     """So many emergency stops under one attack, at moments drawn from `seed`."""
     siege, draw = Siege(attack), random.Random(seed)
     (bench.folder / "sweeps").mkdir(exist_ok=True)
@@ -280,5 +287,8 @@ def shortfall(sieges: Sequence[Siege]) -> str:
         if siege.problem:
             return f"{siege.attack.name}: {siege.problem}"
         if siege.quantile(0.99) > GOAL_MS:
-            return f"{siege.attack.name}: p99 of the emergency stop is {siege.quantile(0.99):.1f} ms; at most {GOAL_MS:g} ms"
+            return (
+                f"{siege.attack.name}: p99 of the emergency stop is {siege.quantile(0.99):.1f} ms; at most "
+                f"{GOAL_MS:g} ms"
+            )
     return ""

@@ -1,7 +1,8 @@
-"""A daemon on a faulty simulated rig, in real processes, to which faults can be done: the floor under `pamrig faults` and its tests.
+"""A daemon on a faulty simulated rig, in real processes, to which faults can be done: the floor under `pamrig faults`
+and its tests.
 
-Everything lies in a folder of its own. The terminals of the rig are in shared memory, so the time until the safe set-points stand at
-the valves is measured where it counts.
+Everything lies in a folder of its own. The terminals of the rig are in shared memory, so the time until the safe
+set-points stand at the valves is measured where it counts.
 """
 
 import contextlib
@@ -58,8 +59,11 @@ class Spoilt(RigError):
 class FaultBench:
     """Use as a context manager. `ready` brings the rig into the middle of a sweep, from wherever it is."""
 
-    def __init__(self, folder: Path, rig: str = RIG, arguments: tuple[str, ...] = (), terminals: Path | None = None) -> None:
-        """`rig`: text of the rig's YAML; `arguments` go to `pamrig daemon`; `terminals`: where they are, if somebody made them."""
+    def __init__(
+        self, folder: Path, rig: str = RIG, arguments: tuple[str, ...] = (), terminals: Path | None = None
+    ) -> None:
+        """`rig`: text of the rig's YAML; `arguments` go to `pamrig daemon`; `terminals`: where they are, if somebody
+        made them."""
         self.folder, self._arguments = folder, arguments
         self.logs, self.state, self.socket = folder / "logs", folder / "state", folder / "s.sock"
         self._terminals_path = terminals or shared_folder() / f"terminals-{os.getpid()}-{time.monotonic_ns():x}"
@@ -158,12 +162,15 @@ class FaultBench:
             self._daemon.send_signal(signal.SIGCONT)
 
     def said_of_safe(self, patience_s: float) -> str:
-        """The status' words on a safe state that it calls safe, which is checked against the valves; RigError when it never does."""
+        """The status' words on a safe state that it calls safe, which is checked against the valves; RigError when it
+        never does."""
 
         def confirmed() -> dict[str, Any] | None:
             shown = self.status()["safe_state"]
             if shown and shown["safe"] and not self.is_safe:
-                raise RigError(f"the status says {shown['words']!r}, but at the valves stands {self.terminals.setpoints}")
+                raise RigError(
+                    f"the status says {shown['words']!r}, but at the valves stands {self.terminals.setpoints}"
+                )
             return dict(shown) if shown and shown["safe"] else None
 
         shown = self.wait(confirmed, "the status to say that the rig is safe", patience_s)
@@ -240,7 +247,8 @@ class FaultBench:
         while not self.is_safe:
             if time.monotonic() > deadline:
                 raise RigError(
-                    f"the safe set-points did not reach the valves within {patience_s:g} s; there: {self.terminals.setpoints}"
+                    f"the safe set-points did not reach the valves within {patience_s:g} s; there: "
+                    f"{self.terminals.setpoints}"
                 )
             time.sleep(_LOOK_S)
         reached_ns = self.terminals.changed_ns

@@ -1,6 +1,8 @@
-"""Several processes lost together, at random: who is killed or stopped, when, and whether the rig reached its safe state and kept it.
+"""Several processes lost together, at random: who is killed or stopped, when, and whether the rig reached its safe
+state and kept it.
 
-Every trial is a sweep of its own. It ends with a look at what was said: "safe" counts only when it was so at the valves.
+Every trial is a sweep of its own. It ends with a look at what was said: "safe" counts only when it was so at the
+valves.
 """
 
 import contextlib
@@ -104,7 +106,8 @@ BENCHES: Final[dict[str, Callable[[Path], FaultBench]]] = {
     "run": RunBench,
     "run-modbus": RunOverModbus,
 }
-"""What the trials can be made on; over Modbus with the module's watchdog as it is by default, and with one that is of no help."""
+"""What the trials can be made on; over Modbus with the module's watchdog as it is by default, and with one that is of
+no help."""
 
 
 def draw(chance: random.Random, sizes: Sequence[int] = (2, 3)) -> tuple[Blow, ...]:
@@ -200,6 +203,7 @@ def summary(found: Sequence[Trial]) -> dict[str, Any]:
         return times[min(int(len(times) * share), len(times) - 1)] if times else None
 
     return {
-        "trials": len(found), "safe": len(good), "p50_ms": quantile(0.5), "p99_ms": quantile(0.99), "max_ms": quantile(1.0),
+        "trials": len(found), "safe": len(good), "p50_ms": quantile(0.5), "p99_ms": quantile(0.99),
+        "max_ms": quantile(1.0),
         "problems": [f"{trial}: {trial.problem}" for trial in found if trial.problem],
     }  # fmt: skip

@@ -1,4 +1,5 @@
-"""The fault bench over Modbus TCP: the real driver, a module emulated in a process of its own, and terminals where its outputs end.
+"""The fault bench over Modbus TCP: the real driver, a module emulated in a process of its own, and terminals where its
+outputs end.
 
 `python -m rig.qualify.faults.modbus TERMINALS` is that process: it prints its port and serves until its input ends.
 """

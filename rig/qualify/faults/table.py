@@ -77,7 +77,8 @@ def _estop(bench: FaultBench) -> int:
 
 
 def _full_disk(bench: FaultBench) -> int:
-    """Files of the recorder may not grow any more: what a full disk is to it. The run is then stopped, to see what became of it."""
+    """Files of the recorder may not grow any more: what a full disk is to it. The run is then stopped, to see what
+    became of it."""
     pid = bench.pid("recorder")
     now_ns = time.monotonic_ns()
     resource.prlimit(pid, resource.RLIMIT_FSIZE, (1, resource.RLIM_INFINITY))
@@ -116,8 +117,19 @@ def _flood(bench: FaultBench) -> int:
 
 def _second_daemon(bench: FaultBench) -> int:
     now_ns = time.monotonic_ns()
-    command = [sys.executable, "-m", "rig.cli.main", "daemon", "--socket", str(bench.socket), "--state", str(bench.state)]
-    second = subprocess.run([*command, "--logs", str(bench.logs)], capture_output=True, text=True, timeout=30, check=False)
+    command = [
+        sys.executable,
+        "-m",
+        "rig.cli.main",
+        "daemon",
+        "--socket",
+        str(bench.socket),
+        "--state",
+        str(bench.state),
+    ]
+    second = subprocess.run(
+        [*command, "--logs", str(bench.logs)], capture_output=True, text=True, timeout=30, check=False
+    )
     if second.returncode != 2 or "another daemon is running" not in second.stderr:
         raise CheckFailed(f"the second daemon was not refused: {second.returncode} {second.stderr}")
     return now_ns
@@ -147,7 +159,9 @@ TABLE: Final[tuple[Row, ...]] = (
     Row("misses", "every call takes 7.5 ms", _D(Injection.MISSES), ("MISSED_TICKS",), 1000.0),
     Row("stall", "one call takes 40 ms", _D(Injection.STALL), ("LOOP_DIED", "LONG_STALL"), 25.0),
     Row("timeout", "one reply does not come", _D(Injection.ONE_TIMEOUT), ()),
-    Row("timeouts", "no reply comes any more", _D(Injection.TIMEOUTS), ("DEVICE_ERRORS",), 60.0, "no reply within 5 ms"),
+    Row(
+        "timeouts", "no reply comes any more", _D(Injection.TIMEOUTS), ("DEVICE_ERRORS",), 60.0, "no reply within 5 ms"
+    ),
     Row("garbled", "every reply is garbled", _D(Injection.GARBLED), ("DEVICE_ERRORS",), 60.0, "checksum is wrong"),
     Row("lost", "the connection is closed", _D(Injection.LOST), ("DEVICE_LOST",), 15.0, "the connection was closed"),
     Row("hang", "the driver hangs", _D(Injection.HANG), ("LOOP_DIED",), 25.0, "it hung or was stopped"),
@@ -160,10 +174,22 @@ TABLE: Final[tuple[Row, ...]] = (
     Row("stale", "values get older and older", _D(Injection.STALE), ("STALE_VALUE",), 60.0),
     Row("air", "the air is cut off", _D(Injection.NO_AIR), ("NOT_FOLLOWING",), 1500.0),
     Row("loop killed", "SIGKILL to the loop", _S("loop", signal.SIGKILL), ("LOOP_DIED",), 15.0, "killed by signal 9"),
-    Row("loop stopped", "SIGSTOP to the loop", _S("loop", signal.SIGSTOP), ("LOOP_DIED",), 25.0, "it hung or was stopped"),
+    Row(
+        "loop stopped",
+        "SIGSTOP to the loop",
+        _S("loop", signal.SIGSTOP),
+        ("LOOP_DIED",),
+        25.0,
+        "it hung or was stopped",
+    ),
     Row("loop ended", "SIGTERM to the loop", _S("loop", signal.SIGTERM), ("TERMINATED", "LOOP_DIED"), 15.0),
     Row(
-        "recorder killed", "SIGKILL to the recorder", _after_a_flush(signal.SIGKILL), ("RECORDER_DIED",), 100.0, "process is gone"
+        "recorder killed",
+        "SIGKILL to the recorder",
+        _after_a_flush(signal.SIGKILL),
+        ("RECORDER_DIED",),
+        100.0,
+        "process is gone",
     ),
     Row(
         "recorder stopped",
@@ -174,12 +200,29 @@ TABLE: Final[tuple[Row, ...]] = (
         "stopped by a signal",
     ),
     Row(
-        "recorder ended", "SIGTERM to the recorder", _S("recorder", signal.SIGTERM), ("RECORDER_DIED",), 1000.0, "process is gone"
+        "recorder ended",
+        "SIGTERM to the recorder",
+        _S("recorder", signal.SIGTERM),
+        ("RECORDER_DIED",),
+        1000.0,
+        "process is gone",
     ),
     Row(
-        "supervisor killed", "SIGKILL to the supervisor", _S("supervisor", signal.SIGKILL), ("SUPERVISOR_DIED",), 100.0, "is gone"
+        "supervisor killed",
+        "SIGKILL to the supervisor",
+        _S("supervisor", signal.SIGKILL),
+        ("SUPERVISOR_DIED",),
+        100.0,
+        "is gone",
     ),
-    Row("supervisor stopped", "SIGSTOP to it", _S("supervisor", signal.SIGSTOP), ("SUPERVISOR_DIED",), 500.0, "has not moved"),
+    Row(
+        "supervisor stopped",
+        "SIGSTOP to it",
+        _S("supervisor", signal.SIGSTOP),
+        ("SUPERVISOR_DIED",),
+        500.0,
+        "has not moved",
+    ),
     Row("supervisor told", "SIGTERM to the supervisor", _S("supervisor", signal.SIGTERM), ()),
     Row("control stopped", "SIGSTOP to the control process", _S("control", signal.SIGSTOP), ("CONTROL_LOST",), 1200.0),
     Row(
@@ -246,7 +289,14 @@ TABLE: Final[tuple[Row, ...]] = (
         500.0,
         "written by the guardian, seen at the device",
     ),
-    Row("guardian killed", "SIGKILL to the guardian", _S("guardian", signal.SIGKILL), ("SUPERVISOR_DIED",), 100.0, "is gone"),
+    Row(
+        "guardian killed",
+        "SIGKILL to the guardian",
+        _S("guardian", signal.SIGKILL),
+        ("SUPERVISOR_DIED",),
+        100.0,
+        "is gone",
+    ),
     Row("estop", "`pamrig estop`", _estop, ("ESTOP",), 10.0),
     Row("full disk", "the disk takes nothing any more", _full_disk, (), said="not valid"),
     Row("flood", "four floods and a subscriber that does not read", _flood, ()),

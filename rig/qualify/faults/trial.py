@@ -32,7 +32,8 @@ class Finding:
 
 
 def try_row(bench: FaultBench, row: Row) -> Finding:
-    """Carry out `row`; again when something else got in the way, or a bound was missed that a standing machine explains."""
+    """Carry out `row`; again when something else got in the way, or a bound was missed that a standing machine
+    explains."""
     finding = Finding(row, problem="not tried")
     for _ in range(ATTEMPTS):
         try:
@@ -91,7 +92,10 @@ def _stopped(bench: FaultBench, row: Row, seen: _Seen, since_ns: int) -> Finding
     said = bench.log_text()[seen.log_chars :]
     boxes = _black_boxes(bench) - seen.black_boxes
     evidence = ", ".join(
-        [*(f"black box of {_samples(box)} samples" for box in boxes), *_records(bench, cause == Fault.RECORDER_DIED.name)]
+        [
+            *(f"black box of {_samples(box)} samples" for box in boxes),
+            *_records(bench, cause == Fault.RECORDER_DIED.name),
+        ]
     )
     return Finding(row, cause, ms, evidence, _problem(row, cause, ms, said, evidence))
 

@@ -1,4 +1,5 @@
-"""The earlier days of a diagnosis: which they are is said, the log under test is none of them, and the odd one is named."""
+"""The earlier days of a diagnosis: which they are is said, the log under test is none of them, and the odd one is
+named."""
 
 from pathlib import Path
 
@@ -20,7 +21,8 @@ def day(name: str, lag_ticks: int = 0, seed: int = 1, gain: float = 1.0, offset_
         records.append(
             Record(
                 f"sine{number}", t_s, dp, angle_deg=150 * gain * answer + offset_deg + rng.normal(0, 0.05, 2000),
-                p1_mpa=0.2 + answer / 2 + rng.normal(0, 5e-4, 2000), p2_mpa=0.2 - answer / 2 + rng.normal(0, 5e-4, 2000),
+                p1_mpa=0.2 + answer / 2 + rng.normal(0, 5e-4, 2000), p2_mpa=0.2 - answer / 2 + rng.normal(0, 5e-4,
+                2000),
             )
         )  # fmt: skip
     return Session(Path(name), records)

@@ -1,4 +1,5 @@
-"""What a diagnosis leaves beside its answer: the overview of a campaign, and a word where no next experiment is known."""
+"""What a diagnosis leaves beside its answer: the overview of a campaign, and a word where no next experiment is
+known."""
 
 from pathlib import Path
 from typing import Any

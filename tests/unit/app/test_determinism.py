@@ -31,7 +31,19 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Contents]]:
     (folder / "twice.yaml").write_text(SWEEP)
     found = {}
     for name, seed in (("first", 11), ("again", 11), ("other", 12)):
-        call = [PAMRIG, "run", folder / "twice.yaml", "--clock", "virtual", "--seed", seed, "--out", folder / name, "--json", "-"]
+        call = [
+            PAMRIG,
+            "run",
+            folder / "twice.yaml",
+            "--clock",
+            "virtual",
+            "--seed",
+            seed,
+            "--out",
+            folder / name,
+            "--json",
+            "-",
+        ]
         done = subprocess.run([str(part) for part in call], check=True, capture_output=True, text=True)
         found[name] = [contents(Path(run["file"])) for run in json.loads(done.stdout)["runs"]]
     return found
@@ -47,7 +59,9 @@ def test_one_seed_is_one_history(runs: dict[str, list[Contents]]) -> None:
 
 
 def test_only_the_wall_clock_tells_them_apart(runs: dict[str, list[Contents]]) -> None:
-    offsets = {file.log_times_ns[0] - file.samples[0].scheduled_ns for name in ("first", "again") for file in runs[name]}
+    offsets = {
+        file.log_times_ns[0] - file.samples[0].scheduled_ns for name in ("first", "again") for file in runs[name]
+    }
     assert len(offsets) == 2
     assert runs["first"][0].run["session"] != runs["again"][0].run["session"]
 

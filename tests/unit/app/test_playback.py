@@ -27,7 +27,9 @@ def clock() -> VirtualClock:
 
 @pytest.fixture
 def rig(tmp_path: Path, clock: VirtualClock) -> PlaybackRig:
-    log = log_with(tmp_path, "t_s,dp_cmd_mpa,p1_mpa,p2_mpa,angle_deg\n0,0,0.2,0.2,1\n0.005,0,0.21,,2\n0.010,0,0.22,0.18,3\n")
+    log = log_with(
+        tmp_path, "t_s,dp_cmd_mpa,p1_mpa,p2_mpa,angle_deg\n0,0,0.2,0.2,1\n0.005,0,0.21,,2\n0.010,0,0.22,0.18,3\n"
+    )
     made = PlaybackRig(PlaybackSettings(log), DeviceContext(clock, frozenset(Role), 0.2, 0.2))
     made.open()
     return made

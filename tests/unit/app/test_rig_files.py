@@ -16,7 +16,8 @@ def test_a_model_that_is_missing(tmp_path: Path) -> None:
     with pytest.raises(ConfigError) as caught:
         compose.load(path)
     assert str(caught.value) == (
-        f"{path}: devices.main.model: models/mine.yaml: no such file; looked for at {tmp_path.resolve()}/models/mine.yaml"
+        f"{path}: devices.main.model: models/mine.yaml: no such file; looked for at "
+        f"{tmp_path.resolve()}/models/mine.yaml"
     )
 
 
@@ -26,4 +27,6 @@ def test_a_calibration_that_is_missing(tmp_path: Path) -> None:
     path.write_text(RIG.read_text().replace("../models/simulated.yaml", str(model)) + "calibration: cal.yaml\n")
     with pytest.raises(ConfigError) as caught:
         compose.load(path)
-    assert str(caught.value) == f"{path}: calibration: cal.yaml: no such file; looked for at {tmp_path.resolve()}/cal.yaml"
+    assert (
+        str(caught.value) == f"{path}: calibration: cal.yaml: no such file; looked for at {tmp_path.resolve()}/cal.yaml"
+    )

@@ -122,7 +122,9 @@ def test_a_device_s_own_words_are_told_with_its_fault_outside_a_record() -> None
 def test_a_fact_that_warns_is_coloured_and_one_that_speaks_of_warnings_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
     screen = Console(file=StringIO(), force_terminal=True, width=200, highlight=False)
     monkeypatch.setattr(runner, "console", lambda _: screen)
-    runner.announce({"1.failsafe": "none: the manual has a warning [page 7]", "2.warning": "holds its outputs", "2.mode": "x"})
+    runner.announce(
+        {"1.failsafe": "none: the manual has a warning [page 7]", "2.warning": "holds its outputs", "2.mode": "x"}
+    )
     plain, coloured = screen.file.getvalue().splitlines()  # type: ignore[attr-defined]
     assert plain == "1.failsafe: none: the manual has a warning [page 7]"
     assert coloured == "\x1b[33m2.warning: holds its outputs\x1b[0m"
@@ -134,8 +136,12 @@ def test_planned_set_points_are_the_paper_s() -> None:
     plan = expand(load_sweep(compose.configs() / "sweeps" / "quick.yaml"), 5_000_000)[0]
     made = program_of(plan, 4)
     assert made.run == 4
-    assert [p1 - p2 for p1, p2 in zip(made.p1_cmd_mpa, made.p2_cmd_mpa, strict=True)] == pytest.approx(list(plan.dp_mpa))
-    assert [p1 + p2 for p1, p2 in zip(made.p1_cmd_mpa, made.p2_cmd_mpa, strict=True)] == pytest.approx([0.4] * len(plan.dp_mpa))
+    assert [p1 - p2 for p1, p2 in zip(made.p1_cmd_mpa, made.p2_cmd_mpa, strict=True)] == pytest.approx(
+        list(plan.dp_mpa)
+    )
+    assert [p1 + p2 for p1, p2 in zip(made.p1_cmd_mpa, made.p2_cmd_mpa, strict=True)] == pytest.approx(
+        [0.4] * len(plan.dp_mpa)
+    )
 
 
 def test_a_folder_that_cannot_be_written_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -177,5 +183,7 @@ def test_a_recorder_that_dies_before_the_first_record_is_no_quiet_success(
 
     monkeypatch.setattr(Session, "__init__", remember)
     monkeypatch.setattr(runner, "announce", strike)
-    outcome = runner.carry_out(compose.load(None), [Planned("a", program())], RunOptions(tmp_path / "out", virtual=True))
+    outcome = runner.carry_out(
+        compose.load(None), [Planned("a", program())], RunOptions(tmp_path / "out", virtual=True)
+    )
     assert "RECORDER_DIED" in ends(outcome)

@@ -1,4 +1,5 @@
-"""The whole blind check in small: sealed, fixed seeds, honest lower bounds, resumed after a kill, its three steps apart.
+"""The whole blind check in small: sealed, fixed seeds, honest lower bounds, resumed after a kill, its three steps
+apart.
 
 The seeds here are used by this test alone; the figures of the full check are in docs/reference/blind_check_results.md.
 """
@@ -77,7 +78,9 @@ def test_questions_carry_no_trace_of_the_label(finished: CheckFolder) -> None:
         shapes = [(record.name, len(record), sorted(record.columns())) for record in records]
         names = sorted(str(path.relative_to(place)) for path in place.rglob("*") if "baselines" not in path.parts)
         told = read_json(place / "question.json")
-        assert {path.stat().st_mtime_ns for path in (place, *place.rglob("*"))} == {0}, "when it was written says something"
+        assert {path.stat().st_mtime_ns for path in (place, *place.rglob("*"))} == {0}, (
+            "when it was written says something"
+        )
         assert set(told) == {"modes", "leave_out"}
         seen.add(json.dumps([facts, shapes, names], default=str).replace(token, "TOKEN"))
     assert len(seen) == 1

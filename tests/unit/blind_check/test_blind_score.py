@@ -14,7 +14,14 @@ from rig.blind_check.goals import GOALS, bound, figure, figure_text, reached
 from rig.blind_check.modes import GROUPS, MODES, asked, names_of
 from rig.blind_check.rates import Rate
 from rig.blind_check.score import realised, score_mode
-from rig.blind_check.statistics import breakdown, mode_result, naive_result, reliability, shuffled_control, withheld_result
+from rig.blind_check.statistics import (
+    breakdown,
+    mode_result,
+    naive_result,
+    reliability,
+    shuffled_control,
+    withheld_result,
+)
 from rig.blind_check.user_labels import label_of
 from rig.errors import RecordError
 from rig.gap.hypotheses.library import LIBRARY, effect_class
@@ -25,7 +32,9 @@ GAP = {"explained_fraction": 0.95, "rms_deg": 1.0, "floor_deg": 0.2, "ratio": 5.
 KNOWN = ["valve_lag", "backlash", "sensor_gain", "creep", "mains_hum", "coulomb_friction"]
 
 
-def said(*names: str, verdict: str = "explained", ambiguous: tuple[str, ...] = (), stage: str = "", value: float = 0.1) -> dict:
+def said(
+    *names: str, verdict: str = "explained", ambiguous: tuple[str, ...] = (), stage: str = "", value: float = 0.1
+) -> dict:
     causes = [
         {
             "effect": name,
@@ -53,13 +62,18 @@ def label(*effects: str, kind: str = "") -> dict:
 
 def facts(*effects: str, ratio: float = 5.0, size: float = 0.1) -> dict:
     stages = {
-        e: {"stage": LIBRARY[e].stage if e in LIBRARY else "joint", "size": size, "library_parameter": "tau_s"} for e in effects
+        e: {"stage": LIBRARY[e].stage if e in LIBRARY else "joint", "size": size, "library_parameter": "tau_s"}
+        for e in effects
     }
     return {"effects": stages, "ratio_angle": ratio, "ratio_sisters": ratio, "ratio_pressure": ratio}
 
 
 def row(truth: str, answer: dict, **more: object) -> dict:
-    return score_mode("pressures", answer, label(truth), facts(truth)) | {"realised_ef": 0.93, "truth_withheld": False} | more
+    return (
+        score_mode("pressures", answer, label(truth), facts(truth))
+        | {"realised_ef": 0.93, "truth_withheld": False}
+        | more
+    )
 
 
 def test_right_wrong_and_class_of_a_single_effect() -> None:
@@ -68,7 +82,9 @@ def test_right_wrong_and_class_of_a_single_effect() -> None:
     assert right["size_error"] == pytest.approx(0.1)
     wrong = score_mode("pressures", said("backlash", ambiguous=("valve_lag",)), label("valve_lag"), facts("valve_lag"))
     assert (wrong["exact"], wrong["in_set"], wrong["stage_right"]) == (False, True, False)
-    alike = next((a, b) for a in LIBRARY for b in LIBRARY if a != b and effect_class(a, False) == effect_class(b, False))
+    alike = next(
+        (a, b) for a in LIBRARY for b in LIBRARY if a != b and effect_class(a, False) == effect_class(b, False)
+    )
     near = score_mode("angle", said(alike[1]), label(alike[0]), facts(alike[0]))
     assert (near["exact"], near["class"]) == (False, True)
 
@@ -99,7 +115,9 @@ def test_a_leak_beside_the_monitor_may_be_placed_on_the_valve_side() -> None:
 
 
 def test_counting_gives_every_figure() -> None:
-    rows = [row(name, said(name)) for name in KNOWN] + [row("backlash", said("coulomb_friction", verdict="partly_explained"))]
+    rows = [row(name, said(name)) for name in KNOWN] + [
+        row("backlash", said("coulomb_friction", verdict="partly_explained"))
+    ]
     rows += [
         score_mode("pressures", said(verdict=verdict), label(), facts(ratio=0.0)) | {"realised_ef": None}
         for verdict in ("none", "unknown")
@@ -190,7 +208,8 @@ def test_reliability_bins_hold_all_cases() -> None:
 
 
 @pytest.mark.parametrize(
-    ("k", "n", "low", "high"), [(0, 10, 0.0, 0.2775), (10, 10, 0.7225, 1.0), (50, 100, 0.4038, 0.5962), (1, 120, 0.0015, 0.0457)]
+    ("k", "n", "low", "high"),
+    [(0, 10, 0.0, 0.2775), (10, 10, 0.7225, 1.0), (50, 100, 0.4038, 0.5962), (1, 120, 0.0015, 0.0457)],
 )
 def test_wilson_intervals_are_those_of_the_books(k: int, n: int, low: float, high: float) -> None:
     assert Rate(k, n).interval == pytest.approx((low, high), abs=2e-4)
@@ -202,10 +221,21 @@ def test_a_rate_of_nothing_is_honest() -> None:
 
 
 def gain_model() -> Model:
-    numbers = {"lambda1": 1.0, "lambda2": 1.0, "xi1": 0.0, "xi2": 0.0, "phi1": 0.0, "phi2": 0.0, "beta1": 0.0, "beta2": 0.0}
+    numbers = {
+        "lambda1": 1.0,
+        "lambda2": 1.0,
+        "xi1": 0.0,
+        "xi2": 0.0,
+        "phi1": 0.0,
+        "phi2": 0.0,
+        "beta1": 0.0,
+        "beta2": 0.0,
+    }
     units = {"theta_divisor_s": 0.005, "u_unit_mpa": 0.2, "y_unit_deg": 1.0, "mean_exponent": 0.0}
     numbers["xi1"] = 0.2
-    return Model(MuscleModel("mbw", {name: Parameter(value) for name, value in {**numbers, **units}.items()}, Input.PRESSURE))
+    return Model(
+        MuscleModel("mbw", {name: Parameter(value) for name, value in {**numbers, **units}.items()}, Input.PRESSURE)
+    )
 
 
 def columns(gain: float, noise: int) -> dict[str, np.ndarray]:
@@ -244,7 +274,11 @@ def test_ties_break_when_the_rivals_are_gone_and_the_truth_is_not() -> None:
 
 
 def test_recommended_sweeps_become_commands(tmp_path: Path) -> None:
-    sweep = {"p0_mpa": [0.15, 0.3], "duration_s": 2.0, "records": [{"sine": {"frequency_hz": 4.0, "amplitude_mpa": 0.05}}]}
+    sweep = {
+        "p0_mpa": [0.15, 0.3],
+        "duration_s": 2.0,
+        "records": [{"sine": {"frequency_hz": 4.0, "amplitude_mpa": 0.05}}],
+    }
     path = tmp_path / "next.yaml"
     path.write_text(json.dumps(sweep))
     for config in (sweep, json.dumps(sweep, indent=1), str(path)):
@@ -288,7 +322,13 @@ def test_what_a_fit_swallows_is_counted_apart() -> None:
 def test_stated_intervals_are_held_against_what_came_true(low: float, high: float, holds: bool) -> None:
     """Of a gap of 1 deg over no floor, 0.93 of the mean square went: an rms of 0.26 deg is left."""
     answer = said("valve_lag")
-    answer["diagnosis"]["gap"] |= {"rms_deg": 1.0, "floor_deg": 0.0, "ratio": 5.0, "after_low_deg": low, "after_high_deg": high}
+    answer["diagnosis"]["gap"] |= {
+        "rms_deg": 1.0,
+        "floor_deg": 0.0,
+        "ratio": 5.0,
+        "after_low_deg": low,
+        "after_high_deg": high,
+    }
     answer["diagnosis"]["causes"][0]["parameters"]["tau_s"] |= {"low": 0.08, "high": 0.12}
     result = mode_result([row("valve_lag", answer)])
     assert (result["interval_holds"]["k"], result["interval_holds"]["n"]) == (int(holds), 1)

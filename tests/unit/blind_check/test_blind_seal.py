@@ -67,8 +67,10 @@ print(json.dumps([layers, {
 }]))
 """
 GUARDED_BY = {
-    "key": "audit", "labels": "audit", "other question": "audit", "list": "audit", "parent": "audit", "generator": "audit",
-    "libc": "landlock", "overwrite": "landlock", "plant": "landlock", "unix socket": "seccomp", "datagram": "seccomp", "signal": "seccomp",
+    "key": "audit", "labels": "audit", "other question": "audit", "list": "audit", "parent": "audit",
+    "generator": "audit",
+    "libc": "landlock", "overwrite": "landlock", "plant": "landlock", "unix socket": "seccomp", "datagram": "seccomp",
+    "signal": "seccomp",
     "size of the labels": "namespaces",
 }  # fmt: skip
 """What the probe tries -> the layer that must stand for it to fail."""
@@ -159,7 +161,9 @@ def test_seal_opens_with_its_key_and_the_hash_is_that_of_the_labels() -> None:
     key = new_key()
     sealed = seal(LABELS, key)
     assert open_sealed(sealed.blob, key, sealed.sha256, "here") == LABELS
-    assert sealed.sha256 == hashlib.sha256(json.dumps(LABELS, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
+    assert (
+        sealed.sha256 == hashlib.sha256(json.dumps(LABELS, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
+    )
     assert b"valve_lag" not in sealed.blob
 
 

@@ -1,4 +1,5 @@
-"""What a question lets through: a thief who guesses labels from all that the answering process sees beside the records themselves."""
+"""What a question lets through: a thief who guesses labels from all that the answering process sees beside the records
+themselves."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -18,7 +19,8 @@ SHEETS = 40
 
 
 def told(token: str, place: float, missing: Sequence[str], label: dict) -> list[bool]:
-    """A question as yes and no: the bits of its name, its place among all names, what is asked, what is left out, how many days."""
+    """A question as yes and no: the bits of its name, its place among all names, what is asked, what is left out, how
+    many days."""
     bits = [bool(int(token, 16) >> bit & 1) for bit in range(64)]
     places = [place < share for share in (0.1, 0.25, 0.5, 0.75, 0.9)]
     modes = [mode in asked(names_of(GROUPS), label) for mode in names_of(GROUPS)]
@@ -43,7 +45,9 @@ def questions(missing_of: Callable[[int, int, dict], Sequence[str]]) -> tuple[np
 def stolen(rows: np.ndarray, truths: np.ndarray) -> float:
     """Share of effects named right by a naive Bayes thief who has seen the opened labels of the first half."""
     half, effects = len(rows) // 2, len(LIBRARY)
-    seen = np.array([(rows[:half][truths[:half] == k].sum(0) + 1.0) / ((truths[:half] == k).sum() + 2.0) for k in range(effects)])
+    seen = np.array(
+        [(rows[:half][truths[:half] == k].sum(0) + 1.0) / ((truths[:half] == k).sum() + 2.0) for k in range(effects)]
+    )
     guess = rows[half:] @ np.log(seen).T + ~rows[half:] @ np.log(1.0 - seen).T
     return float(np.mean(guess.argmax(1) == truths[half:]))
 
@@ -51,7 +55,11 @@ def stolen(rows: np.ndarray, truths: np.ndarray) -> float:
 def own_class_in_half(seed: int, number: int, label: dict) -> list[str]:
     """A rule that tells: the case's own class is missing in every second question."""
     own = {effect_class(effect, True) for effect in label["effects"] if effect in LIBRARY}
-    return [effect for effect in LIBRARY if effect_class(effect, True) in own] if number % 2 else left_out(seed, number)[:1]
+    return (
+        [effect for effect in LIBRARY if effect_class(effect, True) in own]
+        if number % 2
+        else left_out(seed, number)[:1]
+    )
 
 
 @pytest.mark.parametrize("rule", [left_out, own_class_in_half])

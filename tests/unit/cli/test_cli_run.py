@@ -1,4 +1,5 @@
-"""`pamrig run` from outside: what it prints and writes, how it refuses, and that every way out leaves rig and file in order.
+"""`pamrig run` from outside: what it prints and writes, how it refuses, and that every way out leaves rig and file in
+order.
 
 The phase in which a test strikes is watched in the loop's ring, not guessed by time.
 """
@@ -56,7 +57,9 @@ def rig(tmp_path: Path) -> Path:
     """The simulated rig with the patience that a test on a busy machine needs."""
     text = compose.default_rig().read_text().replace("../models", str(compose.configs() / "models"))
     path = tmp_path / "patient.yaml"
-    path.write_text(text.replace("stall_periods: 40", "stall_periods: 1000").replace("misses_per_s: 20", "misses_per_s: 1000"))
+    path.write_text(
+        text.replace("stall_periods: 40", "stall_periods: 1000").replace("misses_per_s: 20", "misses_per_s: 1000")
+    )
     return path
 
 
@@ -207,7 +210,9 @@ def test_impossible_sweeps_are_one_line(sweep: Path, tmp_path: Path, old: str, n
 
 def test_a_model_that_is_missing_is_one_line(sweep: Path, rig: Path, tmp_path: Path) -> None:
     rig.write_text(rig.read_text().replace("simulated.yaml", "simulatd.yaml"))
-    assert "simulatd.yaml: no such file; did you mean" in refused(pamrig("run", sweep, "--rig", rig, "--out", tmp_path / "out"))
+    assert "simulatd.yaml: no such file; did you mean" in refused(
+        pamrig("run", sweep, "--rig", rig, "--out", tmp_path / "out")
+    )
 
 
 def test_nothing_is_ever_overwritten(sweep: Path, tmp_path: Path) -> None:
@@ -256,7 +261,9 @@ def test_a_record_that_cannot_be_written_ends_those_that_were_to_follow(sweep: P
 
 
 @pytest.mark.parametrize("phase", [Phase.SETTLE, Phase.ZERO, Phase.RAMP_IN, Phase.SWEEP, Phase.RAMP_OUT])
-def test_ctrl_c_in_every_phase_leaves_a_safe_rig_and_a_valid_file(phase: Phase, sweep: Path, rig: Path, tmp_path: Path) -> None:
+def test_ctrl_c_in_every_phase_leaves_a_safe_rig_and_a_valid_file(
+    phase: Phase, sweep: Path, rig: Path, tmp_path: Path
+) -> None:
     run = Running(sweep, "--rig", rig, "--out", tmp_path / "out", "--json", "-")
     run.reach(phase)
     run.process.send_signal(signal.SIGINT)
@@ -304,7 +311,9 @@ def test_sigterm_ramps_down_and_finishes_the_file(sweep: Path, rig: Path, tmp_pa
     assert contents(Path(result["runs"][0]["file"])).samples[-1].state == State.DONE
 
 
-def test_a_terminal_that_is_closed_leaves_a_safe_rig_and_a_finished_file(sweep: Path, rig: Path, tmp_path: Path) -> None:
+def test_a_terminal_that_is_closed_leaves_a_safe_rig_and_a_finished_file(
+    sweep: Path, rig: Path, tmp_path: Path
+) -> None:
     running = Running(sweep, "--rig", rig, "--out", tmp_path / "out", "--json", "-")
     running.reach(Phase.SWEEP)
     os.killpg(running.process.pid, signal.SIGHUP)  # the kernel tells every process of the terminal
@@ -393,7 +402,9 @@ def without_privileges() -> None:
     resource.setrlimit(resource.RLIMIT_MEMLOCK, (65536, 65536))
 
 
-def test_without_permission_for_real_time_the_simulated_rig_runs_and_says_so(sweep: Path, rig: Path, tmp_path: Path) -> None:
+def test_without_permission_for_real_time_the_simulated_rig_runs_and_says_so(
+    sweep: Path, rig: Path, tmp_path: Path
+) -> None:
     done = pamrig("run", sweep, "--rig", rig, "--out", tmp_path / "out", "--json", "-", prepare=without_privileges)
     result = json.loads(done.stdout)
     assert result["realtime"]["fifo"].startswith("denied: ")

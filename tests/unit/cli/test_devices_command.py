@@ -1,4 +1,5 @@
-"""`pamrig devices`: what it lists, what the probe finds out about wiring, and guided calibration; bad input in one line."""
+"""`pamrig devices`: what it lists, what the probe finds out about wiring, and guided calibration; bad input in one
+line."""
 
 import json
 import os
@@ -96,7 +97,9 @@ def test_list_tells_devices_roles_and_missing_calibrations() -> None:
 
 def test_list_warns_of_an_old_calibration(tmp_path: Path) -> None:
     rig = yaml.safe_load((RIGS / "paper_myrio.yaml").read_text())
-    (tmp_path / "cal.yaml").write_text("valve_1: {knots: [[0, 0], [0.5, 0.49]], raw_unit: MPa, taken: {date: '2020-02-02'}}\n")
+    (tmp_path / "cal.yaml").write_text(
+        "valve_1: {knots: [[0, 0], [0.5, 0.49]], raw_unit: MPa, taken: {date: '2020-02-02'}}\n"
+    )
     (tmp_path / "rig.yaml").write_text(yaml.safe_dump(rig | {"calibration": "cal.yaml"}))
     found = json.loads(call("list", "--rig", str(tmp_path / "rig.yaml"), "--json", "-").stdout)
     assert found["calibration"]["valve_1"]["date"] == "2020-02-02"
@@ -140,7 +143,9 @@ def test_probe_asks_before_it_steps() -> None:
 
 
 @pytest.mark.parametrize("allowed", [True, False])
-def test_the_leash_asks_for_priority_for_its_thread_alone(lab: Lab, monkeypatch: pytest.MonkeyPatch, allowed: bool) -> None:
+def test_the_leash_asks_for_priority_for_its_thread_alone(
+    lab: Lab, monkeypatch: pytest.MonkeyPatch, allowed: bool
+) -> None:
     asked: list[tuple[str, int, int]] = []
 
     def ask(pid: int, policy: int, _parameters: object) -> None:
@@ -229,7 +234,9 @@ def test_a_device_that_does_not_open_is_an_error_not_a_hang(lab: Lab) -> None:
 
 def test_points_from_a_file_are_fitted_and_merged(tmp_path: Path) -> None:
     points, out = tmp_path / "points.yaml", tmp_path / "cal.yaml"
-    points.write_text("monitor_1: {raw_unit: V, serial_numbers: {gauge: G7}, points: [[1.0, 0.0], [3.0, 0.251], [5.0, 0.5]]}\n")
+    points.write_text(
+        "monitor_1: {raw_unit: V, serial_numbers: {gauge: G7}, points: [[1.0, 0.0], [3.0, 0.251], [5.0, 0.5]]}\n"
+    )
     found = json.loads(call("calibrate", "--points", str(points), "-o", str(out), "--json", "-").stdout)
     assert found["calibrated"]["monitor_1"]["points"] == 3
     assert found["calibrated"]["monitor_1"]["residual"] < 0.001
@@ -342,7 +349,11 @@ def finding(*arguments: str) -> str:
 
 @pytest.mark.parametrize(
     ("wire", "says"),
-    [("monitor_1", "below its live zero"), ("wiper", "the potentiometer is open"), ("excitation", "without excitation")],
+    [
+        ("monitor_1", "below its live zero"),
+        ("wiper", "the potentiometer is open"),
+        ("excitation", "without excitation"),
+    ],
 )
 def test_the_probe_names_a_broken_wire_and_moves_nothing(probed: Lab, wire: str, says: str) -> None:
     probed.stand_in.board.cut(wire)

@@ -1,4 +1,5 @@
-"""`pamrig --help` imports nothing heavy, and neither does the loop's side: which modules are loaded is checked, not time."""
+"""`pamrig --help` imports nothing heavy, and neither does the loop's side: which modules are loaded is checked, not
+time."""
 
 import importlib
 import subprocess
@@ -12,8 +13,32 @@ from rig.cli.commands import COMMANDS
 
 pytestmark = pytest.mark.real_time
 
-HEAVY = {"numpy", "numba", "scipy", "matplotlib", "pandas", "pyarrow", "jinja2", "plotext", "cmaes", "nptdms", "dask", "foxglove"}
-NOT_FOR_HELP = HEAVY | {"yaml", "cattrs", "rich", "mcap", "google", "nifpga", "pymodbus", "serial", "asyncio", "multiprocessing"}
+HEAVY = {
+    "numpy",
+    "numba",
+    "scipy",
+    "matplotlib",
+    "pandas",
+    "pyarrow",
+    "jinja2",
+    "plotext",
+    "cmaes",
+    "nptdms",
+    "dask",
+    "foxglove",
+}
+NOT_FOR_HELP = HEAVY | {
+    "yaml",
+    "cattrs",
+    "rich",
+    "mcap",
+    "google",
+    "nifpga",
+    "pymodbus",
+    "serial",
+    "asyncio",
+    "multiprocessing",
+}
 
 
 def loaded_by(code: str) -> set[str]:

@@ -137,7 +137,9 @@ def test_a_picture_in_the_terminal(call, tmp_path: Path) -> None:
         (("import", "RUN", "--mapping", "no.yaml"), "no.yaml: no such file"),
     ],
 )
-def test_wrong_calls(call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...], message: str) -> None:
+def test_wrong_calls(
+    call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...], message: str
+) -> None:
     monkeypatch.chdir(tmp_path)
     made_log(tmp_path / "run.mcap", 100)
     status, _, err = call("log", *(argument.replace("RUN", "run.mcap") for argument in arguments))

@@ -18,7 +18,18 @@ from rig.log.convert import write_content
 from rig.log.reader import read
 from rig.outputs import Kind, check_apart, file_name, targets_in, write_text, writing
 
-WRITES = {"json", "html", "figures", "figure", "loops", "output", "out", "augmented-model", "next-experiment", "retuned"}
+WRITES = {
+    "json",
+    "html",
+    "figures",
+    "figure",
+    "loops",
+    "output",
+    "out",
+    "augmented-model",
+    "next-experiment",
+    "retuned",
+}
 MODEL = "configs/models/simulated.yaml"
 
 
@@ -108,7 +119,9 @@ def test_a_model_that_is_read_is_not_written(log: Path, tmp_path: Path) -> None:
 
 def test_two_outputs_are_two_files(log: Path, tmp_path: Path) -> None:
     one = tmp_path / "one.json"
-    said, status = run("gap", "diagnose", "--model", MODEL, "--log", log, "--html", one, "--json", f"{tmp_path}/./one.json")
+    said, status = run(
+        "gap", "diagnose", "--model", MODEL, "--log", log, "--html", one, "--json", f"{tmp_path}/./one.json"
+    )
     assert status == 2
     assert "--html writes" in said
     assert not one.exists()
@@ -181,7 +194,8 @@ def test_a_link_stays_a_link_and_a_device_a_device(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["../../x", "/abs/x", "..", ".", "", "a/b", "a\0b", "\x1b[2J", "ä" * 200, "x" * 4000, ".hidden", "\ud800", "con\n"]
+    "name",
+    ["../../x", "/abs/x", "..", ".", "", "a/b", "a\0b", "\x1b[2J", "ä" * 200, "x" * 4000, ".hidden", "\ud800", "con\n"],
 )
 def test_a_name_becomes_a_file_in_its_folder(tmp_path: Path, name: str) -> None:
     (target,) = targets_in(tmp_path, [name], ".svg")

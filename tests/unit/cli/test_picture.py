@@ -1,4 +1,5 @@
-"""The status as a person reads it after a fault: what is old is called old, and what was written is said with who saw it."""
+"""The status as a person reads it after a fault: what is old is called old, and what was written is said with who saw
+it."""
 
 from typing import Any
 
@@ -8,7 +9,8 @@ from rich.text import Text
 from rig.cli.picture import dead_lines, loop_lines, safe_lines
 
 LOOP: dict[str, Any] = {
-    "tick": 1, "p1_cmd_mpa": 0.116, "p2_cmd_mpa": 0.284, "p1_mpa": 0.12, "p2_mpa": 0.28, "angle_deg": -7.0, "lateness_us": {},
+    "tick": 1, "p1_cmd_mpa": 0.116, "p2_cmd_mpa": 0.284, "p1_mpa": 0.12, "p2_mpa": 0.28, "angle_deg": -7.0,
+    "lateness_us": {},
 }  # fmt: skip
 
 
@@ -28,7 +30,9 @@ def test_values_of_a_loop_that_ticks_are_shown_as_they_are() -> None:
 
 @pytest.mark.parametrize("ago", [None, 2.0])
 def test_the_safe_state_is_told_with_what_by_whom_and_when(ago: float | None) -> None:
-    words = "safe state written by the guardian, seen at the device" if ago else "nobody has reported the safe state yet"
+    words = (
+        "safe state written by the guardian, seen at the device" if ago else "nobody has reported the safe state yet"
+    )
     report = {
         "words": words,
         "outcome": "seen" if ago else "unknown",
@@ -44,7 +48,8 @@ def test_the_safe_state_is_told_with_what_by_whom_and_when(ago: float | None) ->
 def test_processes_that_are_gone_are_explained() -> None:
     (line,) = plain(dead_lines(["loop", "recorder", "supervisor"]))
     assert line == (
-        "not running: loop, recorder, supervisor: nothing commands or measures the rig; `pamrig reset` starts them anew, disarmed"
+        "not running: loop, recorder, supervisor: nothing commands or measures the rig; `pamrig reset` starts them "
+        "anew, disarmed"
     )
     (line,) = plain(dead_lines(["recorder", "guardian"]))
     assert "nothing is recorded, nobody stands in for the supervisor" in line

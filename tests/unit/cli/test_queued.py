@@ -11,7 +11,16 @@ from rig.errors import CheckFailed
 
 
 def job(**fields: Any) -> dict[str, Any]:
-    usual = {"id": 1, "name": "paper", "state": "stopped", "total": 15, "done": 2, "seconds": 225.0, "not_valid": 0, "error": ""}
+    usual = {
+        "id": 1,
+        "name": "paper",
+        "state": "stopped",
+        "total": 15,
+        "done": 2,
+        "seconds": 225.0,
+        "not_valid": 0,
+        "error": "",
+    }
     return usual | fields
 
 

@@ -38,7 +38,13 @@ def test_a_sweep_through_a_model_and_its_log_again(sweep: Path, tmp_path: Path) 
     assert all(record.has_pressures and 30.0 < np.max(record.angle_deg) < 45.0 for record in records)
     assert (tmp_path / "loops.png").stat().st_size > 10_000
     again = call(
-        tmp_path / "out" / "sine_0.5hz_0.20mpa.mcap", "--model", "simulated", "-o", tmp_path / "b.mcap", "--json", tmp_path / "j"
+        tmp_path / "out" / "sine_0.5hz_0.20mpa.mcap",
+        "--model",
+        "simulated",
+        "-o",
+        tmp_path / "b.mcap",
+        "--json",
+        tmp_path / "j",
     )
     assert again.exit_code == 0
     (run,) = json.loads((tmp_path / "j").read_text(encoding="utf-8"))["runs"]

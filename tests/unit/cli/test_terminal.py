@@ -1,4 +1,5 @@
-"""What a name, a fact or a daemon says comes to the terminal as text: no control codes, no markup, and names stay whole."""
+"""What a name, a fact or a daemon says comes to the terminal as text: no control codes, no markup, and names stay
+whole."""
 
 import io
 from dataclasses import replace
@@ -43,7 +44,12 @@ def test_a_name_with_brackets_is_a_name() -> None:
     table = listing("[/z]")
     table.add_row("[/q]")
     terminal.print(table)
-    assert [line.rstrip() for line in terminal.file.getvalue().splitlines()] == ["[/x] [bold]", "[/y] \\x1b", "[/z]", "[/q]"]
+    assert [line.rstrip() for line in terminal.file.getvalue().splitlines()] == [
+        "[/x] [bold]",
+        "[/y] \\x1b",
+        "[/z]",
+        "[/q]",
+    ]
 
 
 def status(**changed: Any) -> dict[str, Any]:
@@ -59,7 +65,9 @@ def status(**changed: Any) -> dict[str, Any]:
 def test_a_daemon_may_say_anything_in_its_status(name: str) -> None:
     fault = {"name": "X", "cause": name, "said": name, "hint": name}
     record = {"name": name, "done": 0.5, "left_s": 1}
-    shown = [Text.from_markup(line).plain for line in status_lines(status(rig=name, fault=fault, record=record, logs=name))]
+    shown = [
+        Text.from_markup(line).plain for line in status_lines(status(rig=name, fault=fault, record=record, logs=name))
+    ]
     assert visible(name, one_line=True) in shown[0]
     assert not [letter for line in shown for letter in line if not letter.isprintable()]
 

@@ -1,7 +1,8 @@
-"""The documentation is true: its commands run, its Python runs, its YAML loads, its links lead somewhere, its index is complete.
+"""The documentation is true: its commands run, its Python runs, its YAML loads, its links lead somewhere, its index is
+complete.
 
-On a page, ```console blocks hold lines `$ pamrig ...`, ```yaml file=NAME blocks become files, and ```python blocks are programs; all of a
-page are carried out in order in one empty folder.
+On a page, ```console blocks hold lines `$ pamrig ...`, ```yaml file=NAME blocks become files, and ```python blocks are
+programs; all of a page are carried out in order in one empty folder.
 """
 
 import importlib.util

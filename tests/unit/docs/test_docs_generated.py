@@ -39,4 +39,6 @@ def test_nothing_is_left_out() -> None:
     assert all(f"`{flag.name}`" in GENERATOR.flags() for flag in Flag)
     assert all(f"`{fault.name}`" in GENERATOR.faults() for fault in Fault if fault)
     drawn = GENERATOR.state_diagram()
-    assert all(f"{s.name} --> {to.name}: {e}" in drawn for (s, e), to in TABLE.items() if (s, e) != (State.FAULT, Event.FAULT))
+    assert all(
+        f"{s.name} --> {to.name}: {e}" in drawn for (s, e), to in TABLE.items() if (s, e) != (State.FAULT, Event.FAULT)
+    )

@@ -51,7 +51,9 @@ def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_the_catalogue_imports_no_vendor_before_it_is_asked() -> None:
-    code = "import sys, drivers.catalog; print([m for m in ('nifpga', 'serial', 'pymodbus', 'numpy') if m in sys.modules])"
+    code = (
+        "import sys, drivers.catalog; print([m for m in ('nifpga', 'serial', 'pymodbus', 'numpy') if m in sys.modules])"
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
 
@@ -101,7 +103,9 @@ def clock() -> VirtualClock:
 def parts(clock: VirtualClock) -> list[Part]:
     pressure = Measurement(0.3, p1_raw=3.4, flags=int(Flag.P2_ABSENT | Flag.ANGLE_ABSENT))
     valves = Part(clock, Role.VALVE_1, Role.VALVE_2, Role.MONITOR_1, now=pressure)
-    sensor = Part(clock, Role.ANGLE, now=Measurement(angle_deg=12.0, angle_age_ns=7, flags=MONITORS | int(Flag.SUSPECT)))
+    sensor = Part(
+        clock, Role.ANGLE, now=Measurement(angle_deg=12.0, angle_age_ns=7, flags=MONITORS | int(Flag.SUSPECT))
+    )
     return [valves, sensor]
 
 

@@ -1,4 +1,5 @@
-"""The I/O process and its mailbox without a wire and without a second process: a link that does as told, and a clock that is turned."""
+"""The I/O process and its mailbox without a wire and without a second process: a link that does as told, and a clock
+that is turned."""
 
 import os
 from collections.abc import Mapping
@@ -92,7 +93,9 @@ def test_notes_arrive_whole_and_the_newest_replaces_the_rest(box: Mailbox) -> No
     for number in range(1, 6):
         assert box.post_order(10 * number, Mode.DRIVE, (1.5, float(number))) == number
     assert box.order() == (5, 50, Mode.DRIVE, (1.5, 5.0))
-    report = Report(7, LinkState.DOWN, Trip.OUTAGE, 1, 2, 3, 4, 5, 6, 7, (0.5,) * 8, tuple(range(8)), "the line is gone \u00b5s")
+    report = Report(
+        7, LinkState.DOWN, Trip.OUTAGE, 1, 2, 3, 4, 5, 6, 7, (0.5,) * 8, tuple(range(8)), "the line is gone \u00b5s"
+    )
     box.post_report(report)
     assert box.report() == report
 
@@ -145,7 +148,9 @@ def test_only_the_newest_set_point_is_written(worker: Worker, link: ScriptedLink
     assert box.report().values[0] == 123.0
 
 
-def test_before_the_first_order_nothing_is_written(worker: Worker, link: ScriptedLink, box: Mailbox, clock: Clock) -> None:
+def test_before_the_first_order_nothing_is_written(
+    worker: Worker, link: ScriptedLink, box: Mailbox, clock: Clock
+) -> None:
     for _ in range(3):
         clock.ns += 10 * SILENCE_NS
         worker.turn()
@@ -168,7 +173,9 @@ def test_a_silent_owner_is_taken_for_dead(worker: Worker, link: ScriptedLink, bo
     assert link.sent[-1] == SAFE, "latched: the owner that comes back does not drive"
 
 
-def test_a_driving_owner_that_dies_leaves_safe_outputs(worker: Worker, link: ScriptedLink, box: Mailbox, clock: Clock) -> None:
+def test_a_driving_owner_that_dies_leaves_safe_outputs(
+    worker: Worker, link: ScriptedLink, box: Mailbox, clock: Clock
+) -> None:
     drive(box, clock, 700.0)
     worker.turn()
     worker.orphan()
@@ -179,7 +186,9 @@ def test_a_driving_owner_that_dies_leaves_safe_outputs(worker: Worker, link: Scr
     assert box.report().trip is Trip.ORPHANED
 
 
-def test_an_owner_that_lets_go_leaves_its_outputs(worker: Worker, link: ScriptedLink, box: Mailbox, clock: Clock) -> None:
+def test_an_owner_that_lets_go_leaves_its_outputs(
+    worker: Worker, link: ScriptedLink, box: Mailbox, clock: Clock
+) -> None:
     drive(box, clock, 700.0)
     worker.turn()
     box.post_order(clock.ns, Mode.RELEASED, ())
@@ -215,7 +224,9 @@ def test_an_alarm_from_outside_is_obeyed_in_every_mode_and_latched(
     assert box.report().alarm_done == count
 
 
-def test_single_failures_are_counted_and_the_line_is_kept(worker: Worker, link: ScriptedLink, box: Mailbox, clock: Clock) -> None:
+def test_single_failures_are_counted_and_the_line_is_kept(
+    worker: Worker, link: ScriptedLink, box: Mailbox, clock: Clock
+) -> None:
     link.fail = DeviceError("garbled")
     for _ in range(4):
         worker.turn()
@@ -252,7 +263,9 @@ def test_a_lost_line_is_tried_again_but_not_without_pause(worker: Worker, link: 
     assert 3 <= link.connects - 1 <= 5, "one second at four tries a second"
 
 
-def test_an_orphan_gives_up_on_a_line_that_stays_dead(worker: Worker, link: ScriptedLink, box: Mailbox, clock: Clock) -> None:
+def test_an_orphan_gives_up_on_a_line_that_stays_dead(
+    worker: Worker, link: ScriptedLink, box: Mailbox, clock: Clock
+) -> None:
     drive(box, clock, 700.0)
     worker.turn()
     link.fail = DeviceLost("unplugged")

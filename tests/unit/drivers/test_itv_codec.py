@@ -16,7 +16,9 @@ def test_the_default_dialect_is_the_one_that_is_known() -> None:
 
 
 def test_every_part_of_the_dialect_is_a_setting() -> None:
-    codec = Codec(Dialect("P={count:04d}", "P?", "\r", "\n", "ACK", r"P=(?P<count>\d+)kPa", ["NAK"], full_scale_counts=9999))
+    codec = Codec(
+        Dialect("P={count:04d}", "P?", "\r", "\n", "ACK", r"P=(?P<count>\d+)kPa", ["NAK"], full_scale_counts=9999)
+    )
     assert codec.set(42) == b"P=0042\r"
     assert codec.monitor == b"P?\r"
     codec.check_set(b"ACK", 42)

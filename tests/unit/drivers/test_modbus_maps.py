@@ -1,4 +1,5 @@
-"""The maps that come with pamrig against the manuals' numbers, and what a wrong map, wiring or setting says, in one line."""
+"""The maps that come with pamrig against the manuals' numbers, and what a wrong map, wiring or setting says, in one
+line."""
 
 import dataclasses
 from pathlib import Path
@@ -153,7 +154,8 @@ def test_two_registers_a_channel_keep_their_places(tmp_path: Path) -> None:
     table = tmp_path / "floats.yaml"
     block = "{function: 3, address: 40, channels: 6, type: float32, counts: [0, 10], signal: [0, 10]}"
     table.write_text(
-        f"name: floats\nsource: test\ninputs: {block}\noutputs: {block.replace('function: 3, address: 40', 'address: 80')}\n"
+        f"name: floats\nsource: test\ninputs: {block}\noutputs: "
+        f"{block.replace('function: 3, address: 40', 'address: 80')}\n"
     )
     plan = make_plan(
         settings(map=table, valve_1=PressureChannel(2), valve_2=PressureChannel(3)),
@@ -172,7 +174,9 @@ def test_the_rtu_wire() -> None:
     assert line.bits_per_byte == 11
     both = make_plan(settings(host="", serial=line, mode=Mode.AUTO), ALL).round_s(line)
     assert both == pytest.approx(rtu_exchange_s(115200, 11, 17, 13))
-    split = make_plan(settings(host="", serial=line, mode=Mode.AUTO, map=rigs.MAPS / "adam_6024.yaml"), ALL).round_s(line)
+    split = make_plan(settings(host="", serial=line, mode=Mode.AUTO, map=rigs.MAPS / "adam_6024.yaml"), ALL).round_s(
+        line
+    )
     assert split == pytest.approx(rtu_exchange_s(115200, 11, 8, 13) + rtu_exchange_s(115200, 11, 13, 8))
 
 

@@ -14,6 +14,7 @@ def test_a_refused_register_is_named_in_both_ways_that_manuals_write_it() -> Non
     with pytest.raises(DeviceError) as error:
         Session(client, "wago:502").read(3, 8210, 1, 1)
     said = (
-        "wago:502: reading 1 registers at address 8210 (0x2012): exception 2: it has no such register: wrong map, or wrong module"
+        "wago:502: reading 1 registers at address 8210 (0x2012): exception 2: it has no such register: wrong "
+        "map, or wrong module"
     )
     assert str(error.value) == said

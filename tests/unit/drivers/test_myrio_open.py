@@ -83,7 +83,9 @@ def test_not_ready_gives_up_after_its_time(lab: Lab) -> None:
     assert lab.fpga.sessions == 0
 
 
-@pytest.mark.parametrize(("state", "name"), [(0, "NotRunning"), (1, "Invalid"), (2, "Running"), (3, "NaturallyStopped")])
+@pytest.mark.parametrize(
+    ("state", "name"), [(0, "NotRunning"), (1, "Invalid"), (2, "Running"), (3, "NaturallyStopped")]
+)
 def test_the_fpga_is_brought_to_run_from_every_state(lab: Lab, state: int, name: str) -> None:
     lab.fpga.set_vi_state(state)
     device = lab.device()

@@ -55,7 +55,8 @@ def test_counts_are_clamped_and_rounded_never_wrapped(lab: Lab, asked: float, vo
 
 @pytest.mark.parametrize("datatype", ["U16", "I16"])
 def test_connector_c_never_goes_below_its_signal(tmp_path: Path, datatype: str) -> None:
-    """A 0-10 V regulator on a +-10 V output: the negative half must stay out of reach, whatever the calibration says."""
+    """A 0-10 V regulator on a +-10 V output: the negative half must stay out of reach, whatever the calibration
+    says."""
     lab = lab_with(tmp_path, personality(datatype))
     line = PressureLine("AO.C_0.VAL", Signal.V_0_10)
     lab.context = replace(lab.context, calibration={"valve_1": {"knots": [[0.1, 0.0], [0.5, 0.4]], "raw_unit": "MPa"}})
@@ -76,7 +77,9 @@ def test_limits_and_heartbeat_go_to_the_fpga_where_it_has_them(tmp_path: Path) -
     lab.fpga.measure("RIG.WATCHDOG_MS", 15)
     limits = {"limit_min": "RIG.LIMIT.AO.A_{}.MIN", "limit_max": "RIG.LIMIT.AO.A_{}.MAX"}
     lines = {
-        f"valve_{n + 1}": PressureLine(f"AO.A_{n}.VAL", Signal.V_0_5, **{key: name.format(n) for key, name in limits.items()})
+        f"valve_{n + 1}": PressureLine(
+            f"AO.A_{n}.VAL", Signal.V_0_5, **{key: name.format(n) for key, name in limits.items()}
+        )
         for n in range(2)
     }
     device = lab.device(heartbeat="RIG.HEARTBEAT", **lines)

@@ -47,7 +47,8 @@ def test_the_paper_s_programme() -> None:
 
 def test_lists_repeats_and_p0_multiply(tmp_path: Path) -> None:
     runs = plans(
-        tmp_path, "p0_mpa: [0.15, 0.2]\nrepeats: 2\nrecords: [{sine: {frequency_hz: [0.2, 0.5], amplitude_mpa: [0.1, 0.125]}}]"
+        tmp_path,
+        "p0_mpa: [0.15, 0.2]\nrepeats: 2\nrecords: [{sine: {frequency_hz: [0.2, 0.5], amplitude_mpa: [0.1, 0.125]}}]",
     )
     assert len(runs) == 2 * 2 * 4
     assert [run.name for run in runs[:3]] == [f"sine_0.2hz_{a}mpa_p0_0.15mpa_r1" for a in ("0.10", "0.125")] + [
@@ -59,7 +60,9 @@ def test_lists_repeats_and_p0_multiply(tmp_path: Path) -> None:
 
 
 def test_a_record_may_have_its_own_times(tmp_path: Path) -> None:
-    records = "[{sine: {frequency_hz: 1, amplitude_mpa: 0.1}}, {hold: {amplitude_mpa: 0.1}, duration_s: 4, ramp_in_s: 0.1}]"
+    records = (
+        "[{sine: {frequency_hz: 1, amplitude_mpa: 0.1}}, {hold: {amplitude_mpa: 0.1}, duration_s: 4, ramp_in_s: 0.1}]"
+    )
     first, second = plans(tmp_path, f"duration_s: 2\nsettle_s: 1\nrecords: {records}")
     assert (first.settle_ticks, len(first.dp_mpa), first.ramp_in_ticks) == (200, 400, 100)
     assert (second.settle_ticks, len(second.dp_mpa), second.ramp_in_ticks) == (200, 800, 20)
@@ -145,8 +148,9 @@ def test_a_jump_is_refused_wherever_it_lies() -> None:
 TOO_MUCH = {
     "lists that multiply": ("records: [{sine: {frequency_hz: [" + "1," * 2000 + "1], "
                             "amplitude_mpa: [" + "0.1," * 2000 + "0.1]}}]",
-                            r"records: stand for 4004001 records \(lists, p0_mpa and repeats multiply\); at most 20000"),
-    "repeats": ("repeats: 10000\np0_mpa: [0.2, 0.21, 0.22]\nrecords: [{hold: {amplitude_mpa: 0.1}}]", "stand for 30000 records"),
+                            r"stand for 4004001 records \(lists, p0_mpa and repeats multiply\); at most 20000"),
+    "repeats": ("repeats: 10000\np0_mpa: [0.2, 0.21, 0.22]\nrecords: [{hold: {amplitude_mpa: 0.1}}]",
+    "stand for 30000 records"),
     "days of waveforms": ("duration_s: 86400\nrecords: [{sine: {frequency_hz: [0.1, 0.2], amplitude_mpa: 0.1}}]",
                           "its waveforms last 48.0 h together, 34560000 ticks; at most 20000000 ticks"),
     "lines without end": ("records: [{multisine: {amplitude_mpa: 0.1, high_hz: 2147483647}}]",

@@ -1,4 +1,5 @@
-"""What speaks against a cause: monitors that would show it, causes that undo or mend each other, a simulator that it makes worse."""
+"""What speaks against a cause: monitors that would show it, causes that undo or mend each other, a simulator that it
+makes worse."""
 
 from dataclasses import replace
 
@@ -62,7 +63,9 @@ def test_a_cause_that_explains_nothing_by_itself_is_a_makeweight() -> None:
 
 
 def test_two_that_look_alike_are_not_named_beside_each_other() -> None:
-    said = asked(session(75, AddedEffect("backlash", {"width_deg": 1.2}), AddedEffect("coulomb_friction", {"width_deg": 1.2})))
+    said = asked(
+        session(75, AddedEffect("backlash", {"width_deg": 1.2}), AddedEffect("coulomb_friction", {"width_deg": 1.2}))
+    )
     assert not {"backlash", "coulomb_friction"} <= names(said)
     assert said.verdict != "none"
 
@@ -128,7 +131,8 @@ def side_of(gap: Column, doubt: Column | None) -> Side:
     """A side of one record with an offset as its only mode, and one doubt."""
     rows = float(len(gap))
     return Side(
-        name="angle", unit="deg", gap=gap, modes=np.ones((len(gap), 1)), spread=np.array([0.1]), degrees=3.0, remainder=0.1, floor=0.15,
+        name="angle", unit="deg", gap=gap, modes=np.ones((len(gap), 1)), spread=np.array([0.1]), degrees=3.0,
+        remainder=0.1, floor=0.15,
         source="sessions", records=np.zeros(len(gap)), rows=rows, effective=rows / 100.0,
         doubts=None if doubt is None else doubt[:, None],
     )  # fmt: skip

@@ -100,7 +100,8 @@ def _other_sweeps() -> list[Record]:
 
 def test_sessions_that_pair_with_nothing_are_an_error_of_the_call() -> None:
     with pytest.raises(
-        RecordError, match=r"the baseline session pairs with no record: .* the command of square differs .* allowed: 10 %"
+        RecordError,
+        match=r"the baseline session pairs with no record: .* the command of square differs .* allowed: 10 %",
     ):
         diagnose(model(), session(54), [_other_sweeps()])
 
@@ -169,7 +170,9 @@ def _worse(day: list[Record], **columns: Callable[[Record], Column]) -> list[Rec
         ({"t_s": lambda r: np.where(r.t_s == r.t_s[-1], 1e9, r.t_s)}, "do not fill its"),
     ],
 )
-def test_what_cannot_be_is_refused_and_not_named_an_effect(columns: dict[str, Callable[[Record], Column]], said: str) -> None:
+def test_what_cannot_be_is_refused_and_not_named_an_effect(
+    columns: dict[str, Callable[[Record], Column]], said: str
+) -> None:
     with pytest.raises(RecordError, match=said):
         asked(_worse(session(58), **columns))
 
@@ -183,7 +186,9 @@ def test_refusal_of_many_records_stays_one_short_line() -> None:
 
 def test_hundreds_of_records_are_one_diagnosis() -> None:
     day = session(141, AddedEffect("delay", {"delay_s": 0.03}))
-    many = [replace(record.rows(record.t_s < 4.0), facts={**record.facts, "repeat": k}) for k in range(70) for record in day]
+    many = [
+        replace(record.rows(record.t_s < 4.0), facts={**record.facts, "repeat": k}) for k in range(70) for record in day
+    ]
     found = asked(many)
     assert len(many) > 200
     assert names(found) == {"delay"}
@@ -207,7 +212,10 @@ def test_two_days_in_one_session_are_said() -> None:
 
 def test_baselines_around_another_commanded_p0_do_not_pair() -> None:
     def around(p0_mpa: float, records: list[Record]) -> list[Record]:
-        return [replace(record, p1_cmd_mpa=None, p2_cmd_mpa=None, facts={**record.facts, "p0_mpa": p0_mpa}) for record in records]
+        return [
+            replace(record, p1_cmd_mpa=None, p2_cmd_mpa=None, facts={**record.facts, "p0_mpa": p0_mpa})
+            for record in records
+        ]
 
     with pytest.raises(RecordError, match=r"p0_mpa is 0.2, not 0.3 \(allowed: 0.01 off\)"):
         diagnose(model(), around(0.2, session(152)), [around(0.3, list(day)) for day in baselines()])

@@ -69,9 +69,17 @@ def sized(key: str) -> dict[str, float]:
     """Numbers that make the effect plain."""
     known = EFFECT_STAGES[key]
     number = next(number for number in known.numbers if number.name == known.size)
-    strong = {"pressure_ceiling": 0.25, "end_stop": 15.0, "valve_slew": 0.2, "fill_exhaust_asymmetry": 3.0, "supply_droop": 0.05}
+    strong = {
+        "pressure_ceiling": 0.25,
+        "end_stop": 15.0,
+        "valve_slew": 0.2,
+        "fill_exhaust_asymmetry": 3.0,
+        "supply_droop": 0.05,
+    }
     return (
-        known.neutral() | {"tau0_s": 0.04} | {number.name: strong.get(key, number.neutral + 0.1 * (number.high - number.neutral))}
+        known.neutral()
+        | {"tau0_s": 0.04}
+        | {number.name: strong.get(key, number.neutral + 0.1 * (number.high - number.neutral))}
     )
 
 
@@ -91,7 +99,10 @@ def test_neutral_changes_nothing(key: str) -> None:
 def test_effect_changes_something_and_blocks_do_not_matter(key: str) -> None:
     numbers = sized(key)
     whole, cut = ran(key, numbers), ran(key, numbers, (1, 2, 70, N))
-    assert max(np.max(np.abs(np.subtract(a, b))) for a, b in zip(whole, ran("sensor_gain", {"gain": 0.0}), strict=True)) > 1e-4
+    assert (
+        max(np.max(np.abs(np.subtract(a, b))) for a, b in zip(whole, ran("sensor_gain", {"gain": 0.0}), strict=True))
+        > 1e-4
+    )
     for one, other in zip(whole, cut, strict=True):
         np.testing.assert_allclose(one, other, rtol=0, atol=1e-12)
 
@@ -122,7 +133,9 @@ def test_the_numbers_that_the_page_calls_the_rigs_own_are_those_that_the_rig_fil
         size = next(number for number in stage.numbers if number.name == stage.size)
         given = model(), replace(model(), p0_mpa=model().p0_mpa + 0.05)
         placed = [lay_out(replace(one, effects=[AddedEffect(key, {stage.size: size.neutral})])) for one in given]
-        for_both = [dict(zip(stage.parameters, next(s for s in all_ if s.name == key).params, strict=True)) for all_ in placed]
+        for_both = [
+            dict(zip(stage.parameters, next(s for s in all_ if s.name == key).params, strict=True)) for all_ in placed
+        ]
         filled = {n.name for n in stage.numbers if any(one[n.name] != n.neutral for one in for_both)}
         assert filled == {number.name for number in stage.numbers if number.own}, key
 

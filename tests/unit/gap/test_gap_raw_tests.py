@@ -1,4 +1,5 @@
-"""Tests on the raw samples: each threshold from both sides, drop-outs and lost samples at small rates, intervals that hold the truth."""
+"""Tests on the raw samples: each threshold from both sides, drop-outs and lost samples at small rates, intervals that
+hold the truth."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -29,7 +30,9 @@ def day(seed: int, change: Change | None = None) -> list[Record]:
         command = 0.2 * np.sin(2 * np.pi * hertz * T)
         read = 100.0 * command + 3.0 + 0.05 * random.standard_normal(len(T))
         angle = STEP_DEG * np.round(read / STEP_DEG)
-        records.append(Record(f"sine_{hertz}", T, command, angle_deg=angle if change is None else change(angle, random)))
+        records.append(
+            Record(f"sine_{hertz}", T, command, angle_deg=angle if change is None else change(angle, random))
+        )
     return records
 
 
@@ -88,7 +91,9 @@ def test_lost_samples_are_measured() -> None:
 
 
 def test_more_noise_is_noise_and_no_lost_sample() -> None:
-    found = found_in(lambda angle, random: STEP_DEG * np.round((angle + 0.3 * random.standard_t(4, len(angle))) / STEP_DEG))
+    found = found_in(
+        lambda angle, random: STEP_DEG * np.round((angle + 0.3 * random.standard_t(4, len(angle))) / STEP_DEG)
+    )
     assert set(found) == {"noise"}
 
 
@@ -123,7 +128,9 @@ def test_a_sensor_that_is_clipped_does_not_drop_out() -> None:
 @pytest.mark.parametrize(("factor", "is_found"), [(0.95 * COARSER, False), (1.05 * COARSER, True)])
 def test_a_step_is_a_finding_from_its_threshold_on(factor: float, is_found: bool) -> None:
     def on(step: float) -> list[Record]:
-        return [replace(one, angle_deg=step * np.round(one.angle_deg / step)) for one in day(7) if one.angle_deg is not None]
+        return [
+            replace(one, angle_deg=step * np.round(one.angle_deg / step)) for one in day(7) if one.angle_deg is not None
+        ]
 
     assert quantisation_step(on(0.3 * factor), [on(0.3)]).found is is_found
 

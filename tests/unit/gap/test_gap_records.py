@@ -25,7 +25,9 @@ def record(name: str = "sine", hertz: float = 0.5, scale: float = 1.0, late_s: f
 
 
 def chirp(late_s: float = 0.0) -> Record:
-    return Record("chirp", T, command := 0.1 * np.sin(2.0 * (T - late_s) ** 1.7 * (late_s < T)), angle_deg=100 * command)
+    return Record(
+        "chirp", T, command := 0.1 * np.sin(2.0 * (T - late_s) ** 1.7 * (late_s < T)), angle_deg=100 * command
+    )
 
 
 def test_commands_are_the_same_up_to_a_tenth_of_their_spread() -> None:
@@ -42,7 +44,10 @@ def test_a_phase_and_a_late_start_are_taken_out() -> None:
 def _later(sweep: Record, rows: int) -> dict[str, Column]:
     """The same sweep whose record begins so many rows into it."""
     assert sweep.angle_deg is not None
-    return {name: np.roll(column, -rows) for name, column in (("dp_cmd_mpa", sweep.dp_cmd_mpa), ("angle_deg", sweep.angle_deg))}
+    return {
+        name: np.roll(column, -rows)
+        for name, column in (("dp_cmd_mpa", sweep.dp_cmd_mpa), ("angle_deg", sweep.angle_deg))
+    }
 
 
 def test_a_baseline_of_another_phase_lies_on_the_cases_clock() -> None:

@@ -41,7 +41,13 @@ def test_healthy_records_bear_no_mark() -> None:
     [
         ("quantisation step", "quantisation", lambda t, y: 0.5 * np.round(y / 0.5), "step_deg", 0.5),
         ("mains line", "mains_hum", lambda t, y: y + 0.2 * np.sin(2 * np.pi * 50 * t + 1), "amplitude_deg", 0.2),
-        ("noise", "sensor_noise", lambda t, y: y + 0.1 * np.random.default_rng(3).standard_normal(len(y)), "std_deg", 0.1),
+        (
+            "noise",
+            "sensor_noise",
+            lambda t, y: y + 0.1 * np.random.default_rng(3).standard_normal(len(y)),
+            "std_deg",
+            0.1,
+        ),
         ("repeated samples", "lost_samples", repeated, "probability", 0.08),
     ],
 )
@@ -92,7 +98,9 @@ def test_a_hole_in_the_stamps_is_said() -> None:
     def holed(record: Record) -> Record:
         kept = (record.t_s < 4.0) | (record.t_s > 6.5)
         columns = ("t_s", "dp_cmd_mpa", "p1_mpa", "p2_mpa", "p1_cmd_mpa", "p2_cmd_mpa", "angle_deg")
-        return replace(record, **{name: getattr(record, name)[kept] for name in columns if getattr(record, name) is not None})
+        return replace(
+            record, **{name: getattr(record, name)[kept] for name in columns if getattr(record, name) is not None}
+        )
 
     pairing = pair_up([holed(record) for record in session(66)], [list(day) for day in baselines()], 0.2)
     assert any("s without samples from" in note for note in pairing.notes)

@@ -35,7 +35,8 @@ def test_the_best_there_is(model: Model | None, days: int, kind: Kind) -> None:
 
 
 @pytest.mark.parametrize(
-    ("model", "reason"), [(RIG, "the model file has none"), (EDITED, "changed after the identification"), (NEWER, "version 2")]
+    ("model", "reason"),
+    [(RIG, "the model file has none"), (EDITED, "changed after the identification"), (NEWER, "version 2")],
 )
 def test_a_fingerprint_that_is_asked_for_and_cannot_be_used_is_an_error_of_the_call(model: Model, reason: str) -> None:
     with pytest.raises(ConfigError, match=reason):

@@ -80,12 +80,21 @@ def test_what_fits_comes_out_typed() -> None:
         ({"name": "a", "quick": 1}, "quick: expected true or false, got 1"),
         ({"name": "a", "inner": {"length_s": "2 s"}}, "inner.length_s: expected a number, got '2 s'"),
         ({"name": "a", "inner": {"length_s": float("nan")}}, "inner.length_s: expected a finite number, got nan"),
-        ({"name": "a", "inner": {"length_s": 10**400}}, "inner.length_s: a number of more than 20 digits s is outside 0 .. 10 s"),
+        (
+            {"name": "a", "inner": {"length_s": 10**400}},
+            "inner.length_s: a number of more than 20 digits s is outside 0 .. 10 s",
+        ),
         ({"name": "a", "free": 10**400}, "free: expected a number below 1.8e+308, got a number of more than 20 digits"),
         ({"name": "a", "count": -(10**400)}, "count: a number of more than 20 digits is outside 1 .. 5"),
         ({"name": "a", "quick": 10**400}, "quick: expected true or false, got a number of more than 20 digits"),
-        ({"name": "a", "path": "a\0b"}, "path: expected a path, got 'a\\x00b' with a character that no file name can have"),
-        ({"name": "a", "path": "\ud800"}, "path: expected a path, got '\\ud800' with a character that no file name can have"),
+        (
+            {"name": "a", "path": "a\0b"},
+            "path: expected a path, got 'a\\x00b' with a character that no file name can have",
+        ),
+        (
+            {"name": "a", "path": "\ud800"},
+            "path: expected a path, got '\\ud800' with a character that no file name can have",
+        ),
         ({"name": "a", "inner": {"length_s": 11}}, "inner.length_s: 11 s is outside 0 .. 10 s"),
         ({"name": "a", "inner": {"pair_mpa": [0.1]}}, "inner.pair_mpa: expected 2 values, got 1"),
         ({"name": "a", "inner": {"pair_mpa": 0.1}}, "inner.pair_mpa: expected a list, got 0.1"),
@@ -132,7 +141,8 @@ def test_broken_yaml_is_one_line_with_the_file(tmp_path: Path, text: str) -> Non
 
 @pytest.mark.parametrize(
     ("text", "value"),
-    [("1e-3", 0.001), ("1e3", 1000.0), (".5", 0.5), ("-1.5E+2", -150.0), ("12", 12), ("0x1F", 31), ("010", "010"), ("1:30", "1:30"),
+    [("1e-3", 0.001), ("1e3", 1000.0), (".5", 0.5), ("-1.5E+2", -150.0), ("12", 12), ("0x1F", 31), ("010", "010"),
+    ("1:30", "1:30"),
      ("1_000", "1_000"), ("2020-01-01", "2020-01-01"), ("true", True), (".inf", float("inf"))],
 )  # fmt: skip
 def test_numbers_are_what_they_look_like(tmp_path: Path, text: str, value: object) -> None:
@@ -196,7 +206,11 @@ def test_aliases_that_multiply_count_as_what_they_stand_for(tmp_path: Path, text
 
 def test_aliases_that_stay_small_are_welcome(tmp_path: Path) -> None:
     (tmp_path / "few.yaml").write_text("common: &c {a: 1}\none: {<<: *c, b: 2}\ntwo: [*c, *c]\n")
-    assert read_yaml(tmp_path / "few.yaml") == {"common": {"a": 1}, "one": {"a": 1, "b": 2}, "two": [{"a": 1}, {"a": 1}]}
+    assert read_yaml(tmp_path / "few.yaml") == {
+        "common": {"a": 1},
+        "one": {"a": 1, "b": 2},
+        "two": [{"a": 1}, {"a": 1}],
+    }
 
 
 def test_suggestions() -> None:
@@ -207,7 +221,8 @@ def test_suggestions() -> None:
 PLAIN = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
     lambda inner: (
-        st.lists(inner, max_size=3) | st.dictionaries(st.sampled_from([*Outer.__dataclass_fields__, "x"]), inner, max_size=4)
+        st.lists(inner, max_size=3)
+        | st.dictionaries(st.sampled_from([*Outer.__dataclass_fields__, "x"]), inner, max_size=4)
     ),
     max_leaves=5,
 )

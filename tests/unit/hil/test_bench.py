@@ -47,7 +47,9 @@ def test_it_turns_as_far_as_the_paper_s_rig() -> None:
 
 def test_the_loop_is_hysteretic() -> None:
     read = history(800)[400:]
-    crossing = [m.angle_deg for tick, m in enumerate(read, 400) if abs(math.sin(2 * math.pi * 0.5 * tick * 0.005)) < 0.02]
+    crossing = [
+        m.angle_deg for tick, m in enumerate(read, 400) if abs(math.sin(2 * math.pi * 0.5 * tick * 0.005)) < 0.02
+    ]
     assert max(crossing) - min(crossing) > 2.0, "one dp, two angles: up and down"
 
 

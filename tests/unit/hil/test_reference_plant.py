@@ -1,4 +1,5 @@
-"""The physics plants: what they must do because they are physics, whatever their family, and that cases are drawn as promised."""
+"""The physics plants: what they must do because they are physics, whatever their family, and that cases are drawn as
+promised."""
 
 import math
 
@@ -70,7 +71,11 @@ def test_muscle_pulls_in_proportion_to_pressure_and_never_pushes():
     assert muscle_force(0.2, 0.1, 0.436, 0.0125) == pytest.approx(2 * muscle_force(0.1, 0.1, 0.436, 0.0125))
     assert muscle_force(0.2, 0.6, 0.436, 0.0125) == 0.0
     physics = FluidicPhysics()
-    assert fluidic_force(0.2, 0.1, 0.0, physics) > fluidic_force(0.1, 0.1, 0.0, physics) > fluidic_force(0.1, 0.2, 0.0, physics)
+    assert (
+        fluidic_force(0.2, 0.1, 0.0, physics)
+        > fluidic_force(0.1, 0.1, 0.0, physics)
+        > fluidic_force(0.1, 0.2, 0.0, physics)
+    )
     assert fluidic_force(0.2, 0.6, 0.0, physics) == 0.0
 
 
@@ -90,7 +95,9 @@ def test_days_differ_more_with_more_drift(plant):
 
 
 def test_sisters_differ_more_than_days_and_are_of_one_build(name, plant):
-    angles = [run(SINE, sister, sister.still())["angle_deg"] for sister in (plant, *(unit(name, seed) for seed in (4, 5)))]
+    angles = [
+        run(SINE, sister, sister.still())["angle_deg"] for sister in (plant, *(unit(name, seed) for seed in (4, 5)))
+    ]
     days = [run(SINE, plant, plant.session(k))["angle_deg"] for k in range(3)]
     assert 2.0 * np.std(days, axis=0).mean() < np.std(angles, axis=0).mean() < 5.0
 
@@ -141,7 +148,9 @@ def test_effect_acts_and_grows_with_its_size(name, effect):
     def change(share: float) -> float:
         size = math.exp(math.log(entry.low) + share * (math.log(entry.high) - math.log(entry.low)))
         records = record_day(plant, day, short, entry.law(size, np.random.default_rng(4)))
-        return math.sqrt(sum(np.mean((records[name]["angle_deg"] - healthy[name]["angle_deg"]) ** 2) for name in healthy))
+        return math.sqrt(
+            sum(np.mean((records[name]["angle_deg"] - healthy[name]["angle_deg"]) ** 2) for name in healthy)
+        )
 
     small, large = (change(0.9), change(0.1)) if entry.falling else (change(0.1), change(0.9))
     assert large > 0.2
@@ -151,7 +160,8 @@ def test_effect_acts_and_grows_with_its_size(name, effect):
 def test_signed_effects_go_both_ways(name, plant):
     day = plant.still()
     means = [
-        np.mean(run(SINE, plant, day, disturbance(name, {"muscle_mismatch": size}))["angle_deg"]) for size in (-0.1, 1e-9, 0.1)
+        np.mean(run(SINE, plant, day, disturbance(name, {"muscle_mismatch": size}))["angle_deg"])
+        for size in (-0.1, 1e-9, 0.1)
     ]
     assert means[0] < means[1] < means[2]
 
@@ -165,14 +175,23 @@ def test_two_effects_at_once_keep_each_others_parameters():
 def test_sheet_has_the_promised_kinds_and_is_repeatable(name):
     sheet = draw_sheet(Purpose.SCORING, 9, 400, name)
     kinds = [case.kind for case in sheet]
-    assert (kinds.count("none"), kinds.count("foreign"), kinds.count("pair"), kinds.count("single")) == (120, 60, 60, 160)
+    assert (kinds.count("none"), kinds.count("foreign"), kinds.count("pair"), kinds.count("single")) == (
+        120,
+        60,
+        60,
+        160,
+    )
     assert sheet == draw_sheet(Purpose.SCORING, 9, 400, name)
     drawn = {case.effects[0] for case in sheet if case.kind == "single"}
     assert drawn == set(family(name).effects)
     assert {sign for case in sheet for sign in case.signs} == {-1, 1}
     assert {case.family for case in sheet} == {name}
     few = draw_sheet(Purpose.SCORING, 9, 40, name, known=("delay", "valve_lag", "backlash"))
-    assert {effect for case in few if case.kind != "foreign" for effect in case.effects} == {"delay", "valve_lag", "backlash"}
+    assert {effect for case in few if case.kind != "foreign" for effect in case.effects} == {
+        "delay",
+        "valve_lag",
+        "backlash",
+    }
 
 
 def test_development_and_scoring_never_share_a_case_or_a_unit():

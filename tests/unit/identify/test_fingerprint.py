@@ -1,4 +1,5 @@
-"""The fingerprint in a model's file: made from records, written, read, and refused where it no longer belongs to the model."""
+"""The fingerprint in a model's file: made from records, written, read, and refused where it no longer belongs to the
+model."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -114,7 +115,9 @@ BY_COMMAND = replace(RIG, muscle=replace(RIG.muscle, input=Input.COMMAND))
 HOLES = np.where(np.arange(ROWS) % 2 == 0, np.nan, 0.2)
 
 
-@pytest.mark.parametrize("monitor", [np.full(ROWS, np.nan), HOLES, np.full(ROWS, 0.2)], ids=["silent", "half missing", "stuck"])
+@pytest.mark.parametrize(
+    "monitor", [np.full(ROWS, np.nan), HOLES, np.full(ROWS, 0.2)], ids=["silent", "half missing", "stuck"]
+)
 def test_monitors_that_say_nothing_are_not_used(monitor: Column) -> None:
     record = replace(measured(0.5), p1_mpa=monitor, p2_mpa=monitor)
     known = made([prepare(record, BY_COMMAND)])
@@ -166,7 +169,10 @@ def test_a_newer_version_is_said_in_one_line_and_the_model_works_without_it(file
     raw["fingerprint"] = {"version": 2, "spectrum": {"lines": [1, 2]}, "weights": "base64"}
     file.write_text(yaml.safe_dump(raw), encoding="utf-8")
     model = load_model(file)
-    assert fingerprint_trouble(model) == "the model's fingerprint is of version 2, this pamrig reads version 1: it is not used"
+    assert (
+        fingerprint_trouble(model)
+        == "the model's fingerprint is of version 2, this pamrig reads version 1: it is not used"
+    )
     result = validate(model, [measured(0.5)], SweepRange())
     assert result.scores[0].rmse_deg < 0.2
     assert [text for text in result.warnings if "version 2" in text]

@@ -1,4 +1,5 @@
-"""What identification chooses by itself: what drives the muscles, and the law of the mean pressure; and that it says so."""
+"""What identification chooses by itself: what drives the muscles, and the law of the mean pressure; and that it says
+so."""
 
 import json
 from dataclasses import replace
@@ -46,7 +47,9 @@ def test_the_pressures_drive_where_every_record_has_them() -> None:
     assert why == "driven by the measured pressures, which every record has; --input command takes the set-points"
 
 
-@pytest.mark.parametrize(("other", "reason"), [(BARE, "the pressures were not measured"), (STILL, "the pressure is constant")])
+@pytest.mark.parametrize(
+    ("other", "reason"), [(BARE, "the pressures were not measured"), (STILL, "the pressure is constant")]
+)
 def test_one_record_without_usable_pressures_makes_it_the_command(other: Record, reason: str) -> None:
     drive, why = best_input([ONE, other], Options())
     assert drive is Input.COMMAND
@@ -80,7 +83,9 @@ def test_the_exponent_is_held_for_the_search_where_the_response_model_leaves_lea
     assert is_free(model)
     held = hold(model, [prepare(record, model) for record in SEVERAL])
     assert not is_free(held)
-    assert held.muscle.value("mean_exponent") == pytest.approx(1.0, abs=0.1), "near the truth; the last polish goes on from there"
+    assert held.muscle.value("mean_exponent") == pytest.approx(1.0, abs=0.1), (
+        "near the truth; the last polish goes on from there"
+    )
 
 
 def test_several_p0_are_fitted_as_well_as_one() -> None:

@@ -43,7 +43,10 @@ def scaled(record: Record, column: str, factor: float) -> Record:
         (replace(good(), angle_deg=None), "it has no angle"),
         (with_value(good(), "dp_cmd_mpa", slice(10, 11), np.nan), r"dp_cmd_mpa is not a number at 0\.050 s"),
         (with_value(good(), "angle_deg", slice(0, 500), np.nan), "25% of angle_deg is missing"),
-        (with_value(good(), "angle_deg", slice(9, 10), 1e300), r"angle_deg reaches 1e\+300, more than any potentiometer"),
+        (
+            with_value(good(), "angle_deg", slice(9, 10), 1e300),
+            r"angle_deg reaches 1e\+300, more than any potentiometer",
+        ),
         (with_value(good(), "t_s", slice(1999, 2000), 1e9), "a gap of 1e"),
         (good(500, 0.02), r"sampled every 20 ms, the model works at 5 ms; --resample .* --sample-time"),
         (good().rows(np.r_[0:800, 1000:2000]), "a gap of 1.* s at 3.995 s"),
@@ -121,7 +124,9 @@ def test_the_gain_has_the_rigs_sign_even_where_a_sweep_lags_by_half_a_turn(sign:
     time = np.arange(4000) * 0.005
     turns = 0.1 * time + 0.1225 * time**2
     lag = np.minimum(0.15 * (0.1 + 0.245 * time), 0.5)
-    record = Record("chirp", time, 0.2 * np.sin(2 * np.pi * turns), angle_deg=sign * 40.0 * np.sin(2 * np.pi * (turns - lag)))
+    record = Record(
+        "chirp", time, 0.2 * np.sin(2 * np.pi * turns), angle_deg=sign * 40.0 * np.sin(2 * np.pi * (turns - lag))
+    )
     assert input_gain([record], 0.2) == pytest.approx(sign * 40.0, rel=0.02)
 
 

@@ -30,7 +30,9 @@ QUICK = Settings(seeds=(1,), swarm=SwarmSettings(iterations=150), workers=1)
 def measured(frequency: float = 0.5, amplitude: float = 0.2, seed: int = 1, model: Model = TRUTH) -> Record:
     """What the simulated rig shows under a sine, with noise."""
     time = np.arange(2000) * 0.005
-    record = Record(f"sine_{frequency:g}hz", time, amplitude * np.sin(2 * np.pi * frequency * time), facts={"p0_mpa": 0.2})
+    record = Record(
+        f"sine_{frequency:g}hz", time, amplitude * np.sin(2 * np.pi * frequency * time), facts={"p0_mpa": 0.2}
+    )
     clean, noise = simulate(model, record), np.random.default_rng(seed)
     return replace(
         clean,
@@ -238,7 +240,9 @@ def test_the_commands_end_to_end(tmp_path: Path) -> None:
 
     log, model = _write_csv(RECORDS[1], tmp_path), tmp_path / "model.yaml"
     words = [str(log), "-o", str(model), "--seeds", "1", "--iterations", "40", "--json", str(tmp_path / "i.json")]
-    done = CliRunner().invoke(identify_command, [*words, "--figures", str(tmp_path / "figures")], catch_exceptions=False)
+    done = CliRunner().invoke(
+        identify_command, [*words, "--figures", str(tmp_path / "figures")], catch_exceptions=False
+    )
     assert done.exit_code == 0
     result = json.loads((tmp_path / "i.json").read_text(encoding="utf-8"))
     assert {"model", "rmse_deg", "evaluations", "seconds", "bounded", "parameters"} <= result.keys()

@@ -36,7 +36,8 @@ def sweep(shared: Path) -> Record:
     column = {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
     p1, p2 = column["u_cmd_DF_MPa"], column["u_cmd_F_MPa"]
     return Record(
-        "exp3", column["t_s"], p1 - p2, column["y_wrist_angle_deg"], p1, p2, column["y_meas_DF_MPa"], column["y_meas_F_MPa"]
+        "exp3", column["t_s"], p1 - p2, column["y_wrist_angle_deg"], p1, p2, column["y_meas_DF_MPa"],
+        column["y_meas_F_MPa"]
     )  # fmt: skip
 
 
@@ -54,7 +55,9 @@ def fit_percent(record: Record, kind: str, joint: str, drive: Input) -> tuple[fl
     found = identify([record], template_model(wish, input_gain([first], 0.4)), settings, FIRST_HALF)
     assert found.verdict.bounded
     rest = validate(found.model, [record], RANGE, SECOND_HALF)
-    assert any("valid for 0.1 .. 2.5 Hz" in text for text in rest.warnings), "the second half is faster than what was identified"
+    assert any("valid for 0.1 .. 2.5 Hz" in text for text in rest.warnings), (
+        "the second half is faster than what was identified"
+    )
     return found.scores[0].fit_percent, rest.scores[0].fit_percent
 
 

@@ -1,4 +1,5 @@
-"""Columns that are exchanged, turned round or in another unit of time are named before anybody hunts for a defect of the rig."""
+"""Columns that are exchanged, turned round or in another unit of time are named before anybody hunts for a defect of
+the rig."""
 
 from dataclasses import replace
 
@@ -38,7 +39,9 @@ def test_a_good_record_is_not_suspected() -> None:
 def test_swapped_monitors_are_named() -> None:
     (said,) = mix_ups(swapped(good()))
     assert said.endswith("and the angle follows the command: p1 and p2 look swapped")
-    with_set_points = replace(swapped(good()), p1_cmd_mpa=0.2 + good().dp_cmd_mpa / 2, p2_cmd_mpa=0.2 - good().dp_cmd_mpa / 2)
+    with_set_points = replace(
+        swapped(good()), p1_cmd_mpa=0.2 + good().dp_cmd_mpa / 2, p2_cmd_mpa=0.2 - good().dp_cmd_mpa / 2
+    )
     assert "p1 and p2 look swapped; each follows the other's set-point" in mix_ups(with_set_points)[0]
     assert said in prepare(swapped(good()), MODEL).warnings
 

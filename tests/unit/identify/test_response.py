@@ -65,7 +65,8 @@ def test_rows_that_do_not_count_change_nothing() -> None:
     without, misfit = fit_bank([Drive(DT_S, record.p1_mpa, record.p2_mpa, spoilt, used)], 0.2)
     assert misfit < 0.01
     angles = [
-        ResponseModel(0.2, REGULATORS, each, JOINT, 0.0).angle(record.p1_mpa, record.p2_mpa, DT_S) for each in (weights, without)
+        ResponseModel(0.2, REGULATORS, each, JOINT, 0.0).angle(record.p1_mpa, record.p2_mpa, DT_S)
+        for each in (weights, without)
     ]
     assert np.abs(angles[0] - angles[1]).max() < 0.05
 
@@ -86,13 +87,16 @@ def test_a_mean_pressure_counts_as_moving_from_five_percent_of_p0_on(shift: floa
 
 
 def test_the_joints_balance_is_found_again() -> None:
-    """Angles of the balance itself: friction-free equilibrium, pushed through Maxwell-slip elements, viscous friction and inertia."""
+    """Angles of the balance itself: friction-free equilibrium, pushed through Maxwell-slip elements, viscous friction
+    and inertia."""
     free = ResponseModel(0.2, REGULATORS, WEIGHTS, Balance(0.0, 0.0, (0.0,) * 5, JOINT.curve), 0.0)
     records = []
     for frequency in (0.1, 0.3, 0.9):
         p1, p2 = free.pressures(*set_points(frequency), DT_S)
         still = np.zeros(len(p1))
-        angle = ResponseModel(0.2, REGULATORS, WEIGHTS, JOINT, 0.0).balanced(still, free.equilibrium(p1, p2), still + 1.0, DT_S)
+        angle = ResponseModel(0.2, REGULATORS, WEIGHTS, JOINT, 0.0).balanced(
+            still, free.equilibrium(p1, p2), still + 1.0, DT_S
+        )
         records.append(Drive(DT_S, p1, p2, angle, np.ones(len(p1))))
     found = fit_balance(records, 0.2)
     assert found.viscous_s == pytest.approx(JOINT.viscous_s, abs=0.004)

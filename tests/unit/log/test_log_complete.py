@@ -1,4 +1,5 @@
-"""Complete, stopped, faulted: what a file says of it, what `check` finds, and what a folder gives to identification and diagnosis."""
+"""Complete, stopped, faulted: what a file says of it, what `check` finds, and what a folder gives to identification and
+diagnosis."""
 
 import logging
 from collections.abc import Mapping
@@ -64,7 +65,11 @@ def test_records_that_say_nothing_of_it_are_no_less_for_that() -> None:
 def test_check_names_what_stands_in_the_files_own_log(tmp_path: Path) -> None:
     content = made_content()
     at_ns = int(content.samples.log_time_ns[500])
-    lines = (LogLine(at_ns, "fatal", DIED), LogLine(at_ns + 1, "fatal", DIED), LogLine(at_ns, "warning", "3 ticks missed"))
+    lines = (
+        LogLine(at_ns, "fatal", DIED),
+        LogLine(at_ns + 1, "fatal", DIED),
+        LogLine(at_ns, "warning", "3 ticks missed"),
+    )
     path = write_content(replace(content, lines=lines), tmp_path / "x.mcap")
     assert check(path) == [f"its log says fatal at 2.500 s: {DIED}"]
 

@@ -124,7 +124,10 @@ def test_mappings_that_do_not_fit_themselves(tmp_path: Path, keys: dict[str, obj
     [
         ({"source": "u"}, "no unit is stated for dp_cmd_mpa"),
         ({"source": "v", "unit": "bar"}, "no column 'v'"),
-        ({"source": "u", "unit": "mPa"}, "the unit 'mPa' does not fit dp_cmd_mpa; allowed: MPa, kPa, Pa, bar, mbar, psi"),
+        (
+            {"source": "u", "unit": "mPa"},
+            "the unit 'mPa' does not fit dp_cmd_mpa; allowed: MPa, kPa, Pa, bar, mbar, psi",
+        ),
         ({"source": "u", "unit": "deg"}, "the unit 'deg' does not fit dp_cmd_mpa"),
     ],
 )
@@ -137,7 +140,12 @@ def test_what_is_ambiguous_is_refused(tmp_path: Path, source: dict[str, object],
 
 @pytest.mark.parametrize(
     ("unit", "column", "value"),
-    [("psi", "p1_mpa", 0.006894757293168361), ("mbar", "p1_mpa", 1e-4), ("mrad", "angle_deg", 0.0572957795), ("ns", "t_s", 1e-9)],
+    [
+        ("psi", "p1_mpa", 0.006894757293168361),
+        ("mbar", "p1_mpa", 1e-4),
+        ("mrad", "angle_deg", 0.0572957795),
+        ("ns", "t_s", 1e-9),
+    ],
 )
 def test_units(unit: str, column: str, value: float) -> None:
     _, times, by = conversion(column, unit, "here")
@@ -187,7 +195,11 @@ def test_tdms_waveforms_carry_their_time(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("channels", "groups", "message"),
     [
-        ({"t_s": ([0.0, 1.0], {}), "dp_cmd_mpa": ([0.0, 1.0], BAR)}, 1, "named in MPa and its unit property says 'bar'"),
+        (
+            {"t_s": ([0.0, 1.0], {}), "dp_cmd_mpa": ([0.0, 1.0], BAR)},
+            1,
+            "named in MPa and its unit property says 'bar'",
+        ),
         ({"t_s": ([0.0, 1.0], {}), "dp_cmd_mpa": ([0.0], {})}, 1, "different length"),
         ({"t_s": ([0.0, 1.0], {}), "dp_cmd_mpa": ([0.0, 1.0], {})}, 2, "t_s is ambiguous: run0/t_s and run1/t_s"),
         ({"t_s": ([0.0, 1.0], {}), "dp_cmd": ([0.0, 1.0], {})}, 1, "no column dp_cmd_mpa"),
@@ -247,7 +259,9 @@ def test_another_programs_protobuf_channel(tmp_path: Path) -> None:
     with (tmp_path / "f.mcap").open("wb") as out:
         writer = Writer(out)
         writer.start()
-        channel = writer.register_channel("/x", "protobuf", writer.register_schema(schema.REPLAY_SCHEMA, "protobuf", descriptors))
+        channel = writer.register_channel(
+            "/x", "protobuf", writer.register_schema(schema.REPLAY_SCHEMA, "protobuf", descriptors)
+        )
         for number in range(3):
             writer.add_message(channel, number, kind(tick=number, angle_deg=2.0 * number).SerializeToString(), number)
         writer.finish()
@@ -266,10 +280,17 @@ def test_another_programs_protobuf_channel(tmp_path: Path) -> None:
         ([b"x"], "cdr", "/joint", "encoded as 'cdr'; json and protobuf can be imported"),
     ],
 )
-def test_channels_that_cannot_be_imported(tmp_path: Path, messages: list[bytes], encoding: str, topic: str, message: str) -> None:
+def test_channels_that_cannot_be_imported(
+    tmp_path: Path, messages: list[bytes], encoding: str, topic: str, message: str
+) -> None:
     path = json_mcap(tmp_path / "f.mcap", messages, encoding)
     with pytest.raises(RecordError, match=message):
-        mapped(tmp_path, path, topic=topic, columns={"t_s": {"source": "log_time"}, "dp_cmd_mpa": {"source": "u", "unit": "bar"}})
+        mapped(
+            tmp_path,
+            path,
+            topic=topic,
+            columns={"t_s": {"source": "log_time"}, "dp_cmd_mpa": {"source": "u", "unit": "bar"}},
+        )
 
 
 def test_a_gzipped_table_by_a_mapping(tmp_path: Path) -> None:

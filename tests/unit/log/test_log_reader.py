@@ -1,4 +1,5 @@
-"""Reading logs: phases, names, sessions, slices of time, files of other versions, and every bad file in one clear line."""
+"""Reading logs: phases, names, sessions, slices of time, files of other versions, and every bad file in one clear
+line."""
 
 import gzip
 import os
@@ -76,7 +77,9 @@ def test_sessions_and_repeats_of_a_folder(tmp_path: Path) -> None:
             (tmp_path / session / f"{name}.csv").write_text(HEADER + ROWS)
     records = read(tmp_path)
     keys = [(record.facts["session"], record.name, record.facts["repeat"]) for record in records]
-    assert keys == [(s, n, r) for s in ("monday", "tuesday") for n, r in ((SINE, 1), (SINE, 2), ("triangle_0.3hz_0.12mpa", 1))]
+    assert keys == [
+        (s, n, r) for s in ("monday", "tuesday") for n, r in ((SINE, 1), (SINE, 2), ("triangle_0.3hz_0.12mpa", 1))
+    ]
     assert (records[2].facts["signal"], records[2].facts["frequency_hz"], records[2].facts["amplitude_mpa"]) == (
         "triangle",
         0.3,
@@ -192,7 +195,8 @@ def test_samples_of_another_protobuf_writer_are_read_message_by_message(tmp_path
         pool.AddSerializedFile(file.SerializeToString())
     kind = message_factory.GetMessageClass(pool.FindMessageTypeByName("pamrig.Sample"))
     messages = [
-        kind(**{name: column[row].item() for name, column in samples.fields.items()}).SerializeToString() for row in range(60)
+        kind(**{name: column[row].item() for name, column in samples.fields.items()}).SerializeToString()
+        for row in range(60)
     ]
     assert len({len(message) for message in messages}) > 1
     write_foreign(tmp_path / "other.mcap", schema.sample_descriptor_set(), messages)
@@ -204,7 +208,11 @@ def test_files_without_chunks_and_in_other_compressions(tmp_path: Path, chunked:
     samples = made_samples(60)
     messages = [row.tobytes() for row in pack_columns(samples.fields, WIRES)]
     write_foreign(
-        tmp_path / "f.mcap", schema.sample_descriptor_set(), messages, use_chunking=chunked, compression=CompressionType.LZ4
+        tmp_path / "f.mcap",
+        schema.sample_descriptor_set(),
+        messages,
+        use_chunking=chunked,
+        compression=CompressionType.LZ4,
     )
     assert_fields(read_samples(tmp_path / "f.mcap"), samples)
 
@@ -232,7 +240,9 @@ def test_another_programs_file_says_its_channels(tmp_path: Path) -> None:
         channel = writer.register_channel("/joint", "json", writer.register_schema("Joint", "jsonschema", b"{}"))
         writer.add_message(channel, 0, b"{}", 0)
         writer.finish()
-    with pytest.raises(RecordError, match=r"no channel /rig/sample .* it has /joint \(json, Joint\); `pamrig log import` maps"):
+    with pytest.raises(
+        RecordError, match=r"no channel /rig/sample .* it has /joint \(json, Joint\); `pamrig log import` maps"
+    ):
         read(tmp_path / "f.mcap")
 
 

@@ -24,7 +24,12 @@ def test_the_program_sends_the_recorded_set_points_tick_by_tick() -> None:
     samples = made_samples(1000)
     program = program_of(samples, PERIOD_NS, None, "x")
     rows = sweep_of(samples)
-    assert (program.settle_ticks, program.zero_ticks, program.ramp_in_ticks, program.ramp_out_ticks) == (100, 50, 50, 100)
+    assert (program.settle_ticks, program.zero_ticks, program.ramp_in_ticks, program.ramp_out_ticks) == (
+        100,
+        50,
+        50,
+        100,
+    )
     assert (program.rest_p1_mpa, program.rest_p2_mpa) == (0.2, 0.2)
     for index, row in enumerate(rows):
         at = program.at(program.sweep_start + index, (0.2, 0.2))
@@ -49,7 +54,12 @@ def test_a_log_of_a_difference_alone_needs_the_rest_pressure(tmp_path: Path) -> 
         program_of(samples, PERIOD_NS, None, "x")
     program = program_of(samples, PERIOD_NS, 0.3, "x")
     assert list(program.p1_cmd_mpa) == pytest.approx(0.3 + record.dp_cmd_mpa / 2)
-    assert (program.settle_ticks, program.zero_ticks, program.ramp_in_ticks, program.ramp_out_ticks) == (400, 100, 100, 200)
+    assert (program.settle_ticks, program.zero_ticks, program.ramp_in_ticks, program.ramp_out_ticks) == (
+        400,
+        100,
+        100,
+        200,
+    )
 
 
 def test_another_period_is_refused_or_held() -> None:
@@ -62,7 +72,9 @@ def test_another_period_is_refused_or_held() -> None:
     assert program.p1_cmd_mpa[0] == program.p1_cmd_mpa[1]
 
 
-@pytest.mark.parametrize(("phase", "message"), [(Phase.SETTLE, "holds no sweep to replay"), (None, "its ticks do not rise")])
+@pytest.mark.parametrize(
+    ("phase", "message"), [(Phase.SETTLE, "holds no sweep to replay"), (None, "its ticks do not rise")]
+)
 def test_what_cannot_be_replayed(phase: Phase | None, message: str) -> None:
     samples = made_samples(200)
     if phase is None:
@@ -76,7 +88,9 @@ def test_what_cannot_be_replayed(phase: Phase | None, message: str) -> None:
 def test_the_comparison_goes_by_the_tick_of_the_sweep() -> None:
     recorded = made_samples(1000)
     replayed = made_samples(1000, missed_at=600)
-    replayed = Samples(replayed.fields | {"tick": replayed["tick"] + np.uint32(77)}, replayed.log_time_ns, replayed.sequence)
+    replayed = Samples(
+        replayed.fields | {"tick": replayed["tick"] + np.uint32(77)}, replayed.log_time_ns, replayed.sequence
+    )
     comparison = compare(recorded, replayed, "x")
     assert np.array_equal(comparison.tick - comparison.recorded_tick, np.full(len(comparison.tick), 77))
     assert len(comparison.missed_s) == 1
@@ -106,7 +120,8 @@ def test_the_gate_names_field_tick_and_difference() -> None:
 def test_where_a_log_begins_is_no_departure() -> None:
     reference = made_samples(100)
     later = Samples(
-        reference.fields | {"tick": reference["tick"] + np.uint32(9), "scheduled_ns": reference["scheduled_ns"] + 9 * PERIOD_NS},
+        reference.fields
+        | {"tick": reference["tick"] + np.uint32(9), "scheduled_ns": reference["scheduled_ns"] + 9 * PERIOD_NS},
         reference.log_time_ns,
         reference.sequence,
     )

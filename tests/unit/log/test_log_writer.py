@@ -171,5 +171,7 @@ def test_a_conversion_that_fails_leaves_no_file(tmp_path: Path) -> None:
 
 
 def test_the_writer_needs_no_numpy() -> None:
-    code = "import sys, rig.log.mcap.writer; sys.exit(any(name in sys.modules for name in ('numpy', 'scipy', 'pandas')))"
+    code = (
+        "import sys, rig.log.mcap.writer; sys.exit(any(name in sys.modules for name in ('numpy', 'scipy', 'pandas')))"
+    )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

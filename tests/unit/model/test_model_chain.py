@@ -110,7 +110,8 @@ def test_the_joint_rings_and_settles_on_its_input() -> None:
 
 
 def test_the_continuous_model_follows_its_closed_form() -> None:
-    """n = 1, w >= 0, u rising: dw/du = eps - (psi + gamma) w, so w = eps / (psi + gamma) (1 - exp(-(psi + gamma) u))."""
+    """n = 1, w >= 0, u rising: dw/du = eps - (psi + gamma) w, so w = eps / (psi + gamma) (1 - exp(-(psi + gamma)
+    u))."""
     u = np.linspace(0.0, 3.0, 61).tolist()
     y = [0.0] * len(u)
     stages.bouc_wen(list(u), [0.0] * len(u), y, [0.0] * 3, (0.0, 1.0, 2.0, 0.6, 0.3, 1.0, 1.0, 1.0), 0.005)
@@ -148,7 +149,8 @@ def test_measured_pressures_drive_the_muscles(model: Model) -> None:
 
 def test_a_diverging_model_says_where(model: Model) -> None:
     muscle = replace(
-        model.muscle, parameters={**model.muscle.parameters, "phi1": replace(model.muscle.parameters["phi1"], value=-0.05)}
+        model.muscle,
+        parameters={**model.muscle.parameters, "phi1": replace(model.muscle.parameters["phi1"], value=-0.05)},
     )
     with pytest.raises(ModelError, match=r"sine: the model diverges under this input at \d+\.\d+ s"):
         simulate(replace(model, muscle=muscle), sine())

@@ -1,4 +1,5 @@
-"""Which of the paper's printed numbers hold, and under which reading; docs/explanation/paper_findings.md says it in words."""
+"""Which of the paper's printed numbers hold, and under which reading; docs/explanation/paper_findings.md says it in
+words."""
 
 import math
 
@@ -47,10 +48,14 @@ def test_table_3_diverges_with_u_in_other_units_and_the_sample_time_as_divisor(u
 
 @pytest.mark.parametrize("u_unit_mpa", [1.0, 0.2, 0.1])
 def test_no_divisor_gives_table_3_the_figures_40_degrees_and_keeps_it_bounded(u_unit_mpa: float) -> None:
-    """A large divisor bounds the loop and makes it small; on the way there is none with +-40 degrees over the whole sweep range."""
+    """A large divisor bounds the loop and makes it small; on the way there is none with +-40 degrees over the whole
+    sweep range."""
     reached = []
     for divisor in np.geomspace(0.002, 1.0, 60):
-        peaks = [steady_range(TABLE_3, Reading(u_unit_mpa, DEGREES_PER_RADIAN, float(divisor)), signal)[1] for signal in SWEEP]
+        peaks = [
+            steady_range(TABLE_3, Reading(u_unit_mpa, DEGREES_PER_RADIAN, float(divisor)), signal)[1]
+            for signal in SWEEP
+        ]
         if max(peaks) < 90.0:
             reached.append(peaks[1])
     assert reached, "some divisor must keep it bounded"
@@ -77,7 +82,8 @@ def test_fig_1_diverges_with_the_sample_time_as_divisor() -> None:
 
 
 def test_fig_1_hardly_depends_on_the_rate() -> None:
-    """lambda = 0.995 forgets within a second, so rate independence holds to a few per cent over the sweep range, not exactly."""
+    """lambda = 0.995 forgets within a second, so rate independence holds to a few per cent over the sweep range, not
+    exactly."""
     peaks = [steady_range(FIG_1, FIG_1_READING, Sine(f, 0.2))[1] for f in (0.2, 0.4, 0.6, 0.8)]
     assert np.ptp(peaks) / np.mean(peaks) < 0.05
 

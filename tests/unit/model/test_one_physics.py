@@ -42,7 +42,9 @@ def test_the_muscle_of_the_model_is_driven_by_that_drive() -> None:
     plain, scaled = np.zeros(len(p1)), np.zeros(len(p1))
     stages.modified_bouc_wen(p1, p2, plain, [0.0] * 3, params, 0.005)
     d = drive(p1, p2, 0.2, 1.0)
-    compiled(stages.modified_bouc_wen)(0.2 + d / 2, 0.2 - d / 2, scaled, np.zeros(3), np.array((*params[:11], 0.0, 0.2)), 0.005)
+    compiled(stages.modified_bouc_wen)(
+        0.2 + d / 2, 0.2 - d / 2, scaled, np.zeros(3), np.array((*params[:11], 0.0, 0.2)), 0.005
+    )
     assert scaled == pytest.approx(plain, rel=1e-9, abs=1e-9)
 
 
@@ -63,7 +65,9 @@ def test_friction_that_counts_more_holds_the_joint_back() -> None:
 def test_the_effect_of_viscous_friction_is_the_same_balance() -> None:
     """A viscous time added by the effect or put into the nominal joint by its ratio: one equation."""
     entry = EFFECT_STAGES["viscous_friction"]
-    numbers = entry.neutral() | {"tau_s": 0.05, "drag_s": 0.05} | {f"loop_{j + 1}": 0.0 for j in range(len(LOOP_RADII_DEG))}
+    numbers = (
+        entry.neutral() | {"tau_s": 0.05, "drag_s": 0.05} | {f"loop_{j + 1}": 0.0 for j in range(len(LOOP_RADII_DEG))}
+    )
     added, pressure = ANGLE.copy(), np.full(len(ANGLE), 0.2)
     params = np.array([numbers[name] for name in entry.parameters])
     compiled(entry.stage)(pressure, pressure.copy(), added, np.zeros(entry.state_size), params, 0.005)

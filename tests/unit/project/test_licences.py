@@ -7,7 +7,19 @@ from importlib.metadata import PackageNotFoundError, metadata
 import pytest
 from conftest import ROOT
 
-PERMISSIVE = ("MIT", "BSD", "Apache", "PSF", "Python Software Foundation", "0BSD", "Zlib", "CC0", "HPND", "ISC", "matplotlib")
+PERMISSIVE = (
+    "MIT",
+    "BSD",
+    "Apache",
+    "PSF",
+    "Python Software Foundation",
+    "0BSD",
+    "Zlib",
+    "CC0",
+    "HPND",
+    "ISC",
+    "matplotlib",
+)
 """May be used by and shipped beside a program under Apache-2.0 without further conditions than to name them."""
 EXTRAS = {
     "nptdms": "LGPL-3.0: an extra, imported unchanged as a library of its own and never shipped with pamrig",

@@ -33,7 +33,18 @@ def elsewhere(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("elsewhere")
     venv.create(folder, with_pip=False, symlinks=True)
     python = folder / "bin" / "python"
-    install = [sys.executable, "-m", "pip", "--python", str(python), "install", "-q", "--no-deps", "--no-index", str(wheel)]
+    install = [
+        sys.executable,
+        "-m",
+        "pip",
+        "--python",
+        str(python),
+        "install",
+        "-q",
+        "--no-deps",
+        "--no-index",
+        str(wheel),
+    ]
     subprocess.run(install, check=True, capture_output=True)
     site = next((folder / "lib").glob("python*/site-packages"))
     # a path file inside a path is not read, so the editable install of this checkout stays out
@@ -49,10 +60,14 @@ def test_the_top_level_is_exactly_the_three_roots(wheel: Path) -> None:
 
 def test_the_configs_are_inside_and_nothing_of_the_workshop(wheel: Path) -> None:
     names = zipfile.ZipFile(wheel).namelist()
-    assert {"rig/_configs/rigs/simulated.yaml", "rig/_configs/sweeps/paper.yaml", "rig/_configs/models/simulated.yaml"} <= set(
-        names
-    )
-    assert not [name for name in names if "test" in name.split("/")[0] or "__pycache__" in name or name.endswith(".mcap")]
+    assert {
+        "rig/_configs/rigs/simulated.yaml",
+        "rig/_configs/sweeps/paper.yaml",
+        "rig/_configs/models/simulated.yaml",
+    } <= set(names)
+    assert not [
+        name for name in names if "test" in name.split("/")[0] or "__pycache__" in name or name.endswith(".mcap")
+    ]
 
 
 def test_it_is_called_pamrig_and_brings_the_command(wheel: Path) -> None:

@@ -24,7 +24,16 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the example package and its entry points, as pip leaves it."""
     folder = tmp_path_factory.mktemp("outside")
     source = shutil.copytree(EXAMPLE, folder / "source", ignore=shutil.ignore_patterns("__pycache__"))
-    call = ["install", "-q", "--no-deps", "--no-index", "--no-build-isolation", "--target", str(folder / "site"), str(source)]
+    call = [
+        "install",
+        "-q",
+        "--no-deps",
+        "--no-index",
+        "--no-build-isolation",
+        "--target",
+        str(folder / "site"),
+        str(source),
+    ]
     subprocess.run([sys.executable, "-m", "pip", *call], check=True, capture_output=True)
     return folder / "site"
 
@@ -72,7 +81,9 @@ def test_the_simulator_knows_an_effect_from_outside(installed: Path, tmp_path: P
 
 
 def test_a_name_that_nobody_registered_is_said(installed: Path, tmp_path: Path) -> None:
-    rig = PAGE.read_text().partition("```yaml\n")[2].partition("```")[0].replace("kind: spring_rig", "kind: spring_rigg")
+    rig = (
+        PAGE.read_text().partition("```yaml\n")[2].partition("```")[0].replace("kind: spring_rig", "kind: spring_rigg")
+    )
     (tmp_path / "springs.yaml").write_text(rig)
     done = pamrig(installed, tmp_path, "devices", "list", "--rig", "springs.yaml")
     assert done.returncode == 2

@@ -19,7 +19,9 @@ def test_the_contracts_hold() -> None:
 
 @pytest.mark.parametrize("room", ["rig", "drivers", "hil"])
 def test_every_file_says_what_it_holds(room: str) -> None:
-    silent = [path for path in SOURCES if path.is_relative_to(ROOT / room) and path.stat().st_size and not docstring(path)]
+    silent = [
+        path for path in SOURCES if path.is_relative_to(ROOT / room) and path.stat().st_size and not docstring(path)
+    ]
     assert not silent
 
 

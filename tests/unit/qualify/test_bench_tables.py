@@ -48,7 +48,9 @@ def test_a_share_says_of_what_and_an_interval_how_wide() -> None:
     assert cells(figure(1.0, "s", "peer", None)) == ["1", "s", "peer", "", ""]
 
 
-def test_figures_are_kept_when_a_later_benchmark_or_a_table_breaks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_figures_are_kept_when_a_later_benchmark_or_a_table_breaks(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def run(name: str) -> dict[str, Any]:
         if name == "log":
             raise ModuleNotFoundError("No module named 'pyswarms'", name="pyswarms")

@@ -51,7 +51,14 @@ def test_a_miss_inside_a_stall_is_the_machines(stalls: list[Stall]) -> None:
         [stall(-3, 3)],
         [stall(-3, 2), stall(3, 4), stall(5, 5.9)],
     ],
-    ids=["none", "before", "after", "begun after the loop was due", "over long before the loop woke", "with time to run between"],
+    ids=[
+        "none",
+        "before",
+        "after",
+        "begun after the loop was due",
+        "over long before the loop woke",
+        "with time to run between",
+    ],
 )
 def test_a_miss_that_no_stall_explains_is_not_excused(stalls: list[Stall]) -> None:
     assert not is_held_up(MISS, stalls)
@@ -145,7 +152,11 @@ def test_records_are_judged_one_by_one() -> None:
         (PLACE, [Account(0, 99, SEEN.stalls)], "no witness on the loop's core"),
         (PLACE, [], "no witness on the loop's core"),
         (Place({1}, 99), [SEEN], "core 1: the witness ran at priority 99, the rig at 99"),
-        (Place({0, 1}, 85), [Account(0, why_not="the witness ended before its time"), SEEN], "core 0: the witness ended"),
+        (
+            Place({0, 1}, 85),
+            [Account(0, why_not="the witness ended before its time"), SEEN],
+            "core 0: the witness ended",
+        ),
     ],
     ids=["denied", "another core", "none", "not above the rig", "one of two silent"],
 )

@@ -28,7 +28,9 @@ def test_a_witness_stays_on_its_core_at_its_priority_and_gives_account() -> None
         for core, process in witnesses.processes.items():
             assert os.sched_getaffinity(process.pid) == {core}
             assert os.sched_getscheduler(process.pid) == os.SCHED_FIFO
-        priorities = {core: os.sched_getparam(process.pid).sched_priority for core, process in witnesses.processes.items()}
+        priorities = {
+            core: os.sched_getparam(process.pid).sched_priority for core, process in witnesses.processes.items()
+        }
         accounts = witnesses.accounts()
     assert {one.core: one.priority for one in accounts} == priorities
     assert not any(one.why_not for one in accounts)

@@ -1,4 +1,5 @@
-"""The operator's mailbox and the script: every request once, stop words that nothing hides, and one decision per state."""
+"""The operator's mailbox and the script: every request once, stop words that nothing hides, and one decision per
+state."""
 
 import secrets
 import time

@@ -1,4 +1,5 @@
-"""The guard by itself: what it clips, what it believes, and its leaky bucket. What the loop makes of it stands in test_loop_*.py."""
+"""The guard by itself: what it clips, what it believes, and its leaky bucket. What the loop makes of it stands in
+test_loop_*.py."""
 
 import math
 
@@ -23,7 +24,9 @@ def test_what_is_inside_passes_untouched() -> None:
     assert guard().command(0.21, 0.19) == (0.21, 0.19, 0)
 
 
-@pytest.mark.parametrize(("asked", "flag"), [(0.9, Flag.CLIPPED_RANGE), (-0.2, Flag.CLIPPED_RANGE), (0.4, Flag.CLIPPED_SLEW)])
+@pytest.mark.parametrize(
+    ("asked", "flag"), [(0.9, Flag.CLIPPED_RANGE), (-0.2, Flag.CLIPPED_RANGE), (0.4, Flag.CLIPPED_SLEW)]
+)
 def test_what_is_outside_is_clipped_and_said_so(asked: float, flag: Flag) -> None:
     made = guard()
     p1_mpa, p2_mpa, flags = made.command(asked, 0.2)
@@ -126,5 +129,7 @@ def test_each_sensor_can_freeze(which: str) -> None:
 def test_a_slow_pressure_has_its_patience_and_no_more() -> None:
     made = guard(follow_s=0.1, frozen_s=60.0)
     made.start_from(0.35, 0.2)
-    late = [made.check(GOOD._replace(p1_raw=float(n), p2_raw=float(n), angle_raw=float(n)), 1.0, True)[1] for n in range(21)]
+    late = [
+        made.check(GOOD._replace(p1_raw=float(n), p2_raw=float(n), angle_raw=float(n)), 1.0, True)[1] for n in range(21)
+    ]
     assert late == [Fault.NONE] * 20 + [Fault.NOT_FOLLOWING]

@@ -47,7 +47,9 @@ def test_failing_writes_are_flagged_and_fault() -> None:
     device = ScriptedDevice(writes=failing(10, 100))
     samples, loop = run_loop(device, armed_and_running(), 60)
     assert loop.fault is Fault.DEVICE_ERRORS
-    assert sum(bool(s.flags & Flag.WRITE_ERROR) for s in samples) == 9, "+2 for the write, -1 for the read of the same tick"
+    assert sum(bool(s.flags & Flag.WRITE_ERROR) for s in samples) == 9, (
+        "+2 for the write, -1 for the read of the same tick"
+    )
     assert device.outputs[-1] == "safe"
 
 

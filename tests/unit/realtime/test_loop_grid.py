@@ -74,7 +74,9 @@ def test_misses_and_stalls(late: dict[int, int], fault: Fault) -> None:
     if fault:
         first = next(s for s in samples if s.fault)
         assert first.state == State.FAULT
-        assert (first.p1_cmd_mpa, first.p2_cmd_mpa) == (0.2, 0.2), "the safe state is written in the tick that sees the fault"
+        assert (first.p1_cmd_mpa, first.p2_cmd_mpa) == (0.2, 0.2), (
+            "the safe state is written in the tick that sees the fault"
+        )
 
 
 def test_the_loop_counts_past_what_a_sample_can_hold() -> None:

@@ -53,7 +53,9 @@ def test_estop_writes_the_safe_state_in_the_same_tick() -> None:
 
 def test_a_reset_needs_its_cause_gone_and_does_not_arm() -> None:
     device = ScriptedDevice(found_mpa=(0.2, 0.2))
-    operator = armed_and_running({24: Request.RESET, 40: program(2), 41: Request.RESET, 45: program(3)}, estop=range(22, 30))
+    operator = armed_and_running(
+        {24: Request.RESET, 40: program(2), 41: Request.RESET, 45: program(3)}, estop=range(22, 30)
+    )
     samples, _ = run_loop(device, operator, 60)
     answers = dict(operator.answers)
     assert answers[24] is Answer.NOT_READY

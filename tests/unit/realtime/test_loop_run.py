@@ -81,7 +81,9 @@ def test_before_arming_nothing_but_the_safe_state_is_written() -> None:
 
 
 def test_the_settle_phase_starts_from_where_the_set_points_stand() -> None:
-    samples, _ = run_loop(ScriptedDevice(found_mpa=(0.11, 0.17)), ScriptedOperator({0: Request.ARM, 5: program(part=100)}), 40)
+    samples, _ = run_loop(
+        ScriptedDevice(found_mpa=(0.11, 0.17)), ScriptedOperator({0: Request.ARM, 5: program(part=100)}), 40
+    )
     steps = [abs(b.p1_cmd_mpa - a.p1_cmd_mpa) for a, b in itertools.pairwise(samples)]
     assert max(steps) == pytest.approx(0.09 * 2 / 100)
 

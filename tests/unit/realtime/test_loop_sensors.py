@@ -40,7 +40,17 @@ def always(first: int, **values: float) -> dict[int, object]:
         ({"p1_mpa": 0.05}, Fault.NOT_FOLLOWING, 202),
         ({"angle_deg": math.nan, "flags": int(Flag.ANGLE_ABSENT)}, Fault.BAD_VALUE, 5),
     ],
-    ids=["nan", "inf", "-inf", "pressure out of range", "angle out of range", "broken wire", "stale", "not following", "absent"],
+    ids=[
+        "nan",
+        "inf",
+        "-inf",
+        "pressure out of range",
+        "angle out of range",
+        "broken wire",
+        "stale",
+        "not following",
+        "absent",
+    ],
 )
 def test_a_sensor_that_lies_faults_after_its_patience(spoil: dict[str, float], fault: Fault, within_ticks: int) -> None:
     device = ScriptedDevice(reads=always(20, **spoil), found_mpa=(0.2, 0.2))
@@ -63,7 +73,10 @@ def test_jumps_are_flagged_and_a_habit_of_them_faults() -> None:
 
 
 def test_a_failed_read_does_not_hide_a_jump() -> None:
-    reads = {20: DeviceError("scripted"), **{n: lambda m: m._replace(angle_deg=m.angle_deg + 40) for n in range(21, 60)}}
+    reads = {
+        20: DeviceError("scripted"),
+        **{n: lambda m: m._replace(angle_deg=m.angle_deg + 40) for n in range(21, 60)},
+    }
     samples, _ = run_loop(ScriptedDevice(reads=reads), armed_and_running(), 60)
     assert [s.tick for s in samples if s.flags & Flag.SUSPECT] == [21]
 
@@ -114,7 +127,9 @@ def test_a_command_outside_the_envelope_is_clipped_and_flagged() -> None:
     written = [o for o in device.outputs if o != "safe"]
     assert all(0.0 <= p <= 0.5 for pair in written for p in pair)
     clipped = [s for s in samples if s.flags & Flag.CLIPPED_RANGE]
-    assert all(s.dp_cmd_mpa != pytest.approx(s.p1_cmd_mpa - s.p2_cmd_mpa) for s in clipped), "what was asked for is kept as well"
+    assert all(s.dp_cmd_mpa != pytest.approx(s.p1_cmd_mpa - s.p2_cmd_mpa) for s in clipped), (
+        "what was asked for is kept as well"
+    )
 
 
 def test_a_command_that_is_too_fast_is_clipped_and_flagged() -> None:

@@ -1,4 +1,5 @@
-"""Real-time measures: each granted or denied with its reason, none of them ends the program. Applied in a process of its own."""
+"""Real-time measures: each granted or denied with its reason, none of them ends the program. Applied in a process of
+its own."""
 
 import json
 import subprocess
@@ -64,7 +65,9 @@ def test_the_last_core_is_taken_when_there_is_more_than_one() -> None:
 
 
 def test_what_was_not_asked_for_is_not_reported() -> None:
-    report = applied("report = measures.apply(measures.Measures(fifo_priority=0, lock_memory=False, cpu_dma_latency=False))")
+    report = applied(
+        "report = measures.apply(measures.Measures(fifo_priority=0, lock_memory=False, cpu_dma_latency=False))"
+    )
     assert not {"fifo", "mlock", "cpu_dma_latency"} & set(report)
 
 

@@ -22,7 +22,8 @@ EARLY_NS = 400 * US
 
 
 class FakeTime:
-    """Stands in for the module `time`: looking at it takes 1 us, sleeping takes as long as asked for and `late_ns` more."""
+    """Stands in for the module `time`: looking at it takes 1 us, sleeping takes as long as asked for and `late_ns`
+    more."""
 
     def __init__(self) -> None:
         self.now_ns = 10**9
@@ -163,7 +164,9 @@ def test_the_simulated_rig_does_not_notice_its_twin() -> None:
     assert simulated_run(rehearsed=True) == simulated_run(rehearsed=False)
 
 
-@pytest.mark.parametrize(("early_us", "period_ms", "early_ns"), [(400, 5, 400_000), (2000, 5, 1_250_000), (400, 1, 250_000)])
+@pytest.mark.parametrize(
+    ("early_us", "period_ms", "early_ns"), [(400, 5, 400_000), (2000, 5, 1_250_000), (400, 1, 250_000)]
+)
 def test_of_a_period_at_most_a_quarter_is_taken(early_us: int, period_ms: int, early_ns: int) -> None:
     assert made_clock(early_us, period_ms, ScriptedDevice()).early_ns == early_ns  # type: ignore[attr-defined]
 

@@ -1,4 +1,5 @@
-"""The ring: order, overwriting, losses that are counted, torn slots that are not read, and the pace of a virtual clock."""
+"""The ring: order, overwriting, losses that are counted, torn slots that are not read, and the pace of a virtual
+clock."""
 
 import secrets
 import time

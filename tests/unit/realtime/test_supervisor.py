@@ -54,8 +54,12 @@ class Rig:
     def holds_safe(self) -> bool | None:
         return self.held.pop(0) if len(self.held) > 1 else self.held[0]
 
-    def authority(self, safe: Callable[[], None] | None = None, writer: Writer = Writer.SUPERVISOR) -> SafeStateAuthority:
-        return SafeStateAuthority(writer, self.block, self.ring, self.loop, SecondPath(safe or self.safe, self.holds_safe))
+    def authority(
+        self, safe: Callable[[], None] | None = None, writer: Writer = Writer.SUPERVISOR
+    ) -> SafeStateAuthority:
+        return SafeStateAuthority(
+            writer, self.block, self.ring, self.loop, SecondPath(safe or self.safe, self.holds_safe)
+        )
 
     def supervisor(self, writer: Writer = Writer.SUPERVISOR, grace_ns: int = 0) -> Supervisor:
         return Supervisor(
@@ -89,7 +93,9 @@ def test_a_killed_loop_is_seen_without_waiting_for_its_heartbeat(rig: Rig) -> No
 
 
 @pytest.mark.parametrize("number", [None, signal.SIGSTOP], ids=["hanging", "stopped"])
-def test_a_silent_loop_is_ended_and_only_what_was_written_after_its_end_counts(rig: Rig, number: signal.Signals | None) -> None:
+def test_a_silent_loop_is_ended_and_only_what_was_written_after_its_end_counts(
+    rig: Rig, number: signal.Signals | None
+) -> None:
     rig.writer.beat()
     if number is not None:
         rig.process.send_signal(number)

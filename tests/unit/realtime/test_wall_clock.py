@@ -13,7 +13,12 @@ def wall_clock_uses(source: str) -> list[str]:
     """Every way in which a module could ask for the time of day."""
     found = []
     for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "time" and node.attr in WALL:
+        if (
+            isinstance(node, ast.Attribute)
+            and isinstance(node.value, ast.Name)
+            and node.value.id == "time"
+            and node.attr in WALL
+        ):
             found.append(f"time.{node.attr}")
         if isinstance(node, ast.ImportFrom) and node.module in ("time", "datetime"):
             found.append(f"from {node.module}")

@@ -38,7 +38,9 @@ def ring() -> Iterator[Ring]:
 
 def ticks_of(path: Path) -> list[int]:
     with path.open("rb") as file:
-        return [unpack(m.data).tick for _, channel, m in make_reader(file).iter_messages() if channel.topic == "/rig/sample"]
+        return [
+            unpack(m.data).tick for _, channel, m in make_reader(file).iter_messages() if channel.topic == "/rig/sample"
+        ]
 
 
 def test_it_holds_the_last_thirty_seconds_also_when_the_ring_has_gone_round(ring: Ring, tmp_path: Path) -> None:

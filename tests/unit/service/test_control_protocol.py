@@ -1,4 +1,5 @@
-"""The control protocol as text: what is a request, what is refused and how, and that any line gets exactly one answer."""
+"""The control protocol as text: what is a request, what is refused and how, and that any line gets exactly one
+answer."""
 
 import contextlib
 import json
@@ -33,17 +34,39 @@ def test_a_request_is_a_command_with_its_arguments() -> None:
         (request(command="stop", after_current=1), Code.BAD_ARGUMENT, "stop: after_current: 1"),
         (request(command="start", pause_s=True), Code.BAD_ARGUMENT, "start: pause_s: True"),
         (request(command="start", sweeps="a"), Code.BAD_ARGUMENT, "start: sweeps: 'a'"),
-        (request(command="start", pause_s=10**400), Code.BAD_ARGUMENT, "start: pause_s: a number of more than 20 digits is not"),
-        (request(command="subscribe", rate_hz=-(10**400)), Code.BAD_ARGUMENT, "subscribe: rate_hz: a number of more than 20"),
-        (request(command="start", pause_s=math.nan), Code.BAD_ARGUMENT, "start: pause_s: nan is not a number that can be"),
-        (request(command="start", sweeps=["/a\0b"]), Code.BAD_ARGUMENT, "'/a\\x00b' holds a character that no file name"),
-        (request(command="start", sweeps=["/a\ud800"]), Code.BAD_ARGUMENT, "'/a\\ud800' holds a character that no file name"),
+        (
+            request(command="start", pause_s=10**400),
+            Code.BAD_ARGUMENT,
+            "start: pause_s: a number of more than 20 digits is not",
+        ),
+        (
+            request(command="subscribe", rate_hz=-(10**400)),
+            Code.BAD_ARGUMENT,
+            "subscribe: rate_hz: a number of more than 20",
+        ),
+        (
+            request(command="start", pause_s=math.nan),
+            Code.BAD_ARGUMENT,
+            "start: pause_s: nan is not a number that can be",
+        ),
+        (
+            request(command="start", sweeps=["/a\0b"]),
+            Code.BAD_ARGUMENT,
+            "'/a\\x00b' holds a character that no file name",
+        ),
+        (
+            request(command="start", sweeps=["/a\ud800"]),
+            Code.BAD_ARGUMENT,
+            "'/a\\ud800' holds a character that no file name",
+        ),
         (request(command="\ud800"), Code.UNKNOWN_COMMAND, "unknown command '\\ud800'"),
         (request(v=10**400), Code.WRONG_VERSION, "version a number of more than 20 digits"),
         (request(command="x" * 60_000), Code.UNKNOWN_COMMAND, "xxx...; "),
     ],
 )
-def test_what_is_no_request_is_refused_with_a_code_and_one_line(message: dict[str, object], code: Code, text: str) -> None:
+def test_what_is_no_request_is_refused_with_a_code_and_one_line(
+    message: dict[str, object], code: Code, text: str
+) -> None:
     with pytest.raises(Refused) as caught:
         protocol.parse(message)
     assert caught.value.code is code

@@ -244,7 +244,11 @@ def test_an_emergency_stop_begins_before_its_client_has_a_place(tmp_path: Path) 
     async def talk(_: Server) -> None:
         server = Server(handle, lambda _: {}, lambda: stopped.append("at once"))
         await server.listen(tmp_path / "s", "")
-        for line in (b'{"v": 1, "command": "status", "id": "\\"estop\\""}\n', b'{"v": 2, "command": "estop"}\n', b'"estop"\n'):
+        for line in (
+            b'{"v": 1, "command": "status", "id": "\\"estop\\""}\n',
+            b'{"v": 2, "command": "estop"}\n',
+            b'"estop"\n',
+        ):
             reader, writer = await asyncio.open_unix_connection(tmp_path / "s")
             writer.write(line)
             await reader.readline()

@@ -23,7 +23,9 @@ def test_a_watchdog_within_the_bound_is_nothing_to_speak_of(rig: RigConfig, take
     assert (left.problems, left.lines) == ((), ())
 
 
-def test_a_watchdog_that_takes_longer_is_refused_unless_forced(rig: RigConfig, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_watchdog_that_takes_longer_is_refused_unless_forced(
+    rig: RigConfig, capsys: pytest.CaptureFixture[str]
+) -> None:
     with pytest.raises(
         RigError, match=r"its watchdog takes 1.1 s, longer than the rig's safe.watchdog_s, 1 s: .*or give --force"
     ):
@@ -38,8 +40,12 @@ def test_the_bound_is_the_rig_s(rig: RigConfig) -> None:
     assert last_resort(patient, {"watchdog_s": "5.1"}).problems
 
 
-@pytest.mark.parametrize(("facts", "says"), [({}, "no watchdog of its own"), ({"watchdog_s": "unknown"}, "time is not known")])
-def test_without_a_watchdog_the_operator_is_told_what_would_stay(rig: RigConfig, facts: dict[str, str], says: str) -> None:
+@pytest.mark.parametrize(
+    ("facts", "says"), [({}, "no watchdog of its own"), ({"watchdog_s": "unknown"}, "time is not known")]
+)
+def test_without_a_watchdog_the_operator_is_told_what_would_stay(
+    rig: RigConfig, facts: dict[str, str], says: str
+) -> None:
     (line,) = last_resort(rig, facts).lines
     assert says in line
     assert "the valves keep their last set-points, up to 0.5 MPa each" in line

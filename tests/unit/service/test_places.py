@@ -42,7 +42,9 @@ def test_without_a_runtime_folder_the_socket_lies_in_a_folder_of_one_s_own(own: 
 
 
 @pytest.mark.parametrize("kind", ["open to others", "another user's", "a link", "a file"])
-def test_a_folder_that_somebody_else_made_is_refused_on_both_ends(own: Path, kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_folder_that_somebody_else_made_is_refused_on_both_ends(
+    own: Path, kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     uid = os.getuid()
     if kind == "a link":
         (own.parent / "theirs").mkdir(mode=0o700)
@@ -56,7 +58,9 @@ def test_a_folder_that_somebody_else_made_is_refused_on_both_ends(own: Path, kin
         monkeypatch.setattr(places, "own_folder", lambda: own)
         monkeypatch.setattr(os, "getuid", lambda: uid + 1)
     for make in (False, True):
-        with pytest.raises(StateError, match=r"is not a folder of yours alone .*: somebody else made it; set PAMRIG_SOCKET"):
+        with pytest.raises(
+            StateError, match=r"is not a folder of yours alone .*: somebody else made it; set PAMRIG_SOCKET"
+        ):
             places.check_folder(own, make=make)
     with pytest.raises(StateError, match="is not a folder of yours alone"):
         Client()
@@ -84,7 +88,9 @@ def test_a_lock_follows_no_link_and_waits_for_no_pipe(tmp_path: Path) -> None:
     assert not target.exists()
 
 
-def test_a_lock_of_another_user_in_a_folder_of_everybody_s_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_lock_of_another_user_in_a_folder_of_everybody_s_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     tmp_path.chmod(0o1777)
     (tmp_path / "lock").touch()
     monkeypatch.setattr(os, "geteuid", lambda: 12345)
@@ -100,13 +106,17 @@ def test_a_lock_is_held_until_it_is_closed(tmp_path: Path) -> None:
     os.close(places.take_lock(tmp_path / "lock", "taken"))
 
 
-def test_the_kernel_says_who_listens_and_a_stranger_is_not_believed(listening: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_kernel_says_who_listens_and_a_stranger_is_not_believed(
+    listening: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     Client(listening).close()
     with socket.socket(socket.AF_UNIX) as connection:
         connection.connect(str(listening))
         assert places.peer_uid(connection) == os.getuid()
     monkeypatch.setattr(places, "peer_uid", lambda _: 12345)
-    with pytest.raises(StateError, match="who listens there is user 12345, neither you nor root: not a daemon to rely on"):
+    with pytest.raises(
+        StateError, match="who listens there is user 12345, neither you nor root: not a daemon to rely on"
+    ):
         Client(listening)
 
 

@@ -1,4 +1,5 @@
-"""The process that reads sweeps: what comes out of it, and that what is sent to it cannot hold up or fill anything else."""
+"""The process that reads sweeps: what comes out of it, and that what is sent to it cannot hold up or fill anything
+else."""
 
 import asyncio
 import os
@@ -60,14 +61,19 @@ def test_a_sweep_is_summed_up_and_a_record_s_program_lies_in_shared_memory(sweep
 
 def test_what_does_not_fit_is_refused_in_the_same_line_as_ever(tmp_path: Path) -> None:
     (tmp_path / "wide.yaml").write_text("records: [{sine: {frequency_hz: 1, amplitude_mpa: 0.9}}]")
-    for name, said in (("wide.yaml", "wide.yaml: sine_1hz_0.90mpa: set-point p2 would be"), ("none.yaml", "no such file")):
+    for name, said in (
+        ("wide.yaml", "wide.yaml: sine_1hz_0.90mpa: set-point p2 would be"),
+        ("none.yaml", "no such file"),
+    ):
         with pytest.raises(RigError, match=said):
             asked(lambda planner, name=name: planner.check(tmp_path / name))
 
 
 def test_one_that_takes_too_long_is_killed_and_the_next_is_served(tmp_path: Path, sweep: Path) -> None:
     slow = tmp_path / "slow.yaml"
-    slow.write_text("records: [{multisine: {amplitude_mpa: 0.1, low_hz: 0.1, high_hz: 20, period_s: 100}, duration_s: 80000}]")
+    slow.write_text(
+        "records: [{multisine: {amplitude_mpa: 0.1, low_hz: 0.1, high_hz: 20, period_s: 100}, duration_s: 80000}]"
+    )
 
     async def talk(planner: Planner) -> Any:
         await planner.warm()
@@ -92,7 +98,9 @@ def test_one_that_dies_is_told_and_replaced_and_does_not_pretend_to_know_the_swe
 
 def test_the_end_of_the_daemon_waits_for_no_sweep(tmp_path: Path) -> None:
     slow = tmp_path / "slow.yaml"
-    slow.write_text("records: [{multisine: {amplitude_mpa: 0.1, low_hz: 0.1, high_hz: 20, period_s: 100}, duration_s: 80000}]")
+    slow.write_text(
+        "records: [{multisine: {amplitude_mpa: 0.1, low_hz: 0.1, high_hz: 20, period_s: 100}, duration_s: 80000}]"
+    )
 
     async def talk(planner: Planner) -> float:
         await planner.warm()

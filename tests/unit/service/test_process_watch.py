@@ -174,7 +174,9 @@ def test_a_device_out_of_reach_is_tried_for_as_long_as_it_takes(bench: Bench) ->
     until(watch, lambda: watch.safe.outcome is Outcome.SEEN)
 
 
-def test_an_emergency_stop_that_the_device_did_not_take_is_refused(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_emergency_stop_that_the_device_did_not_take_is_refused(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("rig.service.keeper.ESTOP_PATIENCE_S", 0.3)
     bench.unreachable = True
     bench.loop.send(signal.SIGSTOP)

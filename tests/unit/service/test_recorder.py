@@ -1,4 +1,5 @@
-"""The recorder: which samples go into which file, what it says of them, and what it does when the disk or the loop fails."""
+"""The recorder: which samples go into which file, what it says of them, and what it does when the disk or the loop
+fails."""
 
 import multiprocessing
 import os
@@ -48,7 +49,9 @@ def order(folder: Path, run: int = 1, sweep_ticks: int = 10) -> RunOrder:
     return RunOrder(run, folder / f"run{run}.mcap", facts, {"rig.yaml": b"name: x\n"}, sweep_ticks, WALL_NS)
 
 
-def recorded(ring: Ring, samples: list[Sample], *orders: RunOrder, troubles: list[Trouble] | None = None) -> list[RunResult]:
+def recorded(
+    ring: Ring, samples: list[Sample], *orders: RunOrder, troubles: list[Trouble] | None = None
+) -> list[RunResult]:
     """What a recorder makes of `samples`, which are in the ring before it begins."""
     writer = RingWriter(ring, 1)
     for item in samples:
@@ -65,12 +68,18 @@ def recorded(ring: Ring, samples: list[Sample], *orders: RunOrder, troubles: lis
             found.append(results_in.recv())
         except EOFError:
             return [
-                word for word in found if not (isinstance(word, Trouble) and (troubles is None or troubles.append(word) is None))
+                word
+                for word in found
+                if not (isinstance(word, Trouble) and (troubles is None or troubles.append(word) is None))
             ]
 
 
 def test_a_run_goes_into_its_file_as_it_is(ring: Ring, tmp_path: Path) -> None:
-    mine = [sample(t, 1, Phase.SETTLE) for t in range(3)] + [sample(t, 1) for t in range(3, 13)] + [sample(13, 1, Phase.NONE)]
+    mine = (
+        [sample(t, 1, Phase.SETTLE) for t in range(3)]
+        + [sample(t, 1) for t in range(3, 13)]
+        + [sample(13, 1, Phase.NONE)]
+    )
     (result,) = recorded(ring, [*mine, sample(14, 0, Phase.NONE)], order(tmp_path))
     assert result == RunResult(1, tmp_path / "run1.mcap", ticks=14, valid=True, complete=True, cpu_s=result.cpu_s,
                                lateness_us={"p50": 7.0, "p99": 7.0, "max": 7.0})  # fmt: skip
@@ -79,7 +88,12 @@ def test_a_run_goes_into_its_file_as_it_is(ring: Ring, tmp_path: Path) -> None:
     assert file.log_times_ns == [s.scheduled_ns + WALL_NS for s in mine]
     assert file.attachments == {"rig.yaml": b"name: x\n"}
     assert file.run["name"] == "run1"
-    assert (file.result["valid"], file.result["ticks"], file.result["missed"], file.result["dropped"]) == ("true", "14", "0", "0")
+    assert (file.result["valid"], file.result["ticks"], file.result["missed"], file.result["dropped"]) == (
+        "true",
+        "14",
+        "0",
+        "0",
+    )
     assert not list(tmp_path.glob("*.partial"))
 
 

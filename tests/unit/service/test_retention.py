@@ -36,7 +36,9 @@ class Desk:
 
     def retention(self, keep_bytes: int | None = None, keep_days: float | None = None) -> Retention:
         keep_s = None if keep_days is None else keep_days * DAY_S
-        return Retention(self.ledger, Policy(keep_bytes, keep_s), wall_s=lambda: self.wall_s, clock_s=lambda: self.clock_s)
+        return Retention(
+            self.ledger, Policy(keep_bytes, keep_s), wall_s=lambda: self.wall_s, clock_s=lambda: self.clock_s
+        )
 
     def gone(self, retention: Retention) -> list[str]:
         """What goes once everything has been announced for long enough."""
@@ -99,7 +101,9 @@ def test_a_record_that_is_the_last_one_left_of_its_session_stays(desk: Desk) -> 
     assert first.exists()
 
 
-@pytest.mark.parametrize("name", ["thesis.mcap", "2019/wrist.mcap", "a/blackbox.mcap", "a/cut.mcap.partial", "notes.txt"])
+@pytest.mark.parametrize(
+    "name", ["thesis.mcap", "2019/wrist.mcap", "a/blackbox.mcap", "a/cut.mcap.partial", "notes.txt"]
+)
 def test_what_the_daemon_did_not_record_is_never_touched(desk: Desk, name: str) -> None:
     foreign = desk.record(name, 3000.0, own=False)
     for number in (1, 2):

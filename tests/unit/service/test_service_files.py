@@ -1,4 +1,5 @@
-"""What is installed and opened beside the daemon: unit file, System V script, settings, Foxglove layout, notifications, the picture."""
+"""What is installed and opened beside the daemon: unit file, System V script, settings, Foxglove layout, notifications,
+the picture."""
 
 import json
 import shutil
@@ -236,12 +237,15 @@ def test_each_asker_gets_each_sample_once(ring: Ring) -> None:
 
 def status(**changed: Any) -> dict[str, Any]:
     loop = {
-        "tick": 7, "missed": 2, "ring_fill": 0.01, "p1_cmd_mpa": 0.3, "p2_cmd_mpa": 0.1, "p1_mpa": 0.29, "p2_mpa": None, "angle_deg": 12.5,
+        "tick": 7, "missed": 2, "ring_fill": 0.01, "p1_cmd_mpa": 0.3, "p2_cmd_mpa": 0.1, "p1_mpa": 0.29, "p2_mpa": None,
+        "angle_deg": 12.5,
         "lateness_us": {"p50": 20, "p99": 50, "max": 100, "edges_us": [10, 20], "histogram": [1, 100, 0]},
     }  # fmt: skip
     whole = {
-        "rig": "simulated", "state": "running", "session": "ab", "uptime_s": 1.0, "fault": None, "pause_s": 0.0, "queue": [], "left_s": 5.0,
-        "record": {"name": "sine", "done": 0.5, "left_s": 5.0}, "working": True, "loop": loop, "disk_free_gb": 3.0, "logs": "/logs",
+        "rig": "simulated", "state": "running", "session": "ab", "uptime_s": 1.0, "fault": None, "pause_s": 0.0,
+        "queue": [], "left_s": 5.0,
+        "record": {"name": "sine", "done": 0.5, "left_s": 5.0}, "working": True, "loop": loop, "disk_free_gb": 3.0,
+        "logs": "/logs",
         "processes": {"recorder": {"pid": 1, "alive": False}}, "realtime": {"fifo": "denied: no"},
     }  # fmt: skip
     return whole | changed

@@ -1,6 +1,7 @@
 """A device from outside: a joint on two springs, for want of real terminals in an example.
 
-What the loop may rely on is written at `rig.interfaces.Device`; `tests/contract` in pamrig's repository holds a device to it.
+What the loop may rely on is written at `rig.interfaces.Device`; `tests/contract` in pamrig's repository holds a device
+to it.
 """
 
 from collections.abc import Mapping
@@ -38,7 +39,9 @@ class SpringRig:
         if not self._open:
             raise DeviceError("spring_rig: read before open")
         p1, p2 = self._pressures
-        return Measurement(p1_mpa=p1, p2_mpa=p2, angle_deg=self._gain * (p1 - p2), p1_raw=p1, p2_raw=p2, angle_raw=p1 - p2)
+        return Measurement(
+            p1_mpa=p1, p2_mpa=p2, angle_deg=self._gain * (p1 - p2), p1_raw=p1, p2_raw=p2, angle_raw=p1 - p2
+        )
 
     def write(self, p1_cmd_mpa: float, p2_cmd_mpa: float) -> None:
         if not self._open:
