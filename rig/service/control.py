@@ -82,7 +82,9 @@ class Server:
         """TCP, only for looking and only with `token`; returns the port."""
         self._token = token.encode()
         try:
-            listening = socket.create_server((host, port), backlog=BACKLOG)
+            found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
+            family, _, _, _, address = found[0]
+            listening = socket.create_server(address[:2], family=family, backlog=BACKLOG)
         except OSError as error:
             raise StateError(f"{host}:{port}: cannot listen there: {error.strerror}") from None
         self._listeners.append(Listener(listening, self._serve_viewer, self._ration, lambda *_: False))

@@ -124,6 +124,29 @@ def test_viewers_without_a_token_set_see_nothing(tmp_path: Path) -> None:
     with_server(talk)
 
 
+@pytest.mark.parametrize("host", ["127.0.0.1", "localhost", "::1"])
+def test_viewers_are_served_at_any_kind_of_address(host: str) -> None:
+    async def talk(server: Server) -> None:
+        try:
+            port = await server.listen_for_viewers(host, 0, TOKEN)
+        except StateError:
+            pytest.skip(f"this machine has no {host}")
+        reader, writer = await asyncio.open_connection(host, port)
+        writer.write(protocol.encode({"id": 1, "command": "status", "token": TOKEN}))
+        assert json.loads(await reader.readline())["ok"]
+        writer.close()
+
+    with_server(talk)
+
+
+def test_a_place_that_nobody_has_is_one_line() -> None:
+    async def talk(server: Server) -> None:
+        with pytest.raises(StateError, match=r"no\.such\.host\.invalid:0: cannot listen there: "):
+            await server.listen_for_viewers("no.such.host.invalid", 0, TOKEN)
+
+    with_server(talk)
+
+
 def test_a_subscriber_that_does_not_read_is_not_waited_for(tmp_path: Path) -> None:
     async def talk(server: Server) -> None:
         heavy = Server(handle, lambda cursor: {"filling": "x" * 100_000})
