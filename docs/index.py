@@ -11,6 +11,8 @@ SECTIONS = {
     "explanation": "Explanations",
     "decisions": "Decisions, and why",
 }
+FIRST = ("first_sweep", "diagnose_practice", "real_joint", "diagnose_real_joint")
+"""Tutorials in the order in which a newcomer needs them; the other pages stand by the alphabet."""
 _BEGIN, _END = "<!-- index -->\n", "<!-- end index -->\n"
 
 
@@ -19,11 +21,16 @@ def title(page: Path) -> str:
     return next(line[2:] for line in page.read_text(encoding="utf-8").splitlines() if line.startswith("# "))
 
 
+def place(name: str) -> int:
+    """Where a page stands before the alphabet decides."""
+    return FIRST.index(name) if name in FIRST else len(FIRST)
+
+
 def index() -> str:
     """All sections that hold pages."""
     parts = []
     for folder, heading in SECTIONS.items():
-        found = sorted((DOCS / folder).glob("*.md"))
+        found = sorted((DOCS / folder).glob("*.md"), key=lambda page: (place(page.stem), page.name))
         if found:
             lines = "".join(f"- [{title(page)}]({folder}/{page.name})\n" for page in found)
             parts.append(f"## {heading}\n\n{lines}")
