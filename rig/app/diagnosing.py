@@ -3,6 +3,7 @@ whichever process."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -31,6 +32,8 @@ class DiagnosisOptions:
     effects: tuple[str, ...] = ()
     reference: str = "auto"
     retuned_to: Path | None = None
+    command: str = ""
+    """The command line, for the report."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +79,7 @@ def diagnose_case(
         library=library,
         reference=options.reference,
     )
-    _write(options, case, model, diagnosis, grounds)
+    _write(options, case, model, diagnosis, grounds, _origin(options, case, records, days))
     return case, diagnosis
 
 
@@ -102,7 +105,12 @@ def _read(paths: Sequence[Path]) -> "list[Record]":
 
 
 def _write(
-    options: DiagnosisOptions, case: Case, model: "Model", diagnosis: "Diagnosis", grounds: "Findings | Grounds"
+    options: DiagnosisOptions,
+    case: Case,
+    model: "Model",
+    diagnosis: "Diagnosis",
+    grounds: "Findings | Grounds",
+    origin: Mapping[str, str],
 ) -> None:
     def place(path: Path) -> Path:
         return place_of(path, case.name)
@@ -110,7 +118,7 @@ def _write(
     if options.html_to:
         from rig.report.page import write_page
 
-        write_page(place(options.html_to), diagnosis, grounds, model)
+        write_page(place(options.html_to), diagnosis, grounds, model, origin)
     if options.augmented_to:
         from rig.gap.answer.augment import augmented
         from rig.model.parameters import save_model
@@ -150,6 +158,26 @@ def without_next(options: DiagnosisOptions, results: "Mapping[str | None, Diagno
             old = "; what lies there is from before" if place.exists() else ""
             whose = f" for {name}" if name else ""
             yield f"no next experiment{whose}: no sweep is known that would tell more; {place} was not written{old}"
+
+
+def _origin(options: DiagnosisOptions, case: Case, records: "Sequence[Record]", sessions: Sequence[Session]) -> dict[str, str]:
+    """Whose the answer is: what the report says of where it comes from."""
+    from importlib.metadata import version
+
+    shown = [*records, *(record for day in sessions for record in day.records)]
+    begun = sorted(float(record.facts["started_ns"]) for record in shown if record.facts.get("started_ns"))
+    days = [datetime.fromtimestamp(1e-9 * at, UTC).strftime("%Y-%m-%d") for at in begun]
+    rigs = sorted({str(record.facts["rig"]) for record in shown if record.facts.get("rig")})
+    told = {
+        "Rig": ", ".join(rigs),
+        "Recorded on": " to ".join(dict.fromkeys([*days[:1], *days[-1:]])),
+        "Records": ", ".join(map(str, case.logs)),
+        "Earlier days": ", ".join(str(day.path) for day in sessions),
+        "Simulator": str(options.model),
+        "Program": f"pamrig {version('pamrig')}",
+        "Command": options.command,
+    }
+    return {name: text for name, text in told.items() if text}
 
 
 def report(results: "Mapping[str | None, Diagnosis]", days: Sequence[Session] = ()) -> dict[str, object]:

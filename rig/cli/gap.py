@@ -1,5 +1,7 @@
 """`pamrig gap`: diagnose the gap between simulator and rig, list the effects, and the blind check."""
 
+import shlex
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -105,11 +107,9 @@ def diagnose(
     )
 
     check_effects(options["effects"])
-    chosen, cases = DiagnosisOptions(**options), cases_of(logs)
+    chosen, cases = DiagnosisOptions(**options, command=shlex.join(["pamrig", *sys.argv[1:]])), cases_of(logs)
     check_apart(logs, chosen.baselines)
     days = read_sessions(chosen.baselines)
-    for line in described(days):
-        console(json_to).print(line)
     if len(cases) == 1:
         with progress("diagnosing"):
             made = [diagnose_case(chosen, cases[0], days)]
@@ -119,7 +119,7 @@ def diagnose(
     results = {case.name: results[case.name] for case in cases}
     for name, diagnosis in results.items():
         _show(diagnosis, name, json_to)
-    for line in without_next(chosen, results):
+    for line in (*described(days), *without_next(chosen, results)):
         console(json_to).print(line)
     write_overview(chosen, results, days)
     emit(report(results, days), json_to)
@@ -199,13 +199,18 @@ def effects(json_to: str | None) -> None:
 
 def _show(diagnosis: "Diagnosis", name: str | None, json_to: str | None) -> None:
     """The summary for a person."""
-    from rig.gap.answer.words import answers
+    from rig.gap.answer.words import answers, chain_rows
 
     out = console(json_to)
     if name:
         out.print(name, style="bold")
     for question, answer in answers(diagnosis).items():
         out.print(styled((question, "bold"), f"  {answer}"))
+    if rows := chain_rows(diagnosis):
+        stages = listing("stage", "share of the gap", "found there")
+        for row in rows:
+            stages.add_row(*row)
+        out.print(stages)
     if diagnosis.ranking:
         table = listing("alone", "stage", "judged on", "explains", "probability")
         for line in diagnosis.ranking[:6]:

@@ -5,12 +5,13 @@ which names more there. docs/decisions/0520 has the figures.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from rig.gap.answer.result import Diagnosis
 from rig.gap.days.diagnosis import diagnose_days
 from rig.gap.days.findings import Findings
 from rig.gap.pipeline import Grounds, Question, answer
-from rig.gap.reference.build import AUTO, Kind, choose
+from rig.gap.reference.build import AUTO, Kind, because, choose
 from rig.model.parameters import Model
 from rig.record import Record
 
@@ -48,7 +49,10 @@ def diagnose_with_grounds(
 ) -> tuple[Diagnosis, Findings | Grounds]:
     """`diagnose`, with what the answer rests on."""
     kind = choose(reference, model, len(baselines))
-    if kind is Kind.SESSIONS:
-        return diagnose_days(model, records, baselines, pressures=pressures, library=library)
     sister = reference == Kind.SIMULATOR
-    return answer(Question(model, records, list(baselines), kind, sister, pressures, library))
+    said, grounds = (
+        diagnose_days(model, records, baselines, pressures=pressures, library=library)
+        if kind is Kind.SESSIONS
+        else answer(Question(model, records, list(baselines), kind, sister, pressures, library))
+    )
+    return replace(said, reference_because=because(reference, kind, model, len(baselines))), grounds

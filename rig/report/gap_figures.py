@@ -12,6 +12,7 @@ import numpy as np
 
 from rig.gap.answer.augment import remaining_gap
 from rig.gap.answer.result import Diagnosis
+from rig.gap.answer.words import chain_rows
 from rig.gap.days.engine import overall_gap
 from rig.gap.days.findings import Findings
 from rig.gap.pipeline import Grounds
@@ -24,27 +25,36 @@ if TYPE_CHECKING:
 MEASURED, BEFORE, AFTER, FLOOR = "0.2", "#d55e00", "#0072b2", "0.55"
 POINTS = 700
 """A line gets at most this many points: the page stays small."""
+NARROWER = 0.8
+"""Of the widths that figures were drawn for: on a phone the letters stay large enough."""
+VISIBLE = 0.02
+"""Share of the motion below which two curves lie on one another, and a picture of both shows nothing."""
 
 
 def figures(diagnosis: Diagnosis, findings: Findings | Grounds) -> list[tuple[str, str]]:
     """(caption, SVG) of every figure, in the order of the page."""
     before = overall_gap(findings.prepared, [])
-    after = remaining_gap(findings.simulator, diagnosis.added, findings.prepared)
+    after = remaining_gap(findings.simulator, diagnosis.added, findings.prepared) if diagnosis.added else None
     top = int(np.argmax([float(np.mean(gap**2)) for gap in before]))
-    drawn: list[tuple[str, Callable[[], Figure]]] = [
+    left = ", and what is left of it" if after else ""
+    drawn: list[tuple[str, Callable[[], Figure]]] = []
+    if diagnosis.causes:
+        drawn.append(
+            ("The chain from the command to the sensor, with the share of the gap at each stage", lambda: _chain(diagnosis))
+        )
+    drawn += [
         (
-            "Angle over time in the record with the largest gap, and what is left of it",
+            f"Residual and angle over time in the record with the largest gap{left}",
             lambda: _over_time(findings, before, after, top),
         ),
-        (
-            "Loops of the same record: angle against the commanded difference of pressures",
-            lambda: _loops(findings, before, after, top),
-        ),
+        ("Gap of each record", lambda: _records(diagnosis, after is not None)),
         ("Residual over frequency, all records together", lambda: _spectrum(findings, before, after)),
-        ("Gap of each record before and after the causes are added", lambda: _records(diagnosis)),
         ("Where in the motion the gap lies: mean residual by phase and by angle", lambda: _regions(diagnosis)),
     ]
-    if diagnosis.ranking:
+    if _visible(findings, before[top], top):
+        caption = "Loops of the record with the largest gap: angle against the commanded difference of pressures"
+        drawn.append((caption, lambda: _loops(findings, before, after, top)))
+    if diagnosis.ranking and diagnosis.verdict != "none":
         drawn.append(("Ranking: what each effect explains, and how probable it is", lambda: _ranking(diagnosis)))
     return [(caption, _svg(draw())) for caption, draw in drawn]
 
@@ -52,7 +62,7 @@ def figures(diagnosis: Diagnosis, findings: Findings | Grounds) -> list[tuple[st
 def _figure(width: float, height: float) -> "Figure":
     from matplotlib.figure import Figure
 
-    return Figure(figsize=(width, height), layout="constrained")
+    return Figure(figsize=(NARROWER * width, height), layout="constrained")
 
 
 def _svg(figure: "Figure") -> str:
@@ -80,54 +90,78 @@ def _window(findings: Findings | Grounds, index: int) -> slice:
     return slice(start, start + rows)
 
 
-def _over_time(findings: Findings | Grounds, before: Sequence[Column], after: Sequence[Column], index: int) -> "Figure":
-    pair, rows = findings.prepared.pairs[index], _window(findings, index)
-    figure = _figure(8.0, 4.6)
-    angle, rest = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
-    t = _thin(pair.t_s, rows)
-    measured = pair.case.angle_deg
-    angle.plot(t, _thin(measured, rows), color=MEASURED, label="measured")
-    angle.plot(t, _thin(measured - before[index], rows), color=BEFORE, linestyle="--", label="simulated before")
-    angle.plot(
-        t, _thin(measured - after[index], rows), color=AFTER, linestyle=":", linewidth=2, label="with the causes"
-    )
-    angle.set_ylabel("angle [deg]")
-    angle.set_title(pair.name, fontsize=10)
-    angle.legend(fontsize=8, ncols=3, loc="upper right")
-    rest.plot(t, _thin(before[index], rows), color=BEFORE, linestyle="--")
-    rest.plot(t, _thin(after[index], rows), color=AFTER)
-    _zero(rest)
-    rest.set_ylabel("residual [deg]")
-    rest.set_xlabel("time [s]")
+def _visible(findings: Findings | Grounds, gap: Column, index: int) -> bool:
+    """Whether measured and simulated angle lie apart by more than a line's width."""
+    angle = findings.prepared.pairs[index].case.angle_deg
+    return float(np.std(gap)) > VISIBLE * float(np.ptp(angle))
+
+
+def _chain(diagnosis: Diagnosis) -> "Figure":
+    """Boxes from the command to the sensor: the fuller, the larger the share of the gap."""
+    from matplotlib.patches import Rectangle
+
+    figure = _figure(8.0, 1.7)
+    axes = figure.subplots()
+    for place, (stage, share, found) in enumerate(chain_rows(diagnosis)):
+        part = diagnosis.where["chain"][place]["share"]
+        axes.add_patch(Rectangle((place, 0.0), 0.8, part, color=BEFORE, alpha=0.45))
+        axes.add_patch(Rectangle((place, 0.0), 0.8, 1.0, fill=False, edgecolor=MEASURED, linewidth=1.2))
+        axes.text(place + 0.4, 0.68, stage, ha="center", fontsize=11, weight="bold")
+        axes.text(place + 0.4, 0.3, share, ha="center", fontsize=11)
+        axes.text(place + 0.4, -0.1, found.replace(", ", "\n"), ha="center", va="top", fontsize=8)
+        if place:
+            axes.annotate("", (place, 0.5), (place - 0.2, 0.5), arrowprops={"arrowstyle": "->", "color": MEASURED})
+    axes.set_xlim(-0.05, 4.85)
+    axes.set_ylim(-0.5, 1.05)
+    axes.set_axis_off()
     return figure
 
 
-def _loops(findings: Findings | Grounds, before: Sequence[Column], after: Sequence[Column], index: int) -> "Figure":
+def _over_time(findings: Findings | Grounds, before: Sequence[Column], after: Sequence[Column] | None, index: int) -> "Figure":
     pair, rows = findings.prepared.pairs[index], _window(findings, index)
+    figure = _figure(8.0, 4.6)
+    rest, angle = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+    t, measured = _thin(pair.t_s, rows), pair.case.angle_deg
+    rest.plot(t, _thin(before[index], rows), color=BEFORE, linestyle="--", label="before")
+    angle.plot(t, _thin(measured, rows), color=MEASURED, label="measured")
+    angle.plot(t, _thin(measured - before[index], rows), color=BEFORE, linestyle="--", label="simulated before")
+    if after is not None:
+        rest.plot(t, _thin(after[index], rows), color=AFTER, label="with the causes")
+        angle.plot(t, _thin(measured - after[index], rows), color=AFTER, linestyle=":", linewidth=2, label="with the causes")
+    _zero(rest)
+    rest.set_ylabel("residual [deg]")
+    rest.set_title(pair.name, fontsize=10)
+    angle.set_ylabel("angle [deg]")
+    angle.set_xlabel("time [s]")
+    for axes in (rest, angle):
+        axes.legend(fontsize=8, ncols=3, loc="upper right")
+    return figure
+
+
+def _loops(findings: Findings | Grounds, before: Sequence[Column], after: Sequence[Column] | None, index: int) -> "Figure":
+    pair, rows = findings.prepared.pairs[index], _window(findings, index)
+    drawn = [(before[index], BEFORE, "before")] + ([] if after is None else [(after[index], AFTER, "with the causes")])
     figure = _figure(8.0, 3.6)
-    left, right = figure.subplots(1, 2, sharey=True)
-    command = _thin(pair.u1_mpa - pair.u2_mpa, rows)
-    measured = pair.case.angle_deg
-    for axes, gap, color, title in (
-        (left, before[index], BEFORE, "before"),
-        (right, after[index], AFTER, "with the causes"),
-    ):
+    command, measured = _thin(pair.u1_mpa - pair.u2_mpa, rows), pair.case.angle_deg
+    places = figure.subplots(1, len(drawn), sharey=True, squeeze=False)[0]
+    for axes, (gap, color, title) in zip(places, drawn, strict=True):
         axes.plot(command, _thin(measured, rows), color=MEASURED, label="measured")
         axes.plot(command, _thin(measured - gap, rows), color=color, linestyle="--", label="simulated")
         axes.set_title(title, fontsize=10)
         axes.set_xlabel("p1 - p2 commanded [MPa]")
         axes.legend(fontsize=8)
-    left.set_ylabel("angle [deg]")
+    places[0].set_ylabel("angle [deg]")
     return figure
 
 
-def _spectrum(findings: Findings | Grounds, before: Sequence[Column], after: Sequence[Column]) -> "Figure":
+def _spectrum(findings: Findings | Grounds, before: Sequence[Column], after: Sequence[Column] | None) -> "Figure":
     from scipy.signal import welch
 
     figure = _figure(8.0, 3.2)
     axes = figure.subplots()
     pairs = findings.prepared.pairs
-    for gaps, color, style, name in ((before, BEFORE, "--", "before"), (after, AFTER, "-", "with the causes")):
+    curves = [(before, BEFORE, "--", "before")] + ([] if after is None else [(after, AFTER, "-", "with the causes")])
+    for gaps, color, style, name in curves:
         parts = [
             welch(gap, 1.0 / pair.dt_s, nperseg=min(len(gap), round(8.0 / pair.dt_s)))
             for pair, gap in zip(pairs, gaps, strict=True)
@@ -145,16 +179,15 @@ def _spectrum(findings: Findings | Grounds, before: Sequence[Column], after: Seq
     return figure
 
 
-def _records(diagnosis: Diagnosis) -> "Figure":
+def _records(diagnosis: Diagnosis, added: bool) -> "Figure":
     lines = diagnosis.evidence["records"][:20]
     figure = _figure(8.0, 1.0 + 0.4 * len(lines))
     axes = figure.subplots()
     rows = np.arange(len(lines))
     axes.barh(rows + 0.2, [line["gap_before_deg"] for line in lines], 0.38, color=BEFORE, label="before")
-    axes.barh(
-        rows - 0.2, [line["gap_after_deg"] for line in lines], 0.38, color=AFTER, hatch="//", label="with the causes"
-    )
-    axes.axvline(diagnosis.gap["floor_deg"], color=FLOOR, linestyle=":", label="floor")
+    if added:
+        axes.barh(rows - 0.2, [line["gap_after_deg"] for line in lines], 0.38, color=AFTER, hatch="//", label="with the causes")
+    axes.axvline(diagnosis.gap["floor_deg"], color=FLOOR, linestyle=":", label="usual")
     axes.set_yticks(rows, [line["record"] for line in lines], fontsize=8)
     axes.invert_yaxis()
     axes.set_xlabel("gap [deg rms]")
@@ -179,10 +212,7 @@ def _regions(diagnosis: Diagnosis) -> "Figure":
         )
         axes.set_xticks(rows, [f"{_short(line[name])}\n{100 * line['share']:.0f} %" for line in lines], fontsize=7)
         _zero(axes)
-        axes.set_title(
-            f"by {name + (' [deg]' if name == 'angle' else '')}: mean, bars are rms; below: share of the gap",
-            fontsize=8,
-        )
+        axes.set_title(f"by {name + (' [deg]' if name == 'angle' else '')}: mean, rms, share of the gap", fontsize=8)
         axes.set_ylabel("residual [deg]")
     return figure
 
@@ -199,7 +229,7 @@ def _ranking(diagnosis: Diagnosis) -> "Figure":
     axes.set_yticks(rows, [f"{line.effect} ({line.side})" for line in lines], fontsize=8)
     axes.set_xlim(0.0, 1.25)
     axes.set_ylim(len(lines) - 0.4, -1.4)
-    axes.set_xlabel("explained fraction of its side's gap")
+    axes.set_xlabel("share that it explains of what it was judged on")
     return figure
 
 

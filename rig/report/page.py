@@ -1,5 +1,6 @@
 """The report of a diagnosis: one self-contained HTML page that opens offline, on a phone and in print."""
 
+from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
 from typing import Final
@@ -7,7 +8,7 @@ from typing import Final
 import jinja2
 
 from rig.gap.answer.result import Diagnosis
-from rig.gap.answer.words import SOURCES, answers
+from rig.gap.answer.words import FROM_MODEL, SOURCES, answers, chain_rows
 from rig.gap.days.findings import Findings
 from rig.gap.pipeline import Grounds
 from rig.model.parameters import Model
@@ -21,20 +22,27 @@ MODES: Final = {
 """Names of the modes in the order of rig.gap.days.floor's columns."""
 
 
-def write_page(path: Path, diagnosis: Diagnosis, findings: Findings | Grounds, model: Model) -> None:
-    """Write the page; RigError when the file cannot be written."""
-    write_text(path, page(diagnosis, findings, model), Kind.PAGE)
+def write_page(
+    path: Path, diagnosis: Diagnosis, findings: Findings | Grounds, model: Model, origin: Mapping[str, str] | None = None
+) -> None:
+    """Write the page, with whose it is (`origin`: rig, dates, files, command); RigError when the file cannot be written."""
+    write_text(path, page(diagnosis, findings, model, origin), Kind.PAGE)
 
 
-def page(diagnosis: Diagnosis, findings: Findings | Grounds, model: Model) -> str:
+def page(diagnosis: Diagnosis, findings: Findings | Grounds, model: Model, origin: Mapping[str, str] | None = None) -> str:
     """The page as text."""
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     template = environment.from_string(files("rig.report").joinpath("gap_page.html.jinja").read_text(encoding="utf-8"))
+    told = {question.rstrip(":"): answer for question, answer in answers(diagnosis).items()}
     return template.render(
-        answers={question.rstrip(":"): answer for question, answer in answers(diagnosis).items()},
+        title="What does the simulator lack?" if diagnosis.reference in FROM_MODEL else "What has changed on the rig?",
+        headline=told.pop("Answer"),
+        answers=told,
+        origin=origin or {},
         diagnosis=diagnosis,
+        chain=chain_rows(diagnosis),
         modes=MODES,
         figures=figures(diagnosis, findings),
         assumed=_assumed(diagnosis, findings, model),
@@ -44,10 +52,13 @@ def page(diagnosis: Diagnosis, findings: Findings | Grounds, model: Model) -> st
 def _assumed(diagnosis: Diagnosis, findings: Findings | Grounds, model: Model) -> list[str]:
     """What the answers rest on."""
     nominal, sessions = findings.prepared.nominal, diagnosis.evidence["sessions"]
+    used = diagnosis.evidence["pressures_used"]
     told = [
-        f"The healthy rig is {'the mean of ' + str(sessions) + ' baseline sessions' if sessions else 'the model alone'}; the floor comes from {SOURCES[diagnosis.gap['floor_source']]}.",  # noqa: E501
-        f"Pressures were {'used: each valve is judged on its own monitor' if diagnosis.evidence['pressures_used'] else 'not used: only the angle was judged'}.",  # noqa: E501
-        f"P0 is {nominal.p0_mpa:.3g} MPa; regulators answer in {1e3 * nominal.tau0_s:.0f} ms; the description of muscles and joint misses {nominal.misfit_deg:.2g} deg rms of the baseline and is used in differences only.",  # noqa: E501
+        f"What is expected is {'the mean of ' + str(sessions) + ' earlier days' if sessions else 'what the model says'}; "
+        f"what is usual comes from {SOURCES[diagnosis.gap['floor_source']]}.",
+        f"Pressures were {'used: each valve is judged on its own monitor' if used else 'not used: only the angle was judged'}.",
+        f"P0 is {nominal.p0_mpa:.3g} MPa; regulators answer in {1e3 * nominal.tau0_s:.0f} ms; the description of muscles and joint misses "
+        f"{nominal.misfit_deg:.2g} deg rms of what is expected and is used in differences only.",
         f"The model ({model.muscle.kind}, driven by {model.muscle.input.value}) was not tuned to these records.",
     ]
     return [*told, *diagnosis.notes]

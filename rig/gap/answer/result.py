@@ -95,6 +95,8 @@ class Diagnosis:
     """sessions, session, fingerprint or simulator: what stood for the rig without a gap."""
     retuning: dict[str, Any] | None = None
     """What re-tuning the simulator's own parameters would close, and which moved."""
+    reference_because: str = ""
+    """How the reference was chosen."""
 
     @property
     def added(self) -> list[Applied]:
@@ -107,6 +109,7 @@ class Diagnosis:
         return {
             "verdict": self.verdict,
             "reference": self.reference,
+            "reference_because": self.reference_because,
             "confidence": self.confidence,
             "gap": self.gap,
             "retuning": self.retuning,

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rig.gap.answer.augment import remaining_gap
+from rig.gap.answer.chain import STAGES, chain
 from rig.gap.answer.held_out import HowFar
 from rig.gap.answer.next_experiment import recommend
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Ranked
@@ -26,7 +27,6 @@ from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.parameters import Model
 from rig.record import Column
 
-STAGES = ("timing", "valve", "muscle", "joint", "sensor")
 ABOVE = 1.2
 """A gap counts as above the floor from this ratio on; below it, what is explained is counted from zero."""
 SPOILT = 1.02
@@ -91,7 +91,7 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
         verdict,
         _confidence(told, marks),
         gap,
-        _where(told, causes, gaps),
+        _where(told, causes, gaps, far.after_deg if kept else before, floor),
         causes,
         _ranking(told, marks),
         _next(told, floor),
@@ -223,13 +223,13 @@ def _confidence(told: Told, marks: Sequence[Cause]) -> float:
     return float(np.prod([*chances, *(mark.confidence for mark in marks)]))
 
 
-def _where(told: Told, causes: Sequence[Cause], gaps: Sequence[Column]) -> dict[str, object]:
+def _where(told: Told, causes: Sequence[Cause], gaps: Sequence[Column], left_deg: float, floor_deg: float) -> dict[str, object]:
     pairs = told.prepared.pairs
     healthy = [track.reference.angle_deg for track in told.expected.tracks]
     return {
         "stage": causes[0].stage if causes else None,
         "shares": _shares(told),
-        "chain": _chain(causes),
+        "chain": chain(causes, left_deg, floor_deg),
         "frequency": frequency_shares(pairs, gaps),
         "phase": phase_shares(pairs, healthy, gaps),
         "region": region_shares(pairs, healthy, gaps),
@@ -247,22 +247,6 @@ def _shares(told: Told) -> dict[str, float]:
     behind = [pair.case.angle_deg - base for pair, base in zip(pairs, expected.base, strict=True)]
     ahead, after = rms_of(through, pairs) ** 2, rms_of(behind, pairs) ** 2
     return {"valve": ahead / max(ahead + after, 1e-12), "downstream": after / max(ahead + after, 1e-12)}
-
-
-def _chain(causes: Sequence[Cause]) -> list[dict[str, object]]:
-    """Every stage in the order of the chain with what was found there, and the share of what the causes close."""
-    closed = dict.fromkeys(STAGES, 0.0)
-    for cause in causes:
-        closed[cause.stage] += max(cause.gap_before_deg**2 - cause.gap_after_deg**2, 0.0)
-    total = max(sum(closed.values()), 1e-12)
-    return [
-        {
-            "stage": stage,
-            "effects": [cause.effect for cause in causes if cause.stage == stage],
-            "share": closed[stage] / total,
-        }
-        for stage in STAGES
-    ]
 
 
 def _ranking(told: Told, marks: Sequence[Cause]) -> list[Ranked]:

@@ -1,21 +1,29 @@
-"""The answers in a sentence each, for the terminal and the page. No number is computed here."""
+"""The answer in sentences for somebody at the rig, for the terminal and the page. No number is computed here.
 
-from rig.gap.answer.result import Cause, Diagnosis
+What each effect is called and means on the rig stands in `rig.gap.answer.on_the_rig`; what may not be said together in
+`rig.gap.answer.consistency`.
+"""
+
+from rig.gap.answer.chain import NAMES
+from rig.gap.answer.on_the_rig import ON_THE_RIG
+from rig.gap.answer.result import Cause, Diagnosis, Interval
+from rig.gap.answer.sizes import degrees, size
 
 SOURCES = {
-    "sessions": "repeated healthy sessions",
-    "periods": "the periods of one healthy session (less sure: days differ more than periods)",
+    "sessions": "what the earlier days differ by",
+    "periods": "what the periods of one earlier day differ by (less sure: days differ more than periods)",
     "noise": "the sensor's noise (unsure: no repeats and no periods)",
-    "model": "the model's own misfit (unsure: no healthy session was given)",
+    "model": "the model's own misfit (unsure: no earlier day was given)",
+    "session": "what days of a rig usually differ by",
+    "fingerprint": "what a rig usually differs by from the description in its model file",
+    "simulator": "what a simulator usually misses of the rig that it was identified on",
+    "sister": "what a simulator usually misses of another rig of the build",
 }
 FAR = 3.0
 """Floors by which a model must miss the healthy rig for that to be worth a line."""
-NOTHING = {
-    "sessions": "no gap beyond what healthy sessions differ by",
-    "periods": "no gap beyond what the periods of one healthy session differ by",
-    "noise": "no gap beyond the sensor's noise",
-    "model": "nothing beyond what the model itself may miss, and without healthy sessions nothing smaller can be seen",
-}
+AS_MUCH = 0.05
+"""Shares of the error that differ by less than this are told as the same."""
+FROM_MODEL = ("simulator", "fingerprint")
 STAGES = {
     "timing": "in the timing",
     "valve": "in the valves",
@@ -26,83 +34,263 @@ STAGES = {
 
 
 def answers(diagnosis: Diagnosis) -> dict[str, str]:
-    """Question -> answer: verdict, where, which, how far, the model itself, what next."""
-    told = {"Verdict:": _verdict(diagnosis)}
+    """Question -> answer: what it is, how far, re-tuning, what stays, what to look at; then the evidence's first lines."""
+    told = {"Answer:": " ".join(headline(diagnosis))}
+    told |= {"Why:": _reasons(diagnosis), "Look at:": _look_at(diagnosis)} if _named(diagnosis) else {}
+    if diagnosis.retuning and diagnosis.verdict != "none":
+        told["Re-tuning:"] = _retuning(diagnosis)
+    if _named(diagnosis) or diagnosis.verdict == "unknown":
+        told["What stays:"] = _stays(diagnosis)
+    told["Compared with:"] = _reference(diagnosis)
     if diagnosis.causes:
         told["Where:"] = _where(diagnosis)
-        told["Which:"] = _which(diagnosis)
-    if any(cause.effect != "unknown" for cause in diagnosis.causes):
-        told["How far:"] = _how_far(diagnosis)
+    told["How sure:"] = _how_sure(diagnosis)
     misfit = diagnosis.evidence.get("model_misfit_deg")
     if misfit is not None and misfit > FAR * diagnosis.gap["floor_deg"]:
         told["Model:"] = (
-            f"as it stands it misses the healthy sessions by {misfit:.3g} deg rms. That is no part of the gap, which "
-            "is what changed "
-            "since; `pamrig identify` on the healthy sessions makes it smaller."
+            f"as it stands it misses the earlier days by {degrees(misfit)} deg rms. That is no part of the gap, which is what changed "
+            "since; `pamrig identify` on the earlier days makes it smaller."
         )
     if diagnosis.next_experiment:
-        names = ", ".join(diagnosis.next_experiment["separates"])
-        ratio = diagnosis.next_experiment["expected_ratio"]
+        names = " and ".join(_noun(name) for name in diagnosis.next_experiment["separates"])
         told["Next:"] = (
-            f"to tell {names} apart: {diagnosis.next_experiment['why']}. They should differ by {ratio:.1f} floors "
-            "there."
+            f"to tell {names} apart: {diagnosis.next_experiment['why']}. They should differ by "
+            f"{diagnosis.next_experiment['expected_ratio']:.1f} times the usual spread there."
         )
-    return told
+    return {question: answer for question, answer in told.items() if answer}
 
 
-def _verdict(diagnosis: Diagnosis) -> str:
-    gap = diagnosis.gap
-    size = f"the gap is {gap['rms_deg']:.3g} deg rms against a floor of {gap['floor_deg']:.3g} deg (ratio {gap['ratio']:.1f}), by {SOURCES[gap['floor_source']]}"  # noqa: E501
-    words = {
-        "none": NOTHING[gap["floor_source"]],
-        "explained": "explained",
-        "partly_explained": "partly explained",
-        "unknown": "a gap that no effect of the library explains",
-    }
-    return f"{words[diagnosis.verdict]}, confidence {diagnosis.confidence:.2f}; {size}."
+def headline(diagnosis: Diagnosis) -> list[str]:
+    """The first lines: sentences that somebody at the rig understands at once."""
+    if diagnosis.verdict == "none":
+        return [_nothing(diagnosis)]
+    named = _named(diagnosis)
+    if not named:
+        return [_unknown(diagnosis)]
+    said = [f"{_sentence(cause, diagnosis)}{_rest(diagnosis) if cause is named[-1] else ''}." for cause in named]
+    said += [text for text in (_alike(cause) for cause in named) if text]
+    return [*said, _how_far(diagnosis)]
 
 
-def _where(diagnosis: Diagnosis) -> str:
-    shares = diagnosis.where["shares"]
-    stages = dict.fromkeys(
-        [diagnosis.where["stage"], *(cause.stage for cause in diagnosis.causes if cause.effect != "unknown")]
-    )
-    text = " and ".join(STAGES[stage] for stage in stages if stage in STAGES) or "somewhere in the chain"
-    if shares:
-        text += f": {100 * shares['valve']:.0f} % of the angle gap comes through the pressures, {100 * shares['downstream']:.0f} % from behind them"  # noqa: E501
-    return text + "."
+def _named(diagnosis: Diagnosis) -> list[Cause]:
+    return [cause for cause in diagnosis.causes if cause.effect != "unknown"]
 
 
-def _which(diagnosis: Diagnosis) -> str:
-    return "; ".join(_name(cause) for cause in diagnosis.causes) + "."
+def _than(diagnosis: Diagnosis) -> str:
+    if diagnosis.reference in FROM_MODEL:
+        return "than the simulator says"
+    return "than on the earlier days" if diagnosis.reference == "sessions" else "than on the earlier day"
 
 
-def _name(cause: Cause) -> str:
-    if cause.effect == "unknown":
-        near = f" (nearest: {', '.join(cause.ambiguous_with)})" if cause.ambiguous_with else ""
-        return f"unknown, seen in the {'pressures' if cause.side == 'valve' else 'angle'}{near}"
-    numbers = ", ".join(
-        f"{name} {number.value:.3g} ({number.low:.3g} to "
-        f"{number.high:.3g}){'' if number.unit == '1' else ' ' + number.unit}"
-        for name, number in cause.parameters.items()
-        if number.high > number.low
-    )
-    doubt = f", or {' or '.join(cause.ambiguous_with)}" if cause.ambiguous_with else ""
-    return f"{cause.effect} ({cause.stage}){doubt}, confidence {cause.confidence:.2f}: {numbers}"
+def _sentence(cause: Cause, diagnosis: Diagnosis) -> str:
+    """One effect with its size, unit and sign, without a full stop."""
+    known = ON_THE_RIG.get(cause.effect)
+    numbers = {name: number for name, number in cause.parameters.items() if name != "tau0_s"}
+    try:
+        said = "" if known is None else known.says(numbers)
+    except KeyError:  # a law of another package has numbers of its own
+        said = ""
+    if not said:
+        listed = ", ".join(f"{name} {size(number, signed=True)}" for name, number in numbers.items() if number.high > number.low)
+        said = (
+            f"{cause.effect.replace('_', ' ').capitalize()} ({listed})" if listed else cause.effect.replace("_", " ").capitalize()
+        )
+    if "{than}" in said:
+        return said.replace("{than}", _than(diagnosis))
+    if diagnosis.reference in FROM_MODEL:
+        return f"{said}; the simulator does not have that"
+    return f"{said}; that was not so {_than(diagnosis).removeprefix('than ')}"
+
+
+def _rest(diagnosis: Diagnosis) -> str:
+    """Whether the named effects are all there is."""
+    if diagnosis.verdict == "partly_explained":
+        return ", and something else that the library has no name for" + _seen(diagnosis)
+    return "; nothing else is needed to explain these records"
+
+
+def _seen(diagnosis: Diagnosis) -> str:
+    sides = dict.fromkeys(_side(cause) for cause in diagnosis.causes if cause.effect == "unknown")
+    return f", seen in {' and '.join(sides)}" if sides else ""
+
+
+def _side(cause: Cause) -> str:
+    return {"valve": "the pressures", "pressures": "the pressures", "angle": "the angle"}.get(cause.side, "the raw angle")
+
+
+def _alike(cause: Cause) -> str:
+    if not cause.ambiguous_with:
+        return ""
+    return f"It may as well be {' or '.join(_noun(name) for name in cause.ambiguous_with)}: these records do not tell them apart."
+
+
+def _noun(name: str) -> str:
+    return f"{ON_THE_RIG[name].noun} ({name})" if name in ON_THE_RIG else name
+
+
+def _error(diagnosis: Diagnosis) -> str:
+    if diagnosis.reference in FROM_MODEL:
+        return "the simulator's error"
+    return "the difference from the earlier days" if diagnosis.reference == "sessions" else "the difference from the earlier day"
 
 
 def _how_far(diagnosis: Diagnosis) -> str:
     gap = diagnosis.gap
-    if all(cause.side == "signature" for cause in diagnosis.causes):
-        cause = diagnosis.causes[0]
-        return f"the unsmoothed gap falls from {cause.gap_before_deg:.3g} to {cause.gap_after_deg:.3g} deg rms."
-    if gap["explained_fraction"] < 0.0:
-        return (
-            f"not at all: with this in it the simulator would be {gap['after_deg']:.3g} instead of "
-            f"{gap['rms_deg']:.3g} deg rms off. "
-            "Something in the answer is wrong; do not use the augmented model."
-        )
+    with_it = "that" if len(_named(diagnosis)) == 1 else "these"
+    if all(cause.side in ("signature", "raw data") for cause in _named(diagnosis)):
+        return f"It lies in the single samples: the smoothed angle, {degrees(gap['rms_deg'])} deg off, is not helped by it."
+    before, after = gap["rms_deg"], gap["after_deg"]
+    if not after < before:
+        return f"It shows in the pressures; {_error(diagnosis)} in the angle, {degrees(before)} deg, hardly changes with it."
+    left, between = _after(diagnosis)
     return (
-        f"on held-out records the gap falls from {gap['rms_deg']:.3g} to {gap['after_deg']:.3g} deg rms; "
-        f"{100 * min(gap['explained_fraction'], 1.0):.0f} % of what stands above the floor is explained."
+        f"With {with_it} in it {_error(diagnosis)} falls from {degrees(before)} to {left} deg{between}, "
+        "on records that the fit has not seen."
     )
+
+
+def _after(diagnosis: Diagnosis) -> tuple[str, str]:
+    """What is left, and its interval in brackets where there is one, to the same digit."""
+    gap = diagnosis.gap
+    low, high = gap.get("after_low_deg"), gap.get("after_high_deg")
+    if low is None or high is None or not low < high:
+        return degrees(gap["after_deg"]), ""
+    left, least, most = (degrees(value, high - low) for value in (gap["after_deg"], low, high))
+    return left, f" ({least} to {most})" if least != most else ""
+
+
+def _nothing(diagnosis: Diagnosis) -> str:
+    gap = diagnosis.gap
+    size_of, usual = degrees(gap["rms_deg"]), degrees(gap["floor_deg"])
+    if diagnosis.reference in FROM_MODEL:
+        start = "The simulator says what these records show"
+        rest = f"it is {size_of} deg off (rms), and {usual} deg is {SOURCES[gap['floor_source']]}."
+    else:
+        start = f"Nothing has changed that these records show: they are as {_than(diagnosis).removeprefix('than ')}"
+        rest = f"the angle differs by {size_of} deg (rms), and {usual} deg is {SOURCES[gap['floor_source']]}."
+    if gap["rms_deg"] > gap["floor_deg"]:
+        rest += " What is above that is of the kind that may differ anyhow: offset, gain, lag and width of the loop."
+    return f"{start}; {rest}"
+
+
+def _unknown(diagnosis: Diagnosis) -> str:
+    what = "The rig does something that the simulator does not" if diagnosis.reference in FROM_MODEL else "Something has changed"
+    near = next((cause.ambiguous_with for cause in diagnosis.causes if cause.ambiguous_with), ())
+    nearest = (
+        f" The nearest, and not near enough, {'is' if len(near) == 1 else 'are'} {' and '.join(map(_noun, near))}."
+        if near
+        else ""
+    )
+    return f"{what}{_seen(diagnosis)}, and no effect of the library explains it.{nearest}"
+
+
+def _reasons(diagnosis: Diagnosis) -> str:
+    return "; ".join(ON_THE_RIG[cause.effect].reasons for cause in _named(diagnosis) if cause.effect in ON_THE_RIG)
+
+
+def _look_at(diagnosis: Diagnosis) -> str:
+    return "; ".join(ON_THE_RIG[cause.effect].look_at for cause in _named(diagnosis) if cause.effect in ON_THE_RIG)
+
+
+def _retuning(diagnosis: Diagnosis) -> str:
+    """What re-tuning the simulator's own parameters closes, which moved, and what the named effects close beyond that."""
+    tuning = diagnosis.retuning
+    assert tuning is not None
+    moved = "; ".join(_moved(one) for one in tuning["parameters"][:4])
+    said = (
+        f"fitting the simulator's own parameters again would take its error from {degrees(tuning['before_deg'])} to "
+        f"{degrees(tuning['after_deg'])} deg ({_percent(tuning['closes_fraction'])} of the mean square)"
+        + (f": {moved}." if moved else "; no valve, joint or sensor parameter moves plainly.")
+    )
+    return f"{said} {_beyond(diagnosis)}" if diagnosis.reference in FROM_MODEL and _helps(diagnosis) else said
+
+
+def _percent(fraction: float) -> str:
+    return "more than 99 %" if fraction > 0.99 else f"{100.0 * fraction:.0f} %"
+
+
+def _moved(one: dict[str, object]) -> str:
+    start, value, low, high = (float(str(one[key])) for key in ("from", "to", "low", "high"))
+    unit, half = str(one["unit"]), 0.5 * (high - low)
+    there = size(Interval(value, low, high, unit), signed=True)
+    return f"{one['name']} goes from {size(Interval(start, start - half, start + half, unit), signed=True)} to {there}"
+
+
+def _helps(diagnosis: Diagnosis) -> bool:
+    return bool(_named(diagnosis)) and diagnosis.gap["after_deg"] < diagnosis.gap["rms_deg"]
+
+
+def _beyond(diagnosis: Diagnosis) -> str:
+    """What the named effects close that re-tuning does not."""
+    gap, tuning = diagnosis.gap, diagnosis.retuning
+    assert tuning is not None
+    more = (tuning["after_deg"] ** 2 - gap["after_deg"] ** 2) / max(gap["rms_deg"] ** 2, 1e-12)
+    what = _noun(_named(diagnosis)[0].effect) if len(_named(diagnosis)) == 1 else "the effects named"
+    if abs(more) < AS_MUCH:
+        return f"That is as much as {what} closes: in these records the two look the same."
+    if more < 0.0:
+        return f"That closes more than {what} alone does: the simulator is also off in what it has."
+    return f"Beyond that, {what} closes another {100 * more:.0f} %."
+
+
+def _stays(diagnosis: Diagnosis) -> str:
+    """What is left with the named effects in it, and why."""
+    gap = diagnosis.gap
+    left, usual = gap["after_deg"], gap["floor_deg"]
+    source = SOURCES[gap["floor_source"]]
+    if left <= usual:
+        return f"{degrees(left)} deg, no more than the {degrees(usual)} deg that are {source}."
+    if diagnosis.verdict in ("unknown", "partly_explained"):
+        return f"{degrees(left)} deg, where {degrees(usual)} deg are {source}; the rest is what the library has no name for."
+    return (
+        f"{degrees(left)} deg, where {degrees(usual)} deg are {source}; the rest is how roughly the law of the effect and the "
+        "simulator's own class repeat this rig."
+    )
+
+
+def _reference(diagnosis: Diagnosis) -> str:
+    name = {
+        "sessions": "the earlier days",
+        "session": "the one earlier day",
+        "fingerprint": "the description of the rig in the model file (its fingerprint)",
+        "simulator": "the simulator itself",
+    }.get(diagnosis.reference, diagnosis.reference)
+    because = f", {diagnosis.reference_because}" if diagnosis.reference_because else ""
+    gap = diagnosis.gap
+    usual = f"{degrees(gap['floor_deg'])} deg is {SOURCES[gap['floor_source']]}"
+    return f"{name}{because}. The angle is {degrees(gap['rms_deg'])} deg rms off; {usual}."
+
+
+def _where(diagnosis: Diagnosis) -> str:
+    stages = dict.fromkeys([diagnosis.where["stage"], *(cause.stage for cause in _named(diagnosis))])
+    text = " and ".join(STAGES[stage] for stage in stages if stage in STAGES) or "somewhere in the chain"
+    return f"{text}{_pressures(diagnosis)}."
+
+
+def _pressures(diagnosis: Diagnosis) -> str:
+    """What the pressures show, where the angle by itself would show nothing."""
+    factor = diagnosis.evidence.get("factors", {}).get("pressures")
+    gap = diagnosis.gap
+    if factor is None or not factor["found"] or gap["rms_deg"] > gap["floor_deg"]:
+        return ""
+    by = Interval(factor["gap"], factor["gap"], factor["gap"], "MPa")
+    return (
+        f"; the pressures show it ({size(by)} rms off, of a course that nothing usual has), where the angle alone "
+        f"({degrees(gap['rms_deg'])} deg, {degrees(gap['floor_deg'])} deg is usual) would not"
+    )
+
+
+def chain_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
+    """(stage, share of the gap, what was found there) of every stage, for a table."""
+    lines = diagnosis.where.get("chain", []) if diagnosis.causes else []
+    found = [(line["effects"], 100.0 * line["share"]) for line in lines]
+    return [
+        (NAMES[line["stage"]], f"{share:.0f} %" if effects or share >= 0.5 else "-", ", ".join(effects) or "nothing")
+        for line, (effects, share) in zip(lines, found, strict=True)
+    ]
+
+
+def _how_sure(diagnosis: Diagnosis) -> str:
+    """The confidence as what it is: how probable it is that all of this is right."""
+    verdict = diagnosis.verdict.replace("_", " ")
+    return f"{_percent(diagnosis.confidence)} that this is right as a whole (verdict: {verdict})."

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from rig.gap.answer.augment import helping, noise_fraction, remaining_gap, tuned
+from rig.gap.answer.chain import chain
 from rig.gap.answer.next_experiment import recommend
 from rig.gap.answer.result import Cause, Diagnosis, Ranked
 from rig.gap.answer.where import frequency_shares, over_time, phase_shares, region_shares
@@ -77,6 +78,7 @@ def _told(findings: Findings) -> Diagnosis:
     where = {
         "stage": _stage(causes, valve),
         "shares": _shares(findings),
+        "chain": chain(causes, after if named else before, undriven.floor),
         "frequency": frequency_shares(prepared.pairs, gaps),
         "phase": phase_shares(prepared.pairs, healthy, gaps),
         "region": region_shares(prepared.pairs, healthy, gaps),

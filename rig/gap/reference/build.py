@@ -85,6 +85,19 @@ def choose(asked: str, model: Model | None, sessions: int) -> Kind:
     return kind
 
 
+def because(asked: str, kind: Kind, model: Model | None, sessions: int) -> str:
+    """How the reference came about, in words."""
+    if asked != AUTO:
+        made = ", made for another rig of the build or from data sheets" if kind is Kind.SIMULATOR else ""
+        return f"as --reference {asked} asks{made}"
+    if kind in (Kind.SESSIONS, Kind.SESSION):
+        return f"because {sessions} {'was' if sessions == 1 else 'were'} given by --baseline"
+    if kind is Kind.FINGERPRINT:
+        return "because the model file has one and no earlier day was given"
+    lacks = "" if model is None else " and the model file has no fingerprint"
+    return f"because no earlier day was given{lacks}; --baseline DAY shows far smaller effects"
+
+
 def expect(kind: Kind, sister: bool, model: Model | None, pairing: Pairing) -> Expected:
     """What the reference says of the records; ModelError when the model is no simulator of them."""
     if kind in (Kind.SESSIONS, Kind.SESSION):

@@ -231,7 +231,7 @@ def test_what_the_model_itself_misses_is_told_apart_from_the_gap() -> None:
     found = diagnose(model(), session(170, AddedEffect("delay", {"delay_s": 0.1})), late)
     assert found.verdict == "none"
     assert found.evidence["model_misfit_deg"] > 1.0
-    assert "misses the healthy sessions" in answers(found)["Model:"]
+    assert "misses the earlier days" in answers(found)["Model:"]
 
 
 @pytest.mark.parametrize(

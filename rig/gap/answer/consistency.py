@@ -1,0 +1,115 @@
+"""What an answer may not say at once. A pure function of its JSON, for tests and for the blind check to count.
+
+An answer contradicts itself when it names an effect whose addition closes nothing, says "explained" and that the simulator gets no
+better, reports a gap that is below the floor and by no other measure above it, puts a cause first that explains less than another, or
+states a confidence that its own notes take back.
+"""
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import Any
+
+SAME = 1.001
+"""Values closer than this are the same number."""
+RAW = ("signature", "raw data")
+"""Judged on the raw samples: no gap of the smoothed angle need close."""
+AHEAD = ("valve", "pressures")
+"""Judged on the pressures: the angle's gap need not close, the pressures' must."""
+TAKEN_BACK = ("less sure", "do not use", "is wrong")
+"""Words of notes that take back a name."""
+SURE = 0.9
+
+
+def contradictions(diagnosis: Mapping[str, Any]) -> list[str]:
+    """Every way in which a diagnosis (its JSON) contradicts itself, a line each; none when it does not."""
+    causes = list(diagnosis["causes"])
+    named = [cause for cause in causes if cause["effect"] != "unknown"]
+    unknown = [cause for cause in causes if cause["effect"] == "unknown"]
+    return [
+        *_verdict(diagnosis["verdict"], named, unknown),
+        *_closing(diagnosis, named),
+        *_floor(diagnosis, named),
+        *_order(causes),
+        *_numbers(diagnosis, causes),
+        *_taken_back(diagnosis, named),
+    ]
+
+
+def _verdict(verdict: str, named: Sequence[Any], unknown: Sequence[Any]) -> list[str]:
+    wanted = ("partly_explained" if unknown else "explained") if named else ("unknown" if unknown else "none")
+    if verdict == wanted:
+        return []
+    return [f"the verdict is {verdict}, and the causes ({len(named)} named, {len(unknown)} unknown) say {wanted}"]
+
+
+def _closing(diagnosis: Mapping[str, Any], named: Sequence[Any]) -> list[str]:
+    """Named effects close something, and so does the whole."""
+    said = [
+        f"{cause['effect']} is named and closes nothing of what it was judged on"
+        for cause in named
+        if cause["judged_on"] not in RAW and not cause["explained_fraction"] > 0.0
+    ]
+    gap = diagnosis["gap"]
+    on_angle = [cause for cause in named if cause["judged_on"] not in (*RAW, *AHEAD)]
+    if named and gap["after_deg"] > SAME * gap["rms_deg"]:
+        said.append(f"{diagnosis['verdict']}, and the simulator gets worse: {gap['rms_deg']:.3g} to {gap['after_deg']:.3g} deg")
+    if on_angle and len(on_angle) == len(named) and not gap["after_deg"] < gap["rms_deg"]:
+        said.append("effects are named on the angle, and the simulator gets no better")
+    return said
+
+
+def _floor(diagnosis: Mapping[str, Any], named: Sequence[Any]) -> list[str]:
+    """Something is found only where something stands above what is usual: the gap, or a side of it by its own measure."""
+    gap, evidence = diagnosis["gap"], diagnosis.get("evidence", {})
+    if diagnosis["verdict"] == "none" or gap["rms_deg"] > gap["floor_deg"]:
+        return []
+    sides = [*evidence.get("factors", {}).values(), *evidence.get("triggers", {}).values()]
+    marks = [mark for mark in evidence.get("signatures", []) if mark.get("found")]
+    if any(side["found"] for side in sides) or marks:
+        return []
+    return [
+        f"{diagnosis['verdict']} at a gap of {gap['rms_deg']:.3g} deg, below the usual {gap['floor_deg']:.3g} deg, by no other measure"
+    ]
+
+
+def _order(causes: Sequence[Any]) -> list[str]:
+    """Named ones first, those of the smoothed records by what they leave; `where` follows the first."""
+    names = [cause["effect"] for cause in causes]
+    said = ["an unknown stands before a named effect"] if "unknown" in names and any(
+        name != "unknown" for name in names[names.index("unknown") :]
+    ) else []  # fmt: skip
+    judged = [cause for cause in causes if cause["effect"] != "unknown" and cause["judged_on"] not in RAW]
+    for first, second in pairwise(judged):
+        if first["gap_after_deg"] > SAME * second["gap_after_deg"] and first["explained_fraction"] < second["explained_fraction"]:
+            said.append(f"{first['effect']} stands before {second['effect']} and explains less")
+    doubled = {name for name in names if name != "unknown" and names.count(name) > 1}
+    return [*said, *(f"{name} is named twice" for name in sorted(doubled))]
+
+
+def _numbers(diagnosis: Mapping[str, Any], causes: Sequence[Any]) -> list[str]:
+    """Intervals hold their values, probabilities are some, no cause is its own alternative."""
+    said = []
+    gap = diagnosis["gap"]
+    low, high = gap.get("after_low_deg"), gap.get("after_high_deg")
+    if low is not None and high is not None and not low / SAME <= gap["after_deg"] <= high * SAME:
+        said.append(f"{gap['after_deg']:.3g} deg are left, outside of {low:.3g} to {high:.3g} deg")
+    for cause in causes:
+        outside = [name for name, one in cause["parameters"].items() if not one["low"] <= one["value"] <= one["high"]]
+        said += [f"{cause['effect']}: {name} lies outside its own interval" for name in outside]
+        if cause["effect"] in cause["ambiguous_with"]:
+            said.append(f"{cause['effect']} may also be itself")
+        if not 0.0 <= cause["confidence"] <= 1.0:
+            said.append(f"{cause['effect']}: a confidence of {cause['confidence']:.3g}")
+    if causes and diagnosis["where"].get("stage") != causes[0]["stage"]:
+        said.append(f"it lies in {diagnosis['where'].get('stage')}, and the first cause in {causes[0]['stage']}")
+    return said
+
+
+def _taken_back(diagnosis: Mapping[str, Any], named: Sequence[Any]) -> list[str]:
+    """A high confidence beside a note that takes its cause back."""
+    return [
+        f"{cause['effect']} with a confidence of {cause['confidence']:.2f}, and a note takes it back: {note}"
+        for cause in named
+        for note in diagnosis["notes"]
+        if cause["effect"] in note and any(word in note for word in TAKEN_BACK) and cause["confidence"] > SURE
+    ]

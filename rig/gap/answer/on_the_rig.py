@@ -1,0 +1,176 @@
+"""Each effect of the library for somebody at the rig: its sentence with size and sign, likely reasons, and what to look at.
+
+A sentence that ends in `{than}` compares with the reference ("later than the simulator says"); one without it is something that the
+reference does not have. Effects of other packages have no line here and are told by their `looks_like`.
+"""
+
+# ruff: noqa: E501 (one line an effect reads best as a table)
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from rig.gap.answer.result import Interval
+from rig.gap.answer.sizes import share, size, sizes
+
+Numbers = Mapping[str, Interval]
+Say = Callable[[Numbers], str]
+
+
+@dataclass(frozen=True)
+class OnTheRig:
+    """An effect in the words of the rig."""
+
+    noun: str
+    """What it is called in a list of what it may also be."""
+    says: Say
+    """Fitted numbers -> its sentence, without a full stop; `{than}` where it compares with the reference."""
+    reasons: str
+    look_at: str
+
+
+def value(numbers: Numbers, name: str, usual: float = 0.0) -> float:
+    """A number of a law, or what it is where the law does not have it."""
+    return numbers[name].value if name in numbers else usual
+
+
+def _more(numbers: Numbers, name: str, more: str, less: str) -> str:
+    return more if value(numbers, name) >= 0.0 else less
+
+
+def _valves(numbers: Numbers, both: str, one: str) -> str:
+    """Whom an effect of the valves concerns, by its balance."""
+    balance = value(numbers, "balance")
+    if abs(balance) < 0.5 or abs(balance) > 1.5:
+        return both
+    return one.format(1 if balance > 0.0 else 2)
+
+
+def _valve_offset(numbers: Numbers) -> str:
+    by, up = size(numbers["offset_mpa"]), _more(numbers, "offset_mpa", "higher", "lower")
+    if abs(value(numbers, "balance")) > 1.5:
+        return f"The pressure of valve 1 is {by} {up} {{than}}, that of valve 2 as much the other way"
+    return f"{_valves(numbers, 'Both pressures are', 'The pressure of valve {} is')} {by} {up} {{than}}"
+
+
+def _valve_slew(numbers: Numbers) -> str:
+    fill, empty = numbers["fill_mpa_s"], numbers.get("exhaust_mpa_s")
+    whose = _valves(numbers, "the regulators", "regulator {}")
+    if empty is None or empty.value == fill.value:
+        return f"The pressures change by no more than {size(fill)}, which is as fast as {whose} can"
+    return (
+        f"The pressures rise by no more than {size(fill)} and fall by no more than {size(empty)}, which is as fast as {whose} can"
+    )
+
+
+def _one_way(numbers: Numbers) -> str:
+    if "ratio" not in numbers:
+        name, does = ("exhaust_mpa_s", "empty") if "exhaust_mpa_s" in numbers else ("fill_mpa_s", "fill")
+        return f"The muscles {does} by no more than {size(numbers[name])}; the other way they are as fast as ever"
+    ratio = numbers["ratio"].value
+    slow, fast = ("Emptying", "filling") if ratio >= 1.0 else ("Filling", "emptying")
+    return f"{slow} a muscle takes {max(ratio, 1.0 / max(ratio, 1e-6)):.2g} times as long as {fast} it"
+
+
+def _supply_droop(numbers: Numbers) -> str:
+    if "droop_s" in numbers:
+        return f"The supply sags while the muscles fill, by {value(numbers, 'droop_s'):.2g} MPa for each MPa/s"
+    return f"The supply sags while the muscles fill: filling takes {1.0 / max(value(numbers, 'ratio', 1.0), 1e-6):.2g} times as long as emptying"
+
+
+def _leak(numbers: Numbers) -> str:
+    return f"Muscle {2 if value(numbers, 'muscle', 1.0) > 1.5 else 1} loses {size(numbers['loss'])} of its pressure"
+
+
+def _creep(numbers: Numbers) -> str:
+    on = _more(numbers, "share", "goes on", "comes back")
+    return (
+        f"Once the pressures have settled the angle still {on} by {size(numbers['share'])}, over about {size(numbers['tau_s'])}"
+    )
+
+
+def _load(numbers: Numbers) -> str:
+    return f"A weight (or spring) turns the joint by up to {size(numbers['load_deg'])}"
+
+
+def _end_stop(numbers: Numbers) -> str:
+    names = [name for name in ("low_deg", "high_deg") if name in numbers and abs(value(numbers, name)) < 180.0]
+    return f"The angle meets a stop at {sizes([numbers[name] for name in names], signed=True)}"
+
+
+def _bent(numbers: Numbers) -> str:
+    parts = [
+        f"{size(numbers[name])} ({word})"
+        for name, word in (("square", "one end against the other"), ("cube", "both ends alike"))
+        if value(numbers, name)
+    ]
+    return f"The sensor's reading is bent, by {' and '.join(parts) or 'a little'}"
+
+
+def _twice(number: Interval) -> Interval:
+    return Interval(2.0 * number.value, 2.0 * number.low, 2.0 * number.high, number.unit)
+
+
+ON_THE_RIG: Mapping[str, OnTheRig] = {
+    "delay": OnTheRig("a dead time", lambda n: f"The rig does everything {size(n['delay_s'])} {_more(n, 'delay_s', 'later', 'earlier')} {{than}}",
+        "samples or commands wait in a buffer; another program or bus stands between; long hoses", "the time stamps of commands and readings; the controller's buffers; the length of the hoses"),
+    "clock_drift": OnTheRig("a clock that runs off", lambda n: f"The rig's clock runs {size(n['drift'])} {_more(n, 'drift', 'fast', 'slow')}",
+        "the converter and the controller have clocks of their own", "the sample rate that the converter really has, over a long record"),
+    "lost_samples": OnTheRig("lost samples", lambda n: f"{share(n['probability'])} of the samples are lost and repeat the one before",
+        "an overloaded bus or controller; a loose connector", "the counters of the bus; the load of the controller"),
+    "valve_gain": OnTheRig("another gain of the valves", lambda n: f"{_valves(n, 'Both pressures come', 'The pressure of valve {} comes')} out {size(n['gain'])} {_more(n, 'gain', 'higher', 'lower')} {{than}}",
+        "the regulators' or the output's scaling; a regulator that ages", "the regulators' calibration (pamrig calibrate) against a reference gauge"),
+    "valve_offset": OnTheRig("another zero of the valves", _valve_offset,
+        "the regulator's zero; the zero of the analogue output or of the monitor", "both monitors with the air vented: they should read 0"),
+    "valve_lag": OnTheRig("slower or quicker regulators", lambda n: f"{_valves(n, 'The regulators answer', 'Regulator {} answers')} {size(n['tau_s'])} {_more(n, 'tau_s', 'later', 'sooner')} {{than}}",
+        "a low supply pressure; long or thin hoses; larger muscles; a clogged filter or silencer", "the supply while the rig moves; hoses, filters and silencers; a step of the set-point"),
+    "valve_slew": OnTheRig("a limited flow", _valve_slew,
+        "too small a valve, nozzle or hose; a throttle; a low supply", "throttles, nozzles and silencers; a large step of the set-point"),
+    "fill_exhaust_asymmetry": OnTheRig("filling and emptying at different speeds", _one_way,
+        "a clogged silencer or throttle on one way; the supply close to the pressure asked for", "the exhaust's silencer; the supply pressure; a step up and a step down"),
+    "valve_dead_band": OnTheRig("a dead band of the valves", lambda n: f"{_valves(n, 'The regulators do', 'Regulator {} does')} not react while the set-point changes by less than {size(n['width_mpa'])}",
+        "dry friction of the spool; a dead band set in the regulator", "the regulator's settings; a slow ramp of the set-point"),
+    "pressure_ceiling": OnTheRig("a ceiling of the pressure", lambda n: f"The pressures do not rise above {size(n['ceiling_mpa'])}",
+        "the supply is lower than what is asked for; a limit set in the regulator or the output", "the supply's gauge; the regulator's range"),
+    "supply_droop": OnTheRig("a supply that sags", _supply_droop,
+        "a small compressor or tank; a thin or long supply line; others on the same line", "the supply's gauge while the rig moves fast"),
+    "co_contraction": OnTheRig("another rest pressure", lambda n: f"Both muscles rest at a pressure {size(n['shift_mpa'])} {_more(n, 'shift_mpa', 'higher', 'lower')} {{than}}",
+        "another P0 was set; both zeros are off alike", "the set P0; both monitors with the air vented"),
+    "muscle_mismatch": OnTheRig("muscles of unequal strength", lambda n: f"Muscle 1, against muscle 2, pulls {size(n['mismatch'])} {_more(n, 'mismatch', 'more', 'less')} {{than}}",
+        "one muscle was changed, has aged, or is mounted at another length or lever", "lengths, levers and mounting of both muscles; exchange them and record again"),
+    "leak": OnTheRig("a leak", _leak,
+        "a fitting, a hose or the bladder leaks", "fittings and hoses with leak spray; hold a pressure and watch the regulator's outlet"),
+    "creep": OnTheRig("creep", _creep,
+        "rubber and mesh of the muscles relax; new, cold or hot muscles", "a long hold at one pressure; whether it fades once the muscles are warm"),
+    "thermal_drift": OnTheRig("muscles that change as they warm", lambda n: f"The motion {_more(n, 'rate_per_min', 'grows', 'shrinks')} by {size(n['rate_per_min'])}",
+        "the muscles warm up; the room's temperature", "a long record from cold; the muscles' temperature"),
+    "coulomb_friction": OnTheRig("dry friction", lambda n: f"Dry friction holds the joint back by {size(n['width_deg'])} {_more(n, 'width_deg', 'more', 'less')} {{than}}",
+        "a dry, tight or dirty bearing; a cable or hose that rubs; muscles that touch", "the bearing by hand without air; cables and hoses that touch"),
+    "viscous_friction": OnTheRig("friction that grows with speed", lambda n: f"Friction that grows with speed holds the joint back by {size(n['tau_s'])} {_more(n, 'tau_s', 'more', 'less')} {{than}}",
+        "stiff grease; a damper; cold", "the bearing's grease; temperature"),
+    "inertia": OnTheRig("inertia", lambda n: f"The joint overshoots and rings like one with more mass (its own time, the root of inertia over stiffness, is {size(n['time_s'])})",
+        "a load or tool was mounted; the simulator was identified without one", "what is mounted on the joint; a fast sweep of 2 to 4 Hz"),
+    "gravity_load": OnTheRig("a weight on the joint", _load,
+        "a load or tool was mounted; the rig stands tilted; a cable pulls", "what hangs on the joint; a level"),
+    "backlash": OnTheRig("play", lambda n: f"There are {size(_twice(n['width_deg']))} of play between joint and sensor or load",
+        "a loose coupling, set screw, gear or bearing", "coupling and set screws: turn by hand with the muscles under pressure"),
+    "end_stop": OnTheRig("a stop", _end_stop,
+        "the joint or a muscle's fitting touches the frame; the sensor's range ends", "what the joint touches there; the sensor's range"),
+    "sensor_gain": OnTheRig("another gain of the sensor", lambda n: f"The sensor reads {size(n['gain'])} {_more(n, 'gain', 'more', 'less')} {{than}}",
+        "the sensor's scaling; its supply voltage; another sensor or gear", "two known angles; the sensor's supply voltage"),
+    "sensor_offset": OnTheRig("another zero of the sensor", lambda n: f"The sensor's zero is {size(n['offset_deg'])} {_more(n, 'offset_deg', 'higher', 'lower')} {{than}}",
+        "the sensor was mounted anew or slipped; its zero was not set", "the reading at the mechanical zero"),
+    "sensor_drift": OnTheRig("a sensor that drifts", lambda n: f"The sensor's zero wanders by {size(n['rate_deg_min'])} {_more(n, 'rate_deg_min', 'upwards', 'downwards')}",
+        "the sensor or its amplifier warms up; a coupling slips slowly", "a record without any motion; the reading at the mechanical zero before and after"),
+    "sensor_nonlinearity": OnTheRig("a bent reading of the sensor", _bent,
+        "a magnet or potentiometer off its centre; the end of the sensor's range", "readings at several known angles; the centring of the magnet"),
+    "sensor_lag": OnTheRig("a slow sensor", lambda n: f"The sensor's reading follows {size(n['tau_s'])} {_more(n, 'tau_s', 'later', 'sooner')} {{than}}",
+        "a filter in the sensor, amplifier or converter", "the filters' settings"),
+    "quantisation": OnTheRig("a coarse reading", lambda n: f"The angle is read in steps of {size(n['step_deg'])}",
+        "a coarse encoder or converter; too large a range; rounding in a file", "the converter's range and bits"),
+    "mains_hum": OnTheRig("mains hum", lambda n: f"Hum of {size(n['amplitude_deg'])} lies on the angle",
+        "a ground loop; an unshielded line; a power supply", "grounding and shields; the power supply"),
+    "sensor_noise": OnTheRig("noise of the sensor", lambda n: f"The angle carries noise of {size(n['std_deg'])}",
+        "a loose contact; a weak signal; a drive close by", "connectors, shields, the sensor's supply"),
+    "sensor_dropout": OnTheRig("drop-outs of the sensor", lambda n: f"{share(n['probability']) if 'probability' in n else 'Some'} of the angle's samples fall to zero or to a rail",
+        "a loose connector; a sensor that loses its signal", "connectors and cables while they are moved by hand"),
+}  # fmt: skip
+"""Effect -> its words."""

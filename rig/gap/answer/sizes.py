@@ -1,0 +1,52 @@
+"""Numbers for people: with a unit that they are told in, and no more digits than they are worth."""
+
+import math
+from collections.abc import Sequence
+
+from rig.gap.answer.result import Interval
+
+MOST_DIGITS = 2
+"""Significant digits of a number in a sentence; tables beside it have three."""
+UNITS: dict[str, Sequence[tuple[float, float, str]]] = {
+    "s": ((0.9995, 1e3, "ms"), (math.inf, 1.0, "s")),
+    "MPa": ((0.0995, 1e3, "kPa"), (math.inf, 1.0, "MPa")),
+    "1": ((math.inf, 100.0, "%"),),
+    "1/min": ((math.inf, 100.0, "% a minute"),),
+    "deg/min": ((math.inf, 1.0, "deg a minute"),),
+}
+"""Unit -> the units that it is told in: below which size, times what, called what."""
+
+
+def rounded(value: float, width: float = 0.0, most: int = MOST_DIGITS) -> str:
+    """A number to the digit that the width of its interval leaves standing, at most `most` significant ones."""
+    if not math.isfinite(value):
+        return "unknown"
+    top = 0 if value == 0.0 else math.floor(math.log10(abs(value)))
+    last = top - most + 1
+    if width > 0.0:
+        last = max(last, min(math.floor(math.log10(width)), top))
+    text = f"{round(value, -last):.{max(-last, 0)}f}"
+    return text.lstrip("-") if float(text) == 0.0 else text
+
+
+def size(number: Interval, signed: bool = False) -> str:
+    """The size of a fitted number with its unit; its sign is told by a word beside it, unless `signed`."""
+    width = abs(number.high - number.low) if math.isfinite(number.high - number.low) else 0.0
+    _, factor, unit = next((line for line in UNITS.get(number.unit, ()) if abs(number.value) < line[0]), (0.0, 1.0, number.unit))
+    value = number.value if signed else abs(number.value)
+    return f"{rounded(factor * value, factor * width)} {unit}".rstrip()
+
+
+def sizes(numbers: Sequence[Interval], signed: bool = False) -> str:
+    """Several sizes in a row."""
+    return " and ".join(size(number, signed) for number in numbers)
+
+
+def share(number: Interval) -> str:
+    """A share of many at the start of a sentence."""
+    return f"About {size(number)}"
+
+
+def degrees(value: float, width: float = 0.0) -> str:
+    """An rms or a difference of angles, without its unit."""
+    return rounded(value, width)

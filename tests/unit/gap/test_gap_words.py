@@ -1,0 +1,182 @@
+"""The sentences of an answer: each effect with size, unit and sign; numbers with no more digits than they are worth; every verdict."""
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from rig.gap.answer.consistency import contradictions
+from rig.gap.answer.on_the_rig import ON_THE_RIG
+from rig.gap.answer.result import Cause, Diagnosis, Interval
+from rig.gap.answer.sizes import rounded, size
+from rig.gap.answer.words import answers, headline
+from rig.gap.hypotheses.library import LIBRARY
+from rig.model.effect_stages import EFFECT_STAGES
+
+GAP: dict[str, Any] = {
+    "rms_deg": 0.751, "floor_deg": 0.1, "ratio": 7.5, "explained_fraction": 0.98, "after_deg": 0.0804, "after_low_deg": 0.0711,
+    "after_high_deg": 0.0893, "floor_source": "simulator",
+}  # fmt: skip
+TUNING = {
+    "closes_fraction": 0.97, "before_deg": 0.751, "after_deg": 0.13,
+    "parameters": [{"name": "valve1_tau_s", "from": 0.043, "to": 0.0531, "low": 0.0525, "high": 0.0537, "unit": "s"}],
+}  # fmt: skip
+
+
+def cause(effect: str, side: str = "pressures", also: tuple[str, ...] = (), **numbers: tuple[float, float, float, str]) -> Cause:
+    said = {name: Interval(*number) for name, number in numbers.items()}
+    return Cause(effect, "valve", side, None, said, 0.751, 0.0804, 0.98, also, 0.97)
+
+
+LAG = cause("valve_lag", tau_s=(0.0102, 0.0097, 0.0107, "s"), balance=(0.0, 0.0, 0.0, "1"))
+NOTHING_KNOWN = Cause("unknown", "joint", "angle", None, {}, 0.751, 0.751, 0.0, ("backlash", "creep"), 0.9)
+
+
+def told(*causes: Cause, verdict: str = "explained", reference: str = "simulator", **gap: Any) -> Diagnosis:
+    where = {"stage": causes[0].stage if causes else None, "shares": {"valve": 0.9, "downstream": 0.1}}
+    evidence = {"factors": {"pressures": {"found": True}}, "signatures": []}
+    return Diagnosis(verdict, 0.9, GAP | gap, where, list(causes), [], evidence=evidence, reference=reference)
+
+
+def test_the_first_lines_are_understood_at_once() -> None:
+    assert headline(told(LAG)) == [
+        "The regulators answer 10 ms later than the simulator says; nothing else is needed to explain these records.",
+        "With that in it the simulator's error falls from 0.75 to 0.08 deg (0.07 to 0.09), on records that the fit has not seen.",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("reference", "than"),
+    [
+        ("simulator", "than the simulator says"),
+        ("fingerprint", "than the simulator says"),
+        ("session", "than on the earlier day;"),
+        ("sessions", "than on the earlier days;"),
+    ],
+)
+def test_the_reference_says_than_what(reference: str, than: str) -> None:
+    assert than in headline(told(LAG, reference=reference))[0]
+
+
+def test_a_negative_size_is_a_word_and_no_minus() -> None:
+    quicker = headline(told(cause("valve_lag", tau_s=(-0.012, -0.013, -0.011, "s"))))[0]
+    assert quicker.startswith("The regulators answer 12 ms sooner than the simulator says")
+    less = headline(told(cause("coulomb_friction", "angle", width_deg=(-0.3, -0.31, -0.29, "deg"))))[0]
+    assert less.startswith("Dry friction holds the joint back by 0.30 deg less than")
+
+
+@pytest.mark.parametrize("name", [*LIBRARY])
+def test_every_effect_has_its_sentence_for_every_law(name: str) -> None:
+    for law in LIBRARY[name].laws:
+        known = {number.name: number for number in EFFECT_STAGES[law.stage].numbers}
+        for shape in law.shapes:
+            names = dict.fromkeys([*law.free, *shape, *law.tied])
+            numbers = {one: Interval(shape.get(one, 0.5), 0.4, 0.6, known[one].unit) for one in names}
+            made = replace(cause(name), parameters=numbers)
+            first = headline(told(made))[0]
+            assert "{" not in first
+            assert first[0].isupper()
+            assert name in ON_THE_RIG
+            assert first.count("(") == first.count(")")
+            assert not first.lower().startswith(name.replace("_", " ") + " ("), "the fallback was used"
+
+
+def test_an_effect_of_another_package_is_told_by_its_name_and_numbers() -> None:
+    first = headline(told(cause("stiction", "angle", force_n=(1.2, 1.1, 1.3, "N"))))[0]
+    assert first.startswith("Stiction (force_n 1.2 N); the simulator does not have that")
+
+
+def test_none_says_what_is_usual() -> None:
+    said = answers(told(verdict="none", rms_deg=0.09))["Answer:"]
+    assert said == (
+        "The simulator says what these records show; it is 0.090 deg off (rms), and 0.10 deg is what a simulator usually misses of the rig "
+        "that it was identified on."
+    )
+    above = answers(told(verdict="none", rms_deg=0.2, reference="session", floor_source="session"))
+    assert "above that is of the kind that may differ anyhow" in above["Answer:"]
+    assert "Re-tuning:" not in above
+
+
+def test_unknown_says_where_it_is_seen_and_what_is_nearest() -> None:
+    said = answers(told(NOTHING_KNOWN, verdict="unknown", after_deg=0.751))
+    assert "seen in the angle, and no effect of the library explains it" in said["Answer:"]
+    assert "play (backlash) and creep (creep)" in said["Answer:"]
+    assert "0.75 deg" in said["What stays:"]
+
+
+def test_partly_explained_says_that_there_is_more() -> None:
+    said = headline(told(LAG, NOTHING_KNOWN, verdict="partly_explained"))
+    assert said[0].endswith("and something else that the library has no name for, seen in the angle.")
+
+
+def test_what_looks_alike_is_said() -> None:
+    said = headline(told(replace(LAG, ambiguous_with=("delay",))))
+    assert "It may as well be a dead time (delay): these records do not tell them apart." in said
+
+
+@pytest.mark.parametrize(
+    ("after", "words"),
+    [(0.0804, "the two look the same"), (0.4, "closes another 27 %"), (0.01, "the two look the same")],
+)
+def test_retuning_and_what_the_effect_closes_beyond_it(after: float, words: str) -> None:
+    said = answers(replace(told(LAG), retuning=TUNING | {"after_deg": after}))["Re-tuning:"]
+    assert "valve1_tau_s goes from 43 ms to 53 ms" in said or "valve1_tau_s goes from 43 ms to 53.1 ms" in said
+    assert words in said
+
+
+def test_retuning_that_closes_more_says_that_the_simulator_is_off_as_well() -> None:
+    said = answers(replace(told(LAG, after_deg=0.5), retuning=TUNING))["Re-tuning:"]
+    assert "closes more than slower or quicker regulators (valve_lag) alone" in said
+
+
+@pytest.mark.parametrize(
+    ("value", "width", "text"),
+    [
+        (0.0102, 0.0, 0.01),
+        (12.34, 0.01, 12.0),
+        (12.34, 3.0, 12.0),
+        (12.34, 30.0, 10.0),
+        (0.751, 0.0, 0.75),
+        (0.0, 0.0, 0.0),
+        (1234.0, 0.0, 1200.0),
+    ],
+)
+def test_no_more_digits_than_they_are_worth(value: float, width: float, text: float) -> None:
+    assert float(rounded(value, width)) == pytest.approx(text)
+
+
+def test_units_are_those_that_people_use() -> None:
+    assert size(Interval(0.0102, 0.0101, 0.0103, "s")) == "10 ms"
+    assert size(Interval(0.004, 0.0039, 0.0041, "MPa")) == "4.0 kPa"
+    assert size(Interval(-0.021, -0.022, -0.02, "1")) == "2.1 %"
+    assert size(Interval(-12.0, -13.0, -11.0, "deg"), signed=True) == "-12 deg"
+
+
+def test_a_sound_answer_does_not_contradict_itself() -> None:
+    assert contradictions(told(LAG).to_json()) == []
+    assert contradictions(told(verdict="none", rms_deg=0.2).to_json()) == []
+
+
+BELOW = {"factors": {"angle": {"found": False}}, "signatures": []}
+
+
+@pytest.mark.parametrize(
+    ("made", "words"),
+    [
+        (told(LAG, verdict="none"), "the causes"),
+        (told(verdict="unknown"), "the causes"),
+        (told(replace(LAG, explained_fraction=0.0)), "closes nothing"),
+        (told(LAG, after_deg=0.8, after_high_deg=0.9), "gets worse"),
+        (told(cause("backlash", "angle"), after_deg=0.751, after_high_deg=0.8), "gets no better"),
+        (replace(told(LAG, rms_deg=0.09), evidence=BELOW), "below the usual"),
+        (told(NOTHING_KNOWN, LAG, verdict="partly_explained"), "before a named effect"),
+        (told(replace(LAG, gap_after_deg=0.7, explained_fraction=0.1), cause("delay")), "explains less"),
+        (told(LAG, LAG), "named twice"),
+        (told(LAG, after_low_deg=0.2), "outside of"),
+        (told(cause("delay", delay_s=(0.1, 0.2, 0.3, "s"))), "outside its own interval"),
+        (told(replace(LAG, ambiguous_with=("valve_lag",))), "also be itself"),
+        (replace(told(LAG), notes=["with valve_lag in it the simulator would follow worse: less sure"]), "takes it back"),
+    ],
+)
+def test_each_contradiction_is_found(made: Diagnosis, words: str) -> None:
+    assert any(words in line for line in contradictions(made.to_json()))
