@@ -160,7 +160,9 @@ def without_next(options: DiagnosisOptions, results: "Mapping[str | None, Diagno
             yield f"no next experiment{whose}: no sweep is known that would tell more; {place} was not written{old}"
 
 
-def _origin(options: DiagnosisOptions, case: Case, records: "Sequence[Record]", sessions: Sequence[Session]) -> dict[str, str]:
+def _origin(
+    options: DiagnosisOptions, case: Case, records: "Sequence[Record]", sessions: Sequence[Session]
+) -> dict[str, str]:
     """Whose the answer is: what the report says of where it comes from."""
     from importlib.metadata import version
 

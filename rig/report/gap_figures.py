@@ -40,7 +40,10 @@ def figures(diagnosis: Diagnosis, findings: Findings | Grounds) -> list[tuple[st
     drawn: list[tuple[str, Callable[[], Figure]]] = []
     if diagnosis.causes:
         drawn.append(
-            ("The chain from the command to the sensor, with the share of the gap at each stage", lambda: _chain(diagnosis))
+            (
+                "The chain from the command to the sensor, with the share of the gap at each stage",
+                lambda: _chain(diagnosis),
+            )
         )
     drawn += [
         (
@@ -117,7 +120,9 @@ def _chain(diagnosis: Diagnosis) -> "Figure":
     return figure
 
 
-def _over_time(findings: Findings | Grounds, before: Sequence[Column], after: Sequence[Column] | None, index: int) -> "Figure":
+def _over_time(
+    findings: Findings | Grounds, before: Sequence[Column], after: Sequence[Column] | None, index: int
+) -> "Figure":
     pair, rows = findings.prepared.pairs[index], _window(findings, index)
     figure = _figure(8.0, 4.6)
     rest, angle = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
@@ -127,7 +132,9 @@ def _over_time(findings: Findings | Grounds, before: Sequence[Column], after: Se
     angle.plot(t, _thin(measured - before[index], rows), color=BEFORE, linestyle="--", label="simulated before")
     if after is not None:
         rest.plot(t, _thin(after[index], rows), color=AFTER, label="with the causes")
-        angle.plot(t, _thin(measured - after[index], rows), color=AFTER, linestyle=":", linewidth=2, label="with the causes")
+        angle.plot(
+            t, _thin(measured - after[index], rows), color=AFTER, linestyle=":", linewidth=2, label="with the causes"
+        )
     _zero(rest)
     rest.set_ylabel("residual [deg]")
     rest.set_title(pair.name, fontsize=10)
@@ -138,7 +145,9 @@ def _over_time(findings: Findings | Grounds, before: Sequence[Column], after: Se
     return figure
 
 
-def _loops(findings: Findings | Grounds, before: Sequence[Column], after: Sequence[Column] | None, index: int) -> "Figure":
+def _loops(
+    findings: Findings | Grounds, before: Sequence[Column], after: Sequence[Column] | None, index: int
+) -> "Figure":
     pair, rows = findings.prepared.pairs[index], _window(findings, index)
     drawn = [(before[index], BEFORE, "before")] + ([] if after is None else [(after[index], AFTER, "with the causes")])
     figure = _figure(8.0, 3.6)
@@ -186,7 +195,14 @@ def _records(diagnosis: Diagnosis, added: bool) -> "Figure":
     rows = np.arange(len(lines))
     axes.barh(rows + 0.2, [line["gap_before_deg"] for line in lines], 0.38, color=BEFORE, label="before")
     if added:
-        axes.barh(rows - 0.2, [line["gap_after_deg"] for line in lines], 0.38, color=AFTER, hatch="//", label="with the causes")
+        axes.barh(
+            rows - 0.2,
+            [line["gap_after_deg"] for line in lines],
+            0.38,
+            color=AFTER,
+            hatch="//",
+            label="with the causes",
+        )
     axes.axvline(diagnosis.gap["floor_deg"], color=FLOOR, linestyle=":", label="usual")
     axes.set_yticks(rows, [line["record"] for line in lines], fontsize=8)
     axes.invert_yaxis()

@@ -23,13 +23,19 @@ MODES: Final = {
 
 
 def write_page(
-    path: Path, diagnosis: Diagnosis, findings: Findings | Grounds, model: Model, origin: Mapping[str, str] | None = None
+    path: Path,
+    diagnosis: Diagnosis,
+    findings: Findings | Grounds,
+    model: Model,
+    origin: Mapping[str, str] | None = None,
 ) -> None:
-    """Write the page, with whose it is (`origin`: rig, dates, files, command); RigError when the file cannot be written."""
+    """Write the page, with whose it is (`origin`: rig, dates, files, command); RigError where that fails."""
     write_text(path, page(diagnosis, findings, model, origin), Kind.PAGE)
 
 
-def page(diagnosis: Diagnosis, findings: Findings | Grounds, model: Model, origin: Mapping[str, str] | None = None) -> str:
+def page(
+    diagnosis: Diagnosis, findings: Findings | Grounds, model: Model, origin: Mapping[str, str] | None = None
+) -> str:
     """The page as text."""
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
@@ -54,10 +60,11 @@ def _assumed(diagnosis: Diagnosis, findings: Findings | Grounds, model: Model) -
     nominal, sessions = findings.prepared.nominal, diagnosis.evidence["sessions"]
     used = diagnosis.evidence["pressures_used"]
     told = [
-        f"What is expected is {'the mean of ' + str(sessions) + ' earlier days' if sessions else 'what the model says'}; "
+        f"What is expected is {f'the mean of {sessions} earlier days' if sessions else 'what the model says'}; "
         f"what is usual comes from {SOURCES[diagnosis.gap['floor_source']]}.",
-        f"Pressures were {'used: each valve is judged on its own monitor' if used else 'not used: only the angle was judged'}.",
-        f"P0 is {nominal.p0_mpa:.3g} MPa; regulators answer in {1e3 * nominal.tau0_s:.0f} ms; the description of muscles and joint misses "
+        f"Pressures were {'used: each valve is judged by its monitor' if used else 'not used'}.",
+        f"P0 is {nominal.p0_mpa:.3g} MPa; regulators answer in {1e3 * nominal.tau0_s:.0f} ms; the description "
+        f"of muscles and joint misses "
         f"{nominal.misfit_deg:.2g} deg rms of what is expected and is used in differences only.",
         f"The model ({model.muscle.kind}, driven by {model.muscle.input.value}) was not tuned to these records.",
     ]

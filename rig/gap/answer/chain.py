@@ -1,4 +1,4 @@
-"""The gap along the chain: command, valves, muscles, joint, sensor, with the share of each stage. No likelihood here."""
+"""The gap along the chain: command, valves, muscles, joint, sensor, with the share of each stage."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -13,8 +13,8 @@ NAMES = {"timing": "command", "valve": "valves", "muscle": "muscles", "joint": "
 def chain(causes: Sequence[Cause], left_deg: float, usual_deg: float) -> list[dict[str, Any]]:
     """Every stage in the order of the chain with what was found there and its share of the gap's mean square.
 
-    A named effect has what it closes; what is left above the usual goes to where something unknown was seen. The shares add up to 1,
-    or to 0 where nothing is found.
+    A named effect has what it closes; what is left above the usual goes to where something unknown was seen. The
+    shares add up to 1, or to 0 where nothing is found.
     """
     share = dict.fromkeys(STAGES, 0.0)
     for cause in causes:

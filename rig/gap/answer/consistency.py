@@ -1,8 +1,8 @@
 """What an answer may not say at once. A pure function of its JSON, for tests and for the blind check to count.
 
-An answer contradicts itself when it names an effect whose addition closes nothing, says "explained" and that the simulator gets no
-better, reports a gap that is below the floor and by no other measure above it, puts a cause first that explains less than another, or
-states a confidence that its own notes take back.
+An answer contradicts itself when it names an effect whose addition closes nothing, says "explained" and that the
+simulator gets no better, reports a gap that is below the floor and by no other measure above it, puts a cause first
+that explains less than another, or states a confidence that its own notes take back.
 """
 
 from collections.abc import Mapping, Sequence
@@ -52,14 +52,16 @@ def _closing(diagnosis: Mapping[str, Any], named: Sequence[Any]) -> list[str]:
     gap = diagnosis["gap"]
     on_angle = [cause for cause in named if cause["judged_on"] not in (*RAW, *AHEAD)]
     if named and gap["after_deg"] > SAME * gap["rms_deg"]:
-        said.append(f"{diagnosis['verdict']}, and the simulator gets worse: {gap['rms_deg']:.3g} to {gap['after_deg']:.3g} deg")
+        said.append(
+            f"{diagnosis['verdict']}, and the simulator gets worse: {gap['rms_deg']:.3g} to {gap['after_deg']:.3g} deg"
+        )
     if on_angle and len(on_angle) == len(named) and not gap["after_deg"] < gap["rms_deg"]:
         said.append("effects are named on the angle, and the simulator gets no better")
     return said
 
 
 def _floor(diagnosis: Mapping[str, Any], named: Sequence[Any]) -> list[str]:
-    """Something is found only where something stands above what is usual: the gap, or a side of it by its own measure."""
+    """Something is found only where something stands above what is usual: the gap, or a side by its own measure."""
     gap, evidence = diagnosis["gap"], diagnosis.get("evidence", {})
     if diagnosis["verdict"] == "none" or gap["rms_deg"] > gap["floor_deg"]:
         return []
@@ -67,9 +69,8 @@ def _floor(diagnosis: Mapping[str, Any], named: Sequence[Any]) -> list[str]:
     marks = [mark for mark in evidence.get("signatures", []) if mark.get("found")]
     if any(side["found"] for side in sides) or marks:
         return []
-    return [
-        f"{diagnosis['verdict']} at a gap of {gap['rms_deg']:.3g} deg, below the usual {gap['floor_deg']:.3g} deg, by no other measure"
-    ]
+    size, usual = f"{gap['rms_deg']:.3g} deg", f"{gap['floor_deg']:.3g} deg"
+    return [f"{diagnosis['verdict']} at a gap of {size}, below the usual {usual}, by no other measure"]
 
 
 def _order(causes: Sequence[Any]) -> list[str]:
@@ -80,7 +81,10 @@ def _order(causes: Sequence[Any]) -> list[str]:
     ) else []  # fmt: skip
     judged = [cause for cause in causes if cause["effect"] != "unknown" and cause["judged_on"] not in RAW]
     for first, second in pairwise(judged):
-        if first["gap_after_deg"] > SAME * second["gap_after_deg"] and first["explained_fraction"] < second["explained_fraction"]:
+        if (
+            first["gap_after_deg"] > SAME * second["gap_after_deg"]
+            and first["explained_fraction"] < second["explained_fraction"]
+        ):
             said.append(f"{first['effect']} stands before {second['effect']} and explains less")
     doubled = {name for name in names if name != "unknown" and names.count(name) > 1}
     return [*said, *(f"{name} is named twice" for name in sorted(doubled))]

@@ -56,9 +56,7 @@ def _valve_slew(numbers: Numbers) -> str:
     whose = _valves(numbers, "the regulators", "regulator {}")
     if empty is None or empty.value == fill.value:
         return f"The pressures change by no more than {size(fill)}, which is as fast as {whose} can"
-    return (
-        f"The pressures rise by no more than {size(fill)} and fall by no more than {size(empty)}, which is as fast as {whose} can"
-    )
+    return f"The pressures rise by no more than {size(fill)} and fall by no more than {size(empty)}, which is as fast as {whose} can"
 
 
 def _one_way(numbers: Numbers) -> str:
@@ -82,9 +80,7 @@ def _leak(numbers: Numbers) -> str:
 
 def _creep(numbers: Numbers) -> str:
     on = _more(numbers, "share", "goes on", "comes back")
-    return (
-        f"Once the pressures have settled the angle still {on} by {size(numbers['share'])}, over about {size(numbers['tau_s'])}"
-    )
+    return f"Once the pressures have settled the angle still {on} by {size(numbers['share'])}, over about {size(numbers['tau_s'])}"
 
 
 def _load(numbers: Numbers) -> str:

@@ -32,7 +32,9 @@ def rounded(value: float, width: float = 0.0, most: int = MOST_DIGITS) -> str:
 def size(number: Interval, signed: bool = False) -> str:
     """The size of a fitted number with its unit; its sign is told by a word beside it, unless `signed`."""
     width = abs(number.high - number.low) if math.isfinite(number.high - number.low) else 0.0
-    _, factor, unit = next((line for line in UNITS.get(number.unit, ()) if abs(number.value) < line[0]), (0.0, 1.0, number.unit))
+    _, factor, unit = next(
+        (line for line in UNITS.get(number.unit, ()) if abs(number.value) < line[0]), (0.0, 1.0, number.unit)
+    )
     value = number.value if signed else abs(number.value)
     return f"{rounded(factor * value, factor * width)} {unit}".rstrip()
 

@@ -223,7 +223,9 @@ def _confidence(told: Told, marks: Sequence[Cause]) -> float:
     return float(np.prod([*chances, *(mark.confidence for mark in marks)]))
 
 
-def _where(told: Told, causes: Sequence[Cause], gaps: Sequence[Column], left_deg: float, floor_deg: float) -> dict[str, object]:
+def _where(
+    told: Told, causes: Sequence[Cause], gaps: Sequence[Column], left_deg: float, floor_deg: float
+) -> dict[str, object]:
     pairs = told.prepared.pairs
     healthy = [track.reference.angle_deg for track in told.expected.tracks]
     return {

@@ -34,7 +34,7 @@ STAGES = {
 
 
 def answers(diagnosis: Diagnosis) -> dict[str, str]:
-    """Question -> answer: what it is, how far, re-tuning, what stays, what to look at; then the evidence's first lines."""
+    """Question -> answer: what it is, how far, re-tuning, what stays, what to look at; then where and how sure."""
     told = {"Answer:": " ".join(headline(diagnosis))}
     told |= {"Why:": _reasons(diagnosis), "Look at:": _look_at(diagnosis)} if _named(diagnosis) else {}
     if diagnosis.retuning and diagnosis.verdict != "none":
@@ -48,7 +48,8 @@ def answers(diagnosis: Diagnosis) -> dict[str, str]:
     misfit = diagnosis.evidence.get("model_misfit_deg")
     if misfit is not None and misfit > FAR * diagnosis.gap["floor_deg"]:
         told["Model:"] = (
-            f"as it stands it misses the earlier days by {degrees(misfit)} deg rms. That is no part of the gap, which is what changed "
+            f"as it stands it misses the earlier days by {degrees(misfit)} deg rms. That is no part of the gap, "
+            "which is what changed "
             "since; `pamrig identify` on the earlier days makes it smaller."
         )
     if diagnosis.next_experiment:
@@ -91,9 +92,13 @@ def _sentence(cause: Cause, diagnosis: Diagnosis) -> str:
     except KeyError:  # a law of another package has numbers of its own
         said = ""
     if not said:
-        listed = ", ".join(f"{name} {size(number, signed=True)}" for name, number in numbers.items() if number.high > number.low)
+        listed = ", ".join(
+            f"{name} {size(number, signed=True)}" for name, number in numbers.items() if number.high > number.low
+        )
         said = (
-            f"{cause.effect.replace('_', ' ').capitalize()} ({listed})" if listed else cause.effect.replace("_", " ").capitalize()
+            f"{cause.effect.replace('_', ' ').capitalize()} ({listed})"
+            if listed
+            else cause.effect.replace("_", " ").capitalize()
         )
     if "{than}" in said:
         return said.replace("{than}", _than(diagnosis))
@@ -115,13 +120,16 @@ def _seen(diagnosis: Diagnosis) -> str:
 
 
 def _side(cause: Cause) -> str:
-    return {"valve": "the pressures", "pressures": "the pressures", "angle": "the angle"}.get(cause.side, "the raw angle")
+    return {"valve": "the pressures", "pressures": "the pressures", "angle": "the angle"}.get(
+        cause.side, "the raw angle"
+    )
 
 
 def _alike(cause: Cause) -> str:
     if not cause.ambiguous_with:
         return ""
-    return f"It may as well be {' or '.join(_noun(name) for name in cause.ambiguous_with)}: these records do not tell them apart."
+    names = " or ".join(_noun(name) for name in cause.ambiguous_with)
+    return f"It may as well be {names}: these records do not tell them apart."
 
 
 def _noun(name: str) -> str:
@@ -131,17 +139,21 @@ def _noun(name: str) -> str:
 def _error(diagnosis: Diagnosis) -> str:
     if diagnosis.reference in FROM_MODEL:
         return "the simulator's error"
-    return "the difference from the earlier days" if diagnosis.reference == "sessions" else "the difference from the earlier day"
+    return (
+        "the difference from the earlier days"
+        if diagnosis.reference == "sessions"
+        else "the difference from the earlier day"
+    )
 
 
 def _how_far(diagnosis: Diagnosis) -> str:
     gap = diagnosis.gap
+    before, after = gap["rms_deg"], gap["after_deg"]
     with_it = "that" if len(_named(diagnosis)) == 1 else "these"
     if all(cause.side in ("signature", "raw data") for cause in _named(diagnosis)):
-        return f"It lies in the single samples: the smoothed angle, {degrees(gap['rms_deg'])} deg off, is not helped by it."
-    before, after = gap["rms_deg"], gap["after_deg"]
+        return f"It lies in the single samples: the smoothed angle, {degrees(before)} deg off, is not helped by it."
     if not after < before:
-        return f"It shows in the pressures; {_error(diagnosis)} in the angle, {degrees(before)} deg, hardly changes with it."
+        return f"It shows in the pressures; {_error(diagnosis)} in the angle, {degrees(before)} deg, hardly changes."
     left, between = _after(diagnosis)
     return (
         f"With {with_it} in it {_error(diagnosis)} falls from {degrees(before)} to {left} deg{between}, "
@@ -174,7 +186,11 @@ def _nothing(diagnosis: Diagnosis) -> str:
 
 
 def _unknown(diagnosis: Diagnosis) -> str:
-    what = "The rig does something that the simulator does not" if diagnosis.reference in FROM_MODEL else "Something has changed"
+    what = (
+        "The rig does something that the simulator does not"
+        if diagnosis.reference in FROM_MODEL
+        else "Something has changed"
+    )
     near = next((cause.ambiguous_with for cause in diagnosis.causes if cause.ambiguous_with), ())
     nearest = (
         f" The nearest, and not near enough, {'is' if len(near) == 1 else 'are'} {' and '.join(map(_noun, near))}."
@@ -193,7 +209,7 @@ def _look_at(diagnosis: Diagnosis) -> str:
 
 
 def _retuning(diagnosis: Diagnosis) -> str:
-    """What re-tuning the simulator's own parameters closes, which moved, and what the named effects close beyond that."""
+    """What re-tuning the simulator's own parameters closes, which moved, and what the effects close beyond that."""
     tuning = diagnosis.retuning
     assert tuning is not None
     moved = "; ".join(_moved(one) for one in tuning["parameters"][:4])
@@ -237,13 +253,13 @@ def _stays(diagnosis: Diagnosis) -> str:
     """What is left with the named effects in it, and why."""
     gap = diagnosis.gap
     left, usual = gap["after_deg"], gap["floor_deg"]
-    source = SOURCES[gap["floor_source"]]
+    usually = f"where {degrees(usual)} deg are {SOURCES[gap['floor_source']]}"
     if left <= usual:
-        return f"{degrees(left)} deg, no more than the {degrees(usual)} deg that are {source}."
+        return f"{degrees(left)} deg, no more than the {degrees(usual)} deg that are {SOURCES[gap['floor_source']]}."
     if diagnosis.verdict in ("unknown", "partly_explained"):
-        return f"{degrees(left)} deg, where {degrees(usual)} deg are {source}; the rest is what the library has no name for."
+        return f"{degrees(left)} deg, {usually}; the rest is what the library has no name for."
     return (
-        f"{degrees(left)} deg, where {degrees(usual)} deg are {source}; the rest is how roughly the law of the effect and the "
+        f"{degrees(left)} deg, {usually}; the rest is how roughly the law of the effect and the "
         "simulator's own class repeat this rig."
     )
 

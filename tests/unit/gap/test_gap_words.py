@@ -1,4 +1,4 @@
-"""The sentences of an answer: each effect with size, unit and sign; numbers with no more digits than they are worth; every verdict."""
+"""The sentences of an answer: each effect with size, unit and sign, no more digits than are worth it, every verdict."""
 
 from dataclasses import replace
 from typing import Any
@@ -14,8 +14,8 @@ from rig.gap.hypotheses.library import LIBRARY
 from rig.model.effect_stages import EFFECT_STAGES
 
 GAP: dict[str, Any] = {
-    "rms_deg": 0.751, "floor_deg": 0.1, "ratio": 7.5, "explained_fraction": 0.98, "after_deg": 0.0804, "after_low_deg": 0.0711,
-    "after_high_deg": 0.0893, "floor_source": "simulator",
+    "rms_deg": 0.751, "floor_deg": 0.1, "ratio": 7.5, "explained_fraction": 0.98, "after_deg": 0.0804,
+    "after_low_deg": 0.0711,    "after_high_deg": 0.0893, "floor_source": "simulator",
 }  # fmt: skip
 TUNING = {
     "closes_fraction": 0.97, "before_deg": 0.751, "after_deg": 0.13,
@@ -23,7 +23,9 @@ TUNING = {
 }  # fmt: skip
 
 
-def cause(effect: str, side: str = "pressures", also: tuple[str, ...] = (), **numbers: tuple[float, float, float, str]) -> Cause:
+def cause(
+    effect: str, side: str = "pressures", also: tuple[str, ...] = (), **numbers: tuple[float, float, float, str]
+) -> Cause:
     said = {name: Interval(*number) for name, number in numbers.items()}
     return Cause(effect, "valve", side, None, said, 0.751, 0.0804, 0.98, also, 0.97)
 
@@ -41,7 +43,8 @@ def told(*causes: Cause, verdict: str = "explained", reference: str = "simulator
 def test_the_first_lines_are_understood_at_once() -> None:
     assert headline(told(LAG)) == [
         "The regulators answer 10 ms later than the simulator says; nothing else is needed to explain these records.",
-        "With that in it the simulator's error falls from 0.75 to 0.08 deg (0.07 to 0.09), on records that the fit has not seen.",
+        "With that in it the simulator's error falls from 0.75 to 0.08 deg (0.07 to 0.09), "
+        "on records that the fit has not seen.",
     ]
 
 
@@ -89,8 +92,8 @@ def test_an_effect_of_another_package_is_told_by_its_name_and_numbers() -> None:
 def test_none_says_what_is_usual() -> None:
     said = answers(told(verdict="none", rms_deg=0.09))["Answer:"]
     assert said == (
-        "The simulator says what these records show; it is 0.090 deg off (rms), and 0.10 deg is what a simulator usually misses of the rig "
-        "that it was identified on."
+        "The simulator says what these records show; it is 0.090 deg off (rms), and 0.10 deg is "
+        "what a simulator usually misses of the rig that it was identified on."
     )
     above = answers(told(verdict="none", rms_deg=0.2, reference="session", floor_source="session"))
     assert "above that is of the kind that may differ anyhow" in above["Answer:"]
@@ -175,7 +178,10 @@ BELOW = {"factors": {"angle": {"found": False}}, "signatures": []}
         (told(LAG, after_low_deg=0.2), "outside of"),
         (told(cause("delay", delay_s=(0.1, 0.2, 0.3, "s"))), "outside its own interval"),
         (told(replace(LAG, ambiguous_with=("valve_lag",))), "also be itself"),
-        (replace(told(LAG), notes=["with valve_lag in it the simulator would follow worse: less sure"]), "takes it back"),
+        (
+            replace(told(LAG), notes=["with valve_lag in it the simulator would follow worse: less sure"]),
+            "takes it back",
+        ),
     ],
 )
 def test_each_contradiction_is_found(made: Diagnosis, words: str) -> None:
