@@ -173,9 +173,9 @@ class Mailbox:
             values, stamps = fields[10 : 10 + MAX_VALUES], fields[10 + MAX_VALUES : 10 + 2 * MAX_VALUES]
             length, text = _int(fields[-2]), fields[-1]
             assert isinstance(text, bytes)
+            trouble = text[:length].decode("utf-8", "replace")
             self._last_report = Report(
-                head[0], LinkState(head[1]), Trip(head[2]), *head[3:], values, stamps, text[:length].decode("utf-8",
-                "replace")  # type: ignore[arg-type, call-arg]
+                head[0], LinkState(head[1]), Trip(head[2]), *head[3:], values, stamps, trouble  # type: ignore[arg-type, call-arg]
             )  # fmt: skip
         return self._last_report
 

@@ -26,7 +26,7 @@ from rig.service.planner import Planner
 from rig.service.protocol import VERSION, Code, Refused, Request
 from rig.service.retention import NOTICE_S, Retention
 from rig.service.session import ending_signals
-from rig.service.settings import DaemonSettings
+from rig.service.settings import DaemonSettings, make_folder, read_token
 from rig.service.telemetry import fault_json, safe_json
 from rig.service.work import Queue
 from rig.service.worker import Worker
@@ -49,7 +49,7 @@ class Daemon:
         """StateError when another daemon has the state folder: its queue and ledger are read here, and have one
         writer."""
         for folder in (settings.logs, settings.state):
-            _make(folder)
+            make_folder(folder)
         taken = (
             f"{settings.state}: another daemon is running with this state folder; see `pamrig status`, or "
             "give another by --state"
@@ -103,7 +103,7 @@ class Daemon:
         for number in ending_signals():
             loop.add_signal_handler(number, self.end)
         if self._settings.view.port and self._settings.view.token_file:
-            token = _token(self._settings.view.token_file)
+            token = read_token(self._settings.view.token_file)
             port = await self._server.listen_for_viewers(self._settings.view.host, self._settings.view.port, token)
             _LOG.info("viewers may look at %s:%d", self._settings.view.host, port)
         for saved in await asyncio.to_thread(blackbox.salvage, self._settings.state / "blackbox"):
@@ -385,22 +385,3 @@ def _ask_for_attention() -> None:
         os.setpriority(os.PRIO_PROCESS, 0, _NICE)
         # where the kernel shares time out by sessions, nice counts inside a session only (sched(7), autogroup)
         Path("/proc/self/autogroup").write_text(str(_NICE), encoding="ascii")
-
-
-def _make(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise RigError(f"{folder}: cannot be made: {error.strerror}") from None
-    if not os.access(folder, os.W_OK):
-        raise RigError(f"{folder}: cannot be written to")
-
-
-def _token(file: Path) -> str:
-    try:
-        token = file.read_text(encoding="utf-8").strip()
-    except OSError as error:
-        raise RigError(f"{file}: the token cannot be read: {error.strerror}") from None
-    if len(token) < 16:
-        raise RigError(f"{file}: a token has at least 16 characters; make one with `openssl rand -hex 16`")
-    return token

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from rig.config import load
-from rig.errors import ConfigError
+from rig.errors import ConfigError, RigError
 from rig.fields import bounded
 from rig.service.places import default_socket
 from rig.service.retention import Policy
@@ -83,3 +83,24 @@ def load_settings(path: Path | None) -> DaemonSettings:
             f"{path}: view.token_file: needed with view.port: nobody may look over the network without a token"
         )
     return settings
+
+
+def make_folder(folder: Path) -> None:
+    """A folder of the daemon's, made if it is not there; RigError when nothing can be written to it."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RigError(f"{folder}: cannot be made: {error.strerror}") from None
+    if not os.access(folder, os.W_OK):
+        raise RigError(f"{folder}: cannot be written to")
+
+
+def read_token(file: Path) -> str:
+    """The token that a remote viewer must show; RigError when it cannot be read or is too short."""
+    try:
+        token = file.read_text(encoding="utf-8").strip()
+    except OSError as error:
+        raise RigError(f"{file}: the token cannot be read: {error.strerror}") from None
+    if len(token) < 16:
+        raise RigError(f"{file}: a token has at least 16 characters; make one with `openssl rand -hex 16`")
+    return token

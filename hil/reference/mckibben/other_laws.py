@@ -84,9 +84,8 @@ def _play(size: float, random: Generator) -> Disturbance:
 
 def _end_stop(size: float, random: Generator) -> Disturbance:
     limit = math.radians(size)
-    return one_of(
-        random, rig(stop_high_rad=limit), rig(stop_low_rad=-limit), rig(stop_high_rad=limit, stop_low_rad=-limit)
-    )  # type: ignore[no-any-return]
+    either = rig(stop_high_rad=limit), rig(stop_low_rad=-limit), rig(stop_high_rad=limit, stop_low_rad=-limit)
+    return one_of(random, *either)  # type: ignore[no-any-return]
 
 
 def _sensor_gain(size: float, random: Generator) -> Disturbance:
