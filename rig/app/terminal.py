@@ -67,12 +67,14 @@ def listing(names: str, *titles: str, title: str | None = None) -> "Table":
     never cut."""
     from rich.cells import cell_len
     from rich.table import Column, Table
+    from rich.text import Text
 
     class Listing(Table):
         def add_row(self, *cells: Any, **how: Any) -> None:
-            longest = max((cell_len(visible(line)) for line in str(cells[0]).splitlines()), default=0) if cells else 0
+            shown = [Text(visible(cell)) if isinstance(cell, str) else cell for cell in cells]
+            longest = max((cell_len(line) for line in str(shown[0]).splitlines()), default=0) if shown else 0
             self.columns[0].min_width = max(self.columns[0].min_width or 0, longest)
-            super().add_row(*cells, **how)
+            super().add_row(*shown, **how)
 
     columns = [Column(names, no_wrap=True, overflow="ignore"), *(Column(title, overflow="fold") for title in titles)]
     return Listing(*columns, box=None, pad_edge=False, title=title, title_justify="left")

@@ -5,16 +5,12 @@ import logging
 import shutil
 import time
 from collections.abc import Collection
-from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
 from rig.errors import RigError
-from rig.log.mcap.contents import map_file, walk
-from rig.log.mcap.framing import DamageError
-from rig.log.mcap.schema import RESULT_METADATA, Ended, ended_of
-from rig.log.mcap.writer import PARTIAL_SUFFIX
+from rig.log.mcap.schema import Ended
 from rig.realtime.commands import Request
 from rig.realtime.state import State
 from rig.rig_config import RigConfig
@@ -23,6 +19,7 @@ from rig.service.ledger import Ledger
 from rig.service.orders import order_of, session_facts
 from rig.service.planner import Planner, Published, Summary
 from rig.service.protocol import Code, Refused
+from rig.service.record_names import aside, free, vacated
 from rig.service.recorder import RunResult
 from rig.service.session import Session
 from rig.service.settings import DaemonSettings
@@ -137,7 +134,7 @@ class Worker:
                 self._give_up(job, JobState.STOPPED, self._why(result))
                 return
             stopped = result.ended is Ended.STOPPED
-            file = await asyncio.to_thread(_aside, result.file, result.ended) if stopped else result.file
+            file = await asyncio.to_thread(aside, result.file, result.ended) if stopped else result.file
             job.made(file, valid=result.valid or stopped)
             await self._remember(file)
             if not result.complete and not self._held:
@@ -167,7 +164,7 @@ class Worker:
         plan = await self.planner.publish(index, run, session.id)
         session.adopt(run)
         try:
-            self.current = await asyncio.to_thread(_vacated, Path(job.folder) / f"{plan.name}.mcap")
+            self.current = await asyncio.to_thread(vacated, Path(job.folder) / f"{plan.name}.mcap")
             facts: dict[str, Any] = {
                 **session_facts(session, self._rig),
                 **plan.facts,
@@ -250,7 +247,7 @@ class Worker:
 
     def _folder(self, name: str) -> Path:
         stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")
-        return _free(self._settings.logs / f"{stamp}_{name}").absolute()
+        return free(self._settings.logs / f"{stamp}_{name}").absolute()
 
     def to_json(self) -> dict[str, Any]:
         """What is being done, how far it is, and how long the rest takes."""
@@ -283,32 +280,3 @@ def _make(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise NoSpace(Code.REFUSED, f"{folder}: cannot be made: {error.strerror}") from None
-
-
-def _vacated(path: Path) -> Path:
-    """`path` for a record that is to come: one of that name that is not complete gives it up, beside a complete one it
-    is numbered."""
-    with suppress(RigError, DamageError):
-        ended = ended_of(walk(map_file(path)).facts(RESULT_METADATA))
-        if ended not in (None, Ended.COMPLETE):
-            _aside(path, ended)
-    return _free(path)
-
-
-def _aside(file: Path, ended: Ended | None) -> Path:
-    """A record that is not complete under a name that says so, so that the complete one takes the plain name; its place
-    now."""
-    place = _free(file.with_name(f"{file.stem}_{ended}{file.suffix}"))
-    with suppress(OSError):
-        file.rename(place)
-        return place
-    return file
-
-
-def _free(path: Path) -> Path:
-    """`path`, or with a number the first of its kind that is not taken by a record or its unfinished form."""
-    number, candidate = 1, path
-    while candidate.exists() or candidate.with_name(candidate.name + PARTIAL_SUFFIX).exists():
-        number += 1
-        candidate = path.with_name(f"{path.stem}_again{number}{path.suffix}")
-    return candidate
