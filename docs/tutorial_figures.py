@@ -14,7 +14,7 @@ import tempfile
 from pathlib import Path
 
 from rig.gap.answer.words import answers
-from rig.gap.days.diagnosis import diagnose_with_findings
+from rig.gap.diagnosis import diagnose_with_grounds
 from rig.log.reader import read
 from rig.model.parameters import Model, load_model
 from rig.record import Record
@@ -64,7 +64,7 @@ def _write_part(source: Path, target: Path, start_s: float, end_s: float) -> Non
 
 def draw(name: str, model: Model, records: list[Record], days: list[list[Record]]) -> None:
     """Diagnose, say what was found, keep the figures that the tutorials show."""
-    diagnosis, findings = diagnose_with_findings(model, records, days)
+    diagnosis, findings = diagnose_with_grounds(model, records, days)
     print(name, *(f"{question} {answer}" for question, answer in answers(diagnosis).items()), sep="\n  ")
     for caption, svg in figures(diagnosis, findings):
         kept = {"Loops": "loops", "Residual over frequency": "spectrum", "Ranking": "ranking"}
