@@ -56,4 +56,4 @@ class Outcome:
             )
             raise CheckFailed(f"{first.file}: not valid: {first.error or lost}")
         if len(self.runs) < self.planned:
-            raise CheckFailed(f"{len(self.runs)} of {self.planned} runs were recorded")
+            raise CheckFailed(f"{len(self.runs)} of {self.planned} runs were recorded{self._rest}")

@@ -102,6 +102,9 @@ def _run(
         for order in orders:
             session.expect(order)
         _watch(session, operator, outcome, sum(planned.program.ticks for planned in runs))
+        if not session.recorder_alive and not outcome.recorder_lost:  # also when both ended before we could look
+            outcome.recorder_lost = True
+            outcome.error = outcome.error or f"the rig was stopped: {explain(Fault.RECORDER_DIED)}"
         outcome.error = outcome.error or ending(session)
     finally:
         outcome.runs += session.close()

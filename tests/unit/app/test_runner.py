@@ -187,3 +187,24 @@ def test_a_recorder_that_dies_before_the_first_record_is_no_quiet_success(
         compose.load(None), [Planned("a", program())], RunOptions(tmp_path / "out", virtual=True)
     )
     assert "RECORDER_DIED" in ends(outcome)
+
+
+def test_a_recorder_that_died_while_nobody_could_look_is_told_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """This process was stopped meanwhile: when it goes on, loop and recorder have both ended."""
+
+    def stopped(session: Session, *_: object) -> None:
+        session.go()
+        assert session.recorder is not None
+        assert session.loop is not None
+        session.recorder.kill()
+        session.recorder.join()
+        session.loop.terminate()
+        session.loop.join()
+
+    monkeypatch.setattr(runner, "_watch", stopped)
+    outcome = runner.carry_out(
+        compose.load(None), [Planned("a", program())], RunOptions(tmp_path / "out", virtual=True)
+    )
+    assert "RECORDER_DIED" in ends(outcome)
