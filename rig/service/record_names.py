@@ -1,4 +1,4 @@
-"""Which name a record gets: the plain one is for the complete record, whatever was tried before. None is overwritten."""
+"""Which name a record gets: the plain one is for the complete record, whatever was tried before. Nothing is lost."""
 
 from contextlib import suppress
 from pathlib import Path
