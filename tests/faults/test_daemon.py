@@ -31,6 +31,7 @@ from rig.realtime.shared import folder as shared_folder
 from rig.service import protocol
 from rig.service.client import Client
 from rig.service.control import MAX_CLIENTS
+from rig.service.ledger import Ledger
 
 pytestmark = pytest.mark.xdist_group("real processes")
 TOKEN = "0123456789abcdef"
@@ -122,6 +123,7 @@ def test_arm_start_two_sweeps_with_a_pause_and_disarm(bench: FaultBench, client:
     files = [Path(file) for job in done for file in job["files"]]
     assert len(set(files)) == 4
     assert all(file.stat().st_size > 1000 for file in files)
+    assert {str(file) for file in files} <= {entry.path for entry in Ledger(bench.state / "records.jsonl").entries}
     assert status["state"] == "done"
     client.stop()
     assert client.status()["state"] == "disarmed"
