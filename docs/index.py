@@ -11,7 +11,7 @@ SECTIONS = {
     "explanation": "Explanations",
     "decisions": "Decisions, and why",
 }
-FIRST = ("first_sweep", "diagnose_practice", "real_joint", "diagnose_real_joint")
+FIRST = ("first_sweep", "what_the_simulator_lacks", "diagnose_practice", "real_joint", "diagnose_real_joint")
 """Tutorials in the order in which a newcomer needs them; the other pages stand by the alphabet."""
 _BEGIN, _END = "<!-- index -->\n", "<!-- end index -->\n"
 

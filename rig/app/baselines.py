@@ -32,6 +32,24 @@ class Session:
     records: "list[Record]"
 
 
+MODEL: Final = Path("model")
+"""As a baseline: the logs that the model was identified from, as one day."""
+
+
+def logs_of_model(model_file: Path) -> list[Path]:
+    """The logs that a model was identified from; RigError when they are not at hand."""
+    from rig.identify.provenance import find_logs
+    from rig.model.parameters import load_model
+
+    found, missing = find_logs(load_model(model_file))
+    if missing:
+        more = f" (and {len(missing) - 1} more)" if len(missing) > 1 else ""
+        raise RigError(f"--baseline model: {missing[0]}{more}")
+    if not found:
+        raise RigError(f"--baseline model: {model_file} does not say which logs it was identified from")
+    return found
+
+
 def sessions_of(baselines: Sequence[Path]) -> list[Path]:
     """One path a session: a folder that holds nothing but folders holds one session in each."""
     return [session for baseline in baselines for session in days_in(baseline) or [baseline]]
@@ -63,11 +81,19 @@ def check_apart(logs: Sequence[Path], baselines: Sequence[Path]) -> None:
                 )
 
 
-def read_sessions(baselines: Sequence[Path]) -> list[Session]:
-    """Every session with its records; RecordError when one cannot be read."""
-    from rig.log.reader import read
+def read_sessions(baselines: Sequence[Path], model_file: Path | None = None) -> list[Session]:
+    """Every session with its records; RecordError when one cannot be read.
 
-    return [Session(path, read(path)) for path in sessions_of(baselines)]
+    `model` stands for the logs that `model_file` was identified from, unless something is really called so.
+    """
+    from rig.log.reader import read, read_all
+
+    of_model = model_file is not None and MODEL in baselines and not MODEL.exists()
+    named = [path for path in baselines if not (of_model and path == MODEL)]
+    sessions = [Session(path, read(path)) for path in sessions_of(named)]
+    if of_model and model_file is not None:
+        sessions.append(Session(MODEL, read_all(logs_of_model(model_file))))
+    return sessions
 
 
 def described(sessions: Sequence[Session]) -> Iterator[str]:

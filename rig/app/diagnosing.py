@@ -69,7 +69,7 @@ def diagnose_case(
 
     model = load_model(options.model)
     records = _read(case.logs)
-    days = read_sessions(options.baselines) if sessions is None else sessions
+    days = read_sessions(options.baselines, options.model) if sessions is None else sessions
     library = list(options.effects) or None
     diagnosis, grounds = diagnose_with_grounds(
         model,

@@ -38,6 +38,10 @@ def steps(out: Path) -> list[tuple[str, list[list[str]]]]:
         ),
         ("The recorded commands once more, on the simulator", [["replay", f"{sine}", "-o", f"{out / 'replay.mcap'}"]]),
         (
+            "What does a simulator lack that says nothing of this? No earlier day is needed",
+            [["gap", "diagnose", "--model", "configs/models/simulated.yaml", "--log", f"{worn}"]],
+        ),
+        (
             "What has changed (its regulators answer 10 ms later: configs/rigs/simulated_worn.yaml)",
             [
                 ["gap", "diagnose", "--model", f"{model}", "--log", f"{worn}"]

@@ -109,7 +109,7 @@ def diagnose(
     check_effects(options["effects"])
     chosen, cases = DiagnosisOptions(**options, command=shlex.join(["pamrig", *sys.argv[1:]])), cases_of(logs)
     check_apart(logs, chosen.baselines)
-    days = read_sessions(chosen.baselines)
+    days = read_sessions(chosen.baselines, chosen.model)
     if len(cases) == 1:
         with progress("diagnosing"):
             made = [diagnose_case(chosen, cases[0], days)]

@@ -73,7 +73,8 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
     kept = _helping(told, before)
     far = after([(posterior.stand.name, fit) for posterior, fit in kept])
     marks = [marked(mark, told.prepared) for mark in told.marks if mark.found and mark.effect]
-    causes = [*_causes(told, kept, before, far), *_unknowns(told, before), *marks]
+    added = bool(kept) and far.after_deg <= before
+    causes = [*_causes(told, kept, before, far, added), *marks, *_unknowns(told, before)]
     causes += [Cause(UNKNOWN, "sensor", "raw data", None, {}, before, before, 0.0, (), 0.5) for _ in _strange(told)]
     verdict = _verdict(told, causes)
     names_something = any(cause.effect != UNKNOWN for cause in causes)
@@ -81,21 +82,23 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
         "rms_deg": before,
         "floor_deg": floor,
         "ratio": before / floor,
-        "explained_fraction": _explained(told, kept, before, far.after_deg, floor) if names_something else 0.0,
-        "after_deg": far.after_deg if kept else before,
-        "after_low_deg": far.low_deg if kept else before,
-        "after_high_deg": far.high_deg if kept else before,
+        "explained_fraction": _explained(told, kept, before, far.after_deg if added else before, floor)
+        if names_something
+        else 0.0,
+        "after_deg": far.after_deg if added else before,
+        "after_low_deg": min(far.low_deg, far.after_deg) if added else before,
+        "after_high_deg": max(far.high_deg, far.after_deg) if added else before,
         "floor_source": told.expected.levels,
     }
     return Diagnosis(
         verdict,
         _confidence(told, marks),
         gap,
-        _where(told, causes, gaps, far.after_deg if kept else before, floor),
+        _where(told, causes, gaps, far.after_deg if added else before, floor),
         causes,
         _ranking(told, marks),
         _next(told, floor),
-        _evidence(told, gaps, far, bool(kept)),
+        _evidence(told, gaps, far, added),
         list(
             dict.fromkeys(
                 [
@@ -125,13 +128,14 @@ def _helping(told: Told, before: float) -> list[tuple[Posterior, Fit]]:
     kept = []
     for posterior, fit in told.named:
         alone = rms_of(remaining_gap(told.simulator, [fit.applied], told.prepared), told.prepared.pairs)
-        if alone <= SPOILT * before or posterior.stand.name == PRESSURES:
+        helps = alone <= SPOILT * before or posterior.stand.name == PRESSURES
+        if helps and share_closed(posterior, fit) > 0.0:
             kept.append((posterior, fit))
     return kept
 
 
-def _causes(told: Told, kept: Sequence[tuple[Posterior, Fit]], before: float, far: HowFar) -> list[Cause]:
-    """The named effects, the one that closes most first."""
+def _causes(told: Told, kept: Sequence[tuple[Posterior, Fit]], before: float, far: HowFar, added: bool) -> list[Cause]:
+    """The named effects, the one that closes most first; where not `added`, none goes into the simulator."""
     found = []
     for posterior, fit in kept:
         alone = rms_of(remaining_gap(told.simulator, [fit.applied], told.prepared), told.prepared.pairs)
@@ -142,10 +146,10 @@ def _causes(told: Told, kept: Sequence[tuple[Posterior, Fit]], before: float, fa
                 fit.effect.name,
                 EFFECT_STAGES[fit.applied.stage].lies_in,
                 posterior.stand.name,
-                Applied(fit.applied.stage, full_numbers(fit.applied, told.prepared.nominal)),
+                Applied(fit.applied.stage, full_numbers(fit.applied, told.prepared.nominal)) if added else None,
                 intervals(fit),
                 before,
-                min(left, before),
+                min(left, before) if added else before,
                 share_closed(posterior, fit),
                 others,
                 posterior.probability[fit.effect.name],
@@ -202,7 +206,7 @@ def _explained(told: Told, kept: Sequence[tuple[Posterior, Fit]], before: float,
     found on."""
     if not kept:
         return 1.0
-    if before > ABOVE * floor:
+    if after < before and before > ABOVE * floor:
         return float(np.clip((before**2 - after**2) / (before**2 - floor**2), -1.0, 1.0))
     if after < before:
         return 1.0 - (after / before) ** 2
