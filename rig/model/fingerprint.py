@@ -74,8 +74,17 @@ def fingerprint_checksum(fingerprint: Fingerprint, model: "Model") -> str:
     }
     effects = [[added.effect, added.parameters] for added in model.effects]
     own = asdict(fingerprint) | {"checksum": ""}
-    text = json.dumps([own, model.sample_time_s, model.p0_mpa, model.muscle.input, stages, effects], sort_keys=True)
+    text = json.dumps(_one_zero([own, model.sample_time_s, model.p0_mpa, model.muscle.input, stages, effects]), sort_keys=True)
     return f"sha-{hashlib.sha256(text.encode()).hexdigest()[:12]}"
+
+
+def _one_zero(value: object) -> object:
+    """The same without negative zeros: one that stands at its default is not written, and comes back as 0.0."""
+    if isinstance(value, float):
+        return value + 0.0
+    if isinstance(value, dict):
+        return {key: _one_zero(item) for key, item in value.items()}
+    return [_one_zero(item) for item in value] if isinstance(value, list | tuple) else value
 
 
 def fingerprint_trouble(model: "Model") -> str | None:

@@ -46,16 +46,21 @@ def test_a_file_gives_back_every_number(fingerprint: Fingerprint) -> None:
     assert fingerprint_trouble(again) is None
 
 
+def another(value: object) -> object:
+    """A value of the same kind that is not this one."""
+    if isinstance(value, PressureSource):
+        return next(each for each in PressureSource if each is not value)
+    if isinstance(value, tuple):
+        return value[:-1] if value else (1.0,)
+    return 7.0 if value is None else float(value) / 2 + 1.0  # type: ignore[arg-type]
+
+
 @settings(max_examples=60, deadline=None)
-@given(FINGERPRINTS, st.sampled_from([each.name for each in fields(Fingerprint) if each.name != "checksum"]))
+@given(FINGERPRINTS, st.sampled_from([each.name for each in fields(Fingerprint) if each.name not in ("checksum", "version")]))
 def test_a_changed_number_is_seen(fingerprint: Fingerprint, name: str) -> None:
     model = stamped(fingerprint)
     now = getattr(fingerprint, name)
-    other = {
-        "version": 1,
-        "pressures": next(each for each in PressureSource if each is not fingerprint.pressures),
-        "regulators_s": ((1.0, 2.0, 3.0),) * 3,
-    }.get(name, (*now, 1.0)[-3:] if isinstance(now, tuple) else 7.0 if now is None else now + max(1, abs(now)))
+    other = another(now)
     if other == now:
         return
     assert model.fingerprint is not None

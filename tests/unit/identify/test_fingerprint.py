@@ -14,7 +14,7 @@ from rig.identify.fingerprint import make_fingerprint
 from rig.identify.provenance import find_logs
 from rig.identify.stability import SweepRange
 from rig.identify.validate import validate
-from rig.model.fingerprint import Fingerprint, PressureSource, fingerprint_trouble
+from rig.model.fingerprint import Fingerprint, PressureSource, fingerprint_checksum, fingerprint_trouble
 from rig.model.kernels import simulate
 from rig.model.parameters import AddedEffect, Input, Model, SourceLog, load_model, save_model
 from rig.model.response import regulators_of, response_of
@@ -157,6 +157,12 @@ def test_a_checksum_never_looks_like_a_number(tmp_path: Path) -> None:
     assert FINGERPRINT.checksum.startswith("sha-")
     save_model(replace(MODEL, fingerprint=replace(FINGERPRINT, checksum="sha-3e4797112345")), tmp_path / "model.yaml")
     assert "changed" in str(fingerprint_trouble(load_model(tmp_path / "model.yaml")))
+
+
+def test_a_negative_zero_is_no_change(tmp_path: Path) -> None:
+    minus = replace(FINGERPRINT, viscous_s=-0.0, checksum="")
+    save_model(replace(RIG, fingerprint=replace(minus, checksum=fingerprint_checksum(minus, RIG))), tmp_path / "model.yaml")
+    assert fingerprint_trouble(load_model(tmp_path / "model.yaml")) is None
 
 
 def test_a_model_without_one_reads_as_ever() -> None:
