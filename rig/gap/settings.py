@@ -18,6 +18,11 @@ ENVELOPE_HZ = 0.5
 """Width over which a response's power is blurred for the remainder's variance, Hz. Narrower: single lines decide."""
 ENVELOPE_EVEN = 0.1
 """Share of that power that is spread evenly over all lines. Less: effects between the excited lines count for more."""
+SESSION_S = 140.0
+"""Length of the sessions (seven records of 20 s) for which `Prior.effective` lines are independent; shorter ones have
+fewer. Longer: short records are believed less."""
+LEAST_EFFECTIVE = 20.0
+"""Independent lines that a single short record has at least. Fewer: nothing is seen in one record of some seconds."""
 UNKNOWN_EVEN = 0.3
 """The same for a process that nobody knows."""
 CREDIBLE = 0.95
@@ -71,8 +76,8 @@ class Prior:
     rho_lines: float = 1.0
     """Share of that error that is independent from line to line, the rest being coherent."""
     effective: float = 60.0
-    """Independent lines of one factor: neighbours and records share their causes. More: surer, and more false
-    alarms."""
+    """Independent lines of one factor in a session of SESSION_S: neighbours and records share causes. More: surer, and
+    more false alarms."""
     degrees: float = 6.0
     """Degrees of freedom with which a remainder's level is known. Fewer: heavier tails."""
     log_none: float = 6.0

@@ -120,7 +120,7 @@ def _strange(told: Told) -> list[Signature]:
 def _floor(told: Told, settings: Fitted) -> float:
     """Rms that the angle is off under the commands when nothing is wrong, deg."""
     span = float(np.ptp(np.concatenate(told.expected.base)))
-    return max(settings.levels[told.expected.levels].commanded_floor * span, 1e-6)
+    return max(settings.levels[told.expected.levels].commanded_floor * span, told.expected.missed_deg, 1e-6)
 
 
 def _helping(told: Told, before: float) -> list[tuple[Posterior, Fit]]:

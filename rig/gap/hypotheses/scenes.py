@@ -54,6 +54,7 @@ def pressure_scene(expected: Expected, settings: Fitted, whole: Expected | None 
     factor = pressure_parts(expected.tracks, expected.pairing.p0_mpa).factor(
         settings.levels[expected.levels].pressures, settings.prior
     )
+    factor = factor.missing(expected.missed_mpa)
     moving = float(np.std(np.concatenate([track.reference.p1_mpa for track in expected.tracks])))
     scales = law_scales((whole or expected).tracks)
     return Scene(
@@ -67,6 +68,7 @@ def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = N
     factor = angle_parts(tracks, base, response, expected.driven).factor(
         settings.levels[expected.levels].angle, settings.prior
     )
+    factor = factor.missing(expected.missed_deg)
     moving = float(np.std(np.concatenate(base)))
     scales = law_scales((whole or expected).tracks)
     return Scene(

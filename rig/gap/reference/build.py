@@ -57,6 +57,9 @@ class Expected:
     response: ResponseModel
     base: tuple[Column, ...]
     """Expected angle of each record, under its measured pressures where there are any."""
+    missed_mpa: float = 0.0
+    missed_deg: float = 0.0
+    """Rms by which the reference misses the very records that it was made from, where that is known."""
 
     @property
     def driven(self) -> bool:
@@ -134,7 +137,8 @@ def _from_fingerprint(model: Model, pairing: Pairing) -> Expected:
     pairing.notes.extend(
         outside_fingerprint(known, [drive(p1, p2, known.p0_mpa, known.exponent) for p1, p2 in seen], seen)
     )
-    return made
+    missed_deg = max(known.misfit_deg, known.left_out_deg or 0.0)
+    return replace(made, missed_mpa=max(*known.misfit_mpa, *known.left_out_mpa, 0.0, 0.0), missed_deg=missed_deg)
 
 
 def outside_fingerprint(
@@ -176,7 +180,10 @@ def _from_simulator(levels: str, model: Model, pairing: Pairing) -> Expected:
         pairing.notes.append(
             "the model is driven by the command: it says nothing of the pressures, and the angle alone is judged"
         )
-    return Expected(Kind.SIMULATOR, levels, replace(pairing, pressures=driven), tracks, response, tuple(base))
+    missed_deg = model.provenance.rmse_deg or 0.0
+    return Expected(
+        Kind.SIMULATOR, levels, replace(pairing, pressures=driven), tracks, response, tuple(base), missed_deg=missed_deg
+    )
 
 
 def _followed(model: Model, pairing: Pairing) -> tuple[Pairing, list[Modelled]]:

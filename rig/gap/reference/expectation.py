@@ -6,7 +6,7 @@ their usual sizes, and a remainder with a spectrum. Where the expected columns c
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,7 +14,16 @@ from rig.gap.evidence.gaussian import Gaussian
 from rig.gap.evidence.lines import Lines, lines_of
 from rig.gap.hypotheses.propagate import Track
 from rig.gap.records.pairs import Pair
-from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, LOOP_WIDTH, TOP_HZ, FactorLevels, Prior
+from rig.gap.settings import (
+    ENVELOPE_EVEN,
+    ENVELOPE_HZ,
+    LEAST_EFFECTIVE,
+    LOOP_WIDTH,
+    SESSION_S,
+    TOP_HZ,
+    FactorLevels,
+    Prior,
+)
 from rig.model.response import ResponseModel
 from rig.model.response_kernels import RESPONSE_TERMS, response_terms, stops
 from rig.record import Column
@@ -47,6 +56,15 @@ class Factor:
         """Root mean square of (n,) over the rows that were measured."""
         return rms_used(column, self.lines.used)
 
+    def missing(self, rms: float) -> "Factor":
+        """The same for a reference that is known to miss its own records by `rms`: what of it lies beyond the usual
+        floor is spread over all lines."""
+        beyond = max(rms**2 - self.floor**2, 0.0) * float(self.lines.used.sum()) / len(self.healthy.variance)
+        if beyond == 0.0:
+            return self
+        healthy = self.healthy.with_variance(np.full_like(self.healthy.variance, beyond))
+        return replace(self, healthy=healthy, floor=rms)
+
 
 @dataclass(frozen=True)
 class Parts:
@@ -76,9 +94,15 @@ class Parts:
         return Factor(
             self.lines,
             self.gap,
-            Gaussian(variance, self.columns * spread, prior.effective, prior.degrees),
+            Gaussian(variance, self.columns * spread, self._effective(prior), prior.degrees),
             levels.floor * self.span,
         )
+
+    def _effective(self, prior: Prior) -> float:
+        """How many independent lines these records have: fewer than a whole session's where they are shorter."""
+        channels = 2 if self.names[: len(VALVE_PATTERNS)] == VALVE_PATTERNS else 1
+        seconds = sum(rows * dt for rows, dt in zip(self.lines.rows, self.lines.dt_s, strict=True)) / channels
+        return max(prior.effective * min(1.0, seconds / SESSION_S), LEAST_EFFECTIVE)
 
 
 def pressure_parts(tracks: Sequence[Track], p0_mpa: float) -> Parts:
