@@ -8,8 +8,10 @@ Adding an effect: a stage, a line here (docs/how-to/add_an_effect.md).
 # ruff: noqa: E501 (one line a law reads best as a table)
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 from rig.model.effect_stages import EFFECT_STAGES
+from rig.plugins import EFFECTS, Registered
 
 BOTH_SIGNS = (-1.0, 1.0)
 FINE = (0.005, 0.01, 0.02, 0.04, 0.08, 0.16)
@@ -179,8 +181,14 @@ _LIBRARY: tuple[Effect, ...] = (
 FAINT = ("delay", "valve_gain", "valve_offset", "valve_lag", "co_contraction", "leak")
 """Upstream effects that may hide in the monitors' own spread between days and yet show in the angle."""
 
-LIBRARY: dict[str, Effect] = {effect.name: effect for effect in _LIBRARY}
-"""Name -> effect, in the order of the chain."""
+def _from_outside(_key: str, module: Any) -> Effect | None:
+    """The effect of a package that registers one; None for a stage that the diagnosis shall not name."""
+    made: Effect | None = module.library() if hasattr(module, "library") else None
+    return made
+
+
+LIBRARY: Mapping[str, Effect] = Registered({effect.name: effect for effect in _LIBRARY}, EFFECTS, _from_outside)
+"""Name -> effect, in the order of the chain; those of other packages after ours."""
 
 
 def effect_class(name: str, pressures: bool) -> str:

@@ -28,7 +28,7 @@ STAGE = EffectStage(
 
 def library() -> Any:
     """What the diagnosis knows of it; imported only there, because it is heavy."""
-    from rig.gap.effects import Effect, Law
+    from rig.gap.hypotheses.library import Effect, Law
 
     law = Law("sticky_display", ("threshold_deg",), (0.02, 0.05, 0.1), scale="span_deg")
     return Effect("sticky_display", (law,), "the angle moves in jumps of one size at every speed", "jumps", "jumps")
