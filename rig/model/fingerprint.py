@@ -74,7 +74,8 @@ def fingerprint_checksum(fingerprint: Fingerprint, model: "Model") -> str:
     }
     effects = [[added.effect, added.parameters] for added in model.effects]
     own = asdict(fingerprint) | {"checksum": ""}
-    text = json.dumps(_one_zero([own, model.sample_time_s, model.p0_mpa, model.muscle.input, stages, effects]), sort_keys=True)
+    numbers = [own, model.sample_time_s, model.p0_mpa, model.muscle.input, stages, effects]
+    text = json.dumps(_one_zero(numbers), sort_keys=True)
     return f"sha-{hashlib.sha256(text.encode()).hexdigest()[:12]}"
 
 

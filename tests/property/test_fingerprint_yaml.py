@@ -56,7 +56,10 @@ def another(value: object) -> object:
 
 
 @settings(max_examples=60, deadline=None)
-@given(FINGERPRINTS, st.sampled_from([each.name for each in fields(Fingerprint) if each.name not in ("checksum", "version")]))
+@given(
+    FINGERPRINTS,
+    st.sampled_from([each.name for each in fields(Fingerprint) if each.name not in ("checksum", "version")]),
+)
 def test_a_changed_number_is_seen(fingerprint: Fingerprint, name: str) -> None:
     model = stamped(fingerprint)
     now = getattr(fingerprint, name)

@@ -181,6 +181,7 @@ _LIBRARY: tuple[Effect, ...] = (
 FAINT = ("delay", "valve_gain", "valve_offset", "valve_lag", "co_contraction", "leak")
 """Upstream effects that may hide in the monitors' own spread between days and yet show in the angle."""
 
+
 def _from_outside(_key: str, module: Any) -> Effect | None:
     """The effect of a package that registers one; None for a stage that the diagnosis shall not name."""
     made: Effect | None = module.library() if hasattr(module, "library") else None

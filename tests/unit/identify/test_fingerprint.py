@@ -161,7 +161,9 @@ def test_a_checksum_never_looks_like_a_number(tmp_path: Path) -> None:
 
 def test_a_negative_zero_is_no_change(tmp_path: Path) -> None:
     minus = replace(FINGERPRINT, viscous_s=-0.0, checksum="")
-    save_model(replace(RIG, fingerprint=replace(minus, checksum=fingerprint_checksum(minus, RIG))), tmp_path / "model.yaml")
+    save_model(
+        replace(RIG, fingerprint=replace(minus, checksum=fingerprint_checksum(minus, RIG))), tmp_path / "model.yaml"
+    )
     assert fingerprint_trouble(load_model(tmp_path / "model.yaml")) is None
 
 
