@@ -1,0 +1,92 @@
+"""A simulator alone: what it lacks is named with its size, what re-tuning would close is said, a healthy rig is none."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from gap_rigs import model, session
+
+from rig.gap.answer.retuning import retune
+from rig.gap.diagnosis import diagnose_with_grounds
+from rig.gap.evidence.posterior import NONE, UNKNOWN
+from rig.gap.pipeline import Grounds
+from rig.gap.records.pairs import pair_up
+from rig.model.parameters import AddedEffect, Model
+
+LACKING = [
+    ("valve_lag", {"tau_s": 0.03}, "tau_s", 0.15),
+    ("delay", {"delay_s": 0.04}, "delay_s", 0.1),
+    ("pressure_ceiling", {"ceiling_mpa": 0.27}, "ceiling_mpa", 0.05),
+]
+
+
+def alone(*effects: AddedEffect, simulator: Model | None = None) -> tuple[object, Grounds]:
+    """The diagnosis of a rig with these effects from its simulator alone."""
+    found, grounds = diagnose_with_grounds(simulator or model(), session(71, *effects))
+    assert isinstance(grounds, Grounds)
+    return found, grounds
+
+
+@pytest.mark.parametrize(("effect", "numbers", "size", "within"), LACKING)
+def test_an_effect_ahead_of_the_monitors_needs_no_healthy_day(
+    effect: str, numbers: dict[str, float], size: str, within: float
+) -> None:
+    found, grounds = alone(AddedEffect(effect, numbers))
+    assert [cause.effect for cause in found.causes] == [effect]
+    assert found.causes[0].parameters[size].value == pytest.approx(numbers[size], rel=within)
+    assert found.gap["after_deg"] < 0.5 * found.gap["rms_deg"]
+    assert found.gap["after_low_deg"] <= found.gap["after_deg"] <= found.gap["after_high_deg"]
+    assert grounds.posteriors[0].names == [effect]
+
+
+def test_a_healthy_rig_lacks_nothing() -> None:
+    found, grounds = alone()
+    assert found.verdict == "none"
+    assert found.causes == []
+    assert all(posterior.probability[NONE] > 0.9 for posterior in grounds.posteriors)
+
+
+def test_probabilities_of_a_factor_add_up_and_the_set_holds_its_mass() -> None:
+    _, grounds = alone(AddedEffect("viscous_friction", {"tau_s": 0.02}))
+    for posterior in grounds.posteriors:
+        assert sum(posterior.probability.values()) == pytest.approx(1.0)
+        assert sum(posterior.probability[name] for name in posterior.names) >= 0.95
+        assert sum(posterior.probability[name] for name in posterior.names[:-1]) < 0.95
+
+
+def test_what_the_library_does_not_hold_is_unknown() -> None:
+    records = session(71, AddedEffect("valve_slew", {"fill_mpa_s": 0.25, "exhaust_mpa_s": 0.25}))
+    found, grounds = diagnose_with_grounds(model(), records, library=["valve_offset", "sensor_gain"])
+    assert found.verdict in ("unknown", "partly_explained")
+    assert isinstance(grounds, Grounds)
+    assert grounds.posteriors[0].best == UNKNOWN or grounds.posteriors[0].beside > 0.5
+
+
+def test_retuning_finds_the_parameter_that_moved() -> None:
+    rig = model()
+    slower = replace(rig.valve.parameters["valve1_tau_s"], value=rig.valve.parameters["valve1_tau_s"].value + 0.02)
+    moved = replace(rig, valve=replace(rig.valve, parameters={**rig.valve.parameters, "valve1_tau_s": slower}))
+    found = retune(moved, pair_up(session(72), [], rig.p0_mpa).pairs, True)
+    assert found is not None
+    assert found.closes_fraction > 0.9
+    (tau,) = [one for one in found.moved if one.name == "valve1_tau_s"]
+    assert tau.after == pytest.approx(rig.valve.parameters["valve1_tau_s"].value, rel=0.05)
+    assert tau.low <= tau.after <= tau.high
+
+
+def test_retuning_a_simulator_that_fits_moves_no_time_constant() -> None:
+    found = retune(model(), pair_up(session(73), [], model().p0_mpa).pairs, True)
+    assert found is not None
+    assert [one.name for one in found.moved if one.name.endswith("tau_s")] == []
+    assert found.after_deg < 2.0 * found.before_deg
+
+
+def test_records_without_pressures_are_judged_on_the_angle_alone() -> None:
+    records = [
+        replace(record, p1_mpa=None, p2_mpa=None) for record in session(74, AddedEffect("delay", {"delay_s": 0.2}))
+    ]
+    found, grounds = diagnose_with_grounds(model(), records)
+    assert isinstance(grounds, Grounds)
+    assert [posterior.stand.name for posterior in grounds.posteriors] == ["angle"]
+    assert found.verdict != "none"
+    assert np.isfinite(found.gap["after_deg"])
