@@ -1,4 +1,4 @@
-"""A simulator alone: what it lacks is named with its size, what re-tuning would close is said, a healthy rig is none."""
+"""A simulator alone: what it lacks with its size, what re-tuning would close, none for a healthy rig."""
 
 from dataclasses import replace
 
