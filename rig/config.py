@@ -73,7 +73,7 @@ def read_text(path: Path, most_bytes: int = MOST_BYTES) -> str:
     try:
         return _text(path, most_bytes)
     except FileNotFoundError:
-        raise ConfigError(f"{path}: no such file{_nearest_file(path)}") from None
+        raise ConfigError(f"{path}: no such file{nearest_file(path)}") from None
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(
             f"{path}: cannot be read: {getattr(error, 'strerror', None) or 'it is not UTF-8 text'}"
@@ -359,7 +359,8 @@ def shown(raw: object) -> str:
     return kind or (text if len(text) <= _SHOWN_CHARACTERS else f"{text[:_SHOWN_CHARACTERS]}...")
 
 
-def _nearest_file(path: Path) -> str:
+def nearest_file(path: Path) -> str:
+    """The end of a message about a missing file: the one beside it that may have been meant."""
     try:
         names = [p.name for p in path.parent.iterdir()]
     except OSError:

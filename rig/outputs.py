@@ -53,7 +53,7 @@ _SIGNS: Final[dict[Kind, Callable[[bytes], bool]]] = {
     Kind.TABLE: lambda head: head.startswith((b"record,", b"| record")),
     Kind.MODEL: _key(b"muscle"),
     Kind.SWEEP: _key(b"records"),
-    Kind.CALIBRATION: _key(b"valve_[12]", b"monitor_[12]", b"angle"),
+    Kind.CALIBRATION: _key(rb"valve_\d+", rb"monitor_\d+", b"angle"),
 }
 """How a file shows its kind in its first bytes."""
 

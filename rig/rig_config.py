@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
-from rig.config import bounded, read_yaml, structure, suggest
+from rig.config import bounded, nearest_file, read_yaml, structure, suggest
 from rig.errors import ConfigError
 from rig.interfaces import Role
 from rig.realtime.guard import Limits
@@ -147,7 +147,8 @@ def require_file(place: Path, where: str, written: object) -> None:
     """ConfigError when a file that a rig's YAML names is not there: the YAML and its key, what it says, and where that
     was looked for."""
     if not place.is_file():
-        raise ConfigError(f"{where}: {written}: no such file; looked for at {place.resolve()}")
+        near = nearest_file(place) if place.parent.is_dir() else ""
+        raise ConfigError(f"{where}: {written}: no such file{near}; looked for at {place.resolve()}")
 
 
 def resolve_paths(settings: Any, base: Path) -> dict[str, Path]:

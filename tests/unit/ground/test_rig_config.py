@@ -64,10 +64,9 @@ def test_mistakes_are_one_line(tmp_path: Path, old: str, new: str, line: str) ->
 
 
 def test_a_missing_calibration_is_told_by_its_key_and_where_it_was_looked_for(tmp_path: Path) -> None:
-    assert (
-        load(tmp_path, GOOD + "calibration: cal.yaml\n")
-        == f"calibration: cal.yaml: no such file; looked for at {tmp_path}/cal.yaml"
-    )
+    said = load(tmp_path, GOOD + "calibration: calibration_of_may.yaml\n")
+    place = tmp_path / "calibration_of_may.yaml"
+    assert said == f"calibration: calibration_of_may.yaml: no such file; looked for at {place}"
     (tmp_path / "cal.yaml").write_text("- a\n")
     assert load(tmp_path, GOOD + "calibration: cal.yaml\n").endswith("expected a mapping of roles to calibrations")
 

@@ -44,7 +44,8 @@ def licence(package: str) -> str:
     """What the package says of itself: the expression, else the classifiers, else the first line of its text."""
     said = metadata(package)
     classifiers = [line for line in said.get_all("Classifier") or [] if line.startswith("License ::")]
-    return said["License-Expression"] or " ".join(classifiers[-1:]) or (said["License"] or "").partition("\n")[0]
+    text = said.get("License") or ""
+    return said.get("License-Expression") or " ".join(classifiers[-1:]) or text.partition("\n")[0]
 
 
 def permissive(text: str) -> bool:
