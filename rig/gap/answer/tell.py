@@ -65,16 +65,26 @@ class Told:
         return list(found.values())
 
 
+@dataclass(frozen=True)
+class Kept:
+    """A named effect that the answer keeps, with the factor that it was found on."""
+
+    posterior: Posterior
+    fit: Fit
+    alone_deg: float
+    """Rms of the simulator's error with this effect alone in it."""
+
+
 def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Diagnosis:
     """The diagnosis; `after` says how far the gap shrinks with some causes in the simulator."""
     pairs = told.prepared.pairs
     gaps = overall_gap(told.prepared, [])
     before, floor = rms_of(gaps, pairs), _floor(told, fitted())
     kept = _helping(told, before)
-    far = after([(posterior.stand.name, fit) for posterior, fit in kept])
+    far = after([(one.posterior.stand.name, one.fit) for one in kept])
     marks = [marked(mark, told.prepared) for mark in told.marks if mark.found and mark.effect]
     added = bool(kept) and far.after_deg <= before
-    causes = [*_causes(told, kept, before, far, added), *marks, *_unknowns(told, before)]
+    causes = [*_causes(told, kept, before, far, added), *marks, *_unknowns(told, kept, before)]
     causes += [Cause(UNKNOWN, "sensor", "raw data", None, {}, before, before, 0.0, (), 0.5) for _ in _strange(told)]
     verdict = _verdict(told, causes)
     names_something = any(cause.effect != UNKNOWN for cause in causes)
@@ -82,7 +92,7 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
         "rms_deg": before,
         "floor_deg": floor,
         "ratio": before / floor,
-        "explained_fraction": _explained(told, kept, before, far.after_deg if added else before, floor)
+        "explained_fraction": _explained(kept, before, far.after_deg if added else before, floor)
         if names_something
         else 0.0,
         "after_deg": far.after_deg if added else before,
@@ -123,23 +133,23 @@ def _floor(told: Told, settings: Fitted) -> float:
     return max(settings.levels[told.expected.levels].commanded_floor * span, told.expected.missed_deg, 1e-6)
 
 
-def _helping(told: Told, before: float) -> list[tuple[Posterior, Fit]]:
-    """The named effects without any that makes the simulator follow these records worse; said when so."""
+def _helping(told: Told, before: float) -> list[Kept]:
+    """The named effects without any that makes the simulator follow these records worse."""
     kept = []
     for posterior, fit in told.named:
         alone = rms_of(remaining_gap(told.simulator, [fit.applied], told.prepared), told.prepared.pairs)
         helps = alone <= SPOILT * before or posterior.stand.name == PRESSURES
         if helps and share_closed(posterior, fit) > 0.0:
-            kept.append((posterior, fit))
+            kept.append(Kept(posterior, fit, alone))
     return kept
 
 
-def _causes(told: Told, kept: Sequence[tuple[Posterior, Fit]], before: float, far: HowFar, added: bool) -> list[Cause]:
+def _causes(told: Told, kept: Sequence[Kept], before: float, far: HowFar, added: bool) -> list[Cause]:
     """The named effects, the one that closes most first; where not `added`, none goes into the simulator."""
     found = []
-    for posterior, fit in kept:
-        alone = rms_of(remaining_gap(told.simulator, [fit.applied], told.prepared), told.prepared.pairs)
-        left = far.after_deg if len(kept) == 1 else alone
+    for one in kept:
+        posterior, fit = one.posterior, one.fit
+        left = far.after_deg if len(kept) == 1 else one.alone_deg
         others = tuple(name for name in posterior.names if name in posterior.fits and name != fit.effect.name)
         found.append(
             Cause(
@@ -158,13 +168,12 @@ def _causes(told: Told, kept: Sequence[tuple[Posterior, Fit]], before: float, fa
     return sorted(found, key=lambda cause: cause.gap_after_deg)
 
 
-def _unknowns(told: Told, before: float) -> list[Cause]:
+def _unknowns(told: Told, kept: Sequence[Kept], before: float) -> list[Cause]:
     """Something unknown for each factor where that is the likeliest, or stands beside the effect."""
     found = []
+    spoilt = [posterior for posterior, fit in told.named if not any(fit is one.fit for one in kept)]
     for posterior in told.posteriors:
-        open_here = (
-            posterior.fit is None or posterior.beside > 0.5 or (posterior.fit, posterior) in _spoilt(told, before)
-        )
+        open_here = posterior.fit is None or posterior.beside > 0.5 or any(posterior is one for one in spoilt)
         if posterior.found and open_here:
             near = sorted(posterior.fits, key=lambda name: -posterior.probability[name])[:2]
             stage = EFFECT_STAGES[posterior.fits[near[0]].applied.stage].lies_in if near else "joint"
@@ -173,11 +182,6 @@ def _unknowns(told: Told, before: float) -> list[Cause]:
                 Cause(UNKNOWN, stage, posterior.stand.name, None, {}, before, before, 0.0, tuple(near), chance)
             )
     return found
-
-
-def _spoilt(told: Told, before: float) -> list[tuple[Fit, Posterior]]:
-    kept = [fit for _, fit in _helping(told, before)]
-    return [(fit, posterior) for posterior, fit in told.named if fit not in kept]
 
 
 def intervals(fit: Fit) -> dict[str, Interval]:
@@ -201,7 +205,7 @@ def share_closed(posterior: Posterior, fit: Fit) -> float:
     return float(np.clip((before - after) / max(before - min(effective, 0.5 * before), 1e-9), 0.0, 1.0))
 
 
-def _explained(told: Told, kept: Sequence[tuple[Posterior, Fit]], before: float, after: float, floor: float) -> float:
+def _explained(kept: Sequence[Kept], before: float, after: float, floor: float) -> float:
     """(G - E) / (G - F) in mean squares of the angle where it stands above the floor; else of what the causes were
     found on."""
     if not kept:
@@ -210,7 +214,7 @@ def _explained(told: Told, kept: Sequence[tuple[Posterior, Fit]], before: float,
         return float(np.clip((before**2 - after**2) / (before**2 - floor**2), -1.0, 1.0))
     if after < before:
         return 1.0 - (after / before) ** 2
-    return max(share_closed(posterior, fit) for posterior, fit in kept)
+    return max(share_closed(one.posterior, one.fit) for one in kept)
 
 
 def _verdict(told: Told, causes: Sequence[Cause]) -> str:

@@ -6,11 +6,7 @@ The effects themselves are compiled from `rig.model.effect_stages` by `rig.model
 import numpy as np
 from numba import njit
 
-from rig.model.response_kernels import RESPONSE_TERMS as CARRIER_TERMS
-from rig.model.response_kernels import response_terms, stops
 from rig.record import Column
-
-__all__ = ["CARRIER_TERMS", "carrier_terms", "stops", "whitened"]
 
 
 @njit(cache=True, nogil=True)
@@ -33,8 +29,3 @@ def whitened(
     for j in range(m):
         out[n + j] = sizes[j] * precision[j]
     return out
-
-
-def carrier_terms(p1: Column, p2: Column, p0_mpa: float, dt_s: float, out: Column) -> None:
-    """`response_terms` at the usual exponent of the mean pressure, under the name that some rooms still ask for."""
-    response_terms(p1, p2, p0_mpa, 1.0, dt_s, out)
