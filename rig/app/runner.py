@@ -26,8 +26,8 @@ from rig.realtime.ring import RingReader
 from rig.rig_config import RigConfig
 from rig.sample import unpack
 from rig.service.last_resort import last_resort
-from rig.service.orders import order_of, session_facts
 from rig.service.recorder import RunOrder, RunResult, said_of
+from rig.service.run_setup import order_of, session_facts
 from rig.service.session import Session, ending_signals, is_warning, own_signals, spoken
 
 _POLL_S = 0.05

@@ -18,9 +18,9 @@ from rig.realtime.ring import Ring
 from rig.realtime.safe_state import SafeBlock, SafeStateAuthority, SecondPath, Verdict, WatchedProcess, Writer
 from rig.realtime.supervisor import Supervisor
 from rig.rig_config import RigConfig
-from rig.service.keeper import Parts
 from rig.service.processes import name_process
 from rig.service.session import Watching
+from rig.service.session_monitor import Parts
 from rig.service.watchers import WatcherOrders
 
 GUARDIAN_PATIENCE_NS: Final = 250_000_000
@@ -111,7 +111,7 @@ def second_path(rig: RigConfig) -> SecondPath:
 
 
 def parts_of(rig: RigConfig, *, virtual: bool = False, seed: int | None = None) -> Parts:
-    """What the daemon's keeper needs to make the processes of this rig. A virtual rig moves nothing and has no
+    """What the daemon's session monitor needs to make the processes of this rig. A virtual rig moves nothing and has no
     supervisor."""
     return Parts(
         rig=rig,

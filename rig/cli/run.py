@@ -47,7 +47,7 @@ def run(
     from rig.errors import RigError
     from rig.excite.envelope import check
     from rig.excite.experiment import expand, load_sweep
-    from rig.service.orders import program_of
+    from rig.service.run_setup import program_of
 
     sweep = compose.find_config(sweep, "sweeps")
     rig = compose.load(rig_path)

@@ -1,5 +1,5 @@
-"""The daemon: what it does on each command and each turn of its own clock. Processes are the keeper's, work is the
-worker's."""
+"""The daemon: what it does on each command and each turn of its own clock. Processes are the session monitor's, jobs
+the queue runner's."""
 
 import asyncio
 import contextlib
@@ -18,18 +18,18 @@ from rig.realtime.safe_state import Outcome
 from rig.realtime.state import Event, State
 from rig.service import blackbox, metrics, places
 from rig.service.control import Server
-from rig.service.keeper import Keeper, Parts
+from rig.service.job_queue import Queue
 from rig.service.ledger import Ledger
 from rig.service.live import LiveView
 from rig.service.notify import Notifier
 from rig.service.planner import Planner
 from rig.service.protocol import VERSION, Code, Refused, Request
+from rig.service.queue_runner import QueueRunner
 from rig.service.retention import NOTICE_S, Retention
 from rig.service.session import ending_signals
+from rig.service.session_monitor import Parts, SessionMonitor
 from rig.service.settings import DaemonSettings, make_folder, read_token
 from rig.service.telemetry import fault_json, safe_json
-from rig.service.work import Queue
-from rig.service.worker import Worker
 
 _TURN_S: Final = 0.02
 _SWITCH_S: Final = 0.0002
@@ -56,13 +56,13 @@ class Daemon:
         )
         self._lock = places.take_lock(settings.state / "daemon.lock", taken)
         self._parts, self._settings = parts, settings
-        self._keeper = Keeper(parts, settings.force)
+        self._monitor = SessionMonitor(parts, settings.force)
         self._queue = Queue(settings.state / "queue.json")
         self._ledger = Ledger(settings.ledger)
         self._retention = Retention(self._ledger, settings.retention)
-        self._worker = Worker(self._keeper, self._queue, parts.rig, settings, self._ledger)
+        self._runner = QueueRunner(self._monitor, self._queue, parts.rig, settings, self._ledger)
         self._checker = Planner(parts.rig)
-        """Apart from the worker's: what a client sends must not hold up a sweep that runs."""
+        """Apart from the queue runner's: what a client sends must not hold up a sweep that runs."""
         self._starting = asyncio.Lock()
         self._starts = 0
         self._server = Server(self._handle, self.status, self._begin_estop)
@@ -108,19 +108,19 @@ class Daemon:
             _LOG.info("viewers may look at %s:%d", self._settings.view.host, port)
         for saved in await asyncio.to_thread(blackbox.salvage, self._settings.state / "blackbox"):
             self._keep(saved, "left by a daemon that had died")
-        await loop.run_in_executor(self._starter, self._keeper.open)
-        self._live.follow(self._keeper.session)
-        self._tasks = [asyncio.create_task(planner.warm()) for planner in (self._checker, self._worker.planner)]
+        await loop.run_in_executor(self._starter, self._monitor.open)
+        self._live.follow(self._monitor.session)
+        self._tasks = [asyncio.create_task(planner.warm()) for planner in (self._checker, self._runner.planner)]
         self._tasks += [
-            asyncio.create_task(work) for work in (self._turn(), self._worker.run(), self._house(), self._make_room())
+            asyncio.create_task(work) for work in (self._turn(), self._runner.run(), self._house(), self._make_room())
         ]
         for task in self._tasks:
             task.add_done_callback(self._task_ended)
         gc.collect()
         gc.freeze()  # what is there now stays: a full collection would walk through all of it, for tens of milliseconds
-        self._notifier.say(READY=1, STATUS=self._keeper.state.name.lower())
+        self._notifier.say(READY=1, STATUS=self._monitor.state.name.lower())
         _LOG.info(
-            "listening at %s, rig %s, %s", self._settings.socket, self._parts.rig.name, self._keeper.state.name.lower()
+            "listening at %s, rig %s, %s", self._settings.socket, self._parts.rig.name, self._monitor.state.name.lower()
         )
 
     def _task_ended(self, task: "asyncio.Task[None]") -> None:
@@ -133,11 +133,11 @@ class Daemon:
         self._notifier.say(STOPPING=1)
         for task in self._tasks:
             task.cancel()
-        for planner in (self._checker, self._worker.planner):
+        for planner in (self._checker, self._runner.planner):
             await asyncio.to_thread(planner.close)
         await asyncio.gather(*self._tasks, return_exceptions=True)
         self._live.close()
-        left = await asyncio.get_running_loop().run_in_executor(self._starter, self._keeper.close)
+        left = await asyncio.get_running_loop().run_in_executor(self._starter, self._monitor.close)
         await self._server.close()
         self._starter.shutdown()
         self._notifier.close()
@@ -151,36 +151,36 @@ class Daemon:
         period_s = (self._notifier.watchdog_s or 1.0) / 4
         while True:
             if not self._resetting:
-                self._keeper.check()
+                self._monitor.check()
                 self._report_fault()
                 self._report_safe()
-            session = self._keeper.session
+            session = self._monitor.session
             now, now_ns = (
                 time.monotonic(),
                 session.ring.heartbeat_ns if session is not None and not self._resetting else 0,
             )
-            known = self._resetting or self._keeper.state is State.FAULT
+            known = self._resetting or self._monitor.state is State.FAULT
             if now - fed >= period_s and (now_ns != beat_ns or known):
                 # a loop that is alive, or a fault that is known and shown; a loop that hangs unseen is for systemd
                 fed, beat_ns = now, now_ns
-                self._notifier.say(WATCHDOG=1, STATUS=self._keeper.state.name.lower())
+                self._notifier.say(WATCHDOG=1, STATUS=self._monitor.state.name.lower())
             await asyncio.sleep(_TURN_S)
 
     def _report_fault(self) -> None:
-        fault = self._keeper.fault
+        fault = self._monitor.fault
         if fault is self._reported:
             return
         self._reported = fault
         if fault is Fault.NONE:
             _LOG.info("fault cleared")
             return
-        self._worker.hold()
-        _LOG.error("%s", explain(fault, self._keeper.said))
+        self._runner.hold()
+        _LOG.error("%s", explain(fault, self._monitor.said))
         self._tasks.append(asyncio.create_task(self._save_black_box(fault)))
 
     def _report_safe(self) -> None:
         """During a fault, each time that more is known of the safe state."""
-        report = self._keeper.safe if self._keeper.state is State.FAULT else None
+        report = self._monitor.safe if self._monitor.state is State.FAULT else None
         if report is None or report.outcome is Outcome.UNKNOWN:
             self._reported_safe = ""
         elif report.words != self._reported_safe:
@@ -188,12 +188,12 @@ class Daemon:
             _LOG.log(logging.WARNING if report.safe else logging.ERROR, "%s", report.words)
 
     async def _save_black_box(self, fault: Fault) -> None:
-        session = self._keeper.session
+        session = self._monitor.session
         if session is None:
             return
         try:
             saved = await asyncio.to_thread(
-                blackbox.save, session.ring, self._settings.state / "blackbox", fault, self._keeper.said
+                blackbox.save, session.ring, self._settings.state / "blackbox", fault, self._monitor.said
             )
             self._keep(saved, explain(fault))
         except RigError as error:
@@ -235,30 +235,30 @@ class Daemon:
             return self.status(None)
         _LOG.info("command %s %s", name, given or "")
         if name == "arm":
-            return [*await self._keeper.arm(), *self._of_before()]
+            return [*await self._monitor.arm(), *self._of_before()]
         if name == "start":
             return await self._start(given.get("sweeps", []), float(given.get("pause_s", 0.0)), given.get("before", ""))
         if name == "stop":
             return await self._stop(bool(given.get("after_current", False)))
         if name == "estop":
-            self._worker.hold()
-            return safe_json(await self._keeper.estop(), self._safe_mpa)
+            self._runner.hold()
+            return safe_json(await self._monitor.estop(), self._safe_mpa)
         if name == "reset":
             return await self._reset()
         return {"cleared": await asyncio.to_thread(self._queue.clear)}
 
     def _begin_estop(self) -> None:
-        self._worker.hold()
-        self._keeper.begin_estop()
+        self._runner.hold()
+        self._monitor.begin_estop()
 
     def _of_before(self) -> list[str]:
         """What the operator is to know before anything moves."""
-        waits = self._worker.interrupted
+        waits = self._runner.interrupted
         return [f"the queue holds {waits}; `pamrig start` goes on with it, `pamrig clear` drops it"] if waits else []
 
     async def _start(self, sweeps: list[Any], pause_s: float, before: str) -> list[dict[str, Any]]:
-        if self._keeper.state is not State.RUNNING:
-            self._keeper.must(Event.START)
+        if self._monitor.state is not State.RUNNING:
+            self._monitor.must(Event.START)
         _check_start(sweeps, pause_s, before)
         if self._starts >= _MOST_STARTS:
             raise Refused(Code.REFUSED, f"{_MOST_STARTS} starts are being looked at already; try again")
@@ -273,74 +273,74 @@ class Daemon:
             return await self._queue_up(sweeps, pause_s, before)
 
     async def _queue_up(self, sweeps: list[Path], pause_s: float, before: str) -> list[dict[str, Any]]:
-        await asyncio.to_thread(self._worker.check_space)
+        await asyncio.to_thread(self._runner.check_space)
         planned = [(sweep, await self._checker.check(sweep)) for sweep in sweeps]
-        waits = self._worker.interrupted
+        waits = self._runner.interrupted
         if sweeps and waits and not before:
             raise Refused(Code.WRONG_STATE, f"the queue holds {waits}; {_DECIDE}")
-        jobs = [await asyncio.to_thread(self._worker.add, path, summary, pause_s) for path, summary in planned]
+        jobs = [await asyncio.to_thread(self._runner.add, path, summary, pause_s) for path, summary in planned]
         if self._queue.next() is None:
             raise Refused(Code.WRONG_STATE, "the queue is empty; give a sweep to start")
-        self._worker.go_on([job.id for job in jobs] if waits and before == "leave" else None)
+        self._runner.go_on([job.id for job in jobs] if waits and before == "leave" else None)
         return [{"id": job.id, "sweep": job.sweep, "records": job.total, "seconds": job.seconds} for job in jobs]
 
     async def _stop(self, after_current: bool) -> dict[str, str]:
-        running = self._keeper.state is State.RUNNING
-        self._worker.hold()
-        session = self._keeper.session
+        running = self._monitor.state is State.RUNNING
+        self._runner.hold()
+        session = self._monitor.session
         if running and session is not None:
             if not after_current:
                 session.mailbox.stop()
             return {"did": "stops after the record that runs" if after_current else "ramping down"}
-        self._keeper.must(Event.DISARM)
-        await self._keeper.disarm()
+        self._monitor.must(Event.DISARM)
+        await self._monitor.disarm()
         return {"did": "disarmed"}
 
     async def _reset(self) -> dict[str, str]:
         if self._resetting:
             raise Refused(Code.WRONG_STATE, "a reset is under way")
-        self._keeper.must(Event.RESET)
-        self._worker.hold()
-        await self._worker.idle()
-        if not self._keeper.needs_new_session:
-            await self._keeper.clear_fault()
+        self._monitor.must(Event.RESET)
+        self._runner.hold()
+        await self._runner.idle()
+        if not self._monitor.needs_new_session:
+            await self._monitor.clear_fault()
         else:
             self._resetting = True
             try:
-                await asyncio.get_running_loop().run_in_executor(self._starter, self._keeper.reopen)
+                await asyncio.get_running_loop().run_in_executor(self._starter, self._monitor.reopen)
             finally:
                 self._resetting = False
-            self._live.follow(self._keeper.session)
-        self._keeper.check()
+            self._live.follow(self._monitor.session)
+        self._monitor.check()
         self._report_fault()
-        if fault := self._keeper.fault:
-            raise Refused(Code.REFUSED, f"the cause is not gone: {explain(fault, self._keeper.said)}")
-        return {"state": self._keeper.state.name.lower()}
+        if fault := self._monitor.fault:
+            raise Refused(Code.REFUSED, f"the cause is not gone: {explain(fault, self._monitor.said)}")
+        return {"state": self._monitor.state.name.lower()}
 
     def status(self, cursor: int | None) -> dict[str, Any]:
         """The whole status as plain data; with a `cursor`, also the samples since then and the next cursor."""
-        keeper, session = self._keeper, self._keeper.session
+        monitor, session = self._monitor, self._monitor.session
         status: dict[str, Any] = {
             "version": VERSION,
             "rig": self._parts.rig.name,
-            "state": keeper.state.name.lower(),
-            "fault": fault_json(keeper.fault, keeper.said),
-            "safe_state": safe_json(keeper.safe, self._safe_mpa),
+            "state": monitor.state.name.lower(),
+            "fault": fault_json(monitor.fault, monitor.said),
+            "safe_state": safe_json(monitor.safe, self._safe_mpa),
             "session": f"{session.id:016x}" if session else None,
             "uptime_s": time.monotonic() - self._began,
-            "loop": keeper.telemetry.to_json() if keeper.telemetry else None,
-            **self._worker.to_json(),
+            "loop": monitor.telemetry.to_json() if monitor.telemetry else None,
+            **self._runner.to_json(),
             "processes": _processes(session),
             "realtime": session.facts.get("realtime", {}) if session else {},
-            "disk_free_gb": self._worker.free_gb,
+            "disk_free_gb": self._runner.free_gb,
             "logs": str(self._settings.logs.absolute()),
             "retention": self._retention.to_json(),
             "clients": self._server.clients,
             "dropped_events": self._server.dropped_events,
             "black_boxes": [str(path) for path in self.black_boxes[-5:]],
         }
-        if cursor is not None and keeper.telemetry:
-            status["cursor"], status["samples"] = keeper.telemetry.columns(cursor)
+        if cursor is not None and monitor.telemetry:
+            status["cursor"], status["samples"] = monitor.telemetry.columns(cursor)
         return status
 
 

@@ -26,8 +26,8 @@ from rig.excite.envelope import check
 from rig.excite.experiment import MOST_SWEEP_BYTES, RunPlan, expand, load_sweep
 from rig.realtime.commands import program_name
 from rig.rig_config import RigConfig
-from rig.service.orders import program_of
 from rig.service.processes import start_process
+from rig.service.run_setup import program_of
 
 PATIENCE_S: Final = 120.0
 """For one sweep; a day of set-points at 5 ms takes about 45 s on a busy desktop."""

@@ -151,7 +151,7 @@ def test_after_an_emergency_stop_a_new_sweep_asks_before_the_old_queue_moves(ben
     bench.wait(lambda: client.status()["record"], "the record")
     client.estop()
     bench.wait(lambda: client.status()["fault"], "the fault")
-    bench.wait(lambda: not client.status()["working"], "the worker to hold")
+    bench.wait(lambda: not client.status()["working"], "the queue runner to hold")
     client.reset()
     assert any("the queue holds 1 sweep of before: long (1 of 1 records); 1 records" in line for line in client.arm())
     short = bench.folder / "short.yaml"

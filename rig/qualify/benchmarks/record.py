@@ -12,8 +12,8 @@ from rig.app import compose
 from rig.excite.experiment import RunPlan, expand, load_sweep
 from rig.qualify.benchmarks import figure
 from rig.rig_config import RigConfig
-from rig.service.orders import program_of
 from rig.service.recorder import RunOrder, RunResult
+from rig.service.run_setup import program_of
 from rig.service.session import Session
 
 

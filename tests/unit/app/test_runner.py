@@ -16,8 +16,8 @@ from rig.app.runner import Planned, RunOptions
 from rig.errors import CheckFailed, Interrupted, RigError
 from rig.realtime.faults import Fault
 from rig.sample import Sample
-from rig.service.orders import program_of
 from rig.service.recorder import RunResult
+from rig.service.run_setup import program_of
 from rig.service.session import Session
 
 DENIED = {"fifo": "denied: Operation not permitted", "mlock": "granted"}

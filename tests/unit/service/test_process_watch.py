@@ -18,9 +18,9 @@ from rig.realtime.faults import Fault
 from rig.realtime.ring import Ring, RingWriter
 from rig.realtime.safe_state import Outcome, SafeBlock, SafeReport, SecondPath, Verdict, Writer
 from rig.sample import Sample
-from rig.service.keeper import Keeper
 from rig.service.process_watch import LOOP_PATIENCE_S, Loss, ProcessWatch
 from rig.service.protocol import Refused
+from rig.service.session_monitor import SessionMonitor
 
 pytestmark = pytest.mark.real_time
 PERIOD_NS = 5_000_000
@@ -177,17 +177,17 @@ def test_a_device_out_of_reach_is_tried_for_as_long_as_it_takes(bench: Bench) ->
 def test_an_emergency_stop_that_the_device_did_not_take_is_refused(
     bench: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("rig.service.keeper.ESTOP_PATIENCE_S", 0.3)
+    monkeypatch.setattr("rig.service.session_monitor.ESTOP_PATIENCE_S", 0.3)
     bench.unreachable = True
     bench.loop.send(signal.SIGSTOP)
-    keeper = Keeper(cast(Any, None))
-    keeper.session = cast(Any, SimpleNamespace(watch=bench.watch()))
+    monitor = SessionMonitor(cast(Any, None))
+    monitor.session = cast(Any, SimpleNamespace(watch=bench.watch()))
     with pytest.raises(
         Refused, match="emergency stop not carried out: NOT SAFE as far as is known: the commanding process could not"
     ):
-        asyncio.run(keeper.estop())
+        asyncio.run(monitor.estop())
     bench.unreachable = False
-    assert asyncio.run(keeper.estop()).writer is Writer.CONTROL
+    assert asyncio.run(monitor.estop()).writer is Writer.CONTROL
 
 
 def test_what_the_loop_wrote_and_cannot_read_back_is_looked_at_from_here(bench: Bench) -> None:

@@ -14,16 +14,16 @@ from rig.log.mcap.schema import Ended
 from rig.realtime.commands import Request
 from rig.realtime.state import State
 from rig.rig_config import RigConfig
-from rig.service.keeper import Keeper
+from rig.service.job_queue import Job, JobState, Queue
 from rig.service.ledger import Ledger
-from rig.service.orders import order_of, session_facts
 from rig.service.planner import Planner, Published, Summary
 from rig.service.protocol import Code, Refused
 from rig.service.record_names import aside, free, vacated
 from rig.service.recorder import RunResult
+from rig.service.run_setup import order_of, session_facts
 from rig.service.session import Session
+from rig.service.session_monitor import SessionMonitor
 from rig.service.settings import DaemonSettings
-from rig.service.work import Job, JobState, Queue
 
 _POLL_S: Final = 0.02
 _RESULT_PATIENCE_S: Final = 5.0
@@ -36,11 +36,13 @@ class NoSpace(Refused):
     """The disk is too full for another record."""
 
 
-class Worker:
-    """Turns jobs into runs of the keeper's session."""
+class QueueRunner:
+    """Turns jobs into runs of the monitor's session."""
 
-    def __init__(self, keeper: Keeper, queue: Queue, rig: RigConfig, settings: DaemonSettings, ledger: Ledger) -> None:
-        self._keeper, self._queue, self._rig, self._settings, self._ledger = keeper, queue, rig, settings, ledger
+    def __init__(
+        self, monitor: SessionMonitor, queue: Queue, rig: RigConfig, settings: DaemonSettings, ledger: Ledger
+    ) -> None:
+        self._monitor, self._queue, self._rig, self._settings, self._ledger = monitor, queue, rig, settings, ledger
         self.planner = Planner(rig)
         self._held = True
         """Nothing is started by itself: not after a restart, not after a stop or a fault."""
@@ -130,7 +132,7 @@ class Worker:
                 return
             self.check_space()
             result = await self._record(job, sweep, index)
-            if result is None or result.fault or result.error or self._keeper.fault:
+            if result is None or result.fault or result.error or self._monitor.fault:
                 self._give_up(job, JobState.STOPPED, self._why(result))
                 return
             stopped = result.ended is Ended.STOPPED
@@ -156,7 +158,7 @@ class Worker:
 
     async def _record(self, job: Job, sweep: Summary, index: int) -> RunResult | None:
         """Carry out one run; None when the session broke under it."""
-        keeper, session = self._keeper, self._keeper.session
+        monitor, session = self._monitor, self._monitor.session
         if session is None:
             return None
         self._last_run += 1
@@ -175,8 +177,8 @@ class Worker:
             order = order_of(session, run, plan.sweep_ticks, self.current, facts, attachments)
             await asyncio.to_thread(session.expect, order)  # it waits for the recorder when it is longer than a pipe
             session.mailbox.stop(False)
-            await keeper.request(Request.START, run)
-            self._now = plan, keeper.telemetry.latest.tick if keeper.telemetry and keeper.telemetry.latest else 0
+            await monitor.request(Request.START, run)
+            self._now = plan, monitor.telemetry.latest.tick if monitor.telemetry and monitor.telemetry.latest else 0
             _LOG.info("%s started, run %d", plan.name, run)
             return await self._result(session, run)
         finally:
@@ -186,8 +188,8 @@ class Worker:
     async def _result(self, session: Session, run: int) -> RunResult | None:
         """What the recorder says of the run, once it is over; None when nobody is left to say it."""
         over_since = None
-        while run not in self._keeper.results:
-            running = self._keeper.state is State.RUNNING
+        while run not in self._monitor.results:
+            running = self._monitor.state is State.RUNNING
             if session.trouble is not None and session.trouble.final:
                 session.mailbox.stop()  # it would sweep for nothing
             over_since = None if running else over_since or time.monotonic()
@@ -195,7 +197,7 @@ class Worker:
             if over_since is not None and time.monotonic() - over_since > patience_s:
                 return None
             await asyncio.sleep(_POLL_S)
-        result = self._keeper.results.pop(run)
+        result = self._monitor.results.pop(run)
         said = "valid" if result.valid else "stopped" if result.ended is Ended.STOPPED else "not valid"
         _LOG.info(
             "%s: %d ticks, %d missed, %d dropped, %s",
@@ -214,9 +216,9 @@ class Worker:
         _LOG.error("%s %s: %s", job.name, state.value, why)
 
     def _why(self, result: RunResult | None) -> str:
-        fault = self._keeper.fault
+        fault = self._monitor.fault
         if result is None or fault:
-            return f"{fault.name}: {self._keeper.said}".rstrip(": ") if fault else "the recorder gave no result"
+            return f"{fault.name}: {self._monitor.said}".rstrip(": ") if fault else "the recorder gave no result"
         return result.error or "the run ended in a fault"
 
     @property
@@ -230,7 +232,7 @@ class Worker:
     @property
     def recording_error(self) -> str:
         """Why records cannot be written at present; empty when nothing is known against it."""
-        session = self._keeper.session
+        session = self._monitor.session
         if session is not None and session.trouble is not None:
             return session.trouble.error
         return (
@@ -260,9 +262,9 @@ class Worker:
         shown["recording_error"] = self.recording_error
         shown["pause_s"] = max(self._pause_until - time.monotonic(), 0.0)
         done_s = 0.0
-        if self._now is not None and self._keeper.telemetry and self._keeper.telemetry.latest:
+        if self._now is not None and self._monitor.telemetry and self._monitor.telemetry.latest:
             plan, started = self._now
-            tick = min(self._keeper.telemetry.latest.tick - started, plan.ticks)
+            tick = min(self._monitor.telemetry.latest.tick - started, plan.ticks)
             done_s = tick * self._rig.period_ns / 1e9
             shown["record"] = {
                 "name": plan.name,

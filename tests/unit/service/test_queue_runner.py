@@ -1,4 +1,4 @@
-"""The worker of the daemon, where no rig is needed: what it does when a sweep cannot be begun."""
+"""The queue runner of the daemon, where no rig is needed: what it does when a sweep cannot be begun."""
 
 import asyncio
 from pathlib import Path
@@ -8,27 +8,27 @@ from typing import Any
 import pytest
 
 from rig.app import compose
+from rig.service.job_queue import Job, JobState, Queue
 from rig.service.ledger import Ledger
+from rig.service.queue_runner import NoSpace, QueueRunner
 from rig.service.settings import DaemonSettings
-from rig.service.work import Job, JobState, Queue
-from rig.service.worker import NoSpace, Worker
 
 QUICK = compose.configs() / "sweeps" / "quick.yaml"
 
 
-def worker(folder: Path, spare_gb: float) -> tuple[Worker, Queue]:
+def runner(folder: Path, spare_gb: float) -> tuple[QueueRunner, Queue]:
     queue = Queue(folder / "queue.json")
-    keeper: Any = SimpleNamespace(fault=None, session=None, telemetry=None)
+    monitor: Any = SimpleNamespace(fault=None, session=None, telemetry=None)
     settings = DaemonSettings(logs=folder / "logs", state=folder, spare_gb=spare_gb)
-    return Worker(keeper, queue, compose.load(None), settings, Ledger(settings.ledger)), queue
+    return QueueRunner(monitor, queue, compose.load(None), settings, Ledger(settings.ledger)), queue
 
 
 def worked_on(folder: Path, sweep: Path, spare_gb: float) -> Job:
-    """A job of `sweep`, after the worker has looked at it."""
+    """A job of `sweep`, after the runner has looked at it."""
     (folder / "logs").mkdir()
 
     async def look() -> Job:
-        work, queue = worker(folder, spare_gb)
+        work, queue = runner(folder, spare_gb)
         job = queue.add(sweep, sweep.stem, 1, 10.0, 0.0)
         work.go_on()
         task = asyncio.create_task(work.run())
@@ -57,14 +57,14 @@ def test_a_sweep_that_is_gone_fails(tmp_path: Path) -> None:
 def test_a_full_disk_is_said_before_a_sweep_is_queued(tmp_path: Path) -> None:
     (tmp_path / "logs").mkdir()
     with pytest.raises(NoSpace, match=r"GB free; 1e\+06 GB are to be spared \(`spare_gb`\)"):
-        worker(tmp_path, 1e6)[0].check_space()
+        runner(tmp_path, 1e6)[0].check_space()
 
 
 def test_only_the_jobs_that_were_asked_for_are_begun(tmp_path: Path) -> None:
     (tmp_path / "logs").mkdir()
 
     async def look() -> tuple[Job, Job, str]:
-        work, queue = worker(tmp_path, 0.0)
+        work, queue = runner(tmp_path, 0.0)
         old, new = (queue.add(tmp_path / f"{name}.yaml", name, 1, 10.0, 0.0) for name in ("old", "new"))
         assert "2 sweeps of before: old (1 of 1 records), new" in work.interrupted
         work.go_on([new.id])

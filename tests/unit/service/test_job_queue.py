@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from rig.errors import RigError
-from rig.service import work
-from rig.service.work import KEPT_DONE, KEPT_FILES, JobState, Queue
+from rig.service import job_queue
+from rig.service.job_queue import KEPT_DONE, KEPT_FILES, JobState, Queue
 
 
 def queue(folder: Path) -> Queue:
@@ -111,7 +111,7 @@ def test_of_a_queue_only_what_was_asked_for_counts(tmp_path: Path) -> None:
 
 
 def test_a_full_queue_takes_no_more(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(work, "MOST_OPEN", 2)
+    monkeypatch.setattr(job_queue, "MOST_OPEN", 2)
     jobs = queue(tmp_path)
     for _ in range(2):
         jobs.add(Path("/a.yaml"), "a", 1, 1.0, 0.0)

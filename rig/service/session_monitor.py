@@ -47,7 +47,7 @@ class Parts:
     options: Mapping[str, Any] = field(default_factory=dict)
 
 
-class Keeper:
+class SessionMonitor:
     """One rig under the daemon."""
 
     def __init__(self, parts: Parts, force: bool = False) -> None:
