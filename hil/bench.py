@@ -38,6 +38,8 @@ class SimulatedSettings:
     """The potentiometer's converter: 12 bits are 0.084 degrees a count."""
     angle_offset_deg: float = bounded(-170.0, 170.0, "deg", default=3.0)
     """Sensor angle at rest: the rig is not mounted at its sensor's zero."""
+    further: dict[str, float] = field(default_factory=dict)
+    """What its further channels read: name -> value."""
 
 
 _REGULATOR_MPA = 0.5  # top of the ITV1030/2030's range
@@ -97,6 +99,7 @@ class SimulatedRig:
         self._truth = self._chain.step(*self._command)
         self._plant_ns: int | None = None
         self._open = False
+        self._further = tuple(settings.further.get(name, NAN) for name in context.places)
         volts_per_count = _CONVERTER_V / (1 << settings.monitor_bits)
         self._top = float((1 << settings.monitor_bits) - 1)
         self._live_zero, self._broken = _MONITOR_LIVE_ZERO_V / volts_per_count, _MONITOR_BROKEN_V / volts_per_count
@@ -140,7 +143,9 @@ class SimulatedRig:
             p1_mpa, raw1 = (NAN, NAN) if flags & P1_ABSENT else (p1_mpa, raw1)
             p2_mpa, raw2 = (NAN, NAN) if flags & P2_ABSENT else (p2_mpa, raw2)
         angle_deg = (raw_angle - self._angle_middle) * self._deg_per_count
-        return Measurement._make((p1_mpa, p2_mpa, angle_deg, raw1, raw2, raw_angle, NAN, 0, 0, 0, flags))
+        return Measurement._make(
+            (p1_mpa, p2_mpa, angle_deg, raw1, raw2, raw_angle, NAN, 0, 0, 0, flags, *self._further)
+        )
 
     def twin(self, clock: Clock) -> "SimulatedRig":
         """Another such rig on another clock: for whoever wants to call one without an effect on this one."""

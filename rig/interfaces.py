@@ -36,6 +36,11 @@ class Measurement(NamedTuple):
     p2_age_ns: int = 0
     angle_age_ns: int = 0
     flags: int = 0
+    further_1: float = NAN
+    further_2: float = NAN
+    further_3: float = NAN
+    further_4: float = NAN
+    """Further channels (load cell, temperature) in their own units, in the order of the rig's YAML."""
 
 
 class Clock(Protocol):
@@ -61,6 +66,14 @@ class DeviceContext:
     period_ns: int = 5_000_000
     calibration: Mapping[str, object] = field(default_factory=dict)
     """Role name -> calibration of its channel, as the rig's YAML has it; a device brings its own default."""
+    further: tuple[str, ...] = ()
+    """Names of the rig's further channels in the order of their places; a device reads those that its settings have."""
+
+    @property
+    def places(self) -> tuple[str, str, str, str]:
+        """The names of all four places of a Measurement, empty where the rig has none."""
+        first, second, third, fourth = (*self.further, "", "", "", "")[:4]
+        return first, second, third, fourth
 
 
 class Device(Protocol):

@@ -12,6 +12,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.channels import Channels, channels_of
+
 Column = NDArray[np.float64]
 
 
@@ -45,6 +47,11 @@ class Record:
     def period_s(self) -> float:
         """The usual distance between rows: the median."""
         return float(np.median(np.diff(self.t_s)))
+
+    @cached_property
+    def channels(self) -> Channels:
+        """What its input and its output are; `dp_cmd_mpa` and `angle_deg` are their working values."""
+        return channels_of(self.facts, self.name)
 
     @property
     def has_pressures(self) -> bool:

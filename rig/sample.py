@@ -68,6 +68,12 @@ BROKEN_WIRE: Final = Flag.BROKEN_WIRE.value
 SUSPECT: Final = Flag.SUSPECT.value
 
 
+_FURTHER: Final = (
+    "a further channel (load cell, temperature, ...); the run fact `further` has its name and unit; NaN without"
+)
+NAN: Final = float("nan")
+
+
 class Sample(NamedTuple):
     """What happened in one tick; times are nanoseconds of the clock that drove the loop."""
 
@@ -108,6 +114,10 @@ class Sample(NamedTuple):
     angle_zero_deg: Annotated[
         float, Wire("double", "deg", "sensor angle taken as zero at P0 and subtracted from angle_deg; 0 before")
     ]
+    further_1: Annotated[float, Wire("double", "own", _FURTHER)] = NAN
+    further_2: Annotated[float, Wire("double", "own", _FURTHER)] = NAN
+    further_3: Annotated[float, Wire("double", "own", _FURTHER)] = NAN
+    further_4: Annotated[float, Wire("double", "own", _FURTHER)] = NAN
 
 
 _HINTS = get_type_hints(Sample, include_extras=True)

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from rig.further import PLACES, furthers_of
 from rig.log.mcap import schema
 from rig.log.mcap.collector import LogLine
 from rig.log.mcap.columns import DTYPES, Array, Samples, message_rows, pack_columns
@@ -128,6 +129,8 @@ def samples_of(record: Record, started_ns: int) -> Samples:
     known = record.columns()
     for name in fields.keys() & known.keys():
         fields[name][:] = known[name]
+    for place, one in zip(PLACES, furthers_of(record.facts), strict=False):
+        fields[place][:] = known.get(one.name, np.nan)
     offsets = np.rint(record.t_s * 1e9).astype(np.int64)
     late = np.rint(known["lateness_us"] * 1e3).astype(np.int64) if "lateness_us" in known else np.int64(0)
     fields["scheduled_ns"] = offsets
@@ -151,6 +154,7 @@ def unkept_columns(record: Record) -> list[str]:
     return sorted(
         set(record.extra)
         - set(WIRES)
+        - {one.name for one in furthers_of(record.facts)}
         - {"lateness_us", "p1_age_s", "p2_age_s", "angle_age_s", "log_time_ns", "sequence"}
     )
 

@@ -13,7 +13,9 @@ from typing import Any, Final
 
 import numpy as np
 
+from rig.channels import channels_of
 from rig.errors import RecordError
+from rig.further import PLACES, furthers_of
 from rig.log.foreign.delimited import read_table
 from rig.log.foreign.kinds import Kind, kind_of
 from rig.log.foreign.sidecar import read_sidecar
@@ -136,6 +138,7 @@ def record_from_columns(columns: Mapping[str, Array], facts: Mapping[str, Any], 
     time = table.pop("t_s")
     main: dict[str, Any] = {name: column for name in MAIN_COLUMNS if (column := table.pop(name, None)) is not None}
     given = name_facts(path) | {"t0_s": float(time[0])} | schema.sound(facts)
+    channels_of(given, str(path))  # a record whose channel map is none is refused here
     name = pairing_name(given, path)
     measured = {key: column for key, column in main.items() if key == "dp_cmd_mpa" or not np.isnan(column).all()}
     extra = {key: column for key, column in table.items() if not np.isnan(column).all()}
@@ -225,6 +228,8 @@ def _record_of(samples: Samples, facts: Mapping[str, Any], path: Path, several: 
     columns |= {name: samples[name] for name in MAIN_COLUMNS if name != "t_s"}
     columns |= {name: samples[name].astype(np.float64) for name in _KEPT_FIELDS}
     columns["lateness_us"] = (samples["woken_ns"] - scheduled) / 1e3
+    named = zip(PLACES, furthers_of(facts), strict=False)
+    columns |= {one.name: samples[place] for place, one in named}
     columns |= {f"{name}_age_s": samples[f"{name}_age_ns"] / 1e9 for name in ("p1", "p2", "angle")}
     given = dict(facts) | {"started_ns": int(samples.log_time_ns[0])}
     name = pairing_name(given, path)

@@ -177,6 +177,7 @@ class Loop:
                 now.excitation_raw,
                 now.p1_age_ns, now.p2_age_ns, now.angle_age_ns,
                 run, self.state, phase, flags, self.fault, self._zero_deg,
+                now.further_1, now.further_2, now.further_3, now.further_4,
             ))
         )  # fmt: skip
 

@@ -1,6 +1,7 @@
 """Import by a mapping: a YAML file that says which column of a foreign table is which of ours, and in which unit.
 
-Nothing is guessed: a column without a stated unit, or a name that fits two columns, is refused.
+Nothing is guessed: a column without a stated unit, or a name that fits two columns, is refused. A rig that is driven by
+something else than a pressure, or answers with something else than an angle, has a channel map under `channels`.
 """
 
 from dataclasses import dataclass, field
@@ -9,19 +10,25 @@ from typing import Any
 
 import numpy as np
 
+from rig.channels import BEYOND, FACT, Channel, Channels, check_channels
 from rig.config import read_yaml, structure, suggest
 from rig.errors import ConfigError, RecordError
 from rig.fields import bounded
+from rig.further import FACT as FURTHER_FACT
+from rig.further import Further, check_furthers, plain
 from rig.log.foreign.delimited import Style, read_table
 from rig.log.foreign.kinds import Kind, kind_of
 from rig.log.foreign.mcap_channels import read_foreign
 from rig.log.foreign.tables import RawColumn, RawTable, read_tdms
-from rig.log.foreign.units import conversion, unit_in_name
+from rig.log.foreign.units import conversion, converted, unit_in_name
 from rig.log.mcap.columns import Array
 from rig.record import MAIN_COLUMNS
 
 COLUMN_NAMES = (*MAIN_COLUMNS, "p1_raw", "p2_raw", "angle_raw", "excitation_raw")
 """What a mapping may fill."""
+INPUT, OUTPUT = "input", "output"
+"""The columns of a rig with a channel map."""
+_PNEUMATIC_ONLY = frozenset(MAIN_COLUMNS) - {"t_s"}
 
 
 @dataclass(frozen=True)
@@ -36,10 +43,22 @@ class Source:
 
 
 @dataclass(frozen=True)
+class FurtherSource(Source):
+    """Where a further channel comes from; its unit is kept as it is stated."""
+
+    same_within: float = bounded(0.0, 1e12, default=0.0)
+    """See rig.further.Further."""
+
+
+@dataclass(frozen=True)
 class Mapping:
     """The whole YAML file."""
 
     columns: dict[str, Source]
+    channels: Channels | None = None
+    """Input and output of a rig that is not driven by pressures."""
+    further: dict[str, FurtherSource] = field(default_factory=dict)
+    """Further channels: column name -> where it comes from."""
     separator: str = ","
     decimal: str = "."
     skip_rows: int = bounded(0, 10_000, default=0)
@@ -58,9 +77,7 @@ def load_mapping(path: Path) -> Mapping:
     if not isinstance(raw, dict) or not isinstance(raw.get("columns"), dict):
         raise ConfigError(f"{path}: expected `columns:`, a mapping of our columns to their sources")
     mapping = structure(raw, Mapping, str(path))
-    unknown = next((name for name in mapping.columns if name not in COLUMN_NAMES), None)
-    if unknown is not None:
-        raise ConfigError(f"{path}: columns: unknown column {unknown!r}; {suggest(unknown, list(COLUMN_NAMES))}")
+    _check_names(mapping, path)
     if ("t_s" in mapping.columns) == bool(mapping.period_s):
         raise ConfigError(f"{path}: give either the column t_s or period_s, one of the two")
     if len(mapping.separator) != 1 or mapping.decimal not in (".", ",") or mapping.separator == mapping.decimal:
@@ -68,13 +85,58 @@ def load_mapping(path: Path) -> Mapping:
     return mapping
 
 
+def _check_names(mapping: Mapping, path: Path) -> None:
+    """ConfigError for a column that there is not, and for a channel map without its input or its output."""
+    allowed: tuple[str, ...] = COLUMN_NAMES
+    if mapping.channels is not None:
+        check_channels(mapping.channels, f"{path}: channels")
+        allowed = (INPUT, OUTPUT, *(name for name in COLUMN_NAMES if name not in _PNEUMATIC_ONLY))
+        lacking = next((name for name in (INPUT, OUTPUT) if name not in mapping.columns), None)
+        if lacking is not None:
+            raise ConfigError(f"{path}: columns: {lacking!r} is missing; a rig with `channels` needs input and output")
+    unknown = next((name for name in mapping.columns if name not in allowed), None)
+    if unknown is not None:
+        raise ConfigError(f"{path}: columns: unknown column {unknown!r}; {suggest(unknown, list(allowed))}")
+    check_furthers(_furthers(mapping), f"{path}: further", taken=COLUMN_NAMES)
+
+
+def _furthers(mapping: Mapping) -> tuple[Further, ...]:
+    return tuple(Further(name, one.unit or "1", one.same_within) for name, one in mapping.further.items())
+
+
 def read_mapped(path: Path, mapping: Mapping) -> tuple[dict[str, Array], dict[str, Any]]:
     """Our columns and the facts of the file at `path`; RecordError when the mapping does not fit it."""
     raw = _raw_table(path, mapping)
-    columns = {name: _column(raw, name, source) for name, source in mapping.columns.items()}
+    own = {name: source for name, source in mapping.columns.items() if name in (INPUT, OUTPUT)}
+    columns = {name: _column(raw, name, source) for name, source in mapping.columns.items() if name not in own}
+    columns |= {name: _scaled(raw, source)[0] for name, source in mapping.further.items()}
+    if mapping.channels is not None:
+        columns["dp_cmd_mpa"] = mapping.channels.working_input(_own(raw, own[INPUT], mapping.channels.input))
+        columns["angle_deg"] = mapping.channels.working_output(_own(raw, own[OUTPUT], mapping.channels.output))
     if mapping.period_s:
         columns["t_s"] = mapping.period_s * np.arange(len(next(iter(columns.values()))))
-    return columns, dict(raw.facts) | mapping.facts
+    return columns, dict(raw.facts) | mapping.facts | _own_facts(mapping)
+
+
+def _own_facts(mapping: Mapping) -> dict[str, Any]:
+    """The channel map and the further channels, as the record's facts hold them."""
+    channels = {} if mapping.channels is None else {FACT: mapping.channels.plain()}
+    return channels | ({FURTHER_FACT: plain(_furthers(mapping))} if mapping.further else {})
+
+
+def _own(raw: RawTable, source: Source, channel: Channel) -> Array:
+    """A channel's values in its unit; RecordError when they lie so far out that they must be in another."""
+    values, where, stated = _scaled(raw, source)
+    values = converted(values, stated or channel.unit, channel.unit, where)
+    known = values[np.isfinite(values)]
+    farthest = float(known[np.argmax(np.abs(known - channel.middle))]) if len(known) else channel.middle
+    if abs(farthest - channel.middle) > BEYOND * channel.half:
+        low, high = channel.range
+        raise RecordError(
+            f"{where}: {channel.name} reaches {farthest:.4g} {channel.unit}, its range is {low:g} to {high:g}; "
+            "is it in another unit (`unit:`), or the range too small?"
+        )
+    return values
 
 
 def _raw_table(path: Path, mapping: Mapping) -> RawTable:
@@ -88,18 +150,23 @@ def _raw_table(path: Path, mapping: Mapping) -> RawTable:
 
 
 def _column(raw: RawTable, name: str, source: Source) -> Array:
-    key = _find(raw, source.source)
-    column, where = raw.columns[key], f"{raw.path}: {key}"
-    values = column.values * source.scale + source.offset
+    values, where, stated = _scaled(raw, source)
     if unit_in_name(name) is None:
         return values
-    if source.unit and column.unit and source.unit != column.unit and (source.scale, source.offset) == (1.0, 0.0):
-        raise RecordError(f"{where}: the mapping says {source.unit!r} and the file {column.unit!r}")
-    unit = source.unit or column.unit or unit_in_name(key)
+    unit = stated or unit_in_name(_find(raw, source.source))
     if unit is None:
         raise RecordError(f"{where}: no unit is stated for {name}, neither by the file nor by the mapping (`unit:`)")
     times, by = conversion(name, unit, where)[1:]
     return values * times / by
+
+
+def _scaled(raw: RawTable, source: Source) -> tuple[Array, str, str | None]:
+    """The source's values by its scale and offset, its place for messages, and the unit that mapping or file state."""
+    key = _find(raw, source.source)
+    column, where = raw.columns[key], f"{raw.path}: {key}"
+    if source.unit and column.unit and source.unit != column.unit and (source.scale, source.offset) == (1.0, 0.0):
+        raise RecordError(f"{where}: the mapping says {source.unit!r} and the file {column.unit!r}")
+    return column.values * source.scale + source.offset, where, source.unit or column.unit
 
 
 def _find(raw: RawTable, wanted: str) -> str:

@@ -1,9 +1,13 @@
-"""Units that records come in, and the way from them to ours (MPa, deg, s). Names are case-sensitive: mPa is not MPa."""
+"""Units that records come in, and the way from them to ours (MPa, deg, s), or to a channel map's own.
+
+Names are case-sensitive: mPa is not MPa.
+"""
 
 import math
 from typing import Final, NamedTuple
 
 from rig.errors import RecordError
+from rig.log.mcap.columns import Array
 
 
 class Unit(NamedTuple):
@@ -30,6 +34,22 @@ UNITS: Final = {
     "us": Unit("time", 1, 1_000_000),
     "\N{MICRO SIGN}s": Unit("time", 1, 1_000_000),
     "ns": Unit("time", 1, 1_000_000_000),
+    "m": Unit("length", 1, 1),
+    "cm": Unit("length", 1, 100),
+    "mm": Unit("length", 1, 1000),
+    "um": Unit("length", 1, 1_000_000),
+    "\N{MICRO SIGN}m": Unit("length", 1, 1_000_000),
+    "in": Unit("length", 0.0254, 1),
+    "kN": Unit("force", 1000, 1),
+    "N": Unit("force", 1, 1),
+    "mN": Unit("force", 1, 1000),
+    "lbf": Unit("force", 4.4482216152605, 1),
+    "kip": Unit("force", 4448.2216152605, 1),
+    "kV": Unit("voltage", 1000, 1),
+    "V": Unit("voltage", 1, 1),
+    "mV": Unit("voltage", 1, 1000),
+    "A": Unit("current", 1, 1),
+    "mA": Unit("current", 1, 1000),
 }
 
 _SUFFIXES = {"_mpa": "MPa", "_deg": "deg", "_s": "s"}
@@ -49,3 +69,13 @@ def conversion(column: str, unit: str, where: str) -> Unit:
         allowed = [name for name, item in UNITS.items() if item.quantity == quantity]
         raise RecordError(f"{where}: the unit {unit!r} does not fit {column}; allowed: {', '.join(allowed) or 'none'}")
     return UNITS[unit]
+
+
+def converted(values: Array, unit: str, wanted: str, where: str) -> Array:
+    """Values in `unit` as values in `wanted`; RecordError when they are different and no way between them is known."""
+    if unit == wanted:
+        return values
+    one, other = UNITS.get(unit), UNITS.get(wanted)
+    if one is None or other is None or one.quantity != other.quantity:
+        raise RecordError(f"{where}: the unit {unit!r} does not fit {wanted!r} of the channel map; `scale` converts")
+    return values * (one.times * other.by) / (one.by * other.times)

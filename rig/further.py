@@ -1,0 +1,65 @@
+"""Further channels of a rig (load cell, temperature, supply pressure): their names, units, and what a condition allows.
+
+A sample has a fixed number of places for them; which is which stands in the run's facts, and records name them by
+their own names.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+from rig.config import structure
+from rig.errors import ConfigError
+from rig.fields import bounded
+
+FACT: Final = "further"
+"""The run fact that lists them, in the order of the places."""
+PLACES: Final = ("further_1", "further_2", "further_3", "further_4")
+"""The fields of a sample."""
+_LONGEST_WORD: Final = 40
+
+
+@dataclass(frozen=True)
+class Further:
+    """One further channel."""
+
+    name: str
+    """Of its column, the unit in it by custom: load_n."""
+    unit: str = "1"
+    same_within: float = bounded(0.0, 1e12, default=0.0)
+    """Above 0, in its unit: records whose medians differ by more were taken under another condition and do not pair."""
+
+
+def furthers_of(facts: Mapping[str, Any]) -> tuple[Further, ...]:
+    """The further channels that facts list; none where they list none, or something else."""
+    raw = facts.get(FACT)
+    if not isinstance(raw, list | tuple) or len(raw) > len(PLACES):
+        return ()
+    try:
+        return check_furthers([structure(one, Further, FACT) for one in raw], FACT)
+    except ConfigError:
+        return ()
+
+
+def check_furthers(further: Sequence[Further], where: str, taken: Sequence[str] = ()) -> tuple[Further, ...]:
+    """The channels themselves; ConfigError when a name is none, stands twice or is `taken`, or they are too many."""
+    if len(further) > len(PLACES):
+        raise ConfigError(f"{where}: {len(further)} further channels; a sample has place for {len(PLACES)}")
+    names = [one.name for one in further]
+    for name in names:
+        if not name.isidentifier() or len(name) > _LONGEST_WORD:
+            raise ConfigError(
+                f"{where}: {name[:_LONGEST_WORD]!r} is no name of a column; letters, digits and _ are allowed, at most "
+                f"{_LONGEST_WORD}"
+            )
+        if name in taken or names.count(name) > 1:
+            raise ConfigError(f"{where}: the column {name!r} is there already; give the channel another name")
+    return tuple(further)
+
+
+def plain(further: Sequence[Further]) -> list[dict[str, Any]]:
+    """As facts hold them."""
+    return [
+        {"name": one.name, "unit": one.unit} | ({"same_within": one.same_within} if one.same_within else {})
+        for one in further
+    ]
