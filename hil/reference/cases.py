@@ -27,9 +27,10 @@ from typing import Any, Final
 import numpy as np
 from numpy.random import Generator, SeedSequence
 
-from hil.reference.effect_law import EffectLaw, merged
+from hil.reference.disturbance import Disturbance, merged
+from hil.reference.effect_law import EffectLaw
 from hil.reference.excitations import Excitation, draw_set, draw_untouched
-from hil.reference.families import NAMES, Disturbance, Family, Named, Session, Unit, family, run
+from hil.reference.families import NAMES, Family, Named, Session, Unit, family, run
 
 CASES_PER_UNIT: Final = 10
 BASELINE_DAYS: Final = 6
@@ -194,7 +195,9 @@ def bench_of(case: Case) -> Bench:
     return _bench(case.purpose, (case.family, case.against), case.seed, case.unit)
 
 
-def record_day(plant: Unit, day: Session, excitations: Sequence[Excitation], disturbance: Disturbance = None) -> Named:
+def record_day(
+    plant: Unit, day: Session, excitations: Sequence[Excitation], disturbance: Disturbance | None = None
+) -> Named:
     """Every excitation once on that day, each with noise of its own; names are unique."""
     named: Named = {}
     for number, excitation in enumerate(excitations):

@@ -10,15 +10,18 @@
 Families share the excitations, the drawing of cases and the names of effects; no law and no parameter.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Any, Final, Protocol
 
 import numpy as np
 
 from hil.reference.compiling import Array
-from hil.reference.effect_law import EffectLaw, merged
+from hil.reference.disturbance import Disturbance, merged
+from hil.reference.effect_law import EffectLaw
 from hil.reference.excitations import Excitation
+from hil.reference.plant import Build, make_plant
 from rig.errors import RigError
 
 Columns = dict[str, Array]
@@ -26,8 +29,6 @@ Named = dict[str, Columns]
 """Record name -> its columns."""
 Session = Any
 """A day on a unit; every family has its own."""
-Disturbance = Any
-"""What is wrong with a rig; every family has its own."""
 
 
 class Unit(Protocol):
@@ -40,9 +41,14 @@ class Unit(Protocol):
         """A day without any drift, as the unit was built."""
 
     def simulate(
-        self, p1_cmd_mpa: Array, p2_cmd_mpa: Array, period_s: float, session: Session, disturbance: Disturbance = ...,
-        noise_seed: int = 0
-    ) -> Columns:  # fmt: skip
+        self,
+        p1_cmd_mpa: Array,
+        p2_cmd_mpa: Array,
+        period_s: float,
+        session: Session,
+        disturbance: Disturbance | None = None,
+        noise_seed: int = 0,
+    ) -> Columns:
         """One record: columns t_s, p1_cmd_mpa, p2_cmd_mpa, dp_cmd_mpa, p1_mpa, p2_mpa, angle_deg, each of shape (n,).
 
         Set-points are gauge MPa, one a period, held; reading k is taken as set-point k is sent. The same arguments give
@@ -54,13 +60,25 @@ class Unit(Protocol):
 class Family:
     """A build of rig: how its units are made, and what can be wrong with them."""
 
-    name: str
-    make: Callable[[int], Unit]
+    build: Build
     effects: Mapping[str, EffectLaw]
     """Effects that a library may hold, by the names of the library."""
     foreign: Mapping[str, EffectLaw]
     """Effects that no library holds."""
-    healthy: Disturbance
+
+    @property
+    def name(self) -> str:
+        """Of its build."""
+        return self.build.name
+
+    @property
+    def healthy(self) -> Disturbance:
+        """Nothing is wrong."""
+        return self.build.healthy
+
+    def make(self, seed: int) -> Unit:
+        """The unit of that number."""
+        return make_plant(self.build, seed)
 
     @property
     def laws(self) -> dict[str, EffectLaw]:
@@ -68,27 +86,16 @@ class Family:
         return {**self.effects, **self.foreign}
 
 
-def _mckibben() -> Family:
-    from hil.reference.mckibben import disturbance, other_laws, plant
-
-    return Family("mckibben", plant.make_plant, other_laws.OTHER_LAWS, other_laws.FOREIGN, disturbance.HEALTHY)
-
-
-def _fluidic() -> Family:
-    from hil.reference.fluidic import disturbance, other_laws, plant
-
-    return Family("fluidic", plant.make_plant, other_laws.OTHER_LAWS, other_laws.FOREIGN, disturbance.HEALTHY)
-
-
-_FAMILIES: Final[Mapping[str, Callable[[], Family]]] = {"mckibben": _mckibben, "fluidic": _fluidic}
-NAMES: Final = tuple(_FAMILIES)
+NAMES: Final = ("mckibben", "fluidic")
+"""In each folder of that name: the equations (`plant`) and the table of effects (`other_laws`)."""
 
 
 def family(name: str) -> Family:
     """The family of that name; RigError when there is none."""
-    if name not in _FAMILIES:
+    if name not in NAMES:
         raise RigError(f"plant family {name!r}: expected one of {', '.join(NAMES)}")
-    return _FAMILIES[name]()
+    build, laws = (import_module(f"hil.reference.{name}.{part}") for part in ("plant", "other_laws"))
+    return Family(build.BUILD, laws.OTHER_LAWS, laws.FOREIGN)
 
 
 def unit(family_name: str, seed: int) -> Unit:
@@ -113,10 +120,9 @@ def disturbance(family_name: str, sizes: Mapping[str, float], detail_seed: int =
 
 
 def run(
-    excitation: Excitation, rig: Unit, session: Session, disturbance: Disturbance = None, noise_seed: int = 0
+    excitation: Excitation, rig: Unit, session: Session, disturbance: Disturbance | None = None, noise_seed: int = 0
 ) -> Columns:
     """The record of one excitation, see `Unit.simulate`; without a disturbance the rig is healthy."""
     half = 0.5 * excitation.dp_mpa()
     set_points = excitation.p0_mpa + half, excitation.p0_mpa - half
-    more = {} if disturbance is None else {"disturbance": disturbance}
-    return rig.simulate(*set_points, excitation.period_s, session, noise_seed=noise_seed, **more)
+    return rig.simulate(*set_points, excitation.period_s, session, disturbance, noise_seed)

@@ -11,7 +11,8 @@ import numpy as np
 
 from hil.reference.cases import DAYS, SISTERS, Case, Purpose, bench_of, draw_sheet, realise, record_day
 from hil.reference.compiling import Array
-from hil.reference.families import NAMES, Disturbance, Named, Session, Unit
+from hil.reference.disturbance import Disturbance
+from hil.reference.families import NAMES, Named, Session, Unit
 
 Commands = Mapping[str, tuple[Array, Array, float]]
 UNTOUCHED_DAYS = 3

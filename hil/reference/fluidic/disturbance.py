@@ -6,6 +6,8 @@ Neutral by default. `other_laws` turns an effect and a size into these; `timing`
 
 from typing import NamedTuple
 
+from hil.reference.disturbance import Disturbance
+
 
 class TimingLaw(NamedTuple):
     """Between the controller and the regulators' inputs, and in the clock that stamps the readings."""
@@ -114,12 +116,4 @@ class ReadingLaw(NamedTuple):
     """Share of samples that fall to one value because a contact opens, and how many in a row."""
 
 
-class Disturbance(NamedTuple):
-    """Everything that is wrong at once; nothing by default."""
-
-    timing: TimingLaw = TimingLaw()
-    rig: RigLaw = RigLaw()
-    reading: ReadingLaw = ReadingLaw()
-
-
-HEALTHY = Disturbance()
+HEALTHY = Disturbance(TimingLaw(), RigLaw(), ReadingLaw())

@@ -9,6 +9,8 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.random import Generator
 
+from hil.reference.plant import varied
+
 ATMOSPHERE_MPA: Final = 0.1013
 
 
@@ -112,9 +114,7 @@ _OWN: Final = {
 
 def draw_unit(random: Generator) -> Physics:
     """Another rig of the same build."""
-    values = Physics()._asdict()
-    for name, spread in _UNIT_SPREAD.items():
-        values[name] *= float(np.exp(spread * np.clip(random.standard_normal(), -2.0, 2.0)))
+    values = varied(Physics()._asdict(), _UNIT_SPREAD, random)
     return Physics(
         **values | {"disc_deg": _DISC_DEG * float(random.rayleigh()), "disc_rad": float(random.uniform(0.0, 6.283))}
     )

@@ -155,3 +155,12 @@ def monitor_reading(pressure_mpa: Array, bias_mpa: float, gain: float, period_s:
     slow = _one_pole(pressure_mpa, keep, float(pressure_mpa[0]))
     noisy = gain * slow + bias_mpa + pink(len(slow), MONITOR_NOISE_MPA, period_s, random)
     return np.asarray(np.round(noisy / MONITOR_CODE_MPA) * MONITOR_CODE_MPA)
+
+
+def readings(motion: Array, law: ReadingLaw, session: Session, period_s: float, random: Generator) -> Array:
+    """Pressures (MPa) and angle (deg) as recorded, shape (3, n), of the true ones (MPa, rad)."""
+    return np.array([
+        monitor_reading(motion[0], session.monitor_bias_1_mpa, session.monitor_gain_1, period_s, random),
+        monitor_reading(motion[1], session.monitor_bias_2_mpa, session.monitor_gain_2, period_s, random),
+        angle_reading(motion[2], law, session, period_s, random),
+    ])  # fmt: skip

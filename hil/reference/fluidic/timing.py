@@ -9,7 +9,9 @@ from numpy.random import Generator
 
 from hil.reference.compiling import Array
 from hil.reference.fluidic.disturbance import TimingLaw
+from hil.reference.fluidic.sensing import pink
 
+SET_POINT_NOISE_MPA: Final = 0.0001
 CORRECTED_S: Final = 4.0
 """After so long the clock's correction changes over."""
 
@@ -49,3 +51,15 @@ def lost(columns: Array, law: TimingLaw, random: Generator) -> Array:
     gone[0] = False
     source = np.maximum.accumulate(np.where(gone, 0, np.arange(n)))
     return np.asarray(columns[:, source])
+
+
+def set_points(
+    p1_mpa: Array, p2_mpa: Array, substeps: int, period_s: float, law: TimingLaw, random: Generator
+) -> tuple[Array, Array]:
+    """Both set-points on the internal grid, with what the regulators add to them."""
+
+    def arrived(p_mpa: Array) -> Array:
+        noise = pink(len(p_mpa), SET_POINT_NOISE_MPA, period_s, random)
+        return delayed(p_mpa + noise, substeps, period_s, law, random)
+
+    return arrived(p1_mpa), arrived(p2_mpa)

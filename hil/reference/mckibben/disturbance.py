@@ -1,12 +1,14 @@
 """What can be wrong with the physics plant, as plain numbers: on the set-points' way, in the rig, on the readings' way.
 
-Neutral by default. `other_laws` turns an effect and a size into these; `command`, `integrate` and `sensing` read them.
+Neutral by default. `other_laws` turns an effect and a size into these; `timing`, `integrate` and `sensing` read them.
 """
 
 from typing import NamedTuple
 
+from hil.reference.disturbance import Disturbance
 
-class CommandLaw(NamedTuple):
+
+class TimingLaw(NamedTuple):
     """Between the controller and the regulators' inputs, and in the clock that stamps the readings."""
 
     delay_s: float = 0.0
@@ -96,7 +98,7 @@ class RigLaw(NamedTuple):
     """A foreign torque with its own rhythm."""
 
 
-class SensorLaw(NamedTuple):
+class ReadingLaw(NamedTuple):
     """Between the joint and the recorded angle."""
 
     play_deg: float = 0.0
@@ -134,12 +136,4 @@ class SensorLaw(NamedTuple):
     """The coupling slips once, at this share of the record's length."""
 
 
-class Disturbance(NamedTuple):
-    """Everything that is wrong at once; nothing by default."""
-
-    command: CommandLaw = CommandLaw()
-    rig: RigLaw = RigLaw()
-    sensor: SensorLaw = SensorLaw()
-
-
-HEALTHY = Disturbance()
+HEALTHY = Disturbance(TimingLaw(), RigLaw(), ReadingLaw())

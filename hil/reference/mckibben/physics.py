@@ -8,6 +8,8 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.random import Generator
 
+from hil.reference.plant import varied
+
 ATMOSPHERE_MPA: Final = 0.1013
 
 
@@ -98,9 +100,7 @@ does."""
 
 def draw_unit(random: Generator) -> Physics:
     """Another rig of the same build."""
-    nominal = Physics()._asdict()
-    for name, spread in _UNIT_SPREAD.items():
-        nominal[name] *= float(np.exp(spread * np.clip(random.standard_normal(), -2.0, 2.0)))
+    nominal = varied(Physics()._asdict(), _UNIT_SPREAD, random)
     nominal["pot_square"], nominal["pot_cube"] = (_POT_SPREAD * random.standard_normal(2)).tolist()
     return Physics(**nominal)
 

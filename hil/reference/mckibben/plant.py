@@ -1,95 +1,27 @@
-"""The first family's rig as a function: set-points, day and disturbance in, one record's columns out."""
+"""The first family's rig: its equations put together."""
 
-from dataclasses import dataclass
 from typing import Final
 
-import numpy as np
-
-from hil.reference.compiling import Array
-from hil.reference.mckibben.command import arrivals_s, held, repeated, stamped
-from hil.reference.mckibben.disturbance import HEALTHY, Disturbance
+from hil.reference.mckibben.disturbance import HEALTHY
 from hil.reference.mckibben.integrate import integrate
-from hil.reference.mckibben.physics import Physics, Session, draw_session, draw_unit
-from hil.reference.mckibben.sensing import angle_reading, coloured, monitor_reading
-from rig.errors import RigError
+from hil.reference.mckibben.physics import Session, draw_session, draw_unit
+from hil.reference.mckibben.sensing import readings
+from hil.reference.mckibben.timing import lost, set_points, stamped
+from hil.reference.plant import Build, Seeds
 
-STEP_S: Final = 0.0005
-"""Internal step: halving it moves the angle by less than 0.1 degrees."""
-SETTLE_S: Final = 2.0
-SET_POINT_NOISE_MPA: Final = 0.00012
-"""What the regulators add to their set-points, correlated over 50 ms."""
-
-
-@dataclass(frozen=True)
-class Plant:
-    """One unit: a healthy rig with its own parameters, its angle counted from where it rests at P0 = 0.2 MPa."""
-
-    physics: Physics
-    zero_rad: float
-
-    def session(self, seed: int, drift: float = 0.004) -> Session:
-        """A day on this unit; `drift` is the relative standard deviation of each parameter (0.004 to 0.02)."""
-        return draw_session(self.physics, drift, np.random.default_rng(np.random.SeedSequence((4021, seed))))
-
-    def still(self) -> Session:
-        """A day without any drift, as the unit was built."""
-        return Session(self.physics)
-
-    def simulate(
-        self,
-        p1_cmd_mpa: Array,
-        p2_cmd_mpa: Array,
-        period_s: float,
-        session: Session,
-        disturbance: Disturbance = HEALTHY,
-        noise_seed: int = 0,
-    ) -> dict[str, Array]:
-        """One record; see hil.reference.families.Unit."""
-        random = np.random.default_rng(np.random.SeedSequence((7741, session.seed, noise_seed)))
-        readings = _true_motion(p1_cmd_mpa, p2_cmd_mpa, period_s, session, disturbance, random)
-        readings = stamped(readings, period_s, disturbance.command)
-        columns = np.array([
-            monitor_reading(readings[0], session.monitor_bias_1_mpa, period_s, random),
-            monitor_reading(readings[1], session.monitor_bias_2_mpa, period_s, random),
-            angle_reading(readings[2] - self.zero_rad, disturbance.sensor, session, period_s, random),
-        ])  # fmt: skip
-        p1, p2, angle = repeated(columns, disturbance.command, random)
-        return {
-            "t_s": np.arange(len(p1_cmd_mpa)) * period_s, "p1_cmd_mpa": p1_cmd_mpa, "p2_cmd_mpa": p2_cmd_mpa,
-            "dp_cmd_mpa": p1_cmd_mpa - p2_cmd_mpa, "p1_mpa": p1, "p2_mpa": p2, "angle_deg": angle,
-        }  # fmt: skip
-
-
-def make_plant(unit_seed: int) -> Plant:
-    """The unit of that number; the same number gives the same unit."""
-    physics = draw_unit(np.random.default_rng(np.random.SeedSequence((1913, unit_seed))))
-    quiet = np.full(round(0.5 / STEP_S), 0.2)
-    out = integrate(quiet, quiet, len(quiet), round(SETTLE_S / STEP_S), STEP_S, 0.0, physics, HEALTHY.rig)
-    return Plant(physics, float(out[2, 0]))
-
-
-def _true_motion(
-    p1_mpa: Array,
-    p2_mpa: Array,
-    period_s: float,
-    session: Session,
-    disturbance: Disturbance,
-    random: np.random.Generator,
-) -> Array:
-    """Pressures at the monitors (MPa) and joint angle (rad) at each tick, shape (3, n), before any instrument."""
-    n, substeps = len(p1_mpa), max(1, round(period_s / STEP_S))
-    arrival = arrivals_s(n, period_s, disturbance.command, random)
-    set_1, set_2 = (
-        held(p + coloured(n, SET_POINT_NOISE_MPA, 0.05, period_s, random), arrival, substeps, period_s)
-        for p in (p1_mpa, p2_mpa)
-    )
-    step_s = period_s / substeps
-    out = integrate(
-        set_1, set_2, substeps, round(SETTLE_S / step_s), step_s, session.warm, session.physics, disturbance.rig
-    )
-    if not np.isfinite(out).all():
-        raise RigError(
-            f"physics plant: the joint left +-170 degrees at {np.isfinite(out[2]).sum() * period_s:.2f} s; use a "
-            "smaller effect or command"
-        )
-    return out
+BUILD: Final = Build(
+    name="mckibben",
+    seeds=Seeds(unit=1913, day=4021, noise=7741),
+    healthy=HEALTHY,
+    step_s=0.0005,  # halving it moves the angle by less than 0.1 degrees
+    settle_s=2.0,
+    travel="+-170 degrees",
+    draw_unit=draw_unit,
+    draw_session=draw_session,
+    still=Session,
+    set_points=set_points,
+    integrate=integrate,
+    stamped=stamped,
+    readings=readings,
+    lost=lost,
+)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.random import Generator
 
 from hil.reference.compiling import Array, compiled
-from hil.reference.mckibben.disturbance import SensorLaw
+from hil.reference.mckibben.disturbance import ReadingLaw
 from hil.reference.mckibben.physics import Session
 
 CODE_DEG: Final = 345.0 / 4096
@@ -66,7 +66,7 @@ def dead_spot(angle_deg: Array, low_deg: float, high_deg: float) -> Array:
     return out
 
 
-def bent(angle_deg: Array, law: SensorLaw, session: Session) -> Array:
+def bent(angle_deg: Array, law: ReadingLaw, session: Session) -> Array:
     """The static line of the potentiometer: its own curvature, gain error with its bend, eccentric disc."""
     x = angle_deg / REFERENCE_DEG
     reading = angle_deg * (1.0 + session.physics.pot_square * x + session.physics.pot_cube * x * x)
@@ -77,7 +77,7 @@ def bent(angle_deg: Array, law: SensorLaw, session: Session) -> Array:
     return np.asarray(reading)
 
 
-def low_passed(angle_deg: Array, law: SensorLaw, period_s: float) -> Array:
+def low_passed(angle_deg: Array, law: ReadingLaw, period_s: float) -> Array:
     """Equal first-order poles in series whose time constants sum to `lag_s`, each exact for a held input."""
     poles = max(1, int(law.lag_poles))
     if law.lag_s <= 0.0:
@@ -88,7 +88,7 @@ def low_passed(angle_deg: Array, law: SensorLaw, period_s: float) -> Array:
     return angle_deg
 
 
-def disturbed(angle_deg: Array, law: SensorLaw, period_s: float, random: Generator) -> Array:
+def disturbed(angle_deg: Array, law: ReadingLaw, period_s: float, random: Generator) -> Array:
     """Offset, drift, slip, hum and extra noise on top of the reading."""
     n = len(angle_deg)
     t = np.arange(n) * period_s
@@ -106,7 +106,7 @@ def disturbed(angle_deg: Array, law: SensorLaw, period_s: float, random: Generat
     return np.asarray(reading)
 
 
-def converted(angle_deg: Array, law: SensorLaw) -> Array:
+def converted(angle_deg: Array, law: ReadingLaw) -> Array:
     """Codes of an uneven converter: equal values a code apart, thresholds off by `step_uneven` of a code."""
     code = law.step_deg if law.step_deg > CODE_DEG else CODE_DEG
     position = angle_deg / code
@@ -128,7 +128,7 @@ def _fallen(chance: Array, enter: float, leave: float) -> Array:
     return out
 
 
-def dropped(angle_deg: Array, law: SensorLaw, random: Generator) -> Array:
+def dropped(angle_deg: Array, law: ReadingLaw, random: Generator) -> Array:
     """Samples at which the wiper lifts and the filter behind it recovers."""
     if law.dropout <= 0.0:
         return angle_deg
@@ -137,7 +137,7 @@ def dropped(angle_deg: Array, law: SensorLaw, random: Generator) -> Array:
     return np.asarray(angle_deg + fallen * (law.dropout_deg - angle_deg))
 
 
-def angle_reading(angle_rad: Array, law: SensorLaw, session: Session, period_s: float, random: Generator) -> Array:
+def angle_reading(angle_rad: Array, law: ReadingLaw, session: Session, period_s: float, random: Generator) -> Array:
     """The recorded angle (deg), shape (n,), of the true one (rad)."""
     angle = np.degrees(angle_rad)
     noise = random.standard_normal(len(angle)) * ANGLE_NOISE_DEG + coloured(
@@ -157,3 +157,12 @@ def monitor_reading(pressure_mpa: Array, bias_mpa: float, period_s: float, rando
     n = len(pressure_mpa)
     noise = coloured(n, 0.5 * MONITOR_NOISE_MPA, 0.03, period_s, random) + random.standard_normal(n) * MONITOR_NOISE_MPA
     return np.asarray(np.round((pressure_mpa + bias_mpa + noise) / MONITOR_CODE_MPA) * MONITOR_CODE_MPA)
+
+
+def readings(motion: Array, law: ReadingLaw, session: Session, period_s: float, random: Generator) -> Array:
+    """Pressures (MPa) and angle (deg) as recorded, shape (3, n), of the true ones (MPa, rad)."""
+    return np.array([
+        monitor_reading(motion[0], session.monitor_bias_1_mpa, period_s, random),
+        monitor_reading(motion[1], session.monitor_bias_2_mpa, period_s, random),
+        angle_reading(motion[2], law, session, period_s, random),
+    ])  # fmt: skip
