@@ -14,7 +14,7 @@ import numpy as np
 import yaml
 
 from hil.reference.cases import CASES_PER_UNIT, Bench, Case, Purpose, bench_of, draw_sheet
-from hil.reference.families import NAMES
+from hil.reference.families import DEVELOPED_ON, JUDGED_ONLY
 from rig.blind_check.generate import nominal_model
 from rig.blind_check.source import records_of
 from rig.config import suggest, unstructure
@@ -59,11 +59,14 @@ class HealthyDay:
 
 
 def known_families(names: Sequence[str]) -> tuple[str, ...]:
-    """The families of these names, all of them for none; ConfigError for one that is not there."""
+    """The families of these names, all that may be fitted on for none; ConfigError for one that is not there or is kept
+    for judging."""
     for name in names:
-        if name not in NAMES:
-            raise ConfigError(f"--family: unknown plant family {name!r}; {suggest(name, list(NAMES))}")
-    return tuple(names) or NAMES
+        if name in JUDGED_ONLY:
+            raise ConfigError(f"--family: {name} is kept for judging; expected one of {', '.join(DEVELOPED_ON)}")
+        if name not in DEVELOPED_ON:
+            raise ConfigError(f"--family: unknown plant family {name!r}; {suggest(name, list(DEVELOPED_ON))}")
+    return tuple(names) or DEVELOPED_ON
 
 
 def calibrate(plan: Plan, report: Callable[[int], None] = lambda done: None) -> Fitted:

@@ -26,7 +26,7 @@ _families = click.option(
     "--family",
     "families",
     multiple=True,
-    type=click.Choice(("mckibben", "fluidic")),
+    type=click.Choice(("mckibben", "fluidic", "pleated")),
     help="Plants of this family only. Repeatable.",
 )
 _modes = click.option(

@@ -1,6 +1,7 @@
 """The physics plants: what they must do because they are physics, whatever their family, and that cases are drawn as
 promised."""
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -15,6 +16,10 @@ from hil.reference.fluidic.physics import Physics as FluidicPhysics
 from hil.reference.fluidic.pneumatics import nozzle
 from hil.reference.mckibben.mechanics import muscle_force
 from hil.reference.mckibben.pneumatics import flow_function
+from hil.reference.pleated.mechanics import AGE, SLIDE_RAD_S, STATES, dry_torque
+from hil.reference.pleated.mechanics import muscle_force as pleated_force
+from hil.reference.pleated.physics import Physics as PleatedPhysics
+from hil.reference.pleated.pneumatics import parabola
 from rig.errors import RigError
 from rig.gap.hypotheses.library import LIBRARY
 
@@ -55,7 +60,7 @@ def test_pressures_follow_the_set_points_late_and_settle_on_them(plant):
     assert np.mean(columns["p2_mpa"][-200:]) == pytest.approx(0.15, abs=0.002)
 
 
-@pytest.mark.parametrize(("flow", "choked"), [(flow_function, 0.3), (nozzle, 0.528)])
+@pytest.mark.parametrize(("flow", "choked"), [(flow_function, 0.3), (nozzle, 0.528), (parabola, 0.5)])
 def test_flow_is_choked_below_the_critical_ratio_and_stops_at_equal_pressures(flow, choked):
     assert flow(0.1) == flow(choked) == 1.0
     assert flow(1.0) == flow(1.2) == 0.0
@@ -78,6 +83,23 @@ def test_muscle_pulls_in_proportion_to_pressure_and_never_pushes():
         > fluidic_force(0.1, 0.2, 0.0, physics)
     )
     assert fluidic_force(0.2, 0.6, 0.0, physics) == 0.0
+    pleats = PleatedPhysics()
+    assert pleated_force(0.2, 0.1, 0.0, pleats) == pytest.approx(2.0 * pleated_force(0.1, 0.1, 0.0, pleats))
+    assert pleated_force(0.2, 0.21, 0.0, pleats) == pytest.approx(0.2 * pleats.strength_n_mpa)
+    assert pleated_force(0.2, 0.5, 0.0, pleats) == 0.0
+
+
+@pytest.mark.parametrize("free", [1e-9, 1e-4, 0.1, 5.0])
+def test_rate_and_state_friction_solves_its_own_equation(free):
+    """The joint's speed after the step and the torque that the law has at that speed belong together."""
+    level, inertia, dt_s = 2.0, 0.01, 5e-4
+    state = np.zeros(STATES)
+    state[AGE] = 1.0  # at rest for the time that it takes to slide the critical length at the reference speed
+    torque = dry_torque(free, level, inertia, state, dt_s)
+    speed = free - dt_s / inertia * torque
+    by_law = 0.04 * level * math.asinh(max(speed, 0.0) / (2.0 * SLIDE_RAD_S) * math.exp(25.0))
+    assert 0.0 <= torque <= inertia * free / dt_s
+    assert by_law == pytest.approx(torque, rel=1e-3, abs=1e-6 + inertia * 1e-9 / dt_s)
 
 
 def test_same_arguments_same_record_and_another_day_another(plant):
@@ -111,13 +133,17 @@ def test_halving_the_internal_step_changes_little(plant):
 
 
 def test_a_disturbance_that_throws_the_joint_is_named(name, plant):
-    wild = {"mckibben": {"foreign_push": 500.0}, "fluidic": {"gravity_load": -4000.0}}[name]
+    wild = {
+        "mckibben": {"foreign_push": 500.0},
+        "fluidic": {"gravity_load": -4000.0},
+        "pleated": {"gravity_load": -900.0},
+    }[name]
     with pytest.raises(RigError, match="left"):
         run(SINE, plant, plant.still(), disturbance(name, wild))
 
 
 def test_families_and_effects_that_are_not_there_are_named():
-    with pytest.raises(RigError, match=r"plant family 'bellows': expected one of mckibben, fluidic"):
+    with pytest.raises(RigError, match=r"plant family 'bellows': expected one of mckibben, fluidic, pleated"):
         unit("bellows", 1)
     with pytest.raises(RigError, match=r"effect 'gremlins': family fluidic has backlash, "):
         disturbance("fluidic", {"gremlins": 1.0})
@@ -132,11 +158,11 @@ def test_every_effect_of_the_library_has_another_law_and_the_foreign_ones_are_of
 
 
 def test_families_share_no_foreign_effect_and_place_the_known_ones_alike():
-    first, second = (family(name) for name in NAMES)
-    assert not set(first.foreign) & set(second.foreign)
-    assert {effect: law.stage for effect, law in first.effects.items()} == {
-        effect: law.stage for effect, law in second.effects.items()
-    }
+    for first, second in itertools.combinations((family(name) for name in NAMES), 2):
+        assert not set(first.foreign) & set(second.foreign)
+        assert {effect: law.stage for effect, law in first.effects.items()} == {
+            effect: law.stage for effect, law in second.effects.items()
+        }
 
 
 @pytest.mark.parametrize(("name", "effect"), EFFECTS)
