@@ -18,13 +18,13 @@ from rig.gap.days.prepared import Prepared
 from rig.gap.evidence.posterior import Posterior, judge
 from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.library import Effect, chosen
-from rig.gap.hypotheses.scenes import stands
+from rig.gap.hypotheses.scenes import angle_stand, behind, pressure_stand
 from rig.gap.raw_tests.read import read_signatures
 from rig.gap.raw_tests.repeats import bridged, lost_rows
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.pairs import Pairing, pair_up
 from rig.gap.reference.build import Expected, Kind, expect
-from rig.gap.settings import fitted
+from rig.gap.settings import Fitted, fitted
 from rig.model.parameters import Model
 from rig.record import Record
 
@@ -72,7 +72,7 @@ def answer(question: Question) -> tuple[Diagnosis, Grounds]:
         high_frequency_noise([pair.case.angle_deg for pair in expected.pairing.pairs]),
     )
     fitting = [effect for effect in effects if not effect.signature]
-    posteriors = tuple(judge(fitting, stand) for stand in stands(expected, settings))
+    expected, posteriors = _judged(expected, fitting, settings)
     at_rest = None if question.model is None else replace(question.model, p0_mpa=pairing.p0_mpa)
     retuning = None if at_rest is None else retune(at_rest, expected.pairing.pairs, expected.driven)
     grounds = Grounds(prepared, at_rest, expected, posteriors, retuning)
@@ -81,6 +81,17 @@ def answer(question: Question) -> tuple[Diagnosis, Grounds]:
         return how_far(causes, expected, prepared, at_rest, settings)
 
     return tell(Told(expected, prepared, at_rest, posteriors, marks, retuning), after), grounds
+
+
+def _judged(expected: Expected, effects: Sequence[Effect], settings: Fitted) -> tuple[Expected, tuple[Posterior, ...]]:
+    """What competes on each factor, upstream first; and what was expected of the angle, given what the pressures
+    say."""
+    if not expected.driven:
+        return expected, (judge(effects, angle_stand(expected, settings)),)
+    ahead = judge(effects, pressure_stand(expected, settings))
+    if ahead.found and ahead.fit is not None:
+        expected = behind(expected, ahead.fit.applied)
+    return expected, (ahead, judge(effects, angle_stand(expected, settings)))
 
 
 def _paired(question: Question, records: Sequence[Record], days: Sequence[Sequence[Record]]) -> Pairing:

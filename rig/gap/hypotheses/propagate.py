@@ -2,11 +2,13 @@
 it.
 
 Everything is a difference on top of the measured baseline: set-points through the regulators, pressures through the
-muscles, the angle through the joint and the sensor. No fitting here.
+muscles, the angle through the joint and the sensor. What acts on a measured course itself (`EffectStage.exact`: a delay
+of the commands, a gain or an offset of the pressures, everything of the sensor) is put onto that, so that nothing of
+the nominal rig comes between. No fitting here.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -75,6 +77,8 @@ class Ready:
     stage: Any
     params: Column
     state_size: int
+    exact: bool = False
+    """See `EffectStage.exact`."""
 
 
 def ready(causes: Sequence[Applied], nominal: Nominal) -> list[Ready]:
@@ -84,28 +88,69 @@ def ready(causes: Sequence[Applied], nominal: Nominal) -> list[Ready]:
         known = EFFECT_STAGES[cause.stage]
         numbers = full_numbers(cause, nominal)
         params = np.array([numbers[name] for name in known.parameters])
-        made.append(Ready(known.slot, compiled(known.stage), params, max(known.state_size, 1)))
+        made.append(Ready(known.slot, compiled(known.stage), params, max(known.state_size, 1), known.exact))
     return made
 
 
 def pressures_with(causes: Sequence[Ready], track: Track, nominal: Nominal) -> tuple[Column, Column]:
     """The pressures of the healthy rig with these timing and valve effects (the others are passed over)."""
-    ahead = _in(causes, Slot.TIMING)
-    behind = _in(causes, Slot.VALVE)
-    if not ahead and not behind:
-        return track.reference.p1_mpa, track.reference.p2_mpa
-    dt = track.pair.dt_s
+    track = late(causes, track)
+    p1, p2 = track.reference.p1_mpa, track.reference.p2_mpa
     q1, q2 = track.regulated
+    ahead = [cause for cause in _in(causes, Slot.TIMING) if not cause.exact]
     if ahead:
         u1, u2 = track.pair.u1_mpa.copy(), track.pair.u2_mpa.copy()
         for cause in ahead:
-            _run(cause, u1, u2, u1, dt)
-        q1, q2 = nominal.pressures(u1, u2, dt)
-    elif behind:
-        q1, q2 = q1.copy(), q2.copy()
-    for cause in behind:
-        _run(cause, q1, q2, q1, dt)
-    return track.reference.p1_mpa + q1 - track.regulated[0], track.reference.p2_mpa + q2 - track.regulated[1]
+            _run(cause, u1, u2, u1, track.pair.dt_s)
+        (q1, q2), was = nominal.pressures(u1, u2, track.pair.dt_s), (q1, q2)
+        p1, p2 = p1 + q1 - was[0], p2 + q2 - was[1]
+    for cause in _in(causes, Slot.VALVE):
+        (q1, q2), was = _changed(cause, q1, q2, track.pair.dt_s), (q1, q2)
+        p1, p2 = _changed(cause, p1, p2, track.pair.dt_s) if cause.exact else (p1 + q1 - was[0], p2 + q2 - was[1])
+    return p1, p2
+
+
+def _changed(cause: Ready, p1: Column, p2: Column, dt_s: float) -> tuple[Column, Column]:
+    q1, q2 = p1.copy(), p2.copy()
+    _run(cause, q1, q2, q1, dt_s)
+    return q1, q2
+
+
+def late(causes: Sequence[Ready], track: Track) -> Track:
+    """The track as it would have been under commands that are late: everything in it is as late."""
+    delay_s = sum(float(cause.params[0]) for cause in causes if cause.exact and cause.slot is Slot.TIMING)
+    if delay_s == 0.0:
+        return track
+
+    def delayed(column: Column) -> Column:
+        return _delayed(column, delay_s / track.pair.dt_s)
+
+    reference = track.reference
+    return replace(
+        track,
+        pair=replace(track.pair, u1_mpa=delayed(track.pair.u1_mpa), u2_mpa=delayed(track.pair.u2_mpa)),
+        reference=Reference(delayed(reference.p1_mpa), delayed(reference.p2_mpa), delayed(reference.angle_deg)),
+        regulated=(delayed(track.regulated[0]), delayed(track.regulated[1])),
+        propagated=delayed(track.propagated),
+    )
+
+
+def _delayed(column: Column, rows: float) -> Column:
+    """(n,) by so many rows later; between rows by the cubic through the nearest four (Lagrange), before its start at
+    its first value."""
+    whole = int(np.floor(rows))
+    s = whole - rows
+    weights = (
+        (1, s * (s + 1) * (s + 2) / 6),
+        (0, -(s - 1) * (s + 1) * (s + 2) / 2),
+        (-1, (s - 1) * s * (s + 2) / 2),
+        (-2, -(s - 1) * s * (s + 1) / 6),
+    )
+    at = np.arange(len(column)) - whole
+    out: Column = sum(
+        (weight * column[np.clip(at + k, 0, len(column) - 1)] for k, weight in weights), np.zeros(len(column))
+    )
+    return out
 
 
 def angle_under(p1: Column, p2: Column, track: Track, nominal: Nominal) -> Column:
@@ -156,6 +201,8 @@ def angle_with(
 
 def response_with(causes: Sequence[Ready], track: Track, nominal: Nominal) -> tuple[Column, Column, Column]:
     """Pressures and angle of the healthy rig under its commands with all these causes."""
+    track = late(causes, track)
+    causes = [cause for cause in causes if not (cause.exact and cause.slot is Slot.TIMING)]
     p1, p2 = pressures_with(causes, track, nominal)
     return p1, p2, angle_with(causes, p1, p2, angle_under(p1, p2, track, nominal), track, nominal)
 

@@ -8,11 +8,13 @@ import numpy as np
 from rig.gap.days.bench import law_scales
 from rig.gap.hypotheses.fit import Scene, angle_change, pressure_change
 from rig.gap.hypotheses.library import Law
+from rig.gap.hypotheses.propagate import Applied, Track, angle_under, late, ready
 from rig.gap.reference.build import Expected
 from rig.gap.reference.expectation import angle_parts, pressure_parts
 from rig.gap.settings import Fitted
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.slots import Slot
+from rig.record import Column
 
 AHEAD = (Slot.TIMING, Slot.VALVE)
 PRESSURES, ANGLE = "pressures", "angle"
@@ -33,20 +35,33 @@ def acts_ahead(law: Law) -> bool:
     return EFFECT_STAGES[law.stage].slot in AHEAD
 
 
-def stands(expected: Expected, settings: Fitted) -> list[Stand]:
-    """The factors that there are, upstream first. From the angle alone every law acts on the angle."""
+def pressure_stand(expected: Expected, settings: Fitted) -> Stand:
+    """The pressures under the commands, on which acts what lies ahead of the monitors."""
     few = on_records(expected, telling_records(expected))
-    if not expected.driven:
-        return [Stand(ANGLE, angle_scene(expected, settings), angle_scene(few, settings, expected), lambda law: True)]
-    return [
-        Stand(PRESSURES, pressure_scene(expected, settings), pressure_scene(few, settings, expected), acts_ahead),
-        Stand(
-            ANGLE,
-            angle_scene(expected, settings),
-            angle_scene(few, settings, expected),
-            lambda law: not acts_ahead(law),
-        ),
-    ]
+    whole, rough = pressure_scene(expected, settings), pressure_scene(few, settings, expected)
+    return Stand(PRESSURES, whole, rough, acts_ahead)
+
+
+def angle_stand(expected: Expected, settings: Fitted) -> Stand:
+    """The angle, under the pressures where they were measured: what lies ahead of the monitors is settled then. From
+    the angle alone every law acts on it."""
+    few = on_records(expected, telling_records(expected))
+    whole, rough = angle_scene(expected, settings), angle_scene(few, settings, expected)
+    return Stand(ANGLE, whole, rough, (lambda law: not acts_ahead(law)) if expected.driven else lambda law: True)
+
+
+def behind(expected: Expected, cause: Applied) -> Expected:
+    """The same with what is expected behind the monitors once a cause ahead of them is known: commands that are late
+    make the angle as late, and of the response model only what is left of the pressures' difference counts."""
+    causes = ready([cause], expected.response)
+
+    def base(track: Track, angle: Column) -> Column:
+        case, later = track.pair.case, late(causes, track)
+        if later is track or case.p1_mpa is None or case.p2_mpa is None:
+            return angle
+        return angle_under(case.p1_mpa, case.p2_mpa, later, expected.response)
+
+    return replace(expected, base=tuple(map(base, expected.tracks, expected.base)))
 
 
 def pressure_scene(expected: Expected, settings: Fitted, whole: Expected | None = None) -> Scene:

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.interpolate import Akima1DInterpolator
 from scipy.ndimage import gaussian_filter1d
 
 from rig.excite.setpoints import around
@@ -135,7 +136,7 @@ def _session(
             continue
         known = np.isfinite(column)
         times = record.t_s[known] - start_s
-        columns.append(_smooth(np.interp(t, times, column[known]), dt)[::stride].copy())
+        columns.append(_resampled(times, column[known], t, dt)[::stride].copy())
         after = np.clip(np.searchsorted(times, t), 1, len(times) - 1)
         holes |= times[after] - times[after - 1] > max(LONGEST_BRIDGE_S, 3 * dt)
         holes |= (t < times[0] - dt) | (t > times[-1] + dt)
@@ -143,6 +144,11 @@ def _session(
     return Session(columns[0], columns[1], columns[2]), holes[::stride]
 
 
-def _smooth(column: Column, dt: float) -> Column:
-    smooth: Column = gaussian_filter1d(column, SMOOTHING_S / dt, mode="nearest") if dt < SMOOTHING_S else column
+def _resampled(times: Column, column: Column, t: Column, dt: float) -> Column:
+    """The column at t, smoothed; one that is sampled too coarsely to be smoothed runs through its rows by Akima's
+    cubics, because straight lines would flatten its fast parts."""
+    if dt >= SMOOTHING_S:
+        course: Column = Akima1DInterpolator(times, column)(np.clip(t, times[0], times[-1]))
+        return course
+    smooth: Column = gaussian_filter1d(np.interp(t, times, column), SMOOTHING_S / dt, mode="nearest")
     return smooth

@@ -34,12 +34,16 @@ def sensor_nonlinearity(p1: Values, p2: Values, y: Values, state: Values, params
 
 
 def sensor_lag(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
-    """A first-order low pass; params: tau_s."""
-    keep = math.exp(-dt_s / max(params[0], 1e-6))
+    """A first-order low pass, exact for an angle that runs straight from sample to sample, so that the same time
+    constant lags by as much at every sample time; params: tau_s."""
+    tau = max(params[0], 1e-6)
+    keep = math.exp(-dt_s / tau)
+    new = 1.0 - (1.0 - keep) * tau / dt_s
     for i in range(len(y)):
         if state[0] == 0.0:
-            state[0], state[1] = 1.0, y[i]
-        state[1] = y[i] + keep * (state[1] - y[i])
+            state[0], state[1], state[2] = 1.0, y[i], y[i]
+        state[1] = keep * state[1] + new * y[i] + (1.0 - keep - new) * state[2]
+        state[2] = y[i]
         y[i] = state[1]
 
 

@@ -5,7 +5,7 @@ sensor.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from rig.model.effect_stages import joint, muscle, sensor, timing, valve
 from rig.model.joint_balance import LOOP_RADII_DEG, STATE_SIZE
@@ -43,6 +43,9 @@ class EffectStage:
     """The number that says how much of the effect there is; the others are shapes and what it acts on."""
     before: bool = False
     """Ahead of the slot's nominal stage, or after it."""
+    exact: bool = False
+    """It may be put onto a measured response itself: the rest of the chain has no part in what it does there. In the
+    timing slot its first number is then a dead time."""
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -88,6 +91,11 @@ def _entry(effect: str, place: str, function: StageFunction, state_size: int, *n
     return EffectStage(
         effect, lies_in, Slot(slot or lies_in), function, state_size, numbers, numbers[0].name, place.endswith("<")
     )
+
+
+EXACT = ("delay", "valve_gain", "valve_offset", "co_contraction", "leak_ahead")
+"""Stages ahead of the monitors that act on what was measured behind them: a rig that does not change with time is late
+by as much as its command is, and a gain or an offset is one of the pressure."""
 
 
 def _balanced(effect: str, size: str) -> EffectStage:
@@ -282,7 +290,7 @@ OWN_STAGES: dict[str, EffectStage] = {
         _P("slope", "1", -0.3, 0.3, 0.0, "gain that comes with the bend, relative"),
     ),
     "sensor_lag": _entry(
-        "sensor_lag", "sensor", sensor.sensor_lag, 2, _P("tau_s", "s", 0.0, 2.0, 0.0, "time constant")
+        "sensor_lag", "sensor", sensor.sensor_lag, 3, _P("tau_s", "s", 0.0, 2.0, 0.0, "time constant")
     ),
     "quantisation": _entry(
         "quantisation",
@@ -319,3 +327,4 @@ OWN_STAGES: dict[str, EffectStage] = {
         _SEED,
     ),
 }
+OWN_STAGES |= {name: replace(OWN_STAGES[name], exact=True) for name in EXACT}

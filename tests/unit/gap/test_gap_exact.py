@@ -1,0 +1,174 @@
+"""Exact where exactness is free: a delay, a gain, an offset and a sensor's lag act on the measured healthy day itself.
+
+Put onto another day of two plant families and of a real joint they come back, but for what that day differs in itself.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline
+from scipy.signal import lfilter
+
+from hil.reference.cases import Purpose, bench_of, draw_sheet
+from rig.blind_check.source import records_of
+from rig.gap.hypotheses.fit import fit_effect
+from rig.gap.hypotheses.library import LIBRARY
+from rig.gap.hypotheses.propagate import Applied, late, ready, response_with
+from rig.gap.hypotheses.scenes import angle_stand, behind, pressure_stand
+from rig.gap.records.pairs import pair_up
+from rig.gap.reference.build import Expected, Kind, expect
+from rig.gap.settings import fitted
+from rig.log.reader import read
+from rig.model.effect_stages import EFFECT_STAGES
+from rig.model.kernels import compiled
+from rig.record import Column, Record
+
+RECORDS = 3
+EXACT = 0.03
+"""What a size may be off, as a share."""
+
+
+@lru_cache
+def days(family: str) -> tuple[list[Record], list[Record]]:
+    """Two healthy days of one unit."""
+    bench = bench_of(draw_sheet(Purpose.DEVELOPMENT, 909, 10, family)[0])
+    first, second = (records_of(day)[:RECORDS] for day in bench.baselines[:2])
+    return first, second
+
+
+def wrist(shared: Path) -> tuple[list[Record], list[Record]]:
+    """The real joint, and the same with its sensors' noise once more."""
+    table = np.genfromtxt(shared / "real" / "porcaro_wrist" / "exp3_sweep_20260211.csv", delimiter=",", names=True)
+    rows = table[(table["is_repeat_of_previous_packet"] == 0) & (table["t_s"] > 0.5)]
+    first, second = rows["u_cmd_DF_MPa"], rows["u_cmd_F_MPa"]
+    record = Record(
+        "sweep", rows["t_s"] - rows["t_s"][0], first - second, rows["y_wrist_angle_deg"] - 36.0,
+        rows["y_meas_DF_MPa"], rows["y_meas_F_MPa"], first, second,
+    )  # fmt: skip
+    noise = 0.05 * np.random.default_rng(1).standard_normal(len(record))
+    return [replace(record, angle_deg=record.angle_deg + noise)], [record]
+
+
+def later(record: Record, delay_s: float) -> Record:
+    """All that was measured, later."""
+
+    def shifted(column: Column | None) -> Column:
+        return CubicSpline(record.t_s, column)(np.maximum(record.t_s - delay_s, record.t_s[0]))
+
+    return replace(
+        record, p1_mpa=shifted(record.p1_mpa), p2_mpa=shifted(record.p2_mpa), angle_deg=shifted(record.angle_deg)
+    )
+
+
+def slower(record: Record, tau_s: float, step_s: float = 5e-4) -> Record:
+    """The angle behind a first-order low pass in continuous time."""
+    t = np.arange(record.t_s[0], record.t_s[-1], step_s)
+    angle, keep = CubicSpline(record.t_s, record.angle_deg)(t), np.exp(-step_s / tau_s)
+    behind_it = lfilter([1.0 - keep], [1.0, -keep], angle - angle[0]) + angle[0]
+    return replace(record, angle_deg=np.interp(record.t_s, t, behind_it))
+
+
+def louder(record: Record, gain: float) -> Record:
+    assert record.angle_deg is not None
+    return replace(record, angle_deg=(1.0 + gain) * record.angle_deg)
+
+
+def expected(first: Sequence[Record], second: Sequence[Record], pressures: bool) -> Expected:
+    return expect(Kind.SESSION, False, None, pair_up(second, [first], 0.2, pressures=pressures))
+
+
+def found(effect: str, said: Expected) -> tuple[float, float]:
+    """The size at which an effect is likeliest, and its standard deviation."""
+    ahead = said.driven and LIBRARY[effect].upstream
+    stand = (pressure_stand if ahead else angle_stand)(said, fitted())
+    fit = fit_effect(LIBRARY[effect], stand.scene, stand.shows, stand.rough)
+    assert fit is not None
+    return float(fit.sizes[0]), float(fit.spread[0])
+
+
+def sizes(
+    effect: str,
+    both: tuple[list[Record], list[Record]],
+    put: Callable[[Record, float], Record],
+    values: Sequence[float],
+    pressures: bool,
+) -> tuple[Column, float]:
+    """What comes back of each size that is put onto the second day, and how unsure it is."""
+    first, second = both
+    back = [found(effect, expected(first, [put(one, size) for one in second], pressures)) for size in values]
+    return np.array([size for size, _ in back]), max(spread for _, spread in back)
+
+
+@pytest.mark.parametrize("pressures", [True, False])
+@pytest.mark.parametrize("family", ["mckibben", "fluidic"])
+@pytest.mark.parametrize(
+    ("effect", "put", "values"),
+    [("delay", later, (0.005, 0.03)), ("sensor_lag", slower, (0.01, 0.04)), ("sensor_gain", louder, (-0.06, 0.06))],
+)
+def test_what_is_put_onto_another_day_comes_back(
+    family: str, effect: str, put: Callable[[Record, float], Record], values: tuple[float, float], pressures: bool
+) -> None:
+    back, spread = sizes(effect, days(family), put, values, pressures)
+    assert back[1] - back[0] == pytest.approx(values[1] - values[0], rel=EXACT)
+    assert back == pytest.approx(np.array(values), abs=2.5 * spread)  # the day itself is a little late or louder
+
+
+@pytest.mark.parametrize("delay_s", [0.005, 0.01, 0.02, 0.03])
+def test_a_delay_put_onto_a_day_that_is_no_later_itself_is_exact(delay_s: float) -> None:
+    back, _ = sizes("delay", days("mckibben"), later, (delay_s,), True)
+    assert back[0] == pytest.approx(delay_s, rel=EXACT)
+
+
+@pytest.mark.parametrize("delay_s", [0.005, 0.01, 0.02, 0.03])
+def test_a_delay_put_onto_a_real_joint_is_exact_and_leaves_nothing_behind_the_monitors(
+    shared: Path, delay_s: float
+) -> None:
+    first, second = wrist(shared)
+    said = expected(first, [later(record, delay_s) for record in second], pressures=True)
+    assert found("delay", said)[0] == pytest.approx(delay_s, rel=EXACT)
+    known = behind(said, Applied("delay", {"delay_s": delay_s}))
+    left, without = (
+        float(np.std(np.concatenate([t.pair.case.angle_deg - b for t, b in zip(one.tracks, one.base, strict=True)])))
+        for one in (known, said)
+    )
+    assert left < 0.5 * without
+
+
+def test_the_practice_days_give_a_delay_back(shared: Path) -> None:
+    first, second = (read(shared / "practice" / "unit_b" / f"baseline_{k}")[:RECORDS] for k in (1, 2))
+    back, spread = sizes("delay", (first, second), later, (0.02,), True)
+    assert back[0] == pytest.approx(0.02, rel=EXACT, abs=spread)
+
+
+@pytest.mark.parametrize("stage", [name for name, known in EFFECT_STAGES.items() if known.exact])
+def test_an_exact_stage_does_not_depend_on_the_nominal_rig(stage: str) -> None:
+    said = expected(*days("mckibben"), pressures=True)
+    size = EFFECT_STAGES[stage].size
+    causes = ready([Applied(stage, {size: 0.02})], said.response)
+    other = replace(said.response, regulators=((0.01, 0.3, 0.2), (0.0, 0.1, 0.2)))
+    for track in said.tracks:
+        own, strange = (response_with(causes, track, response) for response in (said.response, other))
+        assert own[0] == pytest.approx(strange[0], abs=1e-12)
+        assert own[1] == pytest.approx(strange[1], abs=1e-12)
+
+
+def test_a_late_track_is_the_track_some_rows_before() -> None:
+    said = expected(*days("mckibben"), pressures=True)
+    track = said.tracks[0]
+    moved = late(ready([Applied("delay", {"delay_s": 3 * track.pair.dt_s})], said.response), track)
+    assert moved.reference.angle_deg[3:] == pytest.approx(track.reference.angle_deg[:-3])
+    assert moved.regulated[1][3:] == pytest.approx(track.regulated[1][:-3])
+    assert late((), track) is track
+
+
+@pytest.mark.parametrize("dt_s", [0.001, 0.005, 0.01, 0.02])
+def test_a_sensor_lags_by_its_time_constant_at_every_sample_time(dt_s: float) -> None:
+    stage, tau = EFFECT_STAGES["sensor_lag"], 0.03
+    ramp = 10.0 * np.arange(0.0, 1.0, dt_s)
+    angle, nothing = ramp.copy(), np.zeros_like(ramp)
+    compiled(stage.stage)(nothing, nothing, angle, np.zeros(stage.state_size), np.array([tau]), dt_s)
+    assert ramp[-1] - angle[-1] == pytest.approx(10.0 * tau, rel=1e-6)
