@@ -36,7 +36,7 @@ def sensor_nonlinearity(p1: Values, p2: Values, y: Values, state: Values, params
 def sensor_lag(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
     """A first-order low pass, exact for an angle that runs straight from sample to sample, so that the same time
     constant lags by as much at every sample time; params: tau_s."""
-    tau = max(params[0], 1e-6)
+    tau = max(params[0], 1e-9)
     keep = math.exp(-dt_s / tau)
     new = 1.0 - (1.0 - keep) * tau / dt_s
     for i in range(len(y)):
