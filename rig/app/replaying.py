@@ -15,7 +15,7 @@ from rig.excite.envelope import check_setpoints
 from rig.log import reader
 from rig.log.convert import LogContent, content_of_record, read_content, write_content
 from rig.log.foreign.kinds import Kind, kind_of
-from rig.log.replay import compare, departures, onto_period, program_of
+from rig.log.replay import Comparison, compare, departures, onto_period, program_of
 from rig.outputs import targets_in
 from rig.realtime.program import Program
 from rig.report import log_figures
@@ -65,6 +65,8 @@ class Replayed:
     comparison: Mapping[str, Any]
     departures: list[str]
     outcome: Outcome
+    beside: Comparison
+    """The replay beside its recording, tick by tick."""
 
     def to_json(self) -> dict[str, Any]:
         """The result as the commands' reference has it."""
@@ -72,9 +74,9 @@ class Replayed:
         return run | dict(self.comparison) | {"departures": self.departures}
 
 
-def prepare(log: Path, rig_path: Path | None, model: Path | None, p0_mpa: float | None, resample: bool) -> Job:
+def prepare(log: Path, rig: RigConfig | Path | None, model: Path | None, p0_mpa: float | None, resample: bool) -> Job:
     """Read, turn into programs, and check against the rig's envelope: nothing has moved yet."""
-    rig = compose.load(rig_path)
+    rig = rig if isinstance(rig, RigConfig) else compose.load(rig)
     if model is not None:
         if not compose.is_simulated(rig):
             raise RigError(f"{rig.path}: --model is for a simulated rig; this one is real")
@@ -198,7 +200,7 @@ def _compared(recording: Recording, outcome: Outcome, target: Path, options: Rep
         if options.tolerances is not None
         else []
     )
-    return Replayed(target, figure, facts, moved, outcome)
+    return Replayed(target, figure, facts, moved, outcome, comparison)
 
 
 def _sha256(path: Path) -> str:

@@ -15,7 +15,7 @@ COMMANDS = {
     "validate": ("rig.cli.identify:validate", "How well a model predicts logs it was not fitted to."),
     "replay": ("rig.cli.replay:replay", "Send recorded commands again and compare."),
     "gap": ("rig.cli.gap:gap", "Diagnose the gap between simulator and rig."),
-    "log": ("rig.cli.log:log", "Look into logs: info, check, recover, import, export, plot."),
+    "log": ("rig.cli.log:log", "Look into logs: info, check, compare, recover, import, export, plot."),
     "devices": ("rig.cli.devices:devices", "List, probe and calibrate devices."),
     "latency": ("rig.cli.latency:latency", "Can this machine hold the period?"),
     "daemon": ("rig.cli.daemon:daemon", "Run the rig as a service."),

@@ -194,3 +194,43 @@ def plot(log_file: Path, output: Path | None, whole: bool, from_s: float, to_s: 
         log_figures.save(log_figures.run_figure(part), target)
         console().print(f"{target}")
     sys.stdout.flush()
+
+
+@log.command()
+@click.argument("a", type=click.Path(path_type=Path))
+@click.argument("b", type=click.Path(path_type=Path))
+@click.option(
+    "--within",
+    "within_deg",
+    type=click.FloatRange(0.0),
+    metavar="DEG",
+    help="Exit status 1 when an angle differs by more than this anywhere, or a record has no counterpart.",
+)
+@output_option(Kind.FIGURE, "PNG, SVG or PDF of the pair; a folder for several.", or_folder=True, metavar="FILE")
+@json_option
+def compare(a: Path, b: Path, within_deg: float | None, output: Path | None, json_to: str | None) -> None:
+    """Records, or folders of them, beside each other: B minus A.
+
+    Records go together by name and repeat (one beside one whatever it is called), B is brought to the times of A by
+    their commands, and every column that both have is compared.
+    """
+    from rig.app.comparing import compare_logs, draw_pairs
+    from rig.app.terminal import listing
+    from rig.errors import CheckFailed
+
+    found = compare_logs(a, b)
+    table = listing("record", "shift s", "RMS deg", "max deg", "mean deg", "RMS command MPa", "RMS p1, p2 MPa")
+    for pair in found.pairs:
+        table.add_row(pair.name, *pair.cells())
+    terminal = console(json_to)
+    terminal.print(table)
+    for side, names in (("A", found.only_a), ("B", found.only_b)):
+        if names:
+            terminal.print(f"only in {side}: {', '.join(names)}")
+    for figure in draw_pairs(found, output) if output else ():
+        terminal.print(f"{figure}")
+    departures = [] if within_deg is None else found.departures(within_deg)
+    emit(found.to_json() | {"within_deg": within_deg, "differ": bool(departures)}, json_to)
+    if departures:
+        more = f" (and {len(departures) - 1} more)" if len(departures) > 1 else ""
+        raise CheckFailed(f"{departures[0]}{more}")

@@ -42,32 +42,14 @@ def run(
     SWEEP is a YAML file, or the name of one that comes with pamrig (paper, quick, identify, gap, cocontraction).
     Ctrl-C ramps down and finishes the file; a second Ctrl-C writes the safe state at once.
     """
-    from rig.app import compose, inventory, runner
+    from rig.app import compose, inventory
+    from rig.app.sweeping import SweepOptions, run_sweep
     from rig.cli.runs import summary
-    from rig.errors import RigError
-    from rig.excite.envelope import check
-    from rig.excite.experiment import expand, load_sweep
-    from rig.service.run_setup import program_of
 
-    sweep = compose.find_config(sweep, "sweeps")
     rig = compose.load(rig_path)
-    if clock == "virtual" and not compose.is_simulated(rig):
-        raise RigError(f"{rig.path}: a real rig runs in real time; --clock virtual needs a simulated one")
     for line in inventory.warnings(rig):
         click.echo(f"pamrig: warning: {visible(line)}", err=True)
-    plan = load_sweep(sweep)
-    plans = expand(plan, rig.period_ns)
-    for item in plans:
-        check(item, rig.limits, rig.period_ns)
-    runs = [runner.Planned(item.name, program_of(item, number), item.facts) for number, item in enumerate(plans, 1)]
-    options = runner.RunOptions(
-        out=output or runner.new_folder(plan.name),
-        virtual=clock == "virtual",
-        seed=seed,
-        force=force,
-        attachments={"sweep.yaml": sweep.read_bytes()},
-    )
-    result = runner.carry_out(rig, runs, options)
+    result = run_sweep(sweep, rig, SweepOptions(output, clock == "virtual", seed, force))
     summary(result, json_to)
     emit(result.to_json(), json_to)
     result.judge()

@@ -19,6 +19,7 @@ from rig.errors import RecordError
 from rig.log.convert import LogContent
 from rig.log.foreign.delimited import read_text
 from rig.log.foreign.sidecar import Sidecar, from_plain, read_sidecar, sidecar_path, write_sidecar
+from rig.log.foreign.units import unit_in_name
 from rig.log.mcap.collector import LogLine
 from rig.log.mcap.columns import DTYPES, Array, Samples
 from rig.log.mcap.framing import unpacked_limit
@@ -192,6 +193,12 @@ def _from_json(text: str | bytes, path: Path) -> Sidecar:
         return from_plain(json.loads(text), str(path))
     except (ValueError, RecursionError):
         raise RecordError(f"{path}: its facts are not readable as JSON") from None
+
+
+def unit_of(column: str) -> str | None:
+    """The unit of one of our columns, or the one that its name ends in; None where neither says it."""
+    known = _MEANINGS.get(column)
+    return known[0] if known else unit_in_name(column)
 
 
 def _described(name: str) -> dict[str, str]:

@@ -35,7 +35,7 @@ def figures(diagnosis: Diagnosis, findings: Findings | Grounds) -> list[tuple[st
     """(caption, SVG) of every figure, in the order of the page."""
     before = overall_gap(findings.prepared, [])
     after = remaining_gap(findings.simulator, diagnosis.added, findings.prepared) if diagnosis.added else None
-    top = int(np.argmax([float(np.mean(gap**2)) for gap in before]))
+    top = _largest(before)
     left = ", and what is left of it" if after else ""
     drawn: list[tuple[str, Callable[[], Figure]]] = []
     if diagnosis.causes:
@@ -60,6 +60,17 @@ def figures(diagnosis: Diagnosis, findings: Findings | Grounds) -> list[tuple[st
     if diagnosis.ranking and diagnosis.verdict != "none":
         drawn.append(("Ranking: what each effect explains, and how probable it is", lambda: _ranking(diagnosis)))
     return [(caption, _svg(draw())) for caption, draw in drawn]
+
+
+def over_time_figure(diagnosis: Diagnosis, findings: Findings | Grounds) -> "Figure":
+    """The record with the largest gap over time: residual and angle, before and with the causes."""
+    before = overall_gap(findings.prepared, [])
+    after = remaining_gap(findings.simulator, diagnosis.added, findings.prepared) if diagnosis.added else None
+    return _over_time(findings, before, after, _largest(before))
+
+
+def _largest(gaps: Sequence[Column]) -> int:
+    return int(np.argmax([float(np.mean(gap**2)) for gap in gaps]))
 
 
 def _figure(width: float, height: float) -> "Figure":

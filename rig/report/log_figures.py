@@ -7,10 +7,11 @@ and of the gap are elsewhere in rig.report.
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
+from rig.log.compare import Pair
 from rig.log.replay import Comparison
 from rig.outputs import Kind, writing
 from rig.record import Column, Record
@@ -57,21 +58,41 @@ def run_figure(record: Record) -> "Figure":
 
 def replay_figure(name: str, comparison: Comparison) -> "Figure":
     """Commands and angles of a recording and of its replay over time, their difference, and both loops."""
-    figure, (command, angle, residual), loop = _frame(f"{name}: replay and recording")
-    sides = (
-        (_COMMAND, "-", "recorded", comparison.recorded_dp_mpa, comparison.recorded_deg),
-        (_SECOND, ":", "replayed", comparison.replayed_dp_mpa, comparison.replayed_deg),
-    )
-    for color, style, label, dp_mpa, angle_deg in sides:
-        _line(command, comparison.t_s, dp_mpa, color, label, linestyle=style)
-        _line(angle, comparison.t_s, angle_deg, color, label, linestyle=style)
-        _line(loop, dp_mpa, angle_deg, color, label, linestyle=style)
-    _line(residual, comparison.t_s, comparison.residual_deg, _ANGLE, "replayed - recorded")
+    recorded = _Curve("recorded", comparison.recorded_dp_mpa, comparison.recorded_deg)
+    replayed = _Curve("replayed", comparison.replayed_dp_mpa, comparison.replayed_deg)
+    return _beside(f"{name}: replay and recording", comparison.t_s, recorded, replayed, comparison.missed_s)
+
+
+def pair_figure(pair: Pair) -> "Figure":
+    """Commands and angles of two records over time, their difference, and both loops."""
+    curves = [_Curve(label, each.dp_cmd_mpa, _known(each)) for label, each in (("A", pair.a), ("B", pair.b))]
+    return _beside(f"{pair.name}: A and B", pair.a.t_s, curves[0], curves[1], ())
+
+
+def _known(record: Record) -> Column:
+    return np.full(len(record), np.nan) if record.angle_deg is None else record.angle_deg
+
+
+class _Curve(NamedTuple):
+    """One of two that are shown together; columns (n,)."""
+
+    label: str
+    dp_mpa: Column
+    angle_deg: Column
+
+
+def _beside(title: str, t_s: Column, first: _Curve, second: _Curve, missed_s: Sequence[float]) -> "Figure":
+    figure, (command, angle, residual), loop = _frame(title)
+    for color, style, curve in ((_COMMAND, "-", first), (_SECOND, ":", second)):
+        _line(command, t_s, curve.dp_mpa, color, curve.label, linestyle=style)
+        _line(angle, t_s, curve.angle_deg, color, curve.label, linestyle=style)
+        _line(loop, curve.dp_mpa, curve.angle_deg, color, curve.label, linestyle=style)
+    _line(residual, t_s, second.angle_deg - first.angle_deg, _ANGLE, f"{second.label} - {first.label}")
     command.set_ylabel("p1 - p2 [MPa]")
     angle.set_ylabel("angle [deg]")
     residual.set_ylabel("residual [deg]")
     for axes in (command, angle, residual):
-        _mark_missed(axes, comparison.missed_s)
+        _mark_missed(axes, missed_s)
     return _finished(figure, (command, angle, residual), loop)
 
 

@@ -2,9 +2,12 @@
 
 import contextlib
 import signal
+import sys
+from collections.abc import Iterator
 from multiprocessing.process import BaseProcess
 from multiprocessing.resource_tracker import ensure_running
 from pathlib import Path
+from types import ModuleType
 
 
 def start_process(process: BaseProcess) -> None:
@@ -13,9 +16,22 @@ def start_process(process: BaseProcess) -> None:
     ensure_running()  # multiprocessing's own helper would lift the mask when it is started on the way
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
-        process.start()
+        with _without_main():
+            process.start()
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextlib.contextmanager
+def _without_main() -> Iterator[None]:
+    """No main module for the new process: none of ours needs it, and a user's script that runs a rig in its first line
+    would be run again by it."""
+    main = sys.modules["__main__"]
+    sys.modules["__main__"] = ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main
 
 
 def name_process(name: str) -> None:

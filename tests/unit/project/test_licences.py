@@ -23,12 +23,14 @@ PERMISSIVE = (
 """May be used by and shipped beside a program under Apache-2.0 without further conditions than to name them."""
 EXTRAS = {
     "nptdms": "LGPL-3.0: an extra, imported unchanged as a library of its own and never shipped with pamrig",
+    "fmpy": "BSD-2-Clause, by its file; its metadata do not say so",
     "tqdm": "MPL-2.0 and MIT: files of their own, unchanged",
 }
 TESTS_ONLY = {
     "hypothesis": "MPL-2.0: runs the tests",
     "pytest-rerunfailures": "MPL-2.0: runs the tests",
     "pathspec": "MPL-2.0: used by the linters and the build",
+    "certifi": "MPL-2.0: of requests, which builds the site",
     "pymcap-cli": "GPL-3.0: a program of its own that the tests start to open our files; nothing of ours imports it",
     "mcap-ros2-support-fast": "GPL-3.0: of pymcap-cli",
     "ros-parser": "GPL-3.0: of pymcap-cli",

@@ -52,10 +52,21 @@ def elsewhere(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_the_top_level_is_exactly_the_three_roots(wheel: Path) -> None:
-    top = {name.split("/")[0] for name in zipfile.ZipFile(wheel).namelist()}
-    assert {name for name in top if not name.endswith(".dist-info")} == {"rig", "drivers", "hil"}
-    assert len(top) == 4
+def test_the_top_level_is_the_three_roots_and_the_public_package(wheel: Path) -> None:
+    names = zipfile.ZipFile(wheel).namelist()
+    top = {name.split("/")[0] for name in names}
+    assert {name for name in top if not name.endswith(".dist-info")} == {"rig", "drivers", "hil", "pamrig"}
+    assert len(top) == 5
+    assert {"pamrig/__init__.py", "pamrig/py.typed"} <= set(names)
+    assert not [name for name in names if name.startswith("rig/public")]
+
+
+def test_the_editable_install_has_the_public_package_of_this_checkout() -> None:
+    script = "import pamrig, rig; print(pamrig.__file__, rig.__file__)"
+    done = subprocess.run([sys.executable, "-I", "-c", script], check=True, capture_output=True, text=True)
+    public, private = map(Path, done.stdout.split())
+    assert public == ROOT / "rig" / "public" / "pamrig" / "__init__.py"
+    assert private == ROOT / "rig" / "__init__.py"
 
 
 def test_the_configs_are_inside_and_nothing_of_the_workshop(wheel: Path) -> None:
@@ -79,9 +90,11 @@ def test_it_is_called_pamrig_and_brings_the_command(wheel: Path) -> None:
 
 
 def test_it_runs_away_from_the_checkout_with_its_own_configs(elsewhere: Path, tmp_path: Path) -> None:
-    where = subprocess.run([elsewhere / "bin" / "python", "-c", "import rig, drivers, hil; print(rig.__file__)"],
-                           cwd=tmp_path, check=True, capture_output=True, text=True)  # fmt: skip
-    assert where.stdout.startswith(str(elsewhere))
+    script = "import rig, drivers, hil, pamrig; print(rig.__file__, pamrig.__file__)"
+    where = subprocess.run(
+        [elsewhere / "bin" / "python", "-c", script], cwd=tmp_path, check=True, capture_output=True, text=True
+    )
+    assert all(place.startswith(str(elsewhere)) for place in where.stdout.split())
     call = [str(elsewhere / "bin" / "pamrig"), "run", "quick", "--clock", "virtual", "--out", "records", "--json", "-"]
     done = subprocess.run(call, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

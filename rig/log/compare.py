@@ -1,0 +1,211 @@
+"""Two records, or two lists of them, beside each other: which goes with which, aligned in time, and how far apart.
+
+Nothing is judged here; `rig.gap` says why a rig differs from its simulator.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.columns import rms
+from rig.errors import RecordError
+from rig.record import MAIN_COLUMNS, Column, Record
+
+Rows = NDArray[np.intp]
+COMPARED: Final = tuple(name for name in MAIN_COLUMNS if name != "t_s")
+LEAST_OVERLAP: Final = 0.5
+"""Share of the shorter record that two records must have in common."""
+_SAME_COMMAND: Final = 1e-6
+"""Rms of the commands' difference (MPa) below which they need no shift."""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """How far one column of B is from that of A, in the column's unit."""
+
+    rms: float
+    max: float
+    mean: float
+
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """Two records over the time that they have in common, at the times of A; columns (n,)."""
+
+    name: str
+    a: Record
+    b: Record
+    shift_s: float
+    """By how much B lies later than A, by their commands; taken out."""
+    differences: dict[str, Difference]
+    """Column -> B minus A, for the columns that both have."""
+
+    @property
+    def angle(self) -> Difference:
+        """The difference of the angles, deg."""
+        return self.differences["angle_deg"]
+
+    def cells(self) -> list[str]:
+        """The pair in a table: shift, the angle's differences, those of command and pressures."""
+        found, angle = self.differences, self.angle
+        pressures = [f"{found[name].rms:.3g}" for name in ("p1_mpa", "p2_mpa") if name in found]
+        numbers = [self.shift_s, angle.rms, angle.max, angle.mean, found["dp_cmd_mpa"].rms]
+        return [*(f"{number:.3g}" for number in numbers), ", ".join(pressures)]
+
+    def to_json(self) -> dict[str, Any]:
+        """One entry of `records`."""
+        others = {name: vars(each) for name, each in self.differences.items()}
+        told: dict[str, Any] = {"record": self.name, "a": _place(self.a), "b": _place(self.b), "rows": len(self.a)}
+        angle = self.angle
+        told |= {"shift_s": self.shift_s, "rmse_deg": angle.rms, "max_deg": angle.max, "mean_deg": angle.mean}
+        return told | {"columns": others}
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """All pairs, and the records that have no counterpart."""
+
+    pairs: list[Pair]
+    only_a: list[str] = field(default_factory=list)
+    only_b: list[str] = field(default_factory=list)
+
+    @property
+    def max_deg(self) -> float:
+        """The largest difference of any angle."""
+        return max(pair.angle.max for pair in self.pairs)
+
+    @property
+    def rmse_deg(self) -> float:
+        """Rms of the angles' difference over all pairs together."""
+        rows = np.array([len(pair.a) for pair in self.pairs])
+        squares = np.array([pair.angle.rms**2 for pair in self.pairs])
+        return float(np.sqrt(np.sum(rows * squares) / np.sum(rows)))
+
+    def departures(self, within_deg: float) -> list[str]:
+        """A line for each pair whose angles differ by more than that anywhere, and for each record without a
+        counterpart."""
+        far = [
+            f"{pair.name}: differs by {pair.angle.max:.4g} deg, allowed {within_deg:g}"
+            for pair in self.pairs
+            if not pair.angle.max <= within_deg
+        ]
+        return [*far, *(f"{name}: only in A" for name in self.only_a), *(f"{name}: only in B" for name in self.only_b)]
+
+    def to_json(self) -> dict[str, Any]:
+        """The result of the command."""
+        told = {"rmse_deg": self.rmse_deg, "max_deg": self.max_deg, "only_a": self.only_a, "only_b": self.only_b}
+        return {"records": [pair.to_json() for pair in self.pairs], **told}
+
+
+def compare(a: Sequence[Record], b: Sequence[Record]) -> Comparison:
+    """Records of A beside those of B by name and repeat; one record beside one, whatever they are called.
+
+    RecordError when nothing goes together, or a pair has no angles or no time in common.
+    """
+    if len(a) == len(b) == 1:
+        return Comparison([beside(a[0], b[0])])
+    ours, theirs = _by_name(a), _by_name(b)
+    common = [key for key in ours if key in theirs]
+    if not common:
+        raise RecordError(
+            f"no record of A is called like one of B: {', '.join(sorted(ours)[:6])} and {', '.join(sorted(theirs)[:6])}"
+        )
+    pairs = [replace(beside(ours[key], theirs[key]), name=key) for key in common]
+    return Comparison(pairs, [key for key in ours if key not in theirs], [key for key in theirs if key not in ours])
+
+
+def beside(a: Record, b: Record) -> Pair:
+    """B brought to the times of A by their commands."""
+    if a.angle_deg is None or b.angle_deg is None:
+        raise RecordError(f"{(a if a.angle_deg is None else b).name}: it has no angle; needed: a column angle_deg")
+    shift_s = _shift(a, b)
+    there = b.t_s - b.t_s[0] - shift_s
+    here = a.t_s - a.t_s[0]
+    rows = np.flatnonzero((here >= there[0] - 1e-9) & (here <= there[-1] + 1e-9))
+    if len(rows) < LEAST_OVERLAP * min(len(a), len(b)) or len(rows) < 2:
+        raise RecordError(f"{a.name}: A and B have only {len(rows)} rows of A in common")
+    ours = a.rows(rows)
+    theirs = _at(b, there, here[rows], ours.t_s)
+    return Pair(a.name, ours, theirs, shift_s, _differences(ours, theirs))
+
+
+def _by_name(records: Sequence[Record]) -> dict[str, Record]:
+    """Records by what they are called in every session: the name, and the repeat where there is another."""
+    found: dict[str, Record] = {}
+    for record in records:
+        count = sum(key == record.name or key.startswith(f"{record.name} repeat ") for key in found)
+        found[f"{record.name} repeat {count + 1}" if count else record.name] = record
+    return found
+
+
+def _at(record: Record, there_s: Column, here_s: Column, t_s: Column) -> Record:
+    """The record's columns at other times: commands held, what was measured interpolated."""
+    held = np.clip(np.searchsorted(there_s, here_s + 1e-9, side="right") - 1, 0, len(there_s) - 1)
+    columns: dict[str, Any] = {}
+    for name in COMPARED:
+        if (column := getattr(record, name)) is not None:
+            columns[name] = column[held] if "cmd" in name else _interpolated(here_s, there_s, column)
+    return replace(record, t_s=t_s, extra={}, **columns)
+
+
+def _interpolated(here_s: Column, there_s: Column, column: Column) -> Column:
+    """Between the rows around; NaN beside a missing value."""
+    return np.interp(here_s, there_s, column)
+
+
+def _differences(a: Record, b: Record) -> dict[str, Difference]:
+    found = {}
+    for name in COMPARED:
+        ours, theirs = getattr(a, name), getattr(b, name)
+        if ours is None or theirs is None:
+            continue
+        left = theirs - ours
+        left = left[np.isfinite(left)]
+        if len(left):
+            found[name] = Difference(rms(left), float(np.abs(left).max()), float(left.mean()))
+    if "angle_deg" not in found:
+        raise RecordError(f"{a.name}: A and B have no row in common where both angles were measured")
+    return found
+
+
+def _shift(a: Record, b: Record) -> float:
+    """By how many seconds B's command comes later than A's: 0 where they agree as they stand, else where they agree
+    best."""
+    dt_s = a.period_s
+    ours, theirs = (_on_rows(record, dt_s) for record in (a, b))
+    count = min(len(ours), len(theirs))
+    if rms(ours[:count] - theirs[:count]) <= _SAME_COMMAND:
+        return 0.0
+    size = 1 << (len(ours) + len(theirs) - 1).bit_length()
+    lags = np.arange(-(len(ours) - 1), len(theirs))
+    agreement = np.fft.irfft(np.fft.rfft(theirs, size) * np.conj(np.fft.rfft(ours, size)), size)[lags]
+    power = [_sums(column**2, lags, len(ours), len(theirs), first) for column, first in ((ours, True), (theirs, False))]
+    overlap = np.minimum(len(ours), len(theirs) - lags) - np.maximum(0, -lags)
+    enough = overlap >= LEAST_OVERLAP * count
+    missed = np.where(enough, (power[0] + power[1] - 2 * agreement) / np.maximum(overlap, 1), np.inf)
+    near = missed <= missed.min() + _SAME_COMMAND**2  # a periodic command agrees at every period: the nearest counts
+    return float(lags[near][np.argmin(np.abs(lags[near]))] * dt_s)
+
+
+def _sums(squares: Column, lags: Rows, ours: int, theirs: int, first: bool) -> Column:
+    """For each lag, the sum of one side's squares over the rows that overlap."""
+    total = np.concatenate([[0.0], np.cumsum(squares)])
+    begin = np.maximum(0, -lags)
+    end = np.maximum(np.minimum(ours, theirs - lags), begin)
+    moved = 0 if first else lags
+    return np.asarray(total[end + moved] - total[begin + moved])
+
+
+def _on_rows(record: Record, dt_s: float) -> Column:
+    """The command at a regular distance, held between rows."""
+    time = record.t_s - record.t_s[0]
+    grid = np.arange(round(time[-1] / dt_s) + 1) * dt_s
+    held = np.clip(np.searchsorted(time, grid + 0.2 * dt_s, side="right") - 1, 0, len(time) - 1)
+    return np.asarray(record.dp_cmd_mpa[held])
+
+
+def _place(record: Record) -> str:
+    return str(record.source or record.name)

@@ -1,0 +1,80 @@
+"""Two records or two sets of them beside each other."""
+
+from typing import Any
+
+from pamrig._picture import Picture, html_table, shown
+from pamrig._places import Logs, records_of
+from rig.errors import CheckFailed
+from rig.log import compare as log_compare
+
+
+class Comparison:
+    """Records A and B, pair by pair: aligned by their commands, B minus A.
+
+    >>> found = pamrig.compare("first", "first")
+    >>> found.max_deg, found.only_a
+    (0.0, [])
+    """
+
+    def __init__(self, comparison: log_compare.Comparison) -> None:
+        self._comparison = comparison
+
+    @property
+    def pairs(self) -> list[log_compare.Pair]:
+        """Each pair with both records over their common time and the difference of every column."""
+        return self._comparison.pairs
+
+    @property
+    def only_a(self) -> list[str]:
+        """Records of A without a counterpart."""
+        return self._comparison.only_a
+
+    @property
+    def only_b(self) -> list[str]:
+        """Records of B without a counterpart."""
+        return self._comparison.only_b
+
+    @property
+    def rmse_deg(self) -> float:
+        """Rms of the angles' difference over all pairs."""
+        return self._comparison.rmse_deg
+
+    @property
+    def max_deg(self) -> float:
+        """The largest difference of any angle."""
+        return self._comparison.max_deg
+
+    def require_within(self, deg: float) -> None:
+        """CheckFailed when any angle differs by more than that, or a record has no counterpart."""
+        if departures := self._comparison.departures(deg):
+            raise CheckFailed("; ".join(departures))
+
+    def to_json(self) -> dict[str, Any]:
+        """What `pamrig log compare --json` writes."""
+        return self._comparison.to_json()
+
+    def plot(self) -> Picture:
+        """The pair that differs most: angles over time, their difference, both loops."""
+        from rig.report.log_figures import pair_figure
+
+        return Picture(pair_figure(max(self.pairs, key=lambda pair: pair.angle.rms)))
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (pair.name, shown(pair.shift_s), shown(pair.angle.rms), shown(pair.angle.max), shown(pair.angle.mean))
+            for pair in self.pairs
+        ]
+        return html_table(("record", "shift [s]", "RMS [deg]", "max [deg]", "mean [deg]"), rows)
+
+
+def compare(a: Logs, b: Logs) -> Comparison:
+    """Records, logs or folders A and B beside each other, by name and repeat; one record beside one whatever it is
+    called.
+
+    RecordError when nothing goes together.
+
+    >>> simulated = pamrig.simulate("simulated", "first")
+    >>> pamrig.compare("first", simulated).rmse_deg < 3.0
+    True
+    """
+    return Comparison(log_compare.compare(records_of(a), records_of(b)))

@@ -1,0 +1,109 @@
+"""Why a rig and its simulator differ, or what has changed on a rig since earlier days."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from pamrig._models import _model, save_model
+from pamrig._picture import Picture, html_table
+from pamrig._places import Logs, records_of
+from rig.app.diagnosing import check_effects
+from rig.errors import ModelError
+from rig.gap.answer.result import Cause
+from rig.gap.answer.result import Diagnosis as Answer
+from rig.gap.answer.words import answers
+from rig.gap.diagnosis import diagnose_with_grounds
+from rig.model.parameters import Model
+
+if TYPE_CHECKING:
+    from rig.gap.days.findings import Findings
+    from rig.gap.pipeline import Grounds
+
+Reference = Literal["auto", "sessions", "session", "fingerprint", "simulator"]
+
+
+class Diagnosis:
+    """Where the gap lies, which effects cause it, how far it shrinks with them.
+
+    >>> said = pamrig.diagnose("simulated", "worn")
+    >>> said.verdict, said.causes[0].stage
+    ('explained', 'valve')
+    """
+
+    def __init__(self, answer: Answer, grounds: "Findings | Grounds", model: Model | None) -> None:
+        self._answer, self._grounds, self._model = answer, grounds, model
+
+    @property
+    def verdict(self) -> str:
+        """none, explained, partly_explained or unknown."""
+        return self._answer.verdict
+
+    @property
+    def causes(self) -> list[Cause]:
+        """What was named: effect, stage, parameters with their intervals, confidence, what it may be mistaken for."""
+        return self._answer.causes
+
+    @property
+    def gap(self) -> Mapping[str, Any]:
+        """How large the gap is, and the floor below which none is seen."""
+        return self._answer.gap
+
+    @property
+    def answers(self) -> dict[str, str]:
+        """The answer in sentences, by question."""
+        return answers(self._answer)
+
+    def to_json(self) -> dict[str, Any]:
+        """What `pamrig gap diagnose --json` writes for one day."""
+        return self._answer.to_json()
+
+    def save_page(self, place: str | Path) -> None:
+        """The report as one HTML page; ModelError without a simulator."""
+        from rig.report.page import write_page
+
+        write_page(Path(place), self._answer, self._grounds, self._simulator("a page"))
+
+    def save_augmented(self, place: str | Path) -> None:
+        """The simulator with the named causes added, as YAML; ModelError without a simulator."""
+        from rig.gap.answer.augment import augmented
+
+        save_model(augmented(self._simulator("an augmented model"), self._answer, self._grounds.prepared), place)
+
+    def plot(self) -> Picture:
+        """The record with the largest gap: residual and angle over time, before and with the causes."""
+        from rig.report.gap_figures import over_time_figure
+
+        return Picture(over_time_figure(self._answer, self._grounds))
+
+    def _simulator(self, wanted: str) -> Model:
+        if self._model is None:
+            raise ModelError(f"{wanted} needs a simulator: give diagnose a model")
+        return self._model
+
+    def _repr_html_(self) -> str:
+        return html_table(("", ""), self.answers.items())
+
+
+def diagnose(
+    model: Model | str | Path | None,
+    logs: Logs,
+    baselines: Iterable[Logs] = (),
+    *,
+    pressures: bool = True,
+    effects: Sequence[str] | None = None,
+    reference: Reference = "auto",
+) -> Diagnosis:
+    """Explain records: by what the simulator lacks, or, with `baselines` (one entry an earlier day), by what has
+    changed.
+
+    `pressures=False` leaves the measured pressures out, `effects` limits the library by name. RecordError when no
+    record can be used, ModelError when there is nothing to compare with.
+    """
+    check_effects(list(effects or ()))
+    simulator = None if model is None else _model(model)
+    days = [records_of(day) for day in baselines]
+    library = list(effects) if effects else None
+    answer, grounds = diagnose_with_grounds(
+        simulator, records_of(logs), days, pressures=pressures, library=library, reference=reference
+    )
+    return Diagnosis(answer, grounds, simulator)

@@ -1,0 +1,209 @@
+"""Simulators: read, run, fitted to records, judged on others."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from pamrig._picture import Picture, html_table, shown
+from pamrig._places import Logs, records_of, sweep_file
+from pamrig._records import Records
+from rig.app import simulating
+from rig.app.compose import find_config
+from rig.app.identifying import SearchOptions, StartOptions, identify_model, sweep_range
+from rig.identify import fit
+from rig.identify import validate as judging
+from rig.identify.data import Options, prepare
+from rig.identify.objective import predict
+from rig.model import parameters
+from rig.model.kernels import simulate as simulate_record
+from rig.model.parameters import Input, Model
+from rig.record import Record
+from rig.report.fit_figures import comparison_figure
+
+__all__ = ["Identified", "Model", "Validation", "identify", "load_model", "save_model", "simulate", "validate"]
+
+
+def load_model(place: str | Path) -> Model:
+    """The simulator of a MODEL.yaml, or one that comes with pamrig by its name. ModelError when it is not one.
+
+    >>> pamrig.load_model("simulated").muscle.kind
+    'mbw'
+    """
+    return parameters.load_model(find_config(Path(place), "models"))
+
+
+def save_model(model: Model, place: str | Path) -> None:
+    """Write a simulator as YAML; a file that is no model is never overwritten.
+
+    >>> pamrig.save_model(pamrig.load_model("simulated"), "mine.yaml")
+    """
+    parameters.save_model(model, Path(place))
+
+
+def simulate(
+    model: Model | str | Path, commands: Logs | dict[str, Any], *, drive: Literal["command", "pressure"] = "command"
+) -> Records:
+    """What a simulator says under commands: records with angle and, where it has regulators, pressures.
+
+    `commands` are records, logs, or a sweep (a file, a name, a mapping). With `drive="pressure"` the measured pressures
+    drive the muscles. ModelError where the simulator diverges.
+
+    >>> (said,) = pamrig.simulate("simulated", "quick")
+    >>> f"{said.angle_deg.max():.0f} degrees at most"
+    '38 degrees at most'
+    """
+    simulator = _model(model)
+    if isinstance(commands, str | Path | dict):
+        with sweep_file(commands) as place:
+            records = simulating.commands_of(place, simulator.sample_time_s)
+    else:
+        records = records_of(commands)
+    return Records(simulate_record(simulator, record, drive=Input(drive)) for record in records)
+
+
+class Identified:
+    """A simulator fitted to records, and how well: `model`, `rmse_deg`, `parameters`.
+
+    >>> found = pamrig.identify("first", seeds=1, iterations=50, particles=20, bounded=False)
+    >>> found.rmse_deg < 2.0
+    True
+    """
+
+    def __init__(self, found: fit.Identified, records: list[Record], options: Options) -> None:
+        self._found, self._records, self._options = found, records, options
+        self.model = found.model
+
+    @property
+    def rmse_deg(self) -> float:
+        """Over all records that it was fitted to."""
+        return self._found.rmse_deg
+
+    @property
+    def bounded(self) -> bool:
+        """Its output stays finite and sensible over the sweep range."""
+        return self._found.verdict.bounded
+
+    @property
+    def parameters(self) -> Mapping[str, parameters.Parameter]:
+        """The muscles' parameters by name: value, unit, standard deviation, whether one ended at its bound."""
+        return self.model.muscle.parameters
+
+    @property
+    def notes(self) -> list[str]:
+        """What was chosen, and why; and what is doubtful."""
+        return [*self._found.choices, *self._found.warnings]
+
+    def save(self, place: str | Path) -> None:
+        """Write the model as YAML."""
+        save_model(self.model, place)
+
+    def plot(self) -> Picture:
+        """The record that it follows least."""
+        return _worst(self.model, self._records, self._found.scores, self._options)
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (name, shown(each.value, 5), shown(each.std), each.unit, "at its bound" if each.at_bound else "")
+            for name, each in self.parameters.items()
+            if each.free
+        ]
+        return html_table(("parameter", "value", "std", "unit", ""), rows, f"RMSE {self.rmse_deg:.3g} deg")
+
+
+def identify(
+    logs: Logs,
+    *,
+    start: str | Path | None = None,
+    kind: Literal["mbw", "bw", "bw_continuous"] = "mbw",
+    drive: Literal["auto", "command", "pressure"] = "auto",
+    optimizer: Literal["pso", "cma-es", "de"] = "pso",
+    seed: int = 1,
+    seeds: int = 3,
+    particles: int = 60,
+    iterations: int = 1000,
+    early_stop: int | None = None,
+    polish: bool = True,
+    bounded: bool = True,
+    joint: Literal["rigid", "second_order"] = "rigid",
+    sample_time_s: float = 0.005,
+    sweep_hz: tuple[float, float] = (0.2, 0.8),
+    resample: bool = False,
+) -> Identified:
+    """Fit a simulator to records by particle swarm and a least-squares polish; the defaults are the paper's (Table II).
+
+    `start` is a model whose `free` parameters are searched, else a template of `kind`. `sweep_hz` is where it has to
+    stay bounded. RecordError for records that cannot be used, ModelError for a start that cannot be searched.
+    """
+    records, options = records_of(logs), Options(resample=resample)
+    begin = StartOptions(
+        None if start is None else Path(start), kind, drive, joint, sample_time_s, None, 0.2, False, None
+    )
+    search = SearchOptions(optimizer, seed, seeds, particles, iterations, early_stop, polish, bounded)
+    found = identify_model(records, begin, search, sweep_range(*sweep_hz, None, records), options, None)
+    return Identified(found, records, options)
+
+
+class Validation:
+    """How well a simulator predicts records (Table IV), and whether it stays bounded.
+
+    >>> pamrig.validate("simulated", "first").scores[0].rmse_deg < 3.0
+    True
+    """
+
+    def __init__(self, model: Model, records: list[Record], judged: judging.Validation, options: Options) -> None:
+        self._model, self._records, self._judged, self._options = model, records, judged, options
+
+    @property
+    def bounded(self) -> bool:
+        """The output stays finite and sensible over the sweep range."""
+        return self._judged.verdict.bounded
+
+    @property
+    def scores(self) -> list[judging.Score]:
+        """For each record: rmse_deg, nrmse, fit_percent, max_deg."""
+        return self._judged.scores
+
+    @property
+    def warnings(self) -> list[str]:
+        """Records outside what the model is valid for."""
+        return self._judged.warnings
+
+    def plot(self) -> Picture:
+        """The record with the largest error: measured, simulated, their difference, both loops."""
+        return _worst(self._model, self._records, self.scores, self._options)
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (Path(row.log).name, shown(row.rmse_deg), shown(row.nrmse), shown(row.fit_percent), shown(row.max_deg))
+            for row in self.scores
+        ]
+        head = ("record", "RMSE [deg]", "NRMSE", "fit [%]", "max [deg]")
+        return html_table(head, rows, "bounded" if self.bounded else "NOT bounded over the sweep range")
+
+
+def validate(
+    model: Model | str | Path, logs: Logs, *, sweep_hz: tuple[float, float] = (0.2, 0.8), resample: bool = False
+) -> Validation:
+    """Score a simulator on records that it was not fitted to, driven as it was identified.
+
+    RecordError for records that cannot be used.
+    """
+    simulator, records, options = _model(model), records_of(logs), Options(resample=resample)
+    judged = judging.validate(simulator, records, sweep_range(*sweep_hz, None, records), options)
+    return Validation(simulator, records, judged, options)
+
+
+def _model(model: Model | str | Path) -> Model:
+    return model if isinstance(model, Model) else load_model(model)
+
+
+def _worst(model: Model, records: list[Record], scores: list[judging.Score], options: Options) -> Picture:
+    worst = int(np.argmax([row.rmse_deg for row in scores]))
+    data = prepare(records[worst], model, options)
+    source = "commanded" if model.muscle.input is Input.COMMAND else "measured"
+    said = {model.muscle.kind.upper(): predict(model, data)}
+    drive = data.p1_mpa - data.p2_mpa
+    name = records[worst].name
+    return Picture(comparison_figure(name, data.grid.t_s, drive, data.angle_deg, said, f"p1 - p2 {source} [MPa]"))

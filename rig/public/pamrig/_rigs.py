@@ -1,0 +1,216 @@
+"""Running a rig: a sweep on it, or recorded commands once more."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Literal
+
+from pamrig._picture import Picture, html_table, shown
+from pamrig._places import sweep_file
+from pamrig._records import Record, Records, read
+from rig.app import compose, replaying, runner
+from rig.app.outcome import Outcome
+from rig.app.sweeping import SweepOptions, run_sweep
+from rig.config import structure, unstructure
+from rig.model.chain import place_effect
+from rig.model.parameters import AddedEffect
+from rig.rig_config import RigConfig
+
+Clock = Literal["real", "virtual"]
+Effects = Mapping[str, Mapping[str, float]]
+"""Effect of the library -> its numbers; `pamrig gap effects` lists them."""
+
+
+@dataclass(frozen=True)
+class Rig:
+    """A rig to run on: its YAML, checked, and what stands instead of some of its settings."""
+
+    config: RigConfig
+    options: Mapping[str, Any] = field(default_factory=dict)
+    seed: int | None = None
+
+    @property
+    def simulated(self) -> bool:
+        """Nothing real moves."""
+        return compose.is_simulated(self.config)
+
+
+def load_rig(place: str | Path) -> Rig:
+    """The rig of a YAML file, or one that comes with pamrig by its name; ConfigError when it does not fit.
+
+    >>> pamrig.load_rig("paper_myrio").simulated
+    False
+    """
+    return Rig(compose.load(Path(place)))
+
+
+def simulated_rig(
+    effects: Effects | None = None, *, seed: int = 1, drift: float | None = None, model: str | Path | None = None
+) -> Rig:
+    """The simulated rig, with effects that its model does not have: a rig that is not what its simulator says.
+
+    `effects` maps effects of the library to their numbers. One `seed` is one day: its noise, and its gains and time
+    constants, which wander by `drift` (relative standard deviation; None: as much as the rig's YAML says). `model`
+    stands instead of its own.
+    ModelError for an effect that does not exist.
+
+    >>> worn = pamrig.simulated_rig({"delay": {"delay_s": 0.02}}, seed=3)
+    >>> worn.simulated
+    True
+    """
+    added = [AddedEffect(name, dict(numbers)) for name, numbers in (effects or {}).items()]
+    for effect in added:
+        place_effect(effect, {})
+    options: dict[str, Any] = {"effects": structure(unstructure(added), list[AddedEffect], "effects")}
+    options |= {} if drift is None else {"drift": drift}
+    if model is not None:
+        options["model"] = compose.find_config(Path(model), "models").resolve()
+    return Rig(compose.load(None), options, seed)
+
+
+class Runs:
+    """What came of runs: their files, whether they are valid, and their records.
+
+    >>> runs = pamrig.run("quick", pamrig.simulated_rig(seed=7), out="other")
+    >>> runs.valid, [file.name for file in runs.files]
+    (True, ['sine_0.5hz_0.20mpa.mcap'])
+    """
+
+    def __init__(self, outcome: Outcome) -> None:
+        self._outcome = outcome
+
+    @property
+    def files(self) -> list[Path]:
+        """The recordings, in order."""
+        return [run.file for run in self._outcome.runs]
+
+    @property
+    def valid(self) -> bool:
+        """All that was planned was recorded, with no tick missed, none lost, no fault."""
+        return len(self.files) == self._outcome.planned and all(run.valid for run in self._outcome.runs)
+
+    @property
+    def records(self) -> Records:
+        """The sweeps that were recorded."""
+        return read(*self.files)
+
+    def judge(self) -> None:
+        """CheckFailed, with the reason in one line, unless all is valid."""
+        self._outcome.judge()
+
+    def to_json(self) -> dict[str, Any]:
+        """What `pamrig run --json` writes."""
+        return self._outcome.to_json()
+
+    def plot(self) -> Picture:
+        """The records."""
+        return self.records.plot()
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (run.file.stem, run.ticks, run.missed, run.dropped, shown(run.lateness_us.get("p99")), run.valid)
+            for run in self._outcome.runs
+        ]
+        return html_table(("record", "ticks", "missed", "dropped", "late p99 [us]", "valid"), rows)
+
+
+def run(
+    sweep: str | Path | dict[str, Any],
+    rig: Rig | str | Path | None = None,
+    *,
+    out: str | Path | None = None,
+    clock: Clock | None = None,
+    force: bool = False,
+) -> Runs:
+    """Run a sweep on a rig: settle, zero the angle, ramp, sweep, ramp out, safe state; one recording a record.
+
+    `sweep` is a YAML file, the name of one that comes with pamrig, or a mapping with the keys of one. `rig` is the
+    simulated rig by default, `out` a new folder under logs/. The `clock` is virtual (as fast as it can) on a simulated
+    rig and real on a real one. EnvelopeError before anything moves when the sweep would leave the rig's envelope;
+    CheckFailed when a run ended in a fault or is not valid. To be called from the main thread, which hears Ctrl-C.
+
+    >>> sweep = {"duration_s": 2.0, "settle_s": 0.5, "records": [{"sine": {"frequency_hz": 1.0, "amplitude_mpa": 0.1}}]}
+    >>> len(pamrig.run(sweep, pamrig.simulated_rig(seed=3), out="mine").records)
+    1
+    """
+    chosen = _rig(rig)
+    virtual = clock == "virtual" if clock else chosen.simulated
+    facts = {"effects": unstructure(chosen.options["effects"])} if chosen.options.get("effects") else {}
+    folder = None if out is None else Path(out)
+    with sweep_file(sweep) as path:
+        options = SweepOptions(folder, virtual, chosen.seed, force, facts, chosen.options)
+        runs = Runs(run_sweep(path, chosen.config, options))
+    runs.judge()
+    return runs
+
+
+class Replay:
+    """Recorded commands once more: what came of them beside the recording.
+
+    >>> (again,) = pamrig.replay("first", out="again")
+    >>> again.rmse_deg < 0.1
+    True
+    """
+
+    def __init__(self, done: replaying.Replayed) -> None:
+        self._done = done
+        self.file = done.file
+        self.rmse_deg: float = done.comparison["rmse_deg"]
+        self.max_deg: float = done.comparison["max_deg"]
+        self.departures = list(done.departures)
+        """Where it left the tolerances, one line each."""
+
+    @property
+    def record(self) -> Record:
+        """The sweep of the replay."""
+        record: Record = read(self.file)[0]
+        return record
+
+    def to_json(self) -> dict[str, Any]:
+        """The entry of `pamrig replay --json`."""
+        return self._done.to_json()
+
+    def plot(self) -> Picture:
+        """Recording and replay over time, their difference, both loops."""
+        from rig.report.log_figures import replay_figure
+
+        return Picture(replay_figure(self.file.stem, self._done.beside))
+
+    def _repr_html_(self) -> str:
+        return html_table(("replay", "RMSE [deg]", "max [deg]"), [(self.file.stem, *map(shown, self._numbers()))])
+
+    def _numbers(self) -> Iterator[float]:
+        yield from (self.rmse_deg, self.max_deg)
+
+
+def replay(
+    log: str | Path,
+    rig: Rig | str | Path | None = None,
+    *,
+    model: str | Path | None = None,
+    out: str | Path | None = None,
+    tolerances: Mapping[str, float] | None = None,
+    clock: Clock | None = None,
+    resample: bool = False,
+    force: bool = False,
+) -> list[Replay]:
+    """Send the recorded commands of a log, or of each log in a folder, to a rig once more, and compare.
+
+    `model` stands instead of the simulated rig's own. With `tolerances` (field -> largest difference) each replay says
+    where it left them. RecordError when a recording does not fit the rig's period, unless `resample`.
+    """
+    chosen = _rig(rig)
+    job = replaying.prepare(Path(log), chosen.config, None if model is None else Path(model), None, resample)
+    job = replace(job, device_options={**chosen.options, **job.device_options})
+    folder = Path(out) if out is not None else runner.new_folder("replay")
+    options = replaying.ReplayOptions(folder, clock, chosen.seed, force, None, tolerances)
+    done = replaying.replay_all(job, options)
+    for item in done:
+        item.outcome.judge()
+    return [Replay(item) for item in done]
+
+
+def _rig(rig: Rig | str | Path | None) -> Rig:
+    if isinstance(rig, Rig):
+        return rig
+    return Rig(compose.load(None)) if rig is None else load_rig(rig)
