@@ -235,7 +235,7 @@ def test_a_full_disk_ends_in_an_invalid_record_and_not_in_a_dead_loop(tmp_path: 
     long.write_text(SWEEP.replace("duration_s: 0.6", "duration_s: 160"))
 
     def little_room() -> None:  # more than the ring needs, less than the record
-        resource.setrlimit(resource.RLIMIT_FSIZE, (1_800_000, 1_800_000))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (2_200_000, 2_200_000))
 
     done = pamrig("run", long, "--clock", "virtual", "--out", tmp_path / "out", "--json", "-", prepare=little_room)
     assert done.returncode == 1, done
