@@ -14,7 +14,7 @@ from rig.errors import ConfigError, EnvelopeError
 from rig.excite.envelope import check
 from rig.excite.experiment import Entry, RunPlan, Sweep, expand, load_sweep
 from rig.gap.hypotheses.library import LIBRARY
-from rig.gap.plan.candidates import RESTS_MPA, Room, candidates, sweep_text
+from rig.gap.plan.candidates import Room, candidates, sweep_text
 from rig.gap.plan.capability import FALSE_ALARM_RATE, Ability, Capability, capability
 from rig.gap.plan.data_sheet import ALLOWED
 from rig.gap.plan.design import Design, Told, appraise, design
@@ -144,7 +144,7 @@ def design_session(
     """The session that tells most within `seconds` on the rig and on units of these plant families."""
     settings, room = fitted(), room_of(asked.rig)
     rigs = [rig_of(asked), *(_family_rig(name, unit) for name in families for unit in range(FAMILY_UNITS))]
-    pool = candidates(room, RECORD_S, [p0 for p0 in RESTS_MPA if room.pressure_mpa[0] < p0 < room.pressure_mpa[1]])
+    pool = candidates(room, RECORD_S)
     if not pool:
         raise ConfigError(f"{asked.rig}: its limits leave no room for any record")
     effects = list(LIBRARY.values())

@@ -2,9 +2,10 @@
 
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, cast
 
+import numpy as np
 import yaml
 
 from rig.errors import EnvelopeError
@@ -12,14 +13,15 @@ from rig.excite.envelope import check
 from rig.excite.experiment import Entry, RunPlan, Sweep, Timing, expand
 from rig.excite.signals import Chirp, Mixed, Multisine, Signal, Sine, Triangle
 from rig.excite.steps import Hold, Staircase
+from rig.gap.hypotheses.propagate import Track
 from rig.gap.plan.rehearse import PERIOD_NS
 
-RESTS_MPA = (0.15, 0.2, 0.25, 0.3)
 SINES_HZ = (0.1, 0.2, 0.35, 0.5, 0.8, 1.5, 2.5, 4.0)
 TRIANGLES_HZ = (0.1, 0.3, 0.5)
 SHARES = (1.0, 0.4)
 """Amplitudes, as shares of the largest."""
 TOP_HZ = 4.0
+MOST_SWING_MPA = 0.4
 SETTLE_S = 3.0
 PEAK_OF_MIXED = 2.4
 """Of equation (12), in its A."""
@@ -33,12 +35,21 @@ class Room:
     slew_mpa_s: float = 2.0
     swing_mpa: float = 0.2
     """Largest amplitude of dp."""
+    rests_mpa: tuple[float, ...] = (0.15, 0.2, 0.25, 0.3)
+    """Rest pressures that are tried."""
 
 
-def candidates(room: Room, lengths_s: Sequence[float], rests_mpa: Sequence[float] = RESTS_MPA) -> list[Entry]:
+def room_within(tracks: Sequence[Track]) -> Room:
+    """What records asked that there are: their rest pressures, and no more than their amplitude."""
+    rests = sorted({round(0.5 * float(np.median(t.pair.u1_mpa + t.pair.u2_mpa)), 3) for t in tracks})
+    swing = max(float(np.ptp(track.pair.u1_mpa)) for track in tracks)
+    return replace(Room(), swing_mpa=min(swing, MOST_SWING_MPA), rests_mpa=tuple(rests))
+
+
+def candidates(room: Room, lengths_s: Sequence[float]) -> list[Entry]:
     """Every record of the pool that stays inside the room."""
     found: list[Entry] = []
-    for p0, length in itertools.product(rests_mpa, lengths_s):
+    for p0, length in itertools.product(room.rests_mpa, lengths_s):
         timing = Timing(settle_s=SETTLE_S, duration_s=length)
         entries = [Entry(signal, timing, (p0,)) for signal in _signals(_largest(room, p0), length)]
         found.extend(entry for entry in entries if _fits(entry, room))

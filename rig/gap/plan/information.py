@@ -98,4 +98,4 @@ def needed_separation(nats: float, prior: Prior, quantile: float) -> float:
         scatter = separation / (1.0 + separation**2 / (prior.degrees + prior.effective))
         return log_odds(separation, prior) - quantile * scatter - nats
 
-    return float(brentq(short, 0.5, MOST_SEPARATION))
+    return float(brentq(short, quantile, MOST_SEPARATION))

@@ -86,7 +86,7 @@ class Experiment:
     def why(self) -> str:
         """In one sentence."""
         kinds = ", ".join(dict.fromkeys(entry.signal.label for entry in self.entries))
-        return f"parts {' from '.join(self.separates)} by {self.weakest:.0f} standard deviations: {kinds}"
+        return f"{kinds} in {self.seconds / 60:.1f} min"
 
 
 def next_experiment(
@@ -206,9 +206,10 @@ def _mixed(one: _Open, chosen: Sequence[int]) -> Column:
 
 
 def _parted(apart: Column) -> list[int]:
-    """Hypotheses that all lie apart: the likeliest, and each next one that joins."""
+    """Hypotheses that all lie apart: the likeliest, and each next one that joins; where none does, the two that come
+    farthest apart."""
     kept = [0]
     for k in range(1, len(apart)):
         if all(apart[j, k] >= APART for j in kept):
             kept.append(k)
-    return kept
+    return kept if len(kept) > 1 else sorted(int(k) for k in np.unravel_index(int(np.argmax(apart)), apart.shape))

@@ -7,10 +7,12 @@ import numpy as np
 
 from rig.excite.experiment import RunPlan
 from rig.excite.setpoints import around
+from rig.gap.hypotheses.propagate import Track
 from rig.gap.records.grid import Pair, Session
 from rig.gap.records.pairs import Pairing
 from rig.gap.records.settings import GRID_S
-from rig.gap.reference.build import Expected, from_response
+from rig.gap.reference.build import Expected, Kind, from_response
+from rig.gap.reference.expectation import line_noise
 from rig.model.response import ResponseModel
 from rig.record import Column, Record
 
@@ -61,3 +63,13 @@ def _expected_pair(rig: Rig, plan: RunPlan, draw: np.random.Generator) -> Pair:
     raw = Record(plan.name, t, dp, measured(angle, rig.noise.angle_deg), u1, u2, *heard)
     case = Session(p1, p2, angle) if rig.pressures else Session(None, None, angle)
     return Pair(plan.name, GRID_S, t, u1, u2, case, (), np.ones_like(t), raw, ())
+
+
+def known_rig(response: ResponseModel, tracks: Sequence[Track], levels: str, *, pressures: bool) -> Rig:
+    """The rig of records that there are. Of an earlier day's rig, records of another kind are known as surely as by a
+    fingerprint of it."""
+    mine = levels if levels not in (Kind.SESSION, Kind.SESSIONS) else Kind.FINGERPRINT.value
+    pairs = [track.pair for track in tracks]
+    angle = float(np.median([line_noise(pair.raw.angle_deg, pair) for pair in pairs]))
+    monitors = [line_noise(column, pair) for pair in pairs for column in (pair.raw.p1_mpa, pair.raw.p2_mpa)]
+    return Rig(response, mine, pressures, Noise(angle, float(np.median(monitors))))
