@@ -7,7 +7,7 @@ import click
 
 from rig.app.terminal import console, listing, progress
 from rig.cli.common import emit, json_option
-from rig.cli.outputs import output_option
+from rig.cli.outputs import Command, output_option
 from rig.outputs import Kind
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ _rig = click.option("--rig", type=_path, metavar="RIG.yaml", help="The rig's YAM
 _no_pressures = click.option("--no-pressures", is_flag=True, help="As if the regulators' monitors were not recorded.")
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("model", type=_path)
 @_baseline
 @click.option(
@@ -102,7 +102,7 @@ def _size(value: float | None, unit: str) -> str:
     return "not within its range" if value is None else f"{abs(value):.2g}{'' if unit == '1' else f' {unit}'}"
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("model", type=_path)
 @click.option(
     "--minutes",

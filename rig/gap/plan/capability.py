@@ -9,9 +9,10 @@ import numpy as np
 from scipy.stats import norm
 
 from rig.gap.hypotheses.library import Effect, Law
-from rig.gap.hypotheses.scenes import Stand, stands
+from rig.gap.hypotheses.scenes import Stand
 from rig.gap.plan.directions import Direction, columns, ladder, sized, unit_of, usual_directions
 from rig.gap.plan.information import inform, needed_separation, separations
+from rig.gap.plan.rehearse import factors_of
 from rig.gap.reference.build import Expected
 from rig.gap.settings import Fitted, Prior
 from rig.record import Column
@@ -60,7 +61,7 @@ def capability(expected: Expected, effects: Sequence[Effect], settings: Fitted) 
     fitting = [effect for effect in effects if not effect.signature]
     abilities: list[Ability] = []
     blocks: list[tuple[list[str], Column]] = []
-    for stand in stands(expected, settings):
+    for stand in factors_of(expected, settings):
         directions = usual_directions(fitting, stand, settings.prior.share)
         if not directions:
             continue

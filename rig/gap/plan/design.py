@@ -7,12 +7,11 @@ import numpy as np
 
 from rig.excite.experiment import Entry
 from rig.gap.hypotheses.library import Effect
-from rig.gap.hypotheses.scenes import stands
 from rig.gap.plan.candidates import lasts_s, planned
 from rig.gap.plan.capability import by_effect, first_of_each, named_separation, seen_separation
 from rig.gap.plan.directions import Direction, columns, usual_directions
 from rig.gap.plan.information import Information, inform, separations
-from rig.gap.plan.rehearse import Rig, rehearse
+from rig.gap.plan.rehearse import Rig, factors_of, rehearse
 from rig.gap.settings import Fitted, Prior
 from rig.record import Column
 
@@ -86,7 +85,7 @@ class _Known:
 def _known(rig: Rig, pool: Sequence[Entry], effects: Sequence[Effect], settings: Fitted) -> _Known:
     fitting = [effect for effect in effects if not effect.signature]
     factors, found = [], []
-    for stand in stands(rehearse(rig, planned(pool)), settings):
+    for stand in factors_of(rehearse(rig, planned(pool)), settings):
         if directions := usual_directions(fitting, stand, settings.prior.share):
             factors.append(inform(stand, columns(directions)))
             found.append(tuple(directions))

@@ -14,10 +14,10 @@ import numpy as np
 
 from rig.excite.experiment import Entry
 from rig.gap.hypotheses.propagate import Applied, ready
-from rig.gap.hypotheses.scenes import Stand, stands
+from rig.gap.hypotheses.scenes import Stand
 from rig.gap.plan.candidates import Room, candidates, lasts_s, planned, sweep_text
 from rig.gap.plan.information import Information, inform
-from rig.gap.plan.rehearse import Rig, rehearse
+from rig.gap.plan.rehearse import Rig, factors_of, rehearse
 from rig.gap.settings import Fitted
 from rig.record import Column
 
@@ -103,7 +103,7 @@ def next_experiment(
         return None
     known = [
         _weigh(stand, rivals[stand.name])
-        for stand in stands(rehearse(rig, planned(pool)), settings)
+        for stand in factors_of(rehearse(rig, planned(pool)), settings)
         if stand.name in rivals
     ]
     chosen = _chosen(known, [lasts_s(entry) for entry in pool], seconds)

@@ -8,11 +8,13 @@ import numpy as np
 from rig.excite.experiment import RunPlan
 from rig.excite.setpoints import around
 from rig.gap.hypotheses.propagate import Track
+from rig.gap.hypotheses.scenes import Stand, angle_stand, pressure_stand
 from rig.gap.records.grid import Pair, Session
 from rig.gap.records.pairs import Pairing
 from rig.gap.records.settings import GRID_S
 from rig.gap.reference.build import Expected, Kind, from_response
 from rig.gap.reference.expectation import line_noise
+from rig.gap.settings import Fitted
 from rig.model.response import ResponseModel
 from rig.record import Column, Record
 
@@ -73,3 +75,9 @@ def known_rig(response: ResponseModel, tracks: Sequence[Track], levels: str, *, 
     angle = float(np.median([line_noise(pair.raw.angle_deg, pair) for pair in pairs]))
     monitors = [line_noise(column, pair) for pair in pairs for column in (pair.raw.p1_mpa, pair.raw.p2_mpa)]
     return Rig(response, mine, pressures, Noise(angle, float(np.median(monitors))))
+
+
+def factors_of(expected: Expected, settings: Fitted) -> list[Stand]:
+    """The factors of the likelihood on planned records, upstream first."""
+    angle = angle_stand(expected, settings)
+    return [pressure_stand(expected, settings), angle] if expected.driven else [angle]

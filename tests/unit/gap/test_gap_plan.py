@@ -14,14 +14,14 @@ from rig.excite.experiment import expand, load_sweep
 from rig.gap.evidence.posterior import judge
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.hypotheses.propagate import Applied
-from rig.gap.hypotheses.scenes import ANGLE, PRESSURES, Stand, stands
+from rig.gap.hypotheses.scenes import ANGLE, PRESSURES, Stand
 from rig.gap.plan.candidates import Room, candidates, lasts_s, planned, sweep_text
 from rig.gap.plan.capability import Ability, capability, seen_separation
 from rig.gap.plan.design import design
 from rig.gap.plan.directions import columns, sized, usual_directions
 from rig.gap.plan.information import inform, log_odds, needed_separation, separations
 from rig.gap.plan.next_experiment import Hypothesis, next_experiment
-from rig.gap.plan.rehearse import PERIOD_NS, Rig, rehearse
+from rig.gap.plan.rehearse import PERIOD_NS, Rig, factors_of, rehearse
 from rig.gap.settings import fitted
 from rig.record import Column
 
@@ -36,7 +36,7 @@ def rig() -> Rig:
 
 @pytest.fixture(scope="module")
 def usual(rig: Rig) -> list[Stand]:
-    return stands(rehearse(rig, expand(load_sweep(CONFIGS / "sweeps" / "gap.yaml"), PERIOD_NS)), fitted())
+    return factors_of(rehearse(rig, expand(load_sweep(CONFIGS / "sweeps" / "gap.yaml"), PERIOD_NS)), fitted())
 
 
 def test_planned_records_answer_as_the_reference_expects(usual: list[Stand]) -> None:
