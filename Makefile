@@ -32,7 +32,7 @@ bench: .venv/test.stamp
 	touch $@
 
 lock:
-	uv pip compile pyproject.toml --group build --generate-hashes --no-header --no-emit-index-url --python-version 3.11 -o requirements.lock
+	uv pip compile pyproject.toml --extra web --group build --generate-hashes --no-header --no-emit-index-url --python-version 3.11 -o requirements.lock
 	uv pip compile pyproject.toml --all-extras --group build --group test -c requirements.lock --generate-hashes --no-header --no-emit-index-url --python-version 3.11 -o requirements-test.lock
 
 clean:

@@ -7,6 +7,7 @@ import os
 import signal
 import sys
 from multiprocessing.connection import Connection
+from pathlib import Path
 from typing import Final
 
 from rig.app import compose
@@ -121,7 +122,16 @@ def parts_of(rig: RigConfig, *, virtual: bool = False, seed: int | None = None) 
         virtual=virtual,
         seed=seed,
         warnings=lambda: _warnings(rig),
+        sweeps=(compose.configs() / "sweeps",),
+        models=(compose.configs() / "models",),
+        simulator=_own_model(rig) if compose.is_simulated(rig) else None,
     )
+
+
+def _own_model(rig: RigConfig) -> Path | None:
+    """The model of the first device that has one."""
+    settings = (compose.device_settings(entry, rig, {})[1] for entry in rig.devices)
+    return next((model for each in settings if isinstance(model := getattr(each, "model", None), Path)), None)
 
 
 def _warnings(rig: RigConfig) -> list[str]:

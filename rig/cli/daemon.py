@@ -33,6 +33,11 @@ def socket_option(command: F) -> F:
     "--clock", type=click.Choice(["real", "virtual"]), default="real", show_default=True, help="Virtual: for soaking."
 )
 @click.option(
+    "--web",
+    metavar="HOST:PORT",
+    help="Where the page is served (another host than the loopback needs a token), or off.",
+)
+@click.option(
     "--dry-run", is_flag=True, help="Only say which records retention (keep_gb, keep_days) would remove today."
 )
 @socket_option
@@ -42,6 +47,7 @@ def daemon(
     logs: Path | None,
     state: Path | None,
     clock: str,
+    web: str | None,
     dry_run: bool,
     socket: Path | None,
 ) -> None:
@@ -58,11 +64,13 @@ def daemon(
     from rig.errors import RigError
     from rig.service import live, metrics
     from rig.service.daemon import Daemon
-    from rig.service.settings import load_settings
+    from rig.service.settings import load_settings, parse_web
 
     settings = load_settings(config)
     given: dict[str, Any] = {"logs": logs, "state": state, "socket": socket}
     settings = dataclasses.replace(settings, **{key: value for key, value in given.items() if value is not None})
+    if web is not None:
+        settings = dataclasses.replace(settings, web=parse_web(web, settings.web))
     if dry_run:
         _say_what_would_go(settings)
         return
@@ -140,7 +148,9 @@ def status(client: Any, json_to: str | None) -> None:
 @_client_command("arm")
 def arm(client: Any) -> None:
     """Let the daemon command the rig; nothing moves yet."""
-    for line in client.arm():
+    import getpass
+
+    for line in client.arm(by=f"{getpass.getuser()}, by pamrig arm"):
         console("-").print(line, style="yellow")
     console().print("armed: the rig follows `pamrig start`; `pamrig stop` disarms")
 

@@ -85,10 +85,10 @@ class Client:
         """Everything there is to know now; keys as in docs/reference/control_protocol.md."""
         return dict(self.call("status"))
 
-    def arm(self) -> list[str]:
+    def arm(self, by: str = "") -> list[str]:
         """Let the daemon command the rig; nothing moves yet. Returns what to know of calibrations and devices, a line
-        each."""
-        return list(self.call("arm"))
+        each. `by`: who arms, for the status."""
+        return list(self.call("arm", **({"by": by} if by else {})))
 
     def start(self, *sweeps: str | Path, pause_s: float = 0.0, before: str = "") -> list[dict[str, Any]]:
         """Queue sweeps and work on the queue; without sweeps, go on with what is in it. Returns the new jobs.
@@ -123,6 +123,10 @@ class Client:
     def reset(self) -> None:
         """Clear a fault whose cause is gone; the rig is disarmed then."""
         self.call("reset")
+
+    def mark(self, text: str) -> None:
+        """A line into the log of the record that runs; StateError when none does."""
+        self.call("mark", text=text)
 
     def clear(self) -> None:
         """Take what waits out of the queue."""

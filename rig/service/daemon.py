@@ -8,6 +8,7 @@ import logging
 import os
 import sys
 import time
+from collections.abc import Coroutine, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Final
@@ -17,19 +18,23 @@ from rig.realtime.faults import Fault, explain
 from rig.realtime.safe_state import Outcome
 from rig.realtime.state import Event, State
 from rig.service import blackbox, metrics, places
+from rig.service.arguments import check_line, check_start
 from rig.service.control import Server
 from rig.service.job_queue import Queue
 from rig.service.ledger import Ledger
 from rig.service.live import LiveView
 from rig.service.notify import Notifier
 from rig.service.planner import Planner
+from rig.service.processes import processes_json
 from rig.service.protocol import VERSION, Code, Refused, Request
 from rig.service.queue_runner import QueueRunner
+from rig.service.recorder import Mark
 from rig.service.retention import NOTICE_S, Retention
 from rig.service.session import ending_signals
 from rig.service.session_monitor import Parts, SessionMonitor
 from rig.service.settings import DaemonSettings, make_folder, read_token
 from rig.service.telemetry import fault_json, safe_json
+from rig.service.web.host import Page, page_orders
 
 _TURN_S: Final = 0.02
 _SWITCH_S: Final = 0.0002
@@ -67,11 +72,13 @@ class Daemon:
         self._starts = 0
         self._server = Server(self._handle, self.status, self._begin_estop)
         self._live = LiveView(settings.live.port)
+        self._page = Page(settings.web, page_orders(parts, settings))
+        self._armed_by = ""
         self._notifier = Notifier()
         self._starter = ThreadPoolExecutor(
             1, "session"
         )  # lives as long as the daemon: the loop is told when its maker's thread dies
-        self._reported = Fault.NONE
+        self._reported, self._reported_s = Fault.NONE, 0.0
         self._reported_safe = ""
         self._safe_mpa = parts.rig.safe.p1_mpa, parts.rig.safe.p2_mpa
         self._resetting = False
@@ -108,12 +115,11 @@ class Daemon:
             _LOG.info("viewers may look at %s:%d", self._settings.view.host, port)
         for saved in await asyncio.to_thread(blackbox.salvage, self._settings.state / "blackbox"):
             self._keep(saved, "left by a daemon that had died")
+        await asyncio.to_thread(self._page.open)
         await loop.run_in_executor(self._starter, self._monitor.open)
         self._live.follow(self._monitor.session)
         self._tasks = [asyncio.create_task(planner.warm()) for planner in (self._checker, self._runner.planner)]
-        self._tasks += [
-            asyncio.create_task(work) for work in (self._turn(), self._runner.run(), self._house(), self._make_room())
-        ]
+        self._tasks += [asyncio.create_task(work) for work in self._own_work()]
         for task in self._tasks:
             task.add_done_callback(self._task_ended)
         gc.collect()
@@ -122,6 +128,9 @@ class Daemon:
         _LOG.info(
             "listening at %s, rig %s, %s", self._settings.socket, self._parts.rig.name, self._monitor.state.name.lower()
         )
+
+    def _own_work(self) -> Iterator[Coroutine[Any, Any, None]]:
+        yield from (self._turn(), self._runner.run(), self._house(), self._make_room(), self._page.watch())
 
     def _task_ended(self, task: "asyncio.Task[None]") -> None:
         """A task of the daemon ends only at the end; otherwise it is a bug, and the rig is not to go on with it."""
@@ -137,6 +146,7 @@ class Daemon:
             await asyncio.to_thread(planner.close)
         await asyncio.gather(*self._tasks, return_exceptions=True)
         self._live.close()
+        await asyncio.to_thread(self._page.close)
         left = await asyncio.get_running_loop().run_in_executor(self._starter, self._monitor.close)
         await self._server.close()
         self._starter.shutdown()
@@ -170,7 +180,7 @@ class Daemon:
         fault = self._monitor.fault
         if fault is self._reported:
             return
-        self._reported = fault
+        self._reported, self._reported_s = fault, time.monotonic()
         if fault is Fault.NONE:
             _LOG.info("fault cleared")
             return
@@ -235,7 +245,10 @@ class Daemon:
             return self.status(None)
         _LOG.info("command %s %s", name, given or "")
         if name == "arm":
-            return [*await self._monitor.arm(), *self._of_before()]
+            check_line("arm: by", given.get("by", "-"))
+            known = await self._monitor.arm()
+            self._armed_by = given.get("by", "")
+            return [*known, *self._of_before()]
         if name == "start":
             return await self._start(given.get("sweeps", []), float(given.get("pause_s", 0.0)), given.get("before", ""))
         if name == "stop":
@@ -245,7 +258,18 @@ class Daemon:
             return safe_json(await self._monitor.estop(), self._safe_mpa)
         if name == "reset":
             return await self._reset()
+        if name == "mark":
+            return self._mark(given.get("text", ""))
         return {"cleared": await asyncio.to_thread(self._queue.clear)}
+
+    def _mark(self, text: str) -> dict[str, str]:
+        """Into the log of the record that runs."""
+        check_line("mark: text", text)
+        session = self._monitor.session
+        if session is None or self._runner.current is None:
+            raise Refused(Code.WRONG_STATE, "no record runs; a marker goes into the log of the record that does")
+        session.expect(Mark(text, time.monotonic_ns()))
+        return {"record": self._runner.current.name, "text": text}
 
     def _begin_estop(self) -> None:
         self._runner.hold()
@@ -259,7 +283,7 @@ class Daemon:
     async def _start(self, sweeps: list[Any], pause_s: float, before: str) -> list[dict[str, Any]]:
         if self._monitor.state is not State.RUNNING:
             self._monitor.must(Event.START)
-        _check_start(sweeps, pause_s, before)
+        check_start(sweeps, pause_s, before)
         if self._starts >= _MOST_STARTS:
             raise Refused(Code.REFUSED, f"{_MOST_STARTS} starts are being looked at already; try again")
         self._starts += 1
@@ -323,20 +347,24 @@ class Daemon:
         status: dict[str, Any] = {
             "version": VERSION,
             "rig": self._parts.rig.name,
+            "simulated": self._parts.simulated,
             "state": monitor.state.name.lower(),
             "fault": fault_json(monitor.fault, monitor.said),
+            "fault_since_s": time.monotonic() - self._reported_s if monitor.fault and self._reported else None,
             "safe_state": safe_json(monitor.safe, self._safe_mpa),
             "session": f"{session.id:016x}" if session else None,
             "uptime_s": time.monotonic() - self._began,
             "loop": monitor.telemetry.to_json() if monitor.telemetry else None,
             **self._runner.to_json(),
-            "processes": _processes(session),
+            "processes": processes_json(session),
             "realtime": session.facts.get("realtime", {}) if session else {},
             "disk_free_gb": self._runner.free_gb,
             "logs": str(self._settings.logs.absolute()),
             "retention": self._retention.to_json(),
             "clients": self._server.clients,
             "dropped_events": self._server.dropped_events,
+            "page": self._page.to_json(),
+            "armed_by": self._armed_by if monitor.state in _ARMED else None,
             "black_boxes": [str(path) for path in self.black_boxes[-5:]],
         }
         if cursor is not None and monitor.telemetry:
@@ -344,34 +372,12 @@ class Daemon:
         return status
 
 
+_ARMED: Final = (State.ARMED, State.RUNNING, State.DONE)
 _DECIDE: Final = (
     "say what is to become of it: `pamrig start --first` does it before the new sweeps, `pamrig start --only` leaves "
     "it where it "
     "is, `pamrig clear` drops it"
 )
-
-
-def _check_start(sweeps: list[Any], pause_s: float, before: str) -> None:
-    """Refused when the arguments of `start` are not what they should be."""
-    if not 0 <= pause_s <= 86400:
-        raise Refused(Code.BAD_ARGUMENT, f"start: pause_s: {pause_s:g} s is outside 0 .. 86400 s")
-    if not all(isinstance(sweep, str) and os.path.isabs(sweep) for sweep in sweeps):
-        raise Refused(Code.BAD_ARGUMENT, "start: sweeps: expected a list of absolute paths")
-    if before not in ("", "first", "leave"):
-        raise Refused(Code.BAD_ARGUMENT, f"start: before: {before!r}; allowed: first, leave")
-    if before and not sweeps:
-        raise Refused(Code.BAD_ARGUMENT, "start: before: only with sweeps; without any, the queue goes on")
-
-
-def _processes(session: Any) -> dict[str, dict[str, Any]]:
-    """Pid and life of each process beside the daemon's own."""
-    shown = {"control": {"pid": os.getpid(), "alive": True}}
-    if session is not None:
-        watchers = {writer.name.lower(): process for writer, process in session.watchers.processes.items()}
-        for name, process in {"loop": session.loop, "recorder": session.recorder, **watchers}.items():
-            if process is not None:
-                shown[name] = {"pid": process.pid, "alive": process.is_alive()}
-    return shown
 
 
 def _ask_for_attention() -> None:

@@ -1,6 +1,7 @@
 """What all processes of a rig have in common: how they are started, named, and told apart from the outside."""
 
 import contextlib
+import os
 import signal
 import sys
 from collections.abc import Iterator
@@ -8,6 +9,7 @@ from multiprocessing.process import BaseProcess
 from multiprocessing.resource_tracker import ensure_running
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 
 def start_process(process: BaseProcess) -> None:
@@ -46,3 +48,14 @@ def is_stopped(pid: int | None) -> bool:
         return Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()[0] in ("T", "t")
     except OSError:
         return False
+
+
+def processes_json(session: Any) -> dict[str, dict[str, Any]]:
+    """Pid and life of each process beside the daemon's own."""
+    shown = {"control": {"pid": os.getpid(), "alive": True}}
+    if session is not None:
+        watchers = {writer.name.lower(): process for writer, process in session.watchers.processes.items()}
+        for name, process in {"loop": session.loop, "recorder": session.recorder, **watchers}.items():
+            if process is not None:
+                shown[name] = {"pid": process.pid, "alive": process.is_alive()}
+    return shown

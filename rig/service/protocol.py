@@ -60,7 +60,12 @@ COMMANDS: Final[dict[str, Command]] = {
         True,
         "a `status` event at `rate_hz` (0.1 to 50), with the samples since the last",
     ),
-    "arm": Command({}, False, "take the measured pressures as set-points, ready to start; nothing moves"),
+    "arm": Command(
+        {"by": str},
+        False,
+        "take the measured pressures as set-points, ready to start; nothing moves. `by` says who arms, for the status",
+    ),
+    "mark": Command({"text": str}, False, "a line into the log of the record that runs"),
     "start": Command(
         {"sweeps": list, "pause_s": (int, float), "before": str},
         False,

@@ -255,6 +255,7 @@ class QueueRunner:
         """What is being done, how far it is, and how long the rest takes."""
         shown: dict[str, Any] = {
             "working": self.working,
+            "held": self._held,
             "queue": list(self._queue.to_json()),
             "left_s": 0.0,
             "record": None,

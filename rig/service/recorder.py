@@ -54,6 +54,15 @@ class RunOrder:
 
 
 @dataclass(frozen=True)
+class Mark:
+    """A line of the operator's for the log of the run that is written."""
+
+    text: str
+    at_ns: int
+    """On the loop's clock."""
+
+
+@dataclass(frozen=True)
 class Trouble:
     """Word from the recorder while a run goes on: why its file takes nothing at present; empty when it does again."""
 
@@ -125,6 +134,7 @@ class Recorder:
         self._told: Trouble | None = None
         self._over = False
         self._at_once = False
+        self._marks: list[Mark] = []
 
     def run(self) -> None:
         """Poll until the other end of the orders closes or says None, then finish."""
@@ -147,6 +157,8 @@ class Recorder:
                 order = self._orders.recv()
                 if order is None:
                     self._over = True
+                elif isinstance(order, Mark):
+                    self._marks.append(order)
                 else:
                     self._expected[order.run] = order
         except (EOFError, OSError):
@@ -183,7 +195,13 @@ class Recorder:
         self._lost_before = self._reader.lost
         if self._open is not None:
             self._open.put(packed, sample)
+            self._put_marks(self._open, sample)
             self._tell(self._open.trouble)
+
+    def _put_marks(self, run: "_OpenRun", sample: Sample) -> None:
+        """Behind the first sample that is not older; in virtual time behind the next."""
+        while self._marks and (self._marks[0].at_ns <= sample.scheduled_ns or run.virtual):
+            run.mark(self._marks.pop(0).text, sample)
 
     def _close_run(self, cut: bool = False) -> None:
         """`cut`: no sample came after the run's last one, so the loop may have died in it."""
@@ -193,6 +211,7 @@ class Recorder:
             self._open.judge_end()
         result = self._open.finish(self._reader.lost)
         self._open = None
+        self._marks.clear()
         with suppress(OSError):
             self._results.send(result)
 
@@ -241,6 +260,16 @@ class _OpenRun:
         if sample.fault and not result.fault:
             result.fault, result.said = sample.fault, said_of(sample.fault, self._ring)
         self._last = sample
+
+    def mark(self, text: str, sample: Sample) -> None:
+        """A line of the operator's at the time of a sample."""
+        if self._writer is not None:
+            self._writer.log("info", f"marker: {text}", sample.scheduled_ns + self.order.wall_offset_ns)
+
+    @property
+    def virtual(self) -> bool:
+        """The loop's clock is not this machine's."""
+        return self.order.facts.get("clock") == "virtual"
 
     def flush_if_due(self) -> None:
         """Every quarter of a second, onto the disk."""

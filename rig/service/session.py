@@ -24,7 +24,7 @@ from rig.realtime.safe_state import SafeReport, Writer
 from rig.realtime.shared import KEPT_RING, SharedBlock, sweep_stale
 from rig.service.process_watch import PathMaker, ProcessWatch
 from rig.service.processes import start_process
-from rig.service.recorder import RunOrder, RunResult, Trouble, record
+from rig.service.recorder import Mark, RunOrder, RunResult, Trouble, record
 from rig.service.watchers import WatcherEntry, Watchers, await_ready
 
 LoopEntry = Callable[["LoopOrders", Connection], None]
@@ -154,8 +154,8 @@ class Session:
             block.unlink()
             block.close()
 
-    def expect(self, order: RunOrder) -> None:
-        """Tell the recorder of a run before it starts."""
+    def expect(self, order: RunOrder | Mark) -> None:
+        """Tell the recorder of a run before it starts, or of a marker in the one that runs."""
         if self._orders is not None:
             with suppress(
                 OSError

@@ -8,6 +8,7 @@ import asyncio
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Final
 
 from rig.errors import ConfigError, DeviceError, RigError
@@ -45,6 +46,11 @@ class Parts:
     warnings: Callable[[], list[str]] = list
     """What is to be said of the rig's calibrations today."""
     options: Mapping[str, Any] = field(default_factory=dict)
+    sweeps: tuple[Path, ...] = ()
+    """Folders of sweeps, and of models, that come with pamrig: what the page offers."""
+    models: tuple[Path, ...] = ()
+    simulator: Path | None = None
+    """A simulated rig's own model."""
 
 
 class SessionMonitor:

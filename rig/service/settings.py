@@ -1,11 +1,12 @@
 """The YAML of the daemon: where it keeps things, how long, and who may look. Every key has a default that suits a
 desk."""
 
+import ipaddress
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from rig.config import load
+from rig.config import read_yaml, shown, structure
 from rig.errors import ConfigError, RigError
 from rig.fields import bounded
 from rig.service.places import default_socket
@@ -40,6 +41,34 @@ class View:
 
 
 @dataclass(frozen=True)
+class Web:
+    """The operator's page; needs the extra `web`. `web: false` in the daemon's settings is short for `web: {on:
+    false}`."""
+
+    on: bool = True
+    host: str = "127.0.0.1"
+    """Address to listen at. Any but this machine's loopback needs `token_file`."""
+    port: int | None = bounded(1, 65535, default=None)
+    """None: 8420, or any free one when that is taken."""
+    token_file: Path | None = None
+    """A file with the token that everybody must show who does not sit at this machine."""
+    names: list[str] = field(default_factory=list)
+    """Further names of this machine by which a browser may call it, beside its own and its addresses."""
+    sweeps: list[Path] = field(default_factory=list)
+    """Folders of sweeps that can be started from the page, beside those that come with pamrig."""
+    model: Path | None = None
+    """The simulator whose angle is drawn beside the rig's; None: a simulated rig's own."""
+
+    @property
+    def local(self) -> bool:
+        """Only this machine can reach it."""
+        try:
+            return ipaddress.ip_address(self.host).is_loopback
+        except ValueError:
+            return self.host == "localhost"
+
+
+@dataclass(frozen=True)
 class DaemonSettings:
     """Everything that can be set beside the rig."""
 
@@ -62,6 +91,7 @@ class DaemonSettings:
     `safe.watchdog_s`."""
     live: Live = field(default_factory=Live)
     view: View = field(default_factory=View)
+    web: Web = field(default_factory=Web)
 
     @property
     def ledger(self) -> Path:
@@ -77,12 +107,40 @@ class DaemonSettings:
 
 def load_settings(path: Path | None) -> DaemonSettings:
     """The settings at `path`, or the defaults; ConfigError when they do not fit together."""
-    settings = load(path, DaemonSettings) if path else DaemonSettings()
+    settings = structure(_spelt_out(read_yaml(path)), DaemonSettings, str(path)) if path else DaemonSettings()
     if settings.view.port and settings.view.token_file is None:
         raise ConfigError(
             f"{path}: view.token_file: needed with view.port: nobody may look over the network without a token"
         )
+    check_web(settings.web, f"{path}: web")
     return settings
+
+
+def _spelt_out(raw: object) -> object:
+    """`web: false` as the mapping that it stands for."""
+    if isinstance(raw, dict) and isinstance(raw.get("web"), bool):
+        return raw | {"web": {"on": raw["web"]}}
+    return raw
+
+
+def check_web(web: Web, where: str) -> None:
+    """ConfigError for a page that the network could reach without a token."""
+    if web.on and not web.local and web.token_file is None:
+        raise ConfigError(
+            f"{where}.token_file: needed with the host {web.host}: nobody may come over the network without a token"
+        )
+
+
+def parse_web(text: str, web: Web) -> Web:
+    """What `--web` says over the settings: HOST:PORT, or off. ConfigError, one line, for anything else."""
+    if text == "off":
+        return replace(web, on=False)
+    host, _, port = text.rpartition(":")
+    if not host or not (port.isascii() and port.isdigit()) or not 1 <= int(port) <= 65535:
+        raise ConfigError(f"--web: {shown(text)}: expected HOST:PORT with a port in 1 .. 65535, or off")
+    changed = replace(web, on=True, host=host.strip("[]"), port=int(port))
+    check_web(changed, "--web: web")
+    return changed
 
 
 def make_folder(folder: Path) -> None:

@@ -16,12 +16,13 @@ from rig.sample import Phase, Sample, unpack
 LATENESS_EDGES_US: Final = (10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
 """Upper edges of the histogram's classes; one more class lies above."""
 COLUMNS: Final = ("tick", "p1_cmd_mpa", "p2_cmd_mpa", "p1_mpa", "p2_mpa", "angle_deg")
-"""What subscribers get of each sample."""
+"""What subscribers get of each sample, and its phase by name."""
 STALE_S: Final = 0.5
 """Values older than this are shown as the last ones seen, not as the rig's now."""
 _WINDOW: Final = 4000
 _TRAIL: Final = 1024
 _SUM_UP_TICKS: Final = 40
+_PHASES: Final = {int(phase): phase.name.lower() for phase in Phase}
 
 
 class Telemetry:
@@ -65,12 +66,13 @@ class Telemetry:
         """What the loop last said; DISARMED before it said anything."""
         return State(self.latest.state) if self.latest else State.DISARMED
 
-    def columns(self, since: int) -> tuple[int, dict[str, list[float]]]:
+    def columns(self, since: int) -> tuple[int, dict[str, list[Any]]]:
         """Samples after number `since`, as columns, and the number to ask with the next time; a slow asker gets a
         gap."""
         newest = itertools.islice(reversed(self._trail), min(max(self.ticks - since, 0), len(self._trail)))
         samples = list(newest)[::-1]
-        return self.ticks, {name: [getattr(sample, name) for sample in samples] for name in COLUMNS}
+        columns: dict[str, list[Any]] = {name: [getattr(sample, name) for sample in samples] for name in COLUMNS}
+        return self.ticks, columns | {"phase": [_PHASES[sample.phase] for sample in samples]}
 
     def lateness(self) -> dict[str, Any]:
         """p50, p99, maximum (us) and histogram of the last 20 s or so; made anew a few times a second, however many

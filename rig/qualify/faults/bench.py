@@ -60,11 +60,17 @@ class FaultBench:
     """Use as a context manager. `ready` brings the rig into the middle of a sweep, from wherever it is."""
 
     def __init__(
-        self, folder: Path, rig: str = RIG, arguments: tuple[str, ...] = (), terminals: Path | None = None
+        self,
+        folder: Path,
+        rig: str = RIG,
+        arguments: tuple[str, ...] = (),
+        terminals: Path | None = None,
+        *,
+        web: bool = False,
     ) -> None:
         """`rig`: text of the rig's YAML; `arguments` go to `pamrig daemon`; `terminals`: where they are, if somebody
-        made them."""
-        self.folder, self._arguments = folder, arguments
+        made them; `web`: with the operator's page."""
+        self.folder, self._arguments, self._web = folder, arguments, web
         self.logs, self.state, self.socket = folder / "logs", folder / "state", folder / "s.sock"
         self._terminals_path = terminals or shared_folder() / f"terminals-{os.getpid()}-{time.monotonic_ns():x}"
         self.terminals = Terminals.at(self._terminals_path)
@@ -87,8 +93,9 @@ class FaultBench:
     def start(self) -> None:
         """Start the daemon anew and wait until it answers; one that is still there is ended first."""
         self.end()
+        web = () if self._web else ("--web", "off")
         folders = "--logs", str(self.logs), "--state", str(self.state), "--socket", str(self.socket)
-        self.command("daemon", "--rig", str(self.rig), *folders, *self._arguments)
+        self.command("daemon", "--rig", str(self.rig), *folders, *web, *self._arguments)
         self.wait(self._answers, "the daemon to answer")
 
     def command(self, *arguments: str) -> None:

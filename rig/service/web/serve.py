@@ -1,0 +1,87 @@
+"""The process of the page: waits for the word, serves on the daemon's listening socket, beats, and ends when the daemon
+is gone."""
+
+import asyncio
+import contextlib
+import gc
+import os
+import signal
+import socket
+from multiprocessing.connection import Connection
+from typing import TYPE_CHECKING, Any, Final
+
+from rig.service.processes import name_process
+from rig.service.web.orders import BACKLOG, PageOrders
+
+if TYPE_CHECKING:
+    from uvicorn import Server
+
+    from rig.service.web.site import Site
+
+BEAT_S: Final = 0.2
+_NICE: Final = 5
+_LOOK_S: Final = 0.5
+
+
+def page_process(orders: PageOrders, listening: socket.socket, pipe: Connection, parent: int) -> None:
+    """Entry of the process: load everything, wait until the daemon says that it is its turn, serve."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)  # they are for the process that commands; without it this one ends
+    name_process("page")
+    with contextlib.suppress(OSError):
+        os.setpriority(os.PRIO_PROCESS, 0, _NICE)  # not the daemon's, which it starts with
+    from rig.service.web.site import Site
+
+    site = Site(orders)
+    server = _server(site)
+    gc.collect()
+    gc.freeze()
+    try:
+        while not pipe.poll(_LOOK_S):
+            if os.getppid() != parent:
+                return
+        pipe.recv_bytes()
+    except (EOFError, OSError):
+        return
+    asyncio.run(_serve(server, site, listening, pipe, parent))
+
+
+def _server(site: "Site") -> "Server":
+    import uvicorn
+
+    from rig.service.web.gate import gate
+
+    config = uvicorn.Config(
+        site.app,
+        http=gate(site.admits),
+        ws="websockets-sansio",
+        ws_max_size=4096,
+        ws_per_message_deflate=False,
+        loop="asyncio",
+        lifespan="off",
+        log_config=None,
+        access_log=False,
+        server_header=False,
+        proxy_headers=False,
+        timeout_keep_alive=5,
+        backlog=BACKLOG,
+    )
+    server = uvicorn.Server(config)
+    server.capture_signals = contextlib.nullcontext  # type: ignore[assignment,method-assign]
+    return server
+
+
+async def _serve(server: Any, site: "Site", listening: socket.socket, pipe: Connection, parent: int) -> None:
+    """Until the daemon is gone; then at once, so that the address is free for the next."""
+    tasks = [asyncio.create_task(_beat(pipe, parent)), asyncio.create_task(server.serve([listening]))]
+    async with site.following():
+        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+    os._exit(0)
+
+
+async def _beat(pipe: Connection, parent: int) -> None:
+    """Say that the event loop turns; returns when nobody listens any more."""
+    with contextlib.suppress(OSError):
+        while os.getppid() == parent:
+            pipe.send_bytes(b".")
+            await asyncio.sleep(BEAT_S)

@@ -1,0 +1,131 @@
+"""The page's application: its parts, its routes, and what comes from the daemon."""
+
+import contextlib
+import time
+from collections.abc import AsyncIterator
+from pathlib import Path
+from typing import Any, Final
+
+from starlette.applications import Starlette
+from starlette.responses import Response
+from starlette.routing import Mount, Route, WebSocketRoute
+from starlette.staticfiles import StaticFiles
+
+from rig.errors import RigError
+from rig.model.chain import Chain
+from rig.model.parameters import load_model
+from rig.service.web.actions import Actions
+from rig.service.web.catalogue import Catalogue
+from rig.service.web.desk import Desk
+from rig.service.web.feed import Feed
+from rig.service.web.glance import FRESH_S, glance, lost
+from rig.service.web.guard import Guard
+from rig.service.web.link import Link
+from rig.service.web.orders import PageOrders
+from rig.service.web.pages import Pages
+from rig.service.web.peers import may_come, owner_of
+from rig.service.web.viewers import Viewers
+from rig.service.web.visitors import Guesses, Visitors
+
+STATIC: Final = Path(__file__).parent / "static"
+_GLANCE_S: Final = 0.2
+
+
+class _Static(StaticFiles):
+    """Files that may be kept by the browser once it has asked whether they are still the same."""
+
+    def file_response(self, *given: Any, **named: Any) -> Response:
+        response = super().file_response(*given, **named)
+        response.headers["Cache-Control"] = "no-cache"
+        return response
+
+
+class Site:
+    """One page of one daemon."""
+
+    def __init__(self, orders: PageOrders) -> None:
+        self._orders = orders
+        self._feed = _feed(orders)
+        self._sweeps = Catalogue("sweep", orders.sweeps)
+        self._visitors, self._guesses, self._desk = Visitors(orders.key, orders.token), Guesses(), Desk()
+        self._link = Link(orders.socket, self._hear)
+        self._viewers = Viewers(self._desk, self._first, self._link.watched)
+        self._glance = lost("not heard of the daemon yet")
+        self._glanced_s = 0.0
+        self.app = Guard(self._routes(), self._visitors, self._guesses, orders.names, local=orders.local)
+
+    def admits(self, peer: tuple[Any, ...], here: tuple[Any, ...]) -> str:
+        """Why somebody may not connect; empty when he may. On this machine the kernel knows who it is."""
+        if not self._orders.local or may_come(owner_of(peer, here), self._orders.group):
+            return ""
+        return "this page is for the daemon's own user, root and the members of its group"
+
+    @contextlib.asynccontextmanager
+    async def following(self) -> AsyncIterator[None]:
+        """While the server runs: listen to the daemon."""
+        self._link.follow()
+        yield
+
+    def _routes(self) -> Starlette:
+        pages = Pages(self._visitors, self._guesses, self._look, lambda: self._glance)
+        actions = Actions(self._link, self._visitors, self._desk, self._sweeps, self._tell_desk, self._viewers.tell)
+        return Starlette(
+            routes=[
+                Route("/", pages.front),
+                Route("/login", pages.login, methods=["GET", "POST"]),
+                Route("/api/status", pages.status),
+                WebSocketRoute("/live", self._viewers.serve),
+                *actions.routes(),
+                Mount("/static", _Static(directory=STATIC)),
+            ]
+        )
+
+    # from the daemon to the viewers
+
+    async def _look(self) -> None:
+        """Ask the daemon now, but not for long: what was heard last stands then."""
+        with contextlib.suppress(RigError, TimeoutError):
+            self._glance = self._with_desk(glance(await self._link.status()))
+
+    def _hear(self, status: dict[str, Any] | None, why: str) -> None:
+        if status is None:
+            self._glance = self._with_desk(lost(why))
+            self._viewers.tell({"kind": "status", **self._glance})
+            return
+        news = self._feed.add(samples) if (samples := status.get("samples")) else None
+        if news is not None and news.begins:
+            self._viewers.tell({"kind": "anew"})
+        if news is not None and news.fine:
+            self._viewers.tell({"kind": "rows", "fine": news.fine, "coarse": news.coarse})
+        now_s = time.monotonic()
+        changed = (status["state"], status["held"]) != (self._glance.get("state"), self._glance.get("held"))
+        if changed or now_s - self._glanced_s >= _GLANCE_S:
+            self._glanced_s = now_s
+            self._glance = self._with_desk(glance(status))
+            self._viewers.tell({"kind": "status", **self._glance})
+
+    def _with_desk(self, shown: dict[str, Any]) -> dict[str, Any]:
+        holder = self._desk.holder
+        return {**shown, "commander": holder.name if holder is not None else None, "viewers": len(self._viewers)}
+
+    def _tell_desk(self) -> None:
+        self._glance = self._with_desk(self._glance)
+        self._viewers.tell({"kind": "status", **self._glance})
+
+    def _first(self) -> list[dict[str, Any]]:
+        """What a new viewer has to know."""
+        history = {"fine": list(self._feed.fine), "coarse": list(self._feed.coarse)}
+        told = {"kind": "hello", "fresh_s": FRESH_S, "simulator": bool(self._feed.simulates), **history}
+        return [told, {"kind": "status", **self._with_desk(self._glance)}]
+
+
+def _feed(orders: PageOrders) -> Feed:
+    """With the simulator, when there is one that can be read."""
+    period_s = orders.rig.period_ns / 1e9
+    if orders.simulator is None:
+        return Feed(period_s, None)
+    try:
+        model = load_model(orders.simulator)
+        return Feed(period_s, Chain(model), model.sample_time_s)
+    except RigError:
+        return Feed(period_s, None)

@@ -1,0 +1,127 @@
+// The live plots: rows come many times a second, drawing follows the screen's frames, at most 25 a second.
+import { by, put } from "./dom.js";
+import { curves, line, overTime } from "./plots.js";
+
+const [T, P1C, P2C, P1, P2, ANGLE, SIM, RESIDUAL] = [0, 1, 2, 3, 4, 5, 6, 7];
+const FINE_S = 60;
+const COARSE_S = 600;
+const FRAME_MS = 40;
+const fine = [];
+const coarse = [];
+const markers = [];
+let plots = null;
+let dirty = false;
+let paused = false;
+let drawnAt = 0;
+let frames = 0;
+
+export function wire() {
+  const marks = { draw: [drawMarkers] };
+  plots = {
+    pressure: overTime(by("plot-pressure"), [line("p1 set-point", 0, [4, 4]), line("p1", 0), line("p2 set-point", 1, [4, 4]), line("p2", 1)], "pressure [MPa]", 220, marks),
+    angle: overTime(by("plot-angle"), [line("angle", 2), line("simulator", 3, [8, 4])], "angle [deg]", 220, marks),
+    residual: overTime(by("plot-residual"), [line("angle − simulator", 1)], "residual [deg]", 150, marks),
+    loop: curves(by("plot-loop"), [line("rig", 2), line("simulator", 3, [8, 4])], "p1 − p2 set-points [MPa]", "angle [deg]", 420),
+  };
+  by("window").addEventListener("change", () => { dirty = true; });
+  by("pause").addEventListener("click", () => {
+    paused = !paused;
+    by("pause").setAttribute("aria-pressed", String(paused));
+    by("pause").textContent = paused ? "Go on" : "Pause";
+    dirty = true;
+  });
+  requestAnimationFrame(frame);
+  setInterval(() => { put("rate", paused ? "paused" : `${frames / 2} frames a second`); frames = 0; }, 2000);
+}
+
+export function hello(message) {
+  anew();
+  fine.push(...message.fine);
+  coarse.push(...message.coarse);
+  dirty = true;
+}
+
+export function anew() {
+  fine.length = coarse.length = markers.length = 0;
+  dirty = true;
+}
+
+export function rows(message) {
+  fine.push(...message.fine);
+  coarse.push(...message.coarse);
+  forget(fine, FINE_S + 5);
+  forget(coarse, COARSE_S + 20);
+  dirty = true;
+}
+
+export function marker(message) {
+  markers.push({ t: fine.at(-1)?.[T] ?? 0, text: message.text });
+  dirty = true;
+}
+
+function forget(list, keptS) {
+  const since = (list.at(-1)?.[T] ?? 0) - keptS;
+  let count = 0;
+  while (count < list.length && list[count][T] < since) count++;
+  if (count > 100) list.splice(0, count);
+}
+
+function frame(now) {
+  const { length } = fine;
+  if (dirty && !paused && length && !by("rig").hidden && now - drawnAt >= FRAME_MS - 4) {
+    drawnAt = now;
+    dirty = false;
+    frames++;
+    draw();
+  }
+  requestAnimationFrame(frame);
+}
+
+function draw() {
+  const windowS = Number(by("window").value);
+  const rows = windowS > FINE_S ? coarse : fine;
+  if (!rows.length) return;
+  const end = rows.at(-1)[T];
+  const seen = rows.slice(from(rows, end - windowS));
+  const column = (index) => seen.map((row) => row[index]);
+  const time = seen.map((row) => row[T] - end);
+  put("live-title", `Live: the last ${by("window").selectedOptions[0].text}`);
+  over(plots.pressure, windowS, [time, column(P1C), column(P1), column(P2C), column(P2)]);
+  over(plots.angle, windowS, [time, column(ANGLE), column(SIM)]);
+  over(plots.residual, windowS, [time, column(RESIDUAL)]);
+  const dp = seen.map((row) => row[P1C] - row[P2C]);
+  plots.loop.setData([[], [dp, column(ANGLE)], [dp, column(SIM)]]);
+  plots.end = end;
+}
+
+function over(plot, windowS, data) {
+  plot.batch(() => {
+    plot.setData(data, false);
+    plot.setScale("x", { min: -windowS, max: 0 });
+  });
+}
+
+// The first row at or after a time.
+function from(rows, time) {
+  let low = 0;
+  let high = rows.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (rows[middle][T] < time) low = middle + 1; else high = middle;
+  }
+  return low;
+}
+
+function drawMarkers(plot) {
+  const { ctx, bbox } = plot;
+  ctx.save();
+  ctx.fillStyle = ctx.strokeStyle = getComputedStyle(document.body).color;
+  ctx.font = `${Math.round(12 * devicePixelRatio)}px system-ui`;
+  for (const { t, text } of markers) {
+    const x = plot.valToPos(t - (plots?.end ?? 0), "x", true);
+    if (x < bbox.left || x > bbox.left + bbox.width) continue;
+    ctx.fillRect(x, bbox.top, devicePixelRatio, bbox.height);
+    ctx.fillText(text.slice(0, 40), x + 4, bbox.top + 14 * devicePixelRatio);
+  }
+  ctx.restore();
+}

@@ -1,0 +1,102 @@
+"""Cookies, form keys, tokens and the limit on guessing them; who commands. Clocks are turned by hand."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rig.errors import StateError
+from rig.service.web.desk import AWAY_S, Desk
+from rig.service.web.visitors import FORGET_S, GUESSES, LASTS_S, Guesses, Visitors
+
+KEY, TOKEN = b"k" * 32, "0123456789abcdef"
+
+
+class Clock:
+    def __init__(self) -> None:
+        self.now = 1e9
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def test_a_cookie_is_recognised_until_it_is_old_or_key_or_token_are_others() -> None:
+    clock = Clock()
+    visitors = Visitors(KEY, TOKEN, clock)
+    visitor = visitors.new(trusted=True)
+    cookie = visitors.cookie(visitor)
+    assert visitors.recognised(cookie) == visitor
+    assert Visitors(b"x" * 32, TOKEN, clock).recognised(cookie) is None
+    assert Visitors(KEY, "another token 16", clock).recognised(cookie) is None
+    clock.now += LASTS_S - 1
+    assert visitors.recognised(cookie) == visitor
+    clock.now += 2
+    assert visitors.recognised(cookie) is None
+
+
+@given(st.text(max_size=200))
+def test_nothing_else_is_a_cookie(text: str) -> None:
+    assert Visitors(KEY, TOKEN).recognised(text) is None
+
+
+def test_trust_cannot_be_written_into_a_cookie() -> None:
+    visitors = Visitors(KEY, TOKEN)
+    id_, trusted, made, signature = visitors.cookie(visitors.new(trusted=False)).split(".")
+    assert trusted == "0"
+    assert visitors.recognised(f"{id_}.1.{made}.{signature}") is None
+
+
+@given(st.text(max_size=100))
+def test_only_the_token_fits_and_without_one_nothing_does(text: str) -> None:
+    assert Visitors(KEY, TOKEN).token_fits(text) is (text == TOKEN)
+    assert not Visitors(KEY, "").token_fits(text)
+
+
+def test_a_form_key_is_its_visitors_own() -> None:
+    visitors = Visitors(KEY, TOKEN)
+    one, other = visitors.new(trusted=False), visitors.new(trusted=False)
+    assert visitors.is_form_key(one, visitors.form_key(one))
+    assert not visitors.is_form_key(one, visitors.form_key(other))
+    assert not visitors.is_form_key(one, "ä")
+
+
+def test_who_guesses_wrong_waits_and_others_do_not() -> None:
+    clock = Clock()
+    guesses = Guesses(clock)
+    for _ in range(GUESSES):
+        assert guesses.wait_s("a") == 0
+        guesses.wrong("a")
+    assert guesses.wait_s("a") == pytest.approx(FORGET_S)
+    assert guesses.wait_s("b") == 0
+    clock.now += FORGET_S
+    assert guesses.wait_s("a") == 0
+
+
+def test_many_addresses_together_have_a_limit_too() -> None:
+    guesses = Guesses(Clock())
+    for number in range(10 * GUESSES):
+        assert guesses.wait_s("new") == 0
+        guesses.wrong(f"10.0.0.{number}")
+    assert guesses.wait_s("new") > 0
+
+
+def test_one_commands_until_he_gives_up_or_is_away() -> None:
+    clock, visitors = Clock(), Visitors(KEY, "")
+    desk, one, other = Desk(clock), visitors.new(trusted=False), visitors.new(trusted=False)
+    with pytest.raises(StateError, match="take the command first"):
+        desk.require(one)
+    desk.come(one)
+    desk.take(one)
+    desk.require(one)
+    with pytest.raises(StateError, match=f"browser {one.name} commands"):
+        desk.take(other)
+    clock.now += 100 * AWAY_S
+    assert desk.holder == one  # as long as a page of his is open
+    desk.go(one)
+    clock.now += AWAY_S
+    assert desk.holder == one  # a reload
+    clock.now += 1
+    desk.take(other)
+    desk.give_up(one)
+    assert desk.holder == other
+    desk.give_up(other)
+    assert desk.holder is None
