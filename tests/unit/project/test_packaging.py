@@ -101,3 +101,17 @@ def test_it_runs_away_from_the_checkout_with_its_own_configs(elsewhere: Path, tm
     (run,) = json.loads(done.stdout)["runs"]
     assert run["valid"] is True
     assert (tmp_path / run["file"]).exists()
+
+
+def test_a_laboratory_s_repository_runs_the_simulated_rig_in_its_own_ci(elsewhere: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "rig_in_ci"
+    shutil.copytree(ROOT / "docs" / "examples" / "rig_in_ci", folder)
+    call = [str(elsewhere / "bin" / "python"), "-m", "pytest", "-q", "-p", "no:cacheprovider"]
+    done = subprocess.run(call, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "4 passed" in done.stdout
+    lost = next(folder.rglob("*.mcap"))
+    lost.unlink()
+    again = subprocess.run([*call, "-k", "does_what_it_did"], cwd=folder, capture_output=True, text=True, check=False)
+    assert again.returncode == 1
+    assert "`pytest --pamrig-update` writes it" in again.stdout
