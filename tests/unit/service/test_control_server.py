@@ -261,6 +261,17 @@ def test_a_bug_is_an_answer_and_the_next_request_is_heard(tmp_path: Path) -> Non
     with_server(talk)
 
 
+async def said_at_the_door(path: Path, line: bytes) -> bytes:
+    """The answer to a line that is there before the server has looked at its client."""
+    client = socket.socket(socket.AF_UNIX)
+    client.connect(str(path))
+    client.sendall(line)
+    reader, writer = await asyncio.open_unix_connection(sock=client)
+    answer = await reader.readline()
+    writer.close()
+    return answer
+
+
 def test_an_emergency_stop_begins_before_its_client_has_a_place(tmp_path: Path) -> None:
     stopped: list[str] = []
 
@@ -272,12 +283,9 @@ def test_an_emergency_stop_begins_before_its_client_has_a_place(tmp_path: Path) 
             b'{"v": 2, "command": "estop"}\n',
             b'"estop"\n',
         ):
-            reader, writer = await asyncio.open_unix_connection(tmp_path / "s")
-            writer.write(line)
-            await reader.readline()
-            writer.close()
+            await said_at_the_door(tmp_path / "s", line)
         assert stopped == []
-        assert (await ask(tmp_path / "s", {"id": 1, "command": "estop"}))[0]["ok"]
+        assert json.loads(await said_at_the_door(tmp_path / "s", protocol.encode({"id": 1, "command": "estop"})))["ok"]
         assert stopped == ["at once"]
         await server.close()
 
