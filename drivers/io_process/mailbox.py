@@ -13,6 +13,7 @@ import mmap
 import os
 import struct
 import tempfile
+import time
 import zlib
 from enum import IntEnum
 from pathlib import Path
@@ -21,7 +22,9 @@ from typing import Final, NamedTuple
 MAX_OUTPUTS: Final = 4
 MAX_VALUES: Final = 8
 _TEXT_BYTES: Final = 480
-_MAGIC: Final = b"PAMRIO02"
+_START_NS: Final = 2_000_000_000
+"""What the start of a process takes at most on a busy machine."""
+_MAGIC: Final = b"PAMRIO03"
 
 
 class Mode(IntEnum):
@@ -85,6 +88,8 @@ class Report(NamedTuple):
     longest_ns: int = 0
     values: tuple[float, ...] = (0.0,) * MAX_VALUES
     stamps_ns: tuple[int, ...] = (0,) * MAX_VALUES
+    holds_safe: bool = False
+    """What the device has confirmed last are the safe outputs."""
     text: str = ""
     """Facts as `key=value` lines while the link is up, else the newest error."""
 
@@ -123,10 +128,11 @@ class _Note:
 
 
 _ORDER = struct.Struct(f"<qBB{MAX_OUTPUTS}d")
-_REPORT = struct.Struct(f"<qBBQQqQQQq{MAX_VALUES}d{MAX_VALUES}qH{_TEXT_BYTES}s")
+_REPORT = struct.Struct(f"<qBBQQqQQQq{MAX_VALUES}d{MAX_VALUES}q?H{_TEXT_BYTES}s")
 _ORDER_AT: Final = 64
 _REPORT_AT: Final = 512
 _ALARM_AT: Final = 16
+_SERVED_AT: Final = 24
 _SIZE: Final = 4096
 
 
@@ -139,6 +145,8 @@ class Mailbox:
         self._map = mmap.mmap(descriptor, _SIZE)
         self.view = memoryview(self._map)
         self._alarm = self.view[_ALARM_AT : _ALARM_AT + 8].cast("Q")
+        self._served = self.view[_SERVED_AT : _SERVED_AT + 32].cast("Q")
+        """Pid, after how long it is stuck, from when on that counts (ns), and whether it is the I/O process."""
         self.order_note = _Note(self.view, _ORDER_AT, _ORDER)
         self._report = _Note(self.view, _REPORT_AT, _REPORT)
         self._last_order, self._last_report = Order(), Report()
@@ -163,7 +171,7 @@ class Mailbox:
     def post_report(self, report: Report) -> None:
         """Replace the report."""
         text = report.text.encode("utf-8", "replace")[:_TEXT_BYTES]
-        self._report.put(*report[:10], *report.values, *report.stamps_ns, len(text), text)
+        self._report.put(*report[:10], *report.values, *report.stamps_ns, report.holds_safe, len(text), text)
 
     def report(self) -> Report:
         """The newest whole report."""
@@ -174,14 +182,16 @@ class Mailbox:
             length, text = _int(fields[-2]), fields[-1]
             assert isinstance(text, bytes)
             trouble = text[:length].decode("utf-8", "replace")
+            holds_safe = bool(fields[-3])
             self._last_report = Report(
-                head[0], LinkState(head[1]), Trip(head[2]), *head[3:], values, stamps, trouble  # type: ignore[arg-type, call-arg]
+                head[0], LinkState(head[1]), Trip(head[2]), *head[3:], values, stamps, holds_safe, trouble  # type: ignore[arg-type, call-arg]
             )  # fmt: skip
         return self._last_report
 
     def raise_alarm(self) -> int:
         """Ask for the safe outputs from outside; returns the count to wait for in `Report.alarm_done`."""
         self._alarm[0] += 1
+        self._served[2] = time.monotonic_ns()
         return self._alarm[0]
 
     @property
@@ -189,9 +199,35 @@ class Mailbox:
         """How often the alarm was raised."""
         return self._alarm[0]
 
+    def served_by(self, pid: int, hang_ns: int) -> None:
+        """Write down which process serves the wire, and after how long without a move it is stuck, for whoever comes
+        later."""
+        self._served[0], self._served[1], self._served[2], self._served[3] = pid, hang_ns, time.monotonic_ns(), 1
+
+    @property
+    def pid(self) -> int:
+        """The I/O process; before there is one, the process that is about to start it."""
+        return self._served[0]
+
+    @property
+    def stuck(self) -> bool:
+        """The I/O process has not moved for too long since it was started or told of an alarm."""
+        _, hang_ns, since_ns, serves = self._served
+        report = self.report()
+        patience_ns = hang_ns + (_START_NS if report.state is LinkState.STARTING else 0)
+        return bool(serves) and time.monotonic_ns() - max(report.heartbeat_ns, since_ns) > patience_ns
+
+    @property
+    def confirmed(self) -> bool:
+        """The device has confirmed the safe outputs since they were asked for last, by an alarm or by the owner, and
+        nothing else may follow."""
+        order, report = self.order(), self.report()
+        asked = report.trip is not Trip.NONE or (order.mode is Mode.SAFE and report.order_done >= order.number)
+        return report.holds_safe and asked and report.alarm_done >= self.alarm
+
     def close(self) -> None:
         """Unmap; the file stays."""
-        for part in (self.order_note, self._report, self._alarm, self.view, self._map):
+        for part in (self.order_note, self._report, self._alarm, self._served, self.view, self._map):
             part.close() if isinstance(part, mmap.mmap) else part.release()
 
 
@@ -222,7 +258,7 @@ def create(path: Path) -> int | None:
         os.close(descriptor)  # removed between open and lock
     os.ftruncate(descriptor, 0)
     os.ftruncate(descriptor, _SIZE)
-    os.pwrite(descriptor, _MAGIC, 0)
+    os.pwrite(descriptor, struct.pack(f"<8s{_SERVED_AT - 8}xQ", _MAGIC, os.getpid()), 0)
     return descriptor
 
 

@@ -1,6 +1,6 @@
 """The owner's side of an I/O process: start it, give it the newest outputs, see what it reports, let it go.
 
-No call but `start` and `stop` waits for a wire. A process that is not the owner reaches the same wire with `alarm`.
+No call but `start` and `stop` waits for a wire. A process that is not the owner reaches the same wire by alarm.py.
 """
 
 import json
@@ -12,15 +12,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
-from drivers.io_process.mailbox import LinkState, Mailbox, Mode, Report, Trip, attach, create, mapped, path_for, remove
+from drivers.io_process.alarm import LOOK_S, NOT_YET, is_stopped, let_go_on
+from drivers.io_process.mailbox import LinkState, Mailbox, Mode, Report, Trip, create, mapped, path_for, remove
 from drivers.io_process.worker import Job
 from rig.errors import DeviceError, DeviceLost
 
 _START_S: Final = 10.0
-_LOOK_S: Final = 0.0005
 _RESTART_NS: Final = 500_000_000
-_STUCK_NS: Final = 1_000_000_000
-"""An I/O process that has not moved for this long does not hear an alarm either."""
 _WHY: Final = {
     Trip.SILENCE: "no call came in time (busy machine? hung loop?), so the I/O process wrote the safe set-points; "
     "close and open again",
@@ -41,9 +39,11 @@ class IoProcess:
         self._path: Path = path_for(resource)
         self._process: subprocess.Popen[bytes] | None = None
         self._mailbox: Mailbox | None = None
+        self._wake: int | None = None
+        """Our end of the pipe that wakes it, and whose end tells it that we are gone."""
         self._mode = Mode.NONE
         self._seen_errors = 0
-        self._began_ns = 0
+        self._began_ns = self._woken_ns = 0
 
     @property
     def running(self) -> bool:
@@ -62,20 +62,24 @@ class IoProcess:
             raise DeviceLost(
                 f"{self.resource}: in use by another I/O process of this user; stop the other pamrig first"
             )
+        job, self._wake = os.pipe2(os.O_CLOEXEC)
         try:
             self._mailbox = mapped(self._path)
             self._mode, self._seen_errors = Mode.NONE, 0
             self._began_ns = time.monotonic_ns()
+            os.write(
+                self._wake, json.dumps(self._job._asdict()).encode() + b"\n"
+            )  # before: it needs nobody any more then
             self._process = subprocess.Popen(
                 [sys.executable, "-P", "-m", "drivers.io_process", str(descriptor)],
-                stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, pass_fds=[descriptor],
+                stdin=job, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, pass_fds=[descriptor],
                 env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}, start_new_session=True,
             )  # fmt: skip
         finally:
             os.close(descriptor)  # the child holds the lock now
-        assert self._process.stdin
-        os.set_blocking(self._process.stdin.fileno(), False)
-        os.write(self._process.stdin.fileno(), json.dumps(self._job._asdict()).encode() + b"\n")
+            os.close(job)
+        self._mailbox.served_by(self._process.pid, self._hang_ns)
+        os.set_blocking(self._wake, False)
 
     def restart_safe(self, patience_s: float) -> None:
         """Replace a process that is dead or stuck, without waiting, by one that writes the safe outputs.
@@ -101,7 +105,7 @@ class IoProcess:
                 why = report.text or self._last_words()
                 self.stop()
                 raise DeviceLost(why)
-            time.sleep(_LOOK_S)
+            time.sleep(LOOK_S)
         self.stop()
         raise DeviceLost(f"{self.resource}: the I/O process did not get its line within {_START_S:g} s")
 
@@ -119,7 +123,7 @@ class IoProcess:
         report, now_ns = self._mailbox.report(), time.monotonic_ns()
         if report.state is LinkState.STARTING:
             return now_ns - self._began_ns <= _START_S * 1e9
-        return now_ns - report.heartbeat_ns <= self._hang_ns
+        return now_ns - max(report.heartbeat_ns, self._woken_ns) <= self._hang_ns
 
     def report(self) -> Report:
         """What the I/O process last said; DeviceLost when it is gone, stuck, has lost its line, or took over."""
@@ -154,12 +158,11 @@ class IoProcess:
 
     def _order(self, mode: Mode, outputs: tuple[float, ...]) -> int:
         assert self._mailbox
-        assert self._process
-        assert self._process.stdin
+        assert self._wake is not None
         self._mode, self._outputs = mode, outputs
         number = self._mailbox.post_order(time.monotonic_ns(), mode, outputs)
         try:
-            os.write(self._process.stdin.fileno(), b".")
+            os.write(self._wake, b".")
         except BlockingIOError:
             pass  # it is awake anyway
         except OSError:
@@ -169,24 +172,53 @@ class IoProcess:
     def safe(self, patience_s: float) -> None:
         """Order the safe outputs and wait up to `patience_s` for the device to confirm them.
 
-        A living I/O process with its line up finishes the order even if the owner dies now, so that is success as well.
-        DeviceLost when nobody is there to write them.
+        A living I/O process with its line up finishes the order even if the owner dies now, so that is success as well;
+        one that was stopped goes on, and is asked again. DeviceLost when nobody is there to write them.
         """
         if self._mailbox is None or self._process is None:
             raise DeviceLost(f"{self.resource}: not open")
-        errors = self._mailbox.report().errors
-        number = self._order(Mode.SAFE, self._job.safe)
+        before = self._mailbox.report()
+        number = self._order_safe(before)
+        stopped = self._go_on()
         deadline = time.monotonic() + patience_s
         while (report := self._mailbox.report()).order_done < number and time.monotonic() < deadline:
             if self._process.poll() is not None:
                 break
-            time.sleep(_LOOK_S)
-        if report.order_done < number and (report.state is LinkState.DOWN or not self.alive):
+            time.sleep(LOOK_S)
+        if report.order_done >= number:
+            return
+        if report.state is LinkState.DOWN or not self.alive:
             raise DeviceLost(f"{self.resource}: the safe set-points could not be written: {report.text}")
-        if report.order_done < number and (report.errors != errors or report.state is LinkState.STARTING):
-            raise DeviceError(
-                f"{self.resource}: the safe set-points are not confirmed yet{': ' if report.text else ''}{report.text}"
+        if stopped or report.errors != before.errors or report.state is LinkState.STARTING:
+            raise DeviceError(f"{self.resource}: {NOT_YET}{': ' if report.text else ''}{report.text}")
+
+    def _order_safe(self, report: Report) -> int:
+        """An order that stands is not given anew: on a slow wire it would never be done. On a lost one it makes it try
+        again at once."""
+        assert self._mailbox
+        if self._mode is Mode.SAFE and report.state is LinkState.UP:
+            return self._mailbox.order().number
+        return self._order(Mode.SAFE, self._job.safe)
+
+    def _go_on(self) -> bool:
+        """Let the process go on if somebody stopped it; whether it was."""
+        assert self._process
+        stopped = is_stopped(self._process.pid)
+        if stopped:
+            self._woken_ns = time.monotonic_ns()
+            let_go_on(self._process.pid)
+        return stopped
+
+    def confirmed(self) -> bool:
+        """Whether the device has confirmed the safe outputs, and nothing else was ordered since; DeviceError while that
+        may still come, DeviceLost when nobody is there to write them."""
+        if self._mailbox is None or not self.alive:
+            raise DeviceLost(
+                f"{self.resource}: the safe set-points could not be written: its I/O process does not move"
             )
+        if self._mode is Mode.SAFE and not self._mailbox.confirmed:
+            raise DeviceError(f"{self.resource}: {NOT_YET}")
+        return self._mode is Mode.SAFE
 
     def stop(self, patience_s: float = 3.0) -> None:
         """Let go: outputs stay; a safe order still on its way is finished first, if its line is up. Idempotent; never
@@ -196,9 +228,9 @@ class IoProcess:
         if mailbox is not None and (self._mode is Mode.DRIVE or mailbox.report().state is LinkState.DOWN):
             mailbox.post_order(time.monotonic_ns(), Mode.RELEASED, ())
         if process is not None:
-            assert process.stdin
             assert process.stderr
-            process.stdin.close()
+            let_go_on(process.pid)
+            self._close_pipe()
             try:
                 process.wait(patience_s)
             except subprocess.TimeoutExpired:
@@ -207,30 +239,11 @@ class IoProcess:
             process.stderr.close()
         if mailbox is not None:
             mailbox.close()
+        self._close_pipe()
         remove(self._path)
         self._mode = Mode.NONE
 
-
-def alarm(resource: str, patience_s: float) -> bool:
-    """Tell the I/O process behind `resource`, whoever owns it, to write its safe outputs and to keep to them.
-
-    True: it lives and has the line (the outputs are confirmed, or on their way after `patience_s`). False: there is no
-    such process, or none that moves, so the caller has to open the wire itself. DeviceLost when it lives and cannot
-    reach the device.
-    """
-    mailbox = attach(path_for(resource))
-    if mailbox is None:
-        return False
-    try:
-        count = mailbox.raise_alarm()
-        deadline = time.monotonic() + patience_s
-        while (report := mailbox.report()).alarm_done < count and time.monotonic() < deadline:
-            time.sleep(_LOOK_S)
-        stuck = time.monotonic_ns() - report.heartbeat_ns > _STUCK_NS
-        if report.state is LinkState.ENDED or (stuck and report.alarm_done < count):
-            return False
-        if report.alarm_done < count and report.state is not LinkState.UP:
-            raise DeviceLost(f"{resource}: the safe set-points could not be written: {report.text}")
-        return True
-    finally:
-        mailbox.close()
+    def _close_pipe(self) -> None:
+        wake, self._wake = self._wake, None
+        if wake is not None:
+            os.close(wake)

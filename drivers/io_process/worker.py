@@ -79,7 +79,7 @@ class Worker:
         self._retry_ns = 0
         self._urged = 0
         """The safe order for which a reconnection was tried at once."""
-        self._alarm = mailbox.alarm
+        self._alarm = 0
         self._confirmed: tuple[float, ...] | None = None
         self._orphan_since_ns = 0
         self._facts = ""
@@ -209,7 +209,8 @@ class Worker:
         self._say(state=LinkState.ENDED, text=text or self._report.text)
 
     def _say(self, **changes: Any) -> None:
-        self._report = self._report._replace(heartbeat_ns=time.monotonic_ns(), **changes)
+        safe = self._confirmed is not None and self._confirmed == self._job.safe
+        self._report = self._report._replace(heartbeat_ns=time.monotonic_ns(), holds_safe=safe, **changes)
         self._mailbox.post_report(self._report)
 
 

@@ -78,6 +78,8 @@ class Codec:
         self.end = dialect.reply_terminator.encode()
         self.monitor = (dialect.monitor_command + dialect.terminator).encode()
         self.answers_set = bool(dialect.set_reply)
+        self.repeats_set = "count" in self._set_reply.groupindex
+        """The reply to a set-point repeats it."""
 
     def to_count(self, number: float) -> int:
         """A set-point in counts: rounded, inside 0..full scale. ValueError when it is not finite."""

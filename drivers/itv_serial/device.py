@@ -10,7 +10,8 @@ from math import isfinite
 from typing import Final
 
 from drivers.calibration import Calibration, curve, for_role, inverse
-from drivers.io_process.owner import IoProcess, alarm
+from drivers.io_process.alarm import alarm, confirmed
+from drivers.io_process.owner import IoProcess
 from drivers.io_process.worker import Job
 from drivers.itv_serial.codec import Codec, Dialect, Pace, pace
 from drivers.itv_serial.link import LinkSettings
@@ -65,6 +66,15 @@ class _Valve:
         """From the alarm to the last byte of the reply: the exchange under way, then the safe set-point. C."""
         self.max_age_ns = int(4e9 * worst_s)
         self.io = IoProcess(port.device, job, hang_ns=int(4e9 * worst_s) + 100_000_000)
+
+    def holds_safe(self) -> bool | None:
+        """Whether the regulator has confirmed the safe set-point; None where its reply does not repeat it, or nobody
+        holds the port."""
+        if not self.codec.repeats_set:
+            return None
+        if self.io.running:
+            return self.io.confirmed()
+        return confirmed(self.device)
 
     def counts(self, pressure_mpa: float) -> float:
         """The set-point as the wire carries it, inside the regulator's range."""
@@ -158,9 +168,9 @@ class ItvSerial:
         """
         problems: list[DeviceError] = []
         for valve in self._used():
-            if valve.drives and valve.io.running:
-                with contextlib.suppress(DeviceError):
-                    valve.io.safe(0.0)  # every wire gets its order before the first is waited for
+            if valve.drives:
+                with contextlib.suppress(DeviceError):  # every wire is told before the first is waited for
+                    valve.io.safe(0.0) if valve.io.running else alarm(valve.device, 0.0)
         for valve in self._used():
             if valve.drives:
                 try:
@@ -181,12 +191,15 @@ class ItvSerial:
                 return valve.io.restart_safe(patience_s)  # the loop must not wait for it, but call again
         elif alarm(valve.device, patience_s):
             return None
-        valve.io.start()
-        try:
-            valve.io.safe(2 * valve.safe_bound_s + 1.0)
-        finally:
-            valve.io.stop()
+        valve.io.start()  # it stays until `close`: others who come meanwhile find it, and what it has confirmed
+        valve.io.safe(2 * valve.safe_bound_s + 1.0)
         return None
+
+    def holds_safe(self) -> bool | None:
+        """Whether every regulator has confirmed its safe set-point by a reply that repeats it; None where that cannot
+        be told. DeviceError while it may still come."""
+        held = [valve.holds_safe() for valve in self._used() if valve.drives]
+        return False if False in held else None if None in held else True
 
     def close(self) -> None:
         """End the I/O processes; the valves keep their set-points. A safe order on its way is finished first."""

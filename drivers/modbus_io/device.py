@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from math import isfinite
 from typing import Final
 
-from drivers.io_process.owner import alarm
+from drivers.io_process.alarm import alarm, confirmed
 from drivers.modbus_io.channels import Inputs, set_point_signals
 from drivers.modbus_io.plan import make_plan
 from drivers.modbus_io.routes import Direct, Process, Route, round_trip
@@ -157,18 +157,18 @@ class ModbusIo:
     def _rescue_by_process(self) -> None:
         process = Process(self._settings, self._context, self._safe)
         process.start()
-        try:
-            process.io.safe(1.0)
-        finally:
-            process.close()
+        self._route = process  # it stays until `close`: others who come meanwhile find it, and what it has confirmed
+        process.io.safe(1.0)
 
     def holds_safe(self) -> bool | None:
-        """Whether the output registers hold the safe set-points, where the map says how to read them back and the line
-        is TCP."""
+        """Whether the output registers hold the safe set-points, where the map says how to read them back: asked now on
+        TCP, as the I/O process read them on RTU."""
         if self._route is not None:
             return self._route.hold(self._safe)
-        if self._settings.serial is not None or not self._plan.driven or self._plan.module.read_back is None:
+        if not self._plan.driven or self._plan.module.read_back is None:
             return None
+        if self._settings.serial is not None:
+            return confirmed(self._settings.resource)
         stations = Stations.on_tcp(self._settings, self._plan, self._settings.patience_s, _RESCUE_S)
         try:
             return stations.hold(self._safe)

@@ -88,6 +88,8 @@ class ModbusLink:
         numbers = {place: outputs[place] for place in self._plan.driven} if outputs else None
         try:
             done = self._round(stations, numbers, fresh)
+            if urgent and done.sent and numbers is not None and stations.hold(numbers) is False:
+                raise DeviceError(f"{self._settings.resource}: the outputs do not hold the safe set-points")
             self._pay_arming(stations)
             return done
         except DeviceError:

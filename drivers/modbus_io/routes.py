@@ -133,7 +133,7 @@ class Process:
         self.io.restart_safe(self._patience_s)
 
     def hold(self, numbers: Numbers) -> bool | None:
-        return None  # its process has the line, and reads inputs only
+        return self.io.confirmed() if self._plan.module.read_back is not None else None
 
     def close(self) -> None:
         self.io.stop()

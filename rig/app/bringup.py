@@ -22,13 +22,13 @@ from rig.interfaces import Device, Measurement
 from rig.realtime.clock import MonotonicClock
 from rig.realtime.loop import LEAVING_NS
 from rig.realtime.safe_state import Outcome as SafeOutcome
-from rig.realtime.safe_state import SecondPath, write_and_look
+from rig.realtime.safe_state import SecondPath, insist
 from rig.sample import Flag
 
 SLEW_MPA_S: Final = 0.1
 LOOK_S: Final = 0.2
 """Measurements over this time are averaged before and after a step."""
-MAKE_SAFE_TRIES: Final = 100
+MAKE_SAFE_S: Final = 2.0
 PRIORITY: Final = 20
 """Real-time, where it is allowed: a device that watches for silence gives a busy machine a few periods only."""
 PATIENCE: Final = 20
@@ -77,19 +77,18 @@ class DeviceTicker:
 
     def _make_safe(self) -> None:
         """Ask until the device has taken it; one whose connection was lost needs a moment."""
-        path = SecondPath.of(self._device)
-        for _ in range(MAKE_SAFE_TRIES):
-            if self._overseen is not None:
-                self._overseen.beat(LEAVING_NS)
-            if write_and_look(path) >= SafeOutcome.WRITTEN:
-                return
-            time.sleep(0.02)
+        if insist(SecondPath.of(self._device), MAKE_SAFE_S, self._beat_for_the_way_out) >= SafeOutcome.WRITTEN:
+            return
         try:
             self._device.safe()
         except DeviceError as error:
             raise DeviceError(
                 f"NOT SAFE as far as is known: old set-points may stand, open the dump valve: {error}"
             ) from None
+
+    def _beat_for_the_way_out(self) -> None:
+        if self._overseen is not None:
+            self._overseen.beat(LEAVING_NS)
 
     def _look_up(self) -> None:
         """Beat; and without somebody above this process nothing is to stand under pressure."""

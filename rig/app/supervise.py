@@ -11,12 +11,21 @@ from pathlib import Path
 from typing import Final
 
 from rig.app import compose
-from rig.errors import RigError
+from rig.errors import DeviceError, RigError
 from rig.interfaces import Device
 from rig.realtime import measures
 from rig.realtime.clock import MonotonicClock
 from rig.realtime.ring import Ring
-from rig.realtime.safe_state import SafeBlock, SafeStateAuthority, SecondPath, Verdict, WatchedProcess, Writer
+from rig.realtime.safe_state import (
+    Outcome,
+    SafeBlock,
+    SafeStateAuthority,
+    SecondPath,
+    Verdict,
+    WatchedProcess,
+    Writer,
+    insist,
+)
 from rig.realtime.supervisor import Supervisor
 from rig.rig_config import RigConfig
 from rig.service.processes import name_process
@@ -26,6 +35,8 @@ from rig.service.watchers import WatcherOrders
 
 GUARDIAN_PATIENCE_NS: Final = 250_000_000
 """The guardian comes after the supervisor and the commanding process; well before the watchdog of a device."""
+_INSIST_S: Final = 2.0
+"""For somebody who writes the safe state by hand; a slow wire confirms within tenths of a second."""
 ABOVE_THE_LOOP: Final = 5
 _MOST_PRIORITY: Final = 99
 
@@ -108,7 +119,25 @@ def second_path(rig: RigConfig) -> SecondPath:
     """This process's own way to the rig's device, made when it is used: what goes wrong then is a failed attempt and
     not the end."""
     path = functools.cache(lambda: SecondPath.of(compose.make_device(rig, MonotonicClock())))
-    return SecondPath(lambda: path().safe(), lambda: path().holds_safe())
+    return SecondPath(lambda: path().safe(), lambda: path().holds_safe(), lambda: path().close())
+
+
+def make_safe(rig: RigConfig) -> Outcome:
+    """Write the safe state by this process's own way, whoever else has the rig; RigError when the device does not take
+    it."""
+    path = SecondPath.of(compose.make_device(rig, MonotonicClock()))
+    try:
+        outcome = insist(path, _INSIST_S)
+        if outcome >= Outcome.WRITTEN:
+            return outcome
+        path.safe()  # for its words
+    except DeviceError as error:
+        raise RigError(f"{rig.name}: the safe state could not be written: {error}") from None
+    finally:
+        path.close()
+    raise RigError(
+        f"{rig.name}: NOT SAFE: the safe state was written, but the device holds something else; who else writes?"
+    )
 
 
 def parts_of(rig: RigConfig, *, virtual: bool = False, seed: int | None = None) -> Parts:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 _WIDTH = 150
-_BENCHES = ("simulated", "modbus", "modbus-long-watchdog", "run", "run-modbus")
+_BENCHES = ("simulated", "modbus", "modbus-long-watchdog", "rtu", "serial", "run", "run-modbus", "run-serial")
 """As rig.qualify.faults.losses has them, which is not imported for a help text."""
 
 

@@ -7,7 +7,7 @@ import click
 from rig.app.terminal import console
 from rig.cli.common import F
 from rig.cli.outputs import Group
-from rig.errors import DeviceError, RigError
+from rig.errors import RigError
 
 
 @click.group(cls=Group)
@@ -79,23 +79,13 @@ def uninstall(init: str | None, root: Path) -> None:
 def safe(rig_path: Path | None) -> None:
     """Write the safe state to the rig's device from here, whoever else has it. What systemd does after the daemon has
     ended."""
-    from rig.app import compose
-    from rig.realtime.clock import MonotonicClock
-    from rig.realtime.safe_state import Outcome, SecondPath, look
+    from rig.app import compose, supervise
+    from rig.realtime.safe_state import Outcome
 
     rig = compose.load(rig_path)
     if not compose.outlives_the_loop(rig):
         console().print(f"{rig.name}: nothing to write: its plant lives in the loop's process, and ends with it")
         return
-    path = SecondPath.of(compose.make_device(rig, MonotonicClock()))
-    try:
-        path.safe()
-    except DeviceError as error:
-        raise RigError(f"{rig.name}: the safe state could not be written: {error}") from None
-    outcome = look(path)
-    if outcome is Outcome.FAILED:
-        raise RigError(
-            f"{rig.name}: NOT SAFE: the safe state was written, but the device holds something else; who else writes?"
-        )
+    outcome = supervise.make_safe(rig)
     seen = "seen at the device" if outcome is Outcome.SEEN else "not confirmed: the device has not been read back"
     console().print(f"{rig.name}: safe, {rig.safe.p1_mpa:g} and {rig.safe.p2_mpa:g} MPa, {seen}")

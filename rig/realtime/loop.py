@@ -80,6 +80,8 @@ class Loop:
         self._safe_owed = True
         self._holds_safe = getattr(device, "holds_safe", None)
         self._looks_owed = 0
+        self._seen_safe = False
+        """The device has told that the safe state, which was written last, stands at its outputs."""
         self._forgive()
         self._grid = (0, 0, 0, 0)
         """Tick, due, woken (ns) and missed periods of the tick that is being carried out."""
@@ -200,6 +202,9 @@ class Loop:
         if isinstance(error, DeviceLost):
             self._device_gone = True
             self._latch(Fault.DEVICE_LOST)
+            if not self._seen_safe:  # what was written last may never have reached the valves
+                self._safe_owed = True
+                self.ring.not_safe()
         elif self._errors.add(failed=True):
             self._latch(Fault.DEVICE_ERRORS)
 
@@ -350,6 +355,7 @@ class Loop:
         self._safe_owed = False
         self._command = self._settings.safe_p1_mpa, self._settings.safe_p2_mpa
         self.ring.made_safe()
+        self._seen_safe = False
         self._looks_owed = LOOKS
         self._look()
         return 0
@@ -362,6 +368,7 @@ class Loop:
         except DeviceError:
             return  # asked again next tick
         self._looks_owed = 0
+        self._seen_safe = bool(held)
         if held:
             self.ring.saw_safe()
         elif held is False:

@@ -15,7 +15,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from pathlib import Path
-from typing import Final, Self
+from typing import Any, Final, Self
 
 from rig.realtime.ring import Ring
 from rig.realtime.shared import HEADER_WORDS, SharedBlock
@@ -24,6 +24,8 @@ GONE_PATIENCE_S: Final = 0.5
 """A killed process is gone within milliseconds, unless it waits inside the kernel."""
 RETRY_S: Final = 0.02
 _PERSISTENCE_S: Final = 10.0
+_SAME_LOSS_NS: Final = 5_000_000_000
+"""What was seen by others at most so long before is the same loss."""
 _LOOKS: Final = 5
 """Attempts to read back what was written; then "written" is all that can be said."""
 
@@ -216,11 +218,13 @@ class SecondPath:
     """Write the safe state; raises when the device could not be reached."""
     holds_safe: Callable[[], bool | None] = lambda: None
     """Whether it stands there by the device's own word; None when the device cannot tell."""
+    close: Callable[[], None] = lambda: None
+    """Let go of the device, whose outputs stay."""
 
     @classmethod
-    def of(cls, device: object) -> Self:
+    def of(cls, device: Any) -> Self:
         """The calls of a device of this process."""
-        return cls(device.safe, getattr(device, "holds_safe", lambda: None))  # type: ignore[attr-defined]
+        return cls(device.safe, getattr(device, "holds_safe", lambda: None), device.close)
 
 
 def write_and_look(path: SecondPath) -> Outcome:
@@ -230,6 +234,17 @@ def write_and_look(path: SecondPath) -> Outcome:
     except Exception:  # noqa: BLE001  # a bug of a driver must not be the end of the attempts
         return Outcome.FAILED
     return look(path)
+
+
+def insist(path: SecondPath, patience_s: float, beat: Callable[[], None] = lambda: None) -> Outcome:
+    """Attempts until the device has taken it, or for `patience_s`; `beat` is called before each. FAILED: it has not."""
+    deadline = time.monotonic() + patience_s
+    while True:
+        beat()
+        outcome = write_and_look(path)
+        if outcome >= Outcome.WRITTEN or time.monotonic() > deadline:
+            return outcome
+        time.sleep(RETRY_S)
 
 
 def look(path: SecondPath) -> Outcome:
@@ -269,10 +284,14 @@ class SafeStateAuthority:
             gone, outcome = self._loop.gone_within(0.0), self._attempt()
             report = self._told(report, outcome if gone else Outcome.FAILED)
             attempts += report.outcome is Outcome.WRITTEN
-            enough = report.outcome > Outcome.WRITTEN or attempts >= _LOOKS
+            enough = report.outcome > Outcome.WRITTEN or attempts >= _LOOKS or (gone and self._seen_by_another(report))
             if enough or self._block.released or time.monotonic() > deadline:
                 return report
             time.sleep(RETRY_S)
+
+    def _seen_by_another(self, report: SafeReport) -> bool:
+        """Two who go on at once could each hold one of two wires."""
+        return self._block.best(since_ns=report.seen_ns - _SAME_LOSS_NS).outcome is Outcome.SEEN
 
     def _attempt(self) -> Outcome:
         self._block.beat(self._writer)

@@ -212,9 +212,11 @@ class ProcessWatch:
         written_ns, self._asked_ns = self._ring.safe_ns, time.monotonic_ns()
         before = self._looked_for[1] if self._looked_for[0] == written_ns else 0
         self._looked_for = written_ns, before + 1
-        path = self._second_path() if self._second_path is not None else None
-        if path is not None and look(path) is Outcome.SEEN and self._ring.safe_ns == written_ns:
+        assert self._second_path is not None
+        path = self._second_path()
+        if look(path) is Outcome.SEEN and self._ring.safe_ns == written_ns:
             self._seen_ns = time.monotonic_ns()
+        path.close()
 
     def _needed(self) -> Verdict:
         """How this process has to take over; WATCHING: it has not."""
@@ -232,9 +234,10 @@ class ProcessWatch:
     def _take_over(self, verdict: Verdict) -> None:
         with self._hands:
             path = None if self._second_path is None else self._second_path()
-            SafeStateAuthority(Writer.CONTROL, self._watchers.block, self._ring, self._descriptor, path).take_over(
-                verdict
-            )
+            authority = SafeStateAuthority(Writer.CONTROL, self._watchers.block, self._ring, self._descriptor, path)
+            authority.take_over(verdict)
+            if path is not None:
+                path.close()
 
     def settle(self, patience_s: float) -> SafeReport:
         """Wait until the safe state of a loop that has ended is known, or for `patience_s`; blocks."""

@@ -15,7 +15,7 @@ from rig.errors import ConfigError, DeviceError, RigError
 from rig.realtime import measures
 from rig.realtime.commands import Answer, Request
 from rig.realtime.faults import Fault
-from rig.realtime.safe_state import Outcome, SafeReport, Writer, look
+from rig.realtime.safe_state import Outcome, SafeReport, Writer, insist
 from rig.realtime.shared import KEPT_RING
 from rig.realtime.state import Event, State, after
 from rig.rig_config import RigConfig
@@ -249,14 +249,17 @@ class SessionMonitor:
         make = self._parts.watching.second_path if self._parts.watching is not None else None
         if make is None:
             return SafeReport(Writer.CONTROL, outcome=Outcome.ENDED)
+        path = await asyncio.to_thread(make)
         try:
-            path = await asyncio.to_thread(make)
-            await asyncio.to_thread(path.safe)
+            outcome = await asyncio.to_thread(insist, path, ESTOP_PATIENCE_S)
+            if outcome < Outcome.WRITTEN:
+                await asyncio.to_thread(path.safe)  # for its words
         except RigError as error:
             raise Refused(
                 Code.REFUSED, f"emergency stop not carried out: there is no loop, and {error}; {_BY_HAND}"
             ) from None
-        outcome = await asyncio.to_thread(look, path)
+        finally:
+            await asyncio.to_thread(path.close)
         return SafeReport(Writer.CONTROL, outcome=outcome, written_ns=time.monotonic_ns())
 
     @property

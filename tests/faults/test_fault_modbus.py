@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from rig.qualify.faults.modbus import ModbusFaultBench
 from rig.qualify.faults.table import TABLE
 from rig.qualify.faults.trial import try_row
+from rig.qualify.faults.wired import ModbusFaultBench
 
 pytestmark = pytest.mark.xdist_group("real processes")
 

@@ -8,15 +8,15 @@ import os
 import random
 import signal
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
 from rig.cli.faults import _BENCHES
 from rig.qualify.faults.bench import FaultBench
-from rig.qualify.faults.losses import BENCHES, PROCESSES, RunBench, draw, trials
-from rig.qualify.faults.modbus import ModbusFaultBench
+from rig.qualify.faults.losses import BENCHES, Blow, RunBench, draw, trials, try_losses
+from rig.qualify.faults.wired import ModbusFaultBench, RtuFaultBench, SerialFaultBench, WiredFaultBench
 
 pytestmark = pytest.mark.xdist_group("real processes")
 
@@ -39,6 +39,26 @@ def test_pairs_and_triples_on_the_simulated_rig(bench: FaultBench) -> None:
 
 def test_pairs_and_triples_over_modbus(modbus: ModbusFaultBench) -> None:
     assert [f"{trial}: {trial.problem}" for trial in trials(modbus, 4, seed=4) if trial.problem] == []
+
+
+@pytest.mark.parametrize("make", [SerialFaultBench, RtuFaultBench])
+def test_a_process_that_holds_a_slow_wire_lost_together_with_others(
+    tmp_path: Path, make: Callable[[Path], WiredFaultBench]
+) -> None:
+    """Stopped, it keeps the port: whoever is left lets it go on, or ends it."""
+    together = [
+        {"io process 1": signal.SIGSTOP, "loop": signal.SIGKILL},
+        {"io process 1": signal.SIGSTOP, "supervisor": signal.SIGKILL, "loop": signal.SIGSTOP},
+        {"io process 1": signal.SIGKILL, "loop": signal.SIGKILL},
+        {"recorder": signal.SIGKILL, "io process 1": signal.SIGSTOP},
+    ]
+    with make(tmp_path) as bench:
+        for blows in together:
+            trial = try_losses(bench, tuple(Blow(process, number, 0.0) for process, number in blows.items()))
+            assert (str(trial), trial.problem) == (str(trial), "")
+            bench.wait(
+                lambda: bench.status()["safe_state"]["confirmed"], "the safe state to be seen at the device", 10.0
+            )
 
 
 def test_pairs_and_triples_under_a_run(tmp_path: Path) -> None:
@@ -104,7 +124,7 @@ def test_the_command_knows_every_bench() -> None:
 def test_every_pair_and_triple_is_drawn_by_both_signals() -> None:
     drawn = [draw(random.Random(f"{seed}")) for seed in range(2000)]
     assert {frozenset(blow.process for blow in blows) for blows in drawn if len(blows) == 3} == {
-        frozenset(PROCESSES) - {left} for left in PROCESSES
+        frozenset(FaultBench.struck) - {left} for left in FaultBench.struck
     }
     assert len({tuple((blow.process, blow.number) for blow in blows) for blows in drawn if len(blows) == 2}) == 12 * 4
     assert all(blows[0].after_s == 0.0 and all(0.0 <= blow.after_s <= 0.5 for blow in blows) for blows in drawn)

@@ -19,7 +19,7 @@ from hil.faults import Injection
 from rig.errors import RigError
 from rig.qualify.benchmarks import figure
 from rig.qualify.faults.bench import FaultBench, Spoilt
-from rig.qualify.faults.modbus import ModbusFaultBench
+from rig.qualify.faults.wired import ModbusFaultBench
 from rig.qualify.lateness import quantiles
 from rig.service import protocol
 

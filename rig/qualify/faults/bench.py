@@ -59,6 +59,9 @@ class Spoilt(RigError):
 class FaultBench:
     """Use as a context manager. `ready` brings the rig into the middle of a sweep, from wherever it is."""
 
+    struck: tuple[str, ...] = ("loop", "recorder", "supervisor", "control")
+    """The processes of the rig that are killed and stopped in pairs and triples."""
+
     def __init__(
         self,
         folder: Path,

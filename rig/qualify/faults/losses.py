@@ -17,9 +17,8 @@ from typing import Any, Final
 
 from rig.errors import RigError
 from rig.qualify.faults.bench import SAFE_MPA, FaultBench, Spoilt
-from rig.qualify.faults.modbus import ModbusFaultBench
+from rig.qualify.faults.wired import ModbusFaultBench, RtuFaultBench, SerialFaultBench
 
-PROCESSES: Final = ("loop", "recorder", "supervisor", "control")
 _SIGNALS: Final = (signal.SIGKILL, signal.SIGSTOP)
 _APART_S: Final = 0.5
 _AT_ONCE: Final = 0.3
@@ -31,8 +30,8 @@ _SAID_S: Final = 4.0
 _ENDED_S: Final = 15.0
 _TRIES: Final = 4
 _INTO_THE_SWEEP_S: Final = 0.3
-_WHOLE: Final = 5
-"""Processes of a run: itself, loop, recorder, supervisor, guardian."""
+_BESIDE: Final = 1
+"""Who is not struck: the guardian."""
 _LONG_WATCHDOG_S: Final = 60.0
 
 
@@ -83,7 +82,7 @@ class RunBench(FaultBench):
     def _under_way(self) -> bool:
         if not self.alive:
             raise Spoilt(f"the run ended: {self.log_text()[-400:]}")
-        return not self.is_safe and len(self.pids()) == _WHOLE
+        return not self.is_safe and len(self.pids()) == len(self.struck) + _BESIDE
 
     def said_of_safe(self, patience_s: float) -> str:
         """What the run's last line says of the safe state; RigError when it says none."""
@@ -99,29 +98,38 @@ class RunOverModbus(RunBench, ModbusFaultBench):
     """The same over Modbus."""
 
 
+class RunOverSerial(RunBench, SerialFaultBench):
+    """The same with serial valves, each behind an I/O process."""
+
+
 BENCHES: Final[dict[str, Callable[[Path], FaultBench]]] = {
     "simulated": FaultBench,
     "modbus": ModbusFaultBench,
     "modbus-long-watchdog": lambda folder: ModbusFaultBench(folder, _LONG_WATCHDOG_S),
+    "rtu": RtuFaultBench,
+    "serial": SerialFaultBench,
     "run": RunBench,
     "run-modbus": RunOverModbus,
+    "run-serial": RunOverSerial,
 }
 """What the trials can be made on; over Modbus with the module's watchdog as it is by default, and with one that is of
 no help."""
 
 
-def draw(chance: random.Random, sizes: Sequence[int] = (2, 3)) -> tuple[Blow, ...]:
-    """Two or three different processes, killed or stopped, in any order, 0 to 500 ms apart."""
-    struck = chance.sample(PROCESSES, chance.choice(sizes))
-    gaps = [0.0, *(0.0 if chance.random() < _AT_ONCE else chance.uniform(0.0, _APART_S) for _ in struck[1:])]
-    return tuple(Blow(name, chance.choice(_SIGNALS), gap) for name, gap in zip(struck, gaps, strict=True))
+def draw(
+    chance: random.Random, struck: Sequence[str] = FaultBench.struck, sizes: Sequence[int] = (2, 3)
+) -> tuple[Blow, ...]:
+    """Two or three different processes of `struck`, killed or stopped, in any order, 0 to 500 ms apart."""
+    drawn = chance.sample(struck, chance.choice(sizes))
+    gaps = [0.0, *(0.0 if chance.random() < _AT_ONCE else chance.uniform(0.0, _APART_S) for _ in drawn[1:])]
+    return tuple(Blow(name, chance.choice(_SIGNALS), gap) for name, gap in zip(drawn, gaps, strict=True))
 
 
 def trials(bench: FaultBench, count: int, seed: int) -> Iterator[Trial]:
     """`count` trials; the same seed draws the same blows."""
     chance = random.Random(f"losses {seed}")
     for _ in range(count):
-        yield try_losses(bench, draw(chance), chance.uniform(0.0, _MOMENT_S))
+        yield try_losses(bench, draw(chance, bench.struck), chance.uniform(0.0, _MOMENT_S))
 
 
 def try_losses(bench: FaultBench, blows: tuple[Blow, ...], moment_s: float = 0.0) -> Trial:

@@ -1,77 +1,147 @@
-"""The fault bench over Modbus TCP: the real driver, a module emulated in a process of its own, and terminals where its
-outputs end.
+"""Fault benches whose rigs hang on wires: the real drivers, their hardware emulated in a process of its own, and
+terminals where its outputs end.
 
-`python -m rig.qualify.faults.modbus TERMINALS` is that process: it prints its port and serves until its input ends.
+`python -m rig.qualify.faults.wired TERMINALS DEVICES` is that process: DEVICES is JSON, name -> kind, settings and
+roles; it prints, as JSON, what must stand in each device's settings to be found, and serves until its input ends.
 """
 
+import contextlib
+import json
 import subprocess
 import sys
+import tempfile
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from hil.terminals import Terminals
 from rig.app import compose
+from rig.config import read_yaml
 from rig.errors import RigError
-from rig.qualify.faults.bench import FaultBench
+from rig.qualify.faults.bench import SAFE_MPA, FaultBench
 
-_RIG: Final = """\
-name: faulty Modbus
-period_ms: 5
-safe: {{p1_mpa: 0.15, p2_mpa: 0.15, return_mpa_s: 1.0}}
-limits: {{misses_per_s: 1000}}
-devices:
-  module:
-    kind: modbus_io
-    map: MAP
-    watchdog_s: WATCHDOG
-    host: 127.0.0.1
-    port: PORT
-    valve_1: {{channel: 0, signal: 0-10 V, low_mpa: 0.0, high_mpa: 0.5}}
-    valve_2: {{channel: 1, signal: 0-10 V, low_mpa: 0.0, high_mpa: 0.5}}
-    monitor_1: {{channel: 0, signal: 1-5 V, low_mpa: 0.0, high_mpa: 0.5}}
-    monitor_2: {{channel: 1, signal: 1-5 V, low_mpa: 0.0, high_mpa: 0.5}}
-    angle: {{wiper: 2, excitation: 3}}
-roles: {{valve_1: module, valve_2: module, monitor_1: module, monitor_2: module, angle: module}}
-"""
+_SERIAL_BAUD: Final = 9600
+_RTU_BAUD: Final = 115_200
+_PLACES: Final = ("host", "port", "serial", "valve_1", "valve_2")
+"""Of what an emulator says: where it is found. The driver is to work as it would in the lab."""
+_HEAD: Final[dict[str, Any]] = {
+    "name": "faulty, wired",
+    "period_ms": 5,
+    "safe": {"p1_mpa": SAFE_MPA[0], "p2_mpa": SAFE_MPA[1], "return_mpa_s": 1.0},
+}
 
 
-class ModbusFaultBench(FaultBench):
-    """A fault bench whose rig hangs on an emulated Modbus module."""
+class WiredFaultBench(FaultBench):
+    """A fault bench whose rig's devices are those of a lab's YAML, on emulated hardware."""
 
-    def __init__(self, folder: Path, watchdog_s: float = 0.5) -> None:
-        """With a `watchdog_s` beyond the bound the daemon is forced: then it is software alone that makes safe."""
+    def __init__(
+        self, folder: Path, lab: str, settings: Mapping[str, Mapping[str, Any]], limits: Mapping[str, Any]
+    ) -> None:
+        """`lab`: one of pamrig's own rigs; `settings`: device -> settings that replace the lab's."""
+        raw: Any = read_yaml(compose.configs() / "rigs" / f"{lab}.yaml")
+        devices = {name: _found(device) | dict(settings.get(name, {})) for name, device in raw["devices"].items()}
         terminals = folder / "terminals"
         Terminals.at(terminals)
-        command = [sys.executable, "-m", "rig.qualify.faults.modbus", str(terminals)]
-        self._module = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-        assert self._module.stdout
-        port = self._module.stdout.readline().strip()
-        if not port.isdigit():
-            raise RigError("the emulated Modbus module did not start")
-        settings = folder / "daemon.yaml"
-        settings.write_text("force: true\n", encoding="utf-8")
-        rig = _RIG.replace("PORT", port).replace("MAP", str(_map())).replace("WATCHDOG", f"{watchdog_s:g}")
-        super().__init__(folder, rig, ("--config", str(settings)), terminals)
+        self._hardware = _serve(terminals, devices, raw["roles"])
+        found = self._found_at()
+        rig = _HEAD | {
+            "limits": dict(limits),
+            "devices": {name: device | found[name] for name, device in devices.items()},
+            "roles": raw["roles"],
+        }
+        (folder / "daemon.yaml").write_text("force: true\n", encoding="utf-8")
+        text = json.dumps(rig).replace("{", "{{").replace("}", "}}")  # which is YAML, for a format string
+        super().__init__(folder, text, ("--config", str(folder / "daemon.yaml")), terminals)
+
+    def _found_at(self) -> dict[str, dict[str, Any]]:
+        assert self._hardware.stdout
+        line = self._hardware.stdout.readline()
+        if not line:
+            raise RigError("the emulated hardware did not start")
+        found: dict[str, dict[str, Any]] = json.loads(line)
+        return found
 
     def __exit__(self, *_: object) -> None:
         super().__exit__()
-        for pipe in (self._module.stdin, self._module.stdout):
+        for pipe in (self._hardware.stdin, self._hardware.stdout):
             if pipe:
                 pipe.close()
-        self._module.wait(10)
+        self._hardware.wait(10)
+
+    def pids(self) -> dict[str, int]:
+        """The processes of the rig, and those that hold its slow wires: io process 1, io process 2."""
+        pids = super().pids()
+        return pids | {f"io process {n}": pid for n, pid in enumerate(_io_processes_of(pids.get("loop", 0)), 1)}
 
 
-def _map() -> Path:
-    return compose.configs() / "modbus" / "wago_750.yaml"
+class ModbusFaultBench(WiredFaultBench):
+    """Over Modbus TCP: both valves, both monitors and the angle on one module."""
+
+    def __init__(self, folder: Path, watchdog_s: float = 0.5) -> None:
+        """With a `watchdog_s` beyond the bound the daemon is forced: then it is software alone that makes safe."""
+        super().__init__(folder, "all_modbus", {"wago": {"watchdog_s": watchdog_s}}, {"misses_per_s": 1000})
 
 
-def serve(terminals_path: Path) -> None:
-    """The emulated module with the simulated plant behind it; every change of its outputs is put on the terminals."""
-    import tempfile
+class RtuFaultBench(WiredFaultBench):
+    """The same module on a serial line, which an I/O process holds. Its own watchdog is of no help."""
 
-    from hil.emulators.modbus.stand_in import emulate
+    struck = (*FaultBench.struck, "io process 1")
+
+    def __init__(self, folder: Path) -> None:
+        line = {"device": "rtu", "baud": _RTU_BAUD, "parity": "N"}
+        settings = {"serial": line, "host": "", "watchdog_s": 60.0, "patience_s": 0.1}
+        super().__init__(folder, "all_modbus", {"wago": settings}, {"misses_per_s": 1000, "max_age_s": 0.5})
+
+
+class SerialFaultBench(WiredFaultBench):
+    """A regulator on each of two serial lines, each held by an I/O process; the angle over Modbus TCP."""
+
+    struck = (*FaultBench.struck, "io process 1", "io process 2")
+
+    def __init__(self, folder: Path) -> None:
+        ports = {f"valve_{n}": {"device": f"valve_{n}", "baud": _SERIAL_BAUD} for n in (1, 2)}
+        super().__init__(
+            folder, "serial_modbus", {"valves": ports}, {"misses_per_s": 1000, "max_age_s": 0.5, "follow_s": 2.0}
+        )
+
+
+def _found(device: Mapping[str, Any]) -> dict[str, Any]:
+    """Settings of a lab's device, its register map as this process finds it."""
+    maps = {"map": str((compose.configs() / "rigs" / device["map"]).resolve())} if "map" in device else {}
+    return dict(device) | maps
+
+
+def _serve(terminals: Path, devices: Mapping[str, Any], roles: Mapping[str, str]) -> "subprocess.Popen[str]":
+    hardware = {
+        name: {"settings": settings, "roles": [role for role, at in roles.items() if at == name]}
+        for name, settings in devices.items()
+    }
+    command = [sys.executable, "-m", "rig.qualify.faults.wired", str(terminals), json.dumps(hardware)]
+    return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+
+
+def _io_processes_of(pid: int) -> list[int]:
+    """The children of a loop that hold its wires, in the order in which they were started."""
+    with contextlib.suppress(OSError):
+        children = Path(f"/proc/{pid}/task/{pid}/children").read_text(encoding="ascii").split()
+        return [int(child) for child in children if _is_io_process(child)]
+    return []
+
+
+def _is_io_process(pid: str) -> bool:
+    with contextlib.suppress(OSError):
+        return b"drivers.io_process" in Path(f"/proc/{pid}/cmdline").read_bytes()
+    return False
+
+
+def _place(settings: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: settings[key] for key in _PLACES if key in settings}
+
+
+def serve(terminals_path: Path, devices: Mapping[str, Any]) -> None:
+    """The emulated hardware with the simulated plant behind it; every change of its outputs is put on the terminals."""
+    from hil.emulators.catalog import emulate
     from hil.emulators.world import World
-    from rig.config import read_yaml
     from rig.interfaces import Role
     from rig.model.chain import Chain
     from rig.model.parameters import load_model
@@ -86,17 +156,26 @@ def serve(terminals_path: Path) -> None:
             super().command(valve, pressure_mpa)
             terminals.write(*self.commands)
 
-    rig = read_yaml(compose.configs() / "rigs" / "all_modbus.yaml")
-    assert isinstance(rig, dict)
-    settings = dict(rig["devices"]["wago"]) | {"map": str(_map())}
     chain = Chain(load_model(compose.configs() / "models" / "simulated.yaml"))
-    chain.reset(0.15, 0.15)
+    chain.reset(*SAFE_MPA)
+    world = Wired(chain, MonotonicClock(), commands=SAFE_MPA)
+    terminals.write(*SAFE_MPA)
     with tempfile.TemporaryDirectory() as folder:
-        module = emulate(settings, frozenset(Role), Wired(chain, MonotonicClock(), commands=(0.15, 0.15)), Path(folder))
-        print(module.settings["port"], flush=True)
+        running = {
+            name: emulate(
+                device["settings"]["kind"],
+                device["settings"],
+                frozenset(map(Role, device["roles"])),
+                world,
+                Path(folder),
+            )
+            for name, device in devices.items()
+        }
+        print(json.dumps({name: _place(emulator.settings) for name, emulator in running.items()}), flush=True)
         sys.stdin.read()
-        module.close()
+        for emulator in running.values():
+            emulator.close()
 
 
 if __name__ == "__main__":
-    serve(Path(sys.argv[1]))
+    serve(Path(sys.argv[1]), json.loads(sys.argv[2]))

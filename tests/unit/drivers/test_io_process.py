@@ -94,7 +94,20 @@ def test_notes_arrive_whole_and_the_newest_replaces_the_rest(box: Mailbox) -> No
         assert box.post_order(10 * number, Mode.DRIVE, (1.5, float(number))) == number
     assert box.order() == (5, 50, Mode.DRIVE, (1.5, 5.0))
     report = Report(
-        7, LinkState.DOWN, Trip.OUTAGE, 1, 2, 3, 4, 5, 6, 7, (0.5,) * 8, tuple(range(8)), "the line is gone \u00b5s"
+        7,
+        LinkState.DOWN,
+        Trip.OUTAGE,
+        1,
+        2,
+        3,
+        4,
+        5,
+        6,
+        7,
+        (0.5,) * 8,
+        tuple(range(8)),
+        True,
+        "the line is gone \u00b5s",
     )
     box.post_report(report)
     assert box.report() == report
@@ -222,6 +235,34 @@ def test_an_alarm_from_outside_is_obeyed_in_every_mode_and_latched(
     worker.turn()
     assert link.sent == [SAFE, SAFE], "asked again, written again"
     assert box.report().alarm_done == count
+
+
+def test_an_alarm_from_before_the_first_turn_is_heard(link: ScriptedLink, box: Mailbox, clock: Clock) -> None:
+    count = box.raise_alarm()
+    late = Worker(link, box, Job("scripted", {}, SAFE, SILENCE_NS))
+    assert late.connect()
+    late.turn()
+    assert (link.sent, box.report().alarm_done) == ([SAFE], count)
+
+
+def test_safe_outputs_count_as_confirmed_from_the_device_s_word_until_something_else_may_follow(
+    worker: Worker, link: ScriptedLink, box: Mailbox, clock: Clock
+) -> None:
+    drive(box, clock, SAFE[0])
+    worker.turn()
+    assert box.report().holds_safe
+    assert not box.confirmed, "the owner still drives"
+    box.post_order(clock.ns, Mode.SAFE, SAFE)
+    assert not box.confirmed, "ordered, and not answered for yet"
+    worker.turn()
+    assert box.confirmed
+    box.raise_alarm()
+    assert not box.confirmed, "asked for again"
+    worker.turn()
+    assert box.confirmed
+    link.fail = DeviceLost("unplugged")
+    worker.turn()
+    assert not box.confirmed
 
 
 def test_single_failures_are_counted_and_the_line_is_kept(

@@ -81,6 +81,27 @@ def test_a_safe_state_that_could_not_be_written_is_owed_until_it_is() -> None:
     assert [a for t, a in operator.answers if t in (45, 55)] == [Answer.NOT_READY, Answer.DONE]
 
 
+class ReadsBack(ScriptedDevice):
+    """One that tells what stands at its outputs, unless it was told not to."""
+
+    held: bool | None = True
+
+    def holds_safe(self) -> bool | None:
+        return self.held
+
+
+@pytest.mark.parametrize(("held", "written_again"), [(True, 0), (None, 1)])
+def test_a_device_lost_after_the_stop_is_written_to_again_unless_the_safe_state_was_seen(
+    held: bool | None, written_again: int
+) -> None:
+    device = ReadsBack(reads={50: DeviceLost("scripted: gone")})
+    device.held = held
+    _, loop = run_loop(device, armed_and_running(estop=range(40, 60)), 55)
+    at_the_start, at_the_stop, at_the_end, by_arming = 1, 1, 1, 1
+    assert device.outputs.count("safe") == at_the_start + at_the_stop + written_again + at_the_end
+    assert loop.ring.safe.count("not") == by_arming + written_again
+
+
 def test_an_error_of_the_program_ends_safe_and_the_record_says_so() -> None:
     device = ScriptedDevice(reads={20: ZeroDivisionError("scripted bug")})
     operator = armed_and_running()

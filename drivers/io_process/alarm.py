@@ -1,0 +1,93 @@
+"""What a process that does not own an I/O process can do with it: see to the safe outputs, ask whether they stand, and
+let it go on when somebody stopped it, or end it when it does not move any more."""
+
+import contextlib
+import os
+import select
+import signal
+import time
+from pathlib import Path
+from typing import Final
+
+from drivers.io_process.mailbox import LinkState, Mailbox, attach, path_for
+from rig.errors import DeviceError, DeviceLost
+
+LOOK_S: Final = 0.0005
+NOT_YET: Final = "the safe set-points are not confirmed yet"
+_GONE_S: Final = 0.1
+"""A killed I/O process lets go of its wire within milliseconds."""
+
+
+def alarm(resource: str, patience_s: float) -> bool:
+    """Tell the I/O process behind `resource`, whoever owns it, to write its safe outputs and to keep to them.
+
+    True: it lives and the device has confirmed them. DeviceError when it lives and they are not confirmed yet: ask
+    again; DeviceLost when it cannot reach the device. False: there is no such process, or there was one that could not
+    be moved any more and was ended, so the caller has to open the wire itself. One that somebody stopped goes on.
+    """
+    mailbox = attach(path_for(resource))
+    if mailbox is None:
+        return False
+    try:
+        return _alarmed(mailbox, resource, patience_s)
+    finally:
+        mailbox.close()
+
+
+def _alarmed(mailbox: Mailbox, resource: str, patience_s: float) -> bool:
+    """An alarm that is not done yet is not raised anew: on a slow wire it would never be done."""
+    under_way = mailbox.report().alarm_done < mailbox.alarm
+    count = mailbox.alarm if under_way else mailbox.raise_alarm()
+    let_go_on(mailbox.pid)
+    deadline = time.monotonic() + patience_s
+    while (report := mailbox.report()).alarm_done < count and time.monotonic() < deadline:
+        time.sleep(LOOK_S)
+    if report.alarm_done >= count:
+        return True
+    if report.state is LinkState.ENDED:
+        return False
+    if mailbox.stuck:  # it was told, and to go on, and does not
+        _end(mailbox.pid, path_for(resource))
+        return False
+    if report.state is LinkState.UP:
+        raise DeviceError(f"{resource}: {NOT_YET}")
+    raise DeviceLost(f"{resource}: the safe set-points could not be written: {report.text}")
+
+
+def confirmed(resource: str) -> bool | None:
+    """Whether the device has confirmed the safe outputs that were asked for last, by an alarm or by the owner; None
+    when there is no I/O process to ask."""
+    mailbox = attach(path_for(resource))
+    if mailbox is None:
+        return None
+    try:
+        return mailbox.confirmed
+    finally:
+        mailbox.close()
+
+
+def is_stopped(pid: int) -> bool:
+    """The process is in the state T of proc(5)."""
+    with contextlib.suppress(OSError, IndexError):
+        return Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()[0] == "T"
+    return False
+
+
+def let_go_on(pid: int) -> None:
+    """SIGCONT, which does nothing to a process that is not stopped."""
+    if pid:
+        with contextlib.suppress(OSError):
+            os.kill(pid, signal.SIGCONT)
+
+
+def _end(pid: int, path: Path) -> None:
+    """Kill the I/O process that holds the lock of the mailbox at `path`, and wait until it has let go."""
+    with contextlib.suppress(OSError):
+        descriptor = os.pidfd_open(pid)
+        try:
+            if (held := attach(path)) is not None:  # it is still the one that was written down, and no later pid
+                held.close()
+                signal.pidfd_send_signal(descriptor, signal.SIGKILL)
+                select.select([descriptor], [], [], _GONE_S)
+        finally:
+            os.close(descriptor)
