@@ -55,6 +55,31 @@ class Cause:
 
 
 @dataclass(frozen=True)
+class Observation:
+    """Something that the raw samples show beside the causes, and that explains little or nothing of the gap."""
+
+    test: str
+    effect: str | None
+    """The effect that it stands for; None for what no effect makes (a gap in the time stamps)."""
+    text: str
+    parameters: Mapping[str, Interval]
+    probability: float
+    """That it is there."""
+    share: float
+    """Of the raw records' mean-square gap."""
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "test": self.test,
+            "effect": self.effect,
+            "text": self.text,
+            "parameters": {name: number.to_json() for name, number in self.parameters.items()},
+            "probability": self.probability,
+            "share": self.share,
+        }
+
+
+@dataclass(frozen=True)
 class Ranked:
     """One line of the ranking."""
 
@@ -97,6 +122,8 @@ class Diagnosis:
     """What re-tuning the simulator's own parameters would close, and which moved."""
     reference_because: str = ""
     """How the reference was chosen."""
+    observations: list[Observation] = field(default_factory=list)
+    """What the raw samples show beside the causes."""
 
     @property
     def added(self) -> list[Applied]:
@@ -115,6 +142,7 @@ class Diagnosis:
             "retuning": self.retuning,
             "where": self.where,
             "causes": [cause.to_json() for cause in self.causes],
+            "observations": [one.to_json() for one in self.observations],
             "ranking": [line.to_json() for line in self.ranking],
             "next_experiment": self.next_experiment,
             "evidence": self.evidence,

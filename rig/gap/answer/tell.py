@@ -9,10 +9,10 @@ from rig.gap.answer.augment import remaining_gap
 from rig.gap.answer.chain import STAGES, chain
 from rig.gap.answer.held_out import HowFar
 from rig.gap.answer.next_experiment import recommend
+from rig.gap.answer.observations import told_apart
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Ranked
 from rig.gap.answer.retuning import Retuning
 from rig.gap.answer.where import frequency_shares, over_time, phase_shares, region_shares
-from rig.gap.days.causes import marked
 from rig.gap.days.engine import overall_gap
 from rig.gap.days.prepared import Prepared
 from rig.gap.evidence.posterior import NONE, UNKNOWN, Posterior
@@ -82,9 +82,10 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
     before, floor = rms_of(gaps, pairs), _floor(told, fitted())
     kept = _helping(told, before)
     far = after([(one.posterior.stand.name, one.fit) for one in kept])
-    marks = [marked(mark, told.prepared) for mark in told.marks if mark.found and mark.effect]
-    added = bool(kept) and far.after_deg <= before
-    causes = [*_causes(told, kept, before, far, added), *marks, *_unknowns(told, kept, before)]
+    unknowns = _unknowns(told, kept, before)
+    found = told_apart(told.marks, told.prepared, before, bool(kept or unknowns))
+    marks, added = found.causes, bool(kept) and far.after_deg <= before
+    causes = [*_causes(told, kept, before, far, added), *marks, *unknowns]
     causes += [Cause(UNKNOWN, "sensor", "raw data", None, {}, before, before, 0.0, (), 0.5) for _ in _strange(told)]
     verdict = _verdict(told, causes)
     names_something = any(cause.effect != UNKNOWN for cause in causes)
@@ -119,6 +120,7 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
         ),
         reference=told.expected.kind.value,
         retuning=None if told.retuning is None else told.retuning.to_json(),
+        observations=found.observations,
     )
 
 

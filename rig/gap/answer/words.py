@@ -6,7 +6,7 @@ What each effect is called and means on the rig stands in `rig.gap.answer.on_the
 
 from rig.gap.answer.chain import NAMES
 from rig.gap.answer.on_the_rig import ON_THE_RIG
-from rig.gap.answer.result import Cause, Diagnosis, Interval
+from rig.gap.answer.result import Cause, Diagnosis, Interval, Observation
 from rig.gap.answer.sizes import degrees, size
 
 SOURCES = {
@@ -41,6 +41,8 @@ def answers(diagnosis: Diagnosis) -> dict[str, str]:
         told["Re-tuning:"] = _retuning(diagnosis)
     if _named(diagnosis) or diagnosis.verdict == "unknown":
         told["What stays:"] = _stays(diagnosis)
+    if diagnosis.observations:
+        told["Also seen:"] = "; ".join(_seen_beside(one) for one in diagnosis.observations) + "."
     told["Compared with:"] = _reference(diagnosis)
     if diagnosis.causes:
         told["Where:"] = _where(diagnosis)
@@ -198,6 +200,14 @@ def _unknown(diagnosis: Diagnosis) -> str:
         else ""
     )
     return f"{what}{_seen(diagnosis)}, and no effect of the library explains it.{nearest}"
+
+
+def _seen_beside(one: Observation) -> str:
+    """A mark in the raw samples that is no cause of the gap, without a full stop."""
+    known = None if one.effect is None else ON_THE_RIG.get(one.effect)
+    said = one.text if known is None or not one.parameters else known.says(dict(one.parameters))
+    said = one.text if "{than}" in said else said
+    return f"{said[:1].lower()}{said[1:]}" + ("" if one.effect is None else " (no cause of the gap)")
 
 
 def _reasons(diagnosis: Diagnosis) -> str:

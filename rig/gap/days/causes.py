@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from rig.gap.answer.observations import Marks, told_apart
 from rig.gap.answer.result import Cause, Interval
 from rig.gap.days.attribute import LOOSENESS, Candidate
 from rig.gap.days.engine import overall_gap
@@ -14,9 +15,8 @@ from rig.gap.days.findings import Findings
 from rig.gap.days.prepared import Judged, Prepared
 from rig.gap.days.trigger import trigger
 from rig.gap.days.verdict import explained
-from rig.gap.hypotheses.library import LIBRARY, alike
+from rig.gap.hypotheses.library import alike
 from rig.gap.hypotheses.propagate import Applied, full_numbers
-from rig.gap.raw_tests.signature import Signature
 from rig.model.effect_stages import EFFECT_STAGES
 
 CLIPPED_TRUST = 0.5
@@ -59,7 +59,7 @@ def name_causes(findings: Findings, before: float, floor: float) -> list[Cause]:
             )
         if judged.open:
             found.append(_unknown(judged, before))
-    found += [marked(mark, prepared) for mark in findings.signatures if mark.found and mark.effect]
+    found += marks_of(findings, before).causes
     found += [Cause("unknown", "sensor", "signature", None, {}, before, before, 0.0, (), 0.5) for _ in findings.strange]
     seconds = {name for judged in findings.sides for name in _second(judged)}
 
@@ -68,6 +68,12 @@ def name_causes(findings: Findings, before: float, floor: float) -> list[Cause]:
         return rank, cause.gap_after_deg - cause.gap_before_deg
 
     return sorted(found, key=place)
+
+
+def marks_of(findings: Findings, before: float) -> Marks:
+    """What the raw samples show, as causes and as observations beside them."""
+    shows = any(judged.trigger.found for judged in findings.sides)
+    return told_apart(findings.signatures, findings.prepared, before, shows)
 
 
 def _chances(judged: Judged) -> dict[str, float]:
@@ -126,34 +132,6 @@ def _intervals(candidate: Candidate) -> dict[str, Interval]:
         half = 1.96 * float(spread.get(name, spread.get(candidate.law.tied.get(name, ""), 0.0)))
         said[name] = Interval(float(value), float(value) - half, float(value) + half, known[name].unit)
     return said
-
-
-def marked(mark: Signature, prepared: Prepared) -> Cause:
-    """A cause found by a raw-data test; its gap is that of the unsmoothed angle, fallen samples included."""
-    assert mark.effect is not None
-    units = {number.name: number.unit for number in EFFECT_STAGES[mark.effect].numbers}
-    raw = [
-        np.interp(pair.raw.t_s, other.t_s[known], other.angle_deg[known]) - pair.raw.angle_deg
-        for pair in prepared.pairs
-        for other in pair.raw_baselines
-        if pair.raw.angle_deg is not None and other.angle_deg is not None
-        for known in (np.isfinite(other.angle_deg),)
-    ]
-    fallen = mark.variance_deg2 if mark.effect == "sensor_dropout" else 0.0  # already taken out of what was read
-    square = float(np.nanmean(np.concatenate(raw) ** 2)) + fallen if raw else mark.variance_deg2
-    values = {name: Interval(size.value, size.low, size.high, units[name]) for name, size in mark.sizes.items()}
-    return Cause(
-        mark.effect,
-        LIBRARY[mark.effect].stage,
-        "signature",
-        Applied(mark.effect, mark.numbers),
-        values,
-        float(np.sqrt(square)),
-        float(np.sqrt(max(square - mark.variance_deg2, 0.0))),
-        1.0,
-        (),
-        mark.confidence,
-    )
 
 
 def trust(prepared: Prepared) -> float:

@@ -14,7 +14,7 @@ from rig.gap.answer.next_experiment import recommend
 from rig.gap.answer.result import Cause, Diagnosis, Ranked
 from rig.gap.answer.where import frequency_shares, over_time, phase_shares, region_shares
 from rig.gap.days.attribute import Candidate
-from rig.gap.days.causes import name_causes, trust
+from rig.gap.days.causes import marks_of, name_causes, trust
 from rig.gap.days.engine import angle_side, overall_gap
 from rig.gap.days.findings import Findings, find
 from rig.gap.days.prepared import Judged, Prepared
@@ -112,6 +112,7 @@ def _told(findings: Findings) -> Diagnosis:
                 ]
             )
         ),
+        observations=marks_of(findings, before).observations,
     )
 
 

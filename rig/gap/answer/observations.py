@@ -1,0 +1,88 @@
+"""What raw-data tests found: a cause where it makes up the gap or nothing else does, else an observation beside the
+cause.
+
+A converter's step, noise, a line or lost samples are facts about the samples. They explain why simulator and rig differ
+only as far as they make up that difference.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rig.gap.answer.result import Cause, Interval, Observation
+from rig.gap.days.prepared import Prepared
+from rig.gap.hypotheses.library import LIBRARY
+from rig.gap.hypotheses.propagate import Applied
+from rig.gap.raw_tests.signature import Signature
+from rig.model.effect_stages import EFFECT_STAGES
+
+LEAST_SHARE = 0.05
+"""Share of the raw records' mean-square gap from which on a mark explains some of it. Less: small steps and hums are
+named beside any cause; more: a real second cause in the samples is told as a remark."""
+
+
+@dataclass(frozen=True)
+class Marks:
+    """The marks that were found, told apart."""
+
+    causes: list[Cause]
+    observations: list[Observation]
+
+
+def told_apart(marks: Sequence[Signature], prepared: Prepared, gap_deg: float, else_found: bool) -> Marks:
+    """Which marks are causes. `gap_deg`: rms of the smoothed records' gap; `else_found`: whether that shows anything.
+
+    With an earlier day a mark that stands alone is what has changed; without one it must make up some of the gap.
+    """
+    causes, observations = [], []
+    for mark in (one for one in marks if one.found):
+        before = _raw_gap_deg(mark, prepared, gap_deg)
+        share = float(np.clip(mark.variance_deg2 / max(before**2, 1e-12), 0.0, 1.0))
+        alone = prepared.has_baseline and not else_found
+        if mark.effect is not None and (alone or share >= LEAST_SHARE):
+            causes.append(_cause(mark, mark.effect, before, share))
+        elif mark.effect is not None or mark.variance_deg2 == 0.0:
+            observations.append(_observation(mark, share))
+    return Marks(sorted(causes, key=lambda cause: cause.gap_after_deg), observations)
+
+
+def _raw_gap_deg(mark: Signature, prepared: Prepared, gap_deg: float) -> float:
+    """Rms of the unsmoothed angle's gap, fallen samples included; without an earlier day the smoothed one's with the
+    mark."""
+    raw = [
+        np.interp(pair.raw.t_s, other.t_s[known], other.angle_deg[known]) - pair.raw.angle_deg
+        for pair in prepared.pairs
+        for other in pair.raw_baselines
+        if pair.raw.angle_deg is not None and other.angle_deg is not None
+        for known in (np.isfinite(other.angle_deg),)
+    ]
+    if not raw:
+        return float(np.hypot(gap_deg, np.sqrt(mark.variance_deg2)))
+    fallen = mark.variance_deg2 if mark.effect == "sensor_dropout" else 0.0  # already taken out of what was read
+    return float(np.sqrt(np.nanmean(np.concatenate(raw) ** 2) + fallen))
+
+
+def _cause(mark: Signature, effect: str, before: float, share: float) -> Cause:
+    return Cause(
+        effect,
+        LIBRARY[effect].stage,
+        "signature",
+        Applied(effect, mark.numbers),
+        _numbers(mark, effect),
+        before,
+        before * float(np.sqrt(1.0 - share)),
+        max(share, 1e-6),
+        (),
+        mark.confidence,
+    )
+
+
+def _numbers(mark: Signature, effect: str) -> dict[str, Interval]:
+    units = {number.name: number.unit for number in EFFECT_STAGES[effect].numbers}
+    return {name: Interval(size.value, size.low, size.high, units[name]) for name, size in mark.sizes.items()}
+
+
+def _observation(mark: Signature, share: float) -> Observation:
+    numbers = {} if mark.effect is None else _numbers(mark, mark.effect)
+    return Observation(mark.test, mark.effect, mark.text, numbers, mark.confidence, share)

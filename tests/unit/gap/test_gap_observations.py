@@ -1,0 +1,68 @@
+"""What raw-data tests found is a cause where it makes up the gap or stands alone, else an observation: both sides."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from gap_rigs import asked, baselines, names, session
+
+from rig.gap.answer.observations import LEAST_SHARE, Marks, told_apart
+from rig.gap.answer.words import answers
+from rig.gap.days.prepared import Prepared
+from rig.gap.raw_tests.signature import Signature, Size
+from rig.gap.records.pairs import pair_up
+from rig.model.parameters import AddedEffect
+from rig.record import Record
+
+GAP_DEG = 2.0
+STEP = {"step_deg": Size(0.2, 0.19, 0.21)}
+
+
+def mark(variance_deg2: float, effect: str | None = "quantisation") -> Signature:
+    return Signature("quantisation step", effect, True, 0.2, 0.0, "deg", "steps", STEP, 0.0, variance_deg2)
+
+
+def told(one: Signature, days: int, else_found: bool) -> Marks:
+    pairing = pair_up(session(90), [list(day) for day in baselines()[:days]], 0.2)
+    prepared = Prepared(pairing, [], None, days > 0, 0.03)  # type: ignore[arg-type]
+    return told_apart([one], prepared, GAP_DEG, else_found)
+
+
+@pytest.mark.parametrize("else_found", [True, False])
+@pytest.mark.parametrize(("share", "cause"), [(0.9 * LEAST_SHARE, False), (1.2 * LEAST_SHARE, True)])
+def test_without_an_earlier_day_a_mark_is_a_cause_where_it_makes_up_some_of_the_gap(
+    share: float, cause: bool, else_found: bool
+) -> None:
+    found = told(mark(share / (1.0 - share) * GAP_DEG**2), 0, else_found)
+    assert bool(found.causes) is cause
+    assert bool(found.observations) is not cause
+    said = (found.causes or found.observations)[0]
+    assert said.parameters["step_deg"].value == 0.2
+    assert (found.causes[0].explained_fraction if cause else found.observations[0].share) == pytest.approx(share)
+
+
+@pytest.mark.parametrize("else_found", [True, False])
+def test_a_small_mark_against_an_earlier_day_is_a_cause_where_nothing_else_is_found(else_found: bool) -> None:
+    found = told(mark(1e-6), 3, else_found)
+    assert bool(found.causes) is not else_found
+    assert bool(found.observations) is else_found
+
+
+def test_what_no_effect_makes_is_an_observation_unless_it_is_in_the_angle() -> None:
+    assert told(mark(0.0, effect=None), 3, False).observations[0].effect is None
+    assert told(mark(1.0, effect=None), 3, False) == Marks([], [])  # something unknown, which the verdict says
+
+
+def coarse(step_deg: float) -> list[Record]:
+    late = session(91, AddedEffect("delay", {"delay_s": 0.04}))
+    return [replace(one, angle_deg=step_deg * np.round(np.asarray(one.angle_deg) / step_deg)) for one in late]
+
+
+@pytest.mark.parametrize(("step_deg", "causes"), [(0.3, {"delay"}), (4.0, {"delay", "quantisation"})])
+def test_a_coarse_reading_beside_a_delay(step_deg: float, causes: set[str]) -> None:
+    found = asked(coarse(step_deg))
+    assert names(found) == causes
+    seen = [one.effect for one in found.observations]
+    assert ("quantisation" in seen) is ("quantisation" not in causes)
+    assert ("Also seen:" in answers(found)) is bool(seen)
+    assert found.to_json()["observations"] == [one.to_json() for one in found.observations]
