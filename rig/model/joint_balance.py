@@ -40,6 +40,16 @@ def equilibrium_angle(y: float, state: Values, params: Sequence[float], dt_s: fl
     return out
 
 
+def kept_slip(params: Sequence[float], compliance: float) -> float:
+    """Share of the nominal dry friction that is left where width_deg is negative."""
+    if params[0] >= 0.0:
+        return 1.0
+    whole = 1e-9
+    for j in range(5):
+        whole += params[8 + j] * LOOP_RADII_DEG[j]
+    return max(1.0 + compliance * params[0] / whole, 0.0)
+
+
 def balanced_angle(
     equilibrium: float, compliance: float, friction: float, state: Values, params: Sequence[float], dt_s: float
 ) -> float:
@@ -48,11 +58,13 @@ def balanced_angle(
 
     compliance: ratio by which the added terms count; friction: ratio by which the nominal friction and inertia count.
     params: width_deg, tau_s, time_s, load_deg, phase_deg, p0_mpa, viscous time, inertia time, the five Maxwell-slip
-    weights.
+    weights. Below zero, width_deg, tau_s and time_s take off what the nominal joint has of that, down to nothing.
     """
     radian = math.pi / 180.0
-    viscous = (friction * params[6] + compliance * params[1]) / dt_s
-    inertia = (friction * (params[7] * params[7]) + compliance * params[2] * params[2]) / dt_s
+    viscous = max(friction * params[6] + compliance * params[1], 0.0) / dt_s
+    inertia = max(friction * params[7] * params[7] + compliance * params[2] * abs(params[2]), 0.0) / dt_s
+    width = compliance * max(params[0], 0.0)
+    slip = friction * kept_slip(params, compliance)
     old, rate = state[3], state[4]
     new = old + rate * dt_s
     for _ in range(12):
@@ -61,12 +73,12 @@ def balanced_angle(
         slope = 1.0 + viscous + inertia / dt_s
         for j in range(5):
             moved = state[10 + j] + step
-            weight = friction * params[8 + j]
+            weight = slip * params[8 + j]
             miss += weight * min(max(moved, -LOOP_RADII_DEG[j]), LOOP_RADII_DEG[j])
             slope += weight if abs(moved) < LOOP_RADII_DEG[j] else 0.0
         moved = state[15] + step
-        miss += compliance * params[0] / PRESLIDING_DEG * min(max(moved, -PRESLIDING_DEG), PRESLIDING_DEG)
-        slope += compliance * params[0] / PRESLIDING_DEG if abs(moved) < PRESLIDING_DEG else 0.0
+        miss += width / PRESLIDING_DEG * min(max(moved, -PRESLIDING_DEG), PRESLIDING_DEG)
+        slope += width / PRESLIDING_DEG if abs(moved) < PRESLIDING_DEG else 0.0
         turned = (new + params[4]) * radian
         miss += compliance * params[3] * math.sin(turned)
         slope += compliance * params[3] * radian * math.cos(turned)

@@ -83,6 +83,11 @@ def _creep(numbers: Numbers) -> str:
     return f"Once the pressures have settled the angle still {on} by {size(numbers['share'])}, over about {size(numbers['tau_s'])}"
 
 
+def _inertia(numbers: Numbers) -> str:
+    own = f"(its own time, the root of inertia over stiffness, is {size(numbers['time_s'])})"
+    return f"The joint overshoots and rings like one with {_more(numbers, 'time_s', 'more', 'less')} mass {own}"
+
+
 def _load(numbers: Numbers) -> str:
     return f"A weight (or spring) turns the joint by up to {size(numbers['load_deg'])}"
 
@@ -139,11 +144,13 @@ ON_THE_RIG: Mapping[str, OnTheRig] = {
     "thermal_drift": OnTheRig("muscles that change as they warm", lambda n: f"The motion {_more(n, 'rate_per_min', 'grows', 'shrinks')} by {size(n['rate_per_min'])}",
         "the muscles warm up; the room's temperature", "a long record from cold; the muscles' temperature"),
     "coulomb_friction": OnTheRig("dry friction", lambda n: f"Dry friction holds the joint back by {size(n['width_deg'])} {_more(n, 'width_deg', 'more', 'less')} {{than}}",
-        "a dry, tight or dirty bearing; a cable or hose that rubs; muscles that touch", "the bearing by hand without air; cables and hoses that touch"),
+        "more: a dry, tight or dirty bearing, a cable or hose that rubs, muscles that touch; less: a bearing that was greased or has run in, less preload", "the bearing by hand without air; cables and hoses that touch; preload and tension"),
     "viscous_friction": OnTheRig("friction that grows with speed", lambda n: f"Friction that grows with speed holds the joint back by {size(n['tau_s'])} {_more(n, 'tau_s', 'more', 'less')} {{than}}",
-        "stiff grease; a damper; cold", "the bearing's grease; temperature"),
-    "inertia": OnTheRig("inertia", lambda n: f"The joint overshoots and rings like one with more mass (its own time, the root of inertia over stiffness, is {size(n['time_s'])})",
-        "a load or tool was mounted; the simulator was identified without one", "what is mounted on the joint; a fast sweep of 2 to 4 Hz"),
+        "more: stiff grease, a damper, cold; less: thinner or warmer grease", "the bearing's grease; temperature"),
+    "inertia": OnTheRig("inertia", _inertia,
+        "a load or tool was mounted, or taken off; the simulator was identified with another one", "what is mounted on the joint; a fast sweep of 2 to 4 Hz"),
+    "stiffness": OnTheRig("another stiffness or loop gain", lambda n: f"The joint is held {size(n['stiffness'])} {_more(n, 'stiffness', 'stiffer', 'softer')} {{than}}, so that friction, mass and weight move it {_more(n, 'stiffness', 'less', 'more')}",
+        "another gain of the position loop; other springs, belts or muscles", "the loop's gain; how far the joint gives way to a known weight"),
     "gravity_load": OnTheRig("a weight on the joint", _load,
         "a load or tool was mounted; the rig stands tilted; a cable pulls", "what hangs on the joint; a level"),
     "backlash": OnTheRig("play", lambda n: f"There are {size(_twice(n['width_deg']))} of play between joint and sensor or load",

@@ -5,6 +5,7 @@ p0_mpa and are scaled by 2 p0 / (p1 + p2). Backlash, a mere distance, is not; sw
 that.
 """
 
+import math
 from collections.abc import Sequence
 
 from rig.model.joint_balance import balanced_angle, equilibrium_angle
@@ -26,6 +27,23 @@ def balance_again(p1: Values, p2: Values, y: Values, state: Values, params: Sequ
         compliance = 2.0 * params[5] / max(p1[i] + p2[i], 0.02)
         pulled_to = equilibrium_angle(y[i], state, params, dt_s)
         y[i] = balanced_angle(pulled_to, compliance, 1.0, state, params, dt_s)
+
+
+def stiffness(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
+    """The joint is held by another stiffness, or a servo by another loop gain, while it is sent to the same angles:
+    all that stands against the stiffness (dry and viscous friction, inertia, a weight) counts 1 / (1 + stiffness)
+    times.
+
+    The nominal angle already holds the weight `load_deg`; params: those of `balance_again`, then stiffness.
+    """
+    counts = 1.0 / (1.0 + params[13])
+    radian = math.pi / 180.0
+    for i in range(len(y)):
+        if state[0] == 0.0:
+            state[0], state[1], state[3] = 1.0, y[i], y[i]
+        weight = params[3] * math.sin((y[i] + params[4]) * radian)
+        pulled_to = equilibrium_angle(y[i], state, params, dt_s) + weight
+        y[i] = balanced_angle(pulled_to, counts, counts, state, params, dt_s)
 
 
 def backlash(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:

@@ -67,9 +67,16 @@ _MUSCLE = _P("muscle", "1", 1.0, 2.0, 1.0, "which muscle: 1 or 2")
 _P0 = _P("p0_mpa", "MPa", 0.02, 0.6, 0.2, "mean pressure at which the size holds", "the rig's")
 _TAU0 = _P("tau0_s", "s", 0.0, 1.0, 0.0, "time constant of the nominal regulator", "the valves'; 0 if they have none")
 _BALANCED = (
-    _P("width_deg", "deg", 0.0, 30.0, 0.0, "dry friction over stiffness: half the band that does not move"),
-    _P("tau_s", "s", -0.5, 2.0, 0.0, "viscous friction over stiffness"),
-    _P("time_s", "s", 0.0, 0.5, 0.0, "square root of inertia over stiffness"),
+    _P(
+        "width_deg",
+        "deg",
+        -30.0,
+        30.0,
+        0.0,
+        "dry friction over stiffness: half the band that does not move; below 0 less",
+    ),
+    _P("tau_s", "s", -0.5, 2.0, 0.0, "viscous friction over stiffness; below 0 less"),
+    _P("time_s", "s", -0.5, 0.5, 0.0, "square root of inertia over stiffness; below 0 less"),
     _P("load_deg", "deg", -60.0, 60.0, 0.0, "torque of the weight over stiffness"),
     _P("phase_deg", "deg", -180.0, 180.0, 0.0, "angle of the weight at 0 degrees"),
     _P0,
@@ -252,6 +259,15 @@ OWN_STAGES: dict[str, EffectStage] = {
     "viscous_friction": _balanced("viscous_friction", "tau_s"),
     "inertia": _balanced("inertia", "time_s"),
     "gravity_load": _balanced("gravity_load", "load_deg"),
+    "stiffness": EffectStage(
+        "stiffness",
+        "joint",
+        Slot.JOINT,
+        joint.stiffness,
+        STATE_SIZE,
+        (*_BALANCED, _P("stiffness", "1", -0.8, 4.0, 0.0, "relative change of what holds the joint at its angle")),
+        "stiffness",
+    ),
     "backlash": _entry("backlash", "joint", joint.backlash, 2, _P("width_deg", "deg", 0.0, 30.0, 0.0, "half the play")),
     "end_stop": _entry(
         "end_stop",

@@ -34,6 +34,7 @@ WORDS = [
     "viscous_friction",
     "inertia",
     "gravity_load",
+    "stiffness",
     "backlash",
     "end_stop",
     "sensor_gain",
@@ -78,7 +79,7 @@ def sized(key: str) -> dict[str, float]:
     }
     return (
         known.neutral()
-        | {"tau0_s": 0.04}
+        | {"tau0_s": 0.04, "drag_s": 0.02}
         | {number.name: strong.get(key, number.neutral + 0.1 * (number.high - number.neutral))}
     )
 
