@@ -10,6 +10,7 @@ import click
 from rig.app.terminal import console, listing, progress, styled
 from rig.cli.common import emit, json_option
 from rig.cli.gap_check import check
+from rig.cli.gap_plan import capability, design
 from rig.cli.outputs import Group, Output, output_option
 from rig.outputs import Kind
 
@@ -24,7 +25,8 @@ def gap() -> None:
     """Where the gap between simulator and rig lies, which effect causes it, how far it shrinks."""
 
 
-gap.add_command(check)
+for _command in (check, capability, design):
+    gap.add_command(_command)
 
 
 @gap.command()

@@ -54,14 +54,37 @@ class Timing:
 
 
 @dataclass(frozen=True)
+class Entry:
+    """One record of a sweep."""
+
+    signal: Signal
+    timing: Timing
+    p0_mpa: tuple[float, ...] = ()
+    """Rest pressures of its own; none: those of the sweep."""
+
+
+@dataclass(frozen=True)
+class _Own(Timing):
+    """The keys that a record may have beside its signal."""
+
+    p0_mpa: tuple[float, ...] = bounded(0.0, 1.0, "MPa", default=())
+
+
+@dataclass(frozen=True)
 class Sweep:
     """Everything a sweep's YAML says. Runs come in the order repeat, P0, record: a repeat is the whole programme
     again."""
 
     name: str
-    signals: tuple[tuple[Signal, Timing], ...]
+    entries: tuple["Entry", ...]
     p0_mpa: tuple[float, ...] = (0.2,)
+    """Rest pressures of the records that name none of their own."""
     repeats: int = 1
+
+    @property
+    def rests_mpa(self) -> tuple[float, ...]:
+        """Every rest pressure of the sweep, those of the head first, in the order in which they come."""
+        return tuple(dict.fromkeys([*self.p0_mpa, *(p0 for entry in self.entries for p0 in entry.p0_mpa)]))
 
 
 @dataclass(frozen=True)
@@ -107,23 +130,27 @@ def load_sweep(path: Path) -> Sweep:
     if not isinstance(records, list) or not records:
         example = "- sine: {frequency_hz: 0.5, amplitude_mpa: 0.2}"
         raise ConfigError(f"{path}: records: expected a list of signals, for example `{example}`")
-    if "p0_mpa" in keys and not isinstance(keys["p0_mpa"], list):
-        keys["p0_mpa"] = [keys["p0_mpa"]]
-    head = structure(keys, _Head, str(path))
-    count = head.repeats * len(head.p0_mpa) * sum(_combinations(record) for record in records)
+    head = structure(_listed(keys), _Head, str(path))
+    count = head.repeats * sum(_combinations(record, len(head.p0_mpa)) for record in records)
     if count > MOST_RECORDS:
         raise ConfigError(
             f"{path}: records: stand for {shown(count)} records (lists, p0_mpa and repeats multiply); at most "
             f"{MOST_RECORDS}"
         )
     shared = {f.name: keys[f.name] for f in fields(Timing) if f.name in keys}
-    signals = tuple(
-        pair for index, record in enumerate(records) for pair in _record(record, shared, path, f"records[{index}]")
+    entries = tuple(
+        entry for index, record in enumerate(records) for entry in _record(record, shared, path, f"records[{index}]")
     )
-    return Sweep(head.name or path.stem, signals, head.p0_mpa, head.repeats)
+    return Sweep(head.name or path.stem, entries, head.p0_mpa, head.repeats)
 
 
-def _record(raw: object, shared: Mapping[str, Any], path: Path, where: str) -> Iterator[tuple[Signal, Timing]]:
+def _listed(keys: Mapping[str, Any]) -> dict[str, Any]:
+    """The same with a single rest pressure as a list of one."""
+    p0 = keys.get("p0_mpa", [])
+    return dict(keys) if isinstance(p0, list) else {**keys, "p0_mpa": [p0]}
+
+
+def _record(raw: object, shared: Mapping[str, Any], path: Path, where: str) -> Iterator[Entry]:
     """One entry of `records`: the product of every list in it."""
     names = [key for key in raw if key in SIGNALS] if isinstance(raw, dict) else []
     if not isinstance(raw, dict) or len(names) != 1:
@@ -136,15 +163,18 @@ def _record(raw: object, shared: Mapping[str, Any], path: Path, where: str) -> I
     for chosen in _product(settings):
         signal: Any = structure(chosen, SIGNALS[names[0]], f"{path}: {where}.{names[0]}")
         whole = {"duration_s": signal.length_s} if isinstance(signal, Waveform) else {}
-        yield signal, structure(dict(shared) | whole | own, Timing, f"{path}: {where}")
+        mine = structure(dict(shared) | whole | _listed(own), _Own, f"{path}: {where}")
+        timing = Timing(**{f.name: getattr(mine, f.name) for f in fields(Timing)})
+        yield Entry(signal, timing, mine.p0_mpa)
 
 
-def _combinations(record: object) -> int:
-    """How many signals one entry of `records` stands for, without making them; what is no signal counts once, and is
-    told later."""
+def _combinations(record: object, rests: int) -> int:
+    """How many records one entry of `records` stands for at that many rest pressures, without making them; what is no
+    signal counts once, and is told later."""
     settings = [value for key, value in record.items() if key in SIGNALS] if isinstance(record, dict) else []
     lists = [item for each in settings if isinstance(each, dict) for item in each.values() if isinstance(item, list)]
-    return math.prod(len(item) for item in lists)
+    own = _listed(record).get("p0_mpa") if isinstance(record, dict) else None
+    return math.prod(len(item) for item in lists) * (len(own) if own else rests)
 
 
 def _product(settings: object) -> Iterator[object]:
@@ -162,21 +192,35 @@ def expand(sweep: Sweep, period_ns: int) -> list[RunPlan]:
 
     Also when all its waveforms together would be more than MOST_TICKS, before one is made.
     """
-    lengths = {(signal, _ticks(timing.duration_s, period_ns, 1)) for signal, timing in sweep.signals}
+    lengths = {(entry.signal, _ticks(entry.timing.duration_s, period_ns, 1)) for entry in sweep.entries}
     total = sum(ticks for _, ticks in lengths)
     if total > MOST_TICKS:
         hours = total * period_ns / 3.6e12
         raise ConfigError(
             f"{sweep.name}: its waveforms last {hours:.1f} h together, {total} ticks; at most {MOST_TICKS} ticks"
         )
-    for signal, _ in sweep.signals:
-        _check_grid(sweep.name, signal, period_ns)
+    for entry in sweep.entries:
+        _check_grid(sweep.name, entry.signal, period_ns)
     waves = {(signal, ticks): sampled(signal, ticks, period_ns) for signal, ticks in lengths}  # repeats share theirs
     plans = [
-        _plan(signal, timing, p0, sweep, repeat, period_ns, waves)
-        for repeat, p0, (signal, timing) in itertools.product(range(1, sweep.repeats + 1), sweep.p0_mpa, sweep.signals)
+        _plan(entry, p0, sweep, repeat, period_ns, waves)
+        for repeat in range(1, sweep.repeats + 1)
+        for entry, p0 in _in_order(sweep)
     ]
     return _told_apart(plans)
+
+
+def _in_order(sweep: Sweep) -> list[tuple[Entry, float]]:
+    """Every record at every rest pressure: the programme at the sweep's first, then at its next; records with rest
+    pressures of their own stand where they are written, in the first round."""
+    order: list[tuple[Entry, float]] = []
+    for number, rest in enumerate(sweep.p0_mpa):
+        for entry in sweep.entries:
+            if not entry.p0_mpa:
+                order.append((entry, rest))
+            elif number == 0:
+                order.extend((entry, own) for own in entry.p0_mpa)
+    return order
 
 
 def _ticks(length_s: float, period_ns: int, least: int = 0) -> int:
@@ -191,15 +235,15 @@ def _check_grid(sweep: str, signal: Signal, period_ns: int) -> None:
 
 
 def _plan(
-    signal: Signal,
-    timing: Timing,
+    entry: Entry,
     p0_mpa: float,
     sweep: Sweep,
     repeat: int,
     period_ns: int,
     waves: "Mapping[tuple[Signal, int], array[float]]",
 ) -> RunPlan:
-    several = (f"_p0_{amount(p0_mpa)}mpa" if len(sweep.p0_mpa) > 1 else "") + (
+    signal, timing = entry.signal, entry.timing
+    several = (f"_p0_{amount(p0_mpa)}mpa" if len(sweep.rests_mpa) > 1 else "") + (
         f"_r{repeat}" if sweep.repeats > 1 else ""
     )
     return RunPlan(

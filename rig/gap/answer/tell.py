@@ -8,7 +8,6 @@ import numpy as np
 from rig.gap.answer.augment import remaining_gap
 from rig.gap.answer.chain import STAGES, chain
 from rig.gap.answer.held_out import HowFar
-from rig.gap.answer.next_experiment import recommend
 from rig.gap.answer.observations import told_apart
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Ranked
 from rig.gap.answer.retuning import Retuning
@@ -20,6 +19,9 @@ from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.hypotheses.propagate import Applied, full_numbers
 from rig.gap.hypotheses.scenes import PRESSURES
+from rig.gap.plan.candidates import room_within
+from rig.gap.plan.next_experiment import Hypothesis, next_experiment
+from rig.gap.plan.rehearse import known_rig
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.reference.build import Expected, rms_of
 from rig.gap.settings import Fitted, fitted
@@ -31,7 +33,6 @@ ABOVE = 1.2
 """A gap counts as above the floor from this ratio on; below it, what is explained is counted from zero."""
 SPOILT = 1.02
 """A cause that leaves more than this share of the rms in the simulator is not added to it."""
-MOST_TRIED = 4
 
 
 @dataclass(frozen=True)
@@ -108,7 +109,7 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
         _where(told, causes, gaps, far.after_deg if added else before, floor),
         causes,
         _ranking(told, marks),
-        _next(told, floor),
+        _next(told),
         _evidence(told, gaps, far, added),
         list(
             dict.fromkeys(
@@ -186,10 +187,15 @@ def _unknowns(told: Told, kept: Sequence[Kept], before: float) -> list[Cause]:
     return found
 
 
+def spreads(fit: Fit) -> dict[str, float]:
+    """Standard deviations of the fitted numbers."""
+    return dict(zip(fit.law.free, fit.spread.tolist(), strict=True))
+
+
 def intervals(fit: Fit) -> dict[str, Interval]:
     """Fitted numbers with 95 % intervals, fixed shapes with none."""
     known = {number.name: number for number in EFFECT_STAGES[fit.applied.stage].numbers}
-    spread = dict(zip(fit.law.free, fit.spread.tolist(), strict=True))
+    spread = spreads(fit)
     said = {}
     for name, value in fit.applied.numbers.items():
         half = 1.96 * spread.get(name, spread.get(fit.law.tied.get(name, ""), 0.0))
@@ -276,14 +282,18 @@ def _ranking(told: Told, marks: Sequence[Cause]) -> list[Ranked]:
     return sorted(lines, key=lambda line: -line.probability)
 
 
-def _next(told: Told, floor: float) -> dict[str, object] | None:
-    """The experiment that best tells apart what is still possible on the first factor that leaves a choice."""
-    for posterior in told.posteriors:
-        possible = [posterior.fits[name].applied for name in posterior.names if name in posterior.fits][:MOST_TRIED]
-        if posterior.found and len(possible) >= 2:
-            valve = None if told.pressures is None else told.pressures.stand.scene.factor.floor
-            return recommend(possible, told.expected.response, told.expected.tracks, floor, valve)
-    return None
+def _next(told: Told) -> dict[str, object] | None:
+    """The experiment that best tells apart what is still possible, on every factor that leaves a choice."""
+    possible = [
+        Hypothesis(posterior.stand.name, fit.applied, posterior.probability[name], spreads(fit))
+        for posterior in told.posteriors
+        if posterior.found and sum(one in posterior.fits for one in posterior.names) > 1
+        for name, fit in sorted(posterior.fits.items(), key=lambda item: -posterior.probability[item[0]])
+    ]
+    expected = told.expected
+    rig = known_rig(expected.response, expected.tracks, expected.levels, pressures=expected.driven)
+    found = next_experiment(possible, rig, room_within(expected.tracks), fitted())
+    return None if found is None else found.to_json()
 
 
 def _evidence(told: Told, gaps: Sequence[Column], far: HowFar, added: bool) -> dict[str, object]:

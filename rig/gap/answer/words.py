@@ -57,8 +57,8 @@ def answers(diagnosis: Diagnosis) -> dict[str, str]:
     if diagnosis.next_experiment:
         names = " and ".join(_noun(name) for name in diagnosis.next_experiment["separates"])
         told["Next:"] = (
-            f"to tell {names} apart: {diagnosis.next_experiment['why']}. They should differ by "
-            f"{diagnosis.next_experiment['expected_ratio']:.1f} times the usual spread there."
+            f"to tell {names} apart, record {diagnosis.next_experiment['why']}: they differ by "
+            f"{diagnosis.next_experiment['expected_ratio']:.1f} standard deviations there."
         )
     return {question: answer for question, answer in told.items() if answer}
 

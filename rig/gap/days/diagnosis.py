@@ -10,7 +10,6 @@ import numpy as np
 
 from rig.gap.answer.augment import helping, noise_fraction, remaining_gap, tuned
 from rig.gap.answer.chain import chain
-from rig.gap.answer.next_experiment import recommend
 from rig.gap.answer.result import Cause, Diagnosis, Ranked
 from rig.gap.answer.where import frequency_shares, over_time, phase_shares, region_shares
 from rig.gap.days.attribute import Candidate
@@ -22,6 +21,12 @@ from rig.gap.days.side import Side
 from rig.gap.days.verdict import explained
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.hypotheses.propagate import Applied, full_numbers
+from rig.gap.hypotheses.scenes import ANGLE, PRESSURES
+from rig.gap.plan.candidates import room_within
+from rig.gap.plan.next_experiment import Hypothesis, next_experiment
+from rig.gap.plan.rehearse import known_rig
+from rig.gap.reference.build import Kind
+from rig.gap.settings import fitted
 from rig.identify.descent import square_sum
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.parameters import Model
@@ -29,6 +34,8 @@ from rig.record import Column, Record
 
 SPOILING = 0.5
 """What remains of the confidence in a cause that the simulator speaks against."""
+ROUGHLY = 0.1
+"""How surely a candidate's numbers are known, as a share: what rivals may be refitted within by the next experiment."""
 MOST_EXPLAINED = 1.25
 """An explained fraction above 1 says that less than the floor is left: the case's day was a quiet one."""
 
@@ -102,7 +109,7 @@ def _told(findings: Findings) -> Diagnosis:
         where,
         causes,
         ranking,
-        _next(findings, causes, undriven.floor),
+        _next(findings, causes),
         evidence,
         list(
             dict.fromkeys(
@@ -171,22 +178,33 @@ def _per_record(prepared: Prepared, before: Sequence[Column], after: Sequence[Co
     ]
 
 
-def _next(findings: Findings, causes: Sequence[Cause], floor_deg: float) -> dict[str, object] | None:
-    """The experiment that best tells apart what is still possible for the strongest uncertain cause."""
-    for judged in findings.sides:
-        if not judged.trigger.found or not judged.ranking:
-            continue
-        own = [cause for cause in causes if cause.side == judged.side.name]
-        names = (
-            judged.names
-            if own and own[0].effect != "unknown"
-            else [candidate.effect.name for candidate in judged.ranking[:2]]
+def _next(findings: Findings, causes: Sequence[Cause]) -> dict[str, object] | None:
+    """The experiment that best tells apart what is still possible for each uncertain cause."""
+    possible = [
+        Hypothesis(
+            PRESSURES if judged.side.name == "valve" else ANGLE,
+            candidate.applied,
+            1.0 / len(tied),
+            {name: ROUGHLY * abs(candidate.applied.numbers[name]) for name in candidate.law.free},
         )
-        possible = [candidate.applied for candidate in judged.ranking if candidate.effect.name in names][:4]
-        if len(possible) >= 2:
-            valve = findings.valve.side.floor if findings.valve is not None else None
-            return recommend(possible, findings.prepared.nominal, findings.prepared.tracks, floor_deg, valve)
-    return None
+        for judged in findings.sides
+        if len(tied := _tied(judged, causes)) > 1
+        for candidate in tied
+    ]
+    nominal, tracks = findings.prepared.nominal, findings.prepared.tracks
+    rig = known_rig(nominal, tracks, Kind.SESSION.value, pressures=findings.valve is not None)
+    found = next_experiment(possible, rig, room_within(tracks), fitted())
+    return None if found is None else found.to_json()
+
+
+def _tied(judged: Judged, causes: Sequence[Cause]) -> list[Candidate]:
+    """The candidates of a side between which its cause is uncertain, the likeliest first."""
+    if not judged.trigger.found or not judged.ranking:
+        return []
+    own = [cause for cause in causes if cause.side == judged.side.name]
+    named = bool(own) and own[0].effect != "unknown"
+    names = judged.names if named else [candidate.effect.name for candidate in judged.ranking[:2]]
+    return [candidate for candidate in judged.ranking if candidate.effect.name in names][:4]
 
 
 def _verdict(named: bool, open_side: bool) -> str:

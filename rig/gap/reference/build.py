@@ -132,7 +132,7 @@ def _from_fingerprint(model: Model, pairing: Pairing) -> Expected:
             "the model was identified on records without pressures: its file says nothing of them, and the angle "
             "alone is judged"
         )
-    made = _from_response(response, replace(pairing, pressures=driven))
+    made = from_response(response, replace(pairing, pressures=driven))
     seen = [(track.reference.p1_mpa, track.reference.p2_mpa) for track in made.tracks]
     pairing.notes.extend(
         outside_fingerprint(known, [drive(p1, p2, known.p0_mpa, known.exponent) for p1, p2 in seen], seen)
@@ -158,7 +158,8 @@ def outside_fingerprint(
     return found
 
 
-def _from_response(response: ResponseModel, pairing: Pairing) -> Expected:
+def from_response(response: ResponseModel, pairing: Pairing) -> Expected:
+    """A response model brought to the records, as what a fingerprint would expect of them."""
     references = []
     for pair in pairing.pairs:
         p1, p2 = response.pressures(pair.u1_mpa, pair.u2_mpa, pair.dt_s)

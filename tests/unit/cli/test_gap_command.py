@@ -74,7 +74,7 @@ def test_recommended_sweep_is_one_that_run_accepts(days: Path, tmp_path: Path) -
     late = write(tmp_path / "slow", session(72, AddedEffect("leak", {"loss": 0.05, "muscle": 2.0})))
     call("diagnose", "--model", MODEL, "--log", late, *healthy(days), "--next-experiment", tmp_path / "next.yaml")
     if (tmp_path / "next.yaml").exists():  # only when there is a tie that an experiment can break
-        assert load_sweep(tmp_path / "next.yaml").signals
+        assert load_sweep(tmp_path / "next.yaml").entries
 
 
 def test_campaign_of_days_is_diagnosed_day_by_day(days: Path, tmp_path: Path) -> None:

@@ -179,3 +179,23 @@ def test_a_table_that_is_none_is_one_line(tmp_path: Path, text: str) -> None:
     (tmp_path / "w.csv").write_text(text)
     with pytest.raises(ConfigError, match=r"w.csv"):
         plans(tmp_path, "records: [{waveform: {file: w.csv}}]")
+
+
+def test_a_record_may_have_rest_pressures_of_its_own(tmp_path: Path) -> None:
+    text = """
+p0_mpa: [0.15, 0.2]
+records:
+  - sine: {frequency_hz: 0.5, amplitude_mpa: 0.1}
+  - hold: {amplitude_mpa: 0.1}
+    p0_mpa: 0.3
+"""
+    runs = plans(tmp_path, text)
+    assert [(run.facts["signal"], run.p0_mpa) for run in runs] == [("sine", 0.15), ("hold", 0.3), ("sine", 0.2)]
+    assert len({run.name for run in runs}) == 3
+    assert all("p0" in run.name for run in runs)
+
+
+def test_records_are_counted_at_their_own_rest_pressures(tmp_path: Path) -> None:
+    text = "repeats: 10000\nrecords: [{hold: {amplitude_mpa: 0.1}, p0_mpa: [0.1, 0.2, 0.3]}]"
+    with pytest.raises(ConfigError, match="30000 records"):
+        plans(tmp_path, text)

@@ -1,0 +1,109 @@
+"""Records that could be made: signals over frequencies, amplitudes and rest pressures, inside what the rig allows."""
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any, cast
+
+import numpy as np
+import yaml
+
+from rig.errors import EnvelopeError
+from rig.excite.envelope import check
+from rig.excite.experiment import Entry, RunPlan, Sweep, Timing, expand
+from rig.excite.signals import Chirp, Mixed, Multisine, Signal, Sine, Triangle
+from rig.excite.steps import Hold, Staircase
+from rig.gap.hypotheses.propagate import Track
+from rig.gap.plan.rehearse import PERIOD_NS
+
+SINES_HZ = (0.1, 0.2, 0.35, 0.5, 0.8, 1.5, 2.5, 4.0)
+TRIANGLES_HZ = (0.1, 0.3, 0.5)
+SHARES = (1.0, 0.4)
+"""Amplitudes, as shares of the largest."""
+TOP_HZ = 4.0
+MOST_SWING_MPA = 0.4
+SETTLE_S = 3.0
+PEAK_OF_MIXED = 2.4
+"""Of equation (12), in its A."""
+
+
+@dataclass(frozen=True)
+class Room:
+    """What planned records may ask of a rig; an `rig.excite.envelope.Envelope`."""
+
+    pressure_mpa: tuple[float, float] = (0.02, 0.45)
+    slew_mpa_s: float = 2.0
+    swing_mpa: float = 0.2
+    """Largest amplitude of dp."""
+    rests_mpa: tuple[float, ...] = (0.15, 0.2, 0.25, 0.3)
+    """Rest pressures that are tried."""
+
+
+def room_within(tracks: Sequence[Track]) -> Room:
+    """What records asked that there are: their rest pressures, and no more than their amplitude."""
+    rests = sorted({round(0.5 * float(np.median(t.pair.u1_mpa + t.pair.u2_mpa)), 3) for t in tracks})
+    swing = max(float(np.ptp(track.pair.u1_mpa)) for track in tracks)
+    return replace(Room(), swing_mpa=min(swing, MOST_SWING_MPA), rests_mpa=tuple(rests))
+
+
+def candidates(room: Room, lengths_s: Sequence[float]) -> list[Entry]:
+    """Every record of the pool that stays inside the room."""
+    found: list[Entry] = []
+    for p0, length in itertools.product(room.rests_mpa, lengths_s):
+        timing = Timing(settle_s=SETTLE_S, duration_s=length)
+        entries = [Entry(signal, timing, (p0,)) for signal in _signals(_largest(room, p0), length)]
+        found.extend(entry for entry in entries if _fits(entry, room))
+    return found
+
+
+def planned(entries: Sequence[Entry], name: str = "planned") -> list[RunPlan]:
+    """The records on the grid on which they are compared, one for each entry."""
+    return expand(Sweep(name, tuple(entries)), PERIOD_NS)
+
+
+def lasts_s(entry: Entry) -> float:
+    """How long a record takes on the rig, settling and ramps included."""
+    return float(sum(asdict(entry.timing).values()))
+
+
+def sweep_text(name: str, entries: Sequence[Entry], comment: str = "") -> str:
+    """The sweep as the YAML that `pamrig run` takes."""
+    rests = list(dict.fromkeys(entry.p0_mpa[0] for entry in entries))
+    alone = len(rests) == 1
+    head: dict[str, Any] = {"name": name, "p0_mpa": rests[:1], "settle_s": SETTLE_S}
+    records = [_record(entry, alone) for entry in entries]
+    told = "".join(f"# {line}\n" for line in comment.splitlines())
+    return told + yaml.safe_dump(head | {"records": records}, sort_keys=False, default_flow_style=None)
+
+
+def _record(entry: Entry, alone: bool) -> dict[str, Any]:
+    signal: dict[str, Any] = asdict(cast(Any, entry.signal))
+    own = {} if alone else {"p0_mpa": entry.p0_mpa[0]}
+    return {type(entry.signal).__name__.lower(): signal, "duration_s": entry.timing.duration_s} | own
+
+
+def _largest(room: Room, p0_mpa: float) -> float:
+    low, high = room.pressure_mpa
+    return round(min(room.swing_mpa, 2.0 * min(p0_mpa - low, high - p0_mpa)), 3)
+
+
+def _signals(largest: float, length_s: float) -> Iterator[Signal]:
+    for share in SHARES:
+        amplitude = round(share * largest, 3)
+        yield from (Sine(hz, amplitude) for hz in SINES_HZ)
+        yield from (Triangle(hz, amplitude) for hz in TRIANGLES_HZ)
+    yield Mixed(0.5, round(largest / PEAK_OF_MIXED, 3))
+    yield Multisine(largest, 0.1, TOP_HZ, 10.0)
+    yield Chirp(largest, 0.1, TOP_HZ, length_s)
+    yield Staircase(largest, 2, length_s / 10.0, 0.2)
+    yield Hold(largest)
+
+
+def _fits(entry: Entry, room: Room) -> bool:
+    if min(entry.p0_mpa[0] - room.pressure_mpa[0], room.pressure_mpa[1] - entry.p0_mpa[0]) <= 0.0:
+        return False
+    try:
+        check(planned([entry])[0], room, PERIOD_NS)
+    except EnvelopeError:
+        return False
+    return True

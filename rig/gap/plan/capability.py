@@ -1,0 +1,179 @@
+"""What a rig can tell before anything is wrong: the smallest size of each effect that would be seen, and named, and
+what cannot be told from what."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from scipy.stats import norm
+
+from rig.gap.hypotheses.library import Effect, Law
+from rig.gap.hypotheses.scenes import Stand
+from rig.gap.plan.directions import Direction, columns, ladder, sized, unit_of, usual_directions
+from rig.gap.plan.information import inform, needed_separation, separations
+from rig.gap.plan.rehearse import factors_of
+from rig.gap.reference.build import Expected
+from rig.gap.settings import Fitted, Prior
+from rig.record import Column
+
+FALSE_ALARM_RATE = 0.01
+"""Of a whole diagnosis, at which sizes are said. Less: larger sizes."""
+CHANCE = 0.9
+"""With which an effect of the said size is seen, or named. More: larger sizes."""
+NAMED = 0.95
+"""Probability against its nearest rival from which an effect counts as named."""
+
+
+@dataclass(frozen=True)
+class Ability:
+    """What can be told of one effect on some records."""
+
+    effect: str
+    stage: str
+    factor: str
+    """pressures or angle: where it shows."""
+    detectable: float | None
+    nameable: float | None
+    """Sizes in `unit`; None where no size of the law's range is enough."""
+    unit: str
+    rival: str | None
+    """The effect that it is hardest to tell from."""
+
+
+@dataclass(frozen=True)
+class Capability:
+    """What some records can tell."""
+
+    abilities: tuple[Ability, ...]
+    confusable: tuple[tuple[str, str], ...]
+    """Pairs that these records cannot part at a usual size."""
+    names: tuple[str, ...]
+    separation: Column
+    """(e, e) standard deviations between effect i at a usual size and effect j at its likeliest; on the diagonal, from
+    nothing."""
+    needed: float
+    """Standard deviations from which two are told apart."""
+
+
+def capability(expected: Expected, effects: Sequence[Effect], settings: Fitted) -> Capability:
+    """What the records of `expected` could tell of each effect if it were there."""
+    fitting = [effect for effect in effects if not effect.signature]
+    abilities: list[Ability] = []
+    blocks: list[tuple[list[str], Column]] = []
+    for stand in factors_of(expected, settings):
+        directions = usual_directions(fitting, stand, settings.prior.share)
+        if not directions:
+            continue
+        known = inform(stand, columns(directions))
+        apart = separations(known.of(range(len(known.seconds))))
+        names = [directions[k].effect.name for k in first_of_each(directions)]
+        between = by_effect(apart, directions)
+        blocks.append((names, between))
+        abilities.extend(_abilities(stand, directions, between, len(fitting)))
+    needed = named_separation(settings.prior)
+    names, matrix = _joined(blocks)
+    pairs = _confusable(names, matrix, needed)
+    return Capability(tuple(abilities), tuple(pairs), tuple(names), matrix, needed)
+
+
+@cache
+def named_separation(prior: Prior) -> float:
+    """Standard deviations from a rival at which an effect is named with the chance CHANCE."""
+    return needed_separation(float(np.log(NAMED / (1.0 - NAMED))), prior, float(norm.ppf(CHANCE)))
+
+
+@cache
+def seen_separation(prior: Prior, choices: int, effects: int) -> float:
+    """Standard deviations from nothing at which an effect is seen with the chance CHANCE: its evidence must outweigh
+    the odds of no cause, and what any of `effects` would by chance at FALSE_ALARM_RATE (Markov's inequality on the
+    evidence ratio), after what the fit pays for its choices."""
+    nats = max(prior.log_none, float(np.log(effects / FALSE_ALARM_RATE)))
+    quantile = float(norm.ppf(CHANCE))
+    found = needed_separation(nats, prior, quantile)
+    paid = float(np.log(prior.share_spread * choices * max(found, 1.0)))
+    return needed_separation(nats + max(paid, 0.0), prior, quantile)
+
+
+def by_effect(apart: Column, directions: Sequence[Direction]) -> Column:
+    """(e, e) from separations (m, m) of directions, which stand together effect by effect: each effect by its law that
+    is seen best, against the rival's law that comes nearest."""
+    starts = first_of_each(directions)
+    ends = [*starts[1:], len(directions)]
+    seen = np.diag(apart)
+    best = [start + int(np.argmax(seen[start:end])) for start, end in zip(starts, ends, strict=True)]
+    out: Column = np.minimum.reduceat(apart[best], starts, axis=1)
+    np.fill_diagonal(out, seen[best])
+    return out
+
+
+def first_of_each(directions: Sequence[Direction]) -> list[int]:
+    """Where the directions of each effect begin."""
+    names = [one.effect.name for one in directions]
+    return [k for k, name in enumerate(names) if k == 0 or name != names[k - 1]]
+
+
+def _abilities(stand: Stand, directions: Sequence[Direction], between: Column, effects: int) -> list[Ability]:
+    prior = stand.scene.prior
+    firsts = [directions[k] for k in first_of_each(directions)]
+    found = []
+    for i, first in enumerate(firsts):
+        others = [j for j in range(len(firsts)) if j != i]
+        nearest = min(others, key=lambda j: between[i, j]) if others else None
+        share = 1.0 if nearest is None else between[i, nearest] / max(between[i, i], 1e-12)
+        seen = seen_separation(prior, first.choices, effects)
+        detectable = _size_at(stand, first, seen)
+        nameable = _size_at(stand, first, max(seen, named_separation(prior) / max(share, 1e-9)))
+        rival = None if nearest is None else firsts[nearest].effect.name
+        found.append(
+            Ability(first.effect.name, first.effect.stage, stand.name, detectable, nameable, unit_of(first.law), rival)
+        )
+    return found
+
+
+def _size_at(stand: Stand, direction: Direction, separation: float) -> float | None:
+    """The size of a law at which it lies that many standard deviations from nothing: between the steps of its ladder in
+    proportion on logarithmic axes; None where none is enough."""
+    law: Law = direction.law
+    sign = float(np.sign(direction.size)) if law.signs != (1.0,) else 1.0
+    sizes, far = [], []
+    for size in ladder(law, sign, stand):
+        change = sized(law, dict(law.shapes[0]), size, stand)
+        if change is not None:
+            sizes.append(size)
+            far.append(_distance(stand, change))
+    order = np.argsort(far)
+    reach, at = np.array(far)[order], np.array(sizes)[order]
+    if not len(reach) or separation > reach[-1]:
+        return None
+    k = int(np.searchsorted(reach, separation))
+    if k == 0:
+        return float(at[0])
+    low, high = max(reach[k - 1], 1e-12), max(reach[k], 1e-12)
+    part = float(np.log(separation / low) / max(np.log(high / low), 1e-12)) if reach[k - 1] > 0.0 else 1.0
+    return float(at[k - 1] + np.clip(part, 0.0, 1.0) * (at[k] - at[k - 1]))
+
+
+def _distance(stand: Stand, change: Column) -> float:
+    """Standard deviations between a change (n,) and nothing."""
+    factor = stand.scene.factor
+    return float(np.sqrt(max(factor.healthy.chi_square(factor.lines.of(change)), 0.0)))
+
+
+def _joined(blocks: Sequence[tuple[list[str], Column]]) -> tuple[list[str], Column]:
+    """The factors' matrices in one: effects of different factors are told apart by where they show."""
+    names = list(dict.fromkeys(name for block, _ in blocks for name in block))
+    out = np.full((len(names), len(names)), np.inf)
+    for block, between in blocks:
+        at = [names.index(name) for name in block]
+        out[np.ix_(at, at)] = np.minimum(out[np.ix_(at, at)], between)
+    return names, out
+
+
+def _confusable(names: Sequence[str], matrix: Column, needed: float) -> list[tuple[str, str]]:
+    return [
+        (names[i], names[j])
+        for i in range(len(names))
+        for j in range(i + 1, len(names))
+        if min(matrix[i, j], matrix[j, i]) < needed <= min(matrix[i, i], matrix[j, j])
+    ]

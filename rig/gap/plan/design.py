@@ -1,0 +1,147 @@
+"""A session that tells most in a given time: records chosen from a pool by the information that they add."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rig.excite.experiment import Entry
+from rig.gap.hypotheses.library import Effect
+from rig.gap.plan.candidates import lasts_s, planned
+from rig.gap.plan.capability import by_effect, first_of_each, named_separation, seen_separation
+from rig.gap.plan.directions import Direction, columns, usual_directions
+from rig.gap.plan.information import Information, inform, separations
+from rig.gap.plan.rehearse import Rig, factors_of, rehearse
+from rig.gap.settings import Fitted, Prior
+from rig.record import Column
+
+SWAPS = 3
+"""Passes that try another record in place of each chosen one; more change nothing on the rigs tried."""
+
+
+@dataclass(frozen=True)
+class Told:
+    """What a selection of records would tell, in the mean over the rigs that it was designed on."""
+
+    seen: float
+    """Share of the effects that would be seen at their usual size; parts of what it takes count in part."""
+    parted: float
+    """Share of the pairs of effects that would be told apart."""
+
+    @property
+    def score(self) -> float:
+        """What the design makes as large as it can."""
+        return 0.5 * (self.seen + self.parted)
+
+
+@dataclass(frozen=True)
+class Design:
+    """The chosen records, what they tell, and how long they take on the rig."""
+
+    entries: tuple[Entry, ...]
+    told: Told
+    seconds: float
+
+
+def design(
+    rigs: Sequence[Rig],
+    pool: Sequence[Entry],
+    seconds: float,
+    effects: Sequence[Effect],
+    settings: Fitted,
+    report: Callable[[int], None] = lambda done: None,
+) -> Design:
+    """The records of the pool that together tell most within `seconds`: the best addition a second, again and again,
+    then exchanges (Fedorov 1972)."""
+    known = []
+    for done, rig in enumerate(rigs, 1):
+        known.append(_known(rig, pool, effects, settings))
+        report(done)
+    times = [lasts_s(entry) for entry in pool]
+    chosen: list[int] = []
+    while more := _addition(known, chosen, times, seconds):
+        chosen.append(more[0])
+    for _ in range(SWAPS):
+        if not _exchanged(known, chosen, times, seconds):
+            break
+    return Design(tuple(pool[k] for k in chosen), told_by(known, chosen), sum(times[k] for k in chosen))
+
+
+def appraise(rigs: Sequence[Rig], entries: Sequence[Entry], effects: Sequence[Effect], settings: Fitted) -> Told:
+    """What a session that there is would tell."""
+    return told_by([_known(rig, entries, effects, settings) for rig in rigs], range(len(entries)))
+
+
+@dataclass(frozen=True)
+class _Known:
+    """The factors of one rig under the whole pool."""
+
+    factors: tuple[Information, ...]
+    directions: tuple[tuple[Direction, ...], ...]
+    needed: tuple[Column, ...]
+    """Of each factor (e,), standard deviations at which each effect is seen."""
+
+
+def _known(rig: Rig, pool: Sequence[Entry], effects: Sequence[Effect], settings: Fitted) -> _Known:
+    fitting = [effect for effect in effects if not effect.signature]
+    factors, found = [], []
+    for stand in factors_of(rehearse(rig, planned(pool)), settings):
+        if directions := usual_directions(fitting, stand, settings.prior.share):
+            factors.append(inform(stand, columns(directions)))
+            found.append(tuple(directions))
+    needed = tuple(_needed(directions, settings.prior, len(fitting)) for directions in found)
+    return _Known(tuple(factors), tuple(found), needed)
+
+
+def _needed(directions: Sequence[Direction], prior: Prior, effects: int) -> Column:
+    choices = [directions[k].choices for k in first_of_each(directions)]
+    return np.array([seen_separation(prior, count, effects) for count in choices])
+
+
+def told_by(known: Sequence[_Known], chosen: Sequence[int]) -> Told:
+    """What some records of the pool tell, in the mean over the rigs."""
+    if not chosen:
+        return Told(0.0, 0.0)
+    both = np.array([_told_on(rig, chosen) for rig in known])
+    return Told(float(both[:, 0].mean()), float(both[:, 1].mean()))
+
+
+def _told_on(rig: _Known, chosen: Sequence[int]) -> tuple[float, float]:
+    seen: list[float] = []
+    parted: list[float] = []
+    for factor, directions, needed in zip(rig.factors, rig.directions, rig.needed, strict=True):
+        between = by_effect(separations(factor.of(chosen)), directions)
+        apart = ~np.eye(len(needed), dtype=bool)
+        seen.extend(np.minimum(np.diag(between) / needed, 1.0))
+        parted.extend(np.minimum(between[apart] / named_separation(factor.prior), 1.0))
+    return float(np.mean(seen)), float(np.mean(parted))
+
+
+def _addition(
+    known: Sequence[_Known], chosen: Sequence[int], times: Sequence[float], seconds: float
+) -> tuple[int, float] | None:
+    """The record that adds most a second, and what; None when none fits any more."""
+    left = seconds - sum(times[k] for k in chosen)
+    before = told_by(known, chosen).score
+    gains = {
+        k: (told_by(known, [*chosen, k]).score - before) / times[k]
+        for k in range(len(times))
+        if k not in chosen and times[k] <= left
+    }
+    best = max(gains, key=lambda k: gains[k], default=None)
+    return None if best is None else (best, gains[best])
+
+
+def _exchanged(known: Sequence[_Known], chosen: list[int], times: Sequence[float], seconds: float) -> bool:
+    """Whether another record in place of one of the chosen tells more; each is replaced by the best there is."""
+    better = False
+    for place in range(len(chosen)):
+        others = [k for n, k in enumerate(chosen) if n != place]
+        left = seconds - sum(times[k] for k in others)
+        scores = {
+            k: told_by(known, [*others, k]).score for k in range(len(times)) if k not in others and times[k] <= left
+        }
+        best = max(scores, key=lambda k: scores[k])
+        if scores[best] > scores[chosen[place]] + 1e-6:
+            chosen[place], better = best, True
+    return better

@@ -1,0 +1,102 @@
+"""In which direction of the records each effect acts: every law of the library at a usual size."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rig.gap.hypotheses.fit import RUNS_AWAY
+from rig.gap.hypotheses.library import Effect, Law
+from rig.gap.hypotheses.propagate import Applied, ready
+from rig.gap.hypotheses.scenes import Stand
+from rig.model.effect_stages import EFFECT_STAGES
+from rig.record import Column
+
+
+@dataclass(frozen=True)
+class Direction:
+    """One law of an effect at one size, and what it changes in a factor's columns."""
+
+    effect: Effect
+    law: Law
+    size: float
+    """Of the law's first free number, in its unit."""
+    change: Column
+    """(n,) of all records together."""
+    choices: int
+    """From how many laws, signs and shapes this one was taken: what a fit pays for them."""
+
+    @property
+    def unit(self) -> str:
+        """Of the size."""
+        return unit_of(self.law)
+
+
+def unit_of(law: Law) -> str:
+    """The unit of a law's size."""
+    return next(number.unit for number in EFFECT_STAGES[law.stage].numbers if number.name == law.free[0])
+
+
+def usual_directions(effects: Sequence[Effect], stand: Stand, share: float) -> list[Direction]:
+    """Every law, sign and shape of the effects that act on this factor, at the size of its grid whose change comes
+    nearest to `share` of what moves anyhow. Laws that change nothing here, or run away, are left out."""
+    found = []
+    for effect in effects:
+        laws = [law for law in effect.laws if stand.shows(law)]
+        choices = sum(len(law.signs) * len(law.shapes) for law in laws)
+        for law in laws:
+            for shape in law.shapes:
+                for sign in law.signs:
+                    best = _nearest(law, shape, sign, stand, share)
+                    if best is not None:
+                        found.append(Direction(effect, law, *best, choices))
+    return found
+
+
+def columns(directions: Sequence[Direction]) -> Column:
+    """(n, m) what directions change."""
+    return np.column_stack([one.change for one in directions])
+
+
+def sized(law: Law, shape: Mapping[str, float], size: float, stand: Stand) -> Column | None:
+    """(n,) what a law changes at a size; None where it runs away."""
+    numbers = {number.name: number.neutral for number in EFFECT_STAGES[law.stage].numbers if number.name in law.free}
+    values = numbers | dict(shape) | {law.free[0]: size}
+    values |= {name: values[owner] for name, owner in law.tied.items()}
+    with np.errstate(invalid="ignore", over="ignore"):
+        change = stand.scene.change(ready([Applied(law.stage, values)], stand.scene.response))
+    return change if float(np.max(np.abs(change))) < RUNS_AWAY else None
+
+
+def ladder(law: Law, sign: float, stand: Stand) -> list[float]:
+    """The sizes of a law's grid in its own unit, finer than the grid and further down for those that may be arbitrarily
+    small."""
+    low, high = _bounds(law)
+    grid = np.array(law.grid) * stand.scene.scales[law.scale] * sign
+    fine = np.concatenate([grid, 0.5 * (grid[1:] + grid[:-1])])
+    if law.grid[0] < law.grid[-1] and abs(_neutral(law)) == 0.0:
+        fine = np.concatenate([grid[0] * np.array([0.003, 0.01, 0.03, 0.1, 0.3]), fine])
+    return [float(size) for size in fine if low <= size <= high]
+
+
+def _nearest(
+    law: Law, shape: Mapping[str, float], sign: float, stand: Stand, share: float
+) -> tuple[float, Column] | None:
+    best, miss = None, np.inf
+    for size in ladder(law, sign, stand):
+        change = sized(law, shape, size, stand)
+        if change is None:
+            continue
+        moved = stand.scene.factor.rms(change) / stand.scene.moving
+        if moved > 0.0 and abs(np.log(moved / share)) < miss:
+            best, miss = (size, change), abs(float(np.log(moved / share)))
+    return best
+
+
+def _neutral(law: Law) -> float:
+    return next(number.neutral for number in EFFECT_STAGES[law.stage].numbers if number.name == law.free[0])
+
+
+def _bounds(law: Law) -> tuple[float, float]:
+    number = next(number for number in EFFECT_STAGES[law.stage].numbers if number.name == law.free[0])
+    return law.bounds.get(number.name, (number.low, number.high))

@@ -1,0 +1,101 @@
+"""How much records tell of each effect, and of one effect against another: Fisher information, additive over records.
+
+The likelihood's own Gaussian (`rig.gap.reference.expectation`) weighs the lines; what a reference is unsure of is
+marginalised once a selection of records is made, since its patterns run through all of them. For lines
+z ~ N(D s, V + P P') with records r, G = sum over r of X_r' V_r^-1 X_r with X = [P, D] holds all that is needed: the
+information about the sizes s is G_DD - G_DP (1 + G_PP)^-1 G_PD (Schur; Pukelsheim, Optimal Design of Experiments, 1993,
+ch. 3).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+from scipy.optimize import brentq
+
+from rig.gap.hypotheses.scenes import PRESSURES, Stand
+from rig.gap.settings import SESSION_S, Prior
+from rig.record import Column
+
+MOST_SEPARATION = 1e6
+"""Standard deviations: where the search for a needed separation ends."""
+
+
+@dataclass(frozen=True)
+class Information:
+    """What each record of a factor tells of some directions."""
+
+    gram: Column
+    """(r, k + m, k + m): of each record, the k patterns first."""
+    directions: int
+    """m of them."""
+    seconds: Column
+    """(r,) length of each record."""
+    prior: Prior
+
+    def of(self, chosen: Sequence[int]) -> Column:
+        """(m, m) information that these records hold together about the directions, in their own sizes."""
+        total = self.gram[list(chosen)].sum(axis=0)
+        seconds = float(self.seconds[list(chosen)].sum())
+        total = total * min(1.0, SESSION_S / max(seconds, 1e-9))
+        split = total.shape[0] - self.directions
+        patterns, mixed, directions = total[:split, :split], total[:split, split:], total[split:, split:]
+        factor = cho_factor(np.eye(split) + patterns)
+        out: Column = directions - mixed.T @ cho_solve(factor, mixed)
+        return out
+
+
+def inform(stand: Stand, changes: Column) -> Information:
+    """The information of every record of a factor about directions (n, m) of its columns."""
+    factor, prior = stand.scene.factor, stand.scene.prior
+    lines, healthy = factor.lines, factor.healthy
+    moved = lines.of(changes)
+    records = _records(stand)
+    lasts = np.array(lines.rows) * np.array(lines.dt_s) / _channels(stand)
+    seconds = np.bincount(records, weights=lasts).astype(np.float64)
+    density = prior.effective / SESSION_S * seconds.sum() / len(healthy.variance)
+    weighed = np.hstack([healthy.patterns, moved]) * np.sqrt(density / healthy.variance)[:, None]
+    owner = np.array(records)[lines.record]
+    gram = np.array([weighed[owner == k].T @ weighed[owner == k] for k in range(len(seconds))])
+    return Information(gram, moved.shape[1], seconds, prior)
+
+
+def _channels(stand: Stand) -> int:
+    return 2 if stand.name == PRESSURES else 1
+
+
+def _records(stand: Stand) -> list[int]:
+    """Which record each block of lines belongs to: the monitors come one after the other."""
+    blocks = len(stand.scene.factor.lines.rows)
+    return [block % (blocks // _channels(stand)) for block in range(blocks)]
+
+
+def separations(information: Column) -> Column:
+    """(m, m) in standard deviations: how far direction i at its size lies from direction j at any size; on the
+    diagonal, from nothing."""
+    power = np.maximum(np.diag(information), 0.0)
+    shared = information**2 / np.maximum(power[None, :], 1e-12)
+    left = np.sqrt(np.maximum(power[:, None] - shared, 0.0))
+    np.fill_diagonal(left, np.sqrt(power))
+    return left
+
+
+def log_odds(separation: float, prior: Prior) -> float:
+    """Nats by which the t likelihood of `rig.gap.evidence.gaussian` prefers the truth over a rival that many standard
+    deviations away, in the mean."""
+    total = prior.degrees + prior.effective
+    return float(0.5 * total * np.log1p(separation**2 / total))
+
+
+def needed_separation(nats: float, prior: Prior, quantile: float) -> float:
+    """Standard deviations at which the log odds pass `nats` with a chance that belongs to the normal `quantile`: they
+    scatter by about the separation itself."""
+    if nats <= 0.0:
+        return 0.0
+
+    def short(separation: float) -> float:
+        scatter = separation / (1.0 + separation**2 / (prior.degrees + prior.effective))
+        return log_odds(separation, prior) - quantile * scatter - nats
+
+    return float(brentq(short, quantile, MOST_SEPARATION))

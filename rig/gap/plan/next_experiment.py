@@ -1,0 +1,215 @@
+"""What to record next: the few records that tell most of what is still possible, inside what the rig allows.
+
+The gain is a lower bound of the mutual information between the hypotheses and the records to come: the pairwise
+Bhattacharyya bound of a mixture of Gaussians of one covariance (Kolchinsky and Tracey, Entropy 19, 2017, 361). Rivals
+are refitted within what is known of their numbers (Chen and Asprey, Ind. Eng. Chem. Res. 42, 2003, 1379).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from rig.excite.experiment import Entry
+from rig.gap.hypotheses.propagate import Applied, ready
+from rig.gap.hypotheses.scenes import Stand
+from rig.gap.plan.candidates import Room, candidates, lasts_s, planned, sweep_text
+from rig.gap.plan.information import Information, inform
+from rig.gap.plan.rehearse import Rig, factors_of, rehearse
+from rig.gap.settings import Fitted
+from rig.record import Column
+
+LENGTH_S = 10.0
+"""Of each record. Longer: fewer of them within the time."""
+TIME_S = 60.0
+"""That an experiment may take on the rig."""
+WORTH_NATS = 0.1
+"""A record, or an experiment, that tells less is not worth the rig's time."""
+LEAST_PROBABILITY = 0.01
+"""Hypotheses below are not designed for."""
+MOST = 6
+"""Hypotheses at a time, the likeliest first."""
+APART = 3.0
+"""Standard deviations from which two hypotheses count as told apart by the records to come."""
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """A cause that is still possible."""
+
+    factor: str
+    """pressures or angle: where it shows."""
+    applied: Applied
+    probability: float
+    spread: Mapping[str, float]
+    """Standard deviations of the fitted numbers."""
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """Records that would part hypotheses."""
+
+    entries: tuple[Entry, ...]
+    nats: float
+    """Of information, at least; see `entropy`."""
+    entropy: float
+    """Nats that are open now."""
+    confidence: float
+    """Probability that the truth is expected to have afterwards."""
+    separates: tuple[str, ...]
+    """Effects that would be told from each other, the likeliest first."""
+    weakest: float
+    """Standard deviations between the two of them that lie closest."""
+
+    @property
+    def seconds(self) -> float:
+        """On the rig."""
+        return sum(lasts_s(entry) for entry in self.entries)
+
+    def to_json(self, name: str = "next") -> dict[str, Any]:
+        """The `next_experiment` of a diagnosis."""
+        return {
+            "config": sweep_text(name, self.entries, self.why),
+            "separates": list(self.separates),
+            "expected_ratio": self.weakest,
+            "expected_confidence": self.confidence,
+            "information_nats": self.nats,
+            "open_nats": self.entropy,
+            "minutes": self.seconds / 60.0,
+            "needs_reference": False,
+            "why": self.why,
+        }
+
+    @property
+    def why(self) -> str:
+        """In one sentence."""
+        kinds = ", ".join(dict.fromkeys(entry.signal.label for entry in self.entries))
+        return f"{kinds} in {self.seconds / 60:.1f} min"
+
+
+def next_experiment(
+    hypotheses: Sequence[Hypothesis], rig: Rig, room: Room, settings: Fitted, seconds: float = TIME_S
+) -> Experiment | None:
+    """The records that tell most of these hypotheses within `seconds`; None when nothing is open, or none tells any
+    more."""
+    open_ones = [one for one in hypotheses if one.probability >= LEAST_PROBABILITY]
+    factors = dict.fromkeys(one.factor for one in open_ones)
+    rivals = {name: [one for one in open_ones if one.factor == name][:MOST] for name in factors}
+    rivals = {name: those for name, those in rivals.items() if len(those) > 1}
+    pool = candidates(room, (LENGTH_S,))
+    if not rivals or not pool:
+        return None
+    known = [
+        _weigh(stand, rivals[stand.name])
+        for stand in factors_of(rehearse(rig, planned(pool)), settings)
+        if stand.name in rivals
+    ]
+    chosen = _chosen(known, [lasts_s(entry) for entry in pool], seconds)
+    return _described(known, pool, chosen) if chosen else None
+
+
+@dataclass(frozen=True)
+class _Open:
+    """The hypotheses of one factor under the whole pool."""
+
+    names: tuple[str, ...]
+    probability: Column
+    """(h,) summing to 1."""
+    information: Information
+    """About their changes, then about their numbers."""
+    owner: tuple[int, ...]
+    """(m,) which hypothesis each number belongs to."""
+
+    def distances(self, chosen: Sequence[int]) -> Column:
+        """(h, h) squared, in variances: between hypotheses whose numbers are known within their spreads only."""
+        info, h = self.information.of(chosen), len(self.names)
+        out = np.zeros((h, h))
+        for i, j in combinations(range(h), 2):
+            toward = np.zeros(info.shape[0])
+            toward[i], toward[j] = 1.0, -1.0
+            free = [h + k for k, owner in enumerate(self.owner) if owner in (i, j)]
+            pull = info[free] @ toward
+            inner = np.eye(len(free)) + info[np.ix_(free, free)]
+            left = toward @ info @ toward - pull @ np.linalg.solve(inner, pull)
+            out[i, j] = out[j, i] = max(float(left), 0.0)
+        return out
+
+    @property
+    def entropy(self) -> float:
+        return float(-np.sum(self.probability * np.log(self.probability)))
+
+    def gain(self, chosen: Sequence[int]) -> float:
+        """Nats that these records tell at least."""
+        overlap = np.exp(-self.distances(chosen) / 8.0) @ self.probability
+        return float(-np.sum(self.probability * np.log(overlap)))
+
+
+def _weigh(stand: Stand, rivals: Sequence[Hypothesis]) -> _Open:
+    chance = np.array([one.probability for one in rivals])
+    changes = [_change(stand, one.applied) for one in rivals]
+    slopes, owner = [], []
+    for k, one in enumerate(rivals):
+        for name, spread in one.spread.items():
+            moved = Applied(one.applied.stage, {**one.applied.numbers, name: one.applied.numbers[name] + spread})
+            slopes.append(_change(stand, moved) - changes[k])
+            owner.append(k)
+    information = inform(stand, np.nan_to_num(np.column_stack([*changes, *slopes])))
+    names = tuple(one.applied.effect for one in rivals)
+    return _Open(names, chance / chance.sum(), information, tuple(owner))
+
+
+def _change(stand: Stand, applied: Applied) -> Column:
+    with np.errstate(invalid="ignore", over="ignore"):  # a law may run away under a sweep that was never made
+        return stand.scene.change(ready([applied], stand.scene.response))
+
+
+def _chosen(known: Sequence[_Open], times: Sequence[float], seconds: float) -> list[int]:
+    """Records by what they add a second, until the time is over or none adds enough."""
+    chosen: list[int] = []
+    told = 0.0
+    while True:
+        left = seconds - sum(times[k] for k in chosen)
+        gains = {
+            k: sum(one.gain([*chosen, k]) for one in known)
+            for k in range(len(times))
+            if k not in chosen and times[k] <= left
+        }
+        best = max(gains, key=lambda k: (gains[k] - told) / times[k], default=None)
+        if best is None or gains[best] - told < WORTH_NATS:
+            return chosen
+        chosen.append(best)
+        told = gains[best]
+
+
+def _described(known: Sequence[_Open], pool: Sequence[Entry], chosen: Sequence[int]) -> Experiment:
+    first = max(known, key=lambda one: one.gain(chosen))
+    apart = np.sqrt(first.distances(chosen))
+    kept = _parted(apart)
+    weakest = min((apart[i, j] for i, j in combinations(kept, 2)), default=0.0)
+    surely = np.prod([float(np.sum(one.probability**2 / _mixed(one, chosen))) for one in known])
+    return Experiment(
+        tuple(pool[k] for k in chosen),
+        sum(one.gain(chosen) for one in known),
+        sum(one.entropy for one in known),
+        float(surely),
+        tuple(first.names[k] for k in kept),
+        float(weakest),
+    )
+
+
+def _mixed(one: _Open, chosen: Sequence[int]) -> Column:
+    """(h,) what each hypothesis and those that it is taken for weigh together, after the records."""
+    weight: Column = np.exp(-one.distances(chosen) / 2.0) @ one.probability
+    return weight
+
+
+def _parted(apart: Column) -> list[int]:
+    """Hypotheses that all lie apart: the likeliest, and each next one that joins; where none does, the two that come
+    farthest apart."""
+    kept = [0]
+    for k in range(1, len(apart)):
+        if all(apart[j, k] >= APART for j in kept):
+            kept.append(k)
+    return kept if len(kept) > 1 else sorted(int(k) for k in np.unravel_index(int(np.argmax(apart)), apart.shape))

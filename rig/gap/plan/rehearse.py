@@ -1,0 +1,83 @@
+"""Records that were not made yet, as the reference expects them: what the likelihood is asked about beforehand."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rig.excite.experiment import RunPlan
+from rig.excite.setpoints import around
+from rig.gap.hypotheses.propagate import Track
+from rig.gap.hypotheses.scenes import Stand, angle_stand, pressure_stand
+from rig.gap.records.grid import Pair, Session
+from rig.gap.records.pairs import Pairing
+from rig.gap.records.settings import GRID_S
+from rig.gap.reference.build import Expected, Kind, from_response
+from rig.gap.reference.expectation import line_noise
+from rig.gap.settings import Fitted
+from rig.model.response import ResponseModel
+from rig.record import Column, Record
+
+PERIOD_NS = round(GRID_S * 1e9)
+"""Planned records are laid on the grid on which measured ones are compared."""
+
+
+@dataclass(frozen=True)
+class Noise:
+    """White noise of the sensor (deg) and of the monitors (MPa), one standard deviation."""
+
+    angle_deg: float = 0.02
+    pressure_mpa: float = 3e-4
+
+
+@dataclass(frozen=True)
+class Rig:
+    """What is known of a rig before a record is made."""
+
+    response: ResponseModel
+    levels: str
+    """Which levels say how surely it is known, see `rig.gap.settings.Fitted`."""
+    pressures: bool = True
+    """The regulators' monitors are recorded."""
+    noise: Noise = Noise()
+
+
+def rehearse(rig: Rig, plans: Sequence[RunPlan], seed: int = 0) -> Expected:
+    """The reference brought to records that answer exactly as it expects, but for noise; plans on a grid of
+    PERIOD_NS."""
+    draw = np.random.default_rng(seed)
+    pairs = [_expected_pair(rig, plan, draw) for plan in plans]
+    made = from_response(rig.response, Pairing(pairs, rig.pressures, 0, rig.response.p0_mpa))
+    return replace(made, levels=rig.levels)
+
+
+def _expected_pair(rig: Rig, plan: RunPlan, draw: np.random.Generator) -> Pair:
+    dp = np.asarray(plan.dp_mpa, dtype=np.float64)
+    t = np.arange(len(dp), dtype=np.float64) * GRID_S
+    u1, u2 = around(plan.p0_mpa, dp)
+    p1, p2 = rig.response.pressures(u1, u2, GRID_S)
+    angle = rig.response.angle(p1, p2, GRID_S)
+
+    def measured(column: Column, noise: float) -> Column:
+        return column + noise * draw.standard_normal(len(column))
+
+    heard = [measured(p, rig.noise.pressure_mpa) for p in (p1, p2)] if rig.pressures else [None, None]
+    raw = Record(plan.name, t, dp, measured(angle, rig.noise.angle_deg), u1, u2, *heard)
+    case = Session(p1, p2, angle) if rig.pressures else Session(None, None, angle)
+    return Pair(plan.name, GRID_S, t, u1, u2, case, (), np.ones_like(t), raw, ())
+
+
+def known_rig(response: ResponseModel, tracks: Sequence[Track], levels: str, *, pressures: bool) -> Rig:
+    """The rig of records that there are. Of an earlier day's rig, records of another kind are known as surely as by a
+    fingerprint of it."""
+    mine = levels if levels not in (Kind.SESSION, Kind.SESSIONS) else Kind.FINGERPRINT.value
+    pairs = [track.pair for track in tracks]
+    angle = float(np.median([line_noise(pair.raw.angle_deg, pair) for pair in pairs]))
+    monitors = [line_noise(column, pair) for pair in pairs for column in (pair.raw.p1_mpa, pair.raw.p2_mpa)]
+    return Rig(response, mine, pressures, Noise(angle, float(np.median(monitors))))
+
+
+def factors_of(expected: Expected, settings: Fitted) -> list[Stand]:
+    """The factors of the likelihood on planned records, upstream first."""
+    angle = angle_stand(expected, settings)
+    return [pressure_stand(expected, settings), angle] if expected.driven else [angle]

@@ -1,0 +1,74 @@
+"""`pamrig gap capability` and `design` as a user calls them."""
+
+import json
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from rig.cli.commands import cli
+from rig.errors import RigError
+from rig.excite.experiment import load_sweep
+
+MODEL = "configs/models/simulated.yaml"
+
+
+def call(*words: str) -> tuple[int, str]:
+    done = CliRunner().invoke(cli, ["gap", *words])
+    return done.exit_code, done.output
+
+
+def test_capability_says_sizes_units_and_what_cannot_be_told_apart(tmp_path: Path) -> None:
+    code, text = call(
+        "capability", MODEL, "--sweep", "gap", "--sweep", "quick", "--json", f"{tmp_path / 'c.json'}",
+        "-o", f"{tmp_path / 'matrix.svg'}",
+    )  # fmt: skip
+    assert code == 0, text
+    said = json.loads((tmp_path / "c.json").read_text())
+    assert said["sweep"] == "gap"
+    assert said["false_alarm_rate"] == 0.01
+    assert {"detectable", "nameable", "unit"} <= said["effects"]["delay"].keys()
+    assert said["effects"]["delay"]["unit"] == "s"
+    assert all(len(pair) == 2 for pair in said["confusable"])
+    assert said["sweeps"]["quick"]["effects"]["delay"]["detectable"] > said["effects"]["delay"]["detectable"]
+    assert "<svg" in (tmp_path / "matrix.svg").read_text()[:2000]
+
+
+def test_design_writes_a_sweep_that_fits_the_time(tmp_path: Path) -> None:
+    code, text = call(
+        "design", MODEL, "--minutes", "0.5", "--family", "none", "-o", f"{tmp_path / 's.yaml'}",
+        "--json", f"{tmp_path / 'd.json'}",
+    )  # fmt: skip
+    assert code == 0, text
+    said = json.loads((tmp_path / "d.json").read_text())
+    assert said["minutes"] <= 0.5
+    assert 0.0 < said["seen"] <= 1.0
+    assert load_sweep(tmp_path / "s.yaml").entries
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("capability", "configs/models/none.yaml"), "no such file"),
+        (("capability", MODEL, "--sweep", "configs/sweeps/none.yaml"), "no such file"),
+        (("capability", MODEL, "--reference", "fingerprint"), "the model file has none"),
+        (("design", MODEL, "--family", "nobody", "-o", "x.yaml"), "unknown plant family"),
+    ],
+)
+def test_bad_input_is_one_line(words: tuple[str, ...], said: str) -> None:
+    assert said in refused(*words)
+
+
+def refused(*words: str) -> str:
+    """The line with which a call is refused."""
+    done = CliRunner().invoke(cli, ["gap", *words])
+    assert isinstance(done.exception, RigError), done.output
+    assert "\n" not in str(done.exception)
+    return str(done.exception)
+
+
+def test_a_sweep_beyond_the_rig_s_limits_is_refused(tmp_path: Path) -> None:
+    rig = tmp_path / "rig.yaml"
+    text = Path("configs/rigs/simulated.yaml").read_text()
+    rig.write_text(text.replace("pressure_mpa: [0.0, 0.5]", "pressure_mpa: [0.19, 0.21]"))
+    assert "allowed is" in refused("capability", MODEL, "--rig", f"{rig}")
