@@ -5,8 +5,8 @@ Used for question 1 (what does the simulator lack?) and with one earlier day; se
 `rig.gap.days.diagnosis` still, which names more there (docs/decisions/0520).
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 from rig.errors import RecordError
 from rig.gap.answer.held_out import HowFar, how_far
@@ -18,7 +18,7 @@ from rig.gap.days.prepared import Prepared
 from rig.gap.evidence.posterior import Posterior, judge
 from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.library import Effect, chosen
-from rig.gap.hypotheses.scenes import angle_stand, behind, pressure_stand
+from rig.gap.hypotheses.scenes import ANGLE, PRESSURES, angle_stand, behind, pressure_stand
 from rig.gap.raw_tests.read import read_signatures
 from rig.gap.raw_tests.repeats import bridged, lost_rows
 from rig.gap.raw_tests.signature import Signature
@@ -42,6 +42,10 @@ class Grounds:
     retuning: Retuning | None
 
 
+Said = Mapping[str, Mapping[str, float]]
+"""What other records have said, as nats by factor and hypothesis: it counts as if it were known before."""
+
+
 @dataclass(frozen=True)
 class Question:
     """What is asked of which records."""
@@ -54,6 +58,7 @@ class Question:
     """The simulator was made for another rig of the build, or from data sheets."""
     pressures: bool = True
     library: Sequence[str] | None = None
+    said: Said = field(default_factory=dict)
 
 
 def answer(question: Question) -> tuple[Diagnosis, Grounds]:
@@ -72,7 +77,7 @@ def answer(question: Question) -> tuple[Diagnosis, Grounds]:
         high_frequency_noise([pair.case.angle_deg for pair in expected.pairing.pairs]),
     )
     fitting = [effect for effect in effects if not effect.signature]
-    expected, posteriors = _judged(expected, fitting, settings)
+    expected, posteriors = _judged(expected, fitting, settings, question.said)
     at_rest = None if question.model is None else replace(question.model, p0_mpa=pairing.p0_mpa)
     retuning = None if at_rest is None else retune(at_rest, expected.pairing.pairs, expected.driven)
     grounds = Grounds(prepared, at_rest, expected, posteriors, retuning)
@@ -83,15 +88,17 @@ def answer(question: Question) -> tuple[Diagnosis, Grounds]:
     return tell(Told(expected, prepared, at_rest, posteriors, marks, retuning), after), grounds
 
 
-def _judged(expected: Expected, effects: Sequence[Effect], settings: Fitted) -> tuple[Expected, tuple[Posterior, ...]]:
+def _judged(
+    expected: Expected, effects: Sequence[Effect], settings: Fitted, said: Said
+) -> tuple[Expected, tuple[Posterior, ...]]:
     """What competes on each factor, upstream first; and what was expected of the angle, given what the pressures
     say."""
     if not expected.driven:
-        return expected, (judge(effects, angle_stand(expected, settings)),)
-    ahead = judge(effects, pressure_stand(expected, settings))
+        return expected, (judge(effects, angle_stand(expected, settings), said.get(ANGLE, {})),)
+    ahead = judge(effects, pressure_stand(expected, settings), said.get(PRESSURES, {}))
     if ahead.found and ahead.fit is not None:
         expected = behind(expected, ahead.fit.applied)
-    return expected, (ahead, judge(effects, angle_stand(expected, settings)))
+    return expected, (ahead, judge(effects, angle_stand(expected, settings), said.get(ANGLE, {})))
 
 
 def _paired(question: Question, records: Sequence[Record], days: Sequence[Sequence[Record]]) -> Pairing:

@@ -20,7 +20,7 @@ from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.hypotheses.propagate import Applied, full_numbers
 from rig.gap.hypotheses.scenes import PRESSURES
 from rig.gap.plan.candidates import room_within
-from rig.gap.plan.next_experiment import Hypothesis, next_experiment
+from rig.gap.plan.next_experiment import hypotheses_of, next_experiment, spreads
 from rig.gap.plan.rehearse import known_rig
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.reference.build import Expected, rms_of
@@ -187,11 +187,6 @@ def _unknowns(told: Told, kept: Sequence[Kept], before: float) -> list[Cause]:
     return found
 
 
-def spreads(fit: Fit) -> dict[str, float]:
-    """Standard deviations of the fitted numbers."""
-    return dict(zip(fit.law.free, fit.spread.tolist(), strict=True))
-
-
 def intervals(fit: Fit) -> dict[str, Interval]:
     """Fitted numbers with 95 % intervals, fixed shapes with none."""
     known = {number.name: number for number in EFFECT_STAGES[fit.applied.stage].numbers}
@@ -284,15 +279,9 @@ def _ranking(told: Told, marks: Sequence[Cause]) -> list[Ranked]:
 
 def _next(told: Told) -> dict[str, object] | None:
     """The experiment that best tells apart what is still possible, on every factor that leaves a choice."""
-    possible = [
-        Hypothesis(posterior.stand.name, fit.applied, posterior.probability[name], spreads(fit))
-        for posterior in told.posteriors
-        if posterior.found and sum(one in posterior.fits for one in posterior.names) > 1
-        for name, fit in sorted(posterior.fits.items(), key=lambda item: -posterior.probability[item[0]])
-    ]
     expected = told.expected
     rig = known_rig(expected.response, expected.tracks, expected.levels, pressures=expected.driven)
-    found = next_experiment(possible, rig, room_within(expected.tracks), fitted())
+    found = next_experiment(hypotheses_of(told.posteriors), rig, room_within(expected.tracks), fitted())
     return None if found is None else found.to_json()
 
 

@@ -1,8 +1,9 @@
 """The hypotheses of one factor and their probabilities: nothing, every effect of the library, and something unknown."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 from scipy.special import logsumexp
@@ -17,6 +18,9 @@ from rig.record import Column
 NONE, UNKNOWN = "none", "unknown"
 _LEVELS = np.exp(np.linspace(np.log(0.1), np.log(1.5), 6))
 """Sizes of something unknown that are tried, as shares of what is to be explained."""
+
+LEAST_CHANCE = 1e-12
+"""A probability below counts as this much for other records: nothing is ever ruled out for good."""
 
 
 @dataclass(frozen=True)
@@ -58,8 +62,10 @@ class Posterior:
         return kept
 
 
-def judge(effects: Sequence[Effect], stand: Stand, workers: int = 2) -> Posterior:
-    """Every hypothesis on one factor."""
+def judge(
+    effects: Sequence[Effect], stand: Stand, said: Mapping[str, float] = MappingProxyType({}), workers: int = 2
+) -> Posterior:
+    """Every hypothesis on one factor; `said` holds the nats that other records have for some of them."""
     scene, prior = stand.scene, stand.scene.prior
     with ThreadPoolExecutor(workers) as pool:
         found = list(pool.map(lambda effect: fit_effect(effect, scene, stand.shows, stand.rough), effects))
@@ -69,10 +75,22 @@ def judge(effects: Sequence[Effect], stand: Stand, workers: int = 2) -> Posterio
         NONE: scene.factor.healthy.log_density(gap) + prior.log_none,
         UNKNOWN: log_unknown(scene, scene.factor.healthy, gap) + prior.log_unknown,
     } | {name: fit.log_evidence for name, fit in fits.items()}
+    logs = {name: value + said.get(name, 0.0) for name, value in logs.items()}
     total = logsumexp(list(logs.values()))
     probability = {name: float(np.exp(value - total)) for name, value in logs.items()}
     beside = _beside(scene, gap, fits, probability)
     return Posterior(stand, probability, fits, beside)
+
+
+def heard(posterior: Posterior) -> dict[str, float]:
+    """What a posterior says beside its prior, as nats by hypothesis: for a judgement on other records of the same
+    rig."""
+    prior = posterior.stand.scene.prior
+    before = {NONE: prior.log_none, UNKNOWN: prior.log_unknown}
+    return {
+        name: float(np.log(max(chance, LEAST_CHANCE))) - before.get(name, 0.0)
+        for name, chance in posterior.probability.items()
+    }
 
 
 def log_unknown(scene: Scene, expected: Gaussian, left: Column) -> float:

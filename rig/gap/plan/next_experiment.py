@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 
 from rig.excite.experiment import Entry
+from rig.gap.evidence.posterior import Posterior
+from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.propagate import Applied, ready
 from rig.gap.hypotheses.scenes import Stand
 from rig.gap.plan.candidates import Room, candidates, lasts_s, planned, sweep_text
@@ -45,6 +47,21 @@ class Hypothesis:
     probability: float
     spread: Mapping[str, float]
     """Standard deviations of the fitted numbers."""
+
+
+def hypotheses_of(posteriors: Sequence[Posterior]) -> list[Hypothesis]:
+    """What is still possible on every factor that leaves a choice, the likeliest first."""
+    return [
+        Hypothesis(posterior.stand.name, fit.applied, posterior.probability[name], spreads(fit))
+        for posterior in posteriors
+        if posterior.found and sum(one in posterior.fits for one in posterior.names) > 1
+        for name, fit in sorted(posterior.fits.items(), key=lambda item: -posterior.probability[item[0]])
+    ]
+
+
+def spreads(fit: Fit) -> dict[str, float]:
+    """Standard deviations of the fitted numbers."""
+    return dict(zip(fit.law.free, fit.spread.tolist(), strict=True))
 
 
 @dataclass(frozen=True)

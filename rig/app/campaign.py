@@ -1,0 +1,92 @@
+"""A hunt's folder: every sweep it ran, its records, what was thought after each; so that it goes on after a kill."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from rig.errors import ConfigError
+from rig.outputs import Kind, write_text
+
+FILE = "hunt.json"
+VERSION = 1
+
+
+@dataclass(frozen=True)
+class Step:
+    """One sweep of a hunt."""
+
+    sweep: str
+    """Its YAML, within the folder."""
+    why: str
+    minutes: float
+    """On the rig."""
+    records: str = ""
+    """Their folder within the campaign's, once they are whole."""
+    set: tuple[tuple[str, float], ...] = ()
+    """The names that hold the credible mass after it, with their probabilities."""
+
+    @property
+    def done(self) -> bool:
+        """Recorded."""
+        return bool(self.records)
+
+    def to_json(self) -> dict[str, Any]:
+        """One entry of `steps`."""
+        return asdict(self) | {"set": [list(pair) for pair in self.set]}
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """What a hunt did so far."""
+
+    folder: Path
+    asked: Mapping[str, Any] = field(default_factory=dict)
+    """Rig, model, reference and baselines: a hunt goes on with the same only."""
+    steps: tuple[Step, ...] = ()
+    ended: str = ""
+
+    @property
+    def minutes(self) -> float:
+        """Of the rig's time, used."""
+        return sum(step.minutes for step in self.steps if step.done)
+
+    def with_last(self, step: Step) -> "Campaign":
+        """The same, its last step replaced."""
+        return replace(self, steps=(*self.steps[:-1], step))
+
+    def save(self) -> None:
+        """Keep it, whole or not at all."""
+        plain = {
+            "version": VERSION,
+            "asked": dict(self.asked),
+            "steps": [step.to_json() for step in self.steps],
+            "ended": self.ended,
+        }
+        self.folder.mkdir(parents=True, exist_ok=True)
+        write_text(self.folder / FILE, json.dumps(plain, indent=1) + "\n", Kind.JSON)
+
+
+def open_campaign(folder: Path, asked: Mapping[str, Any]) -> Campaign:
+    """The campaign of a folder: as it was left, or a new one. ConfigError when the folder's is of something else."""
+    place = folder / FILE
+    if not place.exists():
+        return Campaign(folder, asked)
+    try:
+        plain = json.loads(place.read_text(encoding="utf-8"))
+        steps = tuple(_step(one) for one in plain["steps"])
+        before = plain["asked"]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise ConfigError(f"{place}: not a hunt's file: {error}") from None
+    if plain.get("version") != VERSION:
+        raise ConfigError(f"{place}: of version {plain.get('version')}; this pamrig reads version {VERSION}")
+    for key, value in asked.items():
+        if before.get(key) != value:
+            raise ConfigError(f"{folder}: holds a hunt with {key} {before.get(key)}, not {value}; name another folder")
+    return Campaign(folder, asked, steps, plain.get("ended", ""))
+
+
+def _step(plain: Mapping[str, Any]) -> Step:
+    names = tuple((str(name), float(chance)) for name, chance in plain["set"])
+    return Step(str(plain["sweep"]), str(plain["why"]), float(plain["minutes"]), str(plain["records"]), names)

@@ -1,0 +1,120 @@
+"""`pamrig gap hunt`: run, diagnose, run what tells more, until it is known."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from rig.app.terminal import console
+from rig.cli.common import emit, json_option
+from rig.cli.outputs import Command, output_option
+from rig.outputs import Kind
+
+if TYPE_CHECKING:
+    from rig.app.campaign import Step
+
+_path = click.Path(path_type=Path)
+
+
+@click.command(cls=Command)
+@click.option("--rig", "rig_path", type=_path, metavar="RIG.yaml", help="Rig to run on; default: the simulated rig.")
+@click.option("--model", required=True, type=_path, metavar="MODEL.yaml", help="The simulator.")
+@click.option(
+    "--baseline",
+    "baselines",
+    multiple=True,
+    type=_path,
+    metavar="LOG",
+    help="Records of one earlier day; repeat for more days. `model`: the logs it was identified from.",
+)
+@click.option(
+    "--reference",
+    type=click.Choice(["auto", "sessions", "session", "fingerprint", "simulator"]),
+    default="auto",
+    help="What stands for the rig without a gap, as in `pamrig gap diagnose`.",
+)
+@click.option(
+    "--minutes",
+    type=click.FloatRange(0.5, 600.0),
+    default=10.0,
+    show_default=True,
+    help="How much of the rig's time may be used.",
+)
+@click.option(
+    "--sweep",
+    "first",
+    type=_path,
+    default=Path("gap"),
+    show_default=True,
+    help="The session that the hunt begins with.",
+)
+@click.option(
+    "--confirm/--no-confirm",
+    default=None,
+    help="Ask before every sweep. Default: on a real rig, and not on a simulated one.",
+)
+@click.option("--clock", type=click.Choice(["real", "virtual"]), default="real", show_default=True)
+@click.option("--seed", type=click.IntRange(0), help="Seed of the simulated rig's noise; each sweep has the next one.")
+@click.option("--force", is_flag=True, help="As in `pamrig run`.")
+@output_option(
+    Kind.FOLDER, "Folder of the hunt; one that is there goes on. Default: a new one under logs/.", metavar="DIR"
+)
+@json_option
+def hunt(
+    rig_path: Path | None,
+    model: Path,
+    baselines: tuple[Path, ...],
+    reference: str,
+    minutes: float,
+    first: Path,
+    confirm: bool | None,
+    clock: str,
+    seed: int | None,
+    force: bool,
+    output: Path | None,
+    json_to: str | None,
+) -> None:
+    """Run a session on the rig, diagnose it, run the records that part what is still possible, and so on, until one
+    cause holds 95 %, nothing parts the rest, or the time is over.
+
+    Everything is kept in one folder with a page that tells the story. A hunt that was interrupted goes on when it is
+    called with the same folder.
+    """
+    from rig.app import compose, runner
+    from rig.app.baselines import read_sessions
+    from rig.app.hunting import HuntOptions, hunt_and_tell
+
+    rig = compose.load(rig_path)
+    days = read_sessions(baselines, model)
+    out = console(json_to)
+    asks = not compose.is_simulated(rig) if confirm is None else confirm
+    options = HuntOptions(
+        rig,
+        model,
+        output or runner.new_folder("hunt"),
+        [day.records for day in days],
+        tuple(str(day.path) for day in days),
+        reference,
+        minutes,
+        first,
+        clock == "virtual",
+        seed,
+        force,
+    )
+
+    def allowed(step: "Step") -> bool:
+        out.print(f"next, {step.minutes:.1f} min: {step.why}")
+        return not asks or click.confirm(f"Run {step.sweep} on {rig.name}?", err=True)
+
+    def report(step: "Step") -> None:
+        names = ", ".join(f"{name} {100 * chance:.0f} %" for name, chance in step.set)
+        out.print(f"still possible: {names}")
+
+    found = hunt_and_tell(options, allowed, report, lambda result: emit(result.to_json(), json_to))
+    from rig.gap.answer.words import headline
+
+    if found.thought is not None:
+        for line in headline(found.thought.diagnosis):
+            out.print(line)
+    campaign = found.campaign
+    out.print(f"ended: {campaign.ended}; {campaign.minutes:.1f} min on the rig; {campaign.folder / 'hunt.html'}")
