@@ -10,6 +10,7 @@ import click
 from rig.app.terminal import console, listing, progress, styled
 from rig.cli.common import emit, json_option
 from rig.cli.gap_check import check
+from rig.cli.gap_history import history
 from rig.cli.gap_hunt import hunt
 from rig.cli.gap_plan import capability, design
 from rig.cli.outputs import Group, Output, output_option
@@ -26,7 +27,7 @@ def gap() -> None:
     """Where the gap between simulator and rig lies, which effect causes it, how far it shrinks."""
 
 
-for _command in (check, capability, design, hunt):
+for _command in (check, capability, design, hunt, history):
     gap.add_command(_command)
 
 

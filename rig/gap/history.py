@@ -1,0 +1,151 @@
+"""A rig over many days: when its gap changed, when a cause appeared, and how it grows.
+
+Change points by binary segmentation on the largest standardised difference of means, each judged by permutation of the
+days (Good, Permutation, Parametric and Bootstrap Tests, 3rd ed., 2005): under no change the days are exchangeable, so
+the false-alarm rate of the whole series holds whatever their distribution. Growth by the Theil-Sen slope.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy.stats import theilslopes
+
+from rig.gap.answer.result import Diagnosis, Interval
+from rig.gap.hypotheses.library import LIBRARY
+from rig.record import Column
+
+FALSE_ALARM_RATE: Final = 0.01
+"""Of a series without a change. Less: later and larger changes only."""
+PERMUTATIONS: Final = 1999
+"""The finest probability that is told is one in this many and one."""
+FEWEST_DAYS: Final = 3
+"""On each side of a change, and for a slope."""
+
+
+@dataclass(frozen=True)
+class Day:
+    """What one day's diagnosis says."""
+
+    name: str
+    days: float
+    """Since the first."""
+    gap_deg: float
+    floor_deg: float
+    verdict: str
+    sizes: Mapping[str, Interval]
+    """Effect -> its size."""
+
+
+@dataclass(frozen=True)
+class Change:
+    """A day from which on a quantity is another."""
+
+    quantity: str
+    day: str
+    """The first of the new level."""
+    before: float
+    after: float
+    p_value: float
+
+
+@dataclass(frozen=True)
+class Growth:
+    """How an effect's size moves with time."""
+
+    effect: str
+    first_day: str
+    unit: str
+    per_day: float
+    low: float
+    high: float
+    """95 % interval of the slope."""
+
+
+def day_of(name: str, days: float, diagnosis: Diagnosis) -> Day:
+    """The day of a diagnosis."""
+    sizes = {
+        cause.effect: size for cause in diagnosis.causes if (size := _size(cause.effect, cause.parameters)) is not None
+    }
+    return Day(name, days, diagnosis.gap["rms_deg"], diagnosis.gap["floor_deg"], diagnosis.verdict, sizes)
+
+
+def changes(days: Sequence[Day], seed: int = 0) -> list[Change]:
+    """Where gap and sizes change; a day on which an effect is not named has a size of 0."""
+    effects = dict.fromkeys(effect for day in days for effect in day.sizes)
+    series = {"gap_deg": np.array([day.gap_deg for day in days])} | {
+        effect: sizes_of(days, effect) for effect in effects
+    }
+    found = []
+    for quantity, values in series.items():
+        for at, p_value in change_points(values, FALSE_ALARM_RATE / len(series), seed):
+            start, end = _levels_around(values, at, seed, FALSE_ALARM_RATE / len(series))
+            found.append(Change(quantity, days[at].name, start, end, p_value))
+    return found
+
+
+def growth(days: Sequence[Day]) -> list[Growth]:
+    """The slope of every effect that is named on three days or more, from its first day on."""
+    found = []
+    for effect in dict.fromkeys(effect for day in days for effect in day.sizes):
+        named = [day for day in days if effect in day.sizes]
+        times = np.array([day.days for day in named])
+        if len(named) < FEWEST_DAYS or np.ptp(times) == 0.0:
+            continue
+        slope, _, low, high = theilslopes([day.sizes[effect].value for day in named], times)
+        unit = named[0].sizes[effect].unit
+        found.append(Growth(effect, named[0].name, unit, float(slope), float(low), float(high)))
+    return found
+
+
+def sizes_of(days: Sequence[Day], effect: str) -> Column:
+    """(d,) an effect's size on every day, 0 where it is not named."""
+    return np.array([day.sizes[effect].value if effect in day.sizes else 0.0 for day in days])
+
+
+def change_points(values: Column, rate: float, seed: int = 0) -> list[tuple[int, float]]:
+    """Indices at which a new level begins, with their p-values, in order; `rate` is the chance of any in a series
+    without a change."""
+    random = np.random.default_rng(seed)
+    found: list[tuple[int, float]] = []
+    open_parts = [(0, len(values))]
+    while open_parts:
+        start, end = open_parts.pop()
+        part = values[start:end]
+        if len(part) < 2 * FEWEST_DAYS or np.ptp(part) == 0.0:
+            continue
+        at, strength = _strongest(part)
+        beyond = sum(_strongest(random.permutation(part))[1] >= strength - 1e-12 for _ in range(PERMUTATIONS))
+        p_value = (beyond + 1) / (PERMUTATIONS + 1)
+        if p_value <= rate:
+            found.append((start + at, p_value))
+            open_parts += [(start, start + at), (start + at, end)]
+    return sorted(found)
+
+
+def _strongest(values: Column) -> tuple[int, float]:
+    """Where two means differ most, and by how many of their standard errors (up to a factor that is the same for all
+    orders of the values)."""
+    count = len(values)
+    split = np.arange(FEWEST_DAYS, count - FEWEST_DAYS + 1)
+    sums = np.cumsum(values)
+    before, after = sums[split - 1] / split, (sums[-1] - sums[split - 1]) / (count - split)
+    strength = np.abs(after - before) * np.sqrt(split * (count - split) / count)
+    best = int(np.argmax(strength))
+    return int(split[best]), float(strength[best])
+
+
+def _levels_around(values: Column, at: int, seed: int, rate: float) -> tuple[float, float]:
+    """The medians before and after a change, each up to the next one."""
+    edges = [0, *(k for k, _ in change_points(values, rate, seed)), len(values)]
+    place = edges.index(at)
+    return float(np.median(values[edges[place - 1] : at])), float(np.median(values[at : edges[place + 1]]))
+
+
+def _size(effect: str, parameters: Mapping[str, Interval]) -> Interval | None:
+    """The number that says how large an effect is: the first that its laws fit."""
+    if effect not in LIBRARY:
+        return None
+    sizes = [law.free[0] for law in LIBRARY[effect].laws]
+    return next((parameters[name] for name in sizes if name in parameters), None)

@@ -1,0 +1,129 @@
+"""A rig over many days: change points that hold their false-alarm rate, growth, the picture, the order of days."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from gap_rigs import session
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rig.app.past import told
+from rig.cli.commands import cli
+from rig.errors import ConfigError
+from rig.gap.answer.result import Interval
+from rig.gap.history import FALSE_ALARM_RATE, Change, Day, change_points, changes, growth
+from rig.log.convert import write_record
+from rig.model.parameters import AddedEffect
+from rig.record import Record
+from rig.report.history_figure import history_figure
+
+
+def days_with(gaps: list[float], lags: list[float]) -> list[Day]:
+    return [
+        Day(
+            f"day_{k:02d}", float(k), gap, 0.1, "explained" if lag else "none",
+            {"valve_lag": Interval(lag, lag - 0.001, lag + 0.001, "s")} if lag else {},
+        )
+        for k, (gap, lag) in enumerate(zip(gaps, lags, strict=True))
+    ]  # fmt: skip
+
+
+def test_a_step_is_found_where_it_is() -> None:
+    random = np.random.default_rng(1)
+    values = 0.1 + 0.01 * random.standard_normal(20)
+    values[12:] += 0.2
+    ((at, p_value),) = change_points(values, FALSE_ALARM_RATE)
+    assert at == 12
+    assert p_value <= FALSE_ALARM_RATE
+
+
+def test_two_steps_are_two_changes() -> None:
+    values = np.repeat([0.1, 0.5, 0.2], 10) + 0.01 * np.random.default_rng(2).standard_normal(30)
+    assert [at for at, _ in change_points(values, FALSE_ALARM_RATE)] == [10, 20]
+
+
+def test_series_without_a_change_hardly_ever_alarm() -> None:
+    random = np.random.default_rng(3)
+    series = [random.standard_t(3.0, 14) for _ in range(100)]
+    assert sum(bool(change_points(values, 0.05, seed=k)) for k, values in enumerate(series)) <= 11  # 5 % of 100, + 3 sd
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.lists(st.floats(0.0, 5.0), max_size=12), st.integers(0, 100))
+def test_any_series_is_answered_the_same_each_time(values: list[float], seed: int) -> None:
+    column = np.array(values)
+    found = change_points(column, 0.2, seed)
+    assert found == change_points(column, 0.2, seed)
+    assert all(3 <= at <= len(values) - 3 for at, _ in found)
+
+
+def test_a_cause_that_appears_and_grows_is_told() -> None:
+    lags = [0.0] * 10 + [0.010 + 0.001 * k for k in range(10)]
+    days = days_with([0.1] * 10 + [0.5 + 0.05 * k for k in range(10)], lags)
+    appeared = [change for change in changes(days) if change.quantity == "valve_lag"]
+    assert appeared[0].day == "day_10"
+    (slope,) = growth(days)
+    assert slope.first_day == "day_10"
+    assert slope.per_day == pytest.approx(0.001, rel=0.05)
+    assert slope.low <= slope.per_day <= slope.high
+    said = " ".join(told(days))
+    assert "valve_lag" in said
+    assert "0.001 s a day" in said
+
+
+def test_where_nothing_changes_that_is_said() -> None:
+    assert told(days_with([0.1, 0.11, 0.1, 0.09, 0.1, 0.1], [0.0] * 6)) == [
+        "nothing changed over these days (at a false-alarm rate of 1 %)"
+    ]
+
+
+def test_two_days_of_a_cause_have_no_slope() -> None:
+    assert growth(days_with([0.1] * 4, [0.0, 0.0, 0.01, 0.02])) == []
+
+
+def test_the_picture_has_a_panel_for_each_effect_and_marks_the_changes() -> None:
+    days = days_with([0.1] * 5 + [0.5] * 5, [0.0] * 5 + [0.01] * 5)
+    figure = history_figure(days, [Change("gap_deg", "day_05", 0.1, 0.5, 0.004)])
+    assert len(figure.axes) == 2
+    assert "day_05" in {text.get_text() for text in figure.axes[0].texts}
+
+
+def write(folder: Path, records: Sequence[Record]) -> None:
+    folder.mkdir(parents=True)
+    for record in records:
+        write_record(record, folder / f"{record.name}.mcap", {})
+
+
+def test_the_command_puts_days_in_order_of_time(tmp_path: Path) -> None:
+    later = AddedEffect("delay", {"delay_s": 0.04})
+    for name, records in (
+        ("b_2026-03-02", session(4)),
+        ("a_2026-03-09", session(5, later)),
+        ("c_2026-02-01", session(6)),
+    ):
+        write(tmp_path / "days" / name, records)
+    write(tmp_path / "healthy", session(1))
+    (tmp_path / "model.yaml").write_text(Path("configs/models/simulated.yaml").read_text())
+    called = CliRunner().invoke(
+        cli,
+        [
+            "gap", "history", f"{tmp_path / 'days'}", "--model", f"{tmp_path / 'model.yaml'}",
+            "--baseline", f"{tmp_path / 'healthy'}", "--json", f"{tmp_path / 'h.json'}", "-o", f"{tmp_path / 'h.svg'}",
+            "--workers", "1",
+        ],
+    )  # fmt: skip
+    assert called.exit_code == 0, called.output
+    report = json.loads((tmp_path / "h.json").read_text())
+    assert [day["name"] for day in report["days"]] == ["c_2026-02-01", "b_2026-03-02", "a_2026-03-09"]
+    assert [day["days"] for day in report["days"]] == [0.0, 29.0, 36.0]
+    assert "delay" in report["days"][-1]["sizes"]
+    assert (tmp_path / "h.svg").exists()
+
+
+def test_a_single_day_is_no_history(tmp_path: Path) -> None:
+    done = CliRunner().invoke(cli, ["gap", "history", f"{tmp_path}", "--model", "configs/models/simulated.yaml"])
+    assert isinstance(done.exception, ConfigError)
