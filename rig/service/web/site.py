@@ -17,13 +17,16 @@ from rig.model.parameters import load_model
 from rig.service.web.actions import Actions
 from rig.service.web.catalogue import Catalogue
 from rig.service.web.desk import Desk
+from rig.service.web.errands import Errands
 from rig.service.web.feed import Feed
 from rig.service.web.glance import FRESH_S, glance, lost
 from rig.service.web.guard import Guard
+from rig.service.web.library import Library
 from rig.service.web.link import Link
 from rig.service.web.orders import PageOrders
 from rig.service.web.pages import Pages
 from rig.service.web.peers import may_come, owner_of
+from rig.service.web.records import Records
 from rig.service.web.viewers import Viewers
 from rig.service.web.visitors import Guesses, Visitors
 
@@ -69,6 +72,7 @@ class Site:
     def _routes(self) -> Starlette:
         pages = Pages(self._visitors, self._guesses, self._look, lambda: self._glance)
         actions = Actions(self._link, self._visitors, self._desk, self._sweeps, self._tell_desk, self._viewers.tell)
+        library = Library(self._orders.rig, self._sweeps, Records(self._orders.logs), Errands())
         return Starlette(
             routes=[
                 Route("/", pages.front),
@@ -76,6 +80,7 @@ class Site:
                 Route("/api/status", pages.status),
                 WebSocketRoute("/live", self._viewers.serve),
                 *actions.routes(),
+                *library.routes(),
                 Mount("/static", _Static(directory=STATIC)),
             ]
         )

@@ -1,14 +1,18 @@
 // The page comes alive: Stop first, then what the server tells, then everything else.
 import * as command from "./command.js";
 import * as live from "./live.js";
+import * as records from "./records.js";
+import * as runs from "./runs.js";
 import * as state from "./state.js";
 import * as stop from "./stop.js";
 import * as parts from "./parts.js";
 
 stop.wire();
 command.wire();
-parts.wire();
 live.wire();
+runs.wire();
+records.wire();
+parts.wire();
 
 const AGAIN_MS = 500;
 const listeners = {

@@ -1,0 +1,60 @@
+"""What lies in the folder of records, by session and name. Names are looked up in listings and never made paths."""
+
+from pathlib import Path
+from typing import Any, Final
+
+from rig.errors import RecordError
+
+LOOSE: Final = "-loose-"
+"""The session of files that lie in the folder itself."""
+MOST_SESSIONS: Final = 500
+_SUFFIX: Final = ".mcap"
+
+
+class Records:
+    """The sessions below one folder."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def sessions(self) -> list[dict[str, Any]]:
+        """The newest first: name, number of records, when it was last written to."""
+        found = [_session(name, folder) for name, folder in self._folders().items()]
+        found = [session for session in found if session["records"]]
+        return sorted(found, key=lambda session: float(session["changed_s"]), reverse=True)[:MOST_SESSIONS]
+
+    def files(self, session: str) -> list[Path]:
+        """Its records in the order in which they were made; RecordError when there is no such session."""
+        folder = self._folders().get(session)
+        if folder is None:
+            raise RecordError(f"{session[:80]!a}: no such session")
+        return sorted(_records_in(folder), key=lambda file: (file.stat().st_mtime_ns, file.name))
+
+    def folder(self, session: str) -> Path:
+        """Where a session lies; RecordError when there is none."""
+        self.files(session)
+        return self._folders()[session]
+
+    def file(self, session: str, name: str) -> Path:
+        """One record; RecordError when there is none."""
+        found = next((file for file in self.files(session) if file.name == name), None)
+        if found is None:
+            raise RecordError(f"{name[:120]!a}: no such record in this session")
+        return found
+
+    def _folders(self) -> dict[str, Path]:
+        try:
+            below = {item.name: item for item in self._folder.iterdir() if item.is_dir() and not item.is_symlink()}
+        except OSError:
+            return {}
+        return {LOOSE: self._folder} | below
+
+
+def _records_in(folder: Path) -> list[Path]:
+    return [file for file in folder.glob(f"*{_SUFFIX}") if file.is_file() and not file.is_symlink()]
+
+
+def _session(name: str, folder: Path) -> dict[str, Any]:
+    files = _records_in(folder)
+    changed_s = max((file.stat().st_mtime for file in files), default=0.0)
+    return {"name": name, "records": len(files), "changed_s": changed_s}

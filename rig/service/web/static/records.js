@@ -1,0 +1,115 @@
+// Past records: their plots, whether they are valid and whole, and one beside another.
+import { ask, by, fill, make, put, shown } from "./dom.js";
+import { curves, line, overTime } from "./plots.js";
+
+let plots = null;
+let chosen = null;
+let kept = null;
+
+const path = (record) => `/api/records/${encodeURIComponent(record.session)}/${encodeURIComponent(record.name)}`;
+
+export function wire() {
+  document.addEventListener("part", ({ detail }) => { if (detail === "records") begin(); });
+  by("session").addEventListener("change", list);
+  by("sessions-again").addEventListener("click", sessions);
+  by("record-check").addEventListener("click", checkFile);
+  by("record-keep").addEventListener("click", () => {
+    kept = kept ? null : chosen;
+    told();
+  });
+}
+
+function begin() {
+  if (!plots) {
+    plots = {
+      pressure: overTime(by("plot-record-pressure"), [line("p1 set-point", 0, [4, 4]), line("p1", 0), line("p2 set-point", 1, [4, 4]), line("p2", 1)], "pressure [MPa]", 220),
+      angle: overTime(by("plot-record-angle"), [line("this record", 2), line("compared with", 3, [8, 4])], "angle [deg]", 220),
+      difference: overTime(by("plot-record-difference"), [line("this − compared with", 1)], "difference [deg]", 150),
+      loop: curves(by("plot-record-loop"), [line("this record", 2), line("compared with", 3, [8, 4])], "p1 − p2 set-points [MPa]", "angle [deg]", 420),
+    };
+  }
+  sessions();
+}
+
+async function sessions() {
+  const before = by("session").value;
+  try {
+    const found = (await ask("/api/sessions")).sessions;
+    fill("session", ...found.map(({ name, records }) => make("option", { value: name }, `${name} (${records})`)));
+    if (!found.length) { put("record-said", "No records yet."); fill("record-list"); return; }
+    if (found.some(({ name }) => name === before)) by("session").value = before;
+    await list();
+  } catch (error) {
+    put("record-said", error.message);
+  }
+}
+
+async function list() {
+  const session = by("session").value;
+  try {
+    const { records } = await ask(`/api/sessions/${encodeURIComponent(session)}`);
+    fill("record-list", ...records.map((record) => make("tr", {},
+      make("th", { scope: "row" }, make("button", { type: "button", onclick: () => choose({ session, name: record.name }) }, record.name)),
+      make("td", {}, record.problem ? "✖ cannot be read" : record.valid ? "✔ valid" : "✖ not valid"),
+      make("td", {}, record.problem || record.ended || "–"),
+      make("td", { class: "n" }, record.missed === null || record.missed === undefined ? "–" : String(record.missed)))));
+  } catch (error) {
+    put("record-said", error.message);
+  }
+}
+
+export async function choose(record) {
+  chosen = record;
+  put("record-name", record.name);
+  put("record-said", "Reading …");
+  by("record-file").href = `${path(record)}/file`;
+  by("record-file").hidden = false;
+  by("record-check").disabled = by("record-keep").disabled = false;
+  told();
+  try {
+    const found = await ask(path(record));
+    if (chosen !== record) return;
+    if (found.problem) throw new Error(found.problem);
+    put("record-said", `${found.valid ? "✔ Valid" : "✖ Not valid"}, ${shown(found.seconds, 1)} s, ${found.missed} missed, ${found.dropped} dropped${found.fault ? `, fault ${found.fault}` : ""}`);
+    fill("record-lines", ...found.lines.map((one) => make("tr", {}, make("td", { class: "n" }, shown(one.t_s, 3, "s")), make("td", {}, one.level), make("td", {}, one.text))));
+    draw(found.columns);
+    if (kept && kept !== record) await compare(record);
+  } catch (error) {
+    if (chosen === record) put("record-said", `It cannot be shown: ${error.message}`);
+  }
+}
+
+const none = (columns) => columns.t_s.map(() => null);
+const loopOf = (columns) => [columns.dp_cmd_mpa, columns.angle_deg ?? none(columns)];
+
+function draw(columns) {
+  const of = (name) => columns[name] ?? none(columns);
+  plots.pressure.setData([columns.t_s, of("p1_cmd_mpa"), of("p1_mpa"), of("p2_cmd_mpa"), of("p2_mpa")]);
+  plots.angle.setData([columns.t_s, of("angle_deg"), none(columns)]);
+  plots.difference.setData([[], []]);
+  plots.loop.setData([[], loopOf(columns), [[], []]]);
+}
+
+async function compare(record) {
+  const side = (one) => encodeURIComponent(`${one.session}/${one.name}`);
+  const found = await ask(`/api/compare?a=${side(kept)}&b=${side(record)}`);
+  plots.angle.setData([found.b.t_s, found.b.angle_deg, found.a.angle_deg]);
+  plots.difference.setData([found.b.t_s, found.difference_deg]);
+  plots.loop.setData([[], loopOf(found.b), loopOf(found.a)]);
+  put("compare-said", `Compared with ${kept.name} of ${kept.session}: difference ${shown(found.rmse_deg, 3)} deg rms, ${shown(found.max_deg, 3)} deg at most, mean ${shown(found.mean_deg, 3)} deg.`);
+}
+
+function told() {
+  by("record-keep").textContent = kept ? "Compare no more" : "Compare others with this";
+  put("compare-said", kept ? `Choose a record to compare with ${kept.name} of ${kept.session}.` : "");
+}
+
+async function checkFile() {
+  put("record-said", "Checking …");
+  try {
+    const { ok, findings } = await ask(`${path(chosen)}/check`);
+    put("record-said", ok ? "✔ The file is whole and true." : `✖ ${findings.join("\n✖ ")}`);
+  } catch (error) {
+    put("record-said", `It cannot be checked: ${error.message}`);
+  }
+}
