@@ -15,7 +15,7 @@ from drivers.calibration import Calibration, Potentiometer, parse_all
 from drivers.fitting import Form, Measured, calibrate, summary
 from rig.app import compose
 from rig.app.bringup import DeviceTicker, mean
-from rig.app.overseen import Overseen, overseen
+from rig.app.overseen import Overseen, check_last_resort, overseen
 from rig.app.terminal import listing
 from rig.config import read_yaml, structure, unstructure
 from rig.errors import ConfigError, RigError
@@ -36,6 +36,8 @@ class CalibrationOptions:
     serial_numbers: dict[str, str]
     settle_s: float
     reference_v: float | None = None
+    force: bool = False
+    """Go although the watchdog of a device takes too long."""
 
 
 def parse_serials(pairs: Sequence[str]) -> dict[str, str]:
@@ -112,6 +114,7 @@ def guided_pressures(rig: RigConfig, levels: Sequence[float], options: Calibrati
     }
     device = compose.make_device(nominal, MonotonicClock())
     with _ticker(device, rig, overseen(nominal)) as ticker:
+        check_last_resort(rig, ticker.facts, options.force)
         for level in levels:
             ticker.go_to(level, level, settle_s=options.settle_s)
             found = ticker.collect(COLLECT_S)

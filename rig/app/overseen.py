@@ -1,19 +1,24 @@
-"""Supervisor and guardian above a command that holds a rig by itself, without a loop: calibrating and probing.
+"""What stands above a command that holds a rig: the device's own watchdog, and, where there is no loop (calibrating and
+probing), supervisor and guardian.
 
-They are those of a session. When this process is killed, stopped (also by Ctrl-Z) or hangs, they end it and see to the
-safe state; when one of them is lost, the command gives up.
+These two are those of a session. When this process is killed, stopped (also by Ctrl-Z) or hangs, they end it and see to
+the safe state; when one of them is lost, the command gives up.
 """
 
 import os
 import secrets
+from collections.abc import Mapping
 from types import TracebackType
 from typing import Final, Self
 
 from rig.app import compose
 from rig.app.supervise import watcher_process
+from rig.app.terminal import console
+from rig.errors import RigError
 from rig.realtime.ring import Ring, RingWriter
 from rig.realtime.safe_state import Writer
 from rig.rig_config import RigConfig
+from rig.service.last_resort import last_resort
 from rig.service.watchers import Watchers
 
 _PATIENCE_NS: Final = 250_000_000
@@ -52,3 +57,14 @@ class Overseen:
 def overseen(rig: RigConfig) -> Overseen | None:
     """For a rig whose set-points stand when this process is gone; None where the plant ends with it."""
     return Overseen(rig) if compose.outlives_the_loop(rig) else None
+
+
+def check_last_resort(rig: RigConfig, device: Mapping[str, str], force: bool) -> None:
+    """What would be left if every process were lost at once: said, and refused when that takes too long."""
+    if compose.is_simulated(rig):
+        return
+    left = last_resort(rig, device)
+    if left.problems and not force:
+        raise RigError(f"{left.problems[0]}; shorten it, or give --force")
+    for line in (*left.problems, *left.lines):
+        console("-").print(line, style="yellow", markup=False)

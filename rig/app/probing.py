@@ -8,7 +8,7 @@ from rich.table import Table
 
 from rig.app import compose, inventory
 from rig.app.bringup import DeviceTicker, Timing, let_go, step_valves, time_reads
-from rig.app.overseen import overseen
+from rig.app.overseen import check_last_resort, overseen
 from rig.app.terminal import listing
 from rig.errors import CheckFailed, DeviceError
 from rig.realtime.clock import MonotonicClock
@@ -84,12 +84,14 @@ def _findings(entry: DeviceEntry, timing: Timing, period_ns: int) -> list[str]:
     return lines
 
 
-def steps(rig: RigConfig, step_mpa: float, settle_s: float) -> dict[str, Any]:
-    """Step each valve alone; MOVES THE RIG, and leaves it in its safe state."""
+def steps(rig: RigConfig, step_mpa: float, settle_s: float, *, force: bool = False) -> dict[str, Any]:
+    """Step each valve alone; MOVES THE RIG, and leaves it in its safe state. RigError for a watchdog that takes too
+    long, unless forced."""
     device = compose.make_device(rig, MonotonicClock())
     safe = rig.safe.p1_mpa, rig.safe.p2_mpa
     try:
         with DeviceTicker(device, rig.period_ns, safe, overseen(rig)) as ticker:
+            check_last_resort(rig, ticker.facts, force)
             results = step_valves(ticker, safe, step_mpa, settle_s)
     except DeviceError as error:
         return {"steps": [], "findings": [str(error)]}

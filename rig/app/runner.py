@@ -15,6 +15,7 @@ from typing import Any
 
 from rig.app import compose
 from rig.app.outcome import Outcome
+from rig.app.overseen import check_last_resort
 from rig.app.supervise import watching
 from rig.app.terminal import console, progress
 from rig.errors import RigError
@@ -25,7 +26,6 @@ from rig.realtime.program import Program
 from rig.realtime.ring import RingReader
 from rig.rig_config import RigConfig
 from rig.sample import unpack
-from rig.service.last_resort import last_resort
 from rig.service.recorder import RunOrder, RunResult, said_of
 from rig.service.run_setup import order_of, session_facts
 from rig.service.session import Session, ending_signals, is_warning, own_signals, spoken
@@ -150,17 +150,6 @@ def announce(device: Mapping[str, str]) -> None:
     terminal = console("-")
     for key, said in spoken(device).items():
         terminal.print(f"{key}: {said}", style="yellow" if is_warning(key) else "", markup=False)
-
-
-def check_last_resort(rig: RigConfig, device: Mapping[str, str], force: bool) -> None:
-    """What would be left if every process were lost at once: said, and refused when that takes too long."""
-    if compose.is_simulated(rig):
-        return
-    left = last_resort(rig, device)
-    if left.problems and not force:
-        raise RigError(f"{left.problems[0]}; shorten it, or give --force")
-    for line in (*left.problems, *left.lines):
-        console("-").print(line, style="yellow", markup=False)
 
 
 def _orders(session: Session, rig: RigConfig, runs: Sequence[Planned], options: RunOptions) -> list[RunOrder]:

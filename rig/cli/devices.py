@@ -13,6 +13,10 @@ _RIG = click.option(
     "--rig", "rig_path", type=click.Path(path_type=Path), help="Rig to look at; default: the simulated rig."
 )
 
+_FORCE = click.option(
+    "--force", is_flag=True, help="Move the rig although the watchdog of a device takes longer than safe.watchdog_s."
+)
+
 
 @click.group(cls=Group)
 def devices() -> None:
@@ -46,10 +50,12 @@ def list_devices(rig_path: Path | None, json_to: str | None) -> None:
     "--settle", type=click.FloatRange(0.1, 30.0), default=1.0, show_default=True, help="Seconds to wait after a step."
 )
 @click.option("--yes", is_flag=True, help="Do not ask before moving the rig.")
+@_FORCE
 @json_option
 def probe(
-    rig_path: Path | None, ticks: int, step: bool, step_mpa: float, settle: float, yes: bool, json_to: str | None
-) -> None:
+    rig_path: Path | None, ticks: int, step: bool, step_mpa: float, settle: float, yes: bool, force: bool,
+    json_to: str | None,
+) -> None:  # fmt: skip
     """Does each device answer, how fast, and can it hold the period? Moves nothing unless --step is given.
 
     Exit status 1 when a device does not answer, cannot hold the period, or its wiring is not as the config says.
@@ -63,7 +69,7 @@ def probe(
     with progress("probing", ticks * len(rig.devices)) as update:
         result = probing.probe(rig, ticks, update)
     if step and not result["findings"]:
-        result |= probing.steps(rig, step_mpa, settle)
+        result |= probing.steps(rig, step_mpa, settle, force=force)
     screen.print(probing.table(result))
     screen.print("\n".join([*probing.moved(result), *probing.facts(result)]))
     for warning in result["warnings"]:
@@ -112,10 +118,12 @@ def probe(
     "--settle", type=click.FloatRange(0.1, 60.0), default=2.0, show_default=True, help="Seconds to wait at each point."
 )
 @click.option("--yes", is_flag=True, help="Do not ask before moving the rig.")
+@_FORCE
 @json_option
 def calibrate(
     what: str | None, rig_path: Path | None, points: Path | None, output: Path, form: str, reference_uncertainty: float,
-    reference_v: float | None, serials: tuple[str, ...], levels: str, settle: float, yes: bool, json_to: str | None,
+    reference_v: float | None, serials: tuple[str, ...], levels: str, settle: float, yes: bool, force: bool,
+    json_to: str | None,
 ) -> None:  # fmt: skip
     """Calibrate the potentiometer (angle) or regulators and monitors (pressures), guided on the terminal or from
     --points FILE.
@@ -129,7 +137,7 @@ def calibrate(
     if (what is None) == (points is None):
         raise RigError("devices calibrate: say either what to calibrate (angle, pressures) or give --points FILE")
     options = calibrating.CalibrationOptions(
-        form, reference_uncertainty, calibrating.parse_serials(serials), settle, reference_v
+        form, reference_uncertainty, calibrating.parse_serials(serials), settle, reference_v, force
     )
     calibrating.kept_in(output)
     if points is not None:

@@ -11,10 +11,13 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
 from hil.terminals import Terminals
 from rig.app import compose
+from rig.cli.commands import cli
 from rig.qualify.faults.bench import RIG, SAFE_MPA, named_children
+from rig.qualify.faults.wired import ModbusFaultBench
 
 pytestmark = pytest.mark.xdist_group("real processes")
 KILL, STOP = signal.SIGKILL, signal.SIGSTOP
@@ -121,4 +124,24 @@ def test_without_those_above_it_the_command_gives_up(calibration: Calibration, n
 def test_a_supervisor_that_ended_a_command_says_so_in_its_place(calibration: Calibration) -> None:
     os.kill(calibration.pids["command"], STOP)
     calibration.process.wait(5)
-    calibration.wait(lambda: "seen at the device" in calibration.said, "the supervisor's word", 5.0)
+    calibration.wait(lambda: calibration.said.endswith("\n"), "the supervisor's word", 5.0)
+    assert "the process that held the rig is gone or did not move; safe state written by" in calibration.said
+    assert "seen at the device" in calibration.said
+
+
+def test_a_watchdog_that_takes_too_long_is_refused_before_anything_moves(tmp_path: Path) -> None:
+    too_long_s = 60.0
+    calls = (
+        ["devices", "probe", "--step", "--ticks", "20", "--settle", "0.1"],
+        ["devices", "calibrate", "pressures", "--levels", "0.2,0.3", "-o", str(tmp_path / "c.yaml")],
+    )
+    with ModbusFaultBench(tmp_path, too_long_s) as bench:
+        written = bench.terminals.writes
+        for call in calls:
+            done = CliRunner().invoke(cli, [*call, "--yes", "--rig", str(bench.rig)])
+            assert "its watchdog takes 60 s, longer than the rig's safe.watchdog_s, 1 s" in str(done.exception)
+            assert bench.terminals.writes == written
+        forced = CliRunner().invoke(cli, [*calls[0], "--yes", "--force", "--rig", str(bench.rig)])
+        assert "its watchdog takes 60 s" in " ".join(forced.output.split()), forced.output
+        assert bench.terminals.writes > written
+        assert bench.is_safe

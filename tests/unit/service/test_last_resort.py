@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from rig.app import compose
-from rig.app.runner import check_last_resort
+from rig.app.overseen import check_last_resort
 from rig.errors import RigError
 from rig.rig_config import RigConfig
 from rig.service.last_resort import last_resort
