@@ -194,6 +194,7 @@ class _Operator:
 def _watch(session: Session, operator: _Operator, outcome: Outcome, total_ticks: int) -> None:
     """Let the loop go, and until it ends: beat, show progress, gather results; a dead recorder or a file that is gone
     ends the runs."""
+    said = ""
     with progress("running", total_ticks) as update:
         session.go()  # only now: what progress imports takes a while on a busy machine, and the loop waits for our beat
         while session.loop_alive:
@@ -201,14 +202,29 @@ def _watch(session: Session, operator: _Operator, outcome: Outcome, total_ticks:
             outcome.runs += session.results()
             _show(session, update, operator.asked_to_stop)
             _look(session, outcome)
-            lost = [
-                run.error for run in outcome.runs if run.error and not run.valid and len(outcome.runs) < outcome.planned
-            ]
-            gone = [session.trouble.error] if session.trouble is not None and session.trouble.final else []
-            if (lost or gone) and not outcome.error:
-                outcome.error = f"the rig was stopped: {[*gone, *lost][0]}"
-                session.mailbox.stop()
+            said = _say_trouble(session, said)
+            _stop_without_a_file(session, outcome)
             time.sleep(_POLL_S)
+
+
+def _say_trouble(session: Session, said: str) -> str:
+    """At once, also into a pipe: the record may be lost by the end. Returns what was said last."""
+    trouble = session.trouble
+    if trouble is not None and trouble.final:
+        return said  # it ends the run, which says why
+    now = trouble.error if trouble is not None else ""
+    if now != said:
+        line = f"warning: {now}; the samples wait in memory" if now else "the record can be written again"
+        console("-").print(line, style="yellow")
+    return now
+
+
+def _stop_without_a_file(session: Session, outcome: Outcome) -> None:
+    lost = [run.error for run in outcome.runs if run.error and not run.valid and len(outcome.runs) < outcome.planned]
+    gone = [session.trouble.error] if session.trouble is not None and session.trouble.final else []
+    if (lost or gone) and not outcome.error:
+        outcome.error = f"the rig was stopped: {[*gone, *lost][0]}"
+        session.mailbox.stop()
 
 
 def _look(session: Session, outcome: Outcome) -> None:
