@@ -52,6 +52,8 @@ class Flag(IntFlag):
     """A monitor reads below its live zero (0 V on 1-5 V, 0 mA on 4-20 mA)."""
     SUSPECT = 1 << 10
     """A value was out of range, jumped or was not finite, and was kept away from every output."""
+    ANGLE_SUSPECT = 1 << 11
+    """The value that could not be true, or was not there, was the angle."""
 
 
 # The flags as plain ints, for code that runs each tick: arithmetic on an IntFlag costs a microsecond each.
@@ -66,6 +68,7 @@ READ_ERROR: Final = Flag.READ_ERROR.value
 WRITE_ERROR: Final = Flag.WRITE_ERROR.value
 BROKEN_WIRE: Final = Flag.BROKEN_WIRE.value
 SUSPECT: Final = Flag.SUSPECT.value
+ANGLE_SUSPECT: Final = Flag.ANGLE_SUSPECT.value
 
 
 _FURTHER: Final = (
@@ -118,6 +121,9 @@ class Sample(NamedTuple):
     further_2: Annotated[float, Wire("double", "own", _FURTHER)] = NAN
     further_3: Annotated[float, Wire("double", "own", _FURTHER)] = NAN
     further_4: Annotated[float, Wire("double", "own", _FURTHER)] = NAN
+    reference_deg: Annotated[
+        float, Wire("double", "deg", "reference angle while the loop is closed over angle_deg; NaN otherwise")
+    ] = NAN
 
 
 _HINTS = get_type_hints(Sample, include_extras=True)

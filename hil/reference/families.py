@@ -31,6 +31,14 @@ Session = Any
 """A day on a unit; every family has its own."""
 
 
+class Stepped(Protocol):
+    """A rig that moves on by one period at a call: for whoever decides by its readings."""
+
+    def step(self, p1_cmd_mpa: float, p2_cmd_mpa: float) -> tuple[float, float, float]:
+        """p1, p2 (MPa) and angle (deg) as read one period later, under these set-points meanwhile. RigError when the
+        joint runs away."""
+
+
 class Unit(Protocol):
     """One rig of a family."""
 
@@ -90,6 +98,8 @@ NAMES: Final = ("mckibben", "fluidic", "pleated")
 """In each folder of that name: the equations (`plant`) and the table of effects (`other_laws`)."""
 JUDGED_ONLY: Final = ("pleated",)
 """Kept for judging: nothing is fitted on them, so that what is measured there is how it does on an unknown build."""
+STEPPED: Final = ("mckibben", "fluidic")
+"""Those that a controller can drive, with a module `stepped` in their folder."""
 DEVELOPED_ON: Final = tuple(name for name in NAMES if name not in JUDGED_ONLY)
 
 
@@ -105,6 +115,23 @@ def unit(family_name: str, seed: int) -> Unit:
     """The rig of that number; units of one family are sisters, rigs of the same build that differ by 1 to 30 % in each
     parameter."""
     return family(family_name).make(seed)
+
+
+def stepped(
+    family_name: str, unit_seed: int, period_s: float, day: tuple[int, float], disturbance: Disturbance,
+    noise_seed: int = 0
+) -> Stepped:  # fmt: skip
+    """A unit one period at a time, settled at 0.2 MPa; `day`: its seed and drift, see `Unit.session`.
+
+    RigError for a family that cannot be stepped, and for a disturbance of instruments or timing that has a memory of
+    its own: those are for whole records.
+    """
+    if family_name not in STEPPED:
+        raise RigError(f"plant family {family_name!r}: tick by tick there is {', '.join(STEPPED)}")
+    plant = make_plant(family(family_name).build, unit_seed)
+    stepper = import_module(f"hil.reference.{family_name}.stepped")
+    made: Stepped = stepper.Stepped(plant, plant.session(*day), disturbance, period_s, noise_seed)
+    return made
 
 
 def disturbance(family_name: str, sizes: Mapping[str, float], detail_seed: int = 0) -> Disturbance:

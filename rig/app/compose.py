@@ -19,12 +19,11 @@ from typing import Any
 from rig.config import structure, suggest
 from rig.errors import ConfigError, DeviceError, RigError
 from rig.interfaces import Clock, Device, DeviceContext, Role
-from rig.realtime import measures
+from rig.realtime import closed_loop, measures
 from rig.realtime.clock import MonotonicClock, VirtualClock, WarmUpClock
 from rig.realtime.commands import Mailbox, Script, program_path
 from rig.realtime.faults import Fault
 from rig.realtime.loop import Loop, LoopSettings
-from rig.realtime.program import Program
 from rig.realtime.rehearsal import NoDevice, Rehearsal
 from rig.realtime.ring import Ring, RingWriter
 from rig.rig_config import DeviceEntry, RigConfig, load_rig, require_file, resolve_paths
@@ -34,6 +33,7 @@ from rig.service.session import LoopOrders
 STAND_INS = {
     "simulated": "hil.bench:SimulatedRig",
     "simulated_faulty": "hil.faults:FaultyRig",
+    "physics": "hil.physics:PhysicsRig",
     "emulated": "rig.app.emulated:EmulatedRig",
     "playback": "rig.app.playback:PlaybackRig",
 }
@@ -156,7 +156,7 @@ def _prepare(orders: LoopOrders) -> tuple[Loop, dict[str, Any]]:
     device = make_device(rig, clock, {**orders.options, **seed})
     commands: Mailbox | Script = mailbox
     if orders.script is not None:
-        programs = [Program.attach(program_path(orders.session, run), orders.session) for run in orders.script]
+        programs = [closed_loop.attach(program_path(orders.session, run), orders.session) for run in orders.script]
         commands = Script(programs, mailbox)
     waiting = clock if orders.virtual else punctual(clock, device, rig)
     loop = Loop(device, waiting, RingWriter(ring, os.getpid()), commands, loop_settings(rig))

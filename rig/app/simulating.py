@@ -9,6 +9,7 @@ import numpy as np
 
 from rig.app.compose import find_config
 from rig.columns import rms
+from rig.errors import ConfigError
 from rig.excite.experiment import expand, load_sweep
 from rig.excite.setpoints import around
 from rig.log.convert import write_record
@@ -98,6 +99,8 @@ def commands_of(commands: Path, period_s: float) -> list[Record]:
         return read(commands)
     made = []
     for plan in expand(load_sweep(find_config(commands, "sweeps")), round(period_s * 1e9)):
+        if plan.tracking is not None:
+            raise ConfigError(f"{commands}: {plan.name} is an angle to follow, no command; see `pamrig track`")
         dp = np.array(plan.dp_mpa, dtype=np.float64)
         time_s = np.arange(len(dp), dtype=np.float64) * period_s
         made.append(Record(plan.name, time_s, dp, None, *around(plan.p0_mpa, dp), facts=plan.facts))

@@ -8,7 +8,7 @@ from typing import Any
 from rig.app import compose, runner
 from rig.app.outcome import Outcome
 from rig.errors import RigError
-from rig.excite.envelope import check
+from rig.excite.envelope import check_run
 from rig.excite.experiment import expand, load_sweep
 from rig.rig_config import RigConfig
 from rig.service.run_setup import program_of
@@ -40,7 +40,7 @@ def run_sweep(sweep: Path, rig: RigConfig, options: SweepOptions) -> Outcome:
     plan = load_sweep(sweep)
     plans = expand(plan, rig.period_ns)
     for item in plans:
-        check(item, rig.limits, rig.period_ns)
+        check_run(item, rig.limits, rig.period_ns)
     runs = [runner.Planned(item.name, program_of(item, number), item.facts) for number, item in enumerate(plans, 1)]
     return runner.carry_out(
         rig,

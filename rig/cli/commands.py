@@ -14,6 +14,8 @@ COMMANDS = {
     "identify": ("rig.cli.identify:identify", "Fit the model to logs by particle swarm."),
     "validate": ("rig.cli.identify:validate", "How well a model predicts logs it was not fitted to."),
     "replay": ("rig.cli.replay:replay", "Send recorded commands again and compare."),
+    "track": ("rig.cli.track:track", "Follow an angle in closed loop."),
+    "tune": ("rig.cli.track:tune", "Gains for that from a model, with margins."),
     "gap": ("rig.cli.gap:gap", "Diagnose the gap between simulator and rig."),
     "log": ("rig.cli.log:log", "Look into logs: info, check, compare, recover, import, export, plot."),
     "devices": ("rig.cli.devices:devices", "List, probe and calibrate devices."),

@@ -8,6 +8,7 @@ from rig.errors import EnvelopeError
 from rig.excite.experiment import RunPlan
 from rig.excite.setpoints import around
 
+NO_GAINS = "an angle to follow, without gains in closed_loop; `pamrig tune` finds some, `pamrig track` as well"
 ROUNDING_MPA = 1e-9
 """Set-points closer than this to a limit count as on it."""
 
@@ -24,12 +25,45 @@ class Envelope(Protocol):
         """Fastest change of a set-point."""
 
 
+class WholeEnvelope(Envelope, Protocol):
+    """What it allows its joint besides."""
+
+    @property
+    def angle_deg(self) -> tuple[float, float]:
+        """Where the joint may be."""
+
+
+def check_run(plan: RunPlan, envelope: WholeEnvelope, period_ns: int) -> None:
+    """`check`, and for a run that closes the loop: EnvelopeError without gains, and when its reference leaves the
+    angles."""
+    if plan.tracking is not None:
+        if plan.tracking.gains is None:
+            raise EnvelopeError(f"{plan.name}: {NO_GAINS}")
+        check_angles(plan, plan.tracking.reference_deg, envelope.angle_deg, period_ns)
+    check(plan, envelope, period_ns)
+
+
 def check(plan: RunPlan, envelope: Envelope, period_ns: int) -> None:
     """EnvelopeError with record, set-point, time and value when some tick of `plan` would leave the envelope.
 
     The settle phase starts wherever the pressures are, which only the loop knows: there the guard limits the slew.
     """
     check_setpoints(plan.name, _setpoints(plan), (plan.p0_mpa, plan.p0_mpa), envelope, period_ns)
+
+
+def check_angles(
+    plan: RunPlan, reference_deg: Iterable[float], limits_deg: tuple[float, float], period_ns: int
+) -> None:
+    """EnvelopeError when a reference over ramp in and sweep would bring the joint where it may not be."""
+    low, high = limits_deg
+    for tick, angle_deg in enumerate(reference_deg):
+        if not low <= angle_deg <= high:
+            lead = plan.ramp_in_ticks
+            part, since = ("sweep", tick - lead) if tick >= lead else ("ramp in", tick)
+            raise EnvelopeError(
+                f"{plan.name}: reference would be {angle_deg:.4g} deg; allowed is {low:g} .. {high:g} deg ({part}, at "
+                f"{since * period_ns * 1e-9:.3f} s)"
+            )
 
 
 def check_setpoints(
@@ -64,7 +98,9 @@ def check_setpoints(
 def _setpoints(plan: RunPlan) -> Iterator[tuple[str, float, float]]:
     """Part, p1, p2 of every tick from P0 through ramp in, sweep and ramp out back to P0."""
     first, last = plan.dp_mpa[0], plan.dp_mpa[-1]
-    ramp_in = (first * tick / plan.ramp_in_ticks for tick in range(plan.ramp_in_ticks))
+    ramp_in: Iterable[float] = (first * tick / plan.ramp_in_ticks for tick in range(plan.ramp_in_ticks))
+    if plan.tracking is not None:
+        ramp_in = plan.tracking.feedforward_mpa[: plan.ramp_in_ticks]
     ramp_out = (last * (1 - (tick + 1) / plan.ramp_out_ticks) for tick in range(plan.ramp_out_ticks))
     for part, dps in (("ramp in", ramp_in), ("sweep", plan.dp_mpa), ("ramp out", itertools.chain(ramp_out, (0.0,)))):
         for dp in dps:

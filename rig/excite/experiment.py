@@ -1,7 +1,8 @@
 """A sweep as its YAML has it, and the list of runs it stands for.
 
 The experiment follows the paper: both muscles to P0 and wait (settle), take that angle as zero (zero), move dp to where
-the signal starts (ramp in), the signal itself (sweep), and back to P0 (ramp out). p1 = P0 + dp/2, p2 = P0 - dp/2.
+the signal starts (ramp in), the signal itself (sweep), and back to P0 (ramp out). p1 = P0 + dp/2, p2 = P0 - dp/2. With
+angles in place of differences the same sweep is a list of references to follow (reference.py).
 Whether a run fits the rig is envelope.py; carrying it out tick by tick is rig.realtime.
 """
 
@@ -15,10 +16,12 @@ from typing import Any, cast
 
 from rig.config import read_yaml, shown, structure, suggest
 from rig.errors import ConfigError
+from rig.excite.reference import AMPLITUDE, Amplitude, Reference, Tracking, tracking
 from rig.excite.signals import Chirp, Mixed, Multisine, Signal, Sine, Triangle, amount, sampled
 from rig.excite.steps import Hold, Prbs, Staircase
-from rig.excite.table import Waveform
+from rig.excite.table import AngleTable, Waveform
 from rig.fields import bounded
+from rig.gains import ClosedLoop
 
 SIGNALS: dict[str, type] = {
     "sine": Sine,
@@ -35,6 +38,8 @@ SIGNALS: dict[str, type] = {
 
 TICKS_PER_CYCLE = 4
 """A frequency that gets fewer ticks than this in a cycle is refused: the rig would see another signal."""
+LEAST_ZERO_TICKS = 10
+"""Of a run that closes the loop: its error counts from the zero that is taken there."""
 MOST_SWEEP_BYTES = 256 * 1024
 MOST_RECORDS = 20_000
 """Of one sweep: two days of records of ten seconds."""
@@ -80,6 +85,13 @@ class Sweep:
     p0_mpa: tuple[float, ...] = (0.2,)
     """Rest pressures of the records that name none of their own."""
     repeats: int = 1
+    closed_loop: ClosedLoop | None = None
+    """Gains for its references."""
+
+    @property
+    def tracks(self) -> bool:
+        """Its records are angles to follow."""
+        return any(isinstance(entry.signal, Reference) for entry in self.entries)
 
     @property
     def rests_mpa(self) -> tuple[float, ...]:
@@ -102,6 +114,8 @@ class RunPlan:
     ramp_out_ticks: int
     facts: Mapping[str, Any] = field(default_factory=dict)
     """What the log says of it: signal and its parameters, P0, repeat."""
+    tracking: Tracking | None = None
+    """The reference of a run that closes the loop; then `dp_mpa` is its feed-forward."""
 
     @property
     def ticks(self) -> int:
@@ -116,6 +130,7 @@ class _Head(Timing):
     name: str = ""
     p0_mpa: tuple[float, ...] = bounded(0.0, 1.0, "MPa", default=(0.2,))
     repeats: int = bounded(1, 10_000, default=1)
+    closed_loop: ClosedLoop | None = None
 
 
 def load_sweep(path: Path) -> Sweep:
@@ -138,10 +153,19 @@ def load_sweep(path: Path) -> Sweep:
             f"{MOST_RECORDS}"
         )
     shared = {f.name: keys[f.name] for f in fields(Timing) if f.name in keys}
+    angles = head.closed_loop is not None or any(_is_reference(record) for record in records)
     entries = tuple(
-        entry for index, record in enumerate(records) for entry in _record(record, shared, path, f"records[{index}]")
+        entry
+        for index, record in enumerate(records)
+        for entry in _record(record, shared, path, f"records[{index}]", angles)
     )
-    return Sweep(head.name or path.stem, entries, head.p0_mpa, head.repeats)
+    return Sweep(head.name or path.stem, entries, head.p0_mpa, head.repeats, head.closed_loop)
+
+
+def _is_reference(record: object) -> bool:
+    """It has an amplitude in degrees."""
+    parts = record.values() if isinstance(record, dict) else ()
+    return any(isinstance(part, dict) and AMPLITUDE in part for part in parts)
 
 
 def _listed(keys: Mapping[str, Any]) -> dict[str, Any]:
@@ -150,8 +174,8 @@ def _listed(keys: Mapping[str, Any]) -> dict[str, Any]:
     return dict(keys) if isinstance(p0, list) else {**keys, "p0_mpa": [p0]}
 
 
-def _record(raw: object, shared: Mapping[str, Any], path: Path, where: str) -> Iterator[Entry]:
-    """One entry of `records`: the product of every list in it."""
+def _record(raw: object, shared: Mapping[str, Any], path: Path, where: str, angles: bool) -> Iterator[Entry]:
+    """One entry of `records`: the product of every list in it; `angles`: they are references."""
     names = [key for key in raw if key in SIGNALS] if isinstance(raw, dict) else []
     if not isinstance(raw, dict) or len(names) != 1:
         shown = next(iter(raw), "") if isinstance(raw, dict) and raw else ""
@@ -161,11 +185,29 @@ def _record(raw: object, shared: Mapping[str, Any], path: Path, where: str) -> I
     if names[0] == "waveform" and isinstance(settings, dict) and "file" in settings:
         settings = settings | {"file": str(path.parent / str(settings["file"]))}
     for chosen in _product(settings):
-        signal: Any = structure(chosen, SIGNALS[names[0]], f"{path}: {where}.{names[0]}")
-        whole = {"duration_s": signal.length_s} if isinstance(signal, Waveform) else {}
+        make = _reference if angles else _signal
+        signal: Any = make(chosen, names[0], f"{path}: {where}.{names[0]}")
+        shape = signal.signal if isinstance(signal, Reference) else signal
+        whole = {"duration_s": shape.length_s} if isinstance(shape, Waveform) else {}
         mine = structure(dict(shared) | whole | _listed(own), _Own, f"{path}: {where}")
         timing = Timing(**{f.name: getattr(mine, f.name) for f in fields(Timing)})
         yield Entry(signal, timing, mine.p0_mpa)
+
+
+def _signal(settings: object, name: str, where: str) -> Signal:
+    signal: Signal = structure(settings, SIGNALS[name], where)
+    return signal
+
+
+def _reference(settings: object, name: str, where: str) -> Reference:
+    """The shape of that name in degrees: a table of angles, or a signal of amplitude 1 times `amplitude_deg`."""
+    if name == "waveform":
+        return Reference(structure(settings, AngleTable, where))
+    if not isinstance(settings, dict) or AMPLITUDE not in settings or "amplitude_mpa" in settings:
+        raise ConfigError(f"{where}: an angle to follow needs {AMPLITUDE}, and no amplitude_mpa")
+    size = structure({AMPLITUDE: settings[AMPLITUDE]}, Amplitude, where)
+    shape = {key: value for key, value in settings.items() if key != AMPLITUDE} | {"amplitude_mpa": 1.0}
+    return Reference(_signal(shape, name, where), size.amplitude_deg)
 
 
 def _combinations(record: object, rests: int) -> int:
@@ -201,7 +243,11 @@ def expand(sweep: Sweep, period_ns: int) -> list[RunPlan]:
         )
     for entry in sweep.entries:
         _check_grid(sweep.name, entry.signal, period_ns)
-    waves = {(signal, ticks): sampled(signal, ticks, period_ns) for signal, ticks in lengths}  # repeats share theirs
+    waves = {
+        (signal, ticks): sampled(signal, ticks, period_ns)  # repeats share theirs
+        for signal, ticks in lengths
+        if not isinstance(signal, Reference)
+    }
     plans = [
         _plan(entry, p0, sweep, repeat, period_ns, waves)
         for repeat in range(1, sweep.repeats + 1)
@@ -243,22 +289,34 @@ def _plan(
     waves: "Mapping[tuple[Signal, int], array[float]]",
 ) -> RunPlan:
     signal, timing = entry.signal, entry.timing
+    ticks = _ticks(timing.duration_s, period_ns, 1)
+    lead, zero = _ticks(timing.ramp_in_s, period_ns), _ticks(timing.zero_s, period_ns)
+    followed = None
+    if isinstance(signal, Reference):
+        if zero < LEAST_ZERO_TICKS:
+            least = LEAST_ZERO_TICKS * period_ns * 1e-9
+            raise ConfigError(f"{sweep.name}: zero_s: {timing.zero_s:g} s; to close the loop at least {least:g} s")
+        followed = tracking(signal, lead, ticks, period_ns, sweep.closed_loop)
     several = (f"_p0_{amount(p0_mpa)}mpa" if len(sweep.rests_mpa) > 1 else "") + (
         f"_r{repeat}" if sweep.repeats > 1 else ""
     )
     return RunPlan(
         name=signal.label + several,
         p0_mpa=p0_mpa,
-        dp_mpa=waves[signal, _ticks(timing.duration_s, period_ns, 1)],
+        dp_mpa=waves[signal, ticks] if followed is None else followed.feedforward_mpa[lead:],
         settle_ticks=_ticks(timing.settle_s, period_ns),
-        zero_ticks=_ticks(timing.zero_s, period_ns),
-        ramp_in_ticks=_ticks(timing.ramp_in_s, period_ns),
+        zero_ticks=zero,
+        ramp_in_ticks=lead,
         ramp_out_ticks=_ticks(timing.ramp_out_s, period_ns),
         facts=_parameters(signal) | {"p0_mpa": p0_mpa, "repeat": repeat, "sweep": sweep.name},
+        tracking=followed,
     )
 
 
 def _parameters(signal: Signal) -> dict[str, Any]:
+    if isinstance(signal, Reference):
+        shape = {name: value for name, value in _parameters(signal.signal).items() if name != "amplitude_mpa"}
+        return shape | signal.parameters()
     values = {f.name: getattr(signal, f.name) for f in fields(cast(Any, signal))}
     plain = {name: str(value) if isinstance(value, Path) else value for name, value in values.items()}
     return {"signal": type(signal).__name__.lower()} | plain

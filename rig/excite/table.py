@@ -8,6 +8,7 @@ from bisect import bisect_right
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import ClassVar
 
 from rig.errors import ConfigError
 from rig.fields import bounded
@@ -26,6 +27,7 @@ class Waveform:
 
     file: Path
     scale: float = bounded(-100.0, 100.0, default=1.0)
+    COLUMNS: ClassVar[tuple[str, ...]] = ("dp_mpa", "dp_cmd_mpa")
 
     @property
     def highest_hz(self) -> float:
@@ -37,14 +39,14 @@ class Waveform:
 
     @cached_property
     def rows(self) -> "tuple[array[float], array[float]]":
-        """Times (s) and dp (MPa), one entry a row; ConfigError when the file is not such a table."""
+        """Times (s) and values (MPa), one entry a row; ConfigError when the file is not such a table."""
         try:
             if self.file.exists() and not self.file.is_file():
                 raise OSError(errno.EINVAL, "it is not a regular file")
             if self.file.exists() and (size := self.file.stat().st_size) > MOST_TABLE_BYTES:
                 raise OSError(errno.EFBIG, f"it has {size} bytes, allowed are {MOST_TABLE_BYTES}")
             with self.file.open(newline="", encoding="utf-8") as lines:
-                return _table(self.file, csv.DictReader(lines))
+                return _table(self.file, csv.DictReader(lines), self.COLUMNS)
         except csv.Error as error:
             raise ConfigError(f"{self.file}: cannot be read: {error}") from None
         except (OSError, UnicodeDecodeError) as error:
@@ -65,13 +67,23 @@ class Waveform:
         return self.scale * (values[after - 1] + share * (values[after] - values[after - 1]))
 
 
-def _table(file: Path, rows: "csv.DictReader[str]") -> "tuple[array[float], array[float]]":
+@dataclass(frozen=True)
+class AngleTable(Waveform):
+    """The same of an angle to follow: columns t_s and angle_deg."""
+
+    COLUMNS: ClassVar[tuple[str, ...]] = ("angle_deg",)
+
+    @property
+    def label(self) -> str:
+        return super().label.replace("waveform", "angles", 1)
+
+
+def _table(file: Path, rows: "csv.DictReader[str]", columns: tuple[str, ...]) -> "tuple[array[float], array[float]]":
     names = rows.fieldnames or []
-    column = next((name for name in ("dp_mpa", "dp_cmd_mpa") if name in names), None)
+    column = next((name for name in columns if name in names), None)
     if "t_s" not in names or column is None:
-        raise ConfigError(
-            f"{file}: needs the columns t_s and dp_mpa (or dp_cmd_mpa); it has {', '.join(names) or 'none'}"
-        )
+        wanted = f"{columns[0]} (or {columns[1]})" if len(columns) > 1 else columns[0]
+        raise ConfigError(f"{file}: needs the columns t_s and {wanted}; it has {', '.join(names) or 'none'}")
     times, values = array("d"), array("d")
     for row in rows:
         _append(times, row["t_s"], values, row[column], f"{file}, line {rows.line_num}")
@@ -80,13 +92,13 @@ def _table(file: Path, rows: "csv.DictReader[str]") -> "tuple[array[float], arra
     return times, values
 
 
-def _append(times: "array[float]", t_s: str, values: "array[float]", dp_mpa: str, where: str) -> None:
+def _append(times: "array[float]", t_s: str, values: "array[float]", text: str, where: str) -> None:
     try:
-        time, value = float(t_s), float(dp_mpa)
+        time, value = float(t_s), float(text)
     except (TypeError, ValueError):
-        raise ConfigError(f"{where}: {t_s!r}, {dp_mpa!r} are not two numbers") from None
+        raise ConfigError(f"{where}: {t_s!r}, {text!r} are not two numbers") from None
     if not (math.isfinite(time) and math.isfinite(value)):
-        raise ConfigError(f"{where}: {t_s}, {dp_mpa}: both must be finite")
+        raise ConfigError(f"{where}: {t_s}, {text}: both must be finite")
     if times and time <= times[-1]:
         raise ConfigError(f"{where}: time does not rise ({times[-1]:g} s, then {time:g} s)")
     times.append(time)

@@ -39,7 +39,7 @@ _NOT_COMPLETE: Final[Mapping[schema.Ended | None, str]] = {
     schema.Ended.CUT: "it breaks off or lacks a part",
 }
 _KEPT_FIELDS = (
-    *("tick", "missed", "p1_raw", "p2_raw", "angle_raw", "excitation_raw", "angle_zero_deg"),
+    *("tick", "missed", "p1_raw", "p2_raw", "angle_raw", "excitation_raw", "angle_zero_deg", "reference_deg"),
     *("run", "state", "phase", "flags", "fault"),
 )
 _REPEAT = re.compile(r"_r(?:epeat)?(\d+)$")

@@ -9,6 +9,7 @@ from enum import IntEnum
 from pathlib import Path
 from typing import Final, Protocol, Self
 
+from rig.realtime import closed_loop
 from rig.realtime.faults import EXPLANATIONS, Fault
 from rig.realtime.program import Program
 from rig.realtime.shared import HEADER_WORDS, SharedBlock, folder
@@ -126,7 +127,7 @@ class Mailbox:
         self._seen = word
         request = Request(word & 0xFF) if word & 0xFF in _REQUESTS else Request.NONE
         if request is Request.START:
-            return request, Program.attach(
+            return request, closed_loop.attach(
                 program_path(self.block.session, self._words[self._PROGRAM]), self.block.session
             )
         return request, None

@@ -25,6 +25,8 @@ class Fault(IntEnum):
     LOOP_ERROR = 15
     RECORDER_DIED = 16
     SUPERVISOR_DIED = 17
+    ANGLE_LOST = 18
+    TRACKING_ERROR = 19
 
 
 class Explanation(NamedTuple):
@@ -83,6 +85,14 @@ EXPLANATIONS: Final[dict[Fault, Explanation]] = {
     ),
     Fault.SUPERVISOR_DIED: Explanation(
         "the supervisor or the guardian ended or was stopped", "reset; without them nobody stands above the loop"
+    ),
+    Fault.ANGLE_LOST: Explanation(
+        "the angle gave no value that can be true while the loop was closed over it",
+        "check the sensor's wiring, supply and coupling before the loop is closed again",
+    ),
+    Fault.TRACKING_ERROR: Explanation(
+        "the angle stayed further from its reference than closed_loop.error_deg for closed_loop.error_s",
+        "look at the record: a sign, gains too high (`pamrig tune`), or a reference that the rig cannot follow",
     ),
 }
 

@@ -13,6 +13,7 @@ from rig.interfaces import Measurement
 from rig.realtime.faults import Fault
 from rig.sample import (
     ANGLE_ABSENT,
+    ANGLE_SUSPECT,
     BROKEN_WIRE,
     CLIPPED_RANGE,
     CLIPPED_SLEW,
@@ -151,7 +152,11 @@ class Guard:
         `angle_deg` is the angle from its zero; `commanding` says whether set-points are being written.
         """
         flags = now.flags
-        if self._implausible(now) or (flags & self.expected and not flags & READ_ERROR):
+        if missing := 0 if flags & READ_ERROR else flags & self.expected:
+            flags |= SUSPECT | ANGLE_SUSPECT if missing & ANGLE_ABSENT else SUSPECT
+        if self._implausible_angle(now):
+            flags |= SUSPECT | ANGLE_SUSPECT
+        elif self._implausible_pressure(now):
             flags |= SUSPECT
         oldest = max(now.p1_age_ns, now.p2_age_ns, now.angle_age_ns)
         if oldest > self._period_ns:
@@ -169,18 +174,21 @@ class Guard:
             self._previous = now
         return flags, fault
 
-    def _implausible(self, now: Measurement) -> bool:
-        """Some value that is present cannot be true: not finite, out of range, or further from the last than physics
+    def _implausible_pressure(self, now: Measurement) -> bool:
+        """A pressure that is present cannot be true: not finite, out of range, or further from the last than physics
         allows."""
         limits, before, flags = self.limits, self._previous, now.flags
         low, high = limits.monitor_mpa
         jump = limits.pressure_jump_mpa
         if not flags & P1_ABSENT and (not low <= now.p1_mpa <= high or abs(now.p1_mpa - before.p1_mpa) > jump):
             return True
-        if not flags & P2_ABSENT and (not low <= now.p2_mpa <= high or abs(now.p2_mpa - before.p2_mpa) > jump):
-            return True
-        return not flags & ANGLE_ABSENT and (
-            not -720.0 <= now.angle_deg <= 720.0 or abs(now.angle_deg - before.angle_deg) > limits.angle_jump_deg
+        return not flags & P2_ABSENT and (not low <= now.p2_mpa <= high or abs(now.p2_mpa - before.p2_mpa) > jump)
+
+    def _implausible_angle(self, now: Measurement) -> bool:
+        """The same of the angle."""
+        return not now.flags & ANGLE_ABSENT and (
+            not -720.0 <= now.angle_deg <= 720.0
+            or abs(now.angle_deg - self._previous.angle_deg) > self.limits.angle_jump_deg
         )
 
     def _moving_faults(self, now: Measurement, angle_deg: float, flags: int) -> Fault:

@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass, field
 
 from rig.errors import DeviceError, DeviceLost, StateError
-from rig.interfaces import Clock, Device, Measurement, Role
+from rig.interfaces import NAN, Clock, Device, Measurement, Role
 from rig.realtime.commands import Answer, Commands, Request
 from rig.realtime.faults import Fault
 from rig.realtime.guard import Bucket, Guard, Limits, Misses
@@ -89,6 +89,7 @@ class Loop:
         self._program: Program | None = None
         self._started_tick = 0
         self._from = self._command
+        self._reference_deg = NAN
         self._way_out_tick: int | None = None
         self._resting = True
         self._zero_deg = self._zero_sum = 0.0
@@ -179,7 +180,7 @@ class Loop:
                 now.excitation_raw,
                 now.p1_age_ns, now.p2_age_ns, now.angle_age_ns,
                 run, self.state, phase, flags, self.fault, self._zero_deg,
-                now.further_1, now.further_2, now.further_3, now.further_4,
+                now.further_1, now.further_2, now.further_3, now.further_4, self._reference_deg,
             ))
         )  # fmt: skip
 
@@ -282,6 +283,7 @@ class Loop:
 
     def _next(self, tick: int, now: Measurement, flags: int) -> tuple[Phase, float, float]:
         """Phase and wanted set-points of this tick."""
+        self._reference_deg = NAN
         if self.state is _RUNNING and self._program is not None:
             return self._follow(self._program, tick, now, flags)
         if self.state is _DONE:
@@ -299,7 +301,11 @@ class Loop:
             return program.way_out(left, self._from)
         if index >= program.ticks:
             return self._finish()
-        phase, p1_cmd_mpa, p2_cmd_mpa = program.at(index, self._from)
+        angle_deg = now.angle_deg - self._zero_deg
+        phase, p1_cmd_mpa, p2_cmd_mpa = program.at(index, self._from, angle_deg, flags, self._command)
+        if program.fault:
+            self._latch(program.fault)
+        self._reference_deg = program.wanted_deg(index)
         self._take_zero(phase, now, flags)
         return phase, p1_cmd_mpa, p2_cmd_mpa
 

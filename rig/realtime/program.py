@@ -4,18 +4,22 @@ A program is a block of shared memory written by the process that commands the l
 starting one costs the loop no copying. Phases come from the tick index; skipped periods are skipped here too.
 """
 
+import math
 from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Final, Self
+from typing import Any, Final, NamedTuple, Self
 
 from rig.errors import StateError
+from rig.realtime.faults import Fault
 from rig.realtime.shared import HEADER_WORDS, SharedBlock
 from rig.sample import Phase
 
-_FIELDS: Final = ("run", "settle_ticks", "zero_ticks", "ramp_in_ticks", "sweep_ticks", "ramp_out_ticks")
+OPEN_LOOP: Final = 0
+"""Kind of a program that follows its tables, whatever the angle; others are in `rig.realtime.closed_loop`."""
+_FIELDS: Final = ("run", "settle_ticks", "zero_ticks", "ramp_in_ticks", "sweep_ticks", "ramp_out_ticks", "kind")
 _SWEEP: Final = Phase.SWEEP  # by a name of this module: looking a member up in its class takes as long as a call
 _FIRST: Final = HEADER_WORDS
 _TABLE: Final = (HEADER_WORDS + 8) * 8
@@ -40,6 +44,15 @@ class Program:
     ramp_in_ticks: int
     ramp_out_ticks: int
 
+    @property
+    def fault(self) -> Fault:
+        """What the program finds against itself while it runs."""
+        return Fault.NONE
+
+    def wanted_deg(self, index: int) -> float:
+        """The angle that is wanted at a tick: none, nobody looks at it."""
+        return math.nan
+
     @cached_property
     def ticks(self) -> int:
         """Length of the whole program."""
@@ -50,8 +63,19 @@ class Program:
         """Index of the first tick of the sweep."""
         return self.settle_ticks + self.zero_ticks + self.ramp_in_ticks
 
-    def at(self, index: int, start: tuple[float, float]) -> tuple[Phase, float, float]:
-        """Phase and set-points at a tick of the program that began with the set-points `start`."""
+    def at(
+        self,
+        index: int,
+        start: tuple[float, float],
+        angle_deg: float = math.nan,
+        flags: int = 0,
+        standing: tuple[float, float] | None = None,
+    ) -> tuple[Phase, float, float]:
+        """Phase and set-points at a tick of the program that began with the set-points `start`.
+
+        What was measured in the tick, its flags, and the set-points as the guard let them through in the last one are
+        for programs that look at them (`rig.realtime.closed_loop`).
+        """
         swept = index - self.sweep_start
         if 0 <= swept < len(self.p1_cmd_mpa):
             return _SWEEP, self.p1_cmd_mpa[swept], self.p2_cmd_mpa[swept]
@@ -85,27 +109,53 @@ class Program:
 
     def publish(self, name: str, session: int) -> SharedBlock:
         """Write the program into a block of its own, for `attach` in the loop's process."""
+        return self._write(name, session, OPEN_LOOP)
+
+    def _write(self, name: str, session: int, kind: int, *more: Sequence[float]) -> SharedBlock:
+        """A block with what all programs have, and the tables that this kind has besides."""
+        tables = [
+            array("d", part) for part in ((self.rest_p1_mpa, self.rest_p2_mpa), self.p1_cmd_mpa, self.p2_cmd_mpa, *more)
+        ]
+        block = SharedBlock.create(name, session, 8 * 8 + sum(8 * len(table) for table in tables))
         n = len(self.p1_cmd_mpa)
-        block = SharedBlock.create(name, session, (8 + 2 + 2 * n) * 8)
-        counts = (self.run, self.settle_ticks, self.zero_ticks, self.ramp_in_ticks, n, self.ramp_out_ticks)
+        counts = (self.run, self.settle_ticks, self.zero_ticks, self.ramp_in_ticks, n, self.ramp_out_ticks, kind)
         for word, value in enumerate(counts, _FIRST):
             block.words[word] = value
         place = _TABLE
-        for part in ((self.rest_p1_mpa, self.rest_p2_mpa), self.p1_cmd_mpa, self.p2_cmd_mpa):
-            table = memoryview(array("d", part)).cast("B")
-            block.bytes[place : place + len(table)] = table
-            place += len(table)
+        for table in tables:
+            view = memoryview(table).cast("B")
+            block.bytes[place : place + len(view)] = view
+            place += len(view)
         return block
 
     @classmethod
     def attach(cls, path: Path, session: int) -> Self:
         """The program in the block at `path`; StateError when it is not one of this session."""
-        block = SharedBlock.attach(path, session)
-        counts = dict(zip(_FIELDS, block.words[_FIRST : _FIRST + len(_FIELDS)], strict=True))
-        n = counts.pop("sweep_ticks")
-        if n < 1 or _TABLE + (2 + 2 * n) * 8 > len(block.bytes):
-            raise StateError(f"{path}: the program is cut short")
-        table = block.bytes[_TABLE : _TABLE + (2 + 2 * n) * 8].cast("d")
-        return cls(
-            **counts, rest_p1_mpa=table[0], rest_p2_mpa=table[1], p1_cmd_mpa=table[2 : 2 + n], p2_cmd_mpa=table[2 + n :]
-        )
+        return cls(**read_block(path, session).common)
+
+
+class ProgramRead(NamedTuple):
+    """A block as it was found."""
+
+    kind: int
+    common: dict[str, Any]
+    """What every program has, by the names of its fields."""
+    more: Sequence[float]
+    """The numbers that its kind has besides."""
+
+
+def read_block(path: Path, session: int) -> ProgramRead:
+    """The block of a program; StateError when it is none of this session."""
+    block = SharedBlock.attach(path, session)
+    counts = dict(zip(_FIELDS, block.words[_FIRST : _FIRST + len(_FIELDS)], strict=True))
+    n, kind = counts.pop("sweep_ticks"), counts.pop("kind")
+    if n < 1 or _TABLE + (2 + 2 * n) * 8 > len(block.bytes):
+        raise StateError(f"{path}: the program is cut short")
+    table = block.bytes[_TABLE:].cast("d")
+    own = {
+        "rest_p1_mpa": table[0],
+        "rest_p2_mpa": table[1],
+        "p1_cmd_mpa": table[2 : 2 + n],
+        "p2_cmd_mpa": table[2 + n : 2 + 2 * n],
+    }
+    return ProgramRead(kind, counts | own, table[2 + 2 * n :])

@@ -22,7 +22,7 @@ from typing import Any, Final, cast
 
 from rig.config import read_text
 from rig.errors import EnvelopeError, RigError
-from rig.excite.envelope import check
+from rig.excite.envelope import check_run
 from rig.excite.experiment import MOST_SWEEP_BYTES, RunPlan, expand, load_sweep
 from rig.realtime.commands import program_name
 from rig.rig_config import RigConfig
@@ -64,7 +64,7 @@ def plans_of(path: Path, rig: RigConfig) -> list[RunPlan]:
         way = (id(plan.dp_mpa), plan.p0_mpa, plan.ramp_in_ticks, plan.ramp_out_ticks)
         if way not in checked:  # repeats go the same way
             try:
-                check(plan, rig.limits, rig.period_ns)
+                check_run(plan, rig.limits, rig.period_ns)
             except EnvelopeError as error:
                 raise EnvelopeError(f"{path.name}: {error}") from None
             checked.add(way)

@@ -8,8 +8,11 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from rig.errors import ConfigError
+from rig.excite.envelope import NO_GAINS
 from rig.excite.experiment import RunPlan
 from rig.excite.setpoints import around
+from rig.realtime.closed_loop import TrackingProgram
 from rig.realtime.program import Program
 from rig.rig_config import RigConfig
 from rig.service.recorder import RunOrder
@@ -17,19 +20,31 @@ from rig.service.session import Session
 
 
 def program_of(plan: RunPlan, run: int) -> Program:
-    """The set-points of a plan: p1 = P0 + dp/2, p2 = P0 - dp/2."""
-    p0 = plan.p0_mpa
-    return Program(
-        run=run,
-        rest_p1_mpa=p0,
-        rest_p2_mpa=p0,
-        p1_cmd_mpa=array("d", (around(p0, dp)[0] for dp in plan.dp_mpa)),
-        p2_cmd_mpa=array("d", (around(p0, dp)[1] for dp in plan.dp_mpa)),
-        settle_ticks=plan.settle_ticks,
-        zero_ticks=plan.zero_ticks,
-        ramp_in_ticks=plan.ramp_in_ticks,
-        ramp_out_ticks=plan.ramp_out_ticks,
-    )
+    """What the loop follows: the set-points of a plan, or its reference with the feed-forward's.
+
+    ConfigError for a reference without gains.
+    """
+    p1, p2 = _set_points(plan.p0_mpa, plan.dp_mpa)
+    common: dict[str, Any] = {
+        "run": run, "rest_p1_mpa": plan.p0_mpa, "rest_p2_mpa": plan.p0_mpa, "p1_cmd_mpa": p1, "p2_cmd_mpa": p2,
+        "settle_ticks": plan.settle_ticks, "zero_ticks": plan.zero_ticks, "ramp_in_ticks": plan.ramp_in_ticks,
+        "ramp_out_ticks": plan.ramp_out_ticks,
+    }  # fmt: skip
+    followed = plan.tracking
+    if followed is None:
+        return Program(**common)
+    if followed.gains is None:
+        raise ConfigError(f"{plan.name}: {NO_GAINS}")
+    lead1, lead2 = _set_points(plan.p0_mpa, followed.feedforward_mpa[: plan.ramp_in_ticks])
+    return TrackingProgram(
+        **common, lead_p1_mpa=lead1, lead_p2_mpa=lead2, reference_deg=followed.reference_deg,
+        settings=followed.gains, period_s=followed.period_ns * 1e-9,
+    )  # fmt: skip
+
+
+def _set_points(p0_mpa: float, dp_mpa: "array[float]") -> "tuple[array[float], array[float]]":
+    both = [around(p0_mpa, dp) for dp in dp_mpa]
+    return array("d", (p1 for p1, _ in both)), array("d", (p2 for _, p2 in both))
 
 
 def session_facts(session: Session, rig: RigConfig) -> dict[str, Any]:

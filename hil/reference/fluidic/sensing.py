@@ -134,11 +134,16 @@ def dropped(angle_deg: Array, law: ReadingLaw, random: Generator) -> Array:
     return reading
 
 
+def noise_deg(n: int, period_s: float, random: Generator) -> Array:
+    """What the reading of the angle always has: the frame's shaking and a little more, shape (n,)."""
+    shake = _shaken(random.standard_normal(n), SHAKE_HZ, 0.06, period_s)
+    return SHAKE_DEG * shake / max(float(np.std(shake)), 1e-9) + random.uniform(-1.0, 1.0, n) * ANGLE_NOISE_DEG * 1.7
+
+
 def angle_reading(angle_rad: Array, law: ReadingLaw, session: Session, period_s: float, random: Generator) -> Array:
     """The recorded angle (deg), shape (n,), of the true one (rad)."""
     n = len(angle_rad)
-    shake = _shaken(random.standard_normal(n), SHAKE_HZ, 0.06, period_s)
-    noise = SHAKE_DEG * shake / max(float(np.std(shake)), 1e-9) + random.uniform(-1.0, 1.0, n) * ANGLE_NOISE_DEG * 1.7
+    noise = noise_deg(n, period_s, random)
     angle = np.degrees(angle_rad)
     if law.play_deg > 0.0:
         angle = _geared(angle, law.play_deg, law.play_wave_deg)

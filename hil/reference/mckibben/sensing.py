@@ -137,12 +137,15 @@ def dropped(angle_deg: Array, law: ReadingLaw, random: Generator) -> Array:
     return np.asarray(angle_deg + fallen * (law.dropout_deg - angle_deg))
 
 
+def noise_deg(n: int, period_s: float, random: Generator) -> Array:
+    """What the reading of the angle always has: white and slower noise, shape (n,)."""
+    return random.standard_normal(n) * ANGLE_NOISE_DEG + coloured(n, 0.4 * ANGLE_NOISE_DEG, 0.08, period_s, random)
+
+
 def angle_reading(angle_rad: Array, law: ReadingLaw, session: Session, period_s: float, random: Generator) -> Array:
     """The recorded angle (deg), shape (n,), of the true one (rad)."""
     angle = np.degrees(angle_rad)
-    noise = random.standard_normal(len(angle)) * ANGLE_NOISE_DEG + coloured(
-        len(angle), 0.4 * ANGLE_NOISE_DEG, 0.08, period_s, random
-    )
+    noise = noise_deg(len(angle), period_s, random)
     if law.play_deg > 0.0:
         angle = coupled(angle, law.play_deg, law.play_spread, period_s)
     angle = bent(angle, law, session) + session.angle_offset_deg

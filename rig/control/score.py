@@ -1,0 +1,52 @@
+"""How well an angle followed its reference: error, lag, and what it cost."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from rig.columns import rms
+from rig.record import Column
+
+MOST_LAG_S: Final = 0.5
+"""Lags are looked for up to here, to both sides."""
+
+
+@dataclass(frozen=True)
+class Score:
+    """Of one record's sweep."""
+
+    rmse_deg: float
+    max_deg: float
+    lag_s: float
+    """By how much the angle is later than its reference, where it fits best; NaN for a reference that stands still."""
+    effort_mpa: float
+    """rms of the differential pressure commanded."""
+    travel_mpa_s: float
+    """How far that went a second: what wears valves and uses air."""
+
+
+def score(angle_deg: Column, reference_deg: Column, dp_cmd_mpa: Column, period_s: float) -> Score:
+    """Of columns (n,) of one record; rows without a measured angle do not count."""
+    known = np.isfinite(angle_deg)
+    error = (reference_deg - angle_deg)[known]
+    travel = float(np.sum(np.abs(np.diff(dp_cmd_mpa)))) / max(period_s * (len(dp_cmd_mpa) - 1), period_s)
+    filled = np.interp(np.arange(len(known)), np.flatnonzero(known), angle_deg[known])
+    lag = lag_s(filled, reference_deg, period_s)
+    return Score(rms(error), float(np.max(np.abs(error))), lag, rms(dp_cmd_mpa), travel)
+
+
+def lag_s(angle_deg: Column, reference_deg: Column, period_s: float) -> float:
+    """The shift of the reference from which the angle differs least but for an offset, between ticks by a parabola."""
+    most = min(round(MOST_LAG_S / period_s), len(reference_deg) // 4)
+    if most < 1 or not np.ptp(reference_deg) > 0.0:
+        return float("nan")
+    inner = angle_deg[most : len(angle_deg) - most]
+    lags = np.arange(-most, most + 1)
+    left = np.array([np.var(inner - reference_deg[most - lag : len(reference_deg) - most - lag]) for lag in lags])
+    best = int(np.argmin(left))
+    if 0 < best < len(lags) - 1:
+        before, at, after = left[best - 1 : best + 2]
+        bend = before - 2.0 * at + after
+        return float((lags[best] + (0.5 * (before - after) / bend if bend > 0.0 else 0.0)) * period_s)
+    return float(lags[best] * period_s)
