@@ -10,6 +10,7 @@ from dataclasses import replace
 from rig.gap.answer.result import Diagnosis
 from rig.gap.days.diagnosis import diagnose_days
 from rig.gap.days.findings import Findings
+from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.pipeline import Grounds, Question, answer
 from rig.gap.reference.build import AUTO, Kind, because, choose
 from rig.model.parameters import Model
@@ -50,9 +51,10 @@ def diagnose_with_grounds(
     """`diagnose`, with what the answer rests on."""
     kind = choose(reference, model, len(baselines))
     sister = reference == Kind.SIMULATOR
+    withheld = [] if library is None else [name for name in LIBRARY if name not in library]
     said, grounds = (
         diagnose_days(model, records, baselines, pressures=pressures, library=library)
         if kind is Kind.SESSIONS
-        else answer(Question(model, records, list(baselines), kind, sister, pressures, library))
+        else answer(Question(model, records, list(baselines), kind, sister, pressures, library, withheld=withheld))
     )
     return replace(said, reference_because=because(reference, kind, model, len(baselines))), grounds

@@ -8,6 +8,8 @@ Used for question 1 (what does the simulator lack?) and with one earlier day; se
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from rig.errors import RecordError
 from rig.gap.answer.held_out import HowFar, how_far
 from rig.gap.answer.result import Diagnosis
@@ -15,10 +17,10 @@ from rig.gap.answer.retuning import Retuning, retune
 from rig.gap.answer.tell import Told, tell
 from rig.gap.days.floor import high_frequency_noise
 from rig.gap.days.prepared import Prepared
-from rig.gap.evidence.posterior import Posterior, judge
+from rig.gap.evidence.posterior import UNKNOWN, Posterior, judge
 from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.library import Effect, chosen
-from rig.gap.hypotheses.scenes import ANGLE, PRESSURES, angle_stand, behind, pressure_stand
+from rig.gap.hypotheses.scenes import Stand, angle_stand, behind, pressure_stand
 from rig.gap.raw_tests.read import read_signatures
 from rig.gap.raw_tests.repeats import bridged, lost_rows
 from rig.gap.raw_tests.signature import Signature
@@ -59,6 +61,8 @@ class Question:
     pressures: bool = True
     library: Sequence[str] | None = None
     said: Said = field(default_factory=dict)
+    withheld: Sequence[str] = ()
+    """Effects that the rig may have and that are not in the library at hand."""
 
 
 def answer(question: Question) -> tuple[Diagnosis, Grounds]:
@@ -77,7 +81,7 @@ def answer(question: Question) -> tuple[Diagnosis, Grounds]:
         high_frequency_noise([pair.case.angle_deg for pair in expected.pairing.pairs]),
     )
     fitting = [effect for effect in effects if not effect.signature]
-    expected, posteriors = _judged(expected, fitting, settings, question.said)
+    expected, posteriors = _judged(question, expected, fitting, settings)
     at_rest = None if question.model is None else replace(question.model, p0_mpa=pairing.p0_mpa)
     retuning = None if at_rest is None else retune(at_rest, expected.pairing.pairs, expected.driven)
     grounds = Grounds(prepared, at_rest, expected, posteriors, retuning)
@@ -89,16 +93,29 @@ def answer(question: Question) -> tuple[Diagnosis, Grounds]:
 
 
 def _judged(
-    expected: Expected, effects: Sequence[Effect], settings: Fitted, said: Said
+    question: Question, expected: Expected, effects: Sequence[Effect], settings: Fitted
 ) -> tuple[Expected, tuple[Posterior, ...]]:
     """What competes on each factor, upstream first; and what was expected of the angle, given what the pressures
     say."""
+
+    def judged(stand: Stand) -> Posterior:
+        return judge(effects, stand, {**question.said.get(stand.name, {}), **_unnamed(question, stand)})
+
     if not expected.driven:
-        return expected, (judge(effects, angle_stand(expected, settings), said.get(ANGLE, {})),)
-    ahead = judge(effects, pressure_stand(expected, settings), said.get(PRESSURES, {}))
+        return expected, (judged(angle_stand(expected, settings)),)
+    ahead = judged(pressure_stand(expected, settings))
     if ahead.found and ahead.fit is not None:
         expected = behind(expected, ahead.fit.applied)
-    return expected, (ahead, judge(effects, angle_stand(expected, settings), said.get(ANGLE, {})))
+    return expected, (ahead, judged(angle_stand(expected, settings)))
+
+
+def _unnamed(question: Question, stand: Stand) -> dict[str, float]:
+    """Nats for something unknown: what was thought beforehand of the effects that are kept from the library counts for
+    it."""
+    kept_out = [effect for effect in chosen(question.withheld) if not effect.signature]
+    acting = sum(any(stand.shows(law) for law in effect.laws) for effect in kept_out)
+    heard, log_unknown = question.said.get(stand.name, {}).get(UNKNOWN, 0.0), stand.scene.prior.log_unknown
+    return {UNKNOWN: heard + float(np.logaddexp(0.0, np.log(acting) - log_unknown))} if acting else {}
 
 
 def _paired(question: Question, records: Sequence[Record], days: Sequence[Sequence[Record]]) -> Pairing:

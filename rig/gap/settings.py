@@ -4,8 +4,9 @@ What can be fitted stands in `priors.yaml` beside this file, written by `pamrig 
 is a choice stands here.
 """
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
@@ -49,6 +50,11 @@ class FactorLevels:
     """The same on every line alike, as a share of the span."""
     floor: float
     """Rms by which healthy days differ from what is expected, as a share of the span."""
+
+    def later(self, lag_s: float) -> "FactorLevels":
+        """The same where a further lag, of this standard deviation, may differ without being a gap."""
+        lag = math.hypot(self.patterns["lag_s"], lag_s)
+        return self if lag_s == 0.0 else replace(self, patterns={**self.patterns, "lag_s": lag})
 
 
 @dataclass(frozen=True)

@@ -176,11 +176,12 @@ def _unknowns(told: Told, kept: Sequence[Kept], before: float) -> list[Cause]:
     found = []
     spoilt = [posterior for posterior, fit in told.named if not any(fit is one.fit for one in kept)]
     for posterior in told.posteriors:
-        open_here = posterior.fit is None or posterior.beside > 0.5 or any(posterior is one for one in spoilt)
-        if posterior.found and open_here:
+        useless = any(posterior is one for one in spoilt)
+        if posterior.found and (posterior.fit is None or posterior.beside > 0.5 or useless):
             near = sorted(posterior.fits, key=lambda name: -posterior.probability[name])[:2]
             stage = EFFECT_STAGES[posterior.fits[near[0]].applied.stage].lies_in if near else "joint"
             chance = posterior.probability[UNKNOWN] if posterior.fit is None else posterior.beside
+            chance = 1.0 - posterior.probability[NONE] if useless else chance
             found.append(
                 Cause(UNKNOWN, stage, posterior.stand.name, None, {}, before, before, 0.0, tuple(near), chance)
             )

@@ -66,9 +66,8 @@ def behind(expected: Expected, cause: Applied) -> Expected:
 
 def pressure_scene(expected: Expected, settings: Fitted, whole: Expected | None = None) -> Scene:
     """The pressures of some records; scales are those of the `whole`."""
-    factor = pressure_parts(expected.tracks, expected.pairing.p0_mpa).factor(
-        settings.levels[expected.levels].pressures, settings.prior
-    )
+    levels = settings.levels[expected.levels].pressures.later(expected.unsure_lag_s)
+    factor = pressure_parts(expected.tracks, expected.pairing.p0_mpa).factor(levels, settings.prior)
     factor = factor.missing(expected.missed_mpa)
     moving = float(np.std(np.concatenate([track.reference.p1_mpa for track in expected.tracks])))
     scales = law_scales((whole or expected).tracks)
@@ -80,9 +79,8 @@ def pressure_scene(expected: Expected, settings: Fitted, whole: Expected | None 
 def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = None) -> Scene:
     """The angle of some records; scales are those of the `whole`."""
     tracks, base, response = expected.tracks, expected.base, expected.response
-    factor = angle_parts(tracks, base, response, expected.driven).factor(
-        settings.levels[expected.levels].angle, settings.prior
-    )
+    levels = settings.levels[expected.levels].angle.later(0.0 if expected.driven else expected.unsure_lag_s)
+    factor = angle_parts(tracks, base, response, expected.driven).factor(levels, settings.prior)
     factor = factor.missing(expected.missed_deg)
     moving = float(np.std(np.concatenate(base)))
     scales = law_scales((whole or expected).tracks)

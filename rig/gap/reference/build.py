@@ -41,6 +41,8 @@ Modelled = tuple[Column | None, Column | None, Column]
 AUTO = "auto"
 SISTER = "sister"
 """Levels of a simulator that was made for another rig of the build, or from data sheets."""
+LAG_SAID = 0.5
+"""Unsure lags of more than this share of the simulator's step are said."""
 OUTSIDE = 0.1
 """Share of the drive's span by which records may leave what the fingerprint has seen before it is said."""
 
@@ -60,6 +62,9 @@ class Expected:
     missed_mpa: float = 0.0
     missed_deg: float = 0.0
     """Rms by which the reference misses the very records that it was made from, where that is known."""
+    unsure_lag_s: float = 0.0
+    """Lag that nobody knows because the records are coarser than the simulator's steps: when a command that stands
+    in one row was written, and whether it held until the next."""
 
     @property
     def driven(self) -> bool:
@@ -138,7 +143,21 @@ def _from_fingerprint(model: Model, pairing: Pairing) -> Expected:
         outside_fingerprint(known, [drive(p1, p2, known.p0_mpa, known.exponent) for p1, p2 in seen], seen)
     )
     missed_deg = max(known.misfit_deg, known.left_out_deg or 0.0)
-    return replace(made, missed_mpa=max(*known.misfit_mpa, *known.left_out_mpa, 0.0, 0.0), missed_deg=missed_deg)
+    missed_mpa = max(*known.misfit_mpa, *known.left_out_mpa, 0.0, 0.0)
+    lag_s = _unsure_lag_s(model, pairing)
+    return replace(made, missed_mpa=missed_mpa, missed_deg=missed_deg, unsure_lag_s=lag_s)
+
+
+def _unsure_lag_s(model: Model, pairing: Pairing) -> float:
+    """Half of what the records' sample time is longer than the simulator's step; said where it matters."""
+    period_s = max(pair.raw.period_s for pair in pairing.pairs)
+    lag_s = max(0.5 * (period_s - model.sample_time_s), 0.0)
+    if lag_s > LAG_SAID * model.sample_time_s:
+        pairing.notes.append(
+            f"sampled every {1e3 * period_s:.3g} ms, the simulator works at {1e3 * model.sample_time_s:.3g} ms: when "
+            f"commands were written is not known, and about {1e3 * lag_s:.2g} ms of lag there are no finding"
+        )
+    return lag_s
 
 
 def outside_fingerprint(
@@ -182,9 +201,8 @@ def _from_simulator(levels: str, model: Model, pairing: Pairing) -> Expected:
             "the model is driven by the command: it says nothing of the pressures, and the angle alone is judged"
         )
     missed_deg = model.provenance.rmse_deg or 0.0
-    return Expected(
-        Kind.SIMULATOR, levels, replace(pairing, pressures=driven), tracks, response, tuple(base), missed_deg=missed_deg
-    )
+    made = Expected(Kind.SIMULATOR, levels, replace(pairing, pressures=driven), tracks, response, tuple(base))
+    return replace(made, missed_deg=missed_deg, unsure_lag_s=_unsure_lag_s(model, pairing))
 
 
 def _followed(model: Model, pairing: Pairing) -> tuple[Pairing, list[Modelled]]:
