@@ -19,6 +19,7 @@ from typing import Any
 from rig.config import structure, suggest
 from rig.errors import ConfigError, DeviceError, RigError
 from rig.interfaces import Clock, Device, DeviceContext, Role
+from rig.model.external import is_external
 from rig.realtime import closed_loop, measures
 from rig.realtime.clock import MonotonicClock, VirtualClock, WarmUpClock
 from rig.realtime.commands import Mailbox, Script, program_path
@@ -60,7 +61,7 @@ def find_config(path: Path, folder: str) -> Path:
 
     ConfigError when `path` is neither.
     """
-    if os.path.exists(path):
+    if os.path.exists(path) or (folder == "models" and is_external(path)):
         return path
     ours = {item.stem: item for item in (configs() / folder).glob("*.yaml")}
     if path.parent in (Path("."), Path("configs") / folder):

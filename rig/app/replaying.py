@@ -3,9 +3,10 @@ figure."""
 
 import hashlib
 from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rig.app import compose, runner
 from rig.app.outcome import Outcome
@@ -16,11 +17,15 @@ from rig.log import reader
 from rig.log.convert import LogContent, content_of_record, read_content, write_content
 from rig.log.foreign.kinds import Kind, kind_of
 from rig.log.replay import Comparison, compare, departures, onto_period, program_of
+from rig.model.external import KIND as EXTERNAL
 from rig.outputs import targets_in
 from rig.realtime.program import Program
 from rig.report import log_figures
 from rig.rig_config import RigConfig
 from rig.sample import Phase
+
+if TYPE_CHECKING:
+    from rig.model.parameters import Model
 
 _KEPT_FACTS = ("signal", "frequency_hz", "amplitude_mpa", "p0_mpa", "repeat", "sweep")
 
@@ -42,6 +47,8 @@ class Job:
     rig: RigConfig
     recordings: list[Recording]
     device_options: Mapping[str, Any] = field(default_factory=dict)
+    simulator: "Model | None" = None
+    """One that is not ours and answers whole records, in place of the rig's own."""
 
 
 @dataclass(frozen=True)
@@ -77,13 +84,17 @@ class Replayed:
 def prepare(log: Path, rig: RigConfig | Path | None, model: Path | None, p0_mpa: float | None, resample: bool) -> Job:
     """Read, turn into programs, and check against the rig's envelope: nothing has moved yet."""
     rig = rig if isinstance(rig, RigConfig) else compose.load(rig)
+    simulator = None
     if model is not None:
         if not compose.is_simulated(rig):
             raise RigError(f"{rig.path}: --model is for a simulated rig; this one is real")
         from rig.model.parameters import load_model
 
-        load_model(model)  # whatever is wrong with it is said before the session starts
+        model = compose.find_config(model, "models")
+        simulator = load_model(model)  # whatever is wrong with it is said before the session starts
     recordings = [_recording(name, source, content, rig, p0_mpa, resample) for name, source, content in _contents(log)]
+    if simulator is not None and simulator.muscle.kind == EXTERNAL:
+        return Job(rig, recordings, simulator=simulator)
     return Job(rig, recordings, {} if model is None else {"model": model.resolve()})
 
 
@@ -157,22 +168,34 @@ def _replay(job: Job, recording: Recording, options: ReplayOptions, target: Path
     seed = options.seed if options.seed is not None else given.get("seed")
     facts = {key: given[key] for key in _KEPT_FACTS if key in given}
     facts |= {"name": recording.name, "replay_of": recording.source.name, "replay_of_sha256": _sha256(recording.source)}
-    outcome = runner.carry_out(
-        job.rig,
-        [runner.Planned(f"{target.stem}.uncompared", recording.program, facts)],
-        runner.RunOptions(
-            target.parent,
-            virtual=virtual,
-            seed=seed if isinstance(seed, int) else None,
-            force=options.force,
-            attachments={name: data for name, data in recording.content.attachments.items() if name == "sweep.yaml"},
-            device_options=job.device_options,
-        ),
-    )
+    with _rig_of(job, recording) as rig:
+        outcome = runner.carry_out(
+            rig,
+            [runner.Planned(f"{target.stem}.uncompared", recording.program, facts)],
+            runner.RunOptions(
+                target.parent,
+                virtual=virtual,
+                seed=seed if isinstance(seed, int) else None,
+                force=options.force,
+                attachments={
+                    name: data for name, data in recording.content.attachments.items() if name == "sweep.yaml"
+                },
+                device_options=job.device_options,
+            ),
+        )
     if not outcome.runs:
         outcome.judge()
         raise CheckFailed(f"{recording.source}: the replay recorded nothing")
     return _compared(recording, outcome, target, options)
+
+
+def _rig_of(job: Job, recording: Recording) -> AbstractContextManager[RigConfig]:
+    """The rig, or one that answers this recording as the simulator says."""
+    if job.simulator is None:
+        return nullcontext(job.rig)
+    from rig.app.answered import answered
+
+    return answered(job.rig, job.simulator, recording.program)
 
 
 def _compared(recording: Recording, outcome: Outcome, target: Path, options: ReplayOptions) -> Replayed:

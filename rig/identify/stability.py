@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from rig.errors import ModelError
 from rig.excite.signals import Mixed, Signal, Sine, Triangle, sampled
+from rig.model.external import KIND as EXTERNAL
 from rig.model.kernels import simulate
 from rig.model.parameters import Input, Model
 from rig.model.swarm_kernel import Inputs, lay_inputs, swarm_peaks
@@ -105,7 +106,8 @@ def check_bounded(
     """Run the whole chain from the command over the dense set; bounded means |angle| within `limit_deg` throughout."""
     worst, peak, failing = "", 0.0, []
     chain = replace(model, effects=[])
-    for signal in signals or dense_signals(sweep):
+    tried = search_signals(sweep) if model.muscle.kind == EXTERNAL else dense_signals(sweep)
+    for signal in signals or tried:
         dp = excitation(signal, model.sample_time_s)
         record = Record(signal.label, np.arange(len(dp), dtype=np.float64) * model.sample_time_s, dp)
         try:

@@ -10,7 +10,9 @@ from rig.config import suggest
 from rig.errors import ModelError
 from rig.model import stages
 from rig.model.effect_stages import EFFECT_STAGES
-from rig.model.parameters import KINDS, AddedEffect, Model, StageModel
+from rig.model.external import KIND as EXTERNAL
+from rig.model.external import External
+from rig.model.parameters import KINDS, AddedEffect, Model, MuscleModel, StageModel
 from rig.model.slots import Placed, Slot, StageFunction
 
 NOMINAL: dict[str, tuple[StageFunction, int]] = {
@@ -32,7 +34,9 @@ def lay_out(model: Model) -> list[Placed]:
     chain: list[Placed] = []
     for slot in Slot:
         chain += [placed for placed in added if placed.slot is slot and EFFECT_STAGES[placed.name].before]
-        if slot in nominal and nominal[slot].kind in NOMINAL:
+        if slot is Slot.MUSCLE and model.muscle.kind == EXTERNAL:
+            chain.append(place_external(model.muscle))
+        elif slot in nominal and nominal[slot].kind in NOMINAL:
             chain.append(place_nominal(slot, nominal[slot], model.p0_mpa))
         chain += [placed for placed in added if placed.slot is slot and not EFFECT_STAGES[placed.name].before]
     return chain
@@ -59,6 +63,11 @@ def _of_the_rig(model: Model) -> dict[str, float]:
         "p0_mpa": model.p0_mpa,
         "tau0_s": 0.5 * (model.valve.value("valve1_tau_s") + model.valve.value("valve2_tau_s")),
     }
+
+
+def place_external(muscle: MuscleModel) -> Placed:
+    """A simulator that is not ours, in the place of the muscles."""
+    return Placed(EXTERNAL, Slot.MUSCLE, External(muscle.source, muscle.names, muscle.patience_s), (), 1)
 
 
 def place_effect(added: AddedEffect, defaults: Mapping[str, float]) -> Placed:
@@ -92,6 +101,11 @@ class Chain:
     """The simulator of one rig, advanced one sample time at a call."""
 
     def __init__(self, model: Model) -> None:
+        if model.muscle.kind == EXTERNAL:
+            raise ModelError(
+                f"{model.muscle.source}: it answers whole records, and the simulated rig goes tick by tick; "
+                "allowed there: a model of pamrig's own"
+            )
         self._dt_s = model.sample_time_s
         self._upstream: list[Placed] = []
         self._downstream: list[Placed] = []

@@ -16,6 +16,7 @@ import numpy as np
 from rig.errors import ModelError, RecordError
 from rig.model.chain import lay_out
 from rig.model.drive import drives
+from rig.model.external import External
 from rig.model.joint_balance import NOTHING_ADDED, STATE_SIZE, balanced_angles
 from rig.model.parameters import Input, Model
 from rig.model.resample import held_commands, is_regular, on_grid
@@ -73,13 +74,16 @@ def balanced(
 def run_stages(
     placed: Iterable[Placed], p1_mpa: Column, p2_mpa: Column, angle_deg: Column, dt_s: float, start_deg: float = 0.0
 ) -> None:
-    """Run stages over columns of equal length in place. A Bouc-Wen muscle starts at `start_deg`."""
+    """Run stages over columns of equal length in place. A muscle starts at `start_deg`."""
     for stage in placed:
         state = np.zeros(max(stage.n_state, 1))
         params = np.array(stage.params or (0.0,))
         if stage.name in ("mbw", "bw"):
             state[2] = start_deg / params[10]
-        compiled(stage.stage)(p1_mpa, p2_mpa, angle_deg, state, params, dt_s)
+        if isinstance(stage.stage, External):
+            state[0] = start_deg
+        run: Any = stage.stage if isinstance(stage.stage, External) else compiled(stage.stage)
+        run(p1_mpa, p2_mpa, angle_deg, state, params, dt_s)
 
 
 def simulate(model: Model, record: Record, *, drive: Input = Input.COMMAND, start_deg: float | None = None) -> Record:

@@ -16,6 +16,9 @@ import yaml
 
 from rig.config import bounded, read_yaml, structure, suggest, unstructure
 from rig.errors import ModelError
+from rig.model.external import KIND as EXTERNAL
+from rig.model.external import PATIENCE_S, PYTHON, is_external
+from rig.model.external import load as load_external
 from rig.model.fingerprint import VERSION, Fingerprint
 from rig.outputs import Kind, write_text
 
@@ -56,9 +59,15 @@ class StageModel:
 
 @dataclass(frozen=True)
 class MuscleModel(StageModel):
-    """The muscles: what they are driven by, and the Bouc-Wen model that answers."""
+    """The muscles: what they are driven by, and the Bouc-Wen model that answers; or a simulator that is not ours."""
 
     input: Input = Input.PRESSURE
+    source: str = ""
+    """Of the kind external: python:MODULE:FUNCTION or an FMU, see `rig.model.external`."""
+    names: dict[str, str] = field(default_factory=dict)
+    """Of an FMU: our names of its inputs and its output -> its own."""
+    patience_s: float = bounded(0.1, 86_400.0, "s", default=PATIENCE_S)
+    """Of the kind external: a record may take so long."""
 
 
 @dataclass(frozen=True)
@@ -138,6 +147,7 @@ KINDS: dict[str, dict[str, tuple[str, ...]]] = {
         "mbw": ("lambda1", "lambda2", "xi1", "xi2", "phi1", "phi2", "beta1", "beta2", *_MUSCLE_UNITS),
         "bw": ("lambda1", "lambda2", "xi", "psi", "beta", *_MUSCLE_UNITS),
         "bw_continuous": ("rho", "k", "eps", "psi", "gamma", "n", "u_unit_mpa", "y_unit_deg"),
+        EXTERNAL: (),
     },
     "joint": {"rigid": (), "second_order": ("omega_rad_per_s", "damping")},
     "sensor": {"ideal": (), "affine": ("gain", "offset_deg")},
@@ -157,9 +167,28 @@ _LEGAL = {
 
 
 def load_model(path: Path) -> Model:
-    """The model of a YAML file; ConfigError or ModelError, one line, when it is not one."""
+    """The model of a YAML file, or around a simulator that is not ours (`python:MODULE:FUNCTION`, `PLANT.fmu`).
+
+    ConfigError or ModelError, one line, when it is not one.
+    """
+    if is_external(path):
+        return _checked_external(Model(MuscleModel(EXTERNAL, input=Input.COMMAND, source=str(path))))
     model = structure(_known_part(read_yaml(path)), Model, str(path))
     check_model(model, str(path))
+    return _checked_external(_beside(model, path.parent)) if model.muscle.kind == EXTERNAL else model
+
+
+def _beside(model: Model, folder: Path) -> Model:
+    """The model with the FMU that its file names relative to itself."""
+    source = model.muscle.source
+    if source.startswith(PYTHON) or Path(source).is_absolute():
+        return model
+    return dataclasses.replace(model, muscle=dataclasses.replace(model.muscle, source=str(folder / source)))
+
+
+def _checked_external(model: Model) -> Model:
+    """The model, once its simulator could be had."""
+    load_external(model.muscle.source, model.muscle.names)
     return model
 
 
@@ -194,6 +223,11 @@ def check_model(model: Model, where: str) -> None:
         )
         for name, parameter in stage.parameters.items():
             _check_value(f"{where}: {slot}.parameters.{name}", name, parameter)
+    if (model.muscle.kind == EXTERNAL) != is_external(model.muscle.source):
+        raise ModelError(
+            f"{where}: muscle.source: {model.muscle.source!r}; the kind {EXTERNAL} has a source, "
+            "python:MODULE:FUNCTION or PLANT.fmu, and no other kind has one"
+        )
     if model.muscle.input is Input.COMMAND and model.valve.kind != "direct":
         raise ModelError(
             f"{where}: valve.kind: muscles driven by the command contain the regulators; allowed with input "

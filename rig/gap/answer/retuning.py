@@ -104,19 +104,24 @@ def retuned_model(model: Model, prepared: Prepared) -> Model:
     at_rest = replace(model, p0_mpa=prepared.pairing.p0_mpa)
     found = retune(at_rest, prepared.pairs, prepared.pairing.pressures)
     if found is None:
-        raise ModelError("--retuned: the simulator runs away under these records, so it cannot be fitted to them")
+        raise ModelError(
+            "--retuned: the simulator runs away under these records, or has no parameters of "
+            "pamrig's, so it cannot be fitted to them"
+        )
     text = f"{model.provenance.text} Its own parameters fitted again by pamrig gap diagnose.".strip()
     return replace(found.model, provenance=replace(model.provenance, text=text))
 
 
 def retune(model: Model, pairs: Sequence[Pair], pressures: bool) -> Retuning | None:
-    """The simulator fitted again to these records; None where it runs away under them."""
+    """The simulator fitted again to these records; None where it runs away under them or has no parameters to fit."""
     names = [
         (slot, name)
         for slot, stage in model.stages().items()
         for name in stage.parameters
         if any(name == end or name.endswith(f"_{end}") for end in TUNED[slot])
     ]
+    if not names:
+        return None
     scales = np.array([_scale(model.stages()[slot].parameters[name], name) for slot, name in names])
     start = np.array([model.stages()[slot].parameters[name].value for slot, name in names])
     errors = _Errors(model, names, start, scales, pairs, pressures)
