@@ -4,6 +4,7 @@ One piece is one unit with its cases. Each step skips what is already on disk, s
 was.
 """
 
+import hashlib
 import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -20,6 +21,7 @@ from rig.blind_check.source import Label
 from rig.blind_check.statistics import breakdown, mode_result, naive_result, shuffled_control, withheld_result
 from rig.errors import RecordError
 from rig.gap.hypotheses.library import LIBRARY, effect_class
+from rig.gap.settings import fitted
 
 CHUNK: Final = 10
 """Questions an answering process is started for when the steps are done apart."""
@@ -80,6 +82,23 @@ def score_case(folder: CheckFolder, token: str, label: Label) -> dict[str, Any]:
 
 def result_of(folder: CheckFolder) -> dict[str, Any]:
     """The result of a check from its scores; RecordError when cases are missing."""
+    part, cases = _scored(folder)
+    return {"sealed_sha256": part["sealed_sha256"], "seed": part["seed"]} | result_from(cases, part["seed"])
+
+
+def result_of_all(folders: Sequence[CheckFolder]) -> dict[str, Any]:
+    """One result of several checks, with the seed and the hash of each; RecordError when a check is named twice."""
+    parts = [_scored(folder) for folder in folders]
+    hashes = [part["sealed_sha256"] for part, _ in parts]
+    if len(set(hashes)) < len(hashes):
+        raise RecordError(f"{folders[0].root}: the same labels are there twice; name each check once")
+    together = hashlib.sha256("".join(sorted(hashes)).encode()).hexdigest()
+    cases = [case for _, some in parts for case in some]
+    return {"sealed_sha256": together, "parts": [part for part, _ in parts]} | result_from(cases, parts[0][0]["seed"])
+
+
+def _scored(folder: CheckFolder) -> tuple[dict[str, Any], list[Any]]:
+    """(what is public of a check and its seed, its scores by token)."""
     labels, seed = open_labels(folder)
     missing = [token for token in labels if not folder.score(token).exists()]
     if missing:
@@ -87,10 +106,8 @@ def result_of(folder: CheckFolder) -> dict[str, Any]:
             f"{folder.root}: {len(missing)} of {len(labels)} cases are not scored, the first is {missing[0]}; run "
             "the steps again"
         )
-    public = read_json(folder.sealed)
-    return {"sealed_sha256": public["sealed_sha256"], "seed": seed} | result_from(
-        [read_json(folder.score(token)) for token in sorted(labels)], seed
-    )
+    public = {"sealed_sha256": read_json(folder.sealed)["sealed_sha256"], "seed": seed, "cases": len(labels)}
+    return public, [read_json(folder.score(token)) for token in sorted(labels)]
 
 
 def result_from(cases: Sequence[Mapping[str, Any]], seed: int) -> dict[str, Any]:
@@ -101,14 +118,18 @@ def result_from(cases: Sequence[Mapping[str, Any]], seed: int) -> dict[str, Any]
     modes = {mode: mode_result(rows[mode]) | breakdown(rows[mode]) for mode in asked}
     if MODE in modes:
         modes[MODE]["ties_broken"] = _ties(cases)
-    withheld = {"withheld": withheld_result(rows["withheld"])} if rows["withheld"] else {}
+    withheld = {mode: withheld_result(rows[mode]) for mode in MODES if MODES[mode].withheld and rows[mode]}
+    for mode, found in withheld.items():
+        if MODES[mode].withheld in modes:
+            modes[MODES[mode].withheld]["withheld_flagged"] = found["flagged"]
     return {
         "cases": len(cases),
+        "fitted_on": list(fitted().provenance.families),
         "kinds": {kind: kinds.count(kind) for kind in sorted(set(kinds))},
         **_sandbox(cases),
         "modes": modes,
         "families": {family: _apart(rows, asked, family) for family in _families(rows)},
-        **withheld,
+        "withheld": withheld,
         "naive": {name: _naive(cases, name) for name in ("always_none", "random", "largest_rmse", "retuned")},
         "shuffled": shuffled_control(rows[asked[0]], seed),
     }

@@ -52,6 +52,7 @@ GOALS: Final = (
     Goal("size_held", "its 95 % interval holds the truth", "%", True, _bounds(0.90, 0.90, None, None)),
     Goal("unknown_flagged", "unknown flagged", "%", True, _bounds(0.92, 0.90, 0.85, 0.75)),
     Goal("known_kept", "known kept", "%", True, _bounds(0.95, 0.94, 0.92, 0.85)),
+    Goal("withheld_flagged", "class withheld from the library: flagged", "%", True, _bounds(0.85, 0.75, 0.75, None)),
     Goal("pairs_both", "pairs, both right", "%", True, _bounds(0.90, 0.45, 0.80, None)),
     Goal("ties_broken", "ties broken by the experiment", "%", True, {"pressures": 0.80}),
     Goal("contradictions", "answers that contradict themselves", "%", False, _bounds(0.0, 0.0, 0.0, 0.0)),

@@ -26,9 +26,11 @@ class Mode:
     days: int
     model: str = OWN
     pressures: bool = True
-    withheld: bool = False
-    """With a library that is short."""
     against: str = DAYS
+    withheld: str = ""
+    """With a library that is short: the mode that asks the same with all of it."""
+    method: str = ""
+    """The method that answers where it is not the one that the reference has: days or likelihood."""
 
     @property
     def ratio(self) -> str:
@@ -51,7 +53,6 @@ GROUPS: Final[Mapping[str, tuple[Mode, ...]]] = {
     "days": (
         Mode("pressures", "days, with pressures", "sessions", ALL_DAYS),
         Mode("angle", "days, angle only", "sessions", ALL_DAYS, pressures=False),
-        Mode("withheld", "days, short library", "sessions", ALL_DAYS, withheld=True),
     ),
     "one_day": _with_and_without(Mode("one_day", "one day", "session", 1), "one_day_angle"),
     "fingerprint": _with_and_without(Mode("fingerprint", "fingerprint", "fingerprint", 0), "fingerprint_angle"),
@@ -63,6 +64,17 @@ GROUPS: Final[Mapping[str, tuple[Mode, ...]]] = {
             Mode("own_simulator", "own simulator, no fingerprint", "auto", 0, BARE, against=SISTERS),
             "own_simulator_angle",
         ),
+    ),
+    "withheld": (
+        Mode("withheld", "days, short library", "sessions", ALL_DAYS, withheld="pressures"),
+        Mode("withheld_angle", "days, angle only, short library", "sessions", ALL_DAYS, OWN, False, withheld="angle"),
+        Mode("withheld_one_day", "one day, short library", "session", 1, withheld="one_day"),
+        Mode("withheld_fingerprint", "fingerprint, short library", "fingerprint", 0, withheld="fingerprint"),
+    ),
+    "beside": (
+        Mode("days_by_likelihood", "days, by the likelihood", "session", ALL_DAYS, method="likelihood"),
+        Mode("one_day_by_days", "one day, by the method for days", "session", 1, method="days"),
+        Mode("no_day_by_days", "no day, by the method for days", "simulator", 0, method="days"),
     ),
 }
 MODES: Final[Mapping[str, Mode]] = {mode.name: mode for group in GROUPS.values() for mode in group}

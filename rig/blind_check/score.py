@@ -10,10 +10,10 @@ from typing import Any, Final
 
 import numpy as np
 
-from rig.blind_check.contradictions import contradictions
 from rig.blind_check.modes import MODES
 from rig.blind_check.source import Named, records_of
 from rig.errors import RigError
+from rig.gap.answer.consistency import contradictions
 from rig.gap.hypotheses.library import LIBRARY, effect_class
 from rig.gap.raw_tests.levels import loudness
 from rig.record import Column, Record

@@ -62,6 +62,7 @@ def mode_result(rows: Sequence[Row]) -> dict[str, Any]:
         "unknown_flagged_strictly": _rate(foreign, "unknown"),
         "known_kept": Rate.of(not row["flagged"] for row in single if row["detected"]).to_json(),
         "known_kept_strictly": Rate.of(not row["unknown"] for row in single if row["detected"]).to_json(),
+        "withheld_flagged": Rate(0, 0).to_json(),
         "pairs_both": _rate(pair, "both"),
         "pairs_both_class": _rate(pair, "both_class"),
         "seconds_median": _median(_values(rows, "seconds")),

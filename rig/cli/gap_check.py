@@ -32,7 +32,7 @@ _families = click.option(
 _modes = click.option(
     "--modes",
     multiple=True,
-    type=click.Choice(("days", "one_day", "fingerprint", "simulator")),
+    type=click.Choice(("days", "one_day", "fingerprint", "simulator", "withheld", "beside")),
     help="Ask these ways only. Repeatable.",
 )
 _dask = click.option(

@@ -68,7 +68,7 @@ def as_markdown(result: Mapping[str, Any]) -> str:
     """Tables for the documentation: the goals, then names by strength and by effect, foreign effects, withheld classes,
     naive answers."""
     shown = {MODE_WORDS[mode]: result["modes"][mode] for mode in result["modes"]}
-    withheld = result.get("withheld", {}).get("flagged_by_effect", {})
+    withheld = result["withheld"].get("withheld", {}).get("flagged_by_effect", {})
     parts = [
         _goals(result),
         *(_family(name, modes) for name, modes in result.get("families", {}).items()),

@@ -39,15 +39,18 @@ def said(
         {
             "effect": name,
             "ambiguous_with": list(ambiguous) if k == 0 else [],
-            "parameters": {"tau_s": {"value": value}},
+            "parameters": {"tau_s": {"value": value, "low": value, "high": value}},
             "confidence": 0.9,
             "explained_fraction": 0.95,
+            "gap_after_deg": 0.3,
+            "judged_on": "angle",
+            "stage": stage or (LIBRARY[name].stage if name in LIBRARY else "sensor"),
         }
         for k, name in enumerate(names)
     ]
     where = {"stage": stage or (LIBRARY[names[0]].stage if names and names[0] in LIBRARY else "sensor")}
     return {
-        "diagnosis": {"verdict": verdict, "gap": dict(GAP), "where": where, "causes": causes},
+        "diagnosis": {"verdict": verdict, "gap": dict(GAP), "where": where, "causes": causes, "notes": []},
         "seconds": 1.0,
     }
 
@@ -298,7 +301,9 @@ def test_a_case_is_asked_the_modes_that_measure_its_gap() -> None:
     every = names_of(GROUPS)
     days, sisters = ({"against": name} for name in ("days", "sisters"))
     assert asked(every, days) == [
-        "pressures", "angle", "withheld", "one_day", "one_day_angle", "fingerprint", "fingerprint_angle",
+        "pressures", "angle", "one_day", "one_day_angle", "fingerprint", "fingerprint_angle",
+        "withheld", "withheld_angle", "withheld_one_day", "withheld_fingerprint",
+        "days_by_likelihood", "one_day_by_days", "no_day_by_days",
     ]  # fmt: skip
     assert asked(every, sisters) == ["simulator", "simulator_angle", "own_simulator", "own_simulator_angle"]
     assert asked(["pressures", "simulator"], {}) == ["pressures"], "labels that say nothing are measured by days"
