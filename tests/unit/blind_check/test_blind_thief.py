@@ -23,7 +23,7 @@ def told(token: str, place: float, missing: Sequence[str], label: dict) -> list[
     many days."""
     bits = [bool(int(token, 16) >> bit & 1) for bit in range(64)]
     places = [place < share for share in (0.1, 0.25, 0.5, 0.75, 0.9)]
-    modes = [mode in asked(names_of(GROUPS), label) for mode in names_of(GROUPS)]
+    modes = [bool(asked(names_of([group]), label)) for group in GROUPS]
     return [*bits, *places, *modes, *(effect in missing for effect in LIBRARY), label["baselines"] == 3]
 
 
