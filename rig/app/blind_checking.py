@@ -31,11 +31,13 @@ def new_folder() -> Path:
     return Path("logs").absolute() / f"check_{datetime.now().astimezone():%Y%m%d_%H%M%S}"
 
 
-def seal(source: Any, folder: CheckFolder, cases: int, seed: int | None, groups: Sequence[str] = ()) -> str:
+def seal(
+    source: Any, folder: CheckFolder, cases: int, seed: int | None, groups: Sequence[str] = (), angle: bool = True
+) -> str:
     """Seal the labels, or go on with those that are there; their SHA-256, before anything is computed."""
     if seed is None:
         seed = open_labels(folder)[1] if folder.sealed.exists() else secrets.randbits(48)
-    return draw(source, folder.root, seed, cases, names_of(groups or GROUPS))
+    return draw(source, folder.root, seed, cases, names_of(groups or GROUPS, angle))
 
 
 def questions_in(place: CheckFolder) -> list[str]:

@@ -82,9 +82,9 @@ DEFAULT: Final = ("pressures", "angle")
 """Asked of records that somebody else brings."""
 
 
-def names_of(groups: Iterable[str]) -> list[str]:
-    """The modes of some groups."""
-    return [mode.name for group in groups for mode in GROUPS[group]]
+def names_of(groups: Iterable[str], angle: bool = True) -> list[str]:
+    """The modes of some groups, with or without those that ask from the angle alone."""
+    return [mode.name for group in groups for mode in GROUPS[group] if mode.pressures or angle]
 
 
 def measures_of(groups: Iterable[str]) -> tuple[str, ...]:

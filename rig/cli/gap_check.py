@@ -35,6 +35,7 @@ _modes = click.option(
     type=click.Choice(("days", "one_day", "fingerprint", "simulator", "withheld", "beside")),
     help="Ask these ways only. Repeatable.",
 )
+_no_angle = click.option("--no-angle", is_flag=True, help="Do not ask from the angle alone.")
 _dask = click.option(
     "--dask", metavar="ADDRESS", help="Use the Dask cluster at ADDRESS; its workers must see the same folder."
 )
@@ -50,6 +51,7 @@ _html = click.option(
 @_development
 @_families
 @_modes
+@_no_angle
 @_dask
 @_workers
 @output_option(
@@ -61,7 +63,7 @@ _html = click.option(
 @click.pass_context
 def check(
     context: click.Context, cases: int, seed: int | None, development: bool, families: tuple[str, ...],
-    modes: tuple[str, ...],
+    modes: tuple[str, ...], no_angle: bool,
     dask: str | None, workers: int | None, output: Path | None, keep: bool, html_to: Path | None, json_to: str | None,
 ) -> None:  # fmt: skip
     """Diagnose cases whose labels are withheld, then open the labels and score.
@@ -80,7 +82,7 @@ def check(
 
     begun, source = time.monotonic(), source_of(development, families, modes)
     folder = CheckFolder(output.resolve() if output else new_folder())
-    _sealed(source, folder, cases, seed, modes, json_to)
+    _sealed(source, folder, cases, seed, modes, json_to, no_angle)
     spread(partial(make_answer_score, keep=keep), units(source, folder), cases, "cases", dask, workers)
     _report(folder, result_of(folder) | {"seconds_of_this_run": time.monotonic() - begun}, html_to, json_to)
 
@@ -92,11 +94,12 @@ def check(
 @_development
 @_families
 @_modes
+@_no_angle
 @_dask
 @_workers
 def make(
     folder: Path, cases: int, seed: int | None, development: bool, families: tuple[str, ...], modes: tuple[str, ...],
-    dask: str | None,
+    no_angle: bool, dask: str | None,
     workers: int | None,
 ) -> None:  # fmt: skip
     """Draw and seal the labels, then write the questions into FOLDER.
@@ -108,7 +111,7 @@ def make(
     from rig.blind_check.generate import make_unit, units
 
     source, place = source_of(development, families, modes), CheckFolder(folder)
-    _sealed(source, place, cases, seed, modes, None)
+    _sealed(source, place, cases, seed, modes, None, no_angle)
     work = units(source, place)
     spread(make_unit, work, len(work), "units", dask, workers)
     console().print(f"{folder}: {cases} questions")
@@ -166,13 +169,36 @@ def score(
     _report(place, result_of(place), html_to, json_to)
 
 
+@check.command()
+@click.argument("folders", nargs=-1, required=True, type=_place)
+@_html
+@json_option
+def merge(folders: tuple[Path, ...], html_to: Path | None, json_to: str | None) -> None:
+    """Count several scored checks as one; each is named with its seed and hash. A .md is the page of results."""
+    from rig.blind_check.check import result_of_all
+    from rig.blind_check.folder import CheckFolder
+    from rig.report.check_page import check_table, write_page
+
+    result = result_of_all([CheckFolder(folder) for folder in folders])
+    if html_to is not None:
+        write_page(result, html_to)
+    console(json_to).print(check_table(result))
+    emit(result, json_to)
+
+
 def _sealed(
-    source: Any, folder: "CheckFolder", cases: int, seed: int | None, modes: Sequence[str], json_to: str | None
+    source: Any,
+    folder: "CheckFolder",
+    cases: int,
+    seed: int | None,
+    modes: Sequence[str],
+    json_to: str | None,
+    no_angle: bool,
 ) -> None:
     """The hash of the labels, printed before anything is computed."""
     from rig.app.blind_checking import seal
 
-    sha256 = seal(source, folder, cases, seed, modes)
+    sha256 = seal(source, folder, cases, seed, modes, not no_angle)
     terminal = console(json_to)
     terminal.print(f"sealed labels, SHA-256: {sha256}")
     terminal.print(f"folder: {folder.root}")

@@ -25,6 +25,17 @@ NAIVE_WORDS = {
     "largest_rmse": "largest RMSE, best lag",
     "retuned": "re-tuned nominal",
 }
+FAMILY_FIGURES = (
+    "false_alarms",
+    "detected",
+    "stage",
+    "class_first",
+    "exact_first",
+    "truth_in_set",
+    "unknown_flagged",
+    "known_kept",
+    "pairs_both",
+)
 MODES_A_TABLE = 2
 _BLUE, _ORANGE = "#0072b2", "#d55e00"
 
@@ -64,93 +75,10 @@ def rows_of(result: Mapping[str, Any]) -> list[dict[str, Any]]:
     return rows
 
 
-def as_markdown(result: Mapping[str, Any]) -> str:
-    """Tables for the documentation: the goals, then names by strength and by effect, foreign effects, withheld classes,
-    naive answers."""
-    shown = {MODE_WORDS[mode]: result["modes"][mode] for mode in result["modes"]}
-    withheld = result["withheld"].get("withheld", {}).get("flagged_by_effect", {})
-    parts = [
-        _goals(result),
-        *(_family(name, modes) for name, modes in result.get("families", {}).items()),
-        _broken_down("gap over floor", "by_ratio", ("detected", "exact_first", "truth_in_set"), shown),
-        _broken_down("effect", "by_effect", ("exact_first", "truth_in_set", "gap_closed"), shown),
-        _foreign(shown),
-        _table("class withheld | flagged, with pressures", [[name, _cell(rate)] for name, rate in withheld.items()]),
-        _naive(result["naive"]),
-    ]
-    return "\n".join(parts)
-
-
-def _goals(result: Mapping[str, Any]) -> str:
-    rows = []
-    for row in rows_of(result):
-        cells = [
-            f"{cell['text']}{' **missed**' if cell['reached'] is False else ''} | {cell['goal']}"
-            for cell in row["cells"]
-        ]
-        rows.append([row["words"], *cells])
-    return _table(" | ".join(["figure", *(f"{MODE_WORDS[mode]} | goal" for mode in result["modes"])]), rows)
-
-
-FAMILY_FIGURES = (
-    "false_alarms",
-    "detected",
-    "stage",
-    "class_first",
-    "exact_first",
-    "truth_in_set",
-    "unknown_flagged",
-    "known_kept",
-    "pairs_both",
-)
-
-
-def _family(name: str, modes: Mapping[str, Any]) -> str:
-    """One family of plants apart: its main figures, mode by mode."""
-    head = " | ".join([f"family {name}", *(figure.replace("_", " ") for figure in FAMILY_FIGURES)])
-    return _table(
-        head, [[MODE_WORDS[mode], *(_cell(found[key]) for key in FAMILY_FIGURES)] for mode, found in modes.items()]
-    )
-
-
-def _broken_down(what: str, key: str, figures: Sequence[str], shown: Mapping[str, Mapping[str, Any]]) -> str:
-    titles = [f"{figure.replace('_', ' ')}, {words}" for words in shown for figure in figures]
-    names = dict.fromkeys(name for mode in shown.values() for name in mode[key])
-    rows = [
-        [name, *(_cell(mode[key].get(name, {}).get(figure)) for mode in shown.values() for figure in figures)]
-        for name in names
-    ]
-    return _table(" | ".join([what, *titles]), rows)
-
-
-def _foreign(shown: Mapping[str, Mapping[str, Any]]) -> str:
-    names = dict.fromkeys(name for mode in shown.values() for name in mode["unknown_by_effect"])
-    rows = [[name, *(_cell(mode["unknown_by_effect"].get(name)) for mode in shown.values())] for name in names]
-    return _table(" | ".join(["effect of no library", *(f"flagged, {words}" for words in shown)]), rows)
-
-
-def _naive(naive: Mapping[str, Any]) -> str:
-    figures = ("false_alarms", "detected", "class_first", "exact_first")
-    rows = [
-        [NAIVE_WORDS[name], *(_cell(said["pressures"][figure]) for figure in figures)] for name, said in naive.items()
-    ]
-    return _table(" | ".join(["naive answer", *(figure.replace("_", " ") for figure in figures)]), rows)
-
-
-def _table(head: str, rows: Sequence[Sequence[str]]) -> str:
-    columns = head.count("|") + 1
-    return "\n".join([f"| {head} |", "|---" * columns + "|", *(f"| {' | '.join(row)} |" for row in rows)]) + "\n"
-
-
-def _cell(found: Any) -> str:
-    """A rate as k of n, a share in per cent, nothing as a dash."""
-    if isinstance(found, Mapping):
-        return f"{found['k']} of {found['n']}"
-    return "-" if found is None else f"{100 * found:.0f} %"
-
-
 def write_page(result: Mapping[str, Any], path: Path) -> None:
     """The page as HTML, or tables in Markdown when the name ends in .md; RigError when it cannot be written."""
+    from rig.report.check_results import as_markdown
+
     text = as_markdown(result) if path.suffix == ".md" else as_html(result)
     write_text(path, text, Kind.PAGE)
 
