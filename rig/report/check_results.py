@@ -41,9 +41,9 @@ def _head(result: Mapping[str, Any], judged: Sequence[str]) -> str:
     missing = f" (this system offered no {', '.join(result['sandbox_missing'])})" if result["sandbox_missing"] else ""
     words = (
         f"Written by `pamrig gap check` on {date.today().isoformat()} from {result['cases']} cases ({kinds}). The "
-        f"shipped levels were fitted on the families {', '.join(result['fitted_on'])}; of those judged here, {untouched}. "
-        f"The answering processes were shut in by: {', '.join(result['sandbox_layers'])}{missing}. Rates carry Wilson 95 % "
-        "intervals and counts; names count for single effects from three floors on. [What is counted]"
+        f"shipped levels were fitted on the families {', '.join(result['fitted_on'])}; of those judged here, "
+        f"{untouched}. The answering processes were shut in by: {', '.join(result['sandbox_layers'])}{missing}. Rates "
+        "carry Wilson 95 % intervals and counts; names count for single effects from three floors on. [What is counted]"
         "(../explanation/blind_check.md), [how to run it](../how-to/blind_check.md), [earlier checks and all seeds]"
         "(blind_check_history.md)."
     )
