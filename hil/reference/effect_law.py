@@ -65,6 +65,7 @@ KNOWN: Final = {
     "viscous_friction": _Known("joint", "N m s/rad"),
     "inertia": _Known("joint", "kg m2"),
     "gravity_load": _Known("joint", "N m", True),
+    "stiffness": _Known("joint", "relative", True, "stiffness"),
     "backlash": _Known("joint", "deg", False, "width_deg"),
     "end_stop": _Known("joint", "deg", falling=True),
     "sensor_gain": _Known("sensor", "relative", True, "gain"),

@@ -56,6 +56,8 @@ class RigLaw(NamedTuple):
     """Share of a muscle's pressure force that is missing; its membrane is as before."""
     creep: float = 0.0
     """Share of a muscle's stroke by which its length creeps."""
+    stiff: float = 0.0
+    """By how much stronger muscles and springs pull, all alike: the joint goes to the same angles, held by more."""
     heat: float = 0.0
     heat_s: float = 30.0
     """Loss of force when steadily moved; heat comes from motion."""

@@ -80,7 +80,7 @@ def muscles_torque(p1: float, p2: float, s: State, physics: Physics, rig: RigLaw
         s[FOLDED] = 1.0
     elif p2 < rig.snap_mpa - 0.06:
         s[FOLDED] = 0.0
-    warm = 1.0 - rig.heat * s[HEAT]
+    warm = (1.0 - rig.heat * s[HEAT]) * (1.0 + rig.stiff)
     up_eff = physics.contraction + (up - crept(up, p1, CREEP, s, physics, rig, dt_s)) / physics.length_m
     down_eff = physics.contraction + (down - crept(down, p2, CREEP + 2, s, physics, rig, dt_s)) / physics.length_m
     f1 = warm * muscle_force(p1, up_eff, rig.weak_1, physics)
@@ -96,7 +96,7 @@ def muscles_torque(p1: float, p2: float, s: State, physics: Physics, rig: RigLaw
 @compiled
 def outer_torque(angle: float, physics: Physics, rig: RigLaw) -> float:
     """Springs, weight, air cushions and a spring that snaps over."""
-    total = -physics.passive_nm_rad * angle - physics.passive_fifth_nm * angle**5
+    total = -(1.0 + rig.stiff) * (physics.passive_nm_rad * angle + physics.passive_fifth_nm * angle**5)
     total -= rig.weight_nm * (math.sin(angle + rig.weight_rad) + 0.12 * math.sin(2.0 * angle))
     high, low = angle - rig.stop_high_rad, rig.stop_low_rad - angle
     if high > 0.0:

@@ -76,6 +76,8 @@ OTHER_LAWS: Final[dict[str, EffectLaw]] = dict((
     known("inertia", 1e-3, 0.3, sized(rig, "arm_kgm2")),
     # rope over a cam | sine | sine
     known("gravity_load", 0.02, 10.0, sized(rig, "weight_nm", weight_rad=(-1.2, 1.2))),
+    # muscles and springs stronger, friction and mass as before
+    known("stiffness", 0.02, 0.7, sized(rig, "stiff")),
     # gear whose clearance waves | soft coupling, wider where worn | play operator
     known("backlash", 0.01, 6.0, sized(reading, "play_deg", 2.0, play_wave_deg=(15.0, 30.0))),
     # air cushion | Hunt-Crossley buffer | clipped angle

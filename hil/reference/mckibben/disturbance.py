@@ -67,6 +67,8 @@ class RigLaw(NamedTuple):
     """Relative change of a muscle's braid angle: strength and the shape of the force law."""
     relaxing: float = 0.0
     """More relaxing springs, as a share of the active stiffness at P0 = 0.2 MPa (about 27 N m/rad)."""
+    stiff: float = 0.0
+    """By how much stronger muscles and springs pull, all alike: the joint goes to the same angles, held by more."""
     warm_up: float = 0.0
     """Loss of force from cold to warm; the rubber stiffens by three times as much."""
     warm_up_s: float = 30.0

@@ -108,8 +108,12 @@ def step_joint(
     """One semi-implicit step of the joint under both muscles' gauge pressures."""
     angle, speed = s[ANGLE], s[SPEED]
     heat = rig.warm_up * (1.0 - (1.0 - warm) * math.exp(-max(time_s, 0.0) / rig.warm_up_s))
-    torque = muscle_torque(p1, p2, angle, 1.0 - heat, physics, rig)
-    torque -= (1.0 + 3.0 * heat) * (physics.passive_nm_rad * angle + physics.passive_cube_nm_rad3 * angle**3)
+    torque = muscle_torque(p1, p2, angle, (1.0 - heat) * (1.0 + rig.stiff), physics, rig)
+    torque -= (
+        (1.0 + rig.stiff)
+        * (1.0 + 3.0 * heat)
+        * (physics.passive_nm_rad * angle + physics.passive_cube_nm_rad3 * angle**3)
+    )
     torque -= slip_torque(angle, 0.5 * (p1 + p2), s, physics) + relaxing_torque(angle, s, physics, rig, dt_s)
     level = physics.bearing_nm + rig.lugre_nm
     if (

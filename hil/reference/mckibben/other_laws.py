@@ -88,6 +88,8 @@ OTHER_LAWS: Final[dict[str, EffectLaw]] = dict((
     # mass inside the non-linear joint | linear second order
     known("inertia", 1e-3, 1.2, sized(rig, "inertia_kgm2")),
     known("gravity_load", 0.02, 10.0, sized(rig, "gravity_nm", gravity_rad=(-1.2, 1.2))),
+    # muscles and springs stronger, friction and mass as before
+    known("stiffness", 0.02, 0.7, sized(rig, "stiff")),
     # worn coupling that pulls softly, wider where worn | play operator
     known("backlash", 0.01, 6.0, sized(reading, "play_deg", 2.0, play_spread=(0.0, 0.3))),
     # Hunt-Crossley buffer | clipped angle

@@ -60,6 +60,8 @@ class RigLaw(NamedTuple):
     """Play of the pressure that acts on the membranes: folds that stick until they are pushed."""
     creep: float = 0.0
     """More creep of the membranes under load, as a strain at 350 N in twentieths."""
+    stiff: float = 0.0
+    """By how much stronger muscles and springs pull, all alike: the joint goes to the same angles, held by more."""
     heat: float = 0.0
     heat_s: float = 30.0
     """Loss of force when the air works; the heat of its compression."""

@@ -92,7 +92,7 @@ def pull(p: float, side: float, muscle: int, s: State, physics: Physics, rig: Ri
     arm, taken = s[ARM + muscle], s[TAKEN + muscle]
     contraction = physics.contraction + taken / physics.length_m + s[STRAIN + muscle]
     force = muscle_force(p, contraction, rig.short_1 if muscle == 0 else rig.short_2, physics)
-    force *= (1.0 if muscle == 0 else physics.strength_2) * (1.0 - rig.heat * s[HEAT])
+    force *= (1.0 if muscle == 0 else physics.strength_2) * (1.0 - rig.heat * s[HEAT]) * (1.0 + rig.stiff)
     step_creep(force, STRAIN + muscle, s, physics, rig, dt_s)
     speed = side * arm * s[SPEED]
     return arm * (force - fold_force(dt_s * speed, speed, taken, p, FOLD + muscle, s, physics))
@@ -102,7 +102,7 @@ def pull(p: float, side: float, muscle: int, s: State, physics: Physics, rig: Ri
 def outer_torque(s: State, physics: Physics, rig: RigLaw) -> float:
     """Springs, weight, wires and freewheel."""
     angle, speed = s[ANGLE], s[SPEED]
-    total = -physics.passive_nm_rad * angle - physics.passive_square_nm * angle * angle
+    total = -(1.0 + rig.stiff) * (physics.passive_nm_rad * angle + physics.passive_square_nm * angle * angle)
     total -= rig.weight_nm * math.sin(1.3 * angle + rig.weight_rad)
     high, low = angle - rig.stop_high_rad, rig.stop_low_rad - angle
     if high > 0.0:

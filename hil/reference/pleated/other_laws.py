@@ -76,6 +76,8 @@ OTHER_LAWS: Final[dict[str, EffectLaw]] = dict((
     known("inertia", 1e-3, 0.05, sized(rig, "load_kgm2")),
     # behind a gear of 1.3
     known("gravity_load", 0.01, 3.0, sized(rig, "weight_nm", weight_rad=(-1.2, 1.2))),
+    # muscles and springs stronger, friction and mass as before
+    known("stiffness", 0.02, 0.7, sized(rig, "stiff")),
     # clearance that creeps back to its middle
     known("backlash", 0.01, 8.0, sized(reading, "play_deg", play_back_s=(0.6, 2.0))),
     # wire that comes taut
