@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from rig.app.compose import find_config
+from rig.channels import common
+from rig.errors import RecordError
 from rig.identify.data import Options, best_input, cut
 from rig.identify.fit import Identified, Settings, identify
 from rig.identify.mean_law import mean_law
@@ -16,6 +18,10 @@ from rig.identify.swarm import SwarmSettings
 from rig.identify.templates import Template, input_gain, rest_pressure, template_model
 from rig.model.parameters import Input, Model, load_model
 from rig.record import Record
+
+USUAL_SAMPLE_TIME_S = 0.005
+SHORTEST_SAMPLE_TIME_S, LONGEST_SAMPLE_TIME_S = 0.001, 0.05
+"""Outside, a period is more often a wrong unit of time than a rig."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +34,8 @@ class StartOptions:
     drive: str
     """auto, or an Input."""
     joint: str
-    sample_time_s: float
+    sample_time_s: float | None
+    """None: what the records say."""
     p0_mpa: float | None
     """None: what the records say."""
     u_unit_mpa: float
@@ -70,6 +77,8 @@ def identify_model(
         sweep=sweep,
     )
     model, choices = start_model(start, records, options)
+    channels = common([(record.name, record.channels) for record in records])
+    model = replace(model, channels=None if channels.has_valves else channels)
     return replace(identify(records, model, settings, options, report), choices=choices)
 
 
@@ -92,7 +101,7 @@ def start_model(start: StartOptions, records: list[Record], options: Options) ->
     template = Template(
         kind=start.kind,
         drive=drive,
-        sample_time_s=start.sample_time_s,
+        sample_time_s=start.sample_time_s or sample_time_s(records, options),
         p0_mpa=p0_mpa,
         u_unit_mpa=start.u_unit_mpa,
         joint=start.joint,
@@ -101,6 +110,23 @@ def start_model(start: StartOptions, records: list[Record], options: Options) ->
     )
     shown = [cut(record, options) for record in records]
     return template_model(template, input_gain(shown, template.u_unit_mpa)), choices
+
+
+def sample_time_s(records: Sequence[Record], options: Options) -> float:
+    """The records' own period where they are to stay on it, else the usual one; RecordError for one outside 1 to 50 ms.
+
+    Periods of logs differ in their last digits: three are kept.
+    """
+    if options.resample:
+        return USUAL_SAMPLE_TIME_S
+    period = float(f"{np.median([record.period_s for record in records if len(record) > 1] or [0.0]):.3g}")
+    if period and not SHORTEST_SAMPLE_TIME_S <= period <= LONGEST_SAMPLE_TIME_S:
+        raise RecordError(
+            f"{records[0].name}: sampled every {1e3 * period:.4g} ms; a model is identified at "
+            f"{1e3 * SHORTEST_SAMPLE_TIME_S:g} to {1e3 * LONGEST_SAMPLE_TIME_S:g} ms; --resample puts the records onto "
+            f"{1e3 * USUAL_SAMPLE_TIME_S:g} ms, --sample-time insists"
+        )
+    return period or USUAL_SAMPLE_TIME_S
 
 
 def sweep_range(low_hz: float, high_hz: float, amplitude_mpa: float | None, records: Sequence[Record]) -> SweepRange:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from rig.app.compose import find_config
+from rig.channels import FACT, common
 from rig.columns import rms
 from rig.errors import ConfigError
 from rig.excite.experiment import expand, load_sweep
@@ -18,6 +19,7 @@ from rig.model.kernels import simulate
 from rig.model.parameters import Input, load_model
 from rig.model.resample import set_points
 from rig.outputs import targets_in
+from rig.own_units import own_plain
 from rig.record import MAIN_COLUMNS, Record
 
 ON_TIME = {"p50": 0.0, "p99": 0.0, "max": 0.0}
@@ -45,7 +47,7 @@ class Simulated:
 
     def to_json(self) -> dict[str, Any]:
         """One entry of `runs`, on time by nature like one on the virtual clock."""
-        run = {
+        run: dict[str, Any] = {
             "file": str(self.file),
             "ticks": len(self.record),
             "missed": 0,
@@ -53,7 +55,8 @@ class Simulated:
             "valid": True,
             "lateness_us": ON_TIME,
         }
-        return run | ({} if self.rmse_deg is None else {"rmse_deg": self.rmse_deg})
+        off: dict[str, Any] = {} if self.rmse_deg is None else {"rmse_deg": self.rmse_deg}
+        return run | dict(own_plain(off, self.record.channels))
 
 
 def by_model(path: Path, *, from_pressures: bool) -> Simulator:
@@ -61,7 +64,14 @@ def by_model(path: Path, *, from_pressures: bool) -> Simulator:
     model = load_model(find_config(path, "models"))
     drive = Input.PRESSURE if from_pressures else Input.COMMAND
     facts = {"model": str(path), "drive": drive.value}
-    return Simulator(lambda record: simulate(model, record, drive=drive), model.sample_time_s, facts)
+    own = {} if model.channels is None else {FACT: model.channels.plain()}
+
+    def answer(record: Record) -> Record:
+        if record.source is not None:  # a sweep is of no rig yet
+            common([(str(path), model.own_channels), (str(record.source), record.channels)])
+        return simulate(model, replace(record, facts=dict(record.facts) | own), drive=drive)
+
+    return Simulator(answer, model.sample_time_s, facts)
 
 
 def by_plant(family: str, unit: int, session: int) -> Simulator:

@@ -204,12 +204,13 @@ def effects(json_to: str | None) -> None:
 def _show(diagnosis: "Diagnosis", name: str | None, json_to: str | None) -> None:
     """The summary for a person."""
     from rig.gap.answer.words import answers, chain_rows
+    from rig.own_units import speaker
 
-    out = console(json_to)
+    out, say = console(json_to), speaker(diagnosis.channels)
     if name:
         out.print(name, style="bold")
     for question, answer in answers(diagnosis).items():
-        out.print(styled((question, "bold"), f"  {answer}"))
+        out.print(styled((question, "bold"), f"  {say(answer)}"))
     if rows := chain_rows(diagnosis):
         stages = listing("stage", "share of the gap", "found there")
         for row in rows:
@@ -223,4 +224,4 @@ def _show(diagnosis: "Diagnosis", name: str | None, json_to: str | None) -> None
             )
         out.print(table)
     for note in diagnosis.notes:
-        out.print(f"note: {note}")
+        out.print(f"note: {say(note)}")

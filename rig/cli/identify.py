@@ -131,10 +131,8 @@ def _shared(command: Any) -> Any:
 @click.option(
     "--sample-time",
     "sample_time_s",
-    default=0.005,
-    show_default=True,
     type=click.FloatRange(1e-4, 1.0),
-    help="Of the model, in s.",
+    help="Of the model, in s; default: the records' own, with --resample 0.005.",
 )
 @_shared
 def identify(logs: tuple[Path, ...], output: Path, json_to: str | None, **asked: Any) -> None:
@@ -185,6 +183,7 @@ def validate(model: Path, logs: tuple[Path, ...], beside: tuple[Path, ...], json
     from rig.errors import CheckFailed
     from rig.identify.validate import validate as judge
     from rig.model.parameters import load_model
+    from rig.own_units import own_text
     from rig.report.fit_files import write_validation
 
     models = {path: load_model(find_config(path, "models")) for path in (model, *beside)}
@@ -193,21 +192,19 @@ def validate(model: Path, logs: tuple[Path, ...], beside: tuple[Path, ...], json
     results = {path: judge(each, records, sweep, options) for path, each in models.items()}
     result = results[model]
     terminal = console(json_to)
-    show_validation(result, {path.stem: each for path, each in results.items() if path != model}, terminal)
+    others = {path.stem: each for path, each in results.items() if path != model}
+    show_validation(result, models[model], others, terminal)
     show_worst(models[model], records, result.scores, options, terminal)
     if asked["figures"] is not None:
         write_validation({path.stem: each for path, each in models.items()}, records, result, options, asked["figures"])
         terminal.print(f"figures and tables: {asked['figures']}")
-    others = (
-        {"beside": {str(path): validation_json(each) for path, each in results.items() if path != model}}
-        if beside
-        else {}
-    )
-    emit(validation_json(result) | others, json_to)
+    aside = {str(path): validation_json(each, models[path]) for path, each in results.items() if path != model}
+    emit(validation_json(result, models[model]) | ({"beside": aside} if beside else {}), json_to)
     if not result.verdict.bounded:
         verdict = result.verdict
-        reached = f"{verdict.worst} reaches {verdict.peak_deg:.3g} deg, allowed {verdict.limit_deg:.3g}"
-        raise CheckFailed(f"{model}: not bounded over the sweep range: {reached}")
+        reached = f"{verdict.worst} reaches {verdict.peak_deg:.3g} deg, allowed {verdict.limit_deg:.3g} deg"
+        said = own_text(reached, models[model].own_channels)
+        raise CheckFailed(f"{model}: not bounded over the sweep range: {said}")
 
 
 def _one_blas_thread() -> None:
@@ -218,9 +215,12 @@ def _one_blas_thread() -> None:
 
 
 def _read(logs: Sequence[Path]) -> "list[Record]":
+    from rig.channels import common
     from rig.log.reader import read_all
 
-    return read_all(logs)
+    records = read_all(logs)
+    common([(str(record.source or record.name), record.channels) for record in records])
+    return records
 
 
 def _options(asked: dict[str, Any]) -> Any:

@@ -1,7 +1,7 @@
 """What `pamrig identify` and `pamrig validate` show: tables and JSON."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ from rig.identify.objective import predict
 from rig.identify.validate import Score, Validation
 from rig.model.fingerprint import Fingerprint, PressureSource
 from rig.model.parameters import Model
+from rig.own_units import own_plain, own_text, speaker
 from rig.record import Record
 from rig.report.fit_figures import terminal_comparison
 from rig.report.fit_files import score_cells
@@ -37,7 +38,7 @@ def identified_json(found: Identified, output: Path) -> dict[str, Any]:
         for place in found.space.places
     }
     law = found.model.muscle.parameters.get("mean_exponent")
-    return {
+    plain = {
         "model": str(output),
         "rmse_deg": found.rmse_deg,
         "search_rmse_deg": found.search_rmse_deg,
@@ -49,7 +50,6 @@ def identified_json(found: Identified, output: Path) -> dict[str, Any]:
         "input": found.model.muscle.input.value,
         "mean_exponent": None if law is None else law.value,
         "fingerprint": unstructure(found.model.fingerprint),
-        "parameters": parameters,
         "correlation": {"names": found.space.names, "matrix": found.uncertainty.correlation.tolist()},
         "records": [score_json(each) for each in found.scores],
         "seeds": {
@@ -66,6 +66,14 @@ def identified_json(found: Identified, output: Path) -> dict[str, Any]:
         else {"rmse_mpa": found.valves.rmse_mpa, "dead_time_s": found.valves.dead_time_s, "notes": found.valves.notes},
         "warnings": found.warnings,
     }
+    told: dict[str, Any] = own_plain(plain, found.model.own_channels)
+    return told | {"parameters": parameters} | channels_json(found.model)
+
+
+def channels_json(model: Model) -> dict[str, Any]:
+    """The channel map of a model that has one: whose units the figures are in. Its parameters stay as its file has
+    them."""
+    return {} if model.channels is None else {"channels": model.channels.plain()}
 
 
 def score_json(row: Score) -> dict[str, Any]:
@@ -84,10 +92,10 @@ def score_json(row: Score) -> dict[str, Any]:
     )
 
 
-def validation_json(result: Validation) -> dict[str, Any]:
+def validation_json(result: Validation, model: Model) -> dict[str, Any]:
     """The result of `validate`."""
     verdict = result.verdict
-    return {
+    plain = {
         "bounded": verdict.bounded,
         "worst": verdict.worst,
         "peak_deg": verdict.peak_deg,
@@ -95,12 +103,15 @@ def validation_json(result: Validation) -> dict[str, Any]:
         "records": [score_json(row) for row in result.scores],
         "warnings": result.warnings,
     }
+    told: dict[str, Any] = own_plain(plain, model.own_channels)
+    return told | channels_json(model)
 
 
 def show_identified(found: Identified, output: Path, terminal: Console) -> None:
     """What was chosen and why, the parameters, the error and what limits them."""
+    say = speaker(found.model.own_channels)
     for reason in found.choices:
-        terminal.print(reason, markup=False)
+        terminal.print(say(reason), markup=False)
     table = listing("parameter", "value", "std", "unit", "between seeds", "")
     spread = found.seed_spread()
     for place in found.space.places:
@@ -110,21 +121,21 @@ def show_identified(found: Identified, output: Path, terminal: Console) -> None:
         table.add_row(place.name, f"{now.value:.6g}", std, now.unit, between, "at its bound" if now.at_bound else "")
     terminal.print(table)
     swarm = f"RMSE {found.rmse_deg:.3f} deg ({found.search_rmse_deg:.3f} before the polish)"
-    terminal.print(f"{swarm} after {found.evaluations} evaluations in {found.seconds:.1f} s")
+    terminal.print(f"{say(swarm)} after {found.evaluations} evaluations in {found.seconds:.1f} s")
     if found.unbounded_rmse_deg is not None:
-        terminal.print(
-            f"staying bounded over the sweep range costs {found.rmse_deg - found.unbounded_rmse_deg:.3f} deg of it"
-        )
+        cost = f"{found.rmse_deg - found.unbounded_rmse_deg:.3f} deg"
+        terminal.print(f"staying bounded over the sweep range costs {say(cost)} of it")
     verdict = found.verdict
     state = "bounded" if verdict.bounded else ("NOT bounded", "red")
-    terminal.print(styled(state, f" over the sweep range: largest angle {verdict.peak_deg:.1f} deg in {verdict.worst}"))
+    largest = say(f"largest angle {verdict.peak_deg:.1f} deg")
+    terminal.print(styled(state, f" over the sweep range: {largest} in {verdict.worst}"))
     if found.valves is not None:
         dead = f", dead time {1e3 * found.valves.dead_time_s:.0f} ms" if found.valves.dead_time_s else ""
         terminal.print(
             "regulators: RMSE " + ", ".join(f"{1e3 * error:.2f} kPa" for error in found.valves.rmse_mpa) + dead
         )
     if (known := found.model.fingerprint) is not None:
-        terminal.print(_fingerprint_line(known))
+        terminal.print(say(_fingerprint_line(known)))
     alike = found.uncertainty.alike(found.space.names)
     if alike:
         first = ", ".join(f"{a}~{b} ({r:+.3f})" for a, b, r in alike[:4])
@@ -132,7 +143,7 @@ def show_identified(found: Identified, output: Path, terminal: Console) -> None:
             f"hardly told apart by these records: {first}"
             + (f" and {len(alike) - 4} more pairs" if len(alike) > 4 else "")
         )
-    _warn(found.warnings, terminal)
+    _warn(map(say, found.warnings), terminal)
     terminal.print(f"model: {output}")
 
 
@@ -146,21 +157,24 @@ def _fingerprint_line(known: Fingerprint) -> str:
     return f"fingerprint from {source}: it misses {known.misfit_deg:.2g} deg of these records{left}"
 
 
-def show_validation(result: Validation, beside: Mapping[str, Validation], terminal: Console) -> None:
+def show_validation(result: Validation, model: Model, beside: Mapping[str, Validation], terminal: Console) -> None:
     """Table IV, with a column for the RMSE of each model beside it."""
+    channels = model.own_channels
+    say = speaker(channels)
     chain = any(row.command_rmse_deg is not None for row in result.scores)
     head = ["record", "RMSE deg", "NRMSE", "fit %", "max deg", *(["RMSE from command"] if chain else [])]
-    table = listing(*head, *(f"RMSE {name}" for name in beside))
+    table = listing(*map(say, head), *(f"RMSE {name}" for name in beside))
     for index, row in enumerate(result.scores):
-        cells = score_cells(row)
-        others = [f"{each.scores[index].rmse_deg:.3f}" for each in beside.values()]
+        cells = score_cells(row, channels)
+        others = [score_cells(each.scores[index], channels)[0] for each in beside.values()]
         table.add_row(Path(row.log).name, *(cells if chain else cells[:4]), *others)
     terminal.print(table)
     verdict = result.verdict
     state = "bounded" if verdict.bounded else "NOT bounded"
-    reached = f"{verdict.peak_deg:.1f} deg in {verdict.worst} (limit {verdict.limit_deg:.1f})"
-    terminal.print(f"{state} over the sweep range: largest angle {reached}")
-    _warn(result.warnings, terminal)
+    largest = say(f"largest angle {verdict.peak_deg:.1f} deg")
+    limit = say(f"limit {verdict.limit_deg:.1f} deg").removesuffix(f" {channels.output.unit}")
+    terminal.print(f"{state} over the sweep range: {largest} in {verdict.worst} ({limit})")
+    _warn(map(say, result.warnings), terminal)
 
 
 def show_worst(
@@ -172,10 +186,13 @@ def show_worst(
     worst = max(range(len(scores)), key=lambda index: scores[index].rmse_deg)
     data = prepare(records[worst], model, options)
     size = (min(terminal.width, 110), 16)
-    angle = np.clip(predict(model, data), -180.0, 180.0)
-    terminal.print(terminal_comparison(records[worst].name, data.grid.t_s, data.angle_deg, angle, *size))
+    own = model.own_channels.own_output
+    angle = own(np.clip(predict(model, data), -180.0, 180.0))
+    title = own_text("angle [deg]", model.own_channels)
+    shown = terminal_comparison(records[worst].name, data.grid.t_s, own(data.angle_deg), angle, *size, title)
+    terminal.print(shown)
 
 
-def _warn(warnings: Sequence[str], terminal: Console) -> None:
+def _warn(warnings: Iterable[str], terminal: Console) -> None:
     for text in warnings:
         terminal.print(styled(("warning:", "yellow"), f" {text}"))

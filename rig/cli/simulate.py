@@ -58,6 +58,7 @@ def simulate(
     Bouc-Wen model.
     """
     from rig.app.simulating import by_model, by_plant, simulate_all
+    from rig.own_units import own_text
 
     if model_path is not None and plant is None:
         simulator = by_model(model_path, from_pressures=from_pressures)
@@ -68,7 +69,8 @@ def simulate(
     runs = list(simulate_all(commands, simulator, output))
     terminal = console(json_to)
     for run in runs:
-        compared = "" if run.rmse_deg is None else f", RMSE against the recording {run.rmse_deg:.3f} deg"
+        off = "" if run.rmse_deg is None else own_text(f"{run.rmse_deg:.3f} deg", run.record.channels)
+        compared = off and f", RMSE against the recording {off}"
         terminal.print(f"{run.file}: {len(run.record)} ticks{compared}")
     if loops is not None:
         from rig.report.fit_figures import loops_figure, save_figure

@@ -11,6 +11,7 @@ from rig.gap.answer.result import Diagnosis
 from rig.gap.days.diagnosis import diagnose_days
 from rig.gap.days.findings import Findings
 from rig.gap.hypotheses.library import LIBRARY
+from rig.gap.offered import channels_of_call, offered
 from rig.gap.pipeline import Grounds, Question, answer
 from rig.gap.reference.build import AUTO, Kind, because, choose
 from rig.model.parameters import Model
@@ -49,12 +50,15 @@ def diagnose_with_grounds(
     reference: str = AUTO,
 ) -> tuple[Diagnosis, Findings | Grounds]:
     """`diagnose`, with what the answer rests on."""
+    withheld = [] if library is None else [name for name in LIBRARY if name not in library]
+    channels = channels_of_call(model, records, baselines)
+    library = offered(library, channels)
     kind = choose(reference, model, len(baselines))
     sister = reference == Kind.SIMULATOR
-    withheld = [] if library is None else [name for name in LIBRARY if name not in library]
     said, grounds = (
         diagnose_days(model, records, baselines, pressures=pressures, library=library)
         if kind is Kind.SESSIONS
         else answer(Question(model, records, list(baselines), kind, sister, pressures, library, withheld=withheld))
     )
-    return replace(said, reference_because=because(reference, kind, model, len(baselines))), grounds
+    why = because(reference, kind, model, len(baselines))
+    return replace(said, reference_because=why, channels=channels), grounds

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
+from rig.channels import common
 from rig.errors import RecordError
 from rig.identify.mix_ups import mix_ups, strange_clock
 from rig.model.parameters import Input, Model
@@ -79,6 +80,7 @@ def prepare(record: Record, model: Model, options: Options | None = None) -> Pre
     """`record` ready to be fitted by, or compared with, `model`; RecordError in one line when it cannot be."""
     allowed = options or Options()
     record = cut(record, allowed)
+    common([("the model", model.own_channels), (record.name, record.channels)])
     if not allowed.trust_units:
         _check_clock(record)
     _check_times(record, model.sample_time_s, allowed.resample)
@@ -162,7 +164,7 @@ def _check_times(record: Record, dt_s: float, resample: bool) -> None:
         own = f"{record.period_s * 1e3:.4g} ms"
         raise RecordError(
             f"{name}: sampled every {own}, the model works at {dt_s * 1e3:g} ms; "
-            "--resample puts it onto the model's clock, --sample-time identifies at another one"
+            "--resample puts it onto the model's clock, `pamrig identify` takes records at their own"
         )
     widest = int(np.argmax(steps))
     if steps[widest] > LARGEST_GAP * max(dt_s, record.period_s):
@@ -188,7 +190,9 @@ def _check_columns(record: Record, drive: Input) -> None:
 
 def strange_units(record: Record) -> str | None:
     """What no rig of this kind can show, and the unit it may be in: pressures beyond any regulator, angles beyond any
-    potentiometer."""
+    potentiometer. A channel map has its own range, which the import looks at."""
+    if not record.channels.has_valves:
+        return None
     for name in ("dp_cmd_mpa", "p1_mpa", "p2_mpa"):
         largest = _largest(getattr(record, name))
         if largest > MOST_PRESSURE_MPA:
@@ -226,6 +230,7 @@ def _check_units(record: Record) -> None:
     angle = record.angle_deg
     if (
         angle is not None
+        and record.channels.has_valves
         and np.ptp(record.dp_cmd_mpa) >= 0.1
         and LEAST_OUTPUT_DEG < np.nanmax(np.abs(angle)) <= RADIANS
     ):

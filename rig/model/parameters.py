@@ -14,6 +14,7 @@ from typing import Any
 
 import yaml
 
+from rig.channels import PNEUMATIC, Channels, check_channels
 from rig.config import bounded, read_yaml, structure, suggest, unstructure
 from rig.errors import ModelError
 from rig.model.external import KIND as EXTERNAL
@@ -130,6 +131,14 @@ class Model:
     provenance: Provenance = field(default_factory=Provenance)
     fingerprint: Fingerprint | None = None
     """How the rig answered beside these parameters; ask `fingerprint_trouble` before using it."""
+    channels: Channels | None = None
+    """Input and output of the rig, where they are not p1 - p2 and an angle: the parameters then hold on the working
+    range of these."""
+
+    @property
+    def own_channels(self) -> Channels:
+        """What its input and its output are."""
+        return PNEUMATIC if self.channels is None else self.channels
 
     def stages(self) -> dict[str, StageModel]:
         """Slot -> its nominal stage, in the order of the chain."""
@@ -175,6 +184,8 @@ def load_model(path: Path) -> Model:
         return _checked_external(Model(MuscleModel(EXTERNAL, input=Input.COMMAND, source=str(path))))
     model = structure(_known_part(read_yaml(path)), Model, str(path))
     check_model(model, str(path))
+    if model.channels is not None:
+        check_channels(model.channels, f"{path}: channels")
     return _checked_external(_beside(model, path.parent)) if model.muscle.kind == EXTERNAL else model
 
 

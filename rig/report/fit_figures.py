@@ -8,8 +8,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rig.channels import PNEUMATIC, Channels
 from rig.errors import RigError
 from rig.outputs import Kind, writing
+from rig.own_units import own_text, speaker
 from rig.record import Column, Record
 
 if TYPE_CHECKING:
@@ -20,11 +22,18 @@ _MEASURED, _ESTIMATED, _ERROR = "0.25", "#d55e00", "#0072b2"
 
 
 def comparison_figure(
-    title: str, t_s: Column, u_mpa: Column, measured_deg: Column, estimated_deg: Mapping[str, Column], u_label: str
+    title: str,
+    t_s: Column,
+    u: Column,
+    measured: Column,
+    estimated: Mapping[str, Column],
+    u_label: str,
+    channels: Channels = PNEUMATIC,
 ) -> "Figure":
     """Figs. 4 to 6: angle over time above its error on the left, the loop over the input on the right.
 
-    `estimated_deg` maps the name of a model (BW, MBW) to its angle; all columns have the shape (n,).
+    `estimated` maps the name of a model (BW, MBW) to its angle; all columns have the shape (n,) and are in the rig's
+    own units.
     """
     from matplotlib.figure import Figure
 
@@ -36,17 +45,17 @@ def comparison_figure(
         figure.add_subplot(grid[1, 0]),
         figure.add_subplot(grid[:, 1]),
     )
-    over_time.plot(t_s, measured_deg, color=_MEASURED, label="measured")
-    loop.plot(u_mpa, measured_deg, color=_MEASURED, label="measured")
-    for (name, angle), color in zip(estimated_deg.items(), (_ESTIMATED, _ERROR, "#009e73"), strict=False):
+    over_time.plot(t_s, measured, color=_MEASURED, label="measured")
+    loop.plot(u, measured, color=_MEASURED, label="measured")
+    for (name, angle), color in zip(estimated.items(), (_ESTIMATED, _ERROR, "#009e73"), strict=False):
         over_time.plot(t_s, angle, color=color, linestyle="--", label=name)
-        loop.plot(u_mpa, angle, color=color, linestyle="--", linewidth=0.9, label=name)
-        error.plot(t_s, angle - measured_deg, color=color, label=name)
-    over_time.set_ylabel("angle [deg]")
-    error.set_ylabel("error [deg]")
+        loop.plot(u, angle, color=color, linestyle="--", linewidth=0.9, label=name)
+        error.plot(t_s, angle - measured, color=color, label=name)
+    over_time.set_ylabel(own_text("angle [deg]", channels))
+    error.set_ylabel(own_text("error [deg]", channels))
     error.set_xlabel("time [s]")
     loop.set_xlabel(u_label)
-    loop.set_ylabel("angle [deg]")
+    loop.set_ylabel(own_text("angle [deg]", channels))
     over_time.legend(loc="upper right", fontsize="small")
     for axes in (over_time, error, loop):
         axes.grid(alpha=0.3)
@@ -62,36 +71,48 @@ def loops_figure(title: str, records: Sequence[Record]) -> "Figure":
     for record in records:
         settled = record.rows(slice(len(record) // 2, None))
         if settled.angle_deg is not None:
-            axes.plot(settled.dp_cmd_mpa, settled.angle_deg, label=record.name, linewidth=1.0)
+            own = record.channels
+            axes.plot(
+                own.own_input(settled.dp_cmd_mpa), own.own_output(settled.angle_deg), label=record.name, linewidth=1.0
+            )
     axes.set_title(title, fontsize="medium")
-    axes.set_xlabel("p1 - p2 commanded [MPa]")
-    axes.set_ylabel("angle [deg]")
+    say = speaker(records[0].channels if records else PNEUMATIC)
+    axes.set_xlabel(say("p1 - p2 commanded [MPa]"))
+    axes.set_ylabel(say("angle [deg]"))
     axes.legend(fontsize="small")
     axes.grid(alpha=0.3)
     return figure
 
 
-def convergence_figure(title: str, histories: Mapping[str, Sequence[tuple[int, float]]]) -> "Figure":
+def convergence_figure(
+    title: str, histories: Mapping[str, Sequence[tuple[int, float]]], channels: Channels = PNEUMATIC
+) -> "Figure":
     """Best score over evaluations, one line for each search."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(6.0, 3.6), layout="constrained")
     axes = figure.add_subplot()
     for name, history in histories.items():
-        axes.plot([spent for spent, _ in history], [best for _, best in history], label=name)
+        axes.plot([spent for spent, _ in history], [channels.output_per_deg * best for _, best in history], label=name)
     axes.set_yscale("log")
     axes.set_title(title, fontsize="medium")
     axes.set_xlabel("evaluations")
-    axes.set_ylabel("best score [deg]")
+    axes.set_ylabel(own_text("best score [deg]", channels))
     axes.legend(fontsize="small")
     axes.grid(alpha=0.3, which="both")
     return figure
 
 
 def terminal_comparison(
-    title: str, t_s: Column, measured_deg: Column, estimated_deg: Column, width: int, height: int
+    title: str,
+    t_s: Column,
+    measured: Column,
+    estimated: Column,
+    width: int,
+    height: int,
+    label: str = "angle [deg]",
 ) -> str:
-    """Measured angle as dots and estimated angle as a line over time, as text of that size."""
+    """What was measured as dots and what was estimated as a line over time, as text of that size."""
     import plotext
 
     figure = plotext.figure
@@ -99,11 +120,11 @@ def terminal_comparison(
     figure.plot_size(width, height)
     figure.theme("colorless")
     rows = slice(None, None, max(1, len(t_s) // _TERMINAL_POINTS))
-    figure.draw(figure.signal(t_s[rows].tolist(), measured_deg[rows].tolist(), marker="."))
-    line = figure.signal(t_s[rows].tolist(), estimated_deg[rows].tolist(), marker="braille")
+    figure.draw(figure.signal(t_s[rows].tolist(), measured[rows].tolist(), marker="."))
+    line = figure.signal(t_s[rows].tolist(), estimated[rows].tolist(), marker="braille")
     line.lines()
     figure.draw(line)
-    figure.title(f"{title}: .. measured, line estimated angle [deg]")
+    figure.title(f"{title}: .. measured, line estimated {label}")
     figure.label("s", "x")
     text = str(figure.build())
     figure.clear()

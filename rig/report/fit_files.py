@@ -4,6 +4,7 @@ import csv
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from rig.channels import PNEUMATIC, Channels
 from rig.errors import RigError
 from rig.identify.data import Options, prepare
 from rig.identify.fit import Identified
@@ -11,6 +12,7 @@ from rig.identify.objective import predict
 from rig.identify.validate import Score, Validation
 from rig.model.parameters import Input, Model
 from rig.outputs import Kind, targets_in, write_text, writing
+from rig.own_units import own_plain, own_text
 from rig.record import Record
 from rig.report.fit_figures import comparison_figure, convergence_figure, save_figure
 
@@ -18,11 +20,12 @@ from rig.report.fit_figures import comparison_figure, convergence_figure, save_f
 def write_fit_figures(found: Identified, records: Sequence[Record], folder: Path) -> None:
     """Figs. 4 to 6 of each identification record, the convergence, and the scores as a table."""
     histories = {f"seed {seed}": each.history for seed, each in found.seeds.items()}
-    save_figure(convergence_figure("convergence", histories), folder / "convergence.png")
+    channels = found.model.own_channels
+    save_figure(convergence_figure("convergence", histories, channels), folder / "convergence.png")
     _write_comparisons(
         {found.model.muscle.kind.upper(): found.model}, records, Options(resample=True, trust_units=True), folder
     )
-    write_scores(found.scores, folder)
+    write_scores(found.scores, folder, channels)
 
 
 def write_validation(
@@ -30,13 +33,14 @@ def write_validation(
 ) -> None:
     """Figs. 4 to 6 of each record with every model, and Table IV of the first."""
     _write_comparisons(models, records, options, folder)
-    write_scores(result.scores, folder)
+    write_scores(result.scores, folder, next(iter(models.values())).own_channels)
 
 
-def write_scores(scores: Sequence[Score], folder: Path) -> None:
+def write_scores(scores: Sequence[Score], folder: Path, channels: Channels = PNEUMATIC) -> None:
     """Table IV as scores.csv and scores.md."""
-    head = ["record", "rmse_deg", "nrmse", "fit_percent", "max_deg", "command_rmse_deg"]
-    rows = [[Path(row.log).name, *score_cells(row)] for row in scores]
+    names = ("rmse_deg", "nrmse", "fit_percent", "max_deg", "command_rmse_deg")
+    head = ["record", *own_plain(dict.fromkeys(names, 0.0), channels)]
+    rows = [[Path(row.log).name, *score_cells(row, channels)] for row in scores]
     lines = [" | ".join(cells) for cells in (head, ["---"] * len(head), *rows)]
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -54,12 +58,22 @@ def _write_comparisons(models: Mapping[str, Model], records: Sequence[Record], o
         first_model, first = next(iter(models.values())), next(iter(data.values()))
         source = "commanded" if first_model.muscle.input is Input.COMMAND else "measured"
         angles = {name: predict(model, data[name]) for name, model in models.items()}
-        u = first.p1_mpa - first.p2_mpa
-        figure = comparison_figure(record.name, first.grid.t_s, u, first.angle_deg, angles, f"p1 - p2 {source} [MPa]")
+        own = record.channels
+        u = own.own_input(first.p1_mpa - first.p2_mpa)
+        angles = {name: own.own_output(angle) for name, angle in angles.items()}
+        measured, label = own.own_output(first.angle_deg), own_text(f"p1 - p2 {source} [MPa]", own)
+        figure = comparison_figure(record.name, first.grid.t_s, u, measured, angles, label, own)
         save_figure(figure, target)
 
 
-def score_cells(row: Score) -> list[str]:
-    """One row of Table IV as text."""
-    whole = "" if row.command_rmse_deg is None else f"{row.command_rmse_deg:.3f}"
-    return [f"{row.rmse_deg:.3f}", f"{row.nrmse:.4f}", f"{row.fit_percent:.1f}", f"{row.max_deg:.2f}", whole]
+def score_cells(row: Score, channels: Channels = PNEUMATIC) -> list[str]:
+    """One row of Table IV as text, in the rig's own unit."""
+    by, more = channels.output_per_deg, 0 if channels.has_valves else 2
+    whole = "" if row.command_rmse_deg is None else f"{by * row.command_rmse_deg:.{3 + more}f}"
+    return [
+        f"{by * row.rmse_deg:.{3 + more}f}",
+        f"{row.nrmse:.4f}",
+        f"{row.fit_percent:.1f}",
+        f"{by * row.max_deg:.{2 + more}f}",
+        whole,
+    ]

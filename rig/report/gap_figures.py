@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rig.channels import Channels
 from rig.gap.answer.augment import remaining_gap
 from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.words import chain_rows
 from rig.gap.days.engine import overall_gap
 from rig.gap.days.findings import Findings
 from rig.gap.pipeline import Grounds
+from rig.own_units import own_text
 from rig.record import Column
 
 if TYPE_CHECKING:
@@ -137,7 +139,9 @@ def _over_time(
     pair, rows = findings.prepared.pairs[index], _window(findings, index)
     figure = _figure(8.0, 4.6)
     rest, angle = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
-    t, measured = _thin(pair.t_s, rows), pair.case.angle_deg
+    own = pair.raw.channels
+    t, measured = _thin(pair.t_s, rows), own.own_output(pair.case.angle_deg)
+    before, after = _own(before, own), None if after is None else _own(after, own)
     rest.plot(t, _thin(before[index], rows), color=BEFORE, linestyle="--", label="before")
     angle.plot(t, _thin(measured, rows), color=MEASURED, label="measured")
     angle.plot(t, _thin(measured - before[index], rows), color=BEFORE, linestyle="--", label="simulated before")
@@ -160,9 +164,12 @@ def _loops(
     findings: Findings | Grounds, before: Sequence[Column], after: Sequence[Column] | None, index: int
 ) -> "Figure":
     pair, rows = findings.prepared.pairs[index], _window(findings, index)
+    own = pair.raw.channels
+    before, after = _own(before, own), None if after is None else _own(after, own)
     drawn = [(before[index], BEFORE, "before")] + ([] if after is None else [(after[index], AFTER, "with the causes")])
     figure = _figure(8.0, 3.6)
-    command, measured = _thin(pair.u1_mpa - pair.u2_mpa, rows), pair.case.angle_deg
+    command = own.own_input(_thin(pair.u1_mpa - pair.u2_mpa, rows))
+    measured = own.own_output(pair.case.angle_deg)
     places = figure.subplots(1, len(drawn), sharey=True, squeeze=False)[0]
     for axes, (gap, color, title) in zip(places, drawn, strict=True):
         axes.plot(command, _thin(measured, rows), color=MEASURED, label="measured")
@@ -180,6 +187,8 @@ def _spectrum(findings: Findings | Grounds, before: Sequence[Column], after: Seq
     figure = _figure(8.0, 3.2)
     axes = figure.subplots()
     pairs = findings.prepared.pairs
+    before = _own(before, pairs[0].raw.channels)
+    after = None if after is None else _own(after, pairs[0].raw.channels)
     curves = [(before, BEFORE, "--", "before")] + ([] if after is None else [(after, AFTER, "-", "with the causes")])
     for gaps, color, style, name in curves:
         parts = [
@@ -203,18 +212,18 @@ def _records(diagnosis: Diagnosis, added: bool) -> "Figure":
     lines = diagnosis.evidence["records"][:20]
     figure = _figure(8.0, 1.0 + 0.4 * len(lines))
     axes = figure.subplots()
-    rows = np.arange(len(lines))
-    axes.barh(rows + 0.2, [line["gap_before_deg"] for line in lines], 0.38, color=BEFORE, label="before")
+    rows, by = np.arange(len(lines)), diagnosis.channels.output_per_deg
+    axes.barh(rows + 0.2, [by * line["gap_before_deg"] for line in lines], 0.38, color=BEFORE, label="before")
     if added:
         axes.barh(
             rows - 0.2,
-            [line["gap_after_deg"] for line in lines],
+            [by * line["gap_after_deg"] for line in lines],
             0.38,
             color=AFTER,
             hatch="//",
             label="with the causes",
         )
-    axes.axvline(diagnosis.gap["floor_deg"], color=FLOOR, linestyle=":", label="usual")
+    axes.axvline(by * diagnosis.gap["floor_deg"], color=FLOOR, linestyle=":", label="usual")
     axes.set_yticks(rows, [line["record"] for line in lines], fontsize=8)
     axes.invert_yaxis()
     axes.set_xlabel("gap [deg rms]")
@@ -224,6 +233,8 @@ def _records(diagnosis: Diagnosis, added: bool) -> "Figure":
 
 def _regions(diagnosis: Diagnosis) -> "Figure":
     figure = _figure(8.0, 3.0)
+    own = diagnosis.channels
+    by = own.output_per_deg
     for axes, key, name in zip(
         figure.subplots(1, 2, sharey=True), ("phase", "region"), ("phase", "angle"), strict=True
     ):
@@ -231,13 +242,17 @@ def _regions(diagnosis: Diagnosis) -> "Figure":
         rows = np.arange(len(lines))
         axes.bar(
             rows,
-            [line["mean_deg"] for line in lines],
-            yerr=[line["rms_deg"] for line in lines],
+            [by * line["mean_deg"] for line in lines],
+            yerr=[by * line["rms_deg"] for line in lines],
             color=BEFORE,
             ecolor="0.4",
             capsize=3,
         )
-        axes.set_xticks(rows, [f"{_short(line[name])}\n{100 * line['share']:.0f} %" for line in lines], fontsize=7)
+        axes.set_xticks(
+            rows,
+            [f"{_short(own_text(line[name], own), own.output.unit)}\n{100 * line['share']:.0f} %" for line in lines],
+            fontsize=7,
+        )
         _zero(axes)
         axes.set_title(f"by {name + (' [deg]' if name == 'angle' else '')}: mean, rms, share of the gap", fontsize=8)
         axes.set_ylabel("residual [deg]")
@@ -260,12 +275,17 @@ def _ranking(diagnosis: Diagnosis) -> "Figure":
     return figure
 
 
-def _short(name: str) -> str:
-    """A band without its unit and decimals, to fit under its bar."""
+def _short(name: str, unit: str) -> str:
+    """A band without its unit and spare digits, to fit under its bar."""
     if " to " not in name:
         return name
-    low, high = name.removesuffix(" deg").split(" to ")
-    return f"{float(low):.0f} to {float(high):.0f}"
+    low, high = name.removesuffix(f" {unit}").split(" to ")
+    return f"{float(low):.0f} to {float(high):.0f}" if unit == "deg" else f"{float(low):.2g} to {float(high):.2g}"
+
+
+def _own(columns: Sequence[Column], channels: Channels) -> list[Column]:
+    """Differences of the output in the rig's own unit."""
+    return [channels.output_per_deg * column for column in columns]
 
 
 def _zero(axes: "Axes") -> None:

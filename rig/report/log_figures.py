@@ -11,9 +11,12 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
+from rig.channels import PNEUMATIC, Channels
+from rig.further import furthers_of
 from rig.log.compare import Pair
 from rig.log.replay import Comparison
 from rig.outputs import Kind, writing
+from rig.own_units import own_text, speaker
 from rig.record import Column, Record
 
 if TYPE_CHECKING:
@@ -23,6 +26,7 @@ if TYPE_CHECKING:
 FORMATS: Final = (".png", ".svg", ".pdf")
 
 _COMMAND, _FIRST, _SECOND, _ANGLE, _MISSED = "0.45", "#0072b2", "#d55e00", "#009e73", "#cc0000"
+_OTHERS = ("#cc79a7", "#e69f00", "#56b4e9", "#000000")
 _MANY_ROWS = 20_000
 """Longer lines are drawn as pixels inside an SVG, which would else weigh tens of megabytes."""
 _TERMINAL_POINTS = 400
@@ -30,43 +34,66 @@ _TERMINAL_BARS = 50
 
 
 def run_figure(record: Record) -> "Figure":
-    """Command, pressures and angle over time, and the loop of angle over differential pressure."""
-    figure, (command, pressure, angle), loop = _frame(record.name)
-    _line(command, record.t_s, record.dp_cmd_mpa, _COMMAND, "commanded")
+    """Command, pressures (further channels where none were measured) and angle over time, and the loop of angle over
+    differential pressure; a rig with a channel map in its own units."""
+    own, say = record.channels, speaker(record.channels)
+    figure, (command, middle, angle), loop = _frame(record.name)
+    _line(command, record.t_s, own.own_input(record.dp_cmd_mpa), _COMMAND, "commanded")
     if record.has_pressures:
         _line(command, record.t_s, record.dp_mpa, _FIRST, "measured")
-    command.set_ylabel("p1 - p2 [MPa]")
+    command.set_ylabel(say("p1 - p2 [MPa]"))
+    if own.has_valves:
+        _pressures(middle, record)
+    _further(middle, record)
+    angle.set_ylabel(say("angle [deg]"))
+    if record.angle_deg is not None:
+        output = own.own_output(record.angle_deg)
+        _line(angle, record.t_s, output, _ANGLE, say("angle"))
+        _line(loop, own.own_input(record.dp_cmd_mpa), output, _COMMAND, "over the command")
+        if record.has_pressures:
+            _line(loop, record.dp_mpa, output, _FIRST, "over the measured pressures")
+    for axes in (command, middle, angle):
+        _mark_missed(axes, missed_times(record))
+    return _finished(figure, (command, middle, angle), loop, own)
+
+
+def _pressures(axes: "Axes", record: Record) -> None:
     for color, name, column, wanted in (
         (_FIRST, "p1", record.p1_mpa, record.p1_cmd_mpa),
         (_SECOND, "p2", record.p2_mpa, record.p2_cmd_mpa),
     ):
         if wanted is not None:
-            _line(pressure, record.t_s, wanted, color, f"{name} set-point", linestyle=":")
+            _line(axes, record.t_s, wanted, color, f"{name} set-point", linestyle=":")
         if column is not None:
-            _line(pressure, record.t_s, column, color, name)
-    pressure.set_ylabel("pressure [MPa]")
-    angle.set_ylabel("angle [deg]")
-    if record.angle_deg is not None:
-        _line(angle, record.t_s, record.angle_deg, _ANGLE, "angle")
-        _line(loop, record.dp_cmd_mpa, record.angle_deg, _COMMAND, "over the command")
-        if record.has_pressures:
-            _line(loop, record.dp_mpa, record.angle_deg, _FIRST, "over the measured pressures")
-    for axes in (command, pressure, angle):
-        _mark_missed(axes, missed_times(record))
-    return _finished(figure, (command, pressure, angle), loop)
+            _line(axes, record.t_s, column, color, name)
+    axes.set_ylabel("pressure [MPa]")
 
 
-def replay_figure(name: str, comparison: Comparison) -> "Figure":
+def _further(axes: "Axes", record: Record) -> None:
+    """The further channels, each by its name; beside the pressures where there are such."""
+    shown = [one for one in furthers_of(record.facts) if one.name in record.extra]
+    if not shown:
+        if not record.channels.has_valves:
+            axes.set_axis_off()
+        return
+    axes = axes.twinx() if record.channels.has_valves else axes
+    for color, one in zip(_OTHERS, shown, strict=False):
+        _line(axes, record.t_s, record.extra[one.name], color, f"{one.name} [{one.unit}]")
+    axes.set_ylabel(", ".join(f"{one.name} [{one.unit}]" for one in shown))
+    axes.legend(loc="lower right", fontsize="small")
+
+
+def replay_figure(name: str, comparison: Comparison, channels: Channels = PNEUMATIC) -> "Figure":
     """Commands and angles of a recording and of its replay over time, their difference, and both loops."""
     recorded = _Curve("recorded", comparison.recorded_dp_mpa, comparison.recorded_deg)
     replayed = _Curve("replayed", comparison.replayed_dp_mpa, comparison.replayed_deg)
-    return _beside(f"{name}: replay and recording", comparison.t_s, recorded, replayed, comparison.missed_s)
+    return _beside(f"{name}: replay and recording", comparison.t_s, recorded, replayed, comparison.missed_s, channels)
 
 
 def pair_figure(pair: Pair) -> "Figure":
     """Commands and angles of two records over time, their difference, and both loops."""
     curves = [_Curve(label, each.dp_cmd_mpa, _known(each)) for label, each in (("A", pair.a), ("B", pair.b))]
-    return _beside(f"{pair.name}: A and B", pair.a.t_s, curves[0], curves[1], ())
+    return _beside(f"{pair.name}: A and B", pair.a.t_s, curves[0], curves[1], (), pair.a.channels)
 
 
 def _known(record: Record) -> Column:
@@ -81,19 +108,21 @@ class _Curve(NamedTuple):
     angle_deg: Column
 
 
-def _beside(title: str, t_s: Column, first: _Curve, second: _Curve, missed_s: Sequence[float]) -> "Figure":
+def _beside(
+    title: str, t_s: Column, first: _Curve, second: _Curve, missed_s: Sequence[float], own: Channels
+) -> "Figure":
     figure, (command, angle, residual), loop = _frame(title)
     for color, style, curve in ((_COMMAND, "-", first), (_SECOND, ":", second)):
-        _line(command, t_s, curve.dp_mpa, color, curve.label, linestyle=style)
-        _line(angle, t_s, curve.angle_deg, color, curve.label, linestyle=style)
-        _line(loop, curve.dp_mpa, curve.angle_deg, color, curve.label, linestyle=style)
-    _line(residual, t_s, second.angle_deg - first.angle_deg, _ANGLE, f"{second.label} - {first.label}")
-    command.set_ylabel("p1 - p2 [MPa]")
-    angle.set_ylabel("angle [deg]")
-    residual.set_ylabel("residual [deg]")
-    for axes in (command, angle, residual):
+        wanted, answered = own.own_input(curve.dp_mpa), own.own_output(curve.angle_deg)
+        _line(command, t_s, wanted, color, curve.label, linestyle=style)
+        _line(angle, t_s, answered, color, curve.label, linestyle=style)
+        _line(loop, wanted, answered, color, curve.label, linestyle=style)
+    apart = own.output_per_deg * (second.angle_deg - first.angle_deg)
+    _line(residual, t_s, apart, _ANGLE, f"{second.label} - {first.label}")
+    for axes, label in ((command, "p1 - p2 [MPa]"), (angle, "angle [deg]"), (residual, "residual [deg]")):
+        axes.set_ylabel(own_text(label, own))
         _mark_missed(axes, missed_s)
-    return _finished(figure, (command, angle, residual), loop)
+    return _finished(figure, (command, angle, residual), loop, own)
 
 
 def save(figure: "Figure", path: Path) -> None:
@@ -107,7 +136,8 @@ def terminal_picture(record: Record, width: int, height: int) -> str:
     size."""
     import plotext
 
-    left = [("angle [deg]", record.angle_deg)]
+    own, say = record.channels, speaker(record.channels)
+    left = [(say("angle [deg]"), None if record.angle_deg is None else own.own_output(record.angle_deg))]
     if record.angle_deg is None:
         left = [("p1 [MPa]", record.p1_mpa), ("p2 [MPa]", record.p2_mpa)]
     shown = [(label, column) for label, column in left if column is not None]
@@ -115,12 +145,13 @@ def terminal_picture(record: Record, width: int, height: int) -> str:
     figure.clear()
     figure.plot_size(width, height)
     figure.theme("colorless")
-    figure.draw(_terminal_curve(figure, record, record.dp_cmd_mpa, "right", "."))
+    figure.draw(_terminal_curve(figure, record, own.own_input(record.dp_cmd_mpa), "right", "."))
     for _, column in shown:
         figure.draw(_terminal_curve(figure, record, column, "left", "braille"))
     for time_s in missed_times(record)[:_TERMINAL_BARS]:
         figure.line(time_s, "vertical")
-    figure.title(f"{record.name}: {', '.join(label for label, _ in shown)} (left), .. command p1 - p2 [MPa] (right)")
+    command = say(".. command p1 - p2 [MPa] (right)")
+    figure.title(f"{record.name}: {', '.join(label for label, _ in shown)} (left), {command}")
     figure.label("s", "x")
     text = str(figure.build())
     figure.clear()
@@ -154,10 +185,10 @@ def _frame(title: str) -> "tuple[Figure, Sequence[Axes], Axes]":
     return figure, panels, figure.add_subplot(grid[:, 1])
 
 
-def _finished(figure: "Figure", panels: "Sequence[Axes]", loop: "Axes") -> "Figure":
+def _finished(figure: "Figure", panels: "Sequence[Axes]", loop: "Axes", channels: Channels) -> "Figure":
     panels[-1].set_xlabel("time [s]")
-    loop.set_xlabel("p1 - p2 [MPa]")
-    loop.set_ylabel("angle [deg]")
+    loop.set_xlabel(own_text("p1 - p2 [MPa]", channels))
+    loop.set_ylabel(own_text("angle [deg]", channels))
     for axes in (*panels, loop):
         axes.grid(alpha=0.3)
         if axes.get_legend_handles_labels()[0]:

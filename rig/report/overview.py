@@ -9,6 +9,7 @@ import jinja2
 
 from rig.gap.answer.result import Diagnosis
 from rig.outputs import Kind, write_text
+from rig.own_units import own_text
 
 _PAGE: Final = """<!doctype html>
 <html lang="en">
@@ -51,17 +52,19 @@ def write_overview(
     """Write the page; `pages` has each day's own, in the same folder. RigError when the file cannot be written."""
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
     days = [_line(name, diagnosis, pages[name]) for name, diagnosis in diagnoses.items()]
-    write_text(path, environment.from_string(_PAGE).render(days=days, sessions=sessions), Kind.PAGE)
+    channels = next(iter(diagnoses.values())).channels
+    page = own_text(_PAGE, channels)
+    write_text(path, environment.from_string(page).render(days=days, sessions=sessions), Kind.PAGE)
 
 
 def _line(name: str, diagnosis: Diagnosis, page: Path) -> dict[str, str]:
-    causes = diagnosis.causes
+    causes, by = diagnosis.causes, diagnosis.channels.output_per_deg
     return {
         "name": name,
         "link": quote(page.name),
         "verdict": diagnosis.verdict.replace("_", " "),
         "causes": ", ".join(cause.effect for cause in causes) or "-",
-        "gap": f"{diagnosis.gap['rms_deg']:.3g}",
+        "gap": f"{by * diagnosis.gap['rms_deg']:.3g}",
         "ratio": f"{diagnosis.gap['ratio']:.1f}",
-        "after": f"{causes[-1].gap_after_deg:.3g}" if causes else "-",
+        "after": f"{by * causes[-1].gap_after_deg:.3g}" if causes else "-",
     }

@@ -13,6 +13,7 @@ from rig.gap.days.findings import Findings
 from rig.gap.pipeline import Grounds
 from rig.model.parameters import Model
 from rig.outputs import Kind, write_text
+from rig.own_units import own_text
 from rig.report.gap_figures import figures
 
 MODES: Final = {
@@ -42,7 +43,7 @@ def page(
     )
     template = environment.from_string(files("rig.report").joinpath("gap_page.html.jinja").read_text(encoding="utf-8"))
     told = {question.rstrip(":"): answer for question, answer in answers(diagnosis).items()}
-    return template.render(
+    text = template.render(
         title="What does the simulator lack?" if diagnosis.reference in FROM_MODEL else "What has changed on the rig?",
         headline=told.pop("Answer"),
         answers=told,
@@ -53,6 +54,7 @@ def page(
         figures=figures(diagnosis, findings),
         assumed=_assumed(diagnosis, findings, model),
     )
+    return own_text(text, diagnosis.channels)
 
 
 def _assumed(diagnosis: Diagnosis, findings: Findings | Grounds, model: Model) -> list[str]:

@@ -4,7 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from rig.channels import PNEUMATIC, Channels
 from rig.gap.hypotheses.propagate import Applied
+from rig.own_units import own_plain
 
 
 @dataclass(frozen=True)
@@ -124,6 +126,8 @@ class Diagnosis:
     """How the reference was chosen."""
     observations: list[Observation] = field(default_factory=list)
     """What the raw samples show beside the causes."""
+    channels: Channels = PNEUMATIC
+    """What the rig's input and output are: all numbers here stand on the working range, `to_json` tells its own."""
 
     @property
     def added(self) -> list[Applied]:
@@ -132,8 +136,8 @@ class Diagnosis:
         return [cause.applied for cause in self.causes if cause.applied is not None and cause.side != "signature"]
 
     def to_json(self) -> dict[str, Any]:
-        """The JSON of the command, plain data throughout."""
-        return {
+        """The JSON of the command, plain data throughout, in the rig's own units."""
+        plain = {
             "verdict": self.verdict,
             "reference": self.reference,
             "reference_because": self.reference_because,
@@ -148,3 +152,5 @@ class Diagnosis:
             "evidence": self.evidence,
             "notes": self.notes,
         }
+        told: dict[str, Any] = own_plain(plain, self.channels)
+        return told if self.channels.has_valves else told | {"channels": self.channels.plain()}
