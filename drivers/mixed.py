@@ -20,6 +20,7 @@ _ABSENT: Final = {
     Role.MONITOR_2: int(Flag.P2_ABSENT),
     Role.ANGLE: int(Flag.ANGLE_ABSENT),
 }
+_FURTHER: Final = tuple(Measurement._fields.index(f"further_{place}") for place in (1, 2, 3, 4))
 _EMPTY: Final = tuple(Measurement())
 _FLAGS: Final = Measurement._fields.index("flags")
 
@@ -43,7 +44,7 @@ class MixedRig:
                 raise ConfigError(f"roles: {role.value} is filled by two devices")
         self.roles = frozenset(claimed)
         self._writers = [part for part in parts if part.roles & {Role.VALVE_1, Role.VALVE_2}]
-        self._readers = [_reader(part) for part in parts if part.roles & set(_FIELDS)]
+        self._readers = [_reader(part) for part in parts if part.roles & set(_FIELDS) or _reads_further(part)]
         self._absent = sum(flag for role, flag in _ABSENT.items() if role not in self.roles)
 
     @property
@@ -78,6 +79,9 @@ class MixedRig:
             flags |= now.flags & mine
             for place in places:
                 values[place] = now[place]
+            for place in _FURTHER:
+                if now[place] == now[place]:  # not NaN: this part reads it
+                    values[place] = now[place]
             returned = self._now()
             taken += [(place, returned) for absent, place in ages if not now.flags & absent]
         ended = self._now()
@@ -133,6 +137,11 @@ class MixedRig:
             except DeviceError as error:
                 errors.append(error)
         _raise_worst(errors)
+
+
+def _reads_further(part: Device) -> bool:
+    """Whether a part has further channels in its settings."""
+    return bool(getattr(part, "further", ()))
 
 
 def _reader(part: Device) -> tuple[Device, tuple[int, ...], list[tuple[int, int]], int]:

@@ -99,6 +99,7 @@ class SimulatedRig:
         self._truth = self._chain.step(*self._command)
         self._plant_ns: int | None = None
         self._open = False
+        self.further = tuple(settings.further)
         self._further = tuple(settings.further.get(name, NAN) for name in context.places)
         volts_per_count = _CONVERTER_V / (1 << settings.monitor_bits)
         self._top = float((1 << settings.monitor_bits) - 1)

@@ -6,6 +6,8 @@
     devices:
       main: {kind: simulated, model: ../models/simulated.yaml}
     roles: {valve_1: main, valve_2: main, monitor_1: main, monitor_2: main, angle: main}
+    further: [{name: load_n, unit: N, same_within: 5}]
+    tags: {muscle: DMSP-10, load_kg: 0.5}
 
 What stands under a device beside `kind` belongs to the driver, which has the schema for it.
 """
@@ -15,11 +17,18 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
+from rig.channels import FACT as CHANNELS_FACT
+from rig.channels import PNEUMATIC, Channels, check_channels
 from rig.config import bounded, nearest_file, read_yaml, structure, suggest
 from rig.errors import ConfigError
+from rig.further import FACT as FURTHER_FACT
+from rig.further import Further, check_furthers, plain
 from rig.interfaces import Role
 from rig.realtime.guard import Limits
 from rig.realtime.measures import Measures
+from rig.sample import WIRES
+from rig.tags import FACT as TAGS_FACT
+from rig.tags import Tags, check_tags
 
 
 @dataclass(frozen=True)
@@ -57,6 +66,9 @@ class _File:
     limits: Limits = field(default_factory=Limits)
     realtime: Measures = field(default_factory=Measures)
     calibration: Path | None = None
+    channels: Channels | None = None
+    further: list[Further] = field(default_factory=list)
+    tags: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -73,6 +85,19 @@ class RigConfig:
     calibration: dict[str, Any]
     files: Mapping[str, bytes]
     """The file as it was, and the files that it names (calibration, models), by name: for the log."""
+    channels: Channels = PNEUMATIC
+    """What its input and its output are."""
+    further: tuple[Further, ...] = ()
+    """Further channels that its devices read, in the order of their places in a sample."""
+    tags: Tags = field(default_factory=dict)
+    """What every record of this rig shall say of it: muscle, load, who."""
+
+    @property
+    def own_facts(self) -> dict[str, Any]:
+        """Channels and tags as the facts of a record hold them."""
+        channels = {} if self.channels.has_valves else {CHANNELS_FACT: self.channels.plain()}
+        further = {FURTHER_FACT: plain(self.further)} if self.further else {}
+        return channels | further | ({TAGS_FACT: dict(self.tags)} if self.tags else {})
 
 
 def load_rig(path: Path) -> RigConfig:
@@ -98,6 +123,9 @@ def load_rig(path: Path) -> RigConfig:
         devices=_devices(file, path),
         calibration=calibration,
         files={"rig.yaml": path.read_bytes()} | {item.name: item.read_bytes() for item in named},
+        channels=PNEUMATIC if file.channels is None else check_channels(file.channels, f"{path}: channels"),
+        further=check_furthers(file.further, f"{path}: further", taken=tuple(WIRES)),
+        tags=check_tags(file.tags, f"{path}: tags"),
     )
 
 
@@ -137,7 +165,7 @@ def _device(name: str, raw: object, roles: dict[str, str], path: Path) -> Device
     if not isinstance(raw, dict) or not isinstance(raw.get("kind"), str):
         raise ConfigError(f"{path}: devices.{name}: expected a mapping with the key kind")
     mine = frozenset(Role(role) for role, device in roles.items() if device == name)
-    if not mine:
+    if not mine and not raw.get("further"):
         raise ConfigError(f"{path}: devices.{name}: no role names this device")
     settings = {key: value for key, value in raw.items() if key != "kind"}
     return DeviceEntry(name, raw["kind"], settings, mine)

@@ -8,6 +8,7 @@ damper's cycles at full stroke are its sessions, each mounting has three. The se
 
 import argparse
 import json
+import math
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -19,14 +20,14 @@ import numpy as np
 
 from rig.app.identifying import SearchOptions, StartOptions, identify_model, sweep_range
 from rig.channels import Channel, Channels
-from rig.errors import RigError
+from rig.errors import RecordError, RigError
 from rig.gap.diagnosis import diagnose
 from rig.identify.data import Options
 from rig.log.foreign.mapping import Mapping, Source, read_mapped
 from rig.log.reader import record_from_columns, stem
 from rig.model.parameters import Model
 from rig.own_units import own_plain
-from rig.record import Record
+from rig.record import Column, Record
 
 DISPLACEMENT: Final = Channel("displacement", "in", (-1.5, 1.5))
 FORCE: Final = Channel("friction_force", "kip", (-5.0, 5.0))
@@ -36,6 +37,8 @@ SEAT_KIP_PER_IN: Final = 20.0
 force over stiffness."""
 SERVO: Final = Channels(Channel("goal", "rad", (-1.3, 1.3)), Channel("position", "rad", (-1.3, 1.3)))
 CYCLES: Final = 3
+FULL: Final = 0.97
+"""Share of the largest stroke from which on a stroke is a full one."""
 LEAST_CYCLE_S: Final = 2.0
 """A shorter record is not judged."""
 MOUNTINGS: Final = ("20", "22", "25", "35", "70", "80")
@@ -95,14 +98,20 @@ def _cycles(record: Record) -> Iterator[Record]:
     rows = round(1.0 / (hertz * record.period_s))
     if rows * record.period_s < LEAST_CYCLE_S - record.period_s:
         return
-    windows = np.lib.stride_tricks.sliding_window_view(record.dp_cmd_mpa, rows)[:: max(1, rows // 64)]
-    strokes = np.ptp(windows, axis=1)
-    first = int(np.argmax(strokes >= 0.98 * strokes.max())) * max(1, rows // 64)
+    first = _first_full_stroke(record.dp_cmd_mpa)
     for number in range(CYCLES):
         start = first + number * rows
         part = record.rows(slice(start, start + rows + 3))  # a hair more than the least that is judged
         if len(part) == rows + 3:
             yield replace(part, t_s=part.t_s - part.t_s[0])
+
+
+def _first_full_stroke(course: Column) -> int:
+    """The row of the zero crossing before the first peak at full stroke: before it lies the ramp."""
+    centred = course - 0.5 * (course.max() + course.min())
+    peak = int(np.argmax(np.abs(centred) >= FULL * np.abs(centred).max()))
+    crossings = np.nonzero(np.diff(np.sign(centred[:peak])))[0]
+    return int(crossings[-1]) + 1
 
 
 def servo(folder: Path) -> dict[str, list[Record]]:
@@ -126,7 +135,10 @@ def simulator(records: Sequence[Record]) -> Model:
 
 def ask(what: str, earlier: str, now: str, model: Model, case: list[Record], days: list[list[Record]]) -> Trial:
     """One diagnosis, told in the rig's own units."""
-    said = diagnose(model, case, days)
+    try:
+        said = diagnose(model, case, days)
+    except RecordError:  # another stroke is another sweep
+        return Trial(what, earlier, now, "pairs with nothing", math.nan, (), None, "", (), math.nan)
     plain = own_plain(said.to_json(), case[0].channels)
     named = [cause for cause in plain["causes"] if cause["effect"] != "unknown"]
     number = next(iter(named[0]["parameters"].values())) if named and named[0]["parameters"] else None

@@ -5,8 +5,8 @@ from collections.abc import Callable, Mapping
 
 from drivers.calibration import Calibration, Potentiometer, curve, for_role, inverse, nominal
 from drivers.modbus_io.codec import to_signal
-from drivers.modbus_io.plan import EXCITATION, MONITORS, VALVES, WIPER, Plan
-from drivers.modbus_io.settings import ModbusSettings
+from drivers.modbus_io.plan import EXCITATION, FIRST_FURTHER, MONITORS, VALVES, WIPER, Plan
+from drivers.modbus_io.settings import FurtherChannel, ModbusSettings
 from rig.interfaces import NAN, DeviceContext, Measurement, Role
 from rig.sample import ANGLE_ABSENT, BROKEN_WIRE, P1_ABSENT, P2_ABSENT, SUSPECT
 
@@ -26,6 +26,11 @@ class Inputs:
                 self._monitors[place] = (calibration, curve(calibration.knots))
         self._potentiometer = for_role(context, Role.ANGLE, Potentiometer()) if Role.ANGLE in context.roles else None
         self._angle = self._potentiometer.to_angle() if self._potentiometer else None
+        order = list(settings.further)
+        self._further = [
+            (FIRST_FURTHER + order.index(name), settings.further[name]) if name in order else None
+            for name in context.places
+        ]
         self._reference_v = (settings.angle.reference_v or NAN) if settings.angle else NAN
 
     def measurement(self, numbers: Mapping[int, float], age_ns: int, flags: int = 0) -> Measurement:
@@ -38,8 +43,15 @@ class Inputs:
         flags |= flag
         ages = [0 if flags & absent else age_ns for absent in (*_ABSENT, ANGLE_ABSENT)]
         return Measurement(
-            values[0], values[1], angle_deg, raws[0], raws[1], wiper, excitation, ages[0], ages[1], ages[2], flags
+            values[0], values[1], angle_deg, raws[0], raws[1], wiper, excitation, ages[0], ages[1], ages[2], flags,
+            *(self._other(wired, numbers) for wired in self._further),
         )  # fmt: skip
+
+    def _other(self, wired: tuple[int, FurtherChannel] | None, numbers: Mapping[int, float]) -> float:
+        """A further channel's value in its own unit; NaN where it is not read here."""
+        if wired is None or wired[0] not in numbers:
+            return NAN
+        return to_signal(self._plan.inputs, numbers[wired[0]]) * wired[1].scale + wired[1].offset
 
     def _monitor(self, place: int, numbers: Mapping[int, float]) -> tuple[float, float, int]:
         wired = self._monitors[place]

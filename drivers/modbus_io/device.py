@@ -38,6 +38,7 @@ class ModbusIo:
 
     def __init__(self, settings: ModbusSettings, context: DeviceContext) -> None:
         self.roles = context.roles
+        self.further = tuple(settings.further)
         self._settings, self._context = settings, context
         self._plan = make_plan(settings, context.roles)
         self._inputs = Inputs(settings, context, self._plan)

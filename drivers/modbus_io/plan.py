@@ -16,7 +16,9 @@ VALVES: Final = (Role.VALVE_1, Role.VALVE_2)
 MONITORS: Final = (Role.MONITOR_1, Role.MONITOR_2)
 WIPER: Final = 2
 EXCITATION: Final = 3
-"""Places in the list of input numbers: monitor 1, monitor 2, wiper, excitation."""
+"""Places in the list of input numbers: monitor 1, monitor 2, wiper, excitation; then the further channels in the order
+of the settings."""
+FIRST_FURTHER: Final = 4
 
 
 @dataclass(frozen=True)
@@ -121,6 +123,9 @@ def make_plan(settings: ModbusSettings, roles: frozenset[Role]) -> Plan:
     for role in roles:
         _check(role, settings, module, input_module)
     inputs = input_module.inputs
+    for name, one in settings.further.items():
+        if inputs is None or one.channel >= inputs.channels:
+            raise ConfigError(f"modbus_io: further.{name}: {input_module.name} has no input channel {one.channel}")
     channels = _input_channels(settings, roles)
     first = min(channels.values(), default=0)
     width = inputs.type.registers if inputs else 1
@@ -163,7 +168,7 @@ def _input_channels(settings: ModbusSettings, roles: frozenset[Role]) -> dict[in
         channels[WIPER] = settings.angle.wiper
         if settings.angle.excitation is not None:
             channels[EXCITATION] = settings.angle.excitation
-    return channels
+    return channels | {place: one.channel for place, one in enumerate(settings.further.values(), FIRST_FURTHER)}
 
 
 def _runs(settings: ModbusSettings, module: ModuleMap, driven: tuple[int, ...]) -> tuple[Write, ...]:

@@ -1,7 +1,7 @@
 """What a rig's YAML says about its Modbus module: where it is, its map, and which channel is wired to what. Nothing is
 opened."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
 
@@ -69,6 +69,15 @@ class AngleChannel:
 
 
 @dataclass(frozen=True)
+class FurtherChannel:
+    """Any other sensor: value = signal (V or mA) * scale + offset, in the unit that the rig's YAML gives it."""
+
+    channel: int = bounded(0, 59)
+    scale: float = bounded(-1e9, 1e9, default=1.0)
+    offset: float = bounded(-1e9, 1e9, default=0.0)
+
+
+@dataclass(frozen=True)
 class SerialLine(SerialPort):
     """The RS-485 port of an RTU bus: eight data bits; Modbus asks for even parity, or none with two stop bits."""
 
@@ -100,6 +109,8 @@ class ModbusSettings:
     monitor_1: PressureChannel | None = None
     monitor_2: PressureChannel | None = None
     angle: AngleChannel | None = None
+    further: dict[str, FurtherChannel] = field(default_factory=dict)
+    """Further channels of the rig on this module, by name."""
     mode: Mode = Mode.AUTO
     watchdog_s: float = bounded(0.1, 60.0, "s", default=0.5)
     """Silence after which the module's own fail-safe acts, where it has one."""

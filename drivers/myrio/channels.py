@@ -8,7 +8,7 @@ from typing import Final, TypeVar
 from drivers.calibration import Calibration, Potentiometer, curve, inverse
 from drivers.myrio.codec import Converter, converter, decoder, encoder
 from drivers.myrio.session import FpgaSession
-from drivers.myrio.settings import AngleInput, PressureLine
+from drivers.myrio.settings import AngleInput, FurtherInput, PressureLine
 from rig.errors import ConfigError
 from rig.interfaces import NAN
 from rig.sample import Flag
@@ -76,6 +76,18 @@ class AngleChannel:
             return wiper_v, excitation_v, NAN, self.DEAD
         angle_deg = self._angle(wiper_v / excitation_v)
         return wiper_v, excitation_v, angle_deg, 0 if angle_deg == angle_deg else self.DEAD
+
+
+class FurtherInputChannel:
+    """A further sensor."""
+
+    def __init__(self, session: FpgaSession, wiring: FurtherInput) -> None:
+        self._read, self._volts = _input(session, wiring.register)
+        self._scale, self._offset = wiring.scale, wiring.offset
+
+    def take(self) -> float:
+        """Its value in its own unit."""
+        return self._volts(self._read()) * self._scale + self._offset
 
 
 class PressureOutput:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from drivers.calibration import Potentiometer, for_role, nominal
-from drivers.myrio.channels import AngleChannel, PressureInput, PressureOutput
+from drivers.myrio.channels import AngleChannel, FurtherInputChannel, PressureInput, PressureOutput
 from drivers.myrio.rescue import Rescue
 from drivers.myrio.session import VENDOR_ERRORS, FpgaSession, explain, load_bitfile
 from drivers.myrio.settings import MyRioSettings
@@ -37,6 +37,8 @@ class _Channels:
     heartbeat: Callable[[int], None] | None
     calls: int
     """Calls into the FPGA of one tick."""
+    further: tuple[FurtherInputChannel | None, ...] = ()
+    """In the order of a sample's places."""
     limited: bool = False
     """The FPGA has been given its limits in this session."""
 
@@ -57,6 +59,7 @@ class MyRio:
     def __init__(self, settings: MyRioSettings, context: DeviceContext) -> None:
         self.roles = context.roles
         self._settings, self._context = settings, context
+        self.further = tuple(settings.further)
         self._clock, self._now = context.clock, context.clock.now_ns
         self._period_ns = context.period_ns
         self._lines = {
@@ -103,6 +106,7 @@ class MyRio:
         channels = self._channels()
         now = self._now
         flags: int = self._absent
+        others = (NAN, NAN, NAN, NAN)
         p1_raw = p1_mpa = p2_raw = p2_mpa = angle_raw = excitation = angle_deg = NAN
         began = now()
         try:
@@ -118,6 +122,9 @@ class MyRio:
             if channels.angle:
                 angle_raw, excitation, angle_deg, flag = channels.angle.take()
                 flags |= flag
+            if channels.further:
+                first, second, third, fourth = (one.take() if one else NAN for one in channels.further)
+                others = (first, second, third, fourth)
         except VENDOR_ERRORS as error:
             raise self._failed(error, "reading") from None
         ended = now()
@@ -127,7 +134,7 @@ class MyRio:
         return Measurement(
             p1_mpa, p2_mpa, angle_deg, p1_raw, p2_raw, angle_raw, excitation,
             0 if flags & _P1_ABSENT else age, 0 if flags & _P2_ABSENT else age, 0 if flags & _ANGLE_ABSENT else age,
-            flags,
+            flags, *others,
         )  # fmt: skip
 
     def write(self, p1_cmd_mpa: float, p2_cmd_mpa: float) -> None:
@@ -235,7 +242,9 @@ class MyRio:
         angle = AngleChannel(session, settings.angle, self._potentiometer) if Role.ANGLE in roles else None
         strobe = session.writer(settings.strobe) if out else None
         heartbeat = session.writer(settings.heartbeat) if settings.heartbeat else None
-        reads = len(monitors) + (0 if angle is None else 2 if settings.angle.excitation else 1)
+        wired = [settings.further.get(name) for name in self._context.places]
+        further = tuple(FurtherInputChannel(session, one) if one else None for one in wired) if any(wired) else ()
+        reads = len(monitors) + (0 if angle is None else 2 if settings.angle.excitation else 1) + len(settings.further)
         calls = reads + len(out) + bool(strobe) + bool(heartbeat)
         outputs = out.get(Role.VALVE_1), out.get(Role.VALVE_2)
         return _Channels(
@@ -247,6 +256,7 @@ class MyRio:
             angle,
             heartbeat,
             calls,
+            further,
         )
 
     def _put(self, channels: _Channels, p1_cmd_mpa: float, p2_cmd_mpa: float) -> None:

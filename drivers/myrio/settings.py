@@ -64,6 +64,19 @@ class AngleInput:
 
 
 @dataclass(frozen=True)
+class FurtherInput:
+    """Any other sensor on an analog terminal: value = volts * scale + offset, in the unit that the rig's YAML gives
+    it."""
+
+    register: str
+    scale: float = bounded(-1e9, 1e9, default=1.0)
+    offset: float = bounded(-1e9, 1e9, default=0.0)
+
+    def __post_init__(self) -> None:
+        converter(self.register, output=False)
+
+
+@dataclass(frozen=True)
 class MyRioSettings:
     """A device of the kind myrio. The registers default to the rig of the paper on connector A."""
 
@@ -76,6 +89,8 @@ class MyRioSettings:
     monitor_1: PressureLine = field(default_factory=lambda: PressureLine("AI.A_0.VAL", Signal.V_1_5))
     monitor_2: PressureLine = field(default_factory=lambda: PressureLine("AI.A_1.VAL", Signal.V_1_5))
     angle: AngleInput = field(default_factory=lambda: AngleInput("AI.A_2.VAL", excitation="AI.A_3.VAL"))
+    further: dict[str, FurtherInput] = field(default_factory=dict)
+    """Further channels of the rig on this myRIO, by name."""
     strobe: str = "AO.SYS.GO"
     """Written once after the outputs: both then change together."""
     ready: str = "SYS.RDY"

@@ -98,7 +98,10 @@ def make_device(rig: RigConfig, clock: Clock, options: Mapping[str, Any] | None 
     parts = []
     for entry in rig.devices:
         kind, settings = device_settings(entry, rig, options or {})
-        context = DeviceContext(clock, entry.roles, rig.safe.p1_mpa, rig.safe.p2_mpa, rig.period_ns, rig.calibration)
+        context = DeviceContext(
+            clock, entry.roles, rig.safe.p1_mpa, rig.safe.p2_mpa, rig.period_ns, rig.calibration,
+            tuple(one.name for one in rig.further),
+        )  # fmt: skip
         parts.append(kind(settings, context))
     if len(parts) == 1:
         device: Device = parts[0]
@@ -194,6 +197,7 @@ def load(path: Path | None) -> RigConfig:
     """The rig's config at `path`, or the simulated rig's; settings of all devices are checked too."""
     rig = load_rig(find_config(path, "rigs") if path else default_rig())
     files = dict(rig.files)
+    _check_further(rig)
     for entry in rig.devices:
         settings = device_settings(entry, rig, {})[1]
         _require_files(entry, settings, rig.path)
@@ -201,6 +205,26 @@ def load(path: Path | None) -> RigConfig:
         if entry.kind == "emulated":
             files |= {name: data for name, data in load(settings.rig).files.items() if name != "rig.yaml"}
     return dataclasses.replace(rig, files=files)
+
+
+def _check_further(rig: RigConfig) -> None:
+    """ConfigError when a further channel of the rig is read by no device or by two, or one is read that it has not."""
+    read = [
+        (name, entry.name)
+        for entry in rig.devices
+        for name in getattr(device_settings(entry, rig, {})[1], "further", None) or {}
+    ]
+    known = [one.name for one in rig.further]
+    for name, device in read:
+        if name not in known:
+            raise ConfigError(
+                f"{rig.path}: devices.{device}.further: {name!r} is not listed under `further` of the rig"
+            )
+    for name in known:
+        by = [device for other, device in read if other == name]
+        if len(by) != 1:
+            who = " and ".join(by) or "none"
+            raise ConfigError(f"{rig.path}: further: {name} is read by {who}; one device's `further` must have it")
 
 
 def _require_files(entry: DeviceEntry, settings: Any, path: Path) -> None:

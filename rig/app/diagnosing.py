@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from rig.app.baselines import Session, days_in, odd_days, read_sessions
 from rig.errors import ConfigError
 from rig.outputs import Kind, write_text
+from rig.tags import told
 
 if TYPE_CHECKING:
     from rig.gap.answer.result import Diagnosis
@@ -176,10 +177,17 @@ def _origin(
         "Records": ", ".join(map(str, case.logs)),
         "Earlier days": ", ".join(str(day.path) for day in sessions),
         "Simulator": str(options.model),
+        **_told_once(records),
         "Program": f"pamrig {version('pamrig')}",
         "Command": options.command,
     }
     return {name: text for name, text in told.items() if text}
+
+
+def _told_once(records: "Sequence[Record]") -> dict[str, str]:
+    """Tags and notes of the records, each text once."""
+    each = [told(record.facts) for record in records]
+    return {name: "; ".join(dict.fromkeys(one[name] for one in each if name in one)) for name in ("Tags", "Note")}
 
 
 def report(results: "Mapping[str | None, Diagnosis]", days: Sequence[Session] = ()) -> dict[str, object]:

@@ -1,6 +1,7 @@
 """`pamrig log`: look into logs, check them, rescue them, and carry them to and from other tools."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -107,9 +108,18 @@ def _recovery_json(result: Any) -> dict[str, Any]:
 @click.option(
     "--mapping", "mapping_path", type=click.Path(path_type=Path), help="YAML: which column is which, in which unit."
 )
+@click.option("--tag", "tags", multiple=True, metavar="NAME=VALUE", help="Goes into the record: muscle, load, who.")
+@click.option("--note", metavar="TEXT", help="Why it was taken: goes into the record.")
 @output_option(Kind.RECORDING, "Default: NAME.mcap in the current folder.", metavar="FILE")
 @json_option
-def import_(file: Path, mapping_path: Path | None, output: Path | None, json_to: str | None) -> None:
+def import_(
+    file: Path,
+    mapping_path: Path | None,
+    tags: tuple[str, ...],
+    note: str | None,
+    output: Path | None,
+    json_to: str | None,
+) -> None:
     """Make an MCAP log of FILE: CSV, TDMS from LabVIEW, another program's MCAP, or what `export` wrote.
 
     Columns with our names and units need no mapping; anything ambiguous is refused.
@@ -117,8 +127,11 @@ def import_(file: Path, mapping_path: Path | None, output: Path | None, json_to:
     from rig.app.logs import import_content
     from rig.log.convert import write_content
     from rig.log.reader import stem
+    from rig.tags import check_note, parse_tags, tagged
 
     content, unkept = import_content(file, mapping_path)
+    facts = tagged(content.run_facts, parse_tags(tags, "--tag"), check_note(note, "--note"))
+    content = replace(content, run_facts=facts)
     target = write_content(content, output or Path(f"{stem(file)}.mcap"))
     terminal = console(json_to)
     terminal.print(f"{target}: {len(content.samples)} rows")

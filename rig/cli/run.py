@@ -27,6 +27,8 @@ from rig.outputs import Kind
     is_flag=True,
     help="Run on real hardware although real-time measures were denied, or the watchdog of a device takes too long.",
 )
+@click.option("--tag", "tags", multiple=True, metavar="NAME=VALUE", help="Goes into every record: muscle, load, who.")
+@click.option("--note", metavar="TEXT", help="Why this session: goes into every record.")
 @json_option
 def run(
     sweep: Path,
@@ -35,6 +37,8 @@ def run(
     clock: str,
     seed: int | None,
     force: bool,
+    tags: tuple[str, ...],
+    note: str | None,
     json_to: str | None,
 ) -> None:
     """Run SWEEP: settle at P0, zero the angle, ramp in, sweep, ramp out, safe state. One MCAP file a record.
@@ -45,11 +49,13 @@ def run(
     from rig.app import compose, inventory
     from rig.app.sweeping import SweepOptions, run_sweep
     from rig.cli.runs import summary
+    from rig.tags import check_note, parse_tags, tagged
 
     rig = compose.load(rig_path)
     for line in inventory.warnings(rig):
         click.echo(f"pamrig: warning: {visible(line)}", err=True)
-    result = run_sweep(sweep, rig, SweepOptions(output, clock == "virtual", seed, force))
+    facts = tagged(rig.own_facts, parse_tags(tags, "--tag"), check_note(note, "--note"))
+    result = run_sweep(sweep, rig, SweepOptions(output, clock == "virtual", seed, force, facts))
     summary(result, json_to)
     emit(result.to_json(), json_to)
     result.judge()

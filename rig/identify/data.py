@@ -164,7 +164,7 @@ def _check_times(record: Record, dt_s: float, resample: bool) -> None:
         own = f"{record.period_s * 1e3:.4g} ms"
         raise RecordError(
             f"{name}: sampled every {own}, the model works at {dt_s * 1e3:g} ms; "
-            "--resample puts it onto the model's clock, `pamrig identify` takes records at their own"
+            "--resample puts it onto the model's clock, --sample-time identifies at another one"
         )
     widest = int(np.argmax(steps))
     if steps[widest] > LARGEST_GAP * max(dt_s, record.period_s):

@@ -60,6 +60,7 @@ def session_facts(session: Session, rig: RigConfig) -> dict[str, Any]:
         "pamrig": version("pamrig"),
         "python": platform.python_version(),
         "host": f"{platform.node()} {platform.machine()} {platform.system()} {platform.release()}",
+        **rig.own_facts,
     }
 
 

@@ -4,12 +4,16 @@ counts."""
 import contextlib
 import math
 import time
+from dataclasses import replace
 from pathlib import Path
 
+import fieldbus_rigs as rigs
 import numpy as np
 import pytest
 from exact_rig import CONFIGS, EXACT, run
 
+from drivers.modbus_io.device import ModbusIo
+from drivers.modbus_io.settings import FurtherChannel, Mode
 from hil.emulators.world import Plant
 from rig.app.emulated import EmulatedRig, EmulatedSettings
 from rig.errors import DeviceError
@@ -97,3 +101,20 @@ def test_the_serial_rig_agrees_within_its_counts_given_what_reached_the_valves()
     chain.reset(*plant.commands[0])
     again = [chain.step(*command)[2] for command in plant.commands]
     assert again == pytest.approx(plant.angles_deg, abs=1e-9)
+
+
+def test_a_modbus_module_reads_a_further_channel_into_its_place(tmp_path: Path) -> None:
+    table = rigs.MAPS / "wago_750.yaml"
+    with rigs.served(table, tmp_path) as modules:
+        settings = rigs.modbus_settings(
+            modules.settings["port"], Mode.SEPARATE, map=table, further={"supply_mpa": FurtherChannel(3, 0.1, -0.05)}
+        )
+        device = ModbusIo(settings, replace(rigs.context(), further=("nobody", "supply_mpa")))
+        device.open()
+        try:
+            now = device.read()
+        finally:
+            device.close()
+        assert now.excitation_raw > 1.0
+        assert now.further_2 == pytest.approx(0.1 * now.excitation_raw - 0.05)
+        assert math.isnan(now.further_1)

@@ -9,8 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rig.further import Further, furthers_of
 from rig.gap.records.settings import CONDITION_LIMITS
 from rig.record import Record
+from rig.tags import tags_of
 
 
 @dataclass(frozen=True)
@@ -43,9 +45,9 @@ def conditions(record: Record) -> dict[str, float | str]:
     said: dict[str, float | str] = {
         name: float(np.nanmedian(column))
         for name, column in record.extra.items()
-        if _is_condition(name) and len(column)
+        if (_is_condition(name) or name in {one.name for one in _stated(record)}) and np.isfinite(column).any()
     }
-    for name, value in record.facts.items():
+    for name, value in (dict(record.facts) | tags_of(record.facts)).items():
         if _is_condition(name) and isinstance(value, (int, float, str)):
             said[name] = value if isinstance(value, str) else float(value)
     rest = commanded_rest(record)
@@ -61,11 +63,22 @@ def difference(record: Record, other: Record) -> Difference | None:
             if str(one) != str(two):
                 return Difference(name, one, two, 0.0)
             continue
-        absolute, share = CONDITION_LIMITS[_word(name)]
-        limit = absolute + share * max(abs(one), abs(two))
+        limit = _limit(name, max(abs(one), abs(two)), record)
         if abs(one - two) > limit:
             return Difference(name, one, two, limit)
     return None
+
+
+def _limit(name: str, size: float, record: Record) -> float:
+    """What a condition may differ by: as its further channel says, else by its word."""
+    stated = [each.same_within for each in _stated(record) if each.name == name]
+    absolute, share = CONDITION_LIMITS.get(_word(name), (0.0, 0.0))
+    return stated[0] if stated else absolute + share * size
+
+
+def _stated(record: Record) -> list[Further]:
+    """The further channels that say within what their medians are one condition."""
+    return [one for one in furthers_of(record.facts) if one.same_within > 0.0]
 
 
 def _is_condition(name: str) -> bool:

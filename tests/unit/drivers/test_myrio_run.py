@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from myrio_lab import COMMUNICATION_TIMEOUT, FPGA_BUSY, INVALID_SESSION, Lab, lab_with, refused
 
-from drivers.myrio.settings import AngleInput, PressureLine
+from drivers.myrio.settings import AngleInput, FurtherInput, PressureLine
 from drivers.signals import Signal
 from hil.emulators.nifpga.bitfile import guarded_personality, personality
 from hil.emulators.nifpga.shared import CONTROL, OPEN, READ, WRITE
@@ -297,4 +297,15 @@ def test_who_stands_by_needs_no_new_session_to_make_it_safe(lab: Lab) -> None:
     supervisor.safe()
     assert lab.stand_in.board.commands_mpa() == pytest.approx((0.2, 0.2), abs=1e-4) != before
     supervisor.close()
+    device.close()
+
+
+def test_a_further_channel_is_read_into_its_place(lab: Lab) -> None:
+    lab.context = replace(lab.context, further=("nobody", "supply_mpa"))
+    device = lab.device(further={"supply_mpa": FurtherInput("AI.A_3.VAL", scale=0.2, offset=-0.5)})
+    device.open()
+    now = device.read()
+    assert now.further_2 == pytest.approx(0.2 * now.excitation_raw - 0.5)
+    assert math.isnan(now.further_1)
+    assert math.isnan(now.further_3)
     device.close()
