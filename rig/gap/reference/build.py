@@ -43,6 +43,8 @@ SISTER = "sister"
 """Levels of a simulator that was made for another rig of the build, or from data sheets."""
 LAG_SAID = 0.5
 """Unsure lags of more than this share of the simulator's step are said."""
+RUNS_OFF = 2.0
+"""A simulator that is off by more than so many times what the joint moves (rms) does not follow it at all."""
 OUTSIDE = 0.1
 """Share of the drive's span by which records may leave what the fingerprint has seen before it is said."""
 
@@ -143,9 +145,13 @@ def _from_fingerprint(model: Model, pairing: Pairing) -> Expected:
         outside_fingerprint(known, [drive(p1, p2, known.p0_mpa, known.exponent) for p1, p2 in seen], seen)
     )
     missed_deg = max(known.misfit_deg, known.left_out_deg or 0.0)
-    missed_mpa = max(*known.misfit_mpa, *known.left_out_mpa, 0.0, 0.0)
     lag_s = _unsure_lag_s(model, pairing)
-    return replace(made, missed_mpa=missed_mpa, missed_deg=missed_deg, unsure_lag_s=lag_s)
+    return replace(made, missed_mpa=_missed_mpa(known), missed_deg=missed_deg, unsure_lag_s=lag_s)
+
+
+def _missed_mpa(known: Fingerprint | None) -> float:
+    """Rms by which regulators of this kind miss the pressures that they were fitted to, as far as it is known."""
+    return 0.0 if known is None else max(*known.misfit_mpa, *known.left_out_mpa, 0.0, 0.0)
 
 
 def _unsure_lag_s(model: Model, pairing: Pairing) -> float:
@@ -202,7 +208,12 @@ def _from_simulator(levels: str, model: Model, pairing: Pairing) -> Expected:
         )
     missed_deg = model.provenance.rmse_deg or 0.0
     made = Expected(Kind.SIMULATOR, levels, replace(pairing, pressures=driven), tracks, response, tuple(base))
-    return replace(made, missed_deg=missed_deg, unsure_lag_s=_unsure_lag_s(model, pairing))
+    return replace(
+        made,
+        missed_mpa=_missed_mpa(model.fingerprint),
+        missed_deg=missed_deg,
+        unsure_lag_s=_unsure_lag_s(model, pairing),
+    )
 
 
 def _followed(model: Model, pairing: Pairing) -> tuple[Pairing, list[Modelled]]:
@@ -229,13 +240,18 @@ def _under_case(track: Track, response: ResponseModel) -> Column:
 
 
 def _simulated(model: Model, track: Track, response: ResponseModel) -> Column:
-    """The simulator's angle under the measured pressures; by its response model where it runs away under them."""
+    """The simulator's angle under the measured pressures; by its response model where it runs away under them, or off
+    by more than the joint moves."""
+    pair = track.pair
     try:
-        said = simulate(model, track.pair.raw, drive=Input.PRESSURE)
+        said = simulate(model, pair.raw, drive=Input.PRESSURE)
     except ModelError:
         return _under_case(track, response)
     assert said.angle_deg is not None
-    return np.interp(track.pair.t_s, said.t_s - said.t_s[0], said.angle_deg)
+    angle = np.interp(pair.t_s, said.t_s - said.t_s[0], said.angle_deg)
+    moves = pair.case.angle_deg - float(np.mean(pair.case.angle_deg))
+    off = rms_of([pair.case.angle_deg - angle], [pair]) > RUNS_OFF * rms_of([moves], [pair])
+    return _under_case(track, response) if off else angle
 
 
 def rms_of(columns: Sequence[Column], pairs: Sequence[Pair]) -> float:
