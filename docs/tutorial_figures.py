@@ -41,7 +41,7 @@ def real(folder: Path) -> None:
         write_parts(folder, Path(place))
         call = ["identify", "quiet.csv", "-o", "wrist.yaml", "--input", "pressure", "--resample"]
         subprocess.run([sys.executable, "-m", "rig.cli.main", *call], cwd=place, check=True)
-        draw("wrist", load_model(Path(place) / "wrist.yaml"), read(Path(place) / "sweep.csv"), [])
+        draw("wrist", load_model(Path(place) / "wrist.yaml"), read(Path(place) / "sweep.csv"), [], "simulator")
 
 
 def write_parts(folder: Path, place: Path) -> None:
@@ -62,9 +62,9 @@ def _write_part(source: Path, target: Path, start_s: float, end_s: float) -> Non
                 rows.writerow([row["t_s"], *pressures, f"{float(row['y_wrist_angle_deg']) - REST_DEG:.2f}"])
 
 
-def draw(name: str, model: Model, records: list[Record], days: list[list[Record]]) -> None:
+def draw(name: str, model: Model, records: list[Record], days: list[list[Record]], reference: str = "auto") -> None:
     """Diagnose, say what was found, keep the figures that the tutorials show."""
-    diagnosis, findings = diagnose_with_grounds(model, records, days)
+    diagnosis, findings = diagnose_with_grounds(model, records, days, reference=reference)
     print(name, *(f"{question} {answer}" for question, answer in answers(diagnosis).items()), sep="\n  ")
     for caption, svg in figures(diagnosis, findings):
         kept = {"Loops": "loops", "Residual over frequency": "spectrum", "Ranking": "ranking"}

@@ -5,6 +5,7 @@ reference does not have. Effects of other packages have no line here and are tol
 """
 
 # ruff: noqa: E501 (one line an effect reads best as a table)
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
@@ -84,8 +85,15 @@ def _creep(numbers: Numbers) -> str:
 
 
 def _inertia(numbers: Numbers) -> str:
-    own = f"(its own time, the root of inertia over stiffness, is {size(numbers['time_s'])})"
+    own = f"(the root of inertia over stiffness is {size(numbers['time_s'])}, which alone rings at {_rings(numbers)})"
     return f"The joint overshoots and rings like one with {_more(numbers, 'time_s', 'more', 'less')} mass {own}"
+
+
+def _rings(numbers: Numbers) -> str:
+    """Natural frequency of an inertia time."""
+    time = numbers["time_s"]
+    ends = [1.0 / (2.0 * math.pi * max(abs(end), 1e-4)) for end in (time.value, time.low, time.high)]
+    return size(Interval(ends[0], min(ends), max(ends), "Hz"))
 
 
 def _load(numbers: Numbers) -> str:

@@ -112,7 +112,7 @@ def _sentence(cause: Cause, diagnosis: Diagnosis) -> str:
 def _rest(diagnosis: Diagnosis) -> str:
     """Whether the named effects are all there is."""
     if diagnosis.verdict == "partly_explained":
-        return ", and something else that the library has no name for" + _seen(diagnosis)
+        return f"; something else is there too{_seen(diagnosis)}, that the library has no name for"
     return "; nothing else is needed to explain these records"
 
 

@@ -109,7 +109,7 @@ def test_unknown_says_where_it_is_seen_and_what_is_nearest() -> None:
 
 def test_partly_explained_says_that_there_is_more() -> None:
     said = headline(told(LAG, NOTHING_KNOWN, verdict="partly_explained"))
-    assert said[0].endswith("and something else that the library has no name for, seen in the angle.")
+    assert said[0].endswith("something else is there too, seen in the angle, that the library has no name for.")
 
 
 def test_what_looks_alike_is_said() -> None:
