@@ -8,10 +8,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import optimize
 
 from rig.columns import rms
 from rig.errors import RecordError
+from rig.identify.descent import descend
 from rig.model.kernels import compiled
 from rig.model.parameters import Parameter, StageModel
 from rig.model.resample import held_commands, on_grid
@@ -32,7 +32,7 @@ _DEAD_STEP_S, _DEAD_MOST_S = 0.01, 0.2
 _DEAD_WORTH = 0.95
 """A dead time is looked for when its first step takes this share of the error, and taken when it leaves less than its
 fourth power."""
-_STARTS = ((0.05, 20.0), (0.05, 1.0))
+_STARTS = ((0.05, 19.8), (0.05, 1.0))
 """Lag (s) and flow limit (MPa/s) from which the least squares start."""
 
 
@@ -51,11 +51,13 @@ class ValveFit:
 
 @dataclass(frozen=True)
 class _Fit:
-    """One valve: values in the order of _BOUNDS, RMSE, standard deviations."""
+    """One valve: values in the order of _BOUNDS, RMSE, standard deviations, and whether the records show each at
+    all."""
 
     values: Column
     rmse_mpa: float
     std: Column
+    shown: "np.typing.NDArray[np.bool_]"
 
 
 @dataclass(frozen=True)
@@ -80,8 +82,9 @@ def identify_valves(records: Sequence[Record], dt_s: float, p0_mpa: float) -> Va
         errors.append(fit.rmse_mpa)
         for index, (name, (low, high, unit)) in enumerate(_BOUNDS.items()):
             value = float(fit.values[index])
-            reached = not name.endswith("per_s") or value < _LIMIT_SHARE * high
+            reached = not name.endswith("per_s") or (bool(fit.shown[index]) and value < _LIMIT_SHARE * high)
             if not reached:
+                value = high
                 notes.append(
                     f"valve {valve}: {name} was not reached; it is at least {_fastest(steps, dt_s, name):.2g} MPa/s"
                 )
@@ -129,7 +132,7 @@ def _simulated(values: Column, step: _Step, dt_s: float) -> Column:
     return p1
 
 
-def _fit(steps: Sequence[_Step], dt_s: float, start: tuple[float, float], most_rounds: int = 80) -> _Fit:
+def _fit(steps: Sequence[_Step], dt_s: float, start: tuple[float, float], most_steps: int = 80) -> _Fit:
     """Least squares from a lag and a flow limit."""
     low = np.array([bound[0] for bound in _BOUNDS.values()])
     high = np.array([bound[1] for bound in _BOUNDS.values()])
@@ -138,16 +141,10 @@ def _fit(steps: Sequence[_Step], dt_s: float, start: tuple[float, float], most_r
         return np.concatenate([_simulated(values, step, dt_s) - step.pressure for step in steps])
 
     tau, limit = start
-    fit = optimize.least_squares(
-        residuals,
-        [1.0, 0.0, tau, limit * 0.99, limit * 0.99],
-        bounds=(low, high),
-        x_scale=[0.1, 0.01, 0.02, 1.0, 1.0],
-        max_nfev=most_rounds,
-    )
-    rmse = rms(fit.fun)
-    covariance = np.linalg.pinv(fit.jac.T @ fit.jac, hermitian=True) * rmse**2
-    return _Fit(fit.x, rmse, np.sqrt(np.diag(covariance)))
+    fit = descend(residuals, np.array([1.0, 0.0, tau, limit, limit]), low, high, most_steps)
+    rmse = rms(fit.residual)
+    covariance = np.linalg.pinv(fit.jacobian.T @ fit.jacobian, hermitian=True) * rmse**2
+    return _Fit(fit.x, rmse, np.sqrt(np.diag(covariance)), np.any(fit.jacobian != 0.0, axis=0))
 
 
 def _fastest(steps: Sequence[_Step], dt_s: float, name: str) -> float:
