@@ -17,8 +17,8 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
+from rig.channels import EFFECTS_FACT, PNEUMATIC, Channels, check_channels
 from rig.channels import FACT as CHANNELS_FACT
-from rig.channels import PNEUMATIC, Channels, check_channels
 from rig.config import bounded, nearest_file, read_yaml, structure, suggest
 from rig.errors import ConfigError
 from rig.further import FACT as FURTHER_FACT
@@ -69,6 +69,7 @@ class _File:
     channels: Channels | None = None
     further: list[Further] = field(default_factory=list)
     tags: dict[str, Any] = field(default_factory=dict)
+    effects: list[str] | None = None
 
 
 @dataclass(frozen=True)
@@ -91,13 +92,16 @@ class RigConfig:
     """Further channels that its devices read, in the order of their places in a sample."""
     tags: Tags = field(default_factory=dict)
     """What every record of this rig shall say of it: muscle, load, who."""
+    effects: tuple[str, ...] | None = None
+    """Effects, or stages of the chain, that the rig can have; None: whatever its channels allow."""
 
     @property
     def own_facts(self) -> dict[str, Any]:
-        """Channels and tags as the facts of a record hold them."""
+        """Channels, effects and tags as the facts of a record hold them."""
         channels = {} if self.channels.has_valves else {CHANNELS_FACT: self.channels.plain()}
         further = {FURTHER_FACT: plain(self.further)} if self.further else {}
-        return channels | further | ({TAGS_FACT: dict(self.tags)} if self.tags else {})
+        effects = {} if self.effects is None else {EFFECTS_FACT: list(self.effects)}
+        return channels | further | effects | ({TAGS_FACT: dict(self.tags)} if self.tags else {})
 
 
 def load_rig(path: Path) -> RigConfig:
@@ -126,6 +130,7 @@ def load_rig(path: Path) -> RigConfig:
         channels=PNEUMATIC if file.channels is None else check_channels(file.channels, f"{path}: channels"),
         further=check_furthers(file.further, f"{path}: further", taken=tuple(WIRES)),
         tags=check_tags(file.tags, f"{path}: tags"),
+        effects=None if file.effects is None else tuple(file.effects),
     )
 
 

@@ -33,6 +33,8 @@ class DiagnosisOptions:
     effects: tuple[str, ...] = ()
     reference: str = "auto"
     retuned_to: Path | None = None
+    rig: Path | None = None
+    """The rig's YAML, for the effects that it can have."""
     command: str = ""
     """The command line, for the report."""
 
@@ -67,6 +69,7 @@ def diagnose_case(
     """Read (the sessions too, where the caller has not), diagnose, write the files that were asked for."""
     from rig.gap.diagnosis import diagnose_with_grounds
     from rig.model.parameters import load_model
+    from rig.rig_config import load_rig
 
     model = load_model(options.model)
     records = _read(case.logs)
@@ -79,6 +82,7 @@ def diagnose_case(
         pressures=not options.no_pressures,
         library=library,
         reference=options.reference,
+        effects=None if options.rig is None else load_rig(options.rig).effects,
     )
     _write(options, case, model, diagnosis, grounds, _origin(options, case, records, days))
     return case, diagnosis

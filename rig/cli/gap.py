@@ -84,6 +84,9 @@ for _command in (check, capability, design, hunt, history):
     "--next-experiment", "next_to", type=Output(Kind.SWEEP), metavar="FILE", help="Write the recommended sweep, if any."
 )
 @click.option("--no-pressures", is_flag=True, help="Use the angle alone, even where pressures were measured.")
+@click.option(
+    "--rig", "rig", type=_path, metavar="RIG.yaml", help="The rig: its `effects` say what can be wrong with it at all."
+)
 @click.option("--effect", "effects", multiple=True, metavar="NAME", help="Limit the library to these effects.")
 @click.option("--workers", type=click.IntRange(1), help="With several days: local processes; default: one a core.")
 @click.option(

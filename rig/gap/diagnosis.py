@@ -11,7 +11,7 @@ from rig.gap.answer.result import Diagnosis
 from rig.gap.days.diagnosis import diagnose_days
 from rig.gap.days.findings import Findings
 from rig.gap.hypotheses.library import LIBRARY
-from rig.gap.offered import channels_of_call, offered
+from rig.gap.offered import channels_of_call, possible
 from rig.gap.pipeline import Grounds, Question, answer
 from rig.gap.reference.build import AUTO, Kind, because, choose
 from rig.model.parameters import Model
@@ -48,17 +48,32 @@ def diagnose_with_grounds(
     pressures: bool = True,
     library: Sequence[str] | None = None,
     reference: str = AUTO,
+    effects: Sequence[str] | None = None,
 ) -> tuple[Diagnosis, Findings | Grounds]:
-    """`diagnose`, with what the answer rests on."""
-    withheld = [] if library is None else [name for name in LIBRARY if name not in library]
+    """`diagnose`, with what the answer rests on. `effects`: effects or stages that the rig can have, by its YAML;
+    without, as the records' facts say."""
     channels = channels_of_call(model, records, baselines)
-    library = offered(library, channels)
+    able = possible(channels, records, effects)
+    withheld = [] if library is None else [name for name in able if name not in library]
+    library = able if library is None else [name for name in able if name in library]
     kind = choose(reference, model, len(baselines))
     sister = reference == Kind.SIMULATOR
     said, grounds = (
         diagnose_days(model, records, baselines, pressures=pressures, library=library)
         if kind is Kind.SESSIONS
-        else answer(Question(model, records, list(baselines), kind, sister, pressures, library, withheld=withheld))
+        else answer(
+            Question(
+                model,
+                records,
+                list(baselines),
+                kind,
+                sister,
+                pressures,
+                library,
+                withheld=withheld,
+                ahead=any(LIBRARY[name].upstream for name in able),
+            )
+        )
     )
     why = because(reference, kind, model, len(baselines))
     return replace(said, reference_because=why, channels=channels), grounds

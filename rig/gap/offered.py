@@ -1,10 +1,15 @@
-"""Which effects of the library a rig can have at all: one without valves has none of theirs."""
+"""Which effects of the library a rig can have at all: one without valves has none of theirs, and its YAML may say more.
+
+What a rig cannot have is neither offered nor missed: it counts for nothing unknown.
+"""
 
 from collections.abc import Sequence
 from itertools import chain as joined
 from typing import Final
 
-from rig.channels import Channels, common
+from rig.channels import EFFECTS_FACT, Channels, common
+from rig.config import suggest
+from rig.errors import ConfigError
 from rig.gap.hypotheses.library import LIBRARY
 from rig.model.parameters import Model
 from rig.record import Record
@@ -20,9 +25,29 @@ def channels_of_call(model: Model | None, records: Sequence[Record], baselines: 
     return common(([] if model is None else [("the model", model.own_channels)]) + shown)
 
 
-def offered(library: Sequence[str] | None, channels: Channels) -> Sequence[str] | None:
-    """The names of a library without what such a rig cannot have; None, for all, stays None on a pneumatic rig."""
-    if channels.has_valves:
-        return library
-    names = LIBRARY if library is None else library
-    return [name for name in names if LIBRARY[name].stage != VALVES and name not in TWO_MUSCLES]
+def possible(
+    channels: Channels, records: Sequence[Record], said: Sequence[str] | None = None, where: str = "effects"
+) -> list[str]:
+    """The effects that a rig can have: those that it says, by name or by stage (`said` by its YAML, else the records'
+    own facts), without those of valves where it has none. ConfigError for a word that is neither."""
+    listed = [(where, said)] if said is not None else [
+        (f"{one.name}: facts: {EFFECTS_FACT}", one.facts[EFFECTS_FACT]) for one in records if EFFECTS_FACT in one.facts
+    ]  # fmt: skip
+    wanted = [_named(words, place) for place, words in listed]
+    return [
+        name
+        for name, effect in LIBRARY.items()
+        if (channels.has_valves or (effect.stage != VALVES and name not in TWO_MUSCLES))
+        and all(name in names for names in wanted)
+    ]
+
+
+def _named(words: object, where: str) -> set[str]:
+    """The effects of a list of names and stages."""
+    if not isinstance(words, (list, tuple)):
+        raise ConfigError(f"{where}: expected a list of effects or stages")
+    stages = {effect.stage for effect in LIBRARY.values()}
+    for word in words:
+        if word not in LIBRARY and word not in stages:
+            raise ConfigError(f"{where}: unknown effect or stage {word!r}; {suggest(str(word), [*LIBRARY, *stages])}")
+    return {name for name, effect in LIBRARY.items() if name in words or effect.stage in words}

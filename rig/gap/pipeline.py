@@ -63,6 +63,8 @@ class Question:
     said: Said = field(default_factory=dict)
     withheld: Sequence[str] = ()
     """Effects that the rig may have and that are not in the library at hand."""
+    ahead: bool = True
+    """The rig can have an effect ahead of its pressure monitors at all."""
 
 
 def answer(question: Question) -> tuple[Diagnosis, Grounds]:
@@ -101,7 +103,7 @@ def _judged(
     def judged(stand: Stand) -> Posterior:
         return judge(effects, stand, {**question.said.get(stand.name, {}), **_unnamed(question, stand)})
 
-    if not expected.driven:
+    if not expected.driven or not question.ahead:
         return expected, (judged(angle_stand(expected, settings)),)
     ahead = judged(pressure_stand(expected, settings))
     if ahead.found and ahead.fit is not None:
