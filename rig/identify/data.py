@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import savgol_filter
 
 from rig.channels import common
 from rig.errors import RecordError
@@ -145,6 +144,8 @@ def driving_pressures(grid: Record, drive: Input, p0_mpa: float) -> tuple[Column
 def _smooth(pressure: Column, dt_s: float) -> Column:
     """The monitor's noise taken off, without delay: theta of (11) differentiates its input and would carry it into the
     angle."""
+    from scipy.signal import savgol_filter  # half a second to import: for who identifies only
+
     rows = round(SMOOTH_S / dt_s) // 2 * 2 + 1
     return np.asarray(savgol_filter(pressure, rows, 2)) if 5 <= rows <= len(pressure) else pressure
 

@@ -7,7 +7,7 @@ The thresholds were set on development data only (docs/explanation/diagnosis.md)
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from rig.gap.days.side import Side
 from rig.record import Column
@@ -63,6 +63,6 @@ def trigger(side: Side, residual: Column | None = None, looseness: float = 0.0) 
     half = len(scores) // 2 if side.name == "valve" else 0
     first, second = scores[:half] / np.sqrt(2.0), scores[len(scores) - half :] / np.sqrt(2.0)
     structure = side.rms(beside) / float(np.hypot(side.remainder, looseness))
-    threshold = float(student.ppf(1 - 0.5 * FALSE_ALARM, side.degrees + PRIOR_DEGREES))
+    threshold = float(stdtrit(side.degrees + PRIOR_DEGREES, 1 - 0.5 * FALSE_ALARM))
     sign = Trigger(False, structure, scores, np.concatenate([first + second, first - second]), threshold)
     return replace(sign, found=structure > STRUCTURE or sign.by_modes)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from rig.gap.hypotheses.library import Effect, Law
 from rig.gap.hypotheses.scenes import Stand
@@ -80,7 +80,7 @@ def capability(expected: Expected, effects: Sequence[Effect], settings: Fitted) 
 @cache
 def named_separation(prior: Prior) -> float:
     """Standard deviations from a rival at which an effect is named with the chance CHANCE."""
-    return needed_separation(float(np.log(NAMED / (1.0 - NAMED))), prior, float(norm.ppf(CHANCE)))
+    return needed_separation(float(np.log(NAMED / (1.0 - NAMED))), prior, float(ndtri(CHANCE)))
 
 
 @cache
@@ -89,7 +89,7 @@ def seen_separation(prior: Prior, choices: int, effects: int) -> float:
     the odds of no cause, and what any of `effects` would by chance at FALSE_ALARM_RATE (Markov's inequality on the
     evidence ratio), after what the fit pays for its choices."""
     nats = max(prior.log_none, float(np.log(effects / FALSE_ALARM_RATE)))
-    quantile = float(norm.ppf(CHANCE))
+    quantile = float(ndtri(CHANCE))
     found = needed_separation(nats, prior, quantile)
     paid = float(np.log(prior.share_spread * choices * max(found, 1.0)))
     return needed_separation(nats + max(paid, 0.0), prior, quantile)

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.stats import poisson
+from scipy.special import pdtrc
 
 from rig.gap.raw_tests.settings import BASELINE_FALLS, DROPOUT_CHANCE
 from rig.gap.raw_tests.signature import Signature, Size
@@ -28,7 +28,7 @@ def dropouts(pairs: Sequence[Pair], column: str = ANGLE) -> Signature:
     )
     usual_fallen, usual_bursts, usual_rows = _baselines(pairs, column)
     expected = rows / max(usual_rows, rows) * max(usual_bursts, BASELINE_FALLS)
-    p_value = float(poisson.sf(bursts - 1, expected))
+    p_value = float(pdtrc(bursts - 1, expected)) if bursts else 1.0
     share, base, run = fallen / rows, usual_fallen / max(usual_rows, 1), fallen / bursts
     level = float(np.median([one.level for one in mine]))
     unit = "deg" if angle else "MPa"

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtr
 
 from rig.gap.raw_tests.settings import NORMAL_95, PRIOR_DEGREES
 from rig.gap.raw_tests.signature import Size
@@ -36,4 +36,4 @@ def by_chance(excess: float, spread: float, degrees: float = np.inf, days: int =
     """One-sided probability that a new day exceeds the others' mean by so much; Student's t with the days' degrees of
     freedom."""
     scale = spread * np.sqrt(1.0 + 1.0 / days) if days else spread
-    return float(student.sf(excess / max(float(scale), 1e-30), degrees))
+    return float(stdtr(degrees, -excess / max(float(scale), 1e-30)))

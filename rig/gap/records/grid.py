@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.interpolate import Akima1DInterpolator
 from scipy.ndimage import gaussian_filter1d
 
 from rig.excite.setpoints import around
@@ -148,6 +147,8 @@ def _resampled(times: Column, column: Column, t: Column, dt: float) -> Column:
     """The column at t, smoothed; one that is sampled too coarsely to be smoothed runs through its rows by Akima's
     cubics, because straight lines would flatten its fast parts."""
     if dt >= SMOOTHING_S:
+        from scipy.interpolate import Akima1DInterpolator  # a third of a second to import, and seldom used
+
         course: Column = Akima1DInterpolator(times, column)(np.clip(t, times[0], times[-1]))
         return course
     smooth: Column = gaussian_filter1d(np.interp(t, times, column), SMOOTHING_S / dt, mode="nearest")
