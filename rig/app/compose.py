@@ -131,6 +131,14 @@ def loop_process(orders: LoopOrders, pipe: Connection) -> None:
     signal.signal(signal.SIGHUP, lambda *_: loop.terminate(Fault.CONTROL_LOST))
     pipe.send(("ready", facts))
     try:
+        _tick_when_told(loop, pipe)
+    finally:  # it has left: a signal that comes while the interpreter ends is not to look like what ended it
+        for number in (signal.SIGTERM, signal.SIGHUP):
+            signal.signal(number, signal.SIG_IGN)
+
+
+def _tick_when_told(loop: Loop, pipe: Connection) -> None:
+    try:
         if pipe.recv() == "go":
             loop.run()
             return

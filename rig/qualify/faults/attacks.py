@@ -9,6 +9,7 @@ import asyncio
 import contextlib
 import math
 import multiprocessing
+import os
 import random
 import socket
 import time
@@ -29,6 +30,7 @@ _CROWD: Final = 60
 _HOUSE: Final = 100
 """More than there are places."""
 _STARTS: Final = 12
+_STOP_WATCH_NICE: Final = -15
 _UNDER_WAY_S: Final = 0.25
 _BY_THE_MACHINE: Final = ("MISSED_TICKS", "LONG_STALL", "LOOP_DIED")
 _TRIES: Final = 3
@@ -65,13 +67,16 @@ class Siege:
     attack: Attack
     ms: list[float] = field(default_factory=list)
     """From the call of `estop`, its connection included, to the safe set-points at the terminals."""
+    door_ms: list[float] = field(default_factory=list)
+    """Of these, from the moment on at which the connection stood: what daemon and loop took. Before it, the caller
+    waited for a processor."""
     spoilt: int = 0
     """Trials in which the machine itself stood still."""
     problem: str = ""
 
-    def quantile(self, share: float) -> float:
+    def quantile(self, share: float, *, door: bool = False) -> float:
         """Of the trials, by rank: 0.99 of a hundred is the last but one."""
-        ordered = sorted(self.ms)
+        ordered = sorted(self.door_ms if door else self.ms)
         return ordered[max(math.ceil(len(ordered) * share) - 1, 0)] if ordered else math.nan
 
 
@@ -241,16 +246,30 @@ def _besieged(attack: Attack, doors: Doors) -> Iterator[tuple[Event, Event]]:
         process.join()
 
 
+@contextlib.contextmanager
+def _punctual() -> Iterator[None]:
+    """Where it is allowed: who measures is not to wait for a processor behind who attacks."""
+    before = os.getpriority(os.PRIO_PROCESS, 0)
+    with contextlib.suppress(PermissionError):
+        os.setpriority(os.PRIO_PROCESS, 0, _STOP_WATCH_NICE)
+    try:
+        yield
+    finally:
+        os.setpriority(os.PRIO_PROCESS, 0, before)
+
+
 def besiege(
     bench: FaultBench, attack: Attack, port: int, trials: int, seed: int, tell: Callable[[float, str], None]
 ) -> Siege:
     """So many emergency stops under one attack, at moments drawn from `seed`."""
     siege, draw = Siege(attack), random.Random(seed)
     (bench.folder / "sweeps").mkdir(exist_ok=True)
-    with _besieged(attack, Doors(bench.socket, port, bench.folder / "sweeps")) as (go, gone):
+    with _besieged(attack, Doors(bench.socket, port, bench.folder / "sweeps")) as (go, gone), _punctual():
         while len(siege.ms) < trials and not siege.problem:
             try:
-                siege.ms.append(_stop_once(bench, go, gone, _UNDER_WAY_S * (1 + draw.random())))
+                ms, connected_ms = _stop_once(bench, go, gone, _UNDER_WAY_S * (1 + draw.random()))
+                siege.ms.append(ms)
+                siege.door_ms.append(ms - connected_ms)
                 tell(len(siege.ms), "")
             except Spoilt:
                 siege.spoilt += 1
@@ -261,13 +280,15 @@ def besiege(
     return siege
 
 
-def _stop_once(bench: FaultBench, go: Event, gone: Event, after_s: float) -> float:
+def _stop_once(bench: FaultBench, go: Event, gone: Event, after_s: float) -> tuple[float, float]:
+    """Milliseconds to the safe set-points, and to the connection."""
     bench.ready()
     go.set()
     try:
         time.sleep(after_s)
         since_ns = time.monotonic_ns()
         with bench.client() as client:
+            connected_ns = time.monotonic_ns()
             client.estop()
         ms = bench.ms_to_safe(since_ns)
     finally:
@@ -278,7 +299,7 @@ def _stop_once(bench: FaultBench, go: Event, gone: Event, after_s: float) -> flo
         raise Spoilt(cause)
     if cause != "ESTOP":
         raise RigError(f"the rig stopped for another reason: {cause}")
-    return ms
+    return ms, (connected_ns - since_ns) / 1e6
 
 
 def shortfall(sieges: Sequence[Siege]) -> str:

@@ -1,8 +1,12 @@
 """Carrying out runs, seen from inside: permission, refusal, judging the outcome, and the operator's keys."""
 
+import functools
+import os
 import signal
+import sys
 from dataclasses import replace
 from io import StringIO
+from multiprocessing.connection import Connection
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -18,7 +22,7 @@ from rig.realtime.faults import Fault
 from rig.sample import Sample
 from rig.service.recorder import RunResult
 from rig.service.run_setup import program_of
-from rig.service.session import Session
+from rig.service.session import LoopOrders, Session
 
 DENIED = {"fifo": "denied: Operation not permitted", "mlock": "granted"}
 
@@ -97,6 +101,30 @@ def test_a_refusal_ends_the_loop_through_its_safe_state_and_leaves_nothing(
     assert not session.ring.block.path.exists()
     assert not list((tmp_path / "out").iterdir())
     assert signal.getsignal(signal.SIGINT) is before
+
+
+class EndsLate:
+    """Sends its process the signal to end when the interpreter is ending already, and hears no signals any more."""
+
+    def __init__(self) -> None:
+        self._send = functools.partial(os.kill, os.getpid(), signal.SIGTERM)
+
+    def __del__(self) -> None:
+        self._send()
+
+
+def loop_that_is_told_to_end_twice(orders: LoopOrders, pipe: Connection) -> None:
+    compose.loop_process(orders, pipe)
+    sys.modules["kept until the end"] = EndsLate()  # type: ignore[assignment]
+
+
+def test_a_loop_that_has_left_is_not_killed_by_the_signal_that_comes_after_the_word() -> None:
+    """As happens on a busy machine, where time passes between the two."""
+    session = Session(loop_that_is_told_to_end_twice, compose.load(None), virtual=True)
+    session.open()
+    assert session.loop is not None
+    session.close()
+    assert session.loop.exitcode == 0
 
 
 def test_a_fault_outside_a_record_is_told(tmp_path: Path) -> None:
