@@ -1,0 +1,102 @@
+"""`pamrig run` as a process: carried out to its end, or watched through the loop's ring while it goes on."""
+
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import psutil
+
+from rig.errors import StateError
+from rig.realtime import shared
+from rig.realtime.ring import Ring
+from rig.sample import Phase
+
+PAMRIG = Path(sys.executable).with_name("pamrig")
+SWEEP = """\
+name: short
+settle_s: 0.4
+zero_s: 0.3
+ramp_in_s: 0.3
+duration_s: 0.6
+ramp_out_s: 0.3
+records:
+  - sine: {frequency_hz: 2.0, amplitude_mpa: 0.1}
+"""
+PATIENCE_S = 30.0
+T = TypeVar("T")
+
+
+def pamrig(
+    *arguments: object, cwd: Path | None = None, prepare: Callable[[], None] | None = None
+) -> subprocess.CompletedProcess[str]:
+    """The command carried out to its end."""
+    call = [str(PAMRIG), *map(str, arguments)]
+    return subprocess.run(call, capture_output=True, text=True, cwd=cwd, preexec_fn=prepare, timeout=60, check=False)
+
+
+def refused(done: subprocess.CompletedProcess[str]) -> str:
+    """The one line of a call that is wrong."""
+    assert done.returncode == 2, done
+    assert done.stdout == ""
+    lines = done.stderr.splitlines()
+    assert len(lines) == 1, done.stderr
+    assert lines[0].startswith("pamrig")
+    return lines[0]
+
+
+def until(look: Callable[[], T | None]) -> T:
+    """What `look` finds, as soon as it finds it."""
+    deadline = time.monotonic() + PATIENCE_S
+    while time.monotonic() < deadline:
+        if found := look():
+            return found
+        time.sleep(0.002)
+    raise AssertionError("waited in vain")
+
+
+class Running:
+    """A run on the real clock, watched through its ring."""
+
+    def __init__(self, *arguments: object) -> None:
+        call = [str(PAMRIG), "run", *map(str, arguments)]
+        pipe = subprocess.PIPE
+        self.process = subprocess.Popen(call, stdout=pipe, stderr=pipe, text=True, start_new_session=True)
+        self.ring = until(self._ring)
+
+    def _ring(self) -> Ring | None:
+        for path in shared.folder().glob("pamrig-*-ring"):
+            if shared.living_owner(path) == self.process.pid:
+                try:
+                    return Ring.attach(path)
+                except StateError:  # not complete yet
+                    return None
+        return None
+
+    def reach(self, phase: Phase) -> None:
+        """Return as soon as the loop is in `phase`."""
+        until(lambda: (last := self.ring.latest()) is not None and last.phase == phase)
+
+    def recorder(self) -> psutil.Process:
+        """The process that has the unfinished file open."""
+
+        def writes(child: psutil.Process) -> bool:
+            return any(file.path.endswith(".partial") for file in child.open_files())
+
+        return until(lambda: next((c for c in psutil.Process(self.process.pid).children() if writes(c)), None))
+
+    def end(self) -> tuple[int, dict[str, Any], str]:
+        """Exit status, result and stderr."""
+        out, error = self.process.communicate(timeout=PATIENCE_S)
+        assert "Traceback" not in error
+        return self.process.returncode, json.loads(out) if out else {}, error
+
+    @property
+    def rest(self) -> tuple[float, float]:
+        """The set-points that were written last."""
+        last = self.ring.latest()
+        assert last is not None
+        return last.p1_cmd_mpa, last.p2_cmd_mpa
