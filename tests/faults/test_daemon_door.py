@@ -19,6 +19,7 @@ from rig.service import protocol
 from rig.service.client import Client
 from rig.service.control import MAX_CLIENTS
 
+pytest_plugins = "daemon_rig"
 pytestmark = pytest.mark.xdist_group("real processes")
 
 pytestmark = pytest.mark.xdist_group("real processes")

@@ -20,6 +20,7 @@ from rig.qualify.faults.bench import FaultBench
 from rig.service import protocol
 from rig.service.client import Client
 
+pytest_plugins = "daemon_rig"
 pytestmark = pytest.mark.xdist_group("real processes")
 
 pytestmark = pytest.mark.xdist_group("real processes")

@@ -8,6 +8,7 @@ import pytest
 from mcap_files import contents
 from run_command import SWEEP, pamrig, refused
 
+pytest_plugins = "run_rig"
 pytestmark = pytest.mark.real_time
 
 

@@ -20,6 +20,7 @@ from rig.realtime.faults import Fault
 from rig.realtime.state import State
 from rig.sample import Phase
 
+pytest_plugins = "run_rig"
 pytestmark = pytest.mark.real_time
 
 

@@ -1,4 +1,4 @@
-"""A daemon of real processes for the files of tests that share one: with viewers, live view and metrics."""
+"""A daemon of real processes, as fixtures for files of tests that share one: with viewers, live view and metrics."""
 
 import socket
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""What the tests of `pamrig run` carry out."""
+"""What the tests of `pamrig run` carry out, as fixtures."""
 
 from pathlib import Path
 
