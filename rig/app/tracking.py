@@ -129,15 +129,13 @@ def follow(prepared: Prepared, options: runner.RunOptions) -> tuple[Outcome, lis
     return outcome, list(_judged(prepared, outcome))
 
 
-def tune_for(
-    model: "Model", p0_mpa: float, period_ns: int, sensitivity: float | None = None, off: float | None = None
-) -> "Tuned":
-    """PI gains from a model, with its added effects, for a loop of that period."""
+def tune_for(model: "Model", p0_mpa: float, period_ns: int, **margins: float | None) -> "Tuned":
+    """PI gains from a model, with its added effects, for a loop of that period; `margins` as of `tuning.tune`."""
     from rig.control import tuning
     from rig.control.plant import plant_of
 
     plants = tuning.responses(plant_of(model, p0_mpa, period_ns))
-    return tuning.tune(plants, sensitivity or tuning.SENSITIVITY, tuning.OFF if off is None else off)
+    return tuning.tune(plants, **{name: value for name, value in margins.items() if value is not None})
 
 
 def _models(options: TrackOptions) -> "dict[Kind, Model]":

@@ -22,6 +22,7 @@ BENCHMARKS = {
     "devices": "rig.qualify.benchmarks.devices:bench_devices",
     "safety": "rig.qualify.benchmarks.safety:bench_safety",
     "gap": "rig.qualify.benchmarks.gap:bench_gap",
+    "tracking": "rig.qualify.benchmarks.tracking:bench_tracking",
 }
 """Name -> where it lives; imported when it is run."""
 

@@ -21,6 +21,7 @@ _BENCHES = ("simulated", "modbus", "modbus-long-watchdog", "rtu", "serial", "run
 @click.command(cls=Command)
 @click.argument("names", nargs=-1)
 @click.option("--list", "listing", is_flag=True, help="Only say what would be done.")
+@click.option("--closed-loop", is_flag=True, help="While the rig follows an angle in closed loop.")
 @click.option(
     "--soak", "soak_hours", type=click.FloatRange(0.01, 1000), help="Instead: so many hours of sweeps in virtual time."
 )
@@ -42,7 +43,7 @@ _BENCHES = ("simulated", "modbus", "modbus-long-watchdog", "rtu", "serial", "run
 )
 @json_option
 def faults(
-    names: tuple[str, ...], listing: bool, soak_hours: float | None, real: bool, keep: Path | None,
+    names: tuple[str, ...], listing: bool, closed_loop: bool, soak_hours: float | None, real: bool, keep: Path | None,
     together: int | None,
     benches: tuple[str, ...], attacks: int | None, seed: int, json_to: str | None,
 ) -> None:  # fmt: skip
@@ -59,8 +60,8 @@ def faults(
     from rig.cli import fault_attacks
     from rig.config import suggest
     from rig.errors import CheckFailed, RigError
-    from rig.qualify.faults.bench import FaultBench
-    from rig.qualify.faults.table import TABLE
+    from rig.qualify.faults.bench import CLOSED_LOOP, SWEEP, FaultBench
+    from rig.qualify.faults.table import CLOSED_LOOP_TABLE, TABLE
     from rig.qualify.faults.trial import try_row
 
     if soak_hours is not None:
@@ -72,15 +73,16 @@ def faults(
     if attacks is not None:
         fault_attacks.attacks(names, attacks, seed, json_to)
         return
-    known = [row.name for row in TABLE]
+    table, sweep = (CLOSED_LOOP_TABLE, CLOSED_LOOP) if closed_loop else (TABLE, SWEEP)
+    known = [row.name for row in table]
     if unknown := next((name for name in names if name not in known), None):
         raise RigError(f"no fault {unknown!r}; {suggest(unknown, known)}")
-    rows = [row for row in TABLE if not names or row.name in names]
+    rows = [row for row in table if not names or row.name in names]
     findings: list[Finding] = []
     if not listing:
         with (
             tempfile.TemporaryDirectory(prefix="pamrig-") as folder,
-            FaultBench(Path(folder)) as bench,
+            FaultBench(Path(folder), sweep=sweep) as bench,
             progress("faults", len(rows)) as update,
         ):
             for row in rows:

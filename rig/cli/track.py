@@ -113,6 +113,12 @@ def track(
     "--off", type=click.FloatRange(0.0, 1.0), help="By how much the model may be wrong in gain and lag; default 0.2."
 )
 @click.option(
+    "--later",
+    "later_s",
+    type=click.FloatRange(0.0, 1.0),
+    help="By how many seconds the rig may be later than the model besides; default 0.04.",
+)
+@click.option(
     "--reference", type=_path, metavar="REFERENCE.yaml", help="A reference whose gains are to be replaced; needs -o."
 )
 @output_option(Kind.SWEEP, "With --reference: the same with these gains.", metavar="FILE")
@@ -123,6 +129,7 @@ def tune(
     p0_mpa: float | None,
     sensitivity: float | None,
     off: float | None,
+    later_s: float | None,
     reference: Path | None,
     output: Path | None,
     json_to: str | None,
@@ -136,7 +143,9 @@ def tune(
         raise click.UsageError("--reference and -o go together")
     rig, loaded = compose.load(rig_path), load_model(compose.find_config(model, "models"))
     with progress("tuning", None):
-        found = tracking.tune_for(loaded, p0_mpa or loaded.p0_mpa, rig.period_ns, sensitivity, off)
+        found = tracking.tune_for(
+            loaded, p0_mpa or loaded.p0_mpa, rig.period_ns, sensitivity=sensitivity, off=off, later_s=later_s
+        )
     _tell_tuned(found, json_to)
     if reference is not None and output is not None:
         tracking.write_gains(compose.find_config(reference, "references"), found.gains, output)
@@ -168,7 +177,7 @@ def _tell_tuned(found: "Tuned", json_to: str | None) -> None:
         f"closed_loop: {{kp_mpa_per_deg: {gains.kp_mpa_per_deg:g}, ki_mpa_per_deg_s: {gains.ki_mpa_per_deg_s:g}}}"
     )
     out.print(f"on the model: {found.nominal}")
-    out.print(f"with the model off: {found.worst}")
+    out.print(f"with gain and lag off, and later: {found.worst}")
 
 
 def _show(tracked: "list[Tracked]", json_to: str | None) -> None:

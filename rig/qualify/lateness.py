@@ -6,7 +6,7 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
@@ -30,17 +30,25 @@ def quantiles(values: Sequence[float]) -> dict[str, float]:
     return {"p50": ordered[len(ordered) // 2], "p99": ordered[len(ordered) * 99 // 100], "max": ordered[-1]}
 
 
-def loop_samples(rig: RigConfig, seconds: float) -> tuple[list[Sample], dict[str, str]]:
-    """Every sample of a full loop with recording that holds the rig at rest for `seconds`, and the real-time report.
+def at_rest(rig: RigConfig, ticks: int) -> Program:
+    """A sweep of so many ticks that holds the safe pressures."""
+    rest = rig.safe.p1_mpa, rig.safe.p2_mpa
+    return Program(
+        1, *rest, [rest[0]] * ticks, [rest[1]] * ticks, settle_ticks=0, zero_ticks=0, ramp_in_ticks=0, ramp_out_ticks=0
+    )
+
+
+def loop_samples(
+    rig: RigConfig, seconds: float, program_of: Callable[[RigConfig, int], Program] = at_rest
+) -> tuple[list[Sample], dict[str, str]]:
+    """Every sample of a full loop with recording that carries out a program of `seconds` (at rest unless another is
+    given), and the real-time report.
 
     Late ticks are counted here, not faults: the limits on them are lifted.
     """
     rig = replace(rig, limits=replace(rig.limits, misses_per_s=1000, stall_periods=1000))
     ticks = max(round(seconds * 1e9 / rig.period_ns), 1)
-    rest = rig.safe.p1_mpa, rig.safe.p2_mpa
-    program = Program(
-        1, *rest, [rest[0]] * ticks, [rest[1]] * ticks, settle_ticks=0, zero_ticks=0, ramp_in_ticks=0, ramp_out_ticks=0
-    )
+    program = program_of(rig, ticks)
     samples: list[Sample] = []
     with TemporaryDirectory(prefix="pamrig-latency-") as folder, Session(compose.loop_process, rig) as session:
         session.open([program], scripted=True)

@@ -47,6 +47,16 @@ duration_s: 60.0
 ramp_out_s: 0.1
 records: [{sine: {frequency_hz: 0.5, amplitude_mpa: 0.2}}]
 """
+CLOSED_LOOP: Final = """\
+settle_s: 0.1
+zero_s: 0.05
+ramp_in_s: 0.5
+duration_s: 60.0
+ramp_out_s: 0.1
+closed_loop: {kp_mpa_per_deg: 0.002, ki_mpa_per_deg_s: 0.1}
+records: [{sine: {frequency_hz: 0.5, amplitude_deg: 25}}]
+"""
+"""The same in closed loop, by feedback alone."""
 
 
 _NAMES: Final = ("loop", "recorder", "supervisor", "guardian")
@@ -70,9 +80,10 @@ class FaultBench:
         terminals: Path | None = None,
         *,
         web: bool = False,
+        sweep: str = SWEEP,
     ) -> None:
         """`rig`: text of the rig's YAML; `arguments` go to `pamrig daemon`; `terminals`: where they are, if somebody
-        made them; `web`: with the operator's page."""
+        made them; `web`: with the operator's page; `sweep`: what the rig is in the middle of."""
         self.folder, self._arguments, self._web = folder, arguments, web
         self.logs, self.state, self.socket = folder / "logs", folder / "state", folder / "s.sock"
         self._terminals_path = terminals or shared_folder() / f"terminals-{os.getpid()}-{time.monotonic_ns():x}"
@@ -81,7 +92,7 @@ class FaultBench:
         self.rig = folder / "rig.yaml"
         self.rig.write_text(rig.format(model=model, terminals=self._terminals_path), encoding="utf-8")
         self.sweep = folder / "long.yaml"
-        self.sweep.write_text(SWEEP, encoding="utf-8")
+        self.sweep.write_text(sweep, encoding="utf-8")
         self._daemon: subprocess.Popen[bytes] | None = None
 
     def __enter__(self) -> Self:

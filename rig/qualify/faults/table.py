@@ -11,7 +11,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from hil.faults import Injection
@@ -304,3 +304,12 @@ TABLE: Final[tuple[Row, ...]] = (
     Row("sweep outside", "a sweep that leaves the envelope is sent", _sweep_outside, ()),
 )
 """Every fault of the table, in the order of ../explanation/safety.md."""
+
+_IN_CLOSED_LOOP: Final = {
+    "nan": ("ANGLE_LOST",),
+    "jump": ("ANGLE_LOST",),
+    "frozen": ("FROZEN_SENSOR", "TRACKING_ERROR"),
+}
+"""Where the loop is closed over the angle, what is wrong with the angle has a name of its own."""
+CLOSED_LOOP_TABLE: Final = tuple(replace(row, causes=_IN_CLOSED_LOOP.get(row.name, row.causes)) for row in TABLE)
+"""Every fault of the table while an angle is followed: the same bounds."""
