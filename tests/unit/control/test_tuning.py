@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hil.reference import families
 from rig.app import compose
 from rig.control.frequency_response import FrequencyResponse, best_linear_approximation
 from rig.control.plant import plant_of
@@ -131,3 +132,19 @@ def test_the_stated_gain_margin_is_where_the_loop_breaks(model: Model, tuned: Tu
         spread.append(max(angles[-200:]) - min(angles[-200:]))
     assert spread[0] < 0.1
     assert spread[1] > 0.5
+
+
+@pytest.mark.parametrize("family", families.STEPPED)
+@pytest.mark.parametrize("effects", [{}, {"valve_lag": 0.03}, {"delay": 0.03}], ids=str)
+def test_rigs_of_another_physics_settle_healthy_or_changed(
+    tuned: Tuned, family: str, effects: dict[str, float]
+) -> None:
+    """Gains of the simulated rig's model on rigs that share no law with it."""
+    rig = families.stepped(family, 2, PERIOD_S, (1, 0.01), families.disturbance(family, effects))
+    feedback, dp, angles = Feedback(replace(tuned.gains, error_deg=180.0), PERIOD_S), 0.0, []
+    for tick in range(1, 1600):
+        _, _, angle = rig.step(0.2 + dp / 2, 0.2 - dp / 2)
+        dp = feedback.add(tick, 15.0 if tick > 1 else 0.0, angle, 0, dp)
+        angles.append(angle)
+    assert max(angles) < 1.4 * 15.0
+    assert all(abs(angle - 15.0) < 1.0 for angle in angles[-400:])
