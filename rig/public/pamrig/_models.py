@@ -176,10 +176,13 @@ class Validation:
 
     def _repr_html_(self) -> str:
         rows = [
-            (Path(row.log).name, shown(row.rmse_deg), shown(row.nrmse), shown(row.fit_percent), shown(row.max_deg))
+            (
+                Path(row.log).name,
+                *map(shown, (row.rmse_deg, row.nrmse, row.fit_percent, row.max_deg, row.command_rmse_deg)),
+            )
             for row in self.scores
         ]
-        head = ("record", "RMSE [deg]", "NRMSE", "fit [%]", "max [deg]")
+        head = ("record", "RMSE [deg]", "NRMSE", "fit [%]", "max [deg]", "RMSE from the command [deg]")
         return html_table(head, rows, "bounded" if self.bounded else "NOT bounded over the sweep range")
 
 
