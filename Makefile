@@ -4,7 +4,7 @@ BIN := .venv/bin
 
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: run test lint bench lock clean
+.PHONY: run test lint bench docs lock clean
 
 run: .venv/run.stamp
 	$(if $(RIG),$(BIN)/pamrig run paper --rig $(RIG),$(BIN)/python -m rig.app.tour)
@@ -17,6 +17,9 @@ lint: .venv/test.stamp
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+docs: .venv/test.stamp
+	$(BIN)/mkdocs build -q -f configs/mkdocs.yml
 
 bench: .venv/test.stamp
 	$(BIN)/pamrig bench
