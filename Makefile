@@ -19,7 +19,7 @@ lint: .venv/test.stamp
 	$(BIN)/lint-imports
 
 docs: .venv/test.stamp
-	$(BIN)/mkdocs build -q -f configs/mkdocs.yml
+	$(BIN)/mkdocs build -f configs/mkdocs.yml
 
 bench: .venv/test.stamp
 	$(BIN)/pamrig bench
