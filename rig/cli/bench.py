@@ -23,6 +23,7 @@ BENCHMARKS = {
     "safety": "rig.qualify.benchmarks.safety:bench_safety",
     "gap": "rig.qualify.benchmarks.gap:bench_gap",
     "tracking": "rig.qualify.benchmarks.tracking:bench_tracking",
+    "page": "rig.qualify.benchmarks.page:bench_page",
 }
 """Name -> where it lives; imported when it is run."""
 

@@ -22,14 +22,14 @@ sync_api = pytest.importorskip("playwright.sync_api")
 
 pytestmark = pytest.mark.xdist_group("real processes")
 BY_THE_MACHINE = ("MISSED_TICKS", "LONG_STALL", "LOOP_DIED")
-PARTS = ("rig", "runs", "records")
+PARTS = ("rig", "runs", "records", "diagnosis", "bringup")
 MOST_BYTES = 200_000
 NASTY = "<img src=x onerror=document.title='hit'>.mcap"
 SHORT = """\
 settle_s: 0.1
 zero_s: 0.05
 ramp_in_s: 0.1
-duration_s: 1.0
+duration_s: 2.5
 ramp_out_s: 0.1
 records: [{sine: {frequency_hz: 1.0, amplitude_mpa: [0.1, 0.12]}}]
 """
@@ -209,6 +209,38 @@ def test_many_look_and_one_commands(browser: Any, bench: FaultBench, page: Any, 
         assert stopped(bench)
     finally:
         other.context.close()
+
+
+def test_a_diagnosis_with_its_report_and_a_place_in_the_history(bench: FaultBench, page: Any) -> None:
+    armed(page)
+    part(page, "runs")
+    page.select_option("#sweep", "short")
+    page.click("#queue-it:enabled")
+    says(page, "runs-answer", "^Queued")
+    bench.wait(lambda: bench.status()["queue"][-1]["done"] == 2, "two records")
+    part(page, "diagnosis")
+    page.select_option("#diagnose-reference", "simulator")
+    page.click("#diagnose-begin:enabled")
+    sync_api.expect(page.locator("#diagnose-answer")).to_have_text("Done.", timeout=90_000)
+    report = page.frame_locator("#report")
+    sync_api.expect(report.locator("h1")).to_contain_text("simulator")
+    assert "simulator" not in page.inner_text("#diagnoses td:nth-child(3)")
+    assert page.locator("#diagnoses button").count() == 1
+    assert browsers.violations(page) == []
+
+
+def test_bring_up_says_what_is_next_and_keeps_what_was_confirmed(bench: FaultBench, page: Any) -> None:
+    page.click("#take")
+    part(page, "bringup")
+    says(page, "bringup-next", "^Next: 0. On paper")
+    assert "pamrig devices probe" in page.inner_text("#bringup-steps")
+    assert "seen: the loop reads pressures and angle" in page.inner_text("#bringup-steps")
+    page.get_by_role("button", name="Done: 0. On paper", exact=True).click()
+    says(page, "bringup-next", "^Next: [12]")
+    page.reload()
+    says(page, "bringup-next", "^Next: [12]")
+    page.get_by_role("button", name="Not done: 0. On paper").click()
+    says(page, "bringup-next", "^Next: 0")
 
 
 # Stop

@@ -51,13 +51,14 @@ def bench_safety(trials: int = TRIALS) -> dict[str, Any]:
 
 def _acts() -> dict[str, Act]:
     return {
-        "estop": _estop,
+        "estop": estop,
         "SIGKILL": lambda bench: bench.send("loop", signal.SIGKILL),
         "SIGSTOP": lambda bench: bench.send("loop", signal.SIGSTOP),
     }
 
 
-def _estop(bench: FaultBench) -> int:
+def estop(bench: FaultBench) -> int:
+    """By a client that connects anew, as `pamrig estop` does; returns when it was called."""
     with bench.client() as client:
         now_ns = time.monotonic_ns()
         client.estop()
@@ -83,16 +84,16 @@ def _figures(name: str, times: list[float], goal_ms: float) -> dict[str, Any]:
 
 def _disturbance(bench: FaultBench) -> dict[str, Any]:
     """Lateness of the loop with floods and subscribers, beside the same loop left alone just before and just after."""
-    before = _lateness(bench)
+    before = lateness(bench)
     with _crowd(bench.socket):
-        crowded = _lateness(bench)
-    alone = quantiles(before + _lateness(bench))["p99"]
+        crowded = lateness(bench)
+    alone = quantiles(before + lateness(bench))["p99"]
     p99 = quantiles(crowded)["p99"]
     name = f"lateness p99 with {_FLOODS} floods and {_SUBSCRIBERS} subscribers"
     return {name: figure(p99, "us", "the loop left alone", alone)}
 
 
-def _lateness(bench: FaultBench) -> list[float]:
+def lateness(bench: FaultBench) -> list[float]:
     """Microseconds that each tick was late, over _QUIET_S of a sweep, read from the ring itself."""
     from rig.realtime.ring import Ring, RingReader
     from rig.realtime.shared import KEPT_RING, folder

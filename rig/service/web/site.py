@@ -15,8 +15,10 @@ from rig.errors import RigError
 from rig.model.chain import Chain
 from rig.model.parameters import load_model
 from rig.service.web.actions import Actions
+from rig.service.web.bringup import BringUp
 from rig.service.web.catalogue import Catalogue
 from rig.service.web.desk import Desk
+from rig.service.web.diagnoses import Diagnoses
 from rig.service.web.errands import Errands
 from rig.service.web.feed import Feed
 from rig.service.web.glance import FRESH_S, glance, lost
@@ -27,6 +29,7 @@ from rig.service.web.orders import PageOrders
 from rig.service.web.pages import Pages
 from rig.service.web.peers import may_come, owner_of
 from rig.service.web.records import Records
+from rig.service.web.studies import Studies
 from rig.service.web.viewers import Viewers
 from rig.service.web.visitors import Guesses, Visitors
 
@@ -72,7 +75,11 @@ class Site:
     def _routes(self) -> Starlette:
         pages = Pages(self._visitors, self._guesses, self._look, lambda: self._glance)
         actions = Actions(self._link, self._visitors, self._desk, self._sweeps, self._tell_desk, self._viewers.tell)
-        library = Library(self._orders.rig, self._sweeps, Records(self._orders.logs), Errands())
+        records, orders = Records(self._orders.logs), self._orders
+        library = Library(orders.rig, self._sweeps, records, Errands())
+        diagnoses = Diagnoses(orders.state / "diagnoses")
+        bringup = BringUp(orders.rig, orders.state / "bringup.json")
+        studies = Studies(diagnoses, bringup, records, Catalogue("model", orders.models), lambda: self._glance)
         return Starlette(
             routes=[
                 Route("/", pages.front),
@@ -81,6 +88,7 @@ class Site:
                 WebSocketRoute("/live", self._viewers.serve),
                 *actions.routes(),
                 *library.routes(),
+                *studies.routes(actions),
                 Mount("/static", _Static(directory=STATIC)),
             ]
         )

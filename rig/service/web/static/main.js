@@ -1,5 +1,7 @@
 // The page comes alive: Stop first, then what the server tells, then everything else.
+import * as bringup from "./bringup.js";
 import * as command from "./command.js";
+import * as diagnosis from "./diagnosis.js";
 import * as live from "./live.js";
 import * as records from "./records.js";
 import * as runs from "./runs.js";
@@ -12,6 +14,8 @@ command.wire();
 live.wire();
 runs.wire();
 records.wire();
+diagnosis.wire();
+bringup.wire();
 parts.wire();
 
 const AGAIN_MS = 500;

@@ -1,0 +1,132 @@
+"""Diagnoses asked for on the page: each a `pamrig gap diagnose` of its own in the background, with a folder that keeps
+what was asked, what was found, and the report."""
+
+import asyncio
+import contextlib
+import json
+import os
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from rig.errors import RecordError, RigError, StateError
+
+REFERENCES: Final = ("auto", "sessions", "session", "fingerprint", "simulator")
+PATIENCE_S: Final = 1800.0
+MOST_SHOWN: Final = 100
+_ASKED, _FOUND, _REPORT, _SAID = "asked.json", "found.json", "report.html", "said.txt"
+_NICE: Final = 19
+
+
+@dataclass(frozen=True)
+class Question:
+    """What is to be diagnosed."""
+
+    session: str
+    model: str
+    reference: str
+    baselines: tuple[str, ...]
+    asked_s: float
+
+
+class Diagnoses:
+    """Kept below one folder, one at work at a time."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._working = ""
+        self._task: asyncio.Task[None] | None = None
+
+    def begin(self, question: Question, log: Path, model: Path, baselines: Sequence[Path]) -> str:
+        """Start one; returns its name. StateError while another is at work, RigError for a reference that is none."""
+        if question.reference not in REFERENCES:
+            raise RigError(f"{question.reference[:40]!a}: no such reference; allowed: {', '.join(REFERENCES)}")
+        if self._working:
+            raise StateError("a diagnosis is at work; wait for its end")
+        name = time.strftime("%Y%m%dT%H%M%SZ", time.gmtime(question.asked_s))
+        folder = self._folder / name
+        try:
+            folder.mkdir(parents=True)
+            (folder / _ASKED).write_text(json.dumps(asdict(question)), encoding="utf-8")
+        except OSError as error:
+            raise RigError(f"{folder}: cannot be made: {error.strerror}") from None
+        self._working = name
+        given = [option for baseline in baselines for option in ("--baseline", str(baseline))]
+        call = ["gap", "diagnose", "--model", str(model), "--log", str(log), "--reference", question.reference, *given]
+        self._task = asyncio.create_task(self._work(folder, call))
+        return name
+
+    def all(self) -> list[dict[str, Any]]:
+        """The newest first, each with what was asked and, when it is over, what was found."""
+        with contextlib.suppress(OSError):
+            names = sorted((item.name for item in self._folder.iterdir() if item.is_dir()), reverse=True)
+            return [self._told(name) for name in names[:MOST_SHOWN]]
+        return []
+
+    def report(self, name: str) -> Path:
+        """Its page; RecordError when there is none."""
+        known = {item.name: item for item in self._folder.iterdir()} if self._folder.is_dir() else {}
+        if name not in known or not (known[name] / _REPORT).is_file():
+            raise RecordError(f"{name[:40]!a}: no such diagnosis")
+        return known[name] / _REPORT
+
+    async def _work(self, folder: Path, call: list[str]) -> None:
+        outputs = ["--json", str(folder / _FOUND), "--html", str(folder / _REPORT)]
+        command = [sys.executable, "-m", "rig.cli.main", *call, *outputs]
+        try:
+            with (folder / _SAID).open("wb") as said:
+                process = await asyncio.create_subprocess_exec(
+                    *command, stdin=asyncio.subprocess.DEVNULL, stdout=asyncio.subprocess.DEVNULL, stderr=said
+                )
+                with contextlib.suppress(OSError):
+                    os.setpriority(os.PRIO_PROCESS, process.pid, _NICE)
+                await _ended(process)
+        finally:
+            self._working = ""
+
+    def _told(self, name: str) -> dict[str, Any]:
+        folder = self._folder / name
+        asked, found = _read(folder / _ASKED), _read(folder / _FOUND)
+        state = "at work" if name == self._working else "done" if found else "failed"
+        said = "" if found or state == "at work" else _text(folder / _SAID)
+        return {"name": name, "state": state, "asked": asked, "said": said, **(_summary(found) if found else {})}
+
+
+async def _ended(process: asyncio.subprocess.Process) -> None:
+    """Until it is over; one that takes too long is ended."""
+    try:
+        await asyncio.wait_for(process.wait(), PATIENCE_S)
+    except TimeoutError:
+        process.kill()
+        await process.wait()
+
+
+def _summary(found: dict[str, Any]) -> dict[str, Any]:
+    """The line of one diagnosis in a list; keys of the result as docs/explanation/diagnosis.md has them."""
+    return {
+        "verdict": found.get("verdict"),
+        "confidence": found.get("confidence"),
+        "causes": [cause.get("effect") for cause in found.get("causes", [])],
+        "rms_deg": (found.get("gap") or {}).get("rms_deg"),
+        "floor_deg": (found.get("gap") or {}).get("floor_deg"),
+        "after_deg": (found.get("gap") or {}).get("after_deg"),
+        "next": found.get("next_experiment"),
+        "steps": found.get("steps"),
+    }
+
+
+def _read(path: Path) -> dict[str, Any]:
+    with contextlib.suppress(OSError, ValueError):
+        read = json.loads(path.read_text(encoding="utf-8"))
+        return read if isinstance(read, dict) else {}
+    return {}
+
+
+def _text(path: Path) -> str:
+    with contextlib.suppress(OSError):
+        lines = path.read_text(encoding="utf-8", errors="replace").strip().splitlines()
+        return lines[-1][:500] if lines else "it ended without a result"
+    return "it ended without a result"
