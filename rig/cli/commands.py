@@ -26,6 +26,7 @@ COMMANDS = {
     "start": ("rig.cli.daemon:start", "Start a sweep on the armed daemon."),
     "queue": ("rig.cli.daemon:queue", "What the daemon has done and still has to do."),
     "stop": ("rig.cli.daemon:stop", "Ramp down and stop."),
+    "mark": ("rig.cli.daemon:mark", "Put a line into the log of the record that runs."),
     "clear": ("rig.cli.daemon:clear", "Take what waits out of the daemon's queue."),
     "estop": ("rig.cli.daemon:estop", "Safe state at once."),
     "reset": ("rig.cli.daemon:reset", "Clear a fault whose cause is gone."),

@@ -212,6 +212,14 @@ def stop(client: Any, after_current: bool) -> None:
     console().print(client.call("stop", after_current=after_current)["did"])
 
 
+@_client_command("mark")
+@click.argument("text")
+def mark(client: Any, text: str) -> None:
+    """Put TEXT, one line, into the log of the record that runs."""
+    done = client.call("mark", text=text)
+    console().print(f"marked in {done['record']}")
+
+
 @_client_command("clear")
 def clear(client: Any) -> None:
     """Take what waits, was stopped or failed out of the queue; what runs goes on."""
