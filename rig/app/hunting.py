@@ -1,6 +1,7 @@
 """What `pamrig gap hunt` does: run a session, diagnose, run the records that part what is still possible, join the
 evidence, until one name is left, nothing parts the rest, or the time is over."""
 
+import shutil
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,7 +11,7 @@ from rig.app.campaign import Campaign, Step, open_campaign
 from rig.app.outcome import Outcome
 from rig.app.planning import resting, room_of
 from rig.app.sweeping import SweepOptions, run_sweep
-from rig.errors import CheckFailed, Interrupted, RecordError
+from rig.errors import CheckFailed, Interrupted, RecordError, StateError
 from rig.excite.experiment import load_sweep
 from rig.gap.answer.result import Diagnosis
 from rig.gap.evidence.posterior import NONE, Posterior, heard
@@ -30,6 +31,7 @@ from rig.record import Record
 from rig.report.hunt_page import ToldStep, write_hunt
 from rig.report.page import write_page
 from rig.rig_config import RigConfig
+from rig.service.client import Client
 
 NAMED, NOTHING, TIME = "named", "nothing parts the rest", "time"
 
@@ -50,6 +52,8 @@ class HuntOptions:
     virtual: bool = False
     seed: int | None = None
     force: bool = False
+    daemon: Client | None = None
+    """The daemon whose jobs the sweeps are to be; None: they run here."""
 
 
 @dataclass(frozen=True)
@@ -218,16 +222,37 @@ def _recorded(campaign: Campaign, options: HuntOptions) -> Campaign:
     step, number = campaign.steps[-1], len(campaign.steps)
     tries = sum(1 for place in campaign.folder.glob(f"step_{number}_records*"))
     folder = f"step_{number}_records" + (f"_again{tries}" if tries else "")
-    seed = None if options.seed is None else options.seed + number - 1
-    outcome: Outcome = run_sweep(
-        campaign.folder / step.sweep,
-        options.rig,
-        SweepOptions(campaign.folder / folder, options.virtual, seed, options.force),
-    )
-    outcome.judge()
+    _carry_out(options, campaign.folder / step.sweep, campaign.folder / folder, number)
     campaign = campaign.with_last(replace(step, records=folder))
     campaign.save()
     return campaign
+
+
+def _carry_out(options: HuntOptions, sweep: Path, out: Path, number: int) -> None:
+    """One sweep on the rig, its records in `out`; CheckFailed when they are not all valid."""
+    if options.daemon is not None:
+        _as_job(options.daemon, sweep, out)
+        return
+    seed = None if options.seed is None else options.seed + number - 1
+    outcome: Outcome = run_sweep(sweep, options.rig, SweepOptions(out, options.virtual, seed, options.force))
+    outcome.judge()
+
+
+def _as_job(daemon: Client, sweep: Path, out: Path) -> None:
+    """One sweep as a job of the daemon, which must be armed and have nothing else to do; its records are copied."""
+    status = daemon.status()
+    if status["working"]:
+        raise StateError("the daemon works on its queue; wait for it by `pamrig queue`, or stop it")
+    (started,) = daemon.start(sweep, before="leave")
+    status = daemon.wait()
+    job = next(one for one in status["queue"] if one["id"] == started["id"])
+    if job["state"] != "done" or job.get("not_valid"):
+        fault = status["fault"]
+        why = job["error"] or (f"{fault['name']}: {fault['cause']}" if fault else f"{job['not_valid']} not valid")
+        raise CheckFailed(f"job {job['id']} {job['name']}: {job['state']}: {why}")
+    out.mkdir()
+    for file in map(Path, job["files"]):
+        shutil.copy2(file, out / file.name)
 
 
 def _ended(campaign: Campaign, thought: Thought | None, how: str) -> Hunted:

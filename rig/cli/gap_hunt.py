@@ -7,6 +7,7 @@ import click
 
 from rig.app.terminal import console
 from rig.cli.common import emit, json_option
+from rig.cli.daemon import socket_option
 from rig.cli.outputs import Command, output_option
 from rig.outputs import Kind
 
@@ -56,6 +57,13 @@ _path = click.Path(path_type=Path)
 @click.option("--clock", type=click.Choice(["real", "virtual"]), default="real", show_default=True)
 @click.option("--seed", type=click.IntRange(0), help="Seed of the simulated rig's noise; each sweep has the next one.")
 @click.option("--force", is_flag=True, help="As in `pamrig run`.")
+@click.option(
+    "--daemon",
+    "by_daemon",
+    is_flag=True,
+    help="Let the daemon run the sweeps, as jobs of its queue; it must be armed. `pamrig watch` shows them.",
+)
+@socket_option
 @output_option(
     Kind.FOLDER, "Folder of the hunt; one that is there goes on. Default: a new one under logs/.", metavar="DIR"
 )
@@ -71,6 +79,8 @@ def hunt(
     clock: str,
     seed: int | None,
     force: bool,
+    by_daemon: bool,
+    socket: Path | None,
     output: Path | None,
     json_to: str | None,
 ) -> None:
@@ -83,11 +93,16 @@ def hunt(
     from rig.app import compose, runner
     from rig.app.baselines import read_sessions
     from rig.app.hunting import HuntOptions, hunt_and_tell
+    from rig.errors import ConfigError
+    from rig.service.client import Client
 
     rig = compose.load(rig_path)
     days = read_sessions(baselines, model)
     out = console(json_to)
     asks = not compose.is_simulated(rig) if confirm is None else confirm
+    daemon = Client(socket) if by_daemon else None
+    if daemon is not None and (kept := daemon.status()["rig"]) != rig.name:
+        raise ConfigError(f"--daemon: it keeps the rig {kept}, not {rig.name}; name that rig's YAML by --rig")
     options = HuntOptions(
         rig,
         model,
@@ -100,6 +115,7 @@ def hunt(
         clock == "virtual",
         seed,
         force,
+        daemon,
     )
 
     def allowed(step: "Step") -> bool:
