@@ -89,7 +89,13 @@ def probe(
 @output_option(
     Kind.CALIBRATION, "Calibration file to write; other roles in it stay.", required=True, metavar="FILE.yaml"
 )
-@click.option("--form", type=click.Choice(["linear", "pieces"]), default="linear", show_default=True)
+@click.option(
+    "--form",
+    type=click.Choice(["linear", "pieces"]),
+    default="linear",
+    show_default=True,
+    help="A straight line, or pieces of one between the points.",
+)
 @click.option(
     "--reference-uncertainty",
     type=click.FloatRange(0.0),

@@ -54,7 +54,13 @@ _path = click.Path(path_type=Path)
     default=None,
     help="Ask before every sweep. Default: on a real rig, and not on a simulated one.",
 )
-@click.option("--clock", type=click.Choice(["real", "virtual"]), default="real", show_default=True)
+@click.option(
+    "--clock",
+    type=click.Choice(["real", "virtual"]),
+    default="real",
+    show_default=True,
+    help="Virtual: as fast as it can.",
+)
 @click.option("--seed", type=click.IntRange(0), help="Seed of the simulated rig's noise; each sweep has the next one.")
 @click.option("--force", is_flag=True, help="As in `pamrig run`.")
 @click.option(

@@ -78,8 +78,14 @@ def _shared(command: Any) -> Any:
     show_default=True,
     help="What drives the muscles; auto: the measured pressures where all records have them.",
 )
-@click.option("--optimizer", type=click.Choice(["pso", "cma-es", "de"]), default="pso", show_default=True)
-@click.option("--seed", default=1, show_default=True, type=click.IntRange(0))
+@click.option(
+    "--optimizer",
+    type=click.Choice(["pso", "cma-es", "de"]),
+    default="pso",
+    show_default=True,
+    help="Particle swarm, CMA-ES, or differential evolution.",
+)
+@click.option("--seed", default=1, show_default=True, type=click.IntRange(0), help="Of the first search.")
 @click.option(
     "--seeds",
     default=3,
@@ -87,8 +93,12 @@ def _shared(command: Any) -> Any:
     type=click.IntRange(1, 100),
     help="Searches from so many seeds, the best is kept.",
 )
-@click.option("--particles", default=60, show_default=True, type=click.IntRange(2, 100_000))
-@click.option("--iterations", default=1000, show_default=True, type=click.IntRange(1, 1_000_000))
+@click.option(
+    "--particles", default=60, show_default=True, type=click.IntRange(2, 100_000), help="Of the swarm, or population."
+)
+@click.option(
+    "--iterations", default=1000, show_default=True, type=click.IntRange(1, 1_000_000), help="Rounds of each search."
+)
 @click.option(
     "--early-stop", type=click.IntRange(1), metavar="ROUNDS", help="End a search after so many rounds without gain."
 )
@@ -109,7 +119,7 @@ def _shared(command: Any) -> Any:
     type=click.Choice(["rigid", "second_order"]),
     default="rigid",
     show_default=True,
-    help="second_order: inertia on the muscles' stiffness.",
+    help="With second_order, the muscles' stiffness moves an inertia.",
 )
 @click.option("--free-offset", is_flag=True, help="The angle's zero is not known: identify it.")
 @click.option(

@@ -142,7 +142,14 @@ def import_(
 
 @log.command()
 @_FILES
-@click.option("--to", "kind", type=click.Choice(["csv", "csv.gz", "parquet", "mat"]), default="csv", show_default=True)
+@click.option(
+    "--to",
+    "kind",
+    type=click.Choice(["csv", "csv.gz", "parquet", "mat"]),
+    default="csv",
+    show_default=True,
+    help="Kind of the files.",
+)
 @output_option(
     Kind.RECORDING, "A file, or a folder for several logs; default: beside each log.", or_folder=True, metavar="OUT"
 )

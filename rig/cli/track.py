@@ -33,8 +33,8 @@ _path = click.Path(path_type=Path)
     "kinds",
     multiple=True,
     type=click.Choice(["none", "model", "augmented"]),
-    help="none: feedback alone. model: the inverse of MODEL without added effects. augmented: with them. Repeat to "
-    "compare. Default: model where one is given, else none.",
+    help="What goes before the feedback: nothing (none), the inverse of MODEL without added effects (model), or with "
+    "them (augmented). Repeat to compare. Default: model where one is given, else none.",
 )
 @output_option(Kind.FOLDER, "Folder for the records; default: a new one under logs/.", metavar="DIR")
 @click.option(

@@ -20,6 +20,8 @@ _NAMED = 3
 KEPT_FILES = 200
 """So many records of a job are remembered by name, the last; the others are in its folder. A sweep may go on for
 days."""
+SHOWN_FILES = 50
+"""So many of them stand in a status."""
 
 
 class JobState(StrEnum):
@@ -165,6 +167,10 @@ class Queue:
     def to_json(self) -> Iterator[dict[str, Any]]:
         """Every job as plain data."""
         return (asdict(job) for job in self.jobs)
+
+    def shown(self) -> Iterator[dict[str, Any]]:
+        """The same for a status, which is sent often: the names of a job's last records, and how many there are."""
+        return (asdict(job) | {"files": job.files[-SHOWN_FILES:], "made": len(job.files)} for job in self.jobs)
 
 
 def _job(raw: dict[str, Any]) -> Job:

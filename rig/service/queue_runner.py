@@ -256,7 +256,7 @@ class QueueRunner:
         shown: dict[str, Any] = {
             "working": self.working,
             "held": self._held,
-            "queue": list(self._queue.to_json()),
+            "queue": list(self._queue.shown()),
             "left_s": 0.0,
             "record": None,
         }

@@ -30,8 +30,6 @@ _SAID_S: Final = 4.0
 _ENDED_S: Final = 15.0
 _TRIES: Final = 4
 _INTO_THE_SWEEP_S: Final = 0.3
-_BESIDE: Final = 1
-"""Who is not struck: the guardian."""
 _LONG_WATCHDOG_S: Final = 60.0
 
 
@@ -82,7 +80,7 @@ class RunBench(FaultBench):
     def _under_way(self) -> bool:
         if not self.alive:
             raise Spoilt(f"the run ended: {self.log_text()[-400:]}")
-        return not self.is_safe and len(self.pids()) == len(self.struck) + _BESIDE
+        return not self.is_safe and {*self.struck, "guardian"} <= set(self.pids())
 
     def said_of_safe(self, patience_s: float) -> str:
         """What the run's last line says of the safe state; RigError when it says none."""

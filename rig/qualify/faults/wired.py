@@ -100,8 +100,12 @@ class SerialFaultBench(WiredFaultBench):
 
     def __init__(self, folder: Path) -> None:
         ports = {f"valve_{n}": {"device": f"valve_{n}", "baud": _SERIAL_BAUD} for n in (1, 2)}
+        angle = {"mode": "separate"}  # by itself it would give a slow machine's module an I/O process as well
         super().__init__(
-            folder, "serial_modbus", {"valves": ports}, {"misses_per_s": 1000, "max_age_s": 0.5, "follow_s": 2.0}
+            folder,
+            "serial_modbus",
+            {"valves": ports, "potentiometer": angle},
+            {"misses_per_s": 1000, "max_age_s": 0.5, "follow_s": 2.0},
         )
 
 

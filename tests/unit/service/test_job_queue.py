@@ -6,7 +6,7 @@ import pytest
 
 from rig.errors import RigError
 from rig.service import job_queue
-from rig.service.job_queue import KEPT_DONE, KEPT_FILES, JobState, Queue
+from rig.service.job_queue import KEPT_DONE, KEPT_FILES, SHOWN_FILES, JobState, Queue
 
 
 def queue(folder: Path) -> Queue:
@@ -65,6 +65,8 @@ def test_only_so_many_records_of_a_long_job_are_kept_by_name(tmp_path: Path) -> 
     jobs.save()
     (left,) = queue(tmp_path).jobs
     assert left.files == [f"{number}.mcap" for number in range(5, KEPT_FILES + 5)]
+    (shown,) = jobs.shown()
+    assert (shown["files"], shown["made"]) == (left.files[-SHOWN_FILES:], KEPT_FILES)
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"jobs": [{}], "last_id": 1}', '{"jobs": [1], "last_id": 1}'])
