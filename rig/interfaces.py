@@ -68,6 +68,8 @@ class DeviceContext:
     """Role name -> calibration of its channel, as the rig's YAML has it; a device brings its own default."""
     further: tuple[str, ...] = ()
     """Names of the rig's further channels in the order of their places; a device reads those that its settings have."""
+    where: str = ""
+    """Where its settings stand, for messages: the rig's YAML and the key."""
 
     @property
     def places(self) -> tuple[str, str, str, str]:

@@ -222,7 +222,7 @@ class MyRio:
 
     def _connect(self) -> _Channels:
         settings = self._settings
-        session = FpgaSession(settings, self._clock, load_bitfile(settings.bitfile))
+        session = FpgaSession(settings, self._clock, load_bitfile(settings.bitfile, self._context.where))
         try:
             channels = self._find(session)
         except BaseException:

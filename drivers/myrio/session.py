@@ -45,8 +45,10 @@ def explain(error: Any, resource: str, doing: str) -> DeviceError:
     return DeviceError(line) if code in _TRANSIENT else DeviceLost(line)
 
 
-def load_bitfile(path: Path) -> nifpga.Bitfile:
-    """The bitfile at `path`; ConfigError when it is missing or is none."""
+def load_bitfile(path: Path, where: str = "") -> nifpga.Bitfile:
+    """The bitfile at `path`, which the settings that stand at `where` name; ConfigError when it is missing or is
+    none."""
+    named = f"{where}.bitfile: " if where else ""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter(
@@ -55,9 +57,9 @@ def load_bitfile(path: Path) -> nifpga.Bitfile:
             return nifpga.Bitfile(str(path))
     except OSError as error:
         hint = "; it comes with your FPGA project, not with pamrig" if isinstance(error, FileNotFoundError) else ""
-        raise ConfigError(f"{path.resolve()}: the bitfile cannot be read: {error.strerror}{hint}") from None
+        raise ConfigError(f"{named}{path.resolve()}: the bitfile cannot be read: {error.strerror}{hint}") from None
     except (ParseError, AttributeError, TypeError, ValueError, AssertionError):
-        raise ConfigError(f"{path}: not a bitfile of an FPGA (.lvbitx)") from None
+        raise ConfigError(f"{named}{path}: not a bitfile of an FPGA (.lvbitx)") from None
 
 
 class FpgaSession:

@@ -100,7 +100,7 @@ def make_device(rig: RigConfig, clock: Clock, options: Mapping[str, Any] | None 
         kind, settings = device_settings(entry, rig, options or {})
         context = DeviceContext(
             clock, entry.roles, rig.safe.p1_mpa, rig.safe.p2_mpa, rig.period_ns, rig.calibration,
-            tuple(one.name for one in rig.further),
+            tuple(one.name for one in rig.further), f"{rig.path}: devices.{entry.name}",
         )  # fmt: skip
         parts.append(kind(settings, context))
     if len(parts) == 1:
