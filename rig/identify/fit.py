@@ -106,9 +106,52 @@ def identify(
     data = [prepare(record, start, options) for record in records]
     valves = _valves([each.grid for each in data], start)
     if valves is not None:
-        late = [AddedEffect("delay", {"delay_s": valves.dead_time_s})] if valves.dead_time_s else []
-        start = replace(start, valve=valves.stage, effects=start.effects + late)
-    task = _Task(data, hold(start, data), settings, report)
+        start = _with_regulators(start, valves)
+    done = _search(_Task(data, hold(start, data), settings, report), start, settings)
+    objective = done.task.objective(None)
+    uncertainty = local_uncertainty(objective, done.task.space, done.point)
+    rmse = float(objective.scores(done.point[np.newaxis])[0])
+    verdict = done.task.verdict(done.point)
+    model, scores = _described(done, uncertainty, rmse, verdict, data, settings, start)
+    best = min(done.found.values(), key=lambda each: each.score)
+    return Identified(
+        model,
+        rmse,
+        float(objective.scores(best.point[np.newaxis])[0]),
+        done.evaluations,
+        time.perf_counter() - begun,
+        verdict,
+        None if done.free_rmse is None else min(done.free_rmse, rmse),
+        done.found,
+        done.task.space,
+        uncertainty,
+        scores,
+        valves,
+        _warnings(data, valves, model),
+    )
+
+
+def _with_regulators(start: Model, valves: ValveFit) -> Model:
+    """The start with its regulators as they were identified."""
+    late = [AddedEffect("delay", {"delay_s": valves.dead_time_s})] if valves.dead_time_s else []
+    return replace(start, valve=valves.stage, effects=start.effects + late)
+
+
+@dataclass(frozen=True)
+class _Searched:
+    """Where the searches ended."""
+
+    task: "_Task"
+    point: Table
+    found: dict[int, Found]
+    """By seed, before the polish."""
+    free_rmse: float | None
+    """What is reached when the model need not stay bounded."""
+    evaluations: int
+
+
+def _search(task: "_Task", start: Model, settings: Settings) -> _Searched:
+    """Every seed's search, the best of them polished; once more with all that is free, where something was held."""
     found = task.search_all()
     point, spent = task.refine(list(found.values()))
     free_rmse, free_spent = task.without_bound(point) if settings.bounded else (None, 0)
@@ -117,46 +160,40 @@ def identify(
         found = {seed: replace(each, point=wider.taken_over(task, each.point)) for seed, each in found.items()}
         point, more = wider.polish_once_more(wider.taken_over(task, point))
         task, spent = wider, spent + more
-    objective = task.objective(None)
-    uncertainty = local_uncertainty(objective, task.space, point)
-    model = task.space.model(point, uncertainty.std)
+    evaluations = sum(each.evaluations for each in found.values()) + spent + free_spent
+    return _Searched(task, point, found, free_rmse, evaluations)
+
+
+def _described(
+    done: _Searched,
+    uncertainty: Uncertainty,
+    rmse: float,
+    verdict: Verdict,
+    data: Sequence[Prepared],
+    settings: Settings,
+    start: Model,
+) -> tuple[Model, list[Score]]:
+    """The model with what belongs into its file, and its score on every record."""
+    model = done.task.space.model(done.point, uncertainty.std)
     scores = [
         score(str(each.record.source or each.record.name), each.angle_deg, predict(model, each), each.skip)
         for each in data
     ]
-    rmse = float(objective.scores(point[np.newaxis])[0])
-    verdict = task.verdict(point)
-    evaluations = sum(each.evaluations for each in found.values()) + spent + free_spent
-    search = (settings.optimizer, settings.seeds[0], evaluations)
+    search = (settings.optimizer, settings.seeds[0], done.evaluations)
     model = replace(
         model,
         valid=_valid(data, settings, verdict, start),
         provenance=provenance(data, scores, rmse, search),
         fingerprint=None,
     )
-    known = make_fingerprint(data, model)
-    best = min(found.values(), key=lambda each: each.score)
-    warnings = [text for each in data for text in each.warnings] + ([] if valves is None else valves.notes)
-    warnings += (
-        [] if known is not None else ["no fingerprint: the records are too short for one, or their commands have gaps"]
-    )
-    search_rmse = float(objective.scores(best.point[np.newaxis])[0])
-    seconds = time.perf_counter() - begun
-    return Identified(
-        replace(model, fingerprint=known),
-        rmse,
-        search_rmse,
-        evaluations,
-        seconds,
-        verdict,
-        None if free_rmse is None else min(free_rmse, rmse),
-        found,
-        task.space,
-        uncertainty,
-        scores,
-        valves,
-        warnings,
-    )
+    return replace(model, fingerprint=make_fingerprint(data, model)), scores
+
+
+def _warnings(data: Sequence[Prepared], valves: ValveFit | None, model: Model) -> list[str]:
+    found = [text for each in data for text in each.warnings] + ([] if valves is None else valves.notes)
+    if model.fingerprint is None:
+        found.append("no fingerprint: the records are too short for one, or their commands have gaps")
+    return found
 
 
 class _Task:
