@@ -1,7 +1,7 @@
 """`pamrig gap hunt`: run, diagnose, run what tells more, until it is known."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -13,6 +13,8 @@ from rig.outputs import Kind
 
 if TYPE_CHECKING:
     from rig.app.campaign import Step
+    from rig.app.hunting import Hunted
+    from rig.service.client import Client
 
 _path = click.Path(path_type=Path)
 
@@ -76,19 +78,14 @@ _path = click.Path(path_type=Path)
 @json_option
 def hunt(
     rig_path: Path | None,
-    model: Path,
     baselines: tuple[Path, ...],
-    reference: str,
-    minutes: float,
-    first: Path,
     confirm: bool | None,
     clock: str,
-    seed: int | None,
-    force: bool,
     by_daemon: bool,
     socket: Path | None,
     output: Path | None,
     json_to: str | None,
+    **asked: Any,
 ) -> None:
     """Run a session on the rig, diagnose it, run the records that part what is still possible, and so on, until one
     cause holds 95 %, nothing parts the rest, or the time is over.
@@ -99,30 +96,20 @@ def hunt(
     from rig.app import compose, runner
     from rig.app.baselines import read_sessions
     from rig.app.hunting import HuntOptions, hunt_and_tell
-    from rig.errors import ConfigError
-    from rig.service.client import Client
 
     rig = compose.load(rig_path)
-    days = read_sessions(baselines, model)
+    days = read_sessions(baselines, asked["model"])
+    options = HuntOptions(
+        rig=rig,
+        folder=output or runner.new_folder("hunt"),
+        days=[day.records for day in days],
+        day_names=tuple(str(day.path) for day in days),
+        virtual=clock == "virtual",
+        daemon=_daemon(socket, rig.name) if by_daemon else None,
+        **asked,
+    )
     out = console(json_to)
     asks = not compose.is_simulated(rig) if confirm is None else confirm
-    daemon = Client(socket) if by_daemon else None
-    if daemon is not None and (kept := daemon.status()["rig"]) != rig.name:
-        raise ConfigError(f"--daemon: it keeps the rig {kept}, not {rig.name}; name that rig's YAML by --rig")
-    options = HuntOptions(
-        rig,
-        model,
-        output or runner.new_folder("hunt"),
-        [day.records for day in days],
-        tuple(str(day.path) for day in days),
-        reference,
-        minutes,
-        first,
-        clock == "virtual",
-        seed,
-        force,
-        daemon,
-    )
 
     def allowed(step: "Step") -> bool:
         out.print(f"next, {step.minutes:.1f} min: {step.why}")
@@ -132,11 +119,25 @@ def hunt(
         names = ", ".join(f"{name} {100 * chance:.0f} %" for name, chance in step.set)
         out.print(f"still possible: {names}")
 
-    found = hunt_and_tell(options, allowed, report, lambda result: emit(result.to_json(), json_to))
+    _show(hunt_and_tell(options, allowed, report, lambda result: emit(result.to_json(), json_to)), json_to)
+
+
+def _daemon(socket: Path | None, rig: str) -> "Client":
+    """The daemon that keeps this rig; ConfigError when it keeps another."""
+    from rig.errors import ConfigError
+    from rig.service.client import Client
+
+    client = Client(socket)
+    if (kept := client.status()["rig"]) != rig:
+        raise ConfigError(f"--daemon: it keeps the rig {kept}, not {rig}; name that rig's YAML by --rig")
+    return client
+
+
+def _show(found: "Hunted", json_to: str | None) -> None:
+    """The end of it for a person."""
     from rig.gap.answer.words import headline
 
-    if found.thought is not None:
-        for line in headline(found.thought.diagnosis):
-            out.print(line)
-    campaign = found.campaign
+    out, campaign = console(json_to), found.campaign
+    for line in [] if found.thought is None else headline(found.thought.diagnosis):
+        out.print(line)
     out.print(f"ended: {campaign.ended}; {campaign.minutes:.1f} min on the rig; {campaign.folder / 'hunt.html'}")
