@@ -24,6 +24,7 @@ BENCHMARKS = {
     "gap": "rig.qualify.benchmarks.gap:bench_gap",
     "tracking": "rig.qualify.benchmarks.tracking:bench_tracking",
     "page": "rig.qualify.benchmarks.page:bench_page",
+    "wrist": "rig.qualify.benchmarks.wrist:bench_wrist",
 }
 """Name -> where it lives; imported when it is run."""
 

@@ -1,6 +1,6 @@
 """The project's benchmarks, one file each; see rig.cli.bench."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 
@@ -10,6 +10,15 @@ def figure(value: float, unit: str, peer: str = "", peer_value: float | None = N
     if peer:
         row |= {"peer": peer, "peer_value": peer_value, "ratio": value / peer_value if peer_value else None}
     return row | more
+
+
+def share(outcomes: Sequence[bool]) -> dict[str, Any]:
+    """Per cent with its Wilson interval."""
+    from rig.blind_check.rates import Rate
+
+    rate = Rate.of(outcomes)
+    low, high = rate.interval
+    return figure(100 * rate.value, "%", of=rate.n, low=100 * low, high=100 * high)
 
 
 def cells(row: Mapping[str, Any]) -> list[str]:

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rig.errors import RecordError
-from rig.qualify.benchmarks import figure
+from rig.qualify.benchmarks import figure, share
 
 if TYPE_CHECKING:
     from rig.gap.answer.result import Diagnosis
@@ -99,7 +99,7 @@ def _scored(data: dict[str, Any], pressures: bool) -> dict[str, Any]:
     closed = [
         diagnosis.gap["explained_fraction"] for results in found.values() for names, diagnosis in results if names
     ]
-    rows = {name: _rate(outcomes) for name, outcomes in tally.items()}
+    rows = {name: share(outcomes) for name, outcomes in tally.items()}
     rows["size of the set"] = figure(sum(sizes) / len(sizes), "names")
     rows["gap closed, median"] = figure(100 * sorted(closed)[len(closed) // 2], "%")
     return rows
@@ -132,7 +132,7 @@ def _held_out(data: dict[str, Any], pressures: bool) -> dict[str, Any]:
     return {
         "gap closed on records never given, median": figure(100 * sorted(closed)[len(closed) // 2], "%"),
         "the same, worst case": figure(100 * min(closed), "%"),
-        "predicted within 0.05 of that": _rate(near),
+        "predicted within 0.05 of that": share(near),
     }
 
 
@@ -150,7 +150,7 @@ def _withheld(data: dict[str, Any]) -> dict[str, Any]:
             gone = effect_class(names[0], True)
             library = [name for name in LIBRARY if effect_class(name, True) != gone]
             flagged.append(diagnose(None, records, one["baselines"], library=library).verdict in FLAGS)
-    return {"class withheld: flagged, pressures": _rate(flagged)}
+    return {"class withheld: flagged, pressures": share(flagged)}
 
 
 def _strength(diagnosis: "Diagnosis") -> float:
@@ -177,15 +177,6 @@ def _threshold(results: "Iterable[tuple[list[str], Diagnosis]]") -> float:
     return float(max(1.0, (max(none, default=0.5) * min(some, default=2.0)) ** 0.5))
 
 
-def _rate(outcomes: Sequence[bool]) -> dict[str, Any]:
-    """Per cent with its Wilson interval."""
-    from rig.blind_check.rates import Rate
-
-    rate = Rate.of(outcomes)
-    low, high = rate.interval
-    return figure(100 * rate.value, "%", of=rate.n, low=100 * low, high=100 * high)
-
-
 def _naive(data: dict[str, Any]) -> dict[str, Any]:
     """Exact names on single effects by answers that need no diagnosis."""
     from rig.blind_check.naive import naive_answers
@@ -197,7 +188,7 @@ def _naive(data: dict[str, Any]) -> dict[str, Any]:
                 records, one["baselines"], f"{len(right):x}{len(names):x}5", True
             ).items():
                 right.setdefault(method, []).append(answer == (names[0] if names else "none") and len(names) < 2)
-    return {f"exact name by {method.replace('_', ' ')}": _rate(outcomes) for method, outcomes in right.items()}
+    return {f"exact name by {method.replace('_', ' ')}": share(outcomes) for method, outcomes in right.items()}
 
 
 def _times(data: dict[str, Any]) -> dict[str, Any]:
