@@ -186,6 +186,33 @@ def merge(folders: tuple[Path, ...], html_to: Path | None, json_to: str | None) 
     emit(result, json_to)
 
 
+@check.command()
+@click.option("--units", type=click.IntRange(1), default=2, show_default=True, help="Units of each family.")
+@click.option("--seed", type=click.IntRange(0), default=401, show_default=True, help="Seed of the development units.")
+@_workers
+@json_option
+def absorbed(units: int, seed: int, workers: int | None, json_to: str | None) -> None:
+    """How much of each effect a fit of the simulator's own parameters swallows, on development units.
+
+    Effects from half on are counted apart in the modes of a simulator; the list is declared before any check.
+    """
+    from rich.table import Table
+
+    from rig.app.absorbed import swallowed, table
+    from rig.app.terminal import progress
+    from rig.blind_check.score import ABSORBED, SWALLOWED
+
+    with progress("units", 2 * units) as update:
+        found = swallowed(seed, units, workers, lambda done: update(done, f"{done} units"))
+    shown, rows = Table("effect", "swallowed, median", "units", "declared absorbed"), list(table(found))
+    for effect, share, count in rows:
+        declared = "yes" if effect in ABSORBED else "no"
+        shown.add_row(effect, "-" if share is None else f"{100 * share:.0f} %", str(count), declared)
+    console(json_to).print(shown)
+    effects = {effect: {"share": share, "units": count} for effect, share, count in rows}
+    emit({"seed": seed, "from": SWALLOWED, "effects": effects, "declared": sorted(ABSORBED)}, json_to)
+
+
 def _sealed(
     source: Any,
     folder: "CheckFolder",

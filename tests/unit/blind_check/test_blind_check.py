@@ -178,6 +178,24 @@ def test_own_records_are_scored_by_own_labels(finished: CheckFolder, tmp_path: P
     assert "no answer to 'nowhere'" in str(refused.exception)
 
 
+def test_several_checks_are_counted_as_one_and_none_twice(
+    finished: CheckFolder, result: dict[str, Any], tmp_path: Path
+) -> None:
+    page = tmp_path / "results.md"
+    done = CliRunner().invoke(check, ["merge", str(finished.root), "--html", str(page), "--json", "-"])
+    assert done.exit_code == 0, done.output
+    merged = json.loads(done.stdout)
+    assert merged["modes"]["pressures"]["exact_first"] == result["modes"]["pressures"]["exact_first"]
+    assert merged["parts"] == [{"sealed_sha256": result["sealed_sha256"], "seed": SEED, "cases": CASES}]
+    text = page.read_text()
+    assert text.startswith("# Results of the blind check\n")
+    assert result["sealed_sha256"] in text
+    assert "there is none on which nothing was fitted" in text
+    again = CliRunner().invoke(check, ["merge", str(finished.root), str(finished.root)])
+    assert isinstance(again.exception, RecordError)
+    assert "the same labels are there twice" in str(again.exception)
+
+
 def test_nothing_is_made_for_answered_cases(finished: CheckFolder, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(generate, "write_models", lambda *_: pytest.fail("a finished unit was made again"))
     unit = units(SOURCE, finished)[0]
@@ -187,10 +205,11 @@ def test_nothing_is_made_for_answered_cases(finished: CheckFolder, monkeypatch: 
 
 @pytest.fixture(scope="module")
 def without_days(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    """The ways of asking that need fewer days or none, on the other family: sealed, answered, scored."""
+    """The ways of asking that need fewer days or none, on the family that is kept for judging: sealed, answered,
+    scored."""
     folder = CheckFolder(tmp_path_factory.mktemp("without_days"))
     groups = ("one_day", "fingerprint", "simulator")
-    source = PhysicsSource(Purpose.SCORING, ("fluidic",), measures_of(groups), tuple(LIBRARY))
+    source = PhysicsSource(Purpose.SCORING, ("pleated",), measures_of(groups), tuple(LIBRARY))
     draw(source, folder.root, SEED, 6, names_of(groups))
     for unit in units(source, folder):
         make_answer_score(unit)
@@ -200,18 +219,21 @@ def without_days(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
 def test_every_way_of_asking_is_answered_and_scored(without_days: dict[str, Any]) -> None:
     modes = without_days["modes"]
     assert set(modes) == {*names_of(("one_day", "fingerprint", "simulator"))}
-    assert set(without_days["families"]) == {"fluidic"}
+    assert set(without_days["families"]) == {"pleated"}
+    assert "pleated" not in without_days["fitted_on"]
     for name, figures in modes.items():
         assert figures["errors"]["k"] == 0, name
         assert figures["detected"]["n"] + figures["false_alarms"]["n"] > 0, name
+        assert modes[name]["contradictions"]["k"] == 0, (name, modes[name]["contradicting"])
     for name in ("one_day", "one_day_angle"):
         assert modes[name]["false_alarms"]["k"] == 0, name
         assert modes[name]["detected"]["k"] == modes[name]["detected"]["n"], name
-        assert modes[name]["contradictions"]["k"] == 0, name
 
 
 def test_a_page_shows_every_way_of_asking(without_days: dict[str, Any], tmp_path: Path) -> None:
     write_page(without_days, tmp_path / "page.html")
     write_page(without_days, tmp_path / "page.md")
     assert "sister&#39;s simulator" in (tmp_path / "page.html").read_text()
-    assert "| family fluidic |" in (tmp_path / "page.md").read_text()
+    text = (tmp_path / "page.md").read_text()
+    assert "| family pleated |" in text
+    assert "nothing was fitted on pleated" in text

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rig.app.absorbed import Swallowed, table
 from rig.blind_check.check import result_from
 from rig.blind_check.follow_up import commands_of, tie
 from rig.blind_check.generate import left_out
@@ -347,3 +348,19 @@ def test_own_labels_are_read_or_refused() -> None:
     assert label_of("a", [{"effect": "gremlins"}], Path("l.json"))["kind"] == "foreign"
     with pytest.raises(RecordError, match=r"l\.json: a: expected a list"):
         label_of("a", "delay", Path("l.json"))
+
+
+def test_answers_that_contradict_themselves_are_counted_with_their_sentences() -> None:
+    sound, unsound = said("valve_lag"), said("valve_lag", verdict="none")
+    result = mode_result([row("valve_lag", sound), row("valve_lag", unsound)])
+    assert (result["contradictions"]["k"], result["contradictions"]["n"]) == (1, 2)
+    assert list(result["contradicting"]) == ["the verdict is none, and the causes (1 named, 0 unknown) say explained"]
+
+
+def test_absorbed_effects_are_told_by_their_median_share() -> None:
+    found = [
+        Swallowed("fluidic", "delay", 0.2),
+        Swallowed("mckibben", "delay", 0.4),
+        Swallowed("fluidic", "creep", None),
+    ]
+    assert list(table(found)) == [("delay", pytest.approx(0.3), 2), ("creep", None, 0)]

@@ -10,7 +10,7 @@ import pytest
 
 from hil.reference.cases import CLEAR_RANGE, Purpose, bench_of, draw_sheet, made_to_order, realise, record_day
 from hil.reference.excitations import Excitation, paper_set
-from hil.reference.families import NAMES, disturbance, family, run, unit
+from hil.reference.families import JUDGED_ONLY, NAMES, disturbance, family, run, unit
 from hil.reference.fluidic.mechanics import muscle_force as fluidic_force
 from hil.reference.fluidic.physics import Physics as FluidicPhysics
 from hil.reference.fluidic.pneumatics import nozzle
@@ -20,7 +20,8 @@ from hil.reference.pleated.mechanics import AGE, SLIDE_RAD_S, STATES, dry_torque
 from hil.reference.pleated.mechanics import muscle_force as pleated_force
 from hil.reference.pleated.physics import Physics as PleatedPhysics
 from hil.reference.pleated.pneumatics import parabola
-from rig.errors import RigError
+from rig.app.gap_levels import known_families
+from rig.errors import ConfigError, RigError
 from rig.gap.hypotheses.library import LIBRARY
 
 SINE = Excitation("sine", 0.5, 0.2)
@@ -260,3 +261,11 @@ def test_paper_set_stays_inside_the_regulators_range():
         half = 0.5 * excitation.dp_mpa()
         assert (excitation.p0_mpa - np.abs(half)).min() >= 0.005
         assert (excitation.p0_mpa + np.abs(half)).max() <= 0.5
+
+
+def test_nothing_may_be_fitted_on_the_family_that_is_kept_for_judging():
+    assert set(known_families(())) == set(NAMES) - set(JUDGED_ONLY)
+    with pytest.raises(ConfigError, match=r"--family: pleated is kept for judging; expected one of mckibben, fluidic"):
+        known_families(("pleated",))
+    with pytest.raises(ConfigError, match=r"unknown plant family 'bellows'"):
+        known_families(("bellows",))
