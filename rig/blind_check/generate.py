@@ -122,8 +122,8 @@ def units(source: Source, folder: CheckFolder) -> list[Unit]:
 
 
 def make_unit(unit: Unit) -> list[str]:
-    """Write the questions and truths of one unit's cases that have no answer yet; returns their tokens."""
-    missing = [number for number, token in enumerate(unit.tokens) if not unit.folder.answer(token).exists()]
+    """Write the questions and truths of one unit's cases that are not made yet; returns their tokens."""
+    missing = [number for number, token in enumerate(unit.tokens) if not made(unit.folder, token)]
     if not missing:
         return []
     bench = unit.source.bench(unit.labels[missing[0]])
@@ -137,11 +137,15 @@ def make_unit(unit: Unit) -> list[str]:
     return [unit.tokens[number] for number in missing]
 
 
+def made(folder: CheckFolder, token: str) -> bool:
+    """Whether the case's question was written to its end: its truth comes last."""
+    return folder.answer(token).exists() or (folder.truth(token).exists() and folder.question(token).exists())
+
+
 def _make_case(unit: Unit, number: int, bench: BenchData, shared: Path) -> None:
     label, token = unit.labels[number], unit.tokens[number]
     place = unit.folder.question(token)
     data = unit.source.case(label)
-    write_truth(unit.folder.truth(token), data.facts, data.untouched, bench.untouched)
     for day in range(1, int(label["baselines"]) + 1):
         link_day(shared / f"day_{day}", place / "baselines" / f"day_{day}")
     for model in sorted(shared.glob("*.yaml")):
@@ -149,6 +153,7 @@ def _make_case(unit: Unit, number: int, bench: BenchData, shared: Path) -> None:
     write_day(data.records, place / "records")
     write_json(place / "question.json", {"modes": asked(unit.modes, label), "leave_out": list(unit.left_out[number])})
     without_times(place)
+    write_truth(unit.folder.truth(token), data.facts, data.untouched, bench.untouched)
 
 
 def left_out(seed: int, number: int) -> list[str]:
@@ -170,6 +175,8 @@ def write_models(bench: BenchData, kinds: Collection[str], place: Path) -> None:
     alone it is off by a fifth in a chirp), the same without a fingerprint, and one identified on a sister's day,
     without a fingerprint too.
     """
+    if all((place / MODEL_FILES[kind]).exists() for kind in kinds):
+        return
     own = nominal_model(records_of(bench.baselines[0]), bench.p0_mpa)
     for kind in kinds:
         model = own if kind != SISTER else nominal_model(records_of(bench.sister), bench.p0_mpa)
