@@ -89,8 +89,11 @@ def test_with_every_process_lost_the_module_s_own_watchdog_is_left_and_a_new_dae
     for name in ("guardian", "supervisor", "control", "loop", "recorder"):  # whoever comes later could still write
         os.kill(pids[name], signal.SIGKILL)
     modbus.wait(lambda: modbus.terminals.setpoints == (0.0, 0.0) or modbus.is_safe, "the watchdog of 0.5 s", 2.0)
+    left = modbus.terminals.setpoints
     modbus.wait(lambda: not modbus.alive, "the end of the daemon")
+    assert modbus.terminals.setpoints == left, "nobody is left who writes"
     modbus.ready()
+    assert modbus.status()["fault"] is None
 
 
 @pytest.mark.parametrize("number", [signal.SIGSTOP, signal.SIGKILL])
