@@ -35,6 +35,8 @@ class Kind(Enum):
     SWEEP = "a sweep"
     CALIBRATION = "a calibration"
     LEVELS = "fitted levels"
+    MAPPING = "a mapping"
+    RIG = "a rig"
     RECORDING = "a recording"
     """Never replaced, not even by another."""
     FOLDER = "a folder"
@@ -53,6 +55,8 @@ _SIGNS: Final[dict[Kind, Callable[[bytes], bool]]] = {
     Kind.TABLE: lambda head: head.startswith((b"record,", b"| record")),
     Kind.MODEL: _key(b"muscle"),
     Kind.SWEEP: _key(b"records"),
+    Kind.MAPPING: _key(b"columns"),
+    Kind.RIG: _key(b"devices"),
     Kind.CALIBRATION: _key(rb"valve_\d+", rb"monitor_\d+", b"angle"),
 }
 """How a file shows its kind in its first bytes."""

@@ -6,11 +6,14 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
+import yaml
+
 from rig.app.terminal import visible
 from rig.errors import RecordError
 from rig.log import reader
 from rig.log.convert import LogContent, content_of_record, read_content, unkept_columns
 from rig.log.exchange import SUFFIXES, read_exported
+from rig.log.foreign.guess import Guess, guess
 from rig.log.foreign.kinds import Kind, kind_of
 from rig.log.foreign.mapping import load_mapping, read_mapped
 from rig.log.mcap.reader import McapLog
@@ -120,6 +123,13 @@ def import_content(path: Path, mapping_path: Path | None) -> tuple[LogContent, l
         columns, facts = read_mapped(path, load_mapping(mapping_path))
         record = reader.record_from_columns(columns, facts, path)
     return content_of_record(record, {"imported_from": path.name}), unkept_columns(record)
+
+
+def proposed_mapping(path: Path) -> tuple[Guess, str]:
+    """What a mapping for FILE may be, and its YAML; RecordError when it holds no table that could be one."""
+    found = guess(path)
+    text = yaml.safe_dump(found.mapping, sort_keys=False, allow_unicode=True, default_flow_style=None, width=110)
+    return found, f"# proposed for {path.name}; look it through before it is used\n{text}"
 
 
 def _channels(path: Path) -> str:

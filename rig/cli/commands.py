@@ -18,6 +18,7 @@ COMMANDS = {
     "tune": ("rig.cli.track:tune", "Gains for that from a model, with margins."),
     "gap": ("rig.cli.gap:gap", "Diagnose the gap between simulator and rig."),
     "log": ("rig.cli.log:log", "Look into logs: info, check, compare, recover, import, export, plot."),
+    "rig": ("rig.cli.rig:rig", "Make a rig's YAML, and check one."),
     "devices": ("rig.cli.devices:devices", "List, probe and calibrate devices."),
     "latency": ("rig.cli.latency:latency", "Can this machine hold the period?"),
     "daemon": ("rig.cli.daemon:daemon", "Run the rig as a service."),
@@ -34,6 +35,7 @@ COMMANDS = {
     "service": ("rig.cli.service:service", "Install pamrig as a system service."),
     "faults": ("rig.cli.faults:faults", "Inject every fault of the table into the simulated rig."),
     "bench": ("rig.cli.bench:bench", "The project's own benchmarks."),
+    "completion": ("rig.cli.completion:completion", "Completion of commands, options and files for your shell."),
 }
 """Command -> (where it lives, its line in the help)."""
 
@@ -51,6 +53,10 @@ class _Lazy(click.Group):
             raise click.UsageError(f"no such command {name!r}; {suggest(name, list(COMMANDS))}", ctx)
         module, attribute = COMMANDS[name][0].split(":")
         command: click.Command = getattr(importlib.import_module(module), attribute)
+        if "_PAMRIG_COMPLETE" in os.environ:
+            from rig.cli.completion import with_files
+
+            return with_files(command)
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rig.app.terminal import console, visible
+from rig.app.terminal import console, styled, visible
 from rig.cli.common import emit, json_option
 from rig.cli.outputs import Group, output_option
-from rig.outputs import Kind, targets_in
+from rig.outputs import Kind, targets_in, write_text
 
 if TYPE_CHECKING:
     from rig.log.convert import LogContent
@@ -108,6 +108,9 @@ def _recovery_json(result: Any) -> dict[str, Any]:
 @click.option(
     "--mapping", "mapping_path", type=click.Path(path_type=Path), help="YAML: which column is which, in which unit."
 )
+@click.option(
+    "--guess", "guessing", is_flag=True, help="Import nothing: propose a mapping for FILE and say what it would mean."
+)
 @click.option("--tag", "tags", multiple=True, metavar="NAME=VALUE", help="Goes into the record: muscle, load, who.")
 @click.option("--note", metavar="TEXT", help="Why it was taken: goes into the record.")
 @output_option(Kind.RECORDING, "Default: NAME.mcap in the current folder.", metavar="FILE")
@@ -115,6 +118,7 @@ def _recovery_json(result: Any) -> dict[str, Any]:
 def import_(
     file: Path,
     mapping_path: Path | None,
+    guessing: bool,
     tags: tuple[str, ...],
     note: str | None,
     output: Path | None,
@@ -122,8 +126,12 @@ def import_(
 ) -> None:
     """Make an MCAP log of FILE: CSV, TDMS from LabVIEW, another program's MCAP, or what `export` wrote.
 
-    Columns with our names and units need no mapping; anything ambiguous is refused.
+    Columns with our names and units need no mapping; anything ambiguous is refused. With --guess, -o is where the
+    proposed mapping goes.
     """
+    if guessing:
+        _guess(file, output, json_to)
+        return
     from rig.app.logs import import_content
     from rig.log.convert import write_content
     from rig.log.reader import stem
@@ -138,6 +146,23 @@ def import_(
     if unkept:
         terminal.print(f"  not kept, for our format has no field for them: {', '.join(unkept)}")
     emit({"file": str(target), "records": len(content.samples), "not_kept": unkept}, json_to)
+
+
+def _guess(file: Path, output: Path | None, json_to: str | None) -> None:
+    """The proposal: its YAML to be edited, then what it would mean and what is doubtful."""
+    from rig.app.logs import proposed_mapping
+
+    found, text = proposed_mapping(file)
+    terminal = console(json_to)
+    terminal.print(visible(text), markup=False)
+    for line in found.meaning:
+        terminal.print(visible(f"# {line}"), markup=False)
+    for line in found.doubts:
+        terminal.print(styled(("# look at:", "yellow"), f" {visible(line)}"))
+    if output is not None:
+        write_text(output, text, Kind.MAPPING)
+        terminal.print(visible(f"# next: pamrig log import {file} --mapping {output}"), markup=False)
+    emit({"file": str(file), "mapping": found.mapping, "meaning": found.meaning, "doubts": found.doubts}, json_to)
 
 
 @log.command()

@@ -1,0 +1,108 @@
+"""Completion in the shell: commands and options by click, files by what an argument takes."""
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+import click
+from click.shell_completion import CompletionItem
+
+from rig.cli.outputs import Output
+from rig.outputs import Kind
+
+LOGS: Final = (".mcap", ".csv", ".csv.gz", ".tdms")
+YAML: Final = (".yaml", ".yml")
+ANY: Final = ("",)
+FOLDERS: Final = ()
+SUFFIXES: Final[dict[str, tuple[str, ...]]] = {
+    **dict.fromkeys(("log", "logs", "log_file", "baselines", "a", "b"), LOGS),
+    **dict.fromkeys(("model", "beside", "start", "augmented", "rig", "rig_path", "sweep", "sweeps", "first"), YAML),
+    **dict.fromkeys(("mapping_path", "gate", "reference", "config", "config_path"), YAML),
+    **dict.fromkeys(("folder", "folders", "root", "keep"), FOLDERS),
+    "commands": (*LOGS, *YAML),
+    "file": (".csv", ".csv.gz", ".tdms", ".mcap", ".parquet", ".mat"),
+    "model_path": (*YAML, ".fmu"),
+    "labels": (".json",),
+    "points": YAML,
+    "state": FOLDERS,
+    "socket": (".sock",),
+}
+"""Name of a parameter that takes files -> how these end; others take any."""
+OURS: Final = {
+    "rig": "rigs", "rig_path": "rigs", "sweep": "sweeps", "sweeps": "sweeps", "first": "sweeps", "commands": "sweeps",
+    "model_path": "models",
+}  # fmt: skip
+"""Name of a parameter -> the folder of pamrig's own files that it takes by their name."""
+WRITTEN: Final = {
+    Kind.JSON: (".json",), Kind.PAGE: (".html",), Kind.FIGURE: (".png", ".svg", ".pdf"), Kind.RECORDING: (".mcap",),
+    Kind.MODEL: YAML, Kind.SWEEP: YAML, Kind.CALIBRATION: YAML, Kind.LEVELS: YAML, Kind.RIG: YAML, Kind.FOLDER: (),
+    Kind.TABLE: (".csv", ".md"), Kind.MAPPING: YAML,
+}  # fmt: skip
+"""Kind of an output -> how its files end."""
+SHELLS: Final = ("bash", "zsh", "fish")
+
+
+@click.command()
+@click.argument("shell", type=click.Choice(SHELLS))
+def completion(shell: str) -> None:
+    """Print what SHELL has to read: `eval "$(pamrig completion bash)"` in your ~/.bashrc, or the like for zsh; for fish
+    into ~/.config/fish/completions/pamrig.fish."""
+    from click.shell_completion import get_completion_class
+
+    from rig.cli.commands import cli
+
+    made = get_completion_class(shell)
+    assert made is not None
+    click.echo(made(cli, {}, "pamrig", "_PAMRIG_COMPLETE").source())
+
+
+def with_files(command: click.Command) -> click.Command:
+    """The command, and those below it, with files completed by what each parameter takes."""
+    for param in command.params:
+        if isinstance(param.type, click.Path | Output):
+            param._custom_shell_complete = files  # noqa: SLF001  # what `shell_complete=` of each one would set
+    if isinstance(command, click.Group):
+        for below in command.commands.values():
+            with_files(below)
+    return command
+
+
+def files(_: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """Folders, files that end as the parameter wants them, and the names of pamrig's own."""
+    endings = _endings(param)
+    return [*_named(param, incomplete), *_found(incomplete, endings)]
+
+
+def _endings(param: click.Parameter) -> tuple[str, ...]:
+    if isinstance(param.type, Output):
+        return WRITTEN[param.type.kind]
+    return SUFFIXES.get(param.name or "", ANY)
+
+
+def _found(incomplete: str, endings: tuple[str, ...]) -> Iterator[CompletionItem]:
+    folder, _, start = incomplete.rpartition("/")
+    place = Path(f"{folder}/" if incomplete.startswith("/") and not folder else folder or ".").expanduser()
+    try:
+        entries = sorted(os.scandir(place), key=lambda entry: entry.name)
+    except OSError:
+        return
+    before = incomplete[: len(incomplete) - len(start)]
+    for entry in entries:
+        if not entry.name.startswith(start) or (entry.name.startswith(".") and not start):
+            continue
+        if entry.is_dir():
+            yield CompletionItem(f"{before}{entry.name}/", type="plain")
+        elif endings and entry.name.endswith(endings):
+            yield CompletionItem(f"{before}{entry.name}", type="plain")
+
+
+def _named(param: click.Parameter, incomplete: str) -> Iterator[CompletionItem]:
+    folder = OURS.get(param.name or "")
+    if folder is None or "/" in incomplete:
+        return
+    from rig.app.compose import configs
+
+    for one in sorted((configs() / folder).glob("*.yaml")):
+        if one.stem.startswith(incomplete):
+            yield CompletionItem(one.stem)

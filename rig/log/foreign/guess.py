@@ -1,0 +1,277 @@
+"""A proposed mapping for a table that nobody has described: by names, units in names, sizes, and what follows what.
+
+It is a proposal: every entry says what it rests on, and what was only likely is said as a doubt. Nothing is imported by
+it.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from rig.errors import RecordError
+from rig.log.foreign.delimited import Style, read_table
+from rig.log.foreign.kinds import Kind, kind_of
+from rig.log.foreign.sniff import sniff
+from rig.log.foreign.tables import RawColumn, RawTable, read_tdms
+from rig.log.foreign.units import UNITS
+from rig.log.mcap.columns import Array
+
+_TIME: Final = ("t", "time", "zeit", "temps", "timestamp", "stamp", "log_time", "seconds", "ms")
+_COMMAND: Final = ("cmd", "command", "soll", "set", "setpoint", "ref", "reference", "goal", "target", "u", "desired")
+_MEASURED: Final = ("meas", "measured", "ist", "act", "actual", "monitor", "mon", "y", "feedback")
+_ANGLE: Final = ("angle", "winkel", "theta", "phi", "encoder", "pot", "deg", "rad")
+_PRESSURE: Final = ("p", "p1", "p2", "dp", "pressure", "druck", "pression", "mpa", "kpa", "bar", "psi")
+_FIRST: Final = ("1", "p1", "a", "left", "l", "df", "flex", "agonist")
+_SECOND: Final = ("2", "p2", "b", "right", "r", "f", "ext", "antagonist")
+_PRESSURE_SIZES: Final = ((1.2, "MPa"), (15.0, "bar"), (2000.0, "kPa"), (np.inf, "Pa"))
+"""Largest value of a pressure of such a rig, and the unit that it is then in."""
+_STEP_SIZES: Final = ((0.5, "s"), (500.0, "ms"), (5e5, "us"), (np.inf, "ns"))
+"""Largest usual distance of two rows, and the unit of time that it is then in."""
+_MOST_RADIANS: Final = 3.3
+_AGAINST: Final = -0.7
+_UNIT_WORDS: Final = {unit.lower(): unit for unit in UNITS if unit not in ("in", "m", "A", "V", "N")} | {
+    "n": "N", "v": "V", "in": "in", "m": "m", "sec": "s", "grad": "deg", "rads": "rad",
+}  # fmt: skip
+
+
+@dataclass
+class Guess:
+    """A proposal."""
+
+    mapping: dict[str, Any] = field(default_factory=dict)
+    """As the YAML of `pamrig log import --mapping`."""
+    meaning: list[str] = field(default_factory=list)
+    """What it would mean, a line an entry, with what it rests on."""
+    doubts: list[str] = field(default_factory=list)
+    """What somebody who knows the rig should look at first."""
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """One column as it was found."""
+
+    name: str
+    values: Array
+    words: tuple[str, ...]
+    unit: str | None
+
+    def has(self, words: Sequence[str]) -> bool:
+        return any(word in words for word in self.words)
+
+
+def guess(path: Path) -> Guess:
+    """A mapping for the CSV or TDMS at `path`; RecordError when it holds no table of numbers, or nothing like a time
+    and two signals."""
+    found = Guess()
+    seen = [_seen(name, column) for name, column in _table(path, found).columns.items()]
+    time = _time(seen, found, path)
+    rest = [one for one in seen if one is not time and np.isfinite(one.values).any() and np.ptp(_known(one)) > 0.0]
+    if len(rest) < 2:
+        raise RecordError(f"{path}: {len(rest)} columns beside the time that move; a command and an answer are needed")
+    commands, angle, pressures = _roles(rest)
+    if angle is not None and (commands or pressures):
+        _pneumatic(found, commands, angle, pressures)
+    else:
+        _one_in_one_out(found, rest)
+    _further(found, rest)
+    return found
+
+
+def _table(path: Path, found: Guess) -> RawTable:
+    kind = kind_of(path)
+    if kind is Kind.TDMS:
+        return read_tdms(path)
+    if kind is Kind.MCAP:
+        raise RecordError(f"{path}: a mapping for MCAP is not guessed; `pamrig log info` lists its channels")
+    style = sniff(path)
+    usual = Style()
+    for key in ("separator", "decimal", "skip_rows"):
+        if getattr(style, key) != getattr(usual, key):
+            found.mapping[key] = getattr(style, key)
+    return RawTable(path, {name: RawColumn(values) for name, values in read_table(path, style).items()})
+
+
+def _seen(name: str, column: RawColumn) -> _Seen:
+    plain = name.rpartition("/")[2]
+    words = tuple(word for word in re.split(r"[^0-9a-z%\u00b0\u00b5]+", plain.lower()) if word)
+    split = tuple(part for word in words for part in re.findall(r"[a-z]+|\d+", word) if part != word)
+    stated = column.unit if column.unit in UNITS else None
+    unit = stated or next((_UNIT_WORDS[word] for word in reversed(words[1:]) if word in _UNIT_WORDS), None)
+    return _Seen(name, column.values, words + split, unit)
+
+
+def _known(one: _Seen) -> Array:
+    return one.values[np.isfinite(one.values)]
+
+
+def _time(seen: Sequence[_Seen], found: Guess, path: Path) -> _Seen:
+    rising = [one for one in seen if np.isfinite(one.values).all() and (np.diff(one.values) > 0).all()]
+    if not rising:
+        raise RecordError(f"{path}: no column rises from row to row as a time does")
+    named = [one for one in rising if one.has(_TIME)]
+    time = (named or rising)[0]
+    step = float(np.median(np.diff(time.values)))
+    by_size = next(unit for most, unit in _STEP_SIZES if step <= most)
+    stated = time.unit if time.unit is not None and UNITS[time.unit].quantity == "time" else None
+    unit = stated or by_size
+    period_s = step * UNITS[unit].times / UNITS[unit].by
+    found.mapping["columns"] = {"t_s": {"source": time.name, "unit": unit}}
+    why = "its name says" if stated else f"its rows are {step:.4g} apart"
+    found.meaning.append(
+        f"time: {time.name!r} in {unit} ({why}): {len(time.values)} rows every {1e3 * period_s:.4g} ms"
+    )
+    if not named:
+        found.doubts.append(f"{time.name!r} is taken for the time because it rises from row to row")
+    if stated and not 1e-4 < period_s < 0.5:
+        found.doubts.append(f"a row every {period_s:.4g} s is unusual; is {time.name!r} really in {unit}?")
+    return time
+
+
+def _roles(rest: Sequence[_Seen]) -> tuple[list[_Seen], _Seen | None, list[_Seen]]:
+    """Commanded pressures, the angle, measured pressures."""
+    angles = [one for one in rest if (one.has(_ANGLE) or _quantity(one) == "angle") and not one.has(_COMMAND)]
+    pressures = [one for one in rest if one.has(_PRESSURE) or _quantity(one) == "pressure"]
+    pressures = [one for one in pressures if one not in angles and _quantity(one) in (None, "pressure")]
+    commands = [one for one in pressures if one.has(_COMMAND) and not one.has(_MEASURED)]
+    measured = [one for one in pressures if one not in commands]
+    if not commands:  # a set-point without a word for pressure
+        commands = [one for one in rest if one.has(_COMMAND) and _quantity(one) is None and one not in angles]
+    return commands, angles[0] if len(angles) == 1 else None, measured
+
+
+def _quantity(one: _Seen) -> str | None:
+    return None if one.unit is None else UNITS[one.unit].quantity
+
+
+def _pneumatic(found: Guess, commands: list[_Seen], angle: _Seen, measured: list[_Seen]) -> None:
+    if len(commands) >= 2:
+        first, second = _sides(commands, found, "commands")
+        _add(found, "p1_cmd_mpa", first, _pressure_unit(first))
+        _add(found, "p2_cmd_mpa", second, _pressure_unit(second))
+        command = first.values - second.values
+    else:
+        (one,) = commands[:1] or measured[:1]
+        _add(found, "dp_cmd_mpa", one, _pressure_unit(one))
+        command = one.values
+        if not commands:
+            found.doubts.append(f"no set-point was found; {one.name!r} is taken for the commanded p1 - p2")
+    if len(measured) >= 2:
+        first, second = _sides(measured, found, "measured pressures")
+        first, second = _unswapped(first, second, command, found)
+        _add(found, "p1_mpa", first, _pressure_unit(first))
+        _add(found, "p2_mpa", second, _pressure_unit(second))
+    largest = float(np.max(np.abs(_known(angle))))
+    unit = angle.unit or ("rad" if largest <= _MOST_RADIANS else "deg")
+    _add(found, "angle_deg", angle, (unit, "its name says" if angle.unit else f"its largest value is {largest:.3g}"))
+    _say_sign(found, angle, command)
+
+
+def _sides(pair: Sequence[_Seen], found: Guess, what: str) -> tuple[_Seen, _Seen]:
+    first = next((one for one in pair if one.has(_FIRST)), None)
+    second = next((one for one in pair if one.has(_SECOND) and one is not first), None)
+    if first is None or second is None:
+        found.doubts.append(f"{what}: {pair[0].name!r} is taken for muscle 1 because it comes first")
+        return pair[0], pair[1]
+    return first, second
+
+
+def _unswapped(first: _Seen, second: _Seen, command: Array, found: Guess) -> tuple[_Seen, _Seen]:
+    if _correlation(first.values - second.values, command) > _AGAINST:
+        return first, second
+    found.doubts.append(
+        f"{first.name!r} - {second.name!r} runs against the command: they are taken the other way round"
+    )
+    return second, first
+
+
+def _pressure_unit(one: _Seen) -> tuple[str, str]:
+    largest = float(np.max(np.abs(_known(one))))
+    by_size = next(unit for most, unit in _PRESSURE_SIZES if largest <= most)
+    if one.unit is not None and UNITS[one.unit].quantity == "pressure":
+        return one.unit, "its name says"
+    return by_size, f"its largest value is {largest:.3g}"
+
+
+def _say_sign(found: Guess, angle: _Seen, command: Array) -> None:
+    turned = _correlation(angle.values, command)
+    if turned < _AGAINST:
+        found.doubts.append(
+            f"{angle.name!r} falls where the command rises (correlation {turned:.2f}); `scale: -1` turns its sign, if "
+            "that is not how the rig is built"
+        )
+
+
+def _one_in_one_out(found: Guess, rest: Sequence[_Seen]) -> None:
+    named = [one for one in rest if one.has(_COMMAND)]
+    entry = (named or list(rest))[0]
+    if not named:
+        found.doubts.append(f"{entry.name!r} is taken for the input because it comes first")
+    others = [one for one in rest if one is not entry]
+    out = next((one for one in others if one.has(_MEASURED)), others[0])
+    channels: dict[str, dict[str, Any]] = {}
+    for slot, one in (("input", entry), ("output", out)):
+        unit = one.unit or "1"
+        low, high = _range(_known(one))
+        channels[slot] = {"name": _channel_name(one, slot), "unit": unit, "range": [low, high]}
+        found.mapping["columns"][slot] = {"source": one.name} | ({"unit": unit} if one.unit else {})
+        reached = f"{_known(one).min():.4g} to {_known(one).max():.4g} {unit}"
+        found.meaning.append(f"{slot}: {one.name!r}, {reached}; range {low:g} to {high:g} {unit}")
+        if not one.unit:
+            found.doubts.append(f"the unit of {one.name!r} is not known: it is written 1")
+    found.mapping["channels"] = channels
+    found.doubts.append(
+        "the ranges are those of this record; state what the rig moves in, the same for all its records"
+    )
+    if channels["input"]["name"] == channels["output"]["name"]:
+        channels["output"]["name"] += "_out"
+
+
+def _channel_name(one: _Seen, slot: str) -> str:
+    words = re.split(r"[^0-9a-z]+", one.name.rpartition("/")[2].lower())
+    kept = [word for word in words if word and _UNIT_WORDS.get(word) != one.unit]
+    name = "_".join(kept)
+    return name if name.isidentifier() else slot
+
+
+def _range(values: Array) -> tuple[float, float]:
+    """The ends of what was reached, two digits of its width outwards; symmetric about 0 where it nearly is."""
+    low, high = float(values.min()), float(values.max())
+    if low < 0.0 < high and min(-low, high) > 0.5 * max(-low, high):
+        low, high = -max(-low, high), max(-low, high)
+    step = 10.0 ** (np.floor(np.log10(max(high - low, 1e-12))) - 1)
+    return float(f"{np.floor(low / step) * step:.6g}"), float(f"{np.ceil(high / step) * step:.6g}")
+
+
+def _further(found: Guess, rest: Sequence[_Seen]) -> None:
+    """What has found no role is kept as a further channel, as far as there are places."""
+    used = {entry["source"] for entry in found.mapping["columns"].values()}
+    left = [one for one in rest if one.name not in used]
+    kept: dict[str, Mapping[str, str]] = {}
+    for one in left[:4]:
+        name = re.sub(r"\W+", "_", one.name.rpartition("/")[2].lower()).strip("_")
+        if name.isidentifier() and name not in kept:
+            kept[name] = {"source": one.name} | ({"unit": one.unit} if one.unit else {})
+            found.meaning.append(f"further channel {name}: {one.name!r}{f' in {one.unit}' if one.unit else ''}")
+    if kept:
+        found.mapping["further"] = kept
+    if len(left) > len(kept):
+        lost = ", ".join(repr(one.name) for one in left if one.name not in {entry["source"] for entry in kept.values()})
+        found.doubts.append(f"no place for {lost}")
+
+
+def _add(found: Guess, name: str, one: _Seen, unit: tuple[str, str]) -> None:
+    found.mapping["columns"][name] = {"source": one.name, "unit": unit[0]}
+    values = _known(one)
+    reached = f"{values.min():.4g} to {values.max():.4g}"
+    found.meaning.append(f"{name}: {one.name!r} in {unit[0]} ({unit[1]}): {reached}")
+
+
+def _correlation(one: Array, other: Array) -> float:
+    both = np.isfinite(one) & np.isfinite(other)
+    if both.sum() < 2 or not np.ptp(one[both]) or not np.ptp(other[both]):
+        return 0.0
+    return float(np.corrcoef(one[both], other[both])[0, 1])

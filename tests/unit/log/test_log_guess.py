@@ -1,0 +1,111 @@
+"""A mapping guessed for a table that nobody described: names, units, signs, time in ms; and what it does not guess."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from rig.app.logs import import_content, proposed_mapping
+from rig.errors import RecordError
+from rig.log.convert import write_content
+from rig.log.foreign.guess import guess
+from rig.log.reader import read
+
+T = np.arange(0, 400)
+SINE = np.sin(2 * np.pi * 0.5 * 0.005 * T)
+
+
+def table(
+    folder: Path, head: str, *columns: np.ndarray, separator: str = ",", decimal: str = ".", before: str = ""
+) -> Path:
+    rows = [separator.join(f"{value:.6g}" for value in row).replace(".", decimal) for row in zip(*columns, strict=True)]
+    path = folder / "unknown.csv"
+    path.write_text(before + head + "\n" + "\n".join(rows) + "\n", encoding="utf-8")
+    return path
+
+
+def test_a_german_table_with_decimal_commas_and_time_in_ms(tmp_path: Path) -> None:
+    path = table(
+        tmp_path, "Zeit;Soll (bar);Druck 1 (bar);Druck 2 (bar);Winkel (rad);Temperatur", 5.0 * T, 2 * SINE, 2 + SINE,
+        2 - SINE, 0.35 * SINE, 20 + 0.001 * T, separator=";", decimal=",", before="Rig 2\nvon Hand\n",
+    )  # fmt: skip
+    found = guess(path)
+    assert (found.mapping["separator"], found.mapping["decimal"], found.mapping["skip_rows"]) == (";", ",", 2)
+    assert found.mapping["columns"] == {
+        "t_s": {"source": "Zeit", "unit": "ms"},
+        "dp_cmd_mpa": {"source": "Soll (bar)", "unit": "bar"},
+        "p1_mpa": {"source": "Druck 1 (bar)", "unit": "bar"},
+        "p2_mpa": {"source": "Druck 2 (bar)", "unit": "bar"},
+        "angle_deg": {"source": "Winkel (rad)", "unit": "rad"},
+    }
+    assert list(found.mapping["further"]) == ["temperatur"]
+    assert any("every 5 ms" in line for line in found.meaning)
+
+
+def test_units_by_size_and_swapped_sides_are_said(tmp_path: Path) -> None:
+    path = table(tmp_path, "time,cmd,p1,p2,angle", 0.005 * T, 200 * SINE, 200 - 99 * SINE, 200 + 99 * SINE, -20 * SINE)
+    found = guess(path)
+    columns = found.mapping["columns"]
+    assert columns["dp_cmd_mpa"]["unit"] == columns["p1_mpa"]["unit"] == "kPa"
+    assert columns["angle_deg"]["unit"] == "deg"
+    assert (columns["p1_mpa"]["source"], columns["p2_mpa"]["source"]) == ("p2", "p1")
+    assert any("runs against the command" in line for line in found.doubts)
+    assert any("scale: -1" in line for line in found.doubts)
+
+
+def test_the_proposal_imports_the_file_that_it_was_made_for(tmp_path: Path) -> None:
+    path = table(tmp_path, "t_ms,goal_mm,position_mm,load_N", 7.3 * T, 40 * SINE, 39 * SINE + 0.2, 5 + 0.1 * SINE)
+    found, text = proposed_mapping(path)
+    mapping = tmp_path / "mapping.yaml"
+    mapping.write_text(text, encoding="utf-8")
+    assert yaml.safe_load(text) == found.mapping
+    content, unkept = import_content(path, mapping)
+    assert unkept == []
+    (record,) = read(write_content(content, tmp_path / "made.mcap"))
+    assert record.channels.input.unit == "mm"
+    assert record.period_s == pytest.approx(0.0073)
+    assert record.extra["load_n"][0] == pytest.approx(5.0)
+    assert record.angle_deg is not None
+    assert record.channels.own_output(record.angle_deg)[0] == pytest.approx(0.2)
+
+
+def test_a_tdms_by_its_own_units(tmp_path: Path) -> None:
+    nptdms = pytest.importorskip("nptdms")
+    path = tmp_path / "unknown.tdms"
+    with nptdms.TdmsWriter(path) as writer:
+        for name, values, unit in (("zeit", 5.0 * T, "ms"), ("soll", SINE, "bar"), ("winkel", 20 * SINE, "deg")):
+            writer.write_segment([nptdms.ChannelObject("g", name, values, properties={"unit_string": unit})])
+    columns = guess(path).mapping["columns"]
+    assert columns["t_s"] == {"source": "g/zeit", "unit": "ms"}
+    assert columns["dp_cmd_mpa"]["unit"] == "bar"
+
+
+def test_the_real_records_are_guessed_right(shared: Path) -> None:
+    wrist = guess(shared / "real/porcaro_wrist/exp3_sweep_20260211.csv")
+    assert {name: one["source"] for name, one in wrist.mapping["columns"].items()} == {
+        "t_s": "t_s",
+        "p1_cmd_mpa": "u_cmd_DF_MPa",
+        "p2_cmd_mpa": "u_cmd_F_MPa",
+        "p1_mpa": "y_meas_DF_MPa",
+        "p2_mpa": "y_meas_F_MPa",
+        "angle_deg": "y_wrist_angle_deg",
+    }
+    servo = guess(shared / "real/xl330_gain/kp100/sin_sin.csv.gz")
+    assert servo.mapping["channels"]["input"]["name"] == "goal"
+    assert servo.mapping["columns"]["output"] == {"source": "position_rad", "unit": "rad"}
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("only words\nand more\n", "no header with rows of numbers"),
+        ("a,b,c\n3,1,1\n2,2,2\n1,3,3\n1,3,3\n", "no column rises"),
+        ("t,a,b\n0,1,1\n1,1,1\n2,1,1\n3,1,2\n", "a command and an answer are needed"),
+    ],
+)
+def test_what_is_no_record_is_refused(tmp_path: Path, text: str, said: str) -> None:
+    path = tmp_path / "other.csv"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(RecordError, match=said):
+        guess(path)
