@@ -48,7 +48,7 @@ def filled(pattern: str, target: Path, ask: Ask) -> dict[str, Any]:
     source = compose.find_config(Path(pattern), "rigs")
     raw = copy.deepcopy(read_yaml(source))
     assert isinstance(raw, dict)
-    raw["name"] = ask("name of the rig", target.stem)
+    raw["name"] = ask("name", target.stem)
     raw["period_ms"] = ask("period of the loop, ms", float(raw["period_ms"]))
     limits = raw.setdefault("limits", {})
     low, high = limits.get("pressure_mpa", (0.0, 0.5))

@@ -1,0 +1,108 @@
+"""A motor in mm at 7.3 ms from its records to its page: identified, validated and diagnosed in its own words."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+from rig.app.identifying import SearchOptions, StartOptions, identify_model, sweep_range
+from rig.channels import FACT, Channel, Channels
+from rig.cli.identify_show import identified_json, validation_json
+from rig.errors import RecordError
+from rig.gap.answer.result import Diagnosis
+from rig.gap.answer.words import answers
+from rig.gap.diagnosis import diagnose_with_grounds
+from rig.gap.hypotheses.library import LIBRARY
+from rig.gap.offered import TWO_MUSCLES, VALVES, possible
+from rig.identify.data import Options
+from rig.identify.fit import Identified
+from rig.identify.validate import validate
+from rig.own_units import own_text
+from rig.record import Record
+from rig.report.page import page
+
+MOTOR = Channels(Channel("set_point", "mm", (-50.0, 50.0)), Channel("position", "mm", (-50.0, 50.0)))
+PERIOD_S = 0.0073
+FOREIGN = re.compile(r"\b(deg|MPa|kPa|angle)\b")
+
+
+def motor(name: str, hertz: float, seed: int, play_mm: float = 0.0) -> Record:
+    """A first-order position loop with a little friction; `play_mm` of play behind it."""
+    t = PERIOD_S * np.arange(round(12.0 / PERIOD_S))
+    wanted = 40.0 * np.sin(2 * np.pi * hertz * t)
+    loop, out = np.zeros_like(t), np.zeros_like(t)
+    for k in range(1, len(t)):
+        loop[k] = loop[k - 1] + PERIOD_S / 0.05 * (wanted[k - 1] - loop[k - 1])
+        out[k] = min(max(out[k - 1], loop[k] - 0.5 * play_mm - 0.3), loop[k] + 0.5 * play_mm + 0.3)
+    measured = out + np.random.default_rng(seed).normal(0.0, 0.05, len(t))
+    return Record(
+        name,
+        t,
+        MOTOR.working_input(wanted),
+        MOTOR.working_output(measured),
+        facts={FACT: MOTOR.plain(), "session": "x"},
+    )
+
+
+def day(seed: int, play_mm: float = 0.0) -> list[Record]:
+    return [motor(f"sine_{hertz}hz", hertz, seed + number, play_mm) for number, hertz in enumerate((0.25, 0.5, 1.0))]
+
+
+@pytest.fixture(scope="module")
+def found() -> Identified:
+    start = StartOptions(None, "mbw", "auto", "rigid", None, None, 0.2, False, None)
+    search = SearchOptions("pso", 1, 1, 20, 40, None, True, False)
+    records = day(1)
+    return identify_model(records, start, search, sweep_range(0.2, 0.8, None, records), Options(), None)
+
+
+@pytest.fixture(scope="module")
+def told(found: Identified) -> tuple[Diagnosis, str, str]:
+    """The diagnosis of 4 mm of play, its sentences, its page."""
+    diagnosis, grounds = diagnose_with_grounds(found.model, day(11, play_mm=4.0), [day(21)])
+    sentences = " ".join([*answers(diagnosis).values(), *diagnosis.notes])
+    return diagnosis, own_text(sentences, diagnosis.channels), page(diagnosis, grounds, found.model)
+
+
+def test_a_model_is_identified_at_the_records_own_period(found: Identified) -> None:
+    assert found.model.sample_time_s == PERIOD_S
+    assert found.model.own_channels == MOTOR
+    plain = identified_json(found, "model.yaml")  # type: ignore[arg-type]
+    assert plain["channels"] == MOTOR.plain()
+    assert plain["rmse_mm"] == pytest.approx(2.5 * found.rmse_deg)
+    assert "rmse_deg" not in plain
+    result = validate(found.model, day(31), sweep_range(0.2, 0.8, None, day(31)))
+    assert {"rmse_mm", "max_mm", "fit_percent"} <= set(validation_json(result, found.model)["records"][0])
+
+
+def test_the_play_is_found_and_told_in_mm(told: tuple[Diagnosis, str, str]) -> None:
+    diagnosis, sentences, _ = told
+    assert diagnosis.verdict in ("explained", "partly_explained")
+    assert diagnosis.causes[0].effect in ("backlash", "coulomb_friction")
+    assert " mm" in sentences
+    assert not FOREIGN.search(sentences), FOREIGN.search(sentences)
+
+
+def test_its_page_and_its_json_know_neither_degrees_nor_megapascals(told: tuple[Diagnosis, str, str]) -> None:
+    diagnosis, _, html = told
+    body = re.sub(r"<style>.*?</style>|<code>.*?</code>|<pre>.*?</pre>|<[^>]*>", " ", html, flags=re.DOTALL)
+    assert "position [mm]" in body
+    assert not FOREIGN.search(body), body[max(0, FOREIGN.search(body).start() - 80) :][:160]  # type: ignore[union-attr]
+    plain = diagnosis.to_json()
+    assert plain["gap"]["rms_mm"] == pytest.approx(2.5 * diagnosis.gap["rms_deg"])
+    assert "rms_deg" not in json.dumps({key: plain[key] for key in ("gap", "where", "causes")})
+
+
+def test_no_effect_of_valves_is_offered_without_valves(told: tuple[Diagnosis, str, str]) -> None:
+    names = possible(MOTOR, day(1))
+    assert not TWO_MUSCLES & set(names)
+    assert all(LIBRARY[name].stage != VALVES for name in names)
+    assert {"backlash", "delay", "sensor_gain"} <= set(names)
+    assert not {line.effect for line in told[0].ranking} - set(names)
+
+
+def test_records_of_another_rig_are_refused(found: Identified) -> None:
+    other = [Record(one.name, one.t_s, one.dp_cmd_mpa, one.angle_deg) for one in day(1)]
+    with pytest.raises(RecordError, match="they are of different rigs"):
+        diagnose_with_grounds(found.model, other, [])
