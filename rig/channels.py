@@ -16,7 +16,7 @@ from rig.errors import ConfigError, RecordError
 
 FACT: Final = "channels"
 """The run fact that holds a channel map."""
-EFFECTS_FACT: Final = "effects"
+EFFECTS_FACT: Final = "possible_effects"
 """The run fact that holds the effects, or the stages of the chain, that a rig can have."""
 INPUT_HALF_MPA: Final = 0.2
 """Working value at the end of the input's range: what the paper's sweeps reach."""

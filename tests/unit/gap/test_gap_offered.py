@@ -47,7 +47,7 @@ def test_names_and_stages_are_said_by_the_records_or_the_call() -> None:
 )
 def test_a_word_that_is_neither_is_one_line(words: object, said: str) -> None:
     records = [replace(record, facts={EFFECTS_FACT: words}) for record in session(60)[:1]]
-    with pytest.raises(ConfigError, match=f"{records[0].name}: facts: effects.*{said}"):
+    with pytest.raises(ConfigError, match=f"{records[0].name}: facts: {EFFECTS_FACT}.*{said}"):
         possible(PNEUMATIC, records)
 
 
