@@ -114,7 +114,6 @@ def _summary(found: dict[str, Any]) -> dict[str, Any]:
         "floor_deg": (found.get("gap") or {}).get("floor_deg"),
         "after_deg": (found.get("gap") or {}).get("after_deg"),
         "next": found.get("next_experiment"),
-        "steps": found.get("steps"),
     }
 
 

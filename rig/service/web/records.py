@@ -15,7 +15,7 @@ class Records:
     """The sessions below one folder."""
 
     def __init__(self, folder: Path) -> None:
-        self._folder = folder
+        self.root = folder
 
     def sessions(self) -> list[dict[str, Any]]:
         """The newest first: name, number of records, when it was last written to."""
@@ -44,10 +44,10 @@ class Records:
 
     def _folders(self) -> dict[str, Path]:
         try:
-            below = {item.name: item for item in self._folder.iterdir() if item.is_dir() and not item.is_symlink()}
+            below = {item.name: item for item in self.root.iterdir() if item.is_dir() and not item.is_symlink()}
         except OSError:
             return {}
-        return {LOOSE: self._folder} | below
+        return {LOOSE: self.root} | below
 
 
 def _records_in(folder: Path) -> list[Path]:

@@ -8,6 +8,7 @@ import os
 import signal
 import socket
 from multiprocessing.connection import Connection
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from rig.service.processes import name_process
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
 
 BEAT_S: Final = 0.2
 _NICE: Final = 5
+_OUT_OF_MEMORY: Final = "800"
+"""Among the first to go, and not as safe from it as the daemon that starts it."""
 _LOOK_S: Final = 0.5
 
 
@@ -30,6 +33,7 @@ def page_process(orders: PageOrders, listening: socket.socket, pipe: Connection,
     name_process("page")
     with contextlib.suppress(OSError):
         os.setpriority(os.PRIO_PROCESS, 0, _NICE)  # not the daemon's, which it starts with
+        Path("/proc/self/oom_score_adj").write_text(_OUT_OF_MEMORY, encoding="ascii")
     from rig.service.web.site import Site
 
     site = Site(orders)

@@ -16,6 +16,7 @@ from rig.service.web.bringup import BringUp
 from rig.service.web.catalogue import Catalogue
 from rig.service.web.diagnoses import REFERENCES, Diagnoses, Question
 from rig.service.web.guard import visitor_of
+from rig.service.web.hunts import hunts
 from rig.service.web.library import answered
 from rig.service.web.records import Records
 
@@ -43,12 +44,16 @@ class Studies:
             Route("/api/diagnoses", answered(self._all)),
             Route("/api/diagnoses/begin", actions.command(self._begin), methods=["POST"]),
             Route("/diagnoses/{name}", self._report),
+            Route("/api/hunts", answered(self._hunts)),
             Route("/api/bring-up", answered(self._steps)),
             Route("/api/bring-up/confirm", actions.command(self._confirm), methods=["POST"]),
         ]
 
     async def _all(self, _: Request) -> Any:
         return {"diagnoses": self._diagnoses.all(), "models": self._models.names, "references": REFERENCES}
+
+    async def _hunts(self, _: Request) -> Any:
+        return {"hunts": hunts(self._records.root)}
 
     async def _begin(self, _: Request, given: dict[str, Any]) -> Any:
         if self._glance().get("state") == "running":

@@ -65,6 +65,13 @@ def test_a_dependency_may_stand_beside_apache_2(package: str) -> None:
     assert permissive(said) or package in excused, f"{package}: {said}"
 
 
+def test_what_others_wrote_and_we_keep_has_its_licence_beside_it() -> None:
+    shipped, tests_only = ROOT / "rig" / "service" / "web" / "static" / "uplot", ROOT / "tests" / "axe"
+    assert "MIT License" in (shipped / "LICENSE").read_text()
+    assert "Mozilla Public License" in (tests_only / "LICENSE").read_text()  # unchanged, and in no wheel
+    assert {path.name for path in shipped.iterdir()} == {"LICENSE", "uPlot.iife.min.js", "uPlot.min.css"}
+
+
 def test_a_copyleft_licence_is_no_permissive_one() -> None:
     assert permissive("OSI Approved :: MIT License")
     assert not permissive("LGPL-3.0-only")

@@ -32,6 +32,8 @@ async function begin() {
     if (!before[2]) by("diagnose-reference").value = names.length > 1 ? "auto" : "simulator";
     fill("diagnose-baselines", ...names.map((name) => make("label", { class: "choice" },
       make("input", { type: "checkbox", name: "baseline", value: name }), name)));
+    const { hunts } = await ask("/api/hunts");
+    fill("hunts", ...(hunts.length ? hunts.map(hunted) : ["None below the folder of records."]));
     await list();
   } catch (error) {
     put("diagnose-answer", error.message);
@@ -71,12 +73,18 @@ function row(one) {
     make("td", { class: "n" }, shown(one.rms_deg, 3)));
 }
 
+const possible = (step) => (step.done ? `still possible: ${step.possible.map(({ name, probability }) => `${name} ${Math.round(probability * 100)} %`).join(", ") || "–"}` : "not run yet");
+
+function hunted(hunt) {
+  return make("div", {},
+    make("h3", {}, `${hunt.name}: ${hunt.ended || "goes on"}`),
+    make("ol", {}, ...hunt.steps.map((step) => make("li", {}, `${step.sweep}, ${shown(step.minutes, 1)} min: ${step.why}; ${possible(step)}`))));
+}
+
 function open(one) {
   show("report-card", true);
   put("report-title", `Report of ${one.asked.session}`);
   const address = `/diagnoses/${encodeURIComponent(one.name)}`;
   by("report").src = address;
   by("report-link").href = address;
-  show("report-steps", Boolean(one.steps?.length));
-  fill("report-steps", ...(one.steps ?? []).map((step) => make("li", {}, `${step.sweep}, ${shown(step.minutes, 1)} min: ${step.why}`)));
 }
