@@ -5,6 +5,7 @@ is part of every figure that it takes part in.
 """
 
 import contextlib
+import http.client
 import os
 import shutil
 import tempfile
@@ -12,6 +13,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
+from urllib.parse import urlsplit
 
 from rig.errors import RigError
 from rig.qualify.benchmarks import figure
@@ -101,18 +103,32 @@ _FIRST_PAINT: Final = "performance.getEntriesByName('first-contentful-paint')[0]
 
 def _stops(chromium: Any, bench: FaultBench, url: str, trials: int) -> dict[str, Any]:
     """From the click to the safe set-points at the terminals, beside an emergency stop by the socket, in turn."""
-    clicked, called = [], []
+    clicked, called, posted = [], [], []
     with looking(chromium, url) as (page,):
         for _ in range(trials):
             called.append(_trial(bench, lambda: estop(bench)))
+            posted.append(_trial(bench, lambda: _post(url)))
             clicked.append(_trial(bench, lambda: _click(page)))
-    ours, theirs = quantiles(clicked), quantiles(called)
+    ours, theirs, alone = quantiles(clicked), quantiles(called), quantiles(posted)
     return {
+        "Stop by HTTP without a browser: p50": figure(alone["p50"], "ms", "pamrig estop", theirs["p50"]),
+        "Stop by HTTP without a browser: p99": figure(alone["p99"], "ms", "pamrig estop", theirs["p99"]),
         "Stop clicked: p50": figure(ours["p50"], "ms", "pamrig estop", theirs["p50"]),
         "Stop clicked: p99": figure(ours["p99"], "ms", "pamrig estop", theirs["p99"]),
         "Stop clicked: p99 and its goal": figure(ours["p99"], "ms", "the goal", _GOAL_STOP_MS),
         f"Stop clicked: max of {trials}": figure(ours["max"], "ms", "pamrig estop", theirs["max"]),
     }
+
+
+def _post(url: str) -> int:
+    """The same request as the browser's; returns when it was begun."""
+    place = urlsplit(url)
+    connection = http.client.HTTPConnection(place.hostname or "", place.port, timeout=20)
+    now_ns = time.monotonic_ns()
+    connection.request("POST", "/stop", headers={"Origin": url.rstrip("/"), "Accept": "application/json"})
+    connection.getresponse().read()
+    connection.close()
+    return now_ns
 
 
 def _click(page: Any) -> int:

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from rig.service.web.site import Site
 
 BEAT_S: Final = 0.2
-_NICE: Final = 5
+_NICE: Final = 0
+"""As any program: Stop goes through it. The loop stands above all of them, the daemon above this one."""
 _OUT_OF_MEMORY: Final = "800"
 """Among the first to go, and not as safe from it as the daemon that starts it."""
 _LOOK_S: Final = 0.5

@@ -6,6 +6,7 @@ const [T, P1C, P2C, P1, P2, ANGLE, SIM, RESIDUAL] = [0, 1, 2, 3, 4, 5, 6, 7];
 const FINE_S = 60;
 const COARSE_S = 600;
 const FRAME_MS = 40;
+const STRETCHES = 200;
 const fine = [];
 const coarse = [];
 const markers = [];
@@ -82,7 +83,7 @@ function draw() {
   const rows = windowS > FINE_S ? coarse : fine;
   if (!rows.length) return;
   const end = rows.at(-1)[T];
-  const seen = rows.slice(from(rows, end - windowS));
+  const seen = thinned(rows.slice(from(rows, end - windowS)), windowS / STRETCHES);
   const column = (index) => seen.map((row) => row[index]);
   const time = seen.map((row) => row[T] - end);
   put("live-title", `Live: the last ${by("window").selectedOptions[0].text}`);
@@ -92,6 +93,26 @@ function draw() {
   const dp = seen.map((row) => row[P1C] - row[P2C]);
   plots.loop.setData([[], [dp, column(ANGLE)], [dp, column(SIM)]]);
   plots.end = end;
+}
+
+// Of each stretch of time the rows with the smallest and the largest angle: no more than a screen shows, no peak lost.
+// Stretches stand still in time, so that nothing flickers.
+function thinned(rows, stretchS) {
+  if (rows.length <= 2 * STRETCHES) return rows;
+  const kept = [];
+  for (let i = 0; i < rows.length;) {
+    const stretch = Math.floor(rows[i][T] / stretchS);
+    let low = i;
+    let high = i;
+    for (; i < rows.length && Math.floor(rows[i][T] / stretchS) === stretch; i++) {
+      if (rows[i][ANGLE] < rows[low][ANGLE]) low = i;
+      if (rows[i][ANGLE] > rows[high][ANGLE]) high = i;
+    }
+    kept.push(rows[Math.min(low, high)]);
+    if (low !== high) kept.push(rows[Math.max(low, high)]);
+  }
+  if (kept.at(-1) !== rows.at(-1)) kept.push(rows.at(-1));
+  return kept;
 }
 
 function over(plot, windowS, data) {

@@ -49,9 +49,17 @@ export async function stop() {
 }
 
 export function wire() {
+  let pressed = false;
+  // A finger or a mouse stops as it comes down; the click that follows, and the keyboard's, is the form's.
+  by("stop-button").addEventListener("pointerdown", (event) => {
+    if (event.button !== 0) return;
+    pressed = true;
+    stop();
+  });
   by("stop").addEventListener("submit", (event) => {
     event.preventDefault();
-    stop();
+    if (!pressed) stop();
+    pressed = false;
   });
   document.addEventListener("keydown", (event) => {
     if (event.key !== "Escape" || event.repeat) return;
