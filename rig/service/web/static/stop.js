@@ -3,6 +3,7 @@ import { by, put } from "./dom.js";
 
 const AGAIN_MS = 400;
 const GIVE_UP_MS = 20000;
+const PRESS_MS = 1000;
 
 async function one(controller) {
   const answer = await fetch("/stop", {
@@ -49,17 +50,16 @@ export async function stop() {
 }
 
 export function wire() {
-  let pressed = false;
+  let pressedAt = -Infinity;
   // A finger or a mouse stops as it comes down; the click that follows, and the keyboard's, is the form's.
   by("stop-button").addEventListener("pointerdown", (event) => {
     if (event.button !== 0) return;
-    pressed = true;
+    pressedAt = performance.now();
     stop();
   });
   by("stop").addEventListener("submit", (event) => {
     event.preventDefault();
-    if (!pressed) stop();
-    pressed = false;
+    if (performance.now() - pressedAt > PRESS_MS) stop();
   });
   document.addEventListener("keydown", (event) => {
     if (event.key !== "Escape" || event.repeat) return;
