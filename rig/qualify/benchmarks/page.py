@@ -86,7 +86,7 @@ def _first_look(chromium: Any, url: str) -> dict[str, Any]:
         context = chromium.new_context()
         page = context.new_page()
         sizes: list[int] = []
-        page.on("response", lambda answer, sizes=sizes: sizes.append(len(answer.body()) + _HEAD_BYTES))
+        page.on("response", lambda answer, sizes=sizes: sizes.append(_bytes_of(answer)))
         page.goto(url, wait_until="load")
         page.locator("#now-viewers", has_text="page").wait_for()
         paints.append(float(page.evaluate(_FIRST_PAINT)))
@@ -96,6 +96,10 @@ def _first_look(chromium: Any, url: str) -> dict[str, Any]:
         "first paint: p50": figure(quantiles(paints)["p50"], "ms", "the goal", _GOAL_PAINT_MS),
         "page weight": figure(weight / 1000, "kB", "the goal", _GOAL_KB),
     }
+
+
+def _bytes_of(answer: Any) -> int:
+    return int(answer.headers.get("content-length", 0)) + _HEAD_BYTES
 
 
 _FIRST_PAINT: Final = "performance.getEntriesByName('first-contentful-paint')[0]?.startTime ?? NaN"
