@@ -14,7 +14,7 @@ from typing import Any, Final
 from rig.errors import RigError
 from rig.service.client import Client
 
-WATCHED_HZ: Final = 25.0
+WATCHED_HZ: Final = 30.0
 """While somebody looks."""
 QUIET_HZ: Final = 5.0
 """Otherwise: the daemon keeps 5 s of samples, so the plots have no hole when somebody comes."""

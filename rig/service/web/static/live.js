@@ -1,11 +1,11 @@
-// The live plots: rows come many times a second, drawing follows the screen's frames, at most 25 a second.
+// The live plots: rows come many times a second, drawing follows the screen's frames, at most 30 a second.
 import { by, put } from "./dom.js";
 import { curves, line, overTime } from "./plots.js";
 
 const [T, P1C, P2C, P1, P2, ANGLE, SIM, RESIDUAL] = [0, 1, 2, 3, 4, 5, 6, 7];
 const FINE_S = 60;
 const COARSE_S = 600;
-const FRAME_MS = 40;
+const FRAME_MS = 33;
 const STRETCHES = 200;
 const fine = [];
 const coarse = [];
@@ -69,7 +69,7 @@ function forget(list, keptS) {
 
 function frame(now) {
   const { length } = fine;
-  if (dirty && !paused && length && !by("rig").hidden && now - drawnAt >= FRAME_MS - 4) {
+  if (dirty && !paused && length && !by("rig").hidden && now - drawnAt >= FRAME_MS - 8) {
     drawnAt = now;
     dirty = false;
     frames++;
