@@ -167,10 +167,12 @@ def _prepare(orders: LoopOrders) -> tuple[Loop, dict[str, Any]]:
     seed = {} if orders.seed is None else {"seed": orders.seed}
     device = make_device(rig, clock, {**orders.options, **seed})
     commands: Mailbox | Script = mailbox
+    closed = False
     if orders.script is not None:
         programs = [closed_loop.attach(program_path(orders.session, run), orders.session) for run in orders.script]
         commands = Script(programs, mailbox)
-    waiting = clock if orders.virtual else punctual(clock, device, rig)
+        closed = any(isinstance(program, closed_loop.TrackingProgram) for program in programs)
+    waiting = clock if orders.virtual else punctual(clock, device, rig, closed)
     loop = Loop(device, waiting, RingWriter(ring, os.getpid()), commands, loop_settings(rig))
     facts: dict[str, Any] = {"device": dict(device.open())}
     facts["realtime"] = {} if orders.virtual else measures.apply(rig.realtime)
@@ -178,15 +180,16 @@ def _prepare(orders: LoopOrders) -> tuple[Loop, dict[str, Any]]:
     return loop, facts
 
 
-def punctual(clock: Clock, device: Device, rig: RigConfig) -> Clock:
-    """The clock on which the loop waits: it rehearses each tick beforehand, if the rig's config asks for that."""
+def punctual(clock: Clock, device: Device, rig: RigConfig, closed: bool = False) -> Clock:
+    """The clock on which the loop waits: it rehearses each tick beforehand, if the rig's config asks for that; those of
+    a closed loop with `closed`."""
     early_ns = min(rig.realtime.early_us * 1000, rig.period_ns // 4)
     if not early_ns:
         return clock
     beside, settings = VirtualClock(), loop_settings(rig)
     twin = getattr(device, "twin", None)  # a driver has none: its calls would reach the hardware
     stand_in = twin(beside) if twin else NoDevice(settings.safe_p1_mpa, settings.safe_p2_mpa)
-    return WarmUpClock(early_ns, Rehearsal(stand_in, beside, settings))
+    return WarmUpClock(early_ns, Rehearsal(stand_in, beside, settings, closed_loop=closed))
 
 
 def is_simulated(rig: RigConfig) -> bool:

@@ -35,6 +35,8 @@ class DiagnosisOptions:
     retuned_to: Path | None = None
     rig: Path | None = None
     """The rig's YAML, for the effects that it can have."""
+    tracking: Path | None = None
+    """A reference with gains: how much closer the feed-forward would follow with the causes in it."""
     command: str = ""
     """The command line, for the report."""
 
@@ -84,8 +86,36 @@ def diagnose_case(
         reference=options.reference,
         effects=None if options.rig is None else load_rig(options.rig).effects,
     )
+    if options.tracking is not None:
+        _tell_worth(options.tracking, model, diagnosis, grounds, records)
     _write(options, case, model, diagnosis, grounds, _origin(options, case, records, days))
     return case, diagnosis
+
+
+def _tell_worth(
+    reference: Path, model: "Model", diagnosis: "Diagnosis", grounds: "Findings | Grounds", records: "Sequence[Record]"
+) -> None:
+    """What the causes are worth to a feed-forward, into the evidence and the notes."""
+    from rig.app.compose import find_config
+    from rig.control.worth import worth
+    from rig.excite.experiment import load_sweep
+    from rig.gap.answer.augment import augmented
+
+    place = find_config(reference, "references")
+    gains = load_sweep(place).closed_loop
+    if gains is None:
+        raise ConfigError(f"{place}: closed_loop: gains are missing; `pamrig tune` finds some")
+    if not any(cause.applied for cause in diagnosis.causes):
+        diagnosis.notes.append("no cause with a course of its own was found: the feed-forward stays as it is")
+        return
+    found = worth(model, augmented(model, diagnosis, grounds.prepared), records, gains)
+    way = "closer" if found.closer >= 0.0 else "less closely"
+    diagnosis.evidence["tracking"] = {"before_deg": found.before_deg, "after_deg": found.after_deg}
+    diagnosis.notes.append(
+        f"with the causes in it the feed-forward follows {100 * abs(found.closer):.0f} % {way}: of these movements the "
+        f"loop of {place.stem} would leave {found.after_deg:.2f} deg rms, {found.before_deg:.2f} with the simulator as "
+        "it was"
+    )
 
 
 def diagnose_campaign(

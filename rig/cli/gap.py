@@ -83,6 +83,13 @@ for _command in (check, capability, design, hunt, history):
 @click.option(
     "--next-experiment", "next_to", type=Output(Kind.SWEEP), metavar="FILE", help="Write the recommended sweep, if any."
 )
+@click.option(
+    "--tracking",
+    "tracking",
+    type=_path,
+    metavar="REFERENCE.yaml",
+    help="Also say how much closer `pamrig track` would follow with these gains when its feed-forward has the causes.",
+)
 @click.option("--no-pressures", is_flag=True, help="Use the angle alone, even where pressures were measured.")
 @click.option(
     "--rig", "rig", type=_path, metavar="RIG.yaml", help="The rig: its `effects` say what can be wrong with it at all."

@@ -9,15 +9,18 @@ reaches an output or a record.
 from collections.abc import Mapping
 from typing import Final
 
+from rig.gains import ClosedLoop
 from rig.interfaces import Device, Measurement, Role
 from rig.realtime.clock import VirtualClock
+from rig.realtime.closed_loop import TrackingProgram
 from rig.realtime.commands import Mailbox, Script
 from rig.realtime.loop import Loop, LoopSettings
 from rig.realtime.program import Program
 from rig.realtime.ring import Ring, RingWriter
 
-_SWEEP_TICK: Final = 1
-"""Tick 0 arms; tick 1 starts the program, whose first set-points are those of its sweep."""
+_SWEEP_TICK: Final = 2
+"""Tick 0 arms; tick 1 starts the program, whose first set-points are those of its sweep; from tick 2 on a closed loop
+looks at the angle."""
 
 
 class NoDevice:
@@ -49,13 +52,13 @@ class NoDevice:
 class Rehearsal:
     """Call it to carry out one tick, in the middle of a sweep at rest, that has no effect."""
 
-    def __init__(self, device: Device, clock: VirtualClock, settings: LoopSettings) -> None:
-        """`device` must be nobody's and move nothing; it is opened here, and lives on `clock`."""
+    def __init__(
+        self, device: Device, clock: VirtualClock, settings: LoopSettings, *, closed_loop: bool = False
+    ) -> None:
+        """`device` must be nobody's and move nothing; it is opened here, and lives on `clock`. `closed_loop`: what is
+        rehearsed is a tick that follows an angle."""
         self.failed = False
-        rest = settings.safe_p1_mpa, settings.safe_p2_mpa
-        program = Program(
-            1, *rest, [rest[0]], [rest[1]], settle_ticks=0, zero_ticks=0, ramp_in_ticks=0, ramp_out_ticks=0
-        )
+        program = _at_rest(settings, closed_loop)
         self._clock, self._period_ns = clock, settings.period_ns
         self.loop = Loop(device, clock, RingWriter(Ring.private(), 0), Script([program], Mailbox.private()), settings)
         device.open()
@@ -75,3 +78,13 @@ class Rehearsal:
     def _carry_out(self, tick: int) -> None:
         self._clock.wait_until_ns(self._clock.now_ns() + self._period_ns)
         self.loop.tick(tick, self._clock.now_ns(), self._clock.now_ns(), 0)
+
+
+def _at_rest(settings: LoopSettings, closed_loop: bool) -> Program:
+    """A sweep that holds the safe pressures, or the angle at them."""
+    p1_mpa, p2_mpa, period_s = settings.safe_p1_mpa, settings.safe_p2_mpa, settings.period_ns * 1e-9
+    tables = [p1_mpa] * _SWEEP_TICK, [p2_mpa] * _SWEEP_TICK
+    if not closed_loop:
+        return Program(1, p1_mpa, p2_mpa, *tables, 0, 0, 0, 0)
+    gains = ClosedLoop(kp_mpa_per_deg=1e-4, ki_mpa_per_deg_s=1e-4, error_deg=180.0)
+    return TrackingProgram(1, p1_mpa, p2_mpa, *tables, 0, 0, 0, 0, [], [], [0.0] * _SWEEP_TICK, gains, period_s)

@@ -22,11 +22,13 @@ from scripted import (
 from rig.errors import StateError
 from rig.gains import ClosedLoop
 from rig.interfaces import Measurement
+from rig.realtime.clock import VirtualClock
 from rig.realtime.closed_loop import LOST_TICKS, Feedback, TrackingProgram, attach
 from rig.realtime.commands import Request
 from rig.realtime.faults import Fault
 from rig.realtime.guard import Limits
 from rig.realtime.loop import LoopSettings
+from rig.realtime.rehearsal import Rehearsal
 from rig.realtime.state import State
 from rig.sample import ANGLE_ABSENT, ANGLE_SUSPECT, CLIPPED_SLEW, READ_ERROR, Phase, Sample
 
@@ -264,3 +266,15 @@ def test_the_derivative_answers_to_speed_and_is_filtered() -> None:
     assert out[0] == 0.0
     assert out[1] == pytest.approx(0.001 * 20.0 * 0.2)
     assert out[-1] == pytest.approx(0.001 * 20.0, rel=1e-3)
+
+
+def test_a_rehearsal_of_a_closed_loop_looks_at_the_angle_again_and_again() -> None:
+    rig = device()
+    rehearsal = Rehearsal(rig, VirtualClock(), LoopSettings(), closed_loop=True)
+    before = len(rig.outputs)
+    for _ in range(50):
+        rehearsal()
+    assert not rehearsal.failed
+    assert not rehearsal.loop.fault
+    assert rehearsal.loop.state is State.RUNNING
+    assert len(rig.outputs) == before + 50
