@@ -22,7 +22,7 @@ _path = click.Path(path_type=Path)
 @click.option("--rig", "rig_path", type=_path, help="Rig to run on; default: the simulated rig.")
 @click.option("--model", "model", type=_path, metavar="MODEL.yaml", help="The simulator, for feed-forward and gains.")
 @click.option(
-    "--augmented-model",
+    "--augmented",
     "augmented",
     type=_path,
     metavar="MODEL.yaml",

@@ -127,7 +127,7 @@ def _changed(place: Path, case: Case) -> Errors:
     _pamrig("run", "gap", "--rig", rig, *_VIRTUAL, "-o", log)
     days = [word for day in range(1, HEALTHY_DAYS + 1) for word in ("--baseline", place / f"day_{day}")]
     _pamrig("gap", "diagnose", "--model", place / "model.yaml", "--log", log, *days, "--augmented-model", augmented)
-    more = ("--augmented-model", augmented)
+    more = ("--augmented", augmented)
     return _track(place, rig, name, ("none", "model", "augmented"), more)
 
 
