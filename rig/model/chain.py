@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from rig.config import suggest
 from rig.errors import ModelError
 from rig.model import stages
-from rig.model.effect_stages import EFFECT_STAGES
+from rig.model.effect_stages import EFFECT_STAGES, FORMER_NAMES
 from rig.model.external import KIND as EXTERNAL
 from rig.model.external import External
 from rig.model.parameters import KINDS, AddedEffect, Model, MuscleModel, StageModel
@@ -81,13 +81,14 @@ def place_effect(added: AddedEffect, defaults: Mapping[str, float]) -> Placed:
         raise ModelError(f"unknown {where!r}; {suggest(added.effect, list(EFFECT_STAGES))}")
     known = EFFECT_STAGES[added.effect]
     names = list(known.parameters)
-    for name in added.parameters:
+    given = {FORMER_NAMES.get(name, name): value for name, value in added.parameters.items()}
+    for name in given:
         if name not in names:
             raise ModelError(f"{where}: unknown parameter {name!r}; {suggest(name, names)}")
-    if known.size not in added.parameters:
+    if known.size not in given:
         raise ModelError(f"{where}: the parameter {known.size!r} is missing")
     params = known.neutral()
-    params |= {name: value for name, value in defaults.items() if name in names} | added.parameters
+    params |= {name: value for name, value in defaults.items() if name in names} | given
     for allowed in known.numbers:
         if not allowed.low <= params[allowed.name] <= allowed.high:
             raise ModelError(

@@ -37,7 +37,7 @@ class Balance:
     def stage_numbers(self) -> dict[str, float]:
         """The same under the names of the effect stages that solve the balance again."""
         slip = {f"loop_{j + 1}": weight for j, weight in enumerate(self.slip)}
-        return slip | {"drag_s": self.viscous_s, "sway_s": self.inertia_s}
+        return slip | {"viscous_time_s": self.viscous_s, "inertia_time_s": self.inertia_s}
 
 
 USUAL_REGULATOR: Regulator = (0.005, 0.05, 0.05)

@@ -18,7 +18,7 @@ def balance_again(p1: Values, p2: Values, y: Values, state: Values, params: Sequ
 
     y is the nominal angle. From it and from the nominal joint follows the angle to which the muscles pull; the same
     balance with the added terms is then solved for the new angle. Nothing added: y as it was.
-    params: width_deg, tau_s, time_s, load_deg, phase_deg, p0_mpa, drag_s, sway_s, loop_1..5. state: see
+    params: width_deg, tau_s, time_s, load_deg, phase_deg, p0_mpa, viscous_time_s, inertia_time_s, loop_1..5. state: see
     `joint_balance.STATE_SIZE`.
     """
     for i in range(len(y)):

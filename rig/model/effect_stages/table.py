@@ -6,6 +6,7 @@ sensor.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Final
 
 from rig.model.effect_stages import joint, muscle, sensor, timing, valve
 from rig.model.joint_balance import LOOP_RADII_DEG, STATE_SIZE
@@ -61,6 +62,8 @@ class EffectStage:
         return {number.name: number.neutral for number in self.numbers}
 
 
+FORMER_NAMES: Final = {"drag_s": "viscous_time_s", "sway_s": "inertia_time_s"}
+"""What models of before may still call a parameter."""
 _P = EffectParameter
 _BALANCE = _P("balance", "1", -2.0, 2.0, 0.0, "0 both valves, 1 valve 1 alone, -1 valve 2 alone, +-2 opposite signs")
 _MUSCLE = _P("muscle", "1", 1.0, 2.0, 1.0, "which muscle: 1 or 2")
@@ -80,8 +83,8 @@ _BALANCED = (
     _P("load_deg", "deg", -60.0, 60.0, 0.0, "torque of the weight over stiffness"),
     _P("phase_deg", "deg", -180.0, 180.0, 0.0, "angle of the weight at 0 degrees"),
     _P0,
-    _P("drag_s", "s", 0.0, 2.0, 0.0, "viscous friction of the nominal joint over stiffness"),
-    _P("sway_s", "s", 0.0, 0.5, 0.0, "square root of the nominal inertia over stiffness"),
+    _P("viscous_time_s", "s", 0.0, 2.0, 0.0, "viscous friction of the nominal joint over stiffness"),
+    _P("inertia_time_s", "s", 0.0, 0.5, 0.0, "square root of the nominal inertia over stiffness"),
     *(
         _P(f"loop_{j + 1}", "1", 0.0, 50.0, 0.0, f"nominal dry friction that slips after {r:g} degrees")
         for j, r in enumerate(LOOP_RADII_DEG)

@@ -79,7 +79,7 @@ def sized(key: str) -> dict[str, float]:
     }
     return (
         known.neutral()
-        | {"tau0_s": 0.04, "drag_s": 0.02}
+        | {"tau0_s": 0.04, "viscous_time_s": 0.02}
         | {number.name: strong.get(key, number.neutral + 0.1 * (number.high - number.neutral))}
     )
 

@@ -17,7 +17,7 @@ from rig.model.parameters import AddedEffect
 from rig.record import Column
 
 DT_S = 0.005
-NOMINAL = {"p0_mpa": 0.2, "drag_s": 0.05, "sway_s": 0.03, "loop_1": 0.5, "loop_2": 0.3}
+NOMINAL = {"p0_mpa": 0.2, "viscous_time_s": 0.05, "inertia_time_s": 0.03, "loop_1": 0.5, "loop_2": 0.3}
 
 
 def joint(stage: str, **numbers: float) -> Column:

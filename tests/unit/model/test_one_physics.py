@@ -8,10 +8,12 @@ import pytest
 from rig.columns import rms, white_noise
 from rig.excite.setpoints import around
 from rig.model import stages
+from rig.model.chain import place_effect
 from rig.model.drive import mean_pressure_factor
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.joint_balance import LOOP_RADII_DEG
 from rig.model.kernels import balanced, compiled, drive
+from rig.model.parameters import AddedEffect
 
 ANGLE = 15.0 * np.sin(np.linspace(0.0, 12.0, 2400))
 WEIGHTS = np.array([0.2, 0.1, 0.1, 0.05, 0.02])
@@ -66,7 +68,9 @@ def test_the_effect_of_viscous_friction_is_the_same_balance() -> None:
     """A viscous time added by the effect or put into the nominal joint by its ratio: one equation."""
     entry = EFFECT_STAGES["viscous_friction"]
     numbers = (
-        entry.neutral() | {"tau_s": 0.05, "drag_s": 0.05} | {f"loop_{j + 1}": 0.0 for j in range(len(LOOP_RADII_DEG))}
+        entry.neutral()
+        | {"tau_s": 0.05, "viscous_time_s": 0.05}
+        | {f"loop_{j + 1}": 0.0 for j in range(len(LOOP_RADII_DEG))}
     )
     added, pressure = ANGLE.copy(), np.full(len(ANGLE), 0.2)
     params = np.array([numbers[name] for name in entry.parameters])
@@ -90,3 +94,12 @@ def test_white_noise_is_found_under_motion_jumps_and_repeats() -> None:
     repeated = ANGLE + noise
     repeated[5::5] = repeated[4:-1:5]
     assert white_noise([repeated], without_repeats=True) == pytest.approx(0.03, rel=0.1)
+
+
+def test_a_model_of_before_may_call_a_parameter_by_its_former_name() -> None:
+    size = EFFECT_STAGES["viscous_friction"].size
+    placed = [
+        place_effect(AddedEffect("viscous_friction", {size: 0.1, name: 0.05}), {})
+        for name in ("drag_s", "viscous_time_s")
+    ]
+    assert placed[0] == placed[1]
