@@ -11,6 +11,8 @@ THIRD_DIFFERENCE_POWER = 20.0
 """Variance of the third difference of white noise over its own: 1 + 9 + 9 + 1."""
 MAD_TO_STD = 1.4826
 """Standard deviation of a normal distribution over the median of its absolute deviations."""
+SAME = 1e-9
+"""Sizes that differ by less than this share of the largest are equal: what is left of rounding a lattice."""
 LEAST_ROWS = 50
 """Fewer rows than this beside exact repeats say nothing; then all of a column's rows count."""
 
@@ -31,7 +33,18 @@ def white_noise(columns: Iterable[Column], *, without_repeats: bool = False) -> 
     """
     parts = [_third_differences(column, without_repeats) for column in columns]
     together = np.concatenate(parts)
-    return float(MAD_TO_STD * np.median(np.abs(together - np.median(together))) / np.sqrt(THIRD_DIFFERENCE_POWER))
+    return MAD_TO_STD * grouped_median(np.abs(together - np.median(together))) / math.sqrt(THIRD_DIFFERENCE_POWER)
+
+
+def grouped_median(sizes: Column) -> float:
+    """The median of sizes (n,), none below 0, of which many may be equal: those are taken to lie evenly between their
+    neighbours' middles, so that a coarse converter's median does not jump by its step."""
+    unit = max(SAME * float(np.max(sizes, initial=0.0)), 1e-300)
+    values, counts = np.unique(np.round(sizes / unit), return_counts=True)
+    below = np.cumsum(counts) - counts
+    k = int(np.searchsorted(np.cumsum(counts), 0.5 * len(sizes)))
+    edges = np.concatenate([[0.0], 0.5 * (values[:-1] + values[1:]), values[-1:]])
+    return float(unit * (edges[k] + (0.5 * len(sizes) - below[k]) / counts[k] * (edges[k + 1] - edges[k])))
 
 
 def _third_differences(column: Column, without_repeats: bool) -> Column:

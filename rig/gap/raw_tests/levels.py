@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from rig.columns import rms, white_noise
+from rig.columns import grouped_median, rms, white_noise
 from rig.gap.raw_tests.settings import MAD_TO_STD, NOISE_WINDOW_ROWS
 from rig.record import Column, Record
 
@@ -42,7 +42,8 @@ def loudness(case: Column, healthy: Sequence[Column], change: Column) -> tuple[f
 def level_deg(angles: Sequence[Column]) -> float:
     """Noise by medians: white, or what a short running mean leaves, for noise that a filter has coloured."""
     rests = np.concatenate([_rest(angle) for angle in angles])
-    plain = MAD_TO_STD * np.median(np.abs(rests - np.median(rests))) / np.sqrt(1.0 - 1.0 / NOISE_WINDOW_ROWS)
+    middle = grouped_median(np.abs(rests - np.median(rests)))
+    plain = MAD_TO_STD * middle / np.sqrt(1.0 - 1.0 / NOISE_WINDOW_ROWS)
     return max(float(plain), white_level_deg(angles))
 
 

@@ -188,13 +188,17 @@ def _is_louder(cases: Sequence[Record], sessions: Sequence[Sequence[Record]]) ->
 
 
 def _dealt(records: Sequence[Record], step: float) -> list[Record]:
-    """The records with their own noise dealt anew, on the converter's step: what repeats in them does so by chance."""
+    """The records with their own noise dealt anew, on the converter's step: what repeats in them does so by chance. The
+    noise of another time, so that it keeps its colour; without the step's own share in it, which rounding adds again.
+    """
     random = np.random.default_rng(0)
     dealt = []
     for record, angle in zip(records, angles_of(records), strict=True):
         whole = filled(angle)
         smooth = gaussian_filter1d(whole, SLOPE_ROWS)
-        dealt.append(replace(record, angle_deg=step * np.round((smooth + random.permutation(whole - smooth)) / step)))
+        noise = np.roll(whole - smooth, int(random.integers(len(whole) // 4, 3 * len(whole) // 4 + 1)))
+        own = math.sqrt(max(1.0 - step**2 / 12.0 / max(float(np.var(noise)), 1e-30), 0.0))
+        dealt.append(replace(record, angle_deg=step * np.round((smooth + own * noise) / step)))
     return dealt
 
 

@@ -6,8 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from rig.columns import white_noise
+from rig.columns import grouped_median, white_noise
 from rig.gap.raw_tests.quantisation import quantisation_step
 from rig.gap.raw_tests.read import read_signatures
 from rig.gap.raw_tests.settings import COARSER, DAYS_MEAN_MPA, HIGHEST_CONFIDENCE
@@ -83,6 +85,44 @@ def test_drop_outs_are_found_alone_and_measured(share: float, rail: float, run: 
 def test_lost_samples_and_zeros_are_told_apart_and_are_no_noise() -> None:
     found = found_in(lambda angle, random: falling(0.01, 0.0)(repeating(0.01)(angle, random), random))
     assert set(found) == {"repeated samples", "drop-outs"}
+
+
+def coloured(seed: int, change: Change | None = None) -> list[Record]:
+    """A day whose noise a filter has coloured, fainter than the converter's step."""
+    random = np.random.default_rng(seed)
+    records = []
+    for one in day(seed):
+        noise = np.convolve(0.06 * random.standard_normal(len(T) + 8), np.ones(9) / 9.0, mode="valid")
+        angle = STEP_DEG * np.round((100.0 * one.dp_cmd_mpa + 3.0 + noise) / STEP_DEG)
+        records.append(replace(one, angle_deg=angle if change is None else change(angle, random)))
+    return records
+
+
+@pytest.mark.parametrize("days", [0, 1, 3])
+@pytest.mark.parametrize("made", [day, coloured])
+def test_half_a_percent_of_lost_samples_is_found_and_is_no_noise(made: Callable[..., list[Record]], days: int) -> None:
+    healthy = [made(k) for k in (1, 2, 3)[:days]]
+    for seed in (11, 12):
+        lost, whole = (
+            {one.test for one in read_signatures(pair_up(records, healthy, 0.2).pairs) if one.found}
+            for records in (made(seed, repeating(0.005)), made(seed))
+        )
+        assert lost == {"repeated samples"}
+        assert whole == set()
+
+
+@given(st.floats(0.01, 10.0), st.integers(0, 1000))
+def test_a_median_of_steps_goes_with_the_noise_and_not_with_the_step(noise: float, seed: int) -> None:
+    random = np.random.default_rng(seed)
+    sizes = np.abs(noise * random.standard_normal(4001))
+    assert grouped_median(sizes) == pytest.approx(float(np.median(sizes)), rel=0.01)
+    coarse = noise * np.round(sizes / noise)
+    assert grouped_median(coarse) == pytest.approx(float(np.median(sizes)), abs=0.15 * noise)
+
+
+def test_a_median_without_or_of_equal_sizes_is_none_of_its_own() -> None:
+    assert grouped_median(np.zeros(5)) == 0.0
+    assert 0.0 < grouped_median(np.full(5, 2.0)) <= 2.0
 
 
 def test_lost_samples_are_measured() -> None:
