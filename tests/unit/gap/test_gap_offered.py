@@ -77,3 +77,8 @@ def test_what_is_only_kept_from_the_library_is_missed() -> None:
     day = [list(baselines()[0])]
     found, _ = diagnose_with_grounds(model(), session(301, SLOW), day, library=["coulomb_friction"])
     assert found.verdict == "unknown"
+
+
+def test_what_a_stand_in_was_given_on_purpose_is_no_list_of_what_it_can_have() -> None:
+    given = [replace(record, facts={"effects": [{"effect": "delay", "parameters": {}}]}) for record in session(60)[:1]]
+    assert possible(PNEUMATIC, given) == list(LIBRARY)
