@@ -10,7 +10,8 @@ from dataclasses import dataclass, field, replace
 
 from rig.errors import DeviceError, DeviceLost
 from rig.fields import bounded
-from rig.interfaces import Clock, DeviceContext, Measurement
+from rig.interfaces import NAN, Clock, DeviceContext, Measurement, Role
+from rig.sample import P1_ABSENT, P2_ABSENT
 
 
 @dataclass(frozen=True)
@@ -52,6 +53,9 @@ class PhysicsRig:
         self._plant = families.stepped(
             settings.family, settings.unit, context.period_ns * 1e-9, day, wrong, settings.seed
         )
+        self._missing = (0 if Role.MONITOR_1 in self.roles else P1_ABSENT) | (
+            0 if Role.MONITOR_2 in self.roles else P2_ABSENT
+        )
         self._command = (context.safe_p1_mpa, context.safe_p2_mpa)
         self._shown = self._plant.step(*self._command)
         self._plant_ns: int | None = None
@@ -71,7 +75,8 @@ class PhysicsRig:
             raise DeviceLost("physics rig: read before open")
         self._advance()
         p1_mpa, p2_mpa, angle_deg = self._shown
-        return Measurement(p1_mpa, p2_mpa, angle_deg, p1_mpa, p2_mpa, angle_deg)
+        p1_mpa, p2_mpa = NAN if self._missing & P1_ABSENT else p1_mpa, NAN if self._missing & P2_ABSENT else p2_mpa
+        return Measurement(p1_mpa, p2_mpa, angle_deg, p1_mpa, p2_mpa, angle_deg, flags=self._missing)
 
     def twin(self, clock: Clock) -> "PhysicsRig":
         """Another such rig on another clock: for whoever wants to call one without an effect on this one."""
@@ -85,6 +90,11 @@ class PhysicsRig:
             raise DeviceError("physics rig: a set-point is not finite; nothing was written")
         self._advance()
         self._command = min(max(p1_cmd_mpa, 0.0), _REGULATOR_MPA), min(max(p2_cmd_mpa, 0.0), _REGULATOR_MPA)
+
+    @property
+    def setpoints_mpa(self) -> tuple[float, float]:
+        """What the regulators follow now."""
+        return self._command
 
     def safe(self) -> None:
         """The safe set-points stand from now on, whatever happened before."""

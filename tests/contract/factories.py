@@ -22,6 +22,7 @@ from hil.emulators.nifpga.shared import EVERY_CALL
 from hil.emulators.nifpga.stand_in import StandIn
 from hil.emulators.world import Outputs, World
 from hil.faults import FaultyRig, FaultySettings, Injection
+from hil.physics import PhysicsRig, PhysicsSettings
 from hil.terminals import Terminals
 from rig.app.playback import PlaybackRig, PlaybackSettings
 from rig.interfaces import Clock, Device, DeviceContext, Role
@@ -91,6 +92,18 @@ def simulated(folder: Path) -> Iterator[Bench]:
         return made[-1]
 
     yield Bench(context, make, lambda: made[-1].setpoints_mpa, step_mpa=0.0)
+
+
+@contextmanager
+def physics(folder: Path) -> Iterator[Bench]:
+    """A unit of a plant family, in the test's own process."""
+    made: list[PhysicsRig] = []
+
+    def make(asked: DeviceContext) -> PhysicsRig:
+        made.append(PhysicsRig(PhysicsSettings(), asked))
+        return made[-1]
+
+    yield Bench(_context(VirtualClock()), make, lambda: made[-1].setpoints_mpa, step_mpa=0.0)
 
 
 @contextmanager
@@ -225,11 +238,12 @@ class _Half(World):
 
 FACTORIES: dict[str, Callable[[Path], AbstractContextManager[Bench]]] = {
     "simulated": simulated,
+    "physics": physics,
     "playback": playback,
     "simulated_faulty": simulated_faulty,
     "myrio": myrio,
     "myrio_connector_c": myrio_connector_c,
     "mixed": mixed,
 }
-WITHOUT_PLUG = {"simulated", "playback"}
+WITHOUT_PLUG = {"simulated", "physics", "playback"}
 """There is nothing to pull: they live in the test's own process."""
