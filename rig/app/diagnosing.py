@@ -13,6 +13,7 @@ from rig.outputs import Kind, write_text
 from rig.tags import told
 
 if TYPE_CHECKING:
+    from rig.gains import ClosedLoop
     from rig.gap.answer.result import Diagnosis
     from rig.gap.days.findings import Findings
     from rig.gap.pipeline import Grounds
@@ -73,6 +74,7 @@ def diagnose_case(
     from rig.model.parameters import load_model
     from rig.rig_config import load_rig
 
+    gains = None if options.tracking is None else _gains_of(options.tracking)
     model = load_model(options.model)
     records = _read(case.logs)
     days = read_sessions(options.baselines, options.model) if sessions is None else sessions
@@ -86,25 +88,35 @@ def diagnose_case(
         reference=options.reference,
         effects=None if options.rig is None else load_rig(options.rig).effects,
     )
-    if options.tracking is not None:
-        _tell_worth(options.tracking, model, diagnosis, grounds, records)
+    if gains is not None:
+        _tell_worth(gains, model, diagnosis, grounds, records)
     _write(options, case, model, diagnosis, grounds, _origin(options, case, records, days))
     return case, diagnosis
 
 
-def _tell_worth(
-    reference: Path, model: "Model", diagnosis: "Diagnosis", grounds: "Findings | Grounds", records: "Sequence[Record]"
-) -> None:
-    """What the causes are worth to a feed-forward, into the evidence and the notes."""
+def _gains_of(reference: Path) -> "ClosedLoop":
+    """Those of a reference's YAML; ConfigError when it has none."""
     from rig.app.compose import find_config
-    from rig.control.worth import worth
     from rig.excite.experiment import load_sweep
-    from rig.gap.answer.augment import augmented
 
     place = find_config(reference, "references")
     gains = load_sweep(place).closed_loop
     if gains is None:
-        raise ConfigError(f"{place}: closed_loop: gains are missing; `pamrig tune` finds some")
+        raise ConfigError(f"--tracking {place}: closed_loop: gains are missing; `pamrig tune` finds some")
+    return gains
+
+
+def _tell_worth(
+    gains: "ClosedLoop",
+    model: "Model",
+    diagnosis: "Diagnosis",
+    grounds: "Findings | Grounds",
+    records: "Sequence[Record]",
+) -> None:
+    """What the causes are worth to a feed-forward, into the evidence and the notes."""
+    from rig.control.worth import worth
+    from rig.gap.answer.augment import augmented
+
     if not any(cause.applied for cause in diagnosis.causes):
         diagnosis.notes.append("no cause with a course of its own was found: the feed-forward stays as it is")
         return
@@ -113,8 +125,7 @@ def _tell_worth(
     diagnosis.evidence["tracking"] = {"before_deg": found.before_deg, "after_deg": found.after_deg}
     diagnosis.notes.append(
         f"with the causes in it the feed-forward follows {100 * abs(found.closer):.0f} % {way}: of these movements the "
-        f"loop of {place.stem} would leave {found.after_deg:.2f} deg rms, {found.before_deg:.2f} with the simulator as "
-        "it was"
+        f"loop would leave {found.after_deg:.2f} deg rms, {found.before_deg:.2f} with the simulator as it was"
     )
 
 

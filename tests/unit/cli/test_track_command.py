@@ -9,6 +9,7 @@ from click.testing import CliRunner, Result
 from mcap_files import contents
 
 from rig.app import compose
+from rig.cli.gap import gap
 from rig.cli.track import track, tune
 from rig.errors import RigError
 from rig.excite.experiment import load_sweep
@@ -142,3 +143,11 @@ def test_tune_with_only_one_of_reference_and_output_is_refused(wave: Path) -> No
     done = CliRunner().invoke(tune, [MODEL, "--reference", str(wave)])
     assert done.exit_code == 2
     assert "go together" in done.output
+
+
+def test_the_diagnosis_asks_for_gains_before_it_begins(tmp_path: Path) -> None:
+    path = tmp_path / "bare.yaml"
+    path.write_text(TIMES + RECORDS, encoding="utf-8")
+    words = ["diagnose", "--model", MODEL, "--log", str(tmp_path / "none.mcap"), "--tracking", str(path)]
+    with pytest.raises(RigError, match="closed_loop: gains are missing"):
+        CliRunner().invoke(gap, words, catch_exceptions=False)
