@@ -1,0 +1,79 @@
+"""The page as the daemon keeps it: its door, its key, and a daemon without the extra."""
+
+import logging
+import socket
+import stat
+from pathlib import Path
+
+import pytest
+
+from rig.app import compose
+from rig.errors import RigError, StateError
+from rig.service.settings import Web
+from rig.service.web import host
+from rig.service.web.host import Page, bind, signing_key
+from rig.service.web.orders import PageOrders
+
+
+def orders(tmp_path: Path) -> PageOrders:
+    return PageOrders(tmp_path / "s.sock", compose.load(None), True, tmp_path, tmp_path, local=True)
+
+
+def test_a_port_that_nobody_asked_for_gives_way_and_one_that_was_asked_for_does_not(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        monkeypatch.setattr(host, "DEFAULT_PORT", port)
+        with bind(Web()) as other:
+            assert other.getsockname()[1] not in (0, port)
+        with pytest.raises(StateError, match=f"127.0.0.1:{port}: the page cannot listen there"):
+            bind(Web(port=port))
+    with pytest.raises(StateError, match="cannot listen there"):
+        bind(Web(host="no.such.host.invalid"))
+
+
+def test_the_key_is_kept_for_the_user_alone_and_a_damaged_one_is_replaced(tmp_path: Path) -> None:
+    key = signing_key(tmp_path)
+    kept = tmp_path / "page.key"
+    assert len(key) == 32
+    assert signing_key(tmp_path) == key
+    assert stat.S_IMODE(kept.stat().st_mode) == 0o600
+    kept.write_bytes(b"short")
+    assert len(signing_key(tmp_path)) == 32
+    assert signing_key(tmp_path) != key
+
+
+def test_a_link_in_the_keys_place_leads_nowhere(tmp_path: Path) -> None:
+    target = tmp_path / "target"
+    target.write_bytes(b"")
+    (tmp_path / "page.new").symlink_to(target)
+    assert len(signing_key(tmp_path)) == 32
+    assert target.read_bytes() == b""
+
+
+def test_off_is_off(tmp_path: Path) -> None:
+    page = Page(Web(on=False), orders(tmp_path))
+    page.open()
+    assert (page.url, page.to_json()) == ("", None)
+    page.close()
+
+
+def test_without_the_extra_there_is_no_page_and_the_log_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(host, "missing_packages", lambda: ["starlette"])
+    page = Page(Web(), orders(tmp_path))
+    with caplog.at_level(logging.WARNING, "pamrig"):
+        page.open()
+    assert page.to_json() is None
+    assert "pip install 'pamrig[web]'" in caplog.text
+
+
+def test_a_token_that_is_too_short_is_refused_before_anything_listens(tmp_path: Path) -> None:
+    token = tmp_path / "token"
+    token.write_text("short")
+    page = Page(Web(host="0.0.0.0", token_file=token), orders(tmp_path))
+    with pytest.raises(RigError, match="at least 16 characters"):
+        page.open()
+    assert page.to_json() is None
