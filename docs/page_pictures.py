@@ -9,7 +9,7 @@ from rig.qualify.benchmarks.page import browser
 from rig.qualify.faults.bench import FaultBench
 
 IMAGES = Path(__file__).resolve().parent / "images"
-DESK, PHONE = {"width": 1280, "height": 900}, {"width": 390, "height": 800}
+DESK, PHONE = {"width": 1280, "height": 1440}, {"width": 390, "height": 800}
 WATCHED_MS = 12_000
 """Until there are some turns of the loop to see."""
 
