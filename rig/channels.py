@@ -22,6 +22,8 @@ INPUT_HALF_MPA: Final = 0.2
 """Working value at the end of the input's range: what the paper's sweeps reach."""
 OUTPUT_HALF_DEG: Final = 20.0
 """Working value at the end of the output's range: what the paper's joint turns by."""
+REST_MPA: Final = 0.2
+"""Mean pressure that stands for a rig without pressures on the working range: the paper's."""
 BEYOND: Final = 2.0
 """Values further from the middle than this many halves of the range are in another unit."""
 _LONGEST_WORD: Final = 40

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from rig.app import compose, runner
 from rig.app.outcome import Outcome
+from rig.channels import PNEUMATIC, REST_MPA, Channels, channels_of, common
 from rig.config import read_yaml, structure
 from rig.errors import CheckFailed, ConfigError, RecordError, RigError
 from rig.excite.envelope import check_setpoints
@@ -19,6 +20,7 @@ from rig.log.foreign.kinds import Kind, kind_of
 from rig.log.replay import Comparison, compare, departures, onto_period, program_of
 from rig.model.external import KIND as EXTERNAL
 from rig.outputs import targets_in
+from rig.own_units import own_plain
 from rig.realtime.program import Program
 from rig.report import log_figures
 from rig.rig_config import RigConfig
@@ -27,7 +29,7 @@ from rig.sample import Phase
 if TYPE_CHECKING:
     from rig.model.parameters import Model
 
-_KEPT_FACTS = ("signal", "frequency_hz", "amplitude_mpa", "p0_mpa", "repeat", "sweep")
+_KEPT_FACTS = ("signal", "frequency_hz", "amplitude_mpa", "p0_mpa", "repeat", "sweep", "channels", "tags", "note")
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,11 @@ class Recording:
     source: Path
     content: LogContent
     program: Program
+
+    @property
+    def channels(self) -> Channels:
+        """What its rig's input and output are."""
+        return channels_of(self.content.run_facts, str(self.source))
 
 
 @dataclass(frozen=True)
@@ -74,11 +81,13 @@ class Replayed:
     outcome: Outcome
     beside: Comparison
     """The replay beside its recording, tick by tick."""
+    channels: Channels = PNEUMATIC
 
     def to_json(self) -> dict[str, Any]:
-        """The result as the commands' reference has it."""
+        """The result as the commands' reference has it, in the rig's own units."""
         run: dict[str, Any] = self.outcome.to_json()["runs"][0] | {"file": str(self.file), "figure": str(self.figure)}
-        return run | dict(self.comparison) | {"departures": self.departures}
+        told: dict[str, Any] = own_plain(dict(self.comparison), self.channels)
+        return run | told | {"departures": self.departures}
 
 
 def prepare(log: Path, rig: RigConfig | Path | None, model: Path | None, p0_mpa: float | None, resample: bool) -> Job:
@@ -93,6 +102,10 @@ def prepare(log: Path, rig: RigConfig | Path | None, model: Path | None, p0_mpa:
         model = compose.find_config(model, "models")
         simulator = load_model(model)  # whatever is wrong with it is said before the session starts
     recordings = [_recording(name, source, content, rig, p0_mpa, resample) for name, source, content in _contents(log)]
+    if simulator is None:
+        _check_rig(str(rig.path), rig.channels, recordings)
+    elif simulator.muscle.kind != EXTERNAL:  # one of another kind answers whatever is asked of it
+        _check_rig(str(model), simulator.own_channels, recordings)
     if simulator is not None and simulator.muscle.kind == EXTERNAL:
         return Job(rig, recordings, simulator=simulator)
     return Job(rig, recordings, {} if model is None else {"model": model.resolve()})
@@ -144,6 +157,8 @@ def _recording(
 ) -> Recording:
     if p0_mpa is None and isinstance(content.run_facts.get("p0_mpa"), int | float):
         p0_mpa = float(content.run_facts["p0_mpa"])
+    if p0_mpa is None and not channels_of(content.run_facts, str(source)).has_valves:
+        p0_mpa = REST_MPA
     if resample:
         content = replace(content, samples=onto_period(content.samples, rig.period_ns))
     program = program_of(content.samples, rig.period_ns, p0_mpa, str(source))
@@ -189,6 +204,11 @@ def _replay(job: Job, recording: Recording, options: ReplayOptions, target: Path
     return _compared(recording, outcome, target, options)
 
 
+def _check_rig(name: str, channels: Channels, recordings: list[Recording]) -> None:
+    """RecordError when a recording is of another rig than the one that is to answer it."""
+    common([(name, channels), *((str(one.source), one.channels) for one in recordings)])
+
+
 def _rig_of(job: Job, recording: Recording) -> AbstractContextManager[RigConfig]:
     """The rig, or one that answers this recording as the simulator says."""
     if job.simulator is None:
@@ -217,13 +237,13 @@ def _compared(recording: Recording, outcome: Outcome, target: Path, options: Rep
         if options.figure and options.figure.suffix
         else (options.figure or target.parent) / f"{target.stem}.svg"
     )
-    log_figures.save(log_figures.replay_figure(recording.name, comparison), figure)
+    log_figures.save(log_figures.replay_figure(recording.name, comparison, recording.channels), figure)
     moved = (
         departures(recording.content.samples, made.samples, options.tolerances)
         if options.tolerances is not None
         else []
     )
-    return Replayed(target, figure, facts, moved, outcome, comparison)
+    return Replayed(target, figure, facts, moved, outcome, comparison, recording.channels)
 
 
 def _sha256(path: Path) -> str:

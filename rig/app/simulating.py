@@ -15,6 +15,7 @@ from rig.excite.experiment import expand, load_sweep
 from rig.excite.setpoints import around
 from rig.log.convert import write_record
 from rig.log.reader import read
+from rig.model.external import KIND as EXTERNAL
 from rig.model.kernels import simulate
 from rig.model.parameters import Input, load_model
 from rig.model.resample import set_points
@@ -67,7 +68,7 @@ def by_model(path: Path, *, from_pressures: bool) -> Simulator:
     own = {} if model.channels is None else {FACT: model.channels.plain()}
 
     def answer(record: Record) -> Record:
-        if record.source is not None:  # a sweep is of no rig yet
+        if record.source is not None and model.muscle.kind != EXTERNAL:  # a sweep is of no rig yet
             common([(str(path), model.own_channels), (str(record.source), record.channels)])
         return simulate(model, replace(record, facts=dict(record.facts) | own), drive=drive)
 

@@ -71,6 +71,7 @@ def replay(
     """
     from rig.app import replaying
     from rig.errors import CheckFailed
+    from rig.own_units import own_text
 
     job = replaying.prepare(log, rig_path, model_path, p0_mpa, resample)
     options = replaying.ReplayOptions(output, clock, seed, force, figure, replaying.load_gate(gate) if gate else None)
@@ -78,10 +79,8 @@ def replay(
     terminal = console(json_to)
     for item in done:
         facts = item.comparison
-        terminal.print(
-            f"{item.file}: RMSE {facts['rmse_deg']:.4g} deg, largest {facts['max_deg']:.4g} deg over "
-            f"{facts['compared_ticks']} ticks"
-        )
+        off = own_text(f"RMSE {facts['rmse_deg']:.4g} deg, largest {facts['max_deg']:.4g} deg", item.channels)
+        terminal.print(f"{item.file}: {off} over {facts['compared_ticks']} ticks")
         terminal.print(f"  {item.figure}")
         for finding in item.departures:
             terminal.print(f"  {finding}")

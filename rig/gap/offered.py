@@ -11,6 +11,7 @@ from rig.channels import EFFECTS_FACT, Channels, common
 from rig.config import suggest
 from rig.errors import ConfigError
 from rig.gap.hypotheses.library import LIBRARY
+from rig.model.external import KIND as EXTERNAL
 from rig.model.parameters import Model
 from rig.record import Record
 
@@ -22,7 +23,8 @@ TWO_MUSCLES: Final = frozenset({"co_contraction", "muscle_mismatch", "leak"})
 def channels_of_call(model: Model | None, records: Sequence[Record], baselines: Sequence[Sequence[Record]]) -> Channels:
     """The one channel map of everything in a call; RecordError when simulator and records are of different rigs."""
     shown = [(str(one.source or one.name), one.channels) for one in joined(records, *baselines)]
-    return common(([] if model is None else [("the model", model.own_channels)]) + shown)
+    own = [] if model is None or model.muscle.kind == EXTERNAL else [("the model", model.own_channels)]
+    return common(own + shown)
 
 
 def possible(

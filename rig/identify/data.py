@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from rig.channels import common
 from rig.errors import RecordError
 from rig.identify.mix_ups import mix_ups, strange_clock
+from rig.model.external import KIND as EXTERNAL
 from rig.model.parameters import Input, Model
 from rig.model.resample import held_commands, is_regular, on_grid
 from rig.record import Column, Record
@@ -79,7 +80,8 @@ def prepare(record: Record, model: Model, options: Options | None = None) -> Pre
     """`record` ready to be fitted by, or compared with, `model`; RecordError in one line when it cannot be."""
     allowed = options or Options()
     record = cut(record, allowed)
-    common([("the model", model.own_channels), (record.name, record.channels)])
+    if model.muscle.kind != EXTERNAL:  # one of another kind is told what stands in the records
+        common([("the model", model.own_channels), (record.name, record.channels)])
     if not allowed.trust_units:
         _check_clock(record)
     _check_times(record, model.sample_time_s, allowed.resample)

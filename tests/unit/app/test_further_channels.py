@@ -130,3 +130,16 @@ def test_tags_that_are_none_are_refused_before_anything_moves(words: list[str], 
     with pytest.raises(ConfigError, match=said):
         cli.main(["run", "quick", "--clock", "virtual", "-o", str(tmp_path / "out"), *words], standalone_mode=False)
     assert not (tmp_path / "out").exists()
+
+
+def test_a_replay_is_told_in_its_own_units_and_refused_by_another_rig(record: Record, tmp_path: Path) -> None:
+    words = ["replay", record.source, "--seed", "1", "-o", tmp_path / "again.mcap", "--json", "-"]
+    call = [PAMRIG, *map(str, words), "--rig", str(rig_file(tmp_path))]
+    done = subprocess.run(call, check=True, capture_output=True, text=True)
+    (run,) = json.loads(done.stdout)["runs"]
+    assert run["rmse_mm"] < 1.0
+    assert "rmse_deg" not in run
+    words[words.index("-o") + 1] = tmp_path / "elsewhere.mcap"
+    elsewhere = subprocess.run([PAMRIG, *map(str, words)], check=False, capture_output=True, text=True)
+    assert elsewhere.returncode == 2
+    assert "different rigs" in elsewhere.stderr
