@@ -8,7 +8,7 @@ from typing import Final
 import click
 from click.shell_completion import CompletionItem
 
-from rig.cli.outputs import Output
+from rig.cli.outputs import Command, Output
 from rig.outputs import Kind
 
 LOGS: Final = (".mcap", ".csv", ".csv.gz", ".tdms")
@@ -43,7 +43,7 @@ WRITTEN: Final = {
 SHELLS: Final = ("bash", "zsh", "fish")
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("shell", type=click.Choice(SHELLS))
 def completion(shell: str) -> None:
     """Print what SHELL has to read: `eval "$(pamrig completion bash)"` in your ~/.bashrc, or the like for zsh; for fish
