@@ -51,6 +51,7 @@ class Plan:
 class HealthyDay:
     """One healthy day under one reference."""
 
+    family: str
     reference: str
     pressures: Parts
     angle: Parts
@@ -117,24 +118,31 @@ def healthy_days(rig: tuple[Case, Model, Model]) -> list[HealthyDay]:
         ]
         for kind, is_sister, model, beside in asked:
             try:
-                found.append(_healthy(expect(kind, is_sister, model, pair_up(days[number], beside, model.p0_mpa))))
+                paired = pair_up(days[number], beside, model.p0_mpa)
+                found.append(_healthy(case.family, expect(kind, is_sister, model, paired)))
             except ModelError:
                 continue
     return found
 
 
-def _healthy(expected: Expected) -> HealthyDay:
+def _healthy(family: str, expected: Expected) -> HealthyDay:
     angle = angle_parts(expected.tracks, expected.base, expected.response, expected.driven)
     reference = np.concatenate([track.reference.angle_deg for track in expected.tracks])
     measured = np.concatenate([track.pair.case.angle_deg for track in expected.tracks])
     commanded = rms_used(measured - reference, angle.lines.used) / angle.span
-    return HealthyDay(expected.levels, pressure_parts(expected.tracks, expected.pairing.p0_mpa), angle, commanded)
+    return HealthyDay(
+        family, expected.levels, pressure_parts(expected.tracks, expected.pairing.p0_mpa), angle, commanded
+    )
 
 
 def _levels(days: Sequence[HealthyDay], prior: Prior) -> Levels:
-    pressures, angle = ([getattr(day, name) for day in days] for name in ("pressures", "angle"))
-    commanded = float(np.sqrt(np.mean([day.commanded**2 for day in days])))
-    return Levels(fit_levels(pressures, prior), fit_levels(angle, prior), commanded)
+    families = [[day for day in days if day.family == name] for name in dict.fromkeys(day.family for day in days)]
+    pressures, angle = (
+        fit_levels([[getattr(day, name) for day in some] for some in families], prior)
+        for name in ("pressures", "angle")
+    )
+    commanded = [np.sqrt(np.mean([day.commanded**2 for day in some])) for some in families]
+    return Levels(pressures, angle, float(np.exp(np.mean(np.log(commanded)))))
 
 
 def _first_cases(family: str, plan: Plan) -> list[Case]:

@@ -28,23 +28,64 @@ PULL = 0.02
 ROUNDS = 40
 
 
-def fit_levels(days: Sequence[Parts], prior: Prior) -> FactorLevels:
-    """The likeliest levels of one factor over all days."""
-    names = list(dict.fromkeys(days[0].names))
-    start = np.log([*(START[name] for name in names), START_SHARE, START_EVEN])
+def fit_levels(families: Sequence[Sequence[Parts]], prior: Prior) -> FactorLevels:
+    """The levels of one factor for a rig of a build that is not among these: each the geometric mean of every family's
+    own likeliest level and of the start.
 
-    def levels(x: Column) -> FactorLevels:
-        values = np.exp(x).tolist()
-        return FactorLevels(dict(zip(names, values, strict=False)), values[-2], values[-1], floor)
+    A family is one draw of what builds differ by, however many days it brings, and the start is one more. So a level
+    that one build hardly shows stays a doubt about the next.
+    """
+    found = [_of_family(days, prior) for days in families]
+    floor = float(np.exp(np.mean([np.log(_floor(days)) for days in families])))
+    names = _names(families[0])
+    return _levels(names, np.mean([_start(names), *found], axis=0), floor)
 
-    floor = float(np.sqrt(np.mean([(day.rms(day.gap) / day.span) ** 2 for day in days])))
+
+def _of_family(days: Sequence[Parts], prior: Prior) -> Column:
+    """Logarithms of the likeliest levels over all days of one family, in the order of `_start`."""
+    names = _names(days)
+    start = _start(names)
     residuals = [day.lines.of(day.gap) for day in days]
 
-    def cost(x: Column) -> float:
-        here = levels(x)
-        said = sum(day.factor(here, prior).healthy.log_density(gap) for day, gap in zip(days, residuals, strict=True))
-        return float(PULL * np.sum((x - start) ** 2) - said)
+    def cost(x: Column) -> tuple[float, Column]:
+        here = _levels(names, x, 0.0)
+        slope, said = 2.0 * PULL * (x - start), -PULL * float(np.sum((x - start) ** 2))
+        for day, gap in zip(days, residuals, strict=True):
+            healthy = day.factor(here, prior).healthy
+            said += healthy.log_density(gap)
+            slope -= _slope(day, here, names, healthy.log_slopes(gap))
+        return -said, slope
 
     bounds = [(None, float(np.log(MOST[name])) if name in MOST else None) for name in names] + [(None, None)] * 2
-    found = minimize(cost, start, method="L-BFGS-B", bounds=bounds, options={"maxiter": ROUNDS})
-    return levels(found.x)
+    found: Column = minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": ROUNDS}).x
+    return found
+
+
+def _slope(day: Parts, here: FactorLevels, names: Sequence[str], slopes: tuple[Column, Column]) -> Column:
+    """Derivative of a day's log density by the logarithms of its levels."""
+    by_pattern, by_line = slopes
+    out = np.zeros(len(names) + 2)
+    np.add.at(out, [names.index(name) for name in day.names], by_pattern)
+    share, even = here.share**2 * day.envelope, (here.even * day.span) ** 2
+    variance = share + even + day.noise
+    out[-2:] = 2.0 * np.sum(by_line * share / variance), 2.0 * np.sum(by_line * even / variance)
+    return out
+
+
+def _names(days: Sequence[Parts]) -> list[str]:
+    return list(dict.fromkeys(days[0].names))
+
+
+def _start(names: Sequence[str]) -> Column:
+    """Logarithms of the start: of each pattern, then of `share` and `even`."""
+    return np.log([*(START[name] for name in names), START_SHARE, START_EVEN])
+
+
+def _levels(names: Sequence[str], x: Column, floor: float) -> FactorLevels:
+    values = np.exp(x).tolist()
+    return FactorLevels(dict(zip(names, values, strict=False)), values[-2], values[-1], floor)
+
+
+def _floor(days: Sequence[Parts]) -> float:
+    """Rms of what the days differ from what is expected by, as a share of the span."""
+    return float(np.sqrt(np.mean([(day.rms(day.gap) / day.span) ** 2 for day in days])))

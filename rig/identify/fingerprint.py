@@ -16,11 +16,12 @@ from rig.identify.response import (
     Drive,
     Line,
     bank_sums,
+    corrected_misfit_mpa,
+    fit_correction,
     fit_mean_exponent,
     fit_regulator,
     fit_response,
     mean_pressure_moves,
-    regulator_misfit_mpa,
 )
 from rig.model.fingerprint import Fingerprint, PressureSource, fingerprint_checksum
 from rig.model.kernels import drive
@@ -87,7 +88,13 @@ def _whole(record: _Gridded) -> bool:
 def _response_part(records: Sequence[_Gridded], given: tuple[Regulator, Regulator] | None, model: Model) -> Fingerprint:
     """The response model's numbers."""
     drives = [record.drive for record in records]
-    first, second = given or (fit_regulator(_lines(records, 0)), fit_regulator(_lines(records, 1)))
+    lines = _lines(records, 0), _lines(records, 1)
+    first, second = given or (fit_regulator(lines[0]), fit_regulator(lines[1]))
+    corrections = (
+        []
+        if given
+        else [fit_correction(own, valve, model.p0_mpa) for own, valve in zip(lines, (first, second), strict=True)]
+    )
     moves = mean_pressure_moves(_means(records), model.p0_mpa)
     exponent = _short(fit_mean_exponent(drives, model.p0_mpa)) if moves else 1.0
     found = fit_response(drives, model.p0_mpa, (first, second), exponent)
@@ -95,6 +102,7 @@ def _response_part(records: Sequence[_Gridded], given: tuple[Regulator, Regulato
         pressures=PressureSource.VIRTUAL if given else PressureSource.MEASURED,
         p0_mpa=model.p0_mpa,
         regulators_s=tuple((_short(dead), _short(fill), _short(exhaust)) for dead, fill, exhaust in (first, second)),
+        corrections=tuple(_row(each) for each in corrections),
         weights=_row(found.weights),
         viscous_s=_short(found.balance.viscous_s),
         inertia_s=_short(found.balance.inertia_s),
@@ -107,15 +115,20 @@ def _response_part(records: Sequence[_Gridded], given: tuple[Regulator, Regulato
 
 def _misfit_part(made: Fingerprint, records: Sequence[_Gridded]) -> Fingerprint:
     """What it leaves of these records, and of each when it is fitted to the others."""
-    measured = made.pressures is PressureSource.MEASURED
-    valves = [(_lines(records, k), made.regulators_s[k]) for k in (0, 1)] if measured else []
-    made = replace(made, misfit_mpa=_row(regulator_misfit_mpa(lines, regulator) for lines, regulator in valves))
+    valves = list(zip((_lines(records, 0), _lines(records, 1)), made.regulators_s, made.corrections, strict=False))
+    made = replace(
+        made,
+        misfit_mpa=_row(
+            corrected_misfit_mpa(lines, regulator, np.array(correction), made.p0_mpa)
+            for lines, regulator, correction in valves
+        ),
+    )
     if len(records) < LEAST_RECORDS:
         return made
     return replace(
         made,
         left_out_deg=_short(left_out_deg([record.drive for record in records], made.p0_mpa, made.exponent)),
-        left_out_mpa=_row(left_out_mpa(lines, regulator) for lines, regulator in valves),
+        left_out_mpa=_row(left_out_mpa(lines, regulator, made.p0_mpa) for lines, regulator, _ in valves),
     )
 
 
@@ -154,12 +167,14 @@ def left_out_deg(records: Sequence[Drive], p0_mpa: float, exponent: float) -> fl
     return float(np.sqrt(missed / max(rows, 1.0)))
 
 
-def left_out_mpa(lines: Sequence[Line], regulator: Regulator) -> float:
-    """Rms (MPa) of a regulator on each record when it is fitted to the others, from what all of them gave."""
+def left_out_mpa(lines: Sequence[Line], regulator: Regulator, p0_mpa: float) -> float:
+    """Rms (MPa) of a regulator with its correction on each record when it is fitted to the others, from what all of
+    them gave."""
     missed = []
     for k, own in enumerate(lines):
-        others = fit_regulator([*lines[:k], *lines[k + 1 :]], (regulator,), steps=2)
-        missed.append(regulator_misfit_mpa([own], others))
+        others = [*lines[:k], *lines[k + 1 :]]
+        fitted = fit_regulator(others, (regulator,), steps=2)
+        missed.append(corrected_misfit_mpa([own], fitted, fit_correction(others, fitted, p0_mpa), p0_mpa))
     return float(np.sqrt(np.mean(np.square(missed))))
 
 

@@ -13,7 +13,7 @@ from scipy.optimize import lsq_linear, minimize_scalar
 from rig.identify.descent import descend
 from rig.model.joint_balance import LOOP_RADII_DEG
 from rig.model.kernels import drive
-from rig.model.response import NO_FRICTION, Balance, Regulator, ResponseModel
+from rig.model.response import NO_FRICTION, REGULATOR_TERMS, Balance, Regulator, ResponseModel, regulator_terms
 from rig.model.response_kernels import RESPONSE_TERMS, regulated, response_terms, stops
 from rig.record import Column
 
@@ -24,6 +24,8 @@ BALANCE_SMOOTHING_S = 0.025
 """Standard deviation of the smoothing of the balance's terms, which hold second derivatives."""
 MOST_SLIP, MOST_VISCOUS_S, MOST_INERTIA_S = 50.0, 2.0, 0.5
 """Bounds of the balance: those of the effect stages that solve it again."""
+CORRECTION_RIDGE = 1e-6
+"""Of a regulator's correction, in units of each term's own power."""
 REGULATOR_LOW, REGULATOR_HIGH = np.array([0.0, 2e-3, 2e-3]), np.array([0.5, 1.0, 1.0])
 REGULATOR_STARTS: tuple[Regulator, ...] = ((0.01, 0.04, 0.04), (0.06, 0.1, 0.1))
 MOST_EXPONENT = 2.0
@@ -74,10 +76,39 @@ def _missed(line: Line, regulator: Sequence[float] | Column) -> Column:
     return np.asarray(left - left.mean())
 
 
+def fit_correction(lines: Sequence[Line], regulator: Regulator, p0_mpa: float) -> Column:
+    """(REGULATOR_TERMS,) ridge weights of what a regulator leaves of its pressure."""
+    blocks = [_correction_rows(line, regulator, p0_mpa) for line in lines]
+    terms, left = np.concatenate([rows for rows, _ in blocks]), np.concatenate([column for _, column in blocks])
+    power = np.maximum(np.sum(terms**2, axis=0), 1e-30)
+    scale = np.sqrt(power)
+    gram = (terms / scale).T @ (terms / scale) + CORRECTION_RIDGE * np.eye(REGULATOR_TERMS)
+    weights: Column = np.linalg.solve(gram, (terms / scale).T @ left) / scale
+    return weights
+
+
+def _correction_rows(line: Line, regulator: Regulator, p0_mpa: float) -> tuple[Column, Column]:
+    """Terms (n, REGULATOR_TERMS) and what they are to explain (n,), nought in rows that do not count."""
+    said = regulated(line.command_mpa, *regulator, line.dt_s)
+    terms = regulator_terms(said, p0_mpa, line.dt_s) * line.used[:, None]
+    return terms, (line.pressure_mpa - said) * line.used
+
+
 def regulator_misfit_mpa(lines: Sequence[Line], regulator: Regulator) -> float:
     """Rms (MPa) that a regulator leaves of records, their offsets aside."""
-    left = np.concatenate([_missed(line, regulator) * line.used for line in lines])
-    return float(np.sqrt(np.sum(left**2) / max(sum(float(line.used.sum()) for line in lines), 1.0)))
+    return _rms_used([_missed(line, regulator) for line in lines], lines)
+
+
+def corrected_misfit_mpa(lines: Sequence[Line], regulator: Regulator, correction: Column, p0_mpa: float) -> float:
+    """The same of a regulator with its correction (REGULATOR_TERMS,)."""
+    rows = [_correction_rows(line, regulator, p0_mpa) for line in lines]
+    left = [column - terms @ correction for terms, column in rows]
+    return _rms_used([column - column.mean() for column in left], lines)
+
+
+def _rms_used(columns: Sequence[Column], lines: Sequence[Line]) -> float:
+    total = sum(float(np.sum((column * line.used) ** 2)) for column, line in zip(columns, lines, strict=True))
+    return float(np.sqrt(total / max(sum(float(line.used.sum()) for line in lines), 1.0)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,10 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rig.model.parameters import Model
 
-VERSION = 1
+VERSION = 2
+"""Of what is written; 1 has no corrections."""
+READ = (1, 2)
+"""Versions that can be used."""
 
 
 class PressureSource(StrEnum):
@@ -41,6 +44,9 @@ class Fingerprint:
     p0_mpa: float = 0.2
     regulators_s: tuple[tuple[float, float, float], ...] = ()
     """Dead time, fill and exhaust time constant of each valve."""
+    corrections: tuple[tuple[float, ...], ...] = ()
+    """Of each valve: what its monitor shows beside the regulator, see `rig.model.response.regulator_terms`; none where
+    the pressures are virtual, and in version 1."""
     weights: tuple[float, ...] = ()
     """Of the bank, see `rig.model.response_kernels`."""
     viscous_s: float = 0.0
@@ -74,6 +80,8 @@ def fingerprint_checksum(fingerprint: Fingerprint, model: "Model") -> str:
     }
     effects = [[added.effect, added.parameters] for added in model.effects]
     own = asdict(fingerprint) | {"checksum": ""}
+    if fingerprint.version == 1:
+        del own["corrections"]
     numbers = [own, model.sample_time_s, model.p0_mpa, model.muscle.input, stages, effects]
     text = json.dumps(_one_zero(numbers), sort_keys=True)
     return f"sha-{hashlib.sha256(text.encode()).hexdigest()[:12]}"
@@ -93,9 +101,9 @@ def fingerprint_trouble(model: "Model") -> str | None:
     known = model.fingerprint
     if known is None:
         return None
-    if known.version != VERSION:
+    if known.version not in READ:
         return (
-            f"the model's fingerprint is of version {known.version}, this pamrig reads version {VERSION}: it "
+            f"the model's fingerprint is of version {known.version}, this pamrig reads versions up to {VERSION}: it "
             "is not used"
         )
     if known.checksum != fingerprint_checksum(known, model):

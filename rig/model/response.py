@@ -40,6 +40,8 @@ class Balance:
         return slip | {"viscous_time_s": self.viscous_s, "inertia_time_s": self.inertia_s}
 
 
+REGULATOR_TERMS = 8
+"""Numbers of a regulator's correction, see `regulator_terms`."""
 USUAL_REGULATOR: Regulator = (0.005, 0.05, 0.05)
 """A regulator of which nothing is known."""
 NO_FRICTION = Balance(0.0, 0.0, (0.0,) * len(LOOP_RADII_DEG), (0.0, 0.0, 0.0))
@@ -60,6 +62,8 @@ class ResponseModel:
     """How the mean pressure divides the drive."""
     compliance: float = 1.0
     """How far the stiffness follows the mean pressure: 1 in proportion, 0 not at all."""
+    corrections: tuple[Column, ...] = ()
+    """(REGULATOR_TERMS,) of each valve: what its monitor shows beside the regulator; none where that is not known."""
 
     @cached_property
     def tau0_s(self) -> float:
@@ -69,6 +73,18 @@ class ResponseModel:
     def pressures(self, u1: Column, u2: Column, dt_s: float) -> tuple[Column, Column]:
         """Both regulators' pressures (MPa) under set-points (MPa); all (n,)."""
         return regulated(u1, *self.regulators[0], dt_s), regulated(u2, *self.regulators[1], dt_s)
+
+    def monitored(self, u1: Column, u2: Column, dt_s: float) -> tuple[Column, Column]:
+        """What both monitors show (MPa) under set-points (MPa): the regulators' pressures with their corrections; all
+        (n,)."""
+        p1, p2 = self.pressures(u1, u2, dt_s)
+        if not self.corrections:
+            return p1, p2
+        first, second = self.corrections
+        return (
+            p1 + regulator_terms(p1, self.p0_mpa, dt_s) @ first,
+            p2 + regulator_terms(p2, self.p0_mpa, dt_s) @ second,
+        )
 
     def angle(self, p1: Column, p2: Column, dt_s: float) -> Column:
         """The angle (deg) of the bank under pressures (MPa); all (n,)."""
@@ -101,6 +117,28 @@ def response_of(fingerprint: Fingerprint) -> ResponseModel:
         fingerprint.misfit_deg,
         fingerprint.exponent,
         fingerprint.compliance,
+        tuple(np.array(row) for row in fingerprint.corrections),
+    )
+
+
+def regulator_terms(pressure: Column, p0_mpa: float, dt_s: float) -> Column:
+    """(n, REGULATOR_TERMS) in which a real regulator differs from a dead time and a lag, from its pressure (n,) in MPa.
+
+    Offset; gain; first and second order of its answer; filling against exhausting; its characteristic bent evenly and
+    oddly; an answer whose speed depends on the pressure.
+    """
+    speed, moved = np.gradient(pressure, dt_s), pressure - p0_mpa
+    return np.column_stack(
+        [
+            np.ones_like(pressure),
+            moved,
+            -speed,
+            np.gradient(speed, dt_s),
+            -np.abs(speed),
+            moved**2 / p0_mpa,
+            moved**3 / p0_mpa**2,
+            -speed * moved / p0_mpa,
+        ]
     )
 
 

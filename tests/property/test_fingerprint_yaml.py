@@ -17,10 +17,11 @@ PAIR = st.tuples(NUMBER, NUMBER)
 TRIPLE = st.tuples(NUMBER, NUMBER, NUMBER)
 FINGERPRINTS = st.builds(
     Fingerprint,
-    version=st.just(1),
+    version=st.just(2),
     checksum=st.just(""),
     pressures=st.sampled_from(PressureSource),
     records=st.integers(0, 10**6),
+    corrections=st.lists(ROW, max_size=2).map(tuple),
     regulators_s=st.lists(TRIPLE, max_size=2).map(tuple),
     **dict.fromkeys(("seconds", "grid_s", "p0_mpa", "viscous_s", "inertia_s", "exponent", "compliance"), NUMBER),
     **dict.fromkeys(("misfit_deg", "noise_deg"), NUMBER),

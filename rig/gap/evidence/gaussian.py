@@ -78,6 +78,18 @@ class Gaussian:
             - self.log_spread
         )
 
+    def log_slopes(self, residual: Column) -> tuple[Column, Column]:
+        """Derivatives of `log_density` by the logarithm of each pattern's size (m,) and of each line's variance
+        (l,)."""
+        scaled = residual * self._scale
+        sizes = cho_solve(self._factor, self._weighed.T @ scaled)
+        inverse: Column = cho_solve(self._factor, np.eye(len(sizes)))
+        left = scaled - self._weighed @ sizes
+        stiff = (self.degrees + self.effective) / (self.degrees + float(left @ left + sizes @ sizes))
+        taken = np.einsum("ij,jk,ik->i", self._weighed, inverse, self._weighed)
+        by_line = 0.5 * (stiff * left**2 + taken - self.effective / len(left))
+        return stiff * sizes**2 + np.diag(inverse) - 1.0, by_line
+
     def with_patterns(self, more: Column) -> "Gaussian":
         """The same with further patterns (l, k)."""
         return replace(self, patterns=np.hstack([self.patterns, more]))

@@ -194,7 +194,7 @@ class _Trial:
         sign, log_det = np.linalg.slogdet(hessian)
         spread = np.sqrt(np.maximum(np.diag(np.linalg.pinv(hessian)), 0.0))
         laplace = 0.5 * len(x) * np.log(2 * np.pi) - 0.5 * log_det if sign > 0 else 0.0
-        evidence = log_density + log_prior + laplace - self.law.charge
+        evidence = log_density + log_prior + laplace
         return Fit(effect, self.law, self.applied(x, fixed), x, spread, float(evidence), log_density, change)
 
     def _log_prior(self, x: Column, change: Column) -> tuple[float, Column]:

@@ -187,7 +187,7 @@ def from_response(response: ResponseModel, pairing: Pairing) -> Expected:
     """A response model brought to the records, as what a fingerprint would expect of them."""
     references = []
     for pair in pairing.pairs:
-        p1, p2 = response.pressures(pair.u1_mpa, pair.u2_mpa, pair.dt_s)
+        p1, p2 = response.monitored(pair.u1_mpa, pair.u2_mpa, pair.dt_s)
         references.append(Reference(p1, p2, response.angle(p1, p2, pair.dt_s)))
     tracks = lay_tracks(pairing.pairs, references, response)
     base = [_under_case(track, response) if pairing.pressures else track.reference.angle_deg for track in tracks]

@@ -15,7 +15,7 @@ RIG = load_model(Path(__file__).parents[3] / "configs" / "models" / "simulated.y
 KNOWN = Fingerprint(drive_mpa=(-0.2, 0.2), mean_mpa=(0.19, 0.21))
 STAMPED = replace(RIG, fingerprint=replace(KNOWN, checksum=fingerprint_checksum(KNOWN, RIG)))
 EDITED = replace(STAMPED, p0_mpa=0.25)
-NEWER = replace(RIG, fingerprint=Fingerprint(version=2))
+NEWER = replace(RIG, fingerprint=Fingerprint(version=3))
 
 
 @pytest.mark.parametrize(
@@ -36,7 +36,7 @@ def test_the_best_there_is(model: Model | None, days: int, kind: Kind) -> None:
 
 @pytest.mark.parametrize(
     ("model", "reason"),
-    [(RIG, "the model file has none"), (EDITED, "changed after the identification"), (NEWER, "version 2")],
+    [(RIG, "the model file has none"), (EDITED, "changed after the identification"), (NEWER, "version 3")],
 )
 def test_a_fingerprint_that_is_asked_for_and_cannot_be_used_is_an_error_of_the_call(model: Model, reason: str) -> None:
     with pytest.raises(ConfigError, match=reason):

@@ -172,18 +172,41 @@ def test_a_model_without_one_reads_as_ever() -> None:
     assert fingerprint_trouble(RIG) is None
 
 
+def test_a_file_of_version_1_has_no_corrections_and_stays_good(file: Path) -> None:
+    first = replace(FINGERPRINT, version=1, corrections=())
+    save_model(replace(RIG, fingerprint=replace(first, checksum=fingerprint_checksum(first, RIG))), file)
+    model = load_model(file)
+    assert fingerprint_trouble(model) is None
+    assert model.fingerprint is not None
+    response, u = response_of(model.fingerprint), np.linspace(0.15, 0.25, 400)
+    assert np.array_equal(response.monitored(u, u, 0.01), response.pressures(u, u, 0.01))
+
+
+def test_what_a_regulator_is_beside_a_lag_is_kept() -> None:
+    def droops(record: Record) -> Record:
+        return replace(record, p1_mpa=0.2 + 0.95 * (record.p1_mpa - 0.2) + 0.002)
+
+    seen, other = (droops(measured(f)) for f in (0.2, 0.5))
+    response = response_of(made([prepare(seen, RIG), prepare(droops(measured(0.8)), RIG)]))
+    commands = other.p1_cmd_mpa[::2].copy(), other.p2_cmd_mpa[::2].copy()
+    shown = response.monitored(*commands, 0.01)[0][20:]
+    without = response.pressures(*commands, 0.01)[0][20:]
+    assert np.std(other.p1_mpa[::2][20:] - without) > 2e-3, "no lag has a gain"
+    assert np.std(other.p1_mpa[::2][20:] - shown) < 6e-4, "on a record that it was not fitted to"
+
+
 def test_a_newer_version_is_said_in_one_line_and_the_model_works_without_it(file: Path) -> None:
     raw = yaml.safe_load(file.read_text(encoding="utf-8"))
-    raw["fingerprint"] = {"version": 2, "spectrum": {"lines": [1, 2]}, "weights": "base64"}
+    raw["fingerprint"] = {"version": 3, "spectrum": {"lines": [1, 2]}, "weights": "base64"}
     file.write_text(yaml.safe_dump(raw), encoding="utf-8")
     model = load_model(file)
     assert (
         fingerprint_trouble(model)
-        == "the model's fingerprint is of version 2, this pamrig reads version 1: it is not used"
+        == "the model's fingerprint is of version 3, this pamrig reads versions up to 2: it is not used"
     )
     result = validate(model, [measured(0.5)], SweepRange())
     assert result.scores[0].rmse_deg < 0.2
-    assert [text for text in result.warnings if "version 2" in text]
+    assert [text for text in result.warnings if "version 3" in text]
 
 
 def edited(model: Model, change: str) -> Model:
