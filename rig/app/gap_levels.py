@@ -24,6 +24,7 @@ from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Expected, Kind, expect
 from rig.gap.reference.expectation import Parts, angle_parts, pressure_parts, rms_used
 from rig.gap.settings import Fitted, Levels, Prior, Provenance, fitted
+from rig.model.fingerprint import fingerprint_checksum
 from rig.model.parameters import Model
 from rig.outputs import Kind as Output
 from rig.outputs import write_text
@@ -113,6 +114,7 @@ def healthy_days(rig: tuple[Case, Model, Model]) -> list[HealthyDay]:
         asked = [
             (Kind.SESSION, False, own, [days[0]]),
             (Kind.FINGERPRINT, False, own, []),
+            (Kind.FINGERPRINT, False, uncorrected(own), []),
             (Kind.SIMULATOR, False, replace(own, fingerprint=None), []),
             (Kind.SIMULATOR, True, replace(sister, fingerprint=None), []),
         ]
@@ -123,6 +125,14 @@ def healthy_days(rig: tuple[Case, Model, Model]) -> list[HealthyDay]:
             except ModelError:
                 continue
     return found
+
+
+def uncorrected(model: Model) -> Model:
+    """The model with a fingerprint that does not say what its regulators are beside a dead time and a lag."""
+    if model.fingerprint is None:
+        return model
+    bare = replace(model.fingerprint, corrections=())
+    return replace(model, fingerprint=replace(bare, checksum=fingerprint_checksum(bare, model)))
 
 
 def _healthy(family: str, expected: Expected) -> HealthyDay:

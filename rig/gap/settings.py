@@ -84,7 +84,7 @@ class Prior:
     effective: float = 60.0
     """Independent lines of one factor in a session of SESSION_S: neighbours and records share causes. More: surer, and
     more false alarms."""
-    degrees: float = 20.0
+    degrees: float = 6.0
     """Degrees of freedom with which a remainder's level is known. Fewer: heavier tails."""
     log_none: float = 6.0
     """Prior odds of no cause on a factor against each single effect, nats. Less: more false alarms, smaller effects
@@ -111,7 +111,8 @@ class Fitted:
 
     provenance: Provenance
     levels: dict[str, Levels]
-    """By reference: session, fingerprint, simulator, and sister: a simulator made for another rig of the build."""
+    """By reference: session, fingerprint, uncorrected (a fingerprint without its regulators' corrections), simulator,
+    and sister: a simulator made for another rig of the build."""
     prior: Prior
 
 

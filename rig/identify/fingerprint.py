@@ -27,7 +27,7 @@ from rig.model.fingerprint import Fingerprint, PressureSource, fingerprint_check
 from rig.model.kernels import drive
 from rig.model.parameters import Input, Model
 from rig.model.resample import set_points
-from rig.model.response import Regulator, regulators_of
+from rig.model.response import REGULATOR_TERMS, Regulator, regulators_of
 from rig.model.response_kernels import RESPONSE_TERMS, regulated
 from rig.record import Column
 
@@ -93,7 +93,7 @@ def _response_part(records: Sequence[_Gridded], given: tuple[Regulator, Regulato
     corrections = (
         []
         if given
-        else [fit_correction(own, valve, model.p0_mpa) for own, valve in zip(lines, (first, second), strict=True)]
+        else [proven_correction(own, valve, model.p0_mpa) for own, valve in zip(lines, (first, second), strict=True)]
     )
     moves = mean_pressure_moves(_means(records), model.p0_mpa)
     exponent = _short(fit_mean_exponent(drives, model.p0_mpa)) if moves else 1.0
@@ -128,7 +128,10 @@ def _misfit_part(made: Fingerprint, records: Sequence[_Gridded]) -> Fingerprint:
     return replace(
         made,
         left_out_deg=_short(left_out_deg([record.drive for record in records], made.p0_mpa, made.exponent)),
-        left_out_mpa=_row(left_out_mpa(lines, regulator, made.p0_mpa) for lines, regulator, _ in valves),
+        left_out_mpa=_row(
+            left_out_mpa(lines, regulator, made.p0_mpa, corrected=any(correction))
+            for lines, regulator, correction in valves
+        ),
     )
 
 
@@ -167,14 +170,24 @@ def left_out_deg(records: Sequence[Drive], p0_mpa: float, exponent: float) -> fl
     return float(np.sqrt(missed / max(rows, 1.0)))
 
 
-def left_out_mpa(lines: Sequence[Line], regulator: Regulator, p0_mpa: float) -> float:
-    """Rms (MPa) of a regulator with its correction on each record when it is fitted to the others, from what all of
-    them gave."""
+def proven_correction(lines: Sequence[Line], regulator: Regulator, p0_mpa: float) -> Column:
+    """(REGULATOR_TERMS,) what the monitor shows beside the regulator where that predicts records that the fit has not
+    seen; nought where it does not, or where there are too few records to know."""
+    if len(lines) < LEAST_RECORDS:
+        return np.zeros(REGULATOR_TERMS)
+    proven = left_out_mpa(lines, regulator, p0_mpa, True) < left_out_mpa(lines, regulator, p0_mpa, False)
+    return fit_correction(lines, regulator, p0_mpa) if proven else np.zeros(REGULATOR_TERMS)
+
+
+def left_out_mpa(lines: Sequence[Line], regulator: Regulator, p0_mpa: float, corrected: bool) -> float:
+    """Rms (MPa) of a regulator, with its correction or without, on each record when it is fitted to the others, from
+    what all of them gave."""
     missed = []
     for k, own in enumerate(lines):
         others = [*lines[:k], *lines[k + 1 :]]
         fitted = fit_regulator(others, (regulator,), steps=2)
-        missed.append(corrected_misfit_mpa([own], fitted, fit_correction(others, fitted, p0_mpa), p0_mpa))
+        beside = fit_correction(others, fitted, p0_mpa) if corrected else np.zeros(REGULATOR_TERMS)
+        missed.append(corrected_misfit_mpa([own], fitted, beside, p0_mpa))
     return float(np.sqrt(np.mean(np.square(missed))))
 
 

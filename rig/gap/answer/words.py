@@ -16,6 +16,7 @@ SOURCES = {
     "model": "the model's own misfit (unsure: no earlier day was given)",
     "session": "what days of a rig usually differ by",
     "fingerprint": "what a rig usually differs by from the description in its model file",
+    "uncorrected": "what a rig usually differs by from the description in its model file",
     "simulator": "what a simulator usually misses of the rig that it was identified on",
     "sister": "what a simulator usually misses of another rig of the build",
 }

@@ -39,6 +39,9 @@ class Kind(StrEnum):
 Modelled = tuple[Column | None, Column | None, Column]
 """Both pressures (MPa), where the simulator says anything of them, and the angle (deg) of one record; each (n,)."""
 AUTO = "auto"
+UNCORRECTED = "uncorrected"
+"""Levels of a fingerprint that does not say what its regulators are beside a dead time and a lag: too few records, or
+an older file."""
 SISTER = "sister"
 """Levels of a simulator that was made for another rig of the build, or from data sheets."""
 LAG_SAID = 0.5
@@ -146,7 +149,13 @@ def _from_fingerprint(model: Model, pairing: Pairing) -> Expected:
     )
     missed_deg = max(known.misfit_deg, known.left_out_deg or 0.0)
     lag_s = _unsure_lag_s(model, pairing)
-    return replace(made, missed_mpa=_missed_mpa(known), missed_deg=missed_deg, unsure_lag_s=lag_s)
+    return replace(
+        made,
+        levels=Kind.FINGERPRINT.value if any(map(any, known.corrections)) else UNCORRECTED,
+        missed_mpa=_missed_mpa(known),
+        missed_deg=missed_deg,
+        unsure_lag_s=lag_s,
+    )
 
 
 def _missed_mpa(known: Fingerprint | None) -> float:

@@ -65,6 +65,15 @@ class Factor:
         healthy = self.healthy.with_variance(np.full_like(self.healthy.variance, beyond))
         return replace(self, healthy=healthy, floor=rms)
 
+    def at_least(self, rms: float) -> "Factor":
+        """The same for a description of the rig that misses the records it was fitted to by `rms`: it misses these by
+        no less, in the same lines, whatever is usual."""
+        variance = self.healthy.variance
+        scale = rms**2 * float(self.lines.used.sum()) / float(variance.sum())
+        if scale <= 1.0:
+            return self
+        return replace(self, healthy=replace(self.healthy, variance=scale * variance), floor=max(self.floor, rms))
+
 
 @dataclass(frozen=True)
 class Parts:

@@ -187,7 +187,9 @@ def test_what_a_regulator_is_beside_a_lag_is_kept() -> None:
         return replace(record, p1_mpa=0.2 + 0.95 * (record.p1_mpa - 0.2) + 0.002)
 
     seen, other = (droops(measured(f)) for f in (0.2, 0.5))
-    response = response_of(made([prepare(seen, RIG), prepare(droops(measured(0.8)), RIG)]))
+    days = [prepare(seen, RIG), prepare(droops(measured(0.8)), RIG)]
+    assert not any(made(days).corrections[0]), "two records cannot prove it"
+    response = response_of(made([*days, prepare(droops(measured(0.35)), RIG)]))
     commands = other.p1_cmd_mpa[::2].copy(), other.p2_cmd_mpa[::2].copy()
     shown = response.monitored(*commands, 0.01)[0][20:]
     without = response.pressures(*commands, 0.01)[0][20:]
