@@ -90,6 +90,8 @@ def diagnose_case(
     )
     if gains is not None:
         _tell_worth(gains, model, diagnosis, grounds, records)
+    if said := {name: text for name, text in _told_once(records).items() if text}:
+        diagnosis.evidence["said"] = said
     _write(options, case, model, diagnosis, grounds, _origin(options, case, records, days))
     return case, diagnosis
 

@@ -18,7 +18,7 @@ FOLDERS: Final = ()
 SUFFIXES: Final[dict[str, tuple[str, ...]]] = {
     **dict.fromkeys(("log", "logs", "log_file", "baselines", "a", "b"), LOGS),
     **dict.fromkeys(("model", "beside", "start", "augmented", "rig", "rig_path", "sweep", "sweeps", "first"), YAML),
-    **dict.fromkeys(("mapping_path", "gate", "reference", "config", "config_path"), YAML),
+    **dict.fromkeys(("mapping_path", "gate", "reference", "tracking", "config", "config_path"), YAML),
     **dict.fromkeys(("folder", "folders", "root", "keep"), FOLDERS),
     "commands": (*LOGS, *YAML),
     "file": (".csv", ".csv.gz", ".tdms", ".mcap", ".parquet", ".mat"),

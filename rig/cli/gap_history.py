@@ -64,6 +64,9 @@ def history(
         )
         table.add_row(day.name, f"{day.gap_deg:.2g} deg", f"{day.floor_deg:.2g} deg", day.verdict, causes or "-")
     out.print(table)
+    for day in days:
+        for heading, text in day.said.items():
+            out.print(f"{day.name}: {heading.lower()}: {text}", markup=False)
     for line in told(days):
         out.print(line)
     if output is not None:

@@ -6,7 +6,7 @@ the false-alarm rate of the whole series holds whatever their distribution. Grow
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
@@ -36,6 +36,8 @@ class Day:
     verdict: str
     sizes: Mapping[str, Interval]
     """Effect -> its size."""
+    said: Mapping[str, str] = field(default_factory=dict)
+    """Tags and note of its records."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +70,8 @@ def day_of(name: str, days: float, diagnosis: Diagnosis) -> Day:
     sizes = {
         cause.effect: size for cause in diagnosis.causes if (size := _size(cause.effect, cause.parameters)) is not None
     }
-    return Day(name, days, diagnosis.gap["rms_deg"], diagnosis.gap["floor_deg"], diagnosis.verdict, sizes)
+    said = diagnosis.evidence.get("said", {})
+    return Day(name, days, diagnosis.gap["rms_deg"], diagnosis.gap["floor_deg"], diagnosis.verdict, sizes, said)
 
 
 def changes(days: Sequence[Day], seed: int = 0) -> list[Change]:

@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from rig.errors import RecordError
 from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.words import answers
 from rig.gap.diagnosis import diagnose_with_grounds
+from rig.gap.history import day_of
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.offered import TWO_MUSCLES, VALVES, possible
 from rig.identify.data import Options
@@ -106,3 +108,10 @@ def test_records_of_another_rig_are_refused(found: Identified) -> None:
     other = [Record(one.name, one.t_s, one.dp_cmd_mpa, one.angle_deg) for one in day(1)]
     with pytest.raises(RecordError, match="they are of different rigs"):
         diagnose_with_grounds(found.model, other, [])
+
+
+def test_a_day_of_a_history_keeps_what_was_said_of_its_records(told: tuple[Diagnosis, str, str]) -> None:
+    said = {"Tags": "muscle DMSP-10", "Note": "after the new hose"}
+    tagged = replace(told[0], evidence=told[0].evidence | {"said": said})
+    assert day_of("2026-01-01", 0.0, tagged).said == said
+    assert day_of("2026-01-01", 0.0, told[0]).said == {}
