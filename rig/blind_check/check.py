@@ -86,9 +86,12 @@ def result_of(folder: CheckFolder) -> dict[str, Any]:
     return {"sealed_sha256": part["sealed_sha256"], "seed": part["seed"]} | result_from(cases, part["seed"])
 
 
-def result_of_all(folders: Sequence[CheckFolder]) -> dict[str, Any]:
-    """One result of several checks, with the seed and the hash of each; RecordError when a check is named twice."""
-    parts = [_scored(folder) for folder in folders]
+def result_of_all(folders: Sequence[CheckFolder], unfinished: bool = False) -> dict[str, Any]:
+    """One result of several checks, with the seed and the hash of each; RecordError when a check is named twice.
+
+    `unfinished`: with what is scored so far of checks that were stopped.
+    """
+    parts = [_scored(folder, unfinished) for folder in folders]
     hashes = [part["sealed_sha256"] for part, _ in parts]
     if len(set(hashes)) < len(hashes):
         raise RecordError(f"{folders[0].root}: the same labels are there twice; name each check once")
@@ -97,17 +100,19 @@ def result_of_all(folders: Sequence[CheckFolder]) -> dict[str, Any]:
     return {"sealed_sha256": together, "parts": [part for part, _ in parts]} | result_from(cases, parts[0][0]["seed"])
 
 
-def _scored(folder: CheckFolder) -> tuple[dict[str, Any], list[Any]]:
+def _scored(folder: CheckFolder, unfinished: bool = False) -> tuple[dict[str, Any], list[Any]]:
     """(what is public of a check and its seed, its scores by token)."""
     labels, seed = open_labels(folder)
     missing = [token for token in labels if not folder.score(token).exists()]
-    if missing:
+    if len(missing) == len(labels) or (missing and not unfinished):
         raise RecordError(
             f"{folder.root}: {len(missing)} of {len(labels)} cases are not scored, the first is {missing[0]}; run "
             "the steps again"
         )
-    public = {"sealed_sha256": read_json(folder.sealed)["sealed_sha256"], "seed": seed, "cases": len(labels)}
-    return public, [read_json(folder.score(token)) for token in sorted(labels)]
+    scored = [token for token in sorted(labels) if token not in missing]
+    sha256 = read_json(folder.sealed)["sealed_sha256"]
+    public = {"sealed_sha256": sha256, "seed": seed, "cases": len(labels), "scored": len(scored)}
+    return public, [read_json(folder.score(token)) for token in scored]
 
 
 def result_from(cases: Sequence[Mapping[str, Any]], seed: int) -> dict[str, Any]:

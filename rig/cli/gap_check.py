@@ -171,15 +171,16 @@ def score(
 
 @check.command()
 @click.argument("folders", nargs=-1, required=True, type=_place)
+@click.option("--unfinished", is_flag=True, help="Count what is scored so far of checks that were stopped.")
 @_html
 @json_option
-def merge(folders: tuple[Path, ...], html_to: Path | None, json_to: str | None) -> None:
+def merge(folders: tuple[Path, ...], unfinished: bool, html_to: Path | None, json_to: str | None) -> None:
     """Count several scored checks as one; each is named with its seed and hash. A .md is the page of results."""
     from rig.blind_check.check import result_of_all
     from rig.blind_check.folder import CheckFolder
     from rig.report.check_page import check_table, write_page
 
-    result = result_of_all([CheckFolder(folder) for folder in folders])
+    result = result_of_all([CheckFolder(folder) for folder in folders], unfinished)
     if html_to is not None:
         write_page(result, html_to)
     console(json_to).print(check_table(result))

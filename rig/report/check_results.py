@@ -34,8 +34,11 @@ def as_markdown(result: Mapping[str, Any]) -> str:
 
 def _head(result: Mapping[str, Any], judged: Sequence[str]) -> str:
     checks = result.get("parts") or [
-        {"seed": result.get("seed", "-"), "cases": result["cases"], "sealed_sha256": result["sealed_sha256"]}
-    ]
+        {
+            "seed": result.get("seed", "-"), "cases": result["cases"], "scored": result["cases"],
+            "sealed_sha256": result["sealed_sha256"],
+        }
+    ]  # fmt: skip
     kinds = ", ".join(f"{count} {kind}" for kind, count in result["kinds"].items())
     untouched = f"nothing was fitted on {', '.join(judged)}" if judged else "there is none on which nothing was fitted"
     missing = f" (this system offered no {', '.join(result['sandbox_missing'])})" if result["sandbox_missing"] else ""
@@ -47,8 +50,10 @@ def _head(result: Mapping[str, Any], judged: Sequence[str]) -> str:
         "(../explanation/blind_check.md), [how to run it](../how-to/blind_check.md), [earlier checks and all seeds]"
         "(blind_check_history.md)."
     )
-    rows = [[str(part["seed"]), str(part["cases"]), f"`{part['sealed_sha256']}`"] for part in checks]
-    table = _table("seed | cases | SHA-256 of the labels, printed before the run", rows)
+    rows = [
+        [str(part["seed"]), f"{part['scored']} of {part['cases']}", f"`{part['sealed_sha256']}`"] for part in checks
+    ]
+    table = _table("seed | cases scored | SHA-256 of the labels, printed before the run", rows)
     return f"# Results of the blind check\n\n{words}\n\n{table}"
 
 

@@ -15,7 +15,7 @@ from click.testing import CliRunner
 from hil.reference.cases import Purpose
 from hil.reference.source import PhysicsSource
 from rig.blind_check import generate
-from rig.blind_check.check import make_answer_score, result_of, score_unit
+from rig.blind_check.check import make_answer_score, result_of, result_of_all, score_unit
 from rig.blind_check.folder import CheckFolder, read_json, read_truth
 from rig.blind_check.generate import draw, make_unit, open_labels, units
 from rig.blind_check.modes import measures_of, names_of
@@ -178,6 +178,24 @@ def test_own_records_are_scored_by_own_labels(finished: CheckFolder, tmp_path: P
     assert "no answer to 'nowhere'" in str(refused.exception)
 
 
+def test_a_question_that_is_written_is_not_made_again(finished: CheckFolder, tmp_path: Path) -> None:
+    unit = units(SOURCE, finished)[0]
+    answer = finished.answer(unit.tokens[0])
+    aside = answer.rename(tmp_path / "aside.json")
+    assert make_unit(unit) == []
+    aside.rename(answer)
+
+
+def test_an_unfinished_check_is_counted_when_asked(finished: CheckFolder, tmp_path: Path) -> None:
+    score = next(iter(sorted(finished.root.glob("scores/*.json"))))
+    aside = score.rename(tmp_path / "aside.json")
+    with pytest.raises(RecordError, match="1 of 8 cases are not scored"):
+        result_of_all([finished])
+    part = result_of_all([finished], unfinished=True)["parts"][0]
+    aside.rename(score)
+    assert (part["scored"], part["cases"]) == (CASES - 1, CASES)
+
+
 def test_several_checks_are_counted_as_one_and_none_twice(
     finished: CheckFolder, result: dict[str, Any], tmp_path: Path
 ) -> None:
@@ -186,7 +204,9 @@ def test_several_checks_are_counted_as_one_and_none_twice(
     assert done.exit_code == 0, done.output
     merged = json.loads(done.stdout)
     assert merged["modes"]["pressures"]["exact_first"] == result["modes"]["pressures"]["exact_first"]
-    assert merged["parts"] == [{"sealed_sha256": result["sealed_sha256"], "seed": SEED, "cases": CASES}]
+    assert merged["parts"] == [
+        {"sealed_sha256": result["sealed_sha256"], "seed": SEED, "cases": CASES, "scored": CASES}
+    ]
     text = page.read_text()
     assert text.startswith("# Results of the blind check\n")
     assert result["sealed_sha256"] in text
