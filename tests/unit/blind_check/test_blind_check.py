@@ -199,10 +199,10 @@ def test_an_unfinished_check_is_counted_when_asked(finished: CheckFolder, tmp_pa
 def test_several_checks_are_counted_as_one_and_none_twice(
     finished: CheckFolder, result: dict[str, Any], tmp_path: Path
 ) -> None:
-    page = tmp_path / "results.md"
-    done = CliRunner().invoke(check, ["merge", str(finished.root), "--html", str(page), "--json", "-"])
+    page, out = tmp_path / "results.md", tmp_path / "merged.json"
+    done = CliRunner().invoke(check, ["merge", str(finished.root), "--html", str(page), "--json", str(out)])
     assert done.exit_code == 0, done.output
-    merged = json.loads(done.stdout)
+    merged = json.loads(out.read_text())
     assert merged["modes"]["pressures"]["exact_first"] == result["modes"]["pressures"]["exact_first"]
     assert merged["parts"] == [
         {"sealed_sha256": result["sealed_sha256"], "seed": SEED, "cases": CASES, "scored": CASES}
