@@ -12,6 +12,9 @@ from rig.blind_check.goals import GOALS, bound, figure, figure_text, reached
 from rig.blind_check.modes import GROUPS, MODES
 from rig.report.check_page import FAMILY_FIGURES, MODE_WORDS, MODES_A_TABLE, NAIVE_WORDS
 
+MEANT = 400
+"""Cases a mode on which the goals are to be reached."""
+
 
 def as_markdown(result: Mapping[str, Any]) -> str:
     """The page."""
@@ -46,7 +49,8 @@ def _head(result: Mapping[str, Any], judged: Sequence[str]) -> str:
         f"Written by `pamrig gap check` on {date.today().isoformat()} from {result['cases']} cases ({kinds}). The "
         f"shipped levels were fitted on the families {', '.join(result['fitted_on'])}; of those judged here, "
         f"{untouched}. The answering processes were shut in by: {', '.join(result['sandbox_layers'])}{missing}. Rates "
-        "carry Wilson 95 % intervals and counts; names count for single effects from three floors on. [What is counted]"
+        f"carry Wilson 95 % intervals and counts; names count for single effects from three floors on. {_few(result)}"
+        "[What is counted]"
         "(../explanation/blind_check.md), [how to run it](../how-to/blind_check.md), [earlier checks and all seeds]"
         "(blind_check_history.md)."
     )
@@ -55,6 +59,16 @@ def _head(result: Mapping[str, Any], judged: Sequence[str]) -> str:
     ]
     table = _table("seed | cases scored | SHA-256 of the labels, printed before the run", rows)
     return f"# Results of the blind check\n\n{words}\n\n{table}"
+
+
+def _few(result: Mapping[str, Any]) -> str:
+    """A word on intervals that are wide because a mode was asked of few cases."""
+    asked = min(mode["contradictions"]["n"] for mode in result["modes"].values())
+    return (
+        f"The goals are meant on {MEANT} cases a mode; the least asked here was asked of {asked}. "
+        if asked < MEANT
+        else ""
+    )
 
 
 def _family(result: Mapping[str, Any], name: str) -> list[str]:
