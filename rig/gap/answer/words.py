@@ -223,7 +223,7 @@ def _retuning(diagnosis: Diagnosis) -> str:
     """What re-tuning the simulator's own parameters closes, which moved, and what the effects close beyond that."""
     tuning = diagnosis.retuning
     assert tuning is not None
-    moved = "; ".join(_moved(one) for one in tuning["parameters"][:4])
+    moved = "; ".join([told for one in tuning["parameters"] if (told := _moved(one))][:4])
     said = (
         f"fitting the simulator's own parameters again would take its error from {degrees(tuning['before_deg'])} to "
         f"{degrees(tuning['after_deg'])} deg ({_percent(tuning['closes_fraction'])} of the mean square)"
@@ -237,10 +237,12 @@ def _percent(fraction: float) -> str:
 
 
 def _moved(one: dict[str, object]) -> str:
+    """A parameter's move; nothing where it is too small to be seen in the digits that a person is told."""
     start, value, low, high = (float(str(one[key])) for key in ("from", "to", "low", "high"))
     unit, half = str(one["unit"]), 0.5 * (high - low)
+    here = size(Interval(start, start - half, start + half, unit), signed=True)
     there = size(Interval(value, low, high, unit), signed=True)
-    return f"{one['name']} goes from {size(Interval(start, start - half, start + half, unit), signed=True)} to {there}"
+    return "" if here == there else f"{one['name']} goes from {here} to {there}"
 
 
 def _helps(diagnosis: Diagnosis) -> bool:

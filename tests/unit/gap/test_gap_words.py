@@ -186,3 +186,13 @@ BELOW = {"factors": {"angle": {"found": False}}, "signatures": []}
 )
 def test_each_contradiction_is_found(made: Diagnosis, words: str) -> None:
     assert any(words in line for line in contradictions(made.to_json()))
+
+
+def test_a_move_that_nobody_can_see_is_not_told() -> None:
+    hidden = {"name": "valve1_gain", "from": 1.002, "to": 0.999, "low": 0.9985, "high": 0.9995, "unit": "1"}
+    plain = hidden | {"to": 0.9, "low": 0.89, "high": 0.91}
+    seen = [
+        answers(replace(told(LAG), retuning=TUNING | {"parameters": [one]}))["Re-tuning:"] for one in (hidden, plain)
+    ]
+    assert "goes from" not in seen[0]
+    assert "valve1_gain goes from 100 % to 90 %" in seen[1]
