@@ -23,7 +23,7 @@ def devices() -> None:
     """List, probe and calibrate devices."""
 
 
-@devices.command("list")
+@devices.command("list", short_help="What the rig's YAML says.")
 @_RIG
 @json_option
 def list_devices(rig_path: Path | None, json_to: str | None) -> None:
@@ -39,7 +39,7 @@ def list_devices(rig_path: Path | None, json_to: str | None) -> None:
     emit(found, json_to)
 
 
-@devices.command()
+@devices.command(short_help="Do the devices answer, and how fast?")
 @_RIG
 @click.option("--ticks", type=click.IntRange(20, 100_000), default=400, show_default=True, help="Reads to time.")
 @click.option("--step", is_flag=True, help="Also step each valve alone and see which monitor moves. MOVES THE RIG.")
@@ -80,7 +80,7 @@ def probe(
     probing.judge(result)
 
 
-@devices.command()
+@devices.command(short_help="Calibrate potentiometer or regulators.")
 @click.argument("what", type=click.Choice(["angle", "pressures"]), required=False)
 @_RIG
 @click.option(

@@ -31,7 +31,7 @@ for _command in (check, capability, design, hunt, history):
     gap.add_command(_command)
 
 
-@gap.command()
+@gap.command(short_help="What the simulator lacks, or what has changed.")
 @click.option("--model", "model", required=True, type=_path, metavar="MODEL.yaml", help="The simulator.")
 @click.option(
     "--log",
@@ -139,7 +139,7 @@ def diagnose(
     emit(report(results, days), json_to)
 
 
-@gap.command()
+@gap.command(short_help="Fit the levels of the method on simulated plants.")
 @output_option(Kind.LEVELS, "Where the fitted levels go.", required=True, metavar="FILE")
 @click.option(
     "--family", "families", multiple=True, metavar="NAME", help="Plant families to fit on; default: all there are."
@@ -169,7 +169,7 @@ def calibrate(
     emit(unstructure(found), json_to)
 
 
-@gap.command()
+@gap.command(short_help="The library of effects.")
 @json_option
 def effects(json_to: str | None) -> None:
     """List every effect: where it lies, its numbers with bounds, what it looks like, what it may be mistaken for."""

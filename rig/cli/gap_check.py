@@ -45,7 +45,7 @@ _html = click.option(
 )
 
 
-@click.group(cls=Group, invoke_without_command=True)
+@click.group(cls=Group, invoke_without_command=True, short_help="The blind check of the diagnosis.")
 @_cases
 @_seed
 @_development

@@ -14,7 +14,7 @@ from rig.outputs import Kind
 _path = click.Path(path_type=Path)
 
 
-@click.command(cls=Command)
+@click.command(cls=Command, short_help="The same diagnosis over many days.")
 @click.argument("folder", type=_path)
 @click.option("--model", required=True, type=_path, metavar="MODEL.yaml", help="The simulator.")
 @click.option(

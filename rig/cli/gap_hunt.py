@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 _path = click.Path(path_type=Path)
 
 
-@click.command(cls=Command)
+@click.command(cls=Command, short_help="Run and diagnose until the cause is known.")
 @click.option("--rig", "rig_path", type=_path, metavar="RIG.yaml", help="Rig to run on; default: the simulated rig.")
 @click.option("--model", required=True, type=_path, metavar="MODEL.yaml", help="The simulator.")
 @click.option(

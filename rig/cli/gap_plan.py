@@ -32,7 +32,7 @@ _rig = click.option("--rig", type=_path, metavar="RIG.yaml", help="The rig's YAM
 _no_pressures = click.option("--no-pressures", is_flag=True, help="As if the regulators' monitors were not recorded.")
 
 
-@click.command(cls=Command)
+@click.command(cls=Command, short_help="How small an effect this rig would show, and name.")
 @click.argument("model", type=_path)
 @_baseline
 @click.option(
@@ -102,7 +102,7 @@ def _size(value: float | None, unit: str) -> str:
     return "not within its range" if value is None else f"{abs(value):.2g}{'' if unit == '1' else f' {unit}'}"
 
 
-@click.command(cls=Command)
+@click.command(cls=Command, short_help="The session of records that tells most.")
 @click.argument("model", type=_path)
 @click.option(
     "--minutes",

@@ -24,7 +24,7 @@ def log() -> None:
     """Look into logs: .mcap, .csv, .csv.gz or .tdms files, or folders of them."""
 
 
-@log.command()
+@log.command(short_help="What logs hold.")
 @_FILES
 @json_option
 def info(logs: tuple[Path, ...], json_to: str | None) -> None:
@@ -42,7 +42,7 @@ def info(logs: tuple[Path, ...], json_to: str | None) -> None:
     emit({"files": descriptions}, json_to)
 
 
-@log.command()
+@log.command(short_help="Are logs whole and true?")
 @_FILES
 @json_option
 def check(logs: tuple[Path, ...], json_to: str | None) -> None:
@@ -63,7 +63,7 @@ def check(logs: tuple[Path, ...], json_to: str | None) -> None:
         raise CheckFailed(f"{bad} of {len(findings)} logs not in order")
 
 
-@log.command()
+@log.command(short_help="Rescue a cut or damaged log.")
 @_FILE
 @output_option(Kind.RECORDING, "Default: NAME.recovered.mcap beside LOG.", metavar="FILE")
 @json_option
@@ -103,7 +103,7 @@ def _recovery_json(result: Any) -> dict[str, Any]:
     }
 
 
-@log.command("import")
+@log.command("import", short_help="Make a log of another tool's file.")
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option(
     "--mapping", "mapping_path", type=click.Path(path_type=Path), help="YAML: which column is which, in which unit."
@@ -165,7 +165,7 @@ def _guess(file: Path, output: Path | None, json_to: str | None) -> None:
     emit({"file": str(file), "mapping": found.mapping, "meaning": found.meaning, "doubts": found.doubts}, json_to)
 
 
-@log.command()
+@log.command(short_help="Write logs for other tools.")
 @_FILES
 @click.option(
     "--to",
@@ -202,7 +202,7 @@ def export(logs: tuple[Path, ...], kind: str, output: Path | None, period_s: flo
     emit({"files": [str(file) for files in written for file in files]}, json_to)
 
 
-@log.command()
+@log.command(short_help="Draw a log.")
 @_FILE
 @output_option(
     Kind.FIGURE, "PNG, SVG or PDF by its suffix; without it, a small picture here.", or_folder=True, metavar="FILE"
@@ -241,7 +241,7 @@ def plot(log_file: Path, output: Path | None, whole: bool, from_s: float, to_s: 
     sys.stdout.flush()
 
 
-@log.command()
+@log.command(short_help="Two records or folders beside each other.")
 @click.argument("a", type=click.Path(path_type=Path))
 @click.argument("b", type=click.Path(path_type=Path))
 @click.option(

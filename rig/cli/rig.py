@@ -16,7 +16,7 @@ def rig() -> None:
     """Make a rig's YAML, and check one."""
 
 
-@rig.command()
+@rig.command(short_help="Make a rig's YAML.")
 @click.option("--like", metavar="PATTERN", help="Which of pamrig's own rigs it is like; asked without.")
 @click.option(
     "--set",
@@ -58,7 +58,7 @@ def new(like: str | None, given: tuple[str, ...], yes: bool, output: Path, json_
     emit({"file": str(output), "rig": made.name, "pattern": pattern}, json_to)
 
 
-@rig.command()
+@rig.command(short_help="Is it a rig?")
 @click.argument("rig_path", metavar="RIG.yaml", type=click.Path(path_type=Path))
 @json_option
 def check(rig_path: Path, json_to: str | None) -> None:

@@ -20,7 +20,7 @@ def _init_option(command: F) -> F:
     return click.option("--init", "init", type=click.Choice(["systemd", "sysv"]), help=text)(command)
 
 
-@service.command()
+@service.command(short_help="Install and start the daemon as a service.")
 @click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig to keep; default: the simulated rig.")
 @_init_option
 @click.option(
@@ -57,7 +57,7 @@ def install(rig_path: Path | None, init: str | None, root: Path, dry_run: bool) 
     say("done: the rig is disarmed; `pamrig status`, then `pamrig arm` and `pamrig start SWEEP.yaml`")
 
 
-@service.command()
+@service.command(short_help="Take the service away.")
 @_init_option
 @click.option("--root", type=click.Path(path_type=Path), default=Path("/"), help="Take it away below another root.")
 def uninstall(init: str | None, root: Path) -> None:
@@ -74,7 +74,7 @@ def uninstall(init: str | None, root: Path) -> None:
     console().print(f"taken away: {target}; {installing.SETTINGS}, logs and black boxes stay")
 
 
-@service.command()
+@service.command(short_help="Write the safe state from here.")
 @click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Default: the simulated rig.")
 def safe(rig_path: Path | None) -> None:
     """Write the safe state to the rig's device from here, whoever else has it. What systemd does after the daemon has
