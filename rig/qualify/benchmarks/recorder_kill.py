@@ -91,7 +91,9 @@ def made_sample(number: int) -> Sample:
     due = 1_000_000_000 + number * PERIOD_NS
     times = (due, due + 15_000 + number % 7, due + 90_000 + number % 11, due + 130_000)
     values = tuple(0.1 + field * 0.01 + (number * 37 % 4096) / 16384 for field in range(10))
-    return Sample._make((number, *times, 0, *values, 0, 0, 0, 1, 2, Phase.SWEEP, 0, 0, 1.5, 20.5, 21.5, 22.5, 23.5))
+    return Sample._make(
+        (number, *times, 0, *values, 0, 0, 0, 1, 2, Phase.SWEEP, 0, 0, 1.5, 20.5, 21.5, 22.5, 23.5, 24.5)
+    )
 
 
 def killed_recordings(kills: int, folder: Path, seed: int, at_once: int = 5) -> list[Killed]:

@@ -17,8 +17,9 @@ from run_command import PATIENCE_S, SWEEP, Running, pamrig, until
 
 from rig.realtime import shared
 from rig.realtime.faults import Fault
+from rig.realtime.ring import CAPACITY
 from rig.realtime.state import State
-from rig.sample import Phase
+from rig.sample import SAMPLE_BYTES, Phase
 
 pytest_plugins = "run_rig"
 pytestmark = pytest.mark.real_time
@@ -26,10 +27,12 @@ pytestmark = pytest.mark.real_time
 
 def test_a_full_disk_ends_in_an_invalid_record_and_not_in_a_dead_loop(tmp_path: Path) -> None:
     long = tmp_path / "long.yaml"
-    long.write_text(SWEEP.replace("duration_s: 0.6", "duration_s: 210"))
+    long.write_text(SWEEP.replace("duration_s: 0.6", "duration_s: 260"))
 
-    def little_room() -> None:  # more than the ring needs, less than the record
-        resource.setrlimit(resource.RLIMIT_FSIZE, (2_100_000, 2_100_000))
+    room = round(1.1 * CAPACITY * (SAMPLE_BYTES + 8))  # more than the ring needs, less than the record
+
+    def little_room() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (room, room))
 
     done = pamrig("run", long, "--clock", "virtual", "--out", tmp_path / "out", "--json", "-", prepare=little_room)
     assert done.returncode == 1, done
@@ -37,7 +40,7 @@ def test_a_full_disk_ends_in_an_invalid_record_and_not_in_a_dead_loop(tmp_path: 
     (run,) = json.loads(done.stdout)["runs"]
     assert run["valid"] is False
     assert "cannot be written: File too large" in run["error"]
-    assert run["ticks"] == 42261, "the loop went on to the end"
+    assert run["ticks"] == 52261, "the loop went on to the end"
     assert 0 < run["dropped"] < run["ticks"]
     assert Path(run["file"]).name.endswith(".partial")
 

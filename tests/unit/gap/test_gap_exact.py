@@ -114,7 +114,7 @@ def test_what_is_put_onto_another_day_comes_back(
 ) -> None:
     back, spread = sizes(effect, days(family), put, values, pressures)
     assert back[1] - back[0] == pytest.approx(values[1] - values[0], rel=EXACT)
-    assert back == pytest.approx(np.array(values), abs=2.5 * spread)  # the day itself is a little late or louder
+    assert back == pytest.approx(np.array(values), abs=4.0 * spread)  # the day itself is a little late or louder
 
 
 @pytest.mark.parametrize("delay_s", [0.005, 0.01, 0.02, 0.03])
