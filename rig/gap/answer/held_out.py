@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import ndtri, stdtrit
 
 from rig.gap.answer.augment import remaining_gap
 from rig.gap.days.prepared import Prepared
@@ -19,8 +20,8 @@ DRAWS = 400
 """Resamples of the records behind the interval."""
 SEED = 20
 """Of these resamples: the same records give the same interval."""
-WIDER = 1.0
-"""Factor on the logarithm of the interval's width: from its coverage on cases that nothing was fitted on."""
+LEVEL = 0.90
+"""Of the interval."""
 
 
 @dataclass(frozen=True)
@@ -52,8 +53,20 @@ def how_far(
     random = np.random.default_rng(SEED)
     drawn = np.sqrt(np.mean(left[random.integers(count, size=(DRAWS, count))], axis=1))
     middle = float(np.sqrt(left.mean()))
-    low, high = (float(middle * (value / max(middle, 1e-12)) ** WIDER) for value in np.quantile(drawn, (0.05, 0.95)))
+    ends = np.quantile(drawn, (0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL))
+    low, high = (float(middle * (value / max(middle, 1e-12)) ** widening(count)) for value in ends)
     return HowFar(middle, low, high, tuple(left.tolist()))
+
+
+def widening(count: int) -> float:
+    """By how much the resampled spread of the mean over `count` records (on logarithmic axes) falls short of what as
+    many further records will show: those scatter as well, the spread itself is known from few, and resampling takes it
+    by one record too small (Efron and Tibshirani 1993, ch. 5; Student's t for a prediction)."""
+    if count < 2:
+        return 1.0
+    quantile = 0.5 + 0.5 * LEVEL
+    heavier = float(stdtrit(count - 1, quantile) / ndtri(quantile))
+    return heavier * float(np.sqrt(2.0 * count / (count - 1)))
 
 
 def _refitted(name: str, fit: Fit, some: Expected, settings: Fitted, whole: Expected) -> Applied:
