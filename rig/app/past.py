@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from rig.app.diagnosing import Case, DiagnosisOptions, diagnose_campaign
 from rig.errors import ConfigError
-from rig.gap.history import FALSE_ALARM_RATE, Change, Day, Growth, changes, day_of, growth
+from rig.gap.history import FALSE_ALARM_RATE, Change, Day, Growth, History, day_of
 
 _DATE: Final = re.compile(r"(\d{4})-?(\d{2})-?(\d{2})")
 _DAY_S: Final = 86400.0
@@ -40,13 +40,12 @@ def _when(case: Case, number: int) -> float:
     return min(known) if known else number * _DAY_S
 
 
-def history_report(days: Sequence[Day]) -> dict[str, Any]:
+def history_report(history: History) -> dict[str, Any]:
     """The JSON of the command."""
-    found, slopes = changes(days), growth(days)
     return {
-        "days": [_plain(day) for day in days],
-        "changes": [asdict(change) for change in found],
-        "growth": [asdict(slope) for slope in slopes],
+        "days": [_plain(day) for day in history.days],
+        "changes": [asdict(change) for change in history.changes],
+        "growth": [asdict(slope) for slope in history.growth],
         "false_alarm_rate": FALSE_ALARM_RATE,
     }
 
@@ -56,9 +55,9 @@ def _plain(day: Day) -> dict[str, Any]:
     return asdict(day) | {"sizes": sizes}
 
 
-def told(days: Sequence[Day]) -> list[str]:
+def told(history: History) -> list[str]:
     """What changed and what grows, a sentence each."""
-    lines = [_told_change(change) for change in changes(days)] + [_told_growth(one) for one in growth(days)]
+    lines = [_told_change(change) for change in history.changes] + [_told_growth(one) for one in history.growth]
     return lines or ["nothing changed over these days (at a false-alarm rate of 1 %)"]
 
 
@@ -77,9 +76,9 @@ def _told_growth(one: Growth) -> str:
     )
 
 
-def draw_history(days: Sequence[Day], path: Path) -> None:
+def draw_history(history: History, path: Path) -> None:
     """The picture: gap and floor over time with the changes marked, and the sizes of what was named."""
     from rig.report.history_figure import history_figure
     from rig.report.log_figures import save
 
-    save(history_figure(days, changes(days)), path)
+    save(history_figure(history.days, history.changes), path)

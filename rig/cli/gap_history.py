@@ -50,25 +50,26 @@ def history(
     from rig.app.baselines import check_apart
     from rig.app.diagnosing import DiagnosisOptions, cases_of
     from rig.app.past import draw_history, history_report, past_days, told
+    from rig.gap.history import look_back
 
     check_apart([folder], baselines)
     options = DiagnosisOptions(
         model, baselines, no_pressures=no_pressures, reference=reference, command=shlex.join(["pamrig", *sys.argv[1:]])
     )
-    days = past_days(options, cases_of((folder,)), workers)
+    found = look_back(past_days(options, cases_of((folder,)), workers))
     out = console(json_to)
     table = listing("day", "gap", "floor", "verdict", "causes")
-    for day in days:
+    for day in found.days:
         causes = ", ".join(
             f"{name} {size.value:.2g}{'' if size.unit == '1' else f' {size.unit}'}" for name, size in day.sizes.items()
         )
         table.add_row(day.name, f"{day.gap_deg:.2g} deg", f"{day.floor_deg:.2g} deg", day.verdict, causes or "-")
     out.print(table)
-    for day in days:
+    for day in found.days:
         for heading, text in day.said.items():
             out.print(f"{day.name}: {heading.lower()}: {text}", markup=False)
-    for line in told(days):
+    for line in told(found):
         out.print(line)
     if output is not None:
-        draw_history(days, output)
-    emit(history_report(days), json_to)
+        draw_history(found, output)
+    emit(history_report(found), json_to)

@@ -7,6 +7,7 @@ the false-alarm rate of the whole series holds whatever their distribution. Grow
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -65,6 +66,20 @@ class Growth:
     """95 % interval of the slope."""
 
 
+@dataclass(frozen=True)
+class History:
+    """Days in order of time, with what changed and what grows."""
+
+    days: tuple[Day, ...]
+    changes: tuple[Change, ...]
+    growth: tuple[Growth, ...]
+
+
+def look_back(days: Sequence[Day]) -> History:
+    """What many days show together."""
+    return History(tuple(days), tuple(changes(days)), tuple(growth(days)))
+
+
 def day_of(name: str, days: float, diagnosis: Diagnosis) -> Day:
     """The day of a diagnosis."""
     sizes = {
@@ -75,16 +90,19 @@ def day_of(name: str, days: float, diagnosis: Diagnosis) -> Day:
 
 
 def changes(days: Sequence[Day], seed: int = 0) -> list[Change]:
-    """Where gap and sizes change; a day on which an effect is not named has a size of 0."""
+    """Where gap and sizes change, with the medians between one change and the next; a day on which an effect is not
+    named has a size of 0."""
     effects = dict.fromkeys(effect for day in days for effect in day.sizes)
     series = {"gap_deg": np.array([day.gap_deg for day in days])} | {
         effect: sizes_of(days, effect) for effect in effects
     }
     found = []
     for quantity, values in series.items():
-        for at, p_value in change_points(values, FALSE_ALARM_RATE / len(series), seed):
-            start, end = _levels_around(values, at, seed, FALSE_ALARM_RATE / len(series))
-            found.append(Change(quantity, days[at].name, start, end, p_value))
+        points = change_points(values, FALSE_ALARM_RATE / len(series), seed)
+        edges = [0, *(at for at, _ in points), len(values)]
+        levels = [float(np.median(values[start:end])) for start, end in pairwise(edges)]
+        for (at, p_value), (before, after) in zip(points, pairwise(levels), strict=True):
+            found.append(Change(quantity, days[at].name, before, after, p_value))
     return found
 
 
@@ -137,13 +155,6 @@ def _strongest(values: Column) -> tuple[int, float]:
     strength = np.abs(after - before) * np.sqrt(split * (count - split) / count)
     best = int(np.argmax(strength))
     return int(split[best]), float(strength[best])
-
-
-def _levels_around(values: Column, at: int, seed: int, rate: float) -> tuple[float, float]:
-    """The medians before and after a change, each up to the next one."""
-    edges = [0, *(k for k, _ in change_points(values, rate, seed)), len(values)]
-    place = edges.index(at)
-    return float(np.median(values[edges[place - 1] : at])), float(np.median(values[at : edges[place + 1]]))
 
 
 def _size(effect: str, parameters: Mapping[str, Interval]) -> Interval | None:

@@ -15,7 +15,7 @@ from rig.app.past import told
 from rig.cli.commands import cli
 from rig.errors import ConfigError
 from rig.gap.answer.result import Interval
-from rig.gap.history import FALSE_ALARM_RATE, Change, Day, change_points, changes, growth
+from rig.gap.history import FALSE_ALARM_RATE, Change, Day, change_points, changes, growth, look_back
 from rig.log.convert import write_record
 from rig.model.parameters import AddedEffect
 from rig.record import Record
@@ -70,13 +70,13 @@ def test_a_cause_that_appears_and_grows_is_told() -> None:
     assert slope.first_day == "day_10"
     assert slope.per_day == pytest.approx(0.001, rel=0.05)
     assert slope.low <= slope.per_day <= slope.high
-    said = " ".join(told(days))
+    said = " ".join(told(look_back(days)))
     assert "valve_lag" in said
     assert "0.001 s a day" in said
 
 
 def test_where_nothing_changes_that_is_said() -> None:
-    assert told(days_with([0.1, 0.11, 0.1, 0.09, 0.1, 0.1], [0.0] * 6)) == [
+    assert told(look_back(days_with([0.1, 0.11, 0.1, 0.09, 0.1, 0.1], [0.0] * 6))) == [
         "nothing changed over these days (at a false-alarm rate of 1 %)"
     ]
 
