@@ -12,6 +12,7 @@ from rig.cli.common import emit, json_option
 from rig.cli.gap_check import check
 from rig.cli.gap_history import history
 from rig.cli.gap_hunt import hunt
+from rig.cli.gap_options import angle_alone_option, baseline_option, reference_option
 from rig.cli.gap_plan import capability, design
 from rig.cli.outputs import Group, Output, output_option
 from rig.outputs import Kind
@@ -42,22 +43,13 @@ for _command in (check, capability, design, hunt, history):
     metavar="LOG",
     help="Records with the gap: files or folders.",
 )
-@click.option(
-    "--baseline",
-    "baselines",
-    multiple=True,
-    type=_path,
-    metavar="LOG",
-    help="Records of one earlier day, or a folder of such folders; repeat for more days. `model`: the logs it was "
-    "identified from.",
+@baseline_option(
+    "Records of one earlier day, or a folder of such folders; repeat for more days. `model`: the logs it was "
+    "identified from."
 )
-@click.option(
-    "--reference",
-    type=click.Choice(["auto", "sessions", "session", "fingerprint", "simulator"]),
-    default="auto",
-    help="What stands for the rig without a gap; auto takes the best there is. simulator: the model was made for "
-    "another rig of the "
-    "build, or from data sheets.",
+@reference_option(
+    "What stands for the rig without a gap; auto takes the best there is. simulator: the model was made for "
+    "another rig of the build, or from data sheets."
 )
 @click.option(
     "--html",
@@ -90,7 +82,7 @@ for _command in (check, capability, design, hunt, history):
     metavar="REFERENCE.yaml",
     help="Also say how much closer `pamrig track` would follow with these gains when its feed-forward has the causes.",
 )
-@click.option("--no-pressures", is_flag=True, help="Use the angle alone, even where pressures were measured.")
+@angle_alone_option
 @click.option(
     "--rig", "rig", type=_path, metavar="RIG.yaml", help="The rig: its `effects` say what can be wrong with it at all."
 )

@@ -8,6 +8,7 @@ import click
 
 from rig.app.terminal import console, listing
 from rig.cli.common import emit, json_option
+from rig.cli.gap_options import angle_alone_option, baseline_option, reference_option
 from rig.cli.outputs import Command, output_option
 from rig.outputs import Kind
 
@@ -17,21 +18,9 @@ _path = click.Path(path_type=Path)
 @click.command(cls=Command, short_help="The same diagnosis over many days.")
 @click.argument("folder", type=_path)
 @click.option("--model", required=True, type=_path, metavar="MODEL.yaml", help="The simulator.")
-@click.option(
-    "--baseline",
-    "baselines",
-    multiple=True,
-    type=_path,
-    metavar="LOG",
-    help="Records of one healthy day outside FOLDER; repeat for more days.",
-)
-@click.option(
-    "--reference",
-    type=click.Choice(["auto", "sessions", "session", "fingerprint", "simulator"]),
-    default="auto",
-    help="What stands for the rig without a gap, as in `pamrig gap diagnose`.",
-)
-@click.option("--no-pressures", is_flag=True, help="Use the angle alone, even where pressures were measured.")
+@baseline_option("Records of one healthy day outside FOLDER; repeat for more days.")
+@reference_option()
+@angle_alone_option
 @click.option("--workers", type=click.IntRange(1), help="Local processes; default: one a core.")
 @output_option(Kind.FIGURE, "Draw gap, floor and what was named over the days (.svg, .png, .pdf).", metavar="FILE")
 @json_option

@@ -8,6 +8,7 @@ import click
 from rig.app.terminal import console
 from rig.cli.common import emit, json_option
 from rig.cli.daemon import socket_option
+from rig.cli.gap_options import baseline_option, reference_option
 from rig.cli.outputs import Command, output_option
 from rig.outputs import Kind
 
@@ -22,20 +23,8 @@ _path = click.Path(path_type=Path)
 @click.command(cls=Command, short_help="Run and diagnose until the cause is known.")
 @click.option("--rig", "rig_path", type=_path, metavar="RIG.yaml", help="Rig to run on; default: the simulated rig.")
 @click.option("--model", required=True, type=_path, metavar="MODEL.yaml", help="The simulator.")
-@click.option(
-    "--baseline",
-    "baselines",
-    multiple=True,
-    type=_path,
-    metavar="LOG",
-    help="Records of one earlier day; repeat for more days. `model`: the logs it was identified from.",
-)
-@click.option(
-    "--reference",
-    type=click.Choice(["auto", "sessions", "session", "fingerprint", "simulator"]),
-    default="auto",
-    help="What stands for the rig without a gap, as in `pamrig gap diagnose`.",
-)
+@baseline_option("Records of one earlier day; repeat for more days. `model`: the logs it was identified from.")
+@reference_option()
 @click.option(
     "--minutes",
     type=click.FloatRange(0.5, 600.0),

@@ -7,6 +7,7 @@ import click
 
 from rig.app.terminal import console, listing, progress
 from rig.cli.common import emit, json_option
+from rig.cli.gap_options import baseline_option, reference_option
 from rig.cli.outputs import Command, output_option
 from rig.outputs import Kind
 
@@ -14,20 +15,8 @@ if TYPE_CHECKING:
     from rig.gap.plan.capability import Capability
 
 _path = click.Path(path_type=Path)
-_baseline = click.option(
-    "--baseline",
-    "baselines",
-    multiple=True,
-    type=_path,
-    metavar="LOG",
-    help="Records of one earlier day of the rig; repeat for more days.",
-)
-_reference = click.option(
-    "--reference",
-    type=click.Choice(["auto", "sessions", "session", "fingerprint", "simulator"]),
-    default="auto",
-    help="What will stand for the rig without a gap, as in `pamrig gap diagnose`.",
-)
+_baseline = baseline_option("Records of one earlier day of the rig; repeat for more days.")
+_reference = reference_option("What will stand for the rig without a gap, as in `pamrig gap diagnose`.")
 _rig = click.option("--rig", type=_path, metavar="RIG.yaml", help="The rig's YAML, for its limits.")
 _no_pressures = click.option("--no-pressures", is_flag=True, help="As if the regulators' monitors were not recorded.")
 

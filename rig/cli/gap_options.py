@@ -1,0 +1,30 @@
+"""Options that several commands of `pamrig gap` have: what stands for the rig without a gap, and how it is seen."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final
+
+import click
+
+from rig.cli.common import F
+
+_AS_DIAGNOSED: Final = "What stands for the rig without a gap, as in `pamrig gap diagnose`."
+
+
+def baseline_option(text: str) -> Callable[[F], F]:
+    """Adds `--baseline LOG`, repeatable, passed on as `baselines`."""
+    return click.option(
+        "--baseline", "baselines", multiple=True, type=click.Path(path_type=Path), metavar="LOG", help=text
+    )
+
+
+def reference_option(text: str = _AS_DIAGNOSED) -> Callable[[F], F]:
+    """Adds `--reference`."""
+    kinds = click.Choice(["auto", "sessions", "session", "fingerprint", "simulator"])
+    return click.option("--reference", type=kinds, default="auto", help=text)
+
+
+def angle_alone_option(command: F) -> F:
+    """Adds `--no-pressures`."""
+    text = "Use the angle alone, even where pressures were measured."
+    return click.option("--no-pressures", is_flag=True, help=text)(command)
