@@ -11,18 +11,16 @@ from rig.app.campaign import Campaign, Step, open_campaign
 from rig.app.outcome import Outcome
 from rig.app.planning import resting, room_of
 from rig.app.sweeping import SweepOptions, run_sweep
-from rig.errors import CheckFailed, Interrupted, RecordError, StateError
+from rig.errors import CheckFailed, Interrupted, StateError
 from rig.excite.experiment import load_sweep
 from rig.gap.answer.result import Diagnosis
-from rig.gap.evidence.posterior import NONE, Posterior, heard
-from rig.gap.pipeline import Grounds, Question, Said, answer
-from rig.gap.plan.candidates import Room, lasts_s, room_within
-from rig.gap.plan.next_experiment import Experiment, hypotheses_of, next_experiment
-from rig.gap.plan.rehearse import known_rig
+from rig.gap.evidence.posterior import NONE
+from rig.gap.experiments import answer_with
+from rig.gap.pipeline import Grounds, Question
+from rig.gap.plan.candidates import Room, lasting_s, room_within
+from rig.gap.plan.next_experiment import Experiment, what_next
 from rig.gap.reference.build import AUTO, Kind, because, choose
-from rig.gap.settings import CREDIBLE, fitted
-from rig.identify.data import prepare
-from rig.identify.fingerprint import make_fingerprint
+from rig.gap.settings import CREDIBLE
 from rig.log.reader import read
 from rig.model.parameters import Model, load_model
 from rig.outputs import Kind as Output
@@ -131,58 +129,18 @@ def hunt(
 
 
 def think(options: HuntOptions, model: Model, campaign: Campaign) -> Thought:
-    """The diagnosis of all records so far. Without earlier days they count together; with earlier days the first
-    session is compared with them, and the later records, which have no partner there, with a fingerprint of them, whose
-    evidence goes before."""
-    sessions = [read(campaign.folder / step.records) for step in campaign.steps if step.done]
-    if not options.days:
-        records = [_named(record, number) for number, session in enumerate(sessions) for record in session]
-        return _thought(options, model, records, [], {})
-    said = _said_by(options, model, [record for session in sessions[1:] for record in session])
-    return _thought(options, model, sessions[0], options.days, said)
-
-
-def _thought(
-    options: HuntOptions, model: Model, records: Sequence[Record], days: Sequence[Sequence[Record]], said: Said
-) -> Thought:
-    kind = choose(options.reference, model, len(days))
-    if kind is Kind.SESSIONS:  # several days as one mean day: the likelihood's evidence can be joined
-        kind = Kind.SESSION
+    """The diagnosis of all records so far."""
+    first, *later = [read(campaign.folder / step.records) for step in campaign.steps if step.done]
+    kind = choose(options.reference, model, len(options.days))
     sister = options.reference == Kind.SIMULATOR
-    diagnosis, grounds = answer(Question(model, records, list(days), kind, sister, said=said))
-    return Thought(replace(diagnosis, reference_because=because(options.reference, kind, model, len(days))), grounds)
-
-
-def _said_by(options: HuntOptions, model: Model, records: Sequence[Record]) -> Said:
-    """What records of sweeps that no earlier day holds say, against a fingerprint of those days."""
-    if not records:
-        return {}
-    data = [prepare(record, model) for day in options.days for record in day]
-    known = replace(model, fingerprint=None)
-    known = replace(known, fingerprint=make_fingerprint(data, known))
-    if known.fingerprint is None:
-        raise RecordError("--baseline: too short to describe the rig by; a hunt needs some minutes of records")
-    _, grounds = answer(Question(known, records, [], Kind.FINGERPRINT))
-    return {posterior.stand.name: heard(posterior) for posterior in grounds.posteriors}
-
-
-def _named(record: Record, number: int) -> Record:
-    """The record under a name of its own: the same sweep may come twice."""
-    return record if number == 0 else replace(record, name=f"step_{number + 1}_{record.name}")
+    diagnosis, grounds = answer_with(Question(model, first, list(options.days), kind, sister), later)
+    why = because(options.reference, grounds.expected.kind, model, len(options.days))
+    return Thought(replace(diagnosis, reference_because=why), grounds)
 
 
 def _next(options: HuntOptions, thought: Thought, seconds: float) -> Experiment | None:
     """The records that tell most of what is still possible, inside the rig's limits."""
-    expected = thought.grounds.expected
-    rig = known_rig(expected.response, expected.tracks, expected.levels, pressures=expected.driven)
-    return next_experiment(
-        hypotheses_of(_open(thought.grounds.posteriors)), rig, _room(options, thought), fitted(), seconds
-    )
-
-
-def _open(posteriors: Sequence[Posterior]) -> list[Posterior]:
-    """The factors on which no name holds the credible mass."""
-    return [posterior for posterior in posteriors if max(posterior.probability.values()) < CREDIBLE]
+    return what_next(thought.grounds.expected, thought.grounds.posteriors, _room(options, thought), seconds)
 
 
 def _room(options: HuntOptions, thought: Thought) -> Room:
@@ -194,7 +152,7 @@ def _room(options: HuntOptions, thought: Thought) -> Room:
 def _first(campaign: Campaign, options: HuntOptions) -> Campaign:
     """The campaign with the session that it begins with."""
     path = compose.find_config(options.first, "sweeps")
-    minutes = sum(lasts_s(entry) for entry in resting(load_sweep(path))) / 60.0
+    minutes = lasting_s(resting(load_sweep(path))) / 60.0
     return _planned(
         campaign, path.read_text(encoding="utf-8"), f"the session that a hunt begins with ({path.stem})", minutes
     )

@@ -9,12 +9,12 @@ import numpy as np
 
 from rig.app.baselines import read_sessions
 from rig.app.compose import find_config
-from rig.app.simulating import commands_of
+from rig.app.simulating import by_plant, commands_of
 from rig.errors import ConfigError, EnvelopeError
 from rig.excite.envelope import check
 from rig.excite.experiment import Entry, RunPlan, Sweep, expand, load_sweep
 from rig.gap.hypotheses.library import LIBRARY
-from rig.gap.plan.candidates import Room, candidates, sweep_text
+from rig.gap.plan.candidates import Room, candidates, lasting_s, sweep_text
 from rig.gap.plan.capability import FALSE_ALARM_RATE, Ability, Capability, capability
 from rig.gap.plan.data_sheet import ALLOWED
 from rig.gap.plan.design import Design, Told, appraise, design
@@ -22,8 +22,7 @@ from rig.gap.plan.rehearse import PERIOD_NS, Noise, Rig, rehearse
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import AUTO, SISTER, Kind, choose, expect
 from rig.gap.settings import fitted
-from rig.identify.data import prepare
-from rig.identify.fingerprint import make_fingerprint
+from rig.identify.fingerprint import fingerprint_of
 from rig.model.fingerprint import Fingerprint, PressureSource
 from rig.model.kernels import simulate
 from rig.model.parameters import Model, load_model
@@ -57,8 +56,7 @@ def rig_of(asked: Asked) -> Rig:
     kind = choose(asked.reference, model, len(days))
     if kind in (Kind.SESSION, Kind.SESSIONS):
         levels = kind.value if kind.value in fitted().levels else Kind.SESSION.value
-        data = [prepare(record, model) for day in days for record in day.records]
-        made = make_fingerprint(data, model)
+        made = fingerprint_of([record for day in days for record in day.records], model)
         if made is None:
             raise ConfigError("--baseline: the records are too short to describe the rig by them")
         known = _by_fingerprint(made, levels)
@@ -152,7 +150,7 @@ def design_session(
     if not found.entries:
         raise ConfigError(f"--minutes {seconds / 60:g}: no record fits into that; one takes 15 s at least")
     usual = resting(load_sweep(find_config(USUAL_SWEEP, "sweeps")))
-    return Designed(found, appraise(rigs, usual, effects, settings), _lasts(usual), len(rigs))
+    return Designed(found, appraise(rigs, usual, effects, settings), lasting_s(usual), len(rigs))
 
 
 def resting(sweep: Sweep) -> list[Entry]:
@@ -160,20 +158,12 @@ def resting(sweep: Sweep) -> list[Entry]:
     return [replace(entry, p0_mpa=(p0,)) for entry in sweep.entries for p0 in entry.p0_mpa or sweep.p0_mpa]
 
 
-def _lasts(entries: Sequence[Entry]) -> float:
-    from rig.gap.plan.candidates import lasts_s
-
-    return sum(lasts_s(entry) for entry in entries)
-
-
 def _family_rig(family: str, unit: int) -> Rig:
     """A unit of a plant family, described by a fingerprint of one day of the usual session."""
-    from rig.app.simulating import by_plant
-
     simulator = by_plant(family, unit, 0)
     records = [simulator.answer(record) for record in commands_of(USUAL_SWEEP, simulator.period_s)]
     model = load_model(find_config(Path("simulated"), "models"))
-    known = make_fingerprint([prepare(record, model) for record in records], model)
+    known = fingerprint_of(records, model)
     assert known is not None
     return _by_fingerprint(known, Kind.FINGERPRINT.value)
 

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from rig.columns import white_noise
-from rig.identify.data import Options, Prepared, best_input
+from rig.identify.data import Options, Prepared, best_input, prepare
 from rig.identify.response import (
     Drive,
     Line,
@@ -29,7 +29,7 @@ from rig.model.parameters import Input, Model
 from rig.model.resample import set_points
 from rig.model.response import REGULATOR_TERMS, Regulator, regulators_of
 from rig.model.response_kernels import RESPONSE_TERMS, regulated
-from rig.record import Column
+from rig.record import Column, Record
 
 GRID_S = 0.01
 """Finest grid of the fits: no regulator and no joint of this kind has anything above it."""
@@ -52,6 +52,12 @@ class _Gridded:
 
     lines: tuple[Line, Line]
     drive: Drive
+
+
+def fingerprint_of(records: Sequence[Record], model: Model) -> Fingerprint | None:
+    """The fingerprint of the rig that made these records, as a file of `model` would hold it; None where they are too
+    short for one."""
+    return make_fingerprint([prepare(record, model) for record in records], model)
 
 
 def make_fingerprint(data: Sequence[Prepared], model: Model) -> Fingerprint | None:

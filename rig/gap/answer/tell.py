@@ -19,9 +19,7 @@ from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.hypotheses.propagate import Applied, full_numbers
 from rig.gap.hypotheses.scenes import PRESSURES
-from rig.gap.plan.candidates import room_within
-from rig.gap.plan.next_experiment import hypotheses_of, next_experiment, spreads
-from rig.gap.plan.rehearse import known_rig
+from rig.gap.plan.next_experiment import spreads, what_next
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.reference.build import Expected, rms_of
 from rig.gap.settings import Fitted, fitted
@@ -280,9 +278,7 @@ def _ranking(told: Told, marks: Sequence[Cause]) -> list[Ranked]:
 
 def _next(told: Told) -> dict[str, object] | None:
     """The experiment that best tells apart what is still possible, on every factor that leaves a choice."""
-    expected = told.expected
-    rig = known_rig(expected.response, expected.tracks, expected.levels, pressures=expected.driven)
-    found = next_experiment(hypotheses_of(told.posteriors), rig, room_within(expected.tracks), fitted())
+    found = what_next(told.expected, told.posteriors)
     return None if found is None else found.to_json()
 
 

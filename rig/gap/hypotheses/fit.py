@@ -44,6 +44,12 @@ class Scene:
     """Rms of what the factor's columns do without any cause: sizes of changes are seen against it."""
     prior: Prior
 
+    def changed_by(self, cause: Applied) -> Column:
+        """(n,) what one cause changes in the factor's columns; not finite, or beyond RUNS_AWAY, where a law runs away
+        under these records."""
+        with np.errstate(invalid="ignore", over="ignore"):
+            return self.change(ready([cause], self.response))
+
 
 @dataclass(frozen=True)
 class Fit:
@@ -153,15 +159,8 @@ class _Trial:
         values = dict(fixed) | {name: float(value) for name, value in zip(self.law.free, x, strict=True)}
         return Applied(self.law.stage, values | {name: values[owner] for name, owner in self.law.tied.items()})
 
-    def change(self, x: Column, fixed: Mapping[str, float]) -> Column:
-        with np.errstate(
-            invalid="ignore", over="ignore"
-        ):  # a law may run away: its cost is then not finite, and it is passed over
-            out: Column = self.scene.change(ready([self.applied(x, fixed)], self.scene.response))
-        return out
-
     def residual(self, x: Column, fixed: Mapping[str, float]) -> Column:
-        change = self.change(x, fixed)
+        change = self.scene.changed_by(self.applied(x, fixed))
         if not np.max(np.abs(change)) < RUNS_AWAY:
             return np.full_like(self._gap, np.nan)
         out: Column = self._gap - self.scene.factor.lines.of(change)
@@ -181,7 +180,7 @@ class _Trial:
     def judged(self, effect: Effect, x: Column, fixed: Mapping[str, float], jacobian: Column, cost: float) -> Fit:
         """Laplace's evidence at the optimum, the law's usual error included."""
         healthy, lines, prior = self.scene.factor.healthy, self.scene.factor.lines, self.scene.prior
-        change = self.change(x, fixed)
+        change = self.scene.changed_by(self.applied(x, fixed))
         moved = lines.of(change)
         left = self._gap - moved
         rho = effect.misfit * prior.rho_scale

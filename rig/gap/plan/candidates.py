@@ -1,7 +1,7 @@
 """Records that could be made: signals over frequencies, amplitudes and rest pressures, inside what the rig allows."""
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, cast
 
@@ -64,6 +64,11 @@ def planned(entries: Sequence[Entry], name: str = "planned") -> list[RunPlan]:
 def lasts_s(entry: Entry) -> float:
     """How long a record takes on the rig, settling and ramps included."""
     return float(sum(asdict(entry.timing).values()))
+
+
+def lasting_s(entries: Iterable[Entry]) -> float:
+    """How long a session takes on the rig."""
+    return sum(map(lasts_s, entries))
 
 
 def sweep_text(name: str, entries: Sequence[Entry], comment: str = "") -> str:

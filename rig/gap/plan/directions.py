@@ -7,7 +7,7 @@ import numpy as np
 
 from rig.gap.hypotheses.fit import RUNS_AWAY
 from rig.gap.hypotheses.library import Effect, Law
-from rig.gap.hypotheses.propagate import Applied, ready
+from rig.gap.hypotheses.propagate import Applied
 from rig.gap.hypotheses.scenes import Stand
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.record import Column
@@ -25,11 +25,6 @@ class Direction:
     """(n,) of all records together."""
     choices: int
     """From how many laws, signs and shapes this one was taken: what a fit pays for them."""
-
-    @property
-    def unit(self) -> str:
-        """Of the size."""
-        return unit_of(self.law)
 
 
 def unit_of(law: Law) -> str:
@@ -63,8 +58,7 @@ def sized(law: Law, shape: Mapping[str, float], size: float, stand: Stand) -> Co
     numbers = {number.name: number.neutral for number in EFFECT_STAGES[law.stage].numbers if number.name in law.free}
     values = numbers | dict(shape) | {law.free[0]: size}
     values |= {name: values[owner] for name, owner in law.tied.items()}
-    with np.errstate(invalid="ignore", over="ignore"):
-        change = stand.scene.change(ready([Applied(law.stage, values)], stand.scene.response))
+    change = stand.scene.changed_by(Applied(law.stage, values))
     return change if float(np.max(np.abs(change))) < RUNS_AWAY else None
 
 

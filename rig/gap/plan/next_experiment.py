@@ -15,12 +15,13 @@ import numpy as np
 from rig.excite.experiment import Entry
 from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.fit import Fit
-from rig.gap.hypotheses.propagate import Applied, ready
+from rig.gap.hypotheses.propagate import Applied
 from rig.gap.hypotheses.scenes import Stand
-from rig.gap.plan.candidates import Room, candidates, lasts_s, planned, sweep_text
+from rig.gap.plan.candidates import Room, candidates, lasting_s, lasts_s, planned, room_within, sweep_text
 from rig.gap.plan.information import Information, inform
-from rig.gap.plan.rehearse import Rig, factors_of, rehearse
-from rig.gap.settings import Fitted
+from rig.gap.plan.rehearse import Rig, factors_of, known_rig, rehearse
+from rig.gap.reference.build import Expected
+from rig.gap.settings import Fitted, fitted
 from rig.record import Column
 
 LENGTH_S = 10.0
@@ -83,7 +84,7 @@ class Experiment:
     @property
     def seconds(self) -> float:
         """On the rig."""
-        return sum(lasts_s(entry) for entry in self.entries)
+        return lasting_s(self.entries)
 
     def to_json(self, name: str = "next") -> dict[str, Any]:
         """The `next_experiment` of a diagnosis."""
@@ -104,6 +105,15 @@ class Experiment:
         """In one sentence."""
         kinds = ", ".join(dict.fromkeys(entry.signal.label for entry in self.entries))
         return f"{kinds} in {self.seconds / 60:.1f} min"
+
+
+def what_next(
+    expected: Expected, posteriors: Sequence[Posterior], room: Room | None = None, seconds: float = TIME_S
+) -> Experiment | None:
+    """The experiment that tells most of what a diagnosis leaves open; without a `room`, within the amplitudes and rest
+    pressures of its records."""
+    rig = known_rig(expected.response, expected.tracks, expected.levels, pressures=expected.driven)
+    return next_experiment(hypotheses_of(posteriors), rig, room or room_within(expected.tracks), fitted(), seconds)
 
 
 def next_experiment(
@@ -165,21 +175,16 @@ class _Open:
 
 def _weigh(stand: Stand, rivals: Sequence[Hypothesis]) -> _Open:
     chance = np.array([one.probability for one in rivals])
-    changes = [_change(stand, one.applied) for one in rivals]
+    changes = [stand.scene.changed_by(one.applied) for one in rivals]
     slopes, owner = [], []
     for k, one in enumerate(rivals):
         for name, spread in one.spread.items():
             moved = Applied(one.applied.stage, {**one.applied.numbers, name: one.applied.numbers[name] + spread})
-            slopes.append(_change(stand, moved) - changes[k])
+            slopes.append(stand.scene.changed_by(moved) - changes[k])
             owner.append(k)
     information = inform(stand, np.nan_to_num(np.column_stack([*changes, *slopes])))
     names = tuple(one.applied.effect for one in rivals)
     return _Open(names, chance / chance.sum(), information, tuple(owner))
-
-
-def _change(stand: Stand, applied: Applied) -> Column:
-    with np.errstate(invalid="ignore", over="ignore"):  # a law may run away under a sweep that was never made
-        return stand.scene.change(ready([applied], stand.scene.response))
 
 
 def _chosen(known: Sequence[_Open], times: Sequence[float], seconds: float) -> list[int]:
