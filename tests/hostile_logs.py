@@ -6,22 +6,19 @@ makes and reads such files for an hour, in a process that is watched: each file 
 its size. A file that breaks the rules stays in the folder that is printed.
 """
 
-import argparse
 import json
 import random
-import resource
-import shutil
 import struct
-import subprocess
 import sys
-import tempfile
 import time
 import unicodedata
 import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
+import hostile_work
 import zstandard
 from click.testing import CliRunner
 from made_logs import made_content, made_log
@@ -39,7 +36,6 @@ from rig.log.recover import recover
 ALLOWED_S = 30.0
 """Processor time for all ways to read one small file together, on a machine that does other work too."""
 ALLOWED_S_A_MB = 30.0
-MEMORY_BYTES = 3 << 30
 
 Pieces = list[bytes]
 
@@ -357,44 +353,13 @@ def read_in_time(path: Path) -> float:
     return spent_s
 
 
-def go_on(seed: int, seconds: float, folder: Path) -> None:
-    """Make and read files until the time is over; the kernel ends a process that hangs, and its file stays."""
-    until, slowest, count = time.monotonic() + seconds, (0.0, 0), 0
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
+def one(folder: Path, seed: int) -> Iterator[tuple[float, int, Callable[[], float]]]:
+    """For `hostile_work`: the time allowed, the size, and the work, of one file after the other."""
     for name, data in cases(seed, folder):
         path = folder / name
         path.write_bytes(data)
-        resource.setrlimit(
-            resource.RLIMIT_CPU, (int(time.process_time() + allowed_s(len(data))) + 5, resource.RLIM_INFINITY)
-        )
-        slowest, count = max(slowest, (read_in_time(path), len(data))), count + 1
-        if time.monotonic() > until:
-            break
-    print(json.dumps({"seed": seed, "files": count, "slowest_s": slowest[0], "its_bytes": slowest[1]}), flush=True)
-
-
-def main() -> int:
-    """Work in processes of `--each` seconds, so that one that dies leaves its file and its seed."""
-    options = argparse.ArgumentParser(description=(__doc__ or "").partition("\n\n")[0])
-    options.add_argument("--seconds", type=float, default=60.0)
-    options.add_argument("--each", type=float, default=60.0)
-    options.add_argument("--seed", type=int, default=1)
-    given = options.parse_args()
-    until, seed, bad = time.monotonic() + given.seconds, given.seed, 0
-    while time.monotonic() < until:
-        folder = Path(tempfile.mkdtemp(prefix=f"hostile_{seed}_"))
-        each_s = min(given.each, until - time.monotonic())
-        work = f"from hostile_logs import Path, go_on; go_on({seed}, {each_s}, Path({str(folder)!r}))"
-        done = subprocess.run([sys.executable, "-c", work], cwd=Path(__file__).parent)
-        if done.returncode:
-            bad += 1
-            print(f"seed {seed}: status {done.returncode}; the file lies in {folder}", flush=True)
-        else:
-            shutil.rmtree(folder)
-        seed += 1
-    print(f"{bad} files broke the rules", flush=True)
-    return 1 if bad else 0
+        yield allowed_s(len(data)), len(data), partial(read_in_time, path)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(hostile_work.main("hostile_logs", __doc__ or ""))

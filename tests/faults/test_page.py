@@ -187,6 +187,27 @@ def test_a_client_that_is_slow_or_sends_too_much_is_sent_away(bench: FaultBench,
     assert bench.fault() in ("", "ESTOP")
 
 
+@pytest.mark.parametrize(
+    ("headers", "body"),
+    [
+        ("Content-Length: 10", b"{"),
+        ("Transfer-Encoding: chunked", b"5\r\n{"),
+        ("Transfer-Encoding: chunked", b"no length\r\n"),
+    ],
+)
+def test_a_request_that_is_cut_short_is_no_error_of_ours(
+    bench: FaultBench, visitor: Visitor, headers: str, body: bytes
+) -> None:
+    before, host = len(bench.log_text()), visitor.origin.partition("//")[2]
+    with socket.create_connection(visitor.address, timeout=20) as cut:
+        head = f"POST /login HTTP/1.1\r\nHost: {host}\r\nOrigin: {visitor.origin}\r\nContent-Type: application/json\r\n"
+        cut.sendall(f"{head}{headers}\r\n\r\n".encode() + body)
+        cut.shutdown(socket.SHUT_WR)
+        assert cut.recv(100)[:12] in (b"", b"HTTP/1.1 400")  # whether or not somebody is there to be told
+    assert visitor.ask("/")[0] == 200
+    assert "Traceback" not in bench.log_text()[before:]
+
+
 def test_a_taken_port_that_was_asked_for_is_said_and_another_is_found_where_none_was(tmp_path: Path) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]

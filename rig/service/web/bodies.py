@@ -7,7 +7,7 @@ from typing import Any, Final
 from urllib.parse import parse_qsl
 
 from starlette.exceptions import HTTPException
-from starlette.requests import Request
+from starlette.requests import ClientDisconnect, Request
 
 from rig.service.web.guard import visitor_of
 from rig.service.web.visitors import Visitors
@@ -63,6 +63,8 @@ async def _read(request: Request) -> bytes:
                 body += part
                 if len(body) > MOST_BYTES:
                     raise HTTPException(413, f"a request has at most {MOST_BYTES} bytes", {"Connection": "close"})
+    except ClientDisconnect:
+        raise HTTPException(400, "the request was cut short") from None
     except TimeoutError:
         raise HTTPException(408, f"the request did not come within {PATIENCE_S:g} s", {"Connection": "close"}) from None
     return body

@@ -1,6 +1,7 @@
 """What every request must pass before anything looks at it: the name it was sent to, the page it comes from, who sends
 it. And what every answer says to the browser about itself."""
 
+import contextlib
 import ipaddress
 import socket
 from collections.abc import Collection
@@ -8,6 +9,7 @@ from http.cookies import CookieError, SimpleCookie
 from typing import Any, Final
 from urllib.parse import urlsplit
 
+from h11 import LocalProtocolError
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import PlainTextResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -53,7 +55,8 @@ class Guard:
             return
         new = visitor is None
         scope["visitor"] = visitor or self._visitors.new(trusted=False)
-        await self._app(scope, receive, self._with_headers(send, scope, new))
+        with contextlib.suppress(LocalProtocolError):  # the rest of the request was no HTTP, and has been answered so
+            await self._app(scope, receive, self._with_headers(send, scope, new))
 
     # what is looked at
 
