@@ -1,11 +1,13 @@
-"""`pamrig bench`: the project's own benchmarks, each beside its peer in the same run.
+"""`pamrig bench`: the project's own benchmarks, each beside its peer in the same run, and beside an earlier run.
 
 A benchmark is a module of rig.qualify.benchmarks with a function `bench_NAME() -> {figure: {value, unit, peer,
 peer_value, ratio}}`.
 """
 
 import importlib
-from typing import Any
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import click
 
@@ -14,55 +16,89 @@ from rig.cli.common import emit, json_option
 from rig.cli.outputs import Command
 from rig.errors import CheckFailed
 
+
+class Benchmark(NamedTuple):
+    """Where a benchmark lives, imported when it is run, and how many rounds of it say how far it varies."""
+
+    place: str
+    rounds: int = 5
+
+
 BENCHMARKS = {
-    "loop": "rig.qualify.benchmarks.loop:bench_loop",
-    "record": "rig.qualify.benchmarks.record:bench_record",
-    "identify": "rig.qualify.benchmarks.identify:bench_identify",
-    "log": "rig.qualify.benchmarks.log:bench_log",
-    "devices": "rig.qualify.benchmarks.devices:bench_devices",
-    "safety": "rig.qualify.benchmarks.safety:bench_safety",
-    "gap": "rig.qualify.benchmarks.gap:bench_gap",
-    "tracking": "rig.qualify.benchmarks.tracking:bench_tracking",
-    "page": "rig.qualify.benchmarks.page:bench_page",
-    "wrist": "rig.qualify.benchmarks.wrist:bench_wrist",
+    "loop": Benchmark("rig.qualify.benchmarks.loop:bench_loop", 3),
+    "record": Benchmark("rig.qualify.benchmarks.record:bench_record"),
+    "identify": Benchmark("rig.qualify.benchmarks.identify:bench_identify"),
+    "log": Benchmark("rig.qualify.benchmarks.log:bench_log", 3),
+    "devices": Benchmark("rig.qualify.benchmarks.devices:bench_devices", 3),
+    "safety": Benchmark("rig.qualify.benchmarks.safety:bench_safety", 1),
+    "gap": Benchmark("rig.qualify.benchmarks.gap:bench_gap", 1),
+    "tracking": Benchmark("rig.qualify.benchmarks.tracking:bench_tracking", 1),
+    "page": Benchmark("rig.qualify.benchmarks.page:bench_page", 1),
+    "wrist": Benchmark("rig.qualify.benchmarks.wrist:bench_wrist", 1),
 }
-"""Name -> where it lives; imported when it is run."""
+"""What a seed fixes, or what takes minutes, is measured once."""
 
 
 @click.command(cls=Command)
 @click.argument("names", nargs=-1, type=click.Choice(list(BENCHMARKS)))
+@click.option(
+    "--against",
+    metavar="FILE",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="Compare with the figures of an earlier `--json FILE`; status 1 when a ratio is worse beyond its spread.",
+)
+@click.option("--rounds", type=click.IntRange(1, 100), help="Measure each benchmark so many times.  [default: 1 to 5]")
 @json_option
-def bench(names: tuple[str, ...], json_to: str | None) -> None:
+def bench(names: tuple[str, ...], against: Path | None, rounds: int | None, json_to: str | None) -> None:
     """Run the benchmarks NAMES, or all. Quote the ratios: absolute times are this machine's."""
+    from rig.qualify.figures.against import compared, earlier
+
     chosen = names or tuple(BENCHMARKS)
+    before = earlier(against) if against else None
+    results, failed = _measured(chosen, rounds, json_to)
+    comparison = compared(before, results, str(against)) if before else None
+    if comparison:
+        results["against"] = {"file": str(against), **comparison.to_json()}
+    if comparison or json_to == "-":
+        emit(results, json_to)
+    for name in [name for name in chosen if name in results]:
+        show(name, results[name], json_to)
+    if comparison:
+        show_moves(results["against"], json_to)
+    if comparison and comparison.worse:
+        failed.append(f"{len(comparison.worse)} of {len(comparison.moves)} ratios are worse than in {against}")
+    if failed:
+        raise CheckFailed("; ".join(failed))
+
+
+def _measured(chosen: Sequence[str], rounds: int | None, json_to: str | None) -> tuple[dict[str, Any], list[str]]:
+    """The figures, and why some could not be had."""
     results: dict[str, Any] = {"machine": _machine()}
     lacking: list[str] = []
     with progress("benchmarks", len(chosen)) as update:
         for done, name in enumerate(chosen):
             update(done, name)
             try:
-                results[name] = _run(name)
+                results[name] = _run(name, rounds)
             except ModuleNotFoundError as error:
                 lacking.append(f"{name} needs the package {error.name}, which is not installed")
             if json_to != "-":
                 emit(results, json_to)  # what was measured is kept, whatever comes after it
-    if json_to == "-":
-        emit(results, json_to)
-    for name in [name for name in chosen if name in results]:
-        show(name, results[name], json_to)
-    if lacking:
-        raise CheckFailed("; ".join(lacking))
+    return results, lacking
 
 
-def _run(name: str) -> dict[str, Any]:
-    module, function = BENCHMARKS[name].split(":")
-    figures: dict[str, Any] = getattr(importlib.import_module(module), function)()
-    return figures
+def _run(name: str, rounds: int | None) -> dict[str, Any]:
+    from rig.qualify.figures.rounds import measured
+
+    module, function = BENCHMARKS[name].place.split(":")
+    run: Callable[[], dict[str, Any]] = getattr(importlib.import_module(module), function)
+    return measured(run, rounds or BENCHMARKS[name].rounds)
 
 
 def _machine() -> dict[str, Any]:
     import os
     import platform
+    from datetime import UTC, datetime
 
     model = ""
     try:
@@ -71,6 +107,7 @@ def _machine() -> dict[str, Any]:
     except OSError:
         pass  # not Linux
     return {
+        "date": datetime.now(UTC).date().isoformat(),
         "cpu": model or platform.processor(),
         "cores": os.cpu_count(),
         "system": platform.platform(),
@@ -82,7 +119,24 @@ def show(name: str, figures: dict[str, Any], json_to: str | None) -> None:
     """The table of one benchmark."""
     from rig.qualify.benchmarks import cells
 
-    table = listing(name, "value", "unit", "peer", "peer's value", "ratio")
+    table = listing(name, "value", "unit", "peer", "peer's value", "ratio", "limit", "of it", "goal")
     for figure, row in figures.items():
         table.add_row(figure, *cells(row))
     console(json_to).print(table)
+
+
+def show_moves(against: dict[str, Any], json_to: str | None) -> None:
+    """What has moved since the earlier run beyond its spread."""
+    table = listing("figure", "was", "is", "moved by", "spread", "")
+    for said in ("worse", "better"):
+        for move in against[said]:
+            shown = [f"{move['was']:.3g}", f"{move['now']:.3g}", f"{move['by']:+.0%}", f"{move['spread']:.0%}", said]
+            table.add_row(f"{move['benchmark']}: {move['figure']}", *shown)
+    terminal = console(json_to)
+    terminal.print(table)
+    terminal.print(
+        f"{against['judged']} ratios judged against {against['file']}: {len(against['worse'])} worse, "
+        f"{len(against['better'])} better; {len(against['unjudged'])} have no ratio or no spread"
+    )
+    for name in against["gone"]:
+        terminal.print(f"no longer measured: {name}")

@@ -13,8 +13,11 @@ from rig.realtime.ring import Ring, RingWriter
 from rig.rig_config import RigConfig
 from rig.sample import Sample
 
-ROUNDS = 3
+ROUNDS = 1
+"""Within a round of `pamrig bench`, which makes several."""
 SECONDS = 10.0
+_COUNTED = "missed ticks are counted"
+_PARTS = "the parts of a tick show where its time goes"
 
 
 def bench_loop() -> dict[str, Any]:
@@ -27,9 +30,11 @@ def bench_loop() -> dict[str, Any]:
     for name, ours, peer in (("idle", idle, idle_peer), (f"loaded by {what}", loaded, loaded_peer)):
         for key in ("p50", "p99", "max"):
             figures[f"lateness {key}, {name}"] = figure(ours[key], "us", "cyclictest", peer.get(key))
-    figures["missed ticks, idle"] = figure(sum(s.missed for s in samples), "ticks", of=len(samples))
-    figures["missed ticks, loaded"] = figure(sum(s.missed for s in loaded_samples), "ticks", of=len(loaded_samples))
-    return figures | _work(samples) | _unrehearsed(rig)
+    figures["missed ticks, idle"] = figure(sum(s.missed for s in samples), "ticks", of=len(samples), why=_COUNTED)
+    figures["missed ticks, loaded"] = figure(
+        sum(s.missed for s in loaded_samples), "ticks", of=len(loaded_samples), why=_COUNTED
+    )
+    return figures | _work(samples) | _unrehearsed(rig, samples)
 
 
 def _in_turns(rig: RigConfig) -> tuple[dict[str, float], dict[str, float], list[Sample]]:
@@ -63,22 +68,27 @@ def _work(samples: list[Sample]) -> dict[str, Any]:
     figures = {}
     whole = lateness.quantiles([(s.written_ns - s.woken_ns) / 1e3 for s in samples])
     for key in ("p50", "p99"):
-        figures[f"tick's own work {key}"] = figure(whole[key] + lateness.quantiles(handoff)[key], "us")
+        figures[f"tick's own work {key}"] = figure(whole[key] + lateness.quantiles(handoff)[key], "us", why=_PARTS)
         for part, values in parts.items():
-            figures[f"of it: {part}, {key}"] = figure(lateness.quantiles(values)[key], "us")
+            figures[f"of it: {part}, {key}"] = figure(lateness.quantiles(values)[key], "us", why=_PARTS)
     return figures
 
 
-def _unrehearsed(rig: RigConfig) -> dict[str, Any]:
+def _unrehearsed(rig: RigConfig, rehearsed: list[Sample]) -> dict[str, Any]:
     """The same loop, idle, when it sleeps until each tick: what waking early and rehearsing buys."""
     samples, _ = lateness.loop_samples(replace(rig, realtime=replace(rig.realtime, early_us=0)), SECONDS)
-    late = lateness.lateness_us(samples)
-    work = lateness.quantiles([(s.written_ns - s.woken_ns) / 1e3 for s in samples])
     return {
-        f"without rehearsal: {what} {key}": figure(found[key], "us")
-        for what, found in (("lateness", late), ("read to write", work))
+        f"without rehearsal: {what} {key}": figure(found[key], "us", "rehearsed", before[key])
+        for what, found, before in (
+            ("lateness", lateness.lateness_us(samples), lateness.lateness_us(rehearsed)),
+            ("read to write", _read_to_write_us(samples), _read_to_write_us(rehearsed)),
+        )
         for key in ("p50", "p99")
     }
+
+
+def _read_to_write_us(samples: list[Sample]) -> dict[str, float]:
+    return lateness.quantiles([(s.written_ns - s.woken_ns) / 1e3 for s in samples])
 
 
 def _handoff_us(sample: Sample) -> list[float]:

@@ -16,6 +16,8 @@ from rig.service.recorder import RunOrder, RunResult
 from rig.service.run_setup import program_of
 from rig.service.session import Session
 
+_OURS = "processor time of the two processes, which nothing else does"
+
 
 def bench_record() -> dict[str, Any]:
     """The paper's programme in virtual time, and one record of it in real time."""
@@ -26,13 +28,21 @@ def bench_record() -> dict[str, Any]:
     rig_s = virtual["ticks"] * rig.period_ns / 1e9
     period_us = rig.period_ns / 1e3
     return {
-        "bytes a record, real clock": figure(real["bytes"] / real["ticks"], "B", "goal", 100),
-        "bytes a record, virtual clock": figure(virtual["bytes"] / virtual["ticks"], "B", "goal", 100),
-        "virtual clock, times real time": figure(rig_s / virtual["wall_s"], "x", "goal", 100),
-        "virtual clock, a tick": figure(virtual["wall_s"] / virtual["ticks"] * 1e6, "us"),
-        "CPU of the loop, real clock": figure(real["loop_cpu_s"] / real["wall_s"] * 100, "% of a core"),
-        "CPU of the recorder, real clock": figure(real["recorder_cpu_s"] / real["wall_s"] * 100, "% of a core"),
-        "CPU of the loop a tick": figure(real["loop_cpu_s"] / real["ticks"] * 1e6, "us", "period", period_us),
+        "bytes a record, real clock": figure(real["bytes"] / real["ticks"], "B", goal=60.0, why=_OURS),
+        "bytes a record, virtual clock": figure(
+            virtual["bytes"] / virtual["ticks"], "B", "real clock", real["bytes"] / real["ticks"]
+        ),
+        "virtual clock, times real time": figure(
+            rig_s / virtual["wall_s"], "x", better="higher", goal=500.0, why=_OURS
+        ),
+        "virtual clock, a tick": figure(virtual["wall_s"] / virtual["ticks"] * 1e6, "us", why=_OURS),
+        "CPU of the loop, real clock": figure(real["loop_cpu_s"] / real["wall_s"] * 100, "% of a core", why=_OURS),
+        "CPU of the recorder, real clock": figure(
+            real["recorder_cpu_s"] / real["wall_s"] * 100, "% of a core", why=_OURS
+        ),
+        "CPU of the loop a tick": figure(
+            real["loop_cpu_s"] / real["ticks"] * 1e6, "us", limit="the period", limit_value=period_us
+        ),
     }
 
 

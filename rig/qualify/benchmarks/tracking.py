@@ -84,13 +84,13 @@ def _compared(name: str, healthy: Errors, changed: Errors) -> dict[str, Any]:
     for reference in (*references, "all"):
         was, now = (_of(errors, reference) for errors in (healthy, changed))
         rows |= {
-            f"{name}: {reference}, healthy, inverse": figure(was["model"], "deg", "PI alone", was["none"]),
-            f"{name}: {reference}, changed, inverse": figure(now["model"], "deg", "PI alone", now["none"]),
+            f"{name}: {reference}, healthy, inverse": figure(was["model"], "deg", "PI alone", was["none"], seeded=True),
+            f"{name}: {reference}, changed, inverse": figure(now["model"], "deg", "PI alone", now["none"], seeded=True),
             f"{name}: {reference}, changed, augmented": figure(
-                now["augmented"], "deg", "changed, inverse", now["model"]
+                now["augmented"], "deg", "changed, inverse", now["model"], seeded=True
             ),
             f"{name}: {reference}, augmented over healthy": figure(
-                now["augmented"], "deg", "healthy, inverse", was["model"]
+                now["augmented"], "deg", "healthy, inverse", was["model"], seeded=True, goal=1.1 * was["model"]
             ),
         }
     return rows

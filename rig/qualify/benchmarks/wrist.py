@@ -44,7 +44,7 @@ def bench_wrist() -> dict[str, Any]:
         found = [(name, size, asked(put(healthy), healthy, pressures)) for name, size, put in CASES]
         rows |= {f"{name}, {mode}": row for name, row in scored(found, pressures).items()}
         quiet = [asked(again(healthy, seed), healthy, pressures) for seed in range(2, 2 + REPEATS)]
-        rows[f"false alarms, {mode}"] = share([said.verdict != "none" for said in quiet])
+        rows[f"false alarms, {mode}"] = share([said.verdict != "none" for said in quiet], better="lower")
     return rows
 
 
@@ -171,4 +171,8 @@ def scored(found: "Sequence[tuple[str, float, Diagnosis]]", pressures: bool) -> 
         "detected": share([said.verdict != "none" for _, _, said in found]),
         "exact name first": share(exact), "class first": share(alike), "truth in the set": share(held),
     }  # fmt: skip
-    return rows | {"size, median error": figure(100.0 * float(np.median(errors)), "%")} if errors else rows
+    return (
+        rows | {"size, median error": figure(100.0 * float(np.median(errors)), "%", why="a size is right or it is not")}
+        if errors
+        else rows
+    )

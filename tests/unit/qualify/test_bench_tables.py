@@ -43,15 +43,30 @@ def test_no_benchmark_makes_rows_by_hand() -> None:
 
 
 def test_a_share_says_of_what_and_an_interval_how_wide() -> None:
-    assert cells(figure(3, "ticks", of=2000)) == ["3", "ticks (of 2000)", "", "", ""]
+    assert cells(figure(3, "ticks", of=2000))[:5] == ["3", "ticks (of 2000)", "", "", ""]
     assert cells(figure(97.0, "%", of=40, low=90.0, high=99.0))[1] == "% (90 to 99, of 40)"
-    assert cells(figure(1.0, "s", "peer", None)) == ["1", "s", "peer", "", ""]
+    assert cells(figure(1.0, "s", "peer", None))[:5] == ["1", "s", "peer", "", ""]
+    assert cells(figure(3.0, "s", limit="the wire", limit_value=2.0, goal=4.0))[5:] == ["the wire", "1.5", "4"]
+
+
+def reasons(module: Path) -> Iterator[tuple[str, set[str]]]:
+    """Of each row that a benchmark's source makes: where, and what it says beside its value."""
+    for node in ast.walk(ast.parse(module.read_text())):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "figure":
+            said = {keyword.arg or "more" for keyword in node.keywords} | ({"peer"} if len(node.args) > 2 else set())
+            yield f"{module.name}:{node.lineno}", said
+
+
+def test_every_figure_has_a_peer_or_a_limit_or_says_why_not() -> None:
+    rows = [row for module in MODULES if module.stem != "__init__" for row in reasons(module)]
+    assert len(rows) > 50
+    assert [place for place, said in rows if not said & {"peer", "limit", "why", "more"}] == []
 
 
 def test_figures_are_kept_when_a_later_benchmark_or_a_table_breaks(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def run(name: str) -> dict[str, Any]:
+    def run(name: str, rounds: int | None) -> dict[str, Any]:
         if name == "log":
             raise ModuleNotFoundError("No module named 'pyswarms'", name="pyswarms")
         if name == "gap":
