@@ -24,8 +24,9 @@ import yaml
 
 from drivers.calibration import parse_all
 from drivers.modbus_io.maps import load_map
-from rig.app import calibrating, compose, inventory
-from rig.app.replaying import load_gate
+from rig.app import compose, inventory
+from rig.app.devices import calibrating
+from rig.app.runs.replaying import load_gate
 from rig.config import load, read_yaml
 from rig.errors import RigError
 from rig.gap.settings import PRIORS, Fitted
@@ -34,7 +35,7 @@ from rig.model.chain import Chain
 from rig.model.parameters import load_model
 from rig.realtime.clock import MonotonicClock
 from rig.service import settings
-from rig.service.planner import plans_of
+from rig.service.queue.planner import plans_of
 
 ALLOWED_S = 30.0
 ALLOWED_S_A_MB = 60.0

@@ -24,7 +24,7 @@ import hostile_work
 from page_visitor import free_port
 
 from rig.qualify.faults.bench import FaultBench
-from rig.service.protocol import COMMANDS
+from rig.service.door.protocol import COMMANDS
 
 ANSWER_S = 20.0
 """For the answer to one input, on a machine that does other work too; a sweep may take the planner's time."""

@@ -18,7 +18,7 @@ from typing import Final
 
 import numpy as np
 
-from rig.app.identifying import SearchOptions, StartOptions, identify_model, sweep_range
+from rig.app.model.identifying import SearchOptions, StartOptions, identify_model, sweep_range
 from rig.channels import Channel, Channels
 from rig.errors import RecordError, RigError
 from rig.gap.diagnosis import diagnose

@@ -29,14 +29,14 @@ from rig.realtime.rehearsal import NoDevice, Rehearsal
 from rig.realtime.ring import Ring, RingWriter
 from rig.rig_config import DeviceEntry, RigConfig, load_rig, require_file, resolve_paths
 from rig.service.processes import name_process
-from rig.service.session import LoopOrders
+from rig.service.session.session import LoopOrders
 
 STAND_INS = {
     "simulated": "hil.bench:SimulatedRig",
     "simulated_faulty": "hil.faults:FaultyRig",
     "physics": "hil.physics:PhysicsRig",
-    "emulated": "rig.app.emulated:EmulatedRig",
-    "playback": "rig.app.playback:PlaybackRig",
+    "emulated": "rig.app.stand_ins.emulated:EmulatedRig",
+    "playback": "rig.app.stand_ins.playback:PlaybackRig",
 }
 """Devices that are no hardware: kind -> where; the real ones stand in drivers.catalog."""
 

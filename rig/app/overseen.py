@@ -18,8 +18,8 @@ from rig.errors import RigError
 from rig.realtime.ring import Ring, RingWriter
 from rig.realtime.safe_state import Writer
 from rig.rig_config import RigConfig
-from rig.service.last_resort import last_resort
-from rig.service.watchers import Watchers
+from rig.service.session.last_resort import last_resort
+from rig.service.session.watchers import Watchers
 
 _PATIENCE_NS: Final = 250_000_000
 """A thread beside a prompt is not as punctual as a loop, and moves the rig gently."""

@@ -29,9 +29,9 @@ from rig.realtime.safe_state import (
 from rig.realtime.supervisor import Supervisor
 from rig.rig_config import RigConfig
 from rig.service.processes import name_process
-from rig.service.session import Watching
-from rig.service.session_monitor import Parts
-from rig.service.watchers import WatcherOrders
+from rig.service.session.session import Watching
+from rig.service.session.session_monitor import Parts
+from rig.service.session.watchers import WatcherOrders
 
 GUARDIAN_PATIENCE_NS: Final = 250_000_000
 """The guardian comes after the supervisor and the commanding process; well before the watchdog of a device."""

@@ -8,7 +8,7 @@ import sys
 import time
 from pathlib import Path
 
-from rig.app import runner
+from rig.app.runs import runner
 from rig.app.terminal import console, styled
 
 

@@ -50,11 +50,9 @@ def completion(shell: str) -> None:
     into ~/.config/fish/completions/pamrig.fish."""
     from click.shell_completion import get_completion_class
 
-    from rig.cli.commands import cli
-
     made = get_completion_class(shell)
     assert made is not None
-    click.echo(made(cli, {}, "pamrig", "_PAMRIG_COMPLETE").source())
+    click.echo(made(click.get_current_context().find_root().command, {}, "pamrig", "_PAMRIG_COMPLETE").source())
 
 
 def with_files(command: click.Command) -> click.Command:

@@ -60,7 +60,8 @@ def probe(
 
     Exit status 1 when a device does not answer, cannot hold the period, or its wiring is not as the config says.
     """
-    from rig.app import compose, inventory, probing
+    from rig.app import compose, inventory
+    from rig.app.devices import probing
 
     rig = compose.load(rig_path)
     screen = console(json_to)
@@ -137,7 +138,8 @@ def calibrate(
     Guided, `angle` moves nothing: you turn the joint. `pressures` MOVES THE RIG through --levels, both muscles alike;
     you read a gauge.
     """
-    from rig.app import calibrating, compose, inventory
+    from rig.app import compose, inventory
+    from rig.app.devices import calibrating
     from rig.errors import ConfigError, RigError
 
     if (what is None) == (points is None):

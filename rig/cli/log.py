@@ -29,7 +29,7 @@ def log() -> None:
 @json_option
 def info(logs: tuple[Path, ...], json_to: str | None) -> None:
     """What LOGS hold: records, duration, rate, columns, run facts, log lines."""
-    from rig.app.logs import describe, found_files, plain_lines
+    from rig.app.records.logs import describe, found_files, plain_lines
 
     descriptions = [describe(file) for file in found_files(logs)]
     terminal = console(json_to)
@@ -48,7 +48,7 @@ def info(logs: tuple[Path, ...], json_to: str | None) -> None:
 def check(logs: tuple[Path, ...], json_to: str | None) -> None:
     """Are LOGS whole and true: CRCs, schema, ticks, time, values, `valid`? One line a finding; exit status 1 if there
     is any."""
-    from rig.app.logs import UNFINISHED, found_or_unfinished
+    from rig.app.records.logs import UNFINISHED, found_or_unfinished
     from rig.errors import CheckFailed
     from rig.log.check import check as check_file
 
@@ -132,7 +132,7 @@ def import_(
     if guessing:
         _guess(file, output, json_to)
         return
-    from rig.app.logs import import_content
+    from rig.app.records.logs import import_content
     from rig.log.convert import write_content
     from rig.log.reader import stem
     from rig.tags import check_note, parse_tags, tagged
@@ -150,7 +150,7 @@ def import_(
 
 def _guess(file: Path, output: Path | None, json_to: str | None) -> None:
     """The proposal: its YAML to be edited, then what it would mean and what is doubtful."""
-    from rig.app.logs import proposed_mapping
+    from rig.app.records.logs import proposed_mapping
 
     found, text = proposed_mapping(file)
     terminal = console(json_to)
@@ -188,7 +188,7 @@ def _guess(file: Path, output: Path | None, json_to: str | None) -> None:
 @json_option
 def export(logs: tuple[Path, ...], kind: str, output: Path | None, period_s: float | None, json_to: str | None) -> None:
     """Write LOGS for other tools, with units and run facts; every tick and field, unless --resample is given."""
-    from rig.app.logs import contents_of, export_targets, found_files
+    from rig.app.records.logs import contents_of, export_targets, found_files
     from rig.log.exchange import export as write
 
     contents: list[tuple[Path, LogContent]] = [
@@ -259,7 +259,7 @@ def compare(a: Path, b: Path, within_deg: float | None, output: Path | None, jso
     Records go together by name and repeat (one beside one whatever it is called), B is brought to the times of A by
     their commands, and every column that both have is compared.
     """
-    from rig.app.comparing import compare_logs, draw_pairs
+    from rig.app.records.comparing import compare_logs, draw_pairs
     from rig.app.terminal import listing
     from rig.errors import CheckFailed
 

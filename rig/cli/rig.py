@@ -33,7 +33,7 @@ def new(like: str | None, given: tuple[str, ...], yes: bool, output: Path, json_
 
     A question's short form is its words before the comma. Nothing is opened and nothing moves.
     """
-    from rig.app.new_rig import PATTERNS, filled, write_rig
+    from rig.app.devices.new_rig import PATTERNS, filled, write_rig
     from rig.config import suggest
     from rig.errors import ConfigError
 

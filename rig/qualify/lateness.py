@@ -18,8 +18,8 @@ from rig.realtime.program import Program
 from rig.realtime.ring import RingReader
 from rig.rig_config import RigConfig
 from rig.sample import Sample, unpack
-from rig.service.recorder import RunOrder
-from rig.service.session import Session
+from rig.service.records.recorder import RunOrder
+from rig.service.session.session import Session
 
 
 def quantiles(values: Sequence[float]) -> dict[str, float]:

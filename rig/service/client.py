@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any, Final, Self
 
 from rig.errors import RigError, StateError
-from rig.service import places, protocol
-from rig.service.protocol import Code
+from rig.service.door import places, protocol
+from rig.service.door.protocol import Code
 
 _KNOCK_AGAIN_S: Final = 0.0005
 _EXPANDING_S: Final = 120.0

@@ -17,23 +17,25 @@ from rig.errors import RigError
 from rig.realtime.faults import Fault, explain
 from rig.realtime.safe_state import Outcome
 from rig.realtime.state import Event, State
-from rig.service import blackbox, metrics, places
-from rig.service.arguments import check_line, check_start
-from rig.service.control import Server
-from rig.service.job_queue import Queue
-from rig.service.ledger import Ledger
-from rig.service.live import LiveView
-from rig.service.notify import Notifier
-from rig.service.planner import Planner
+from rig.service.door import places
+from rig.service.door.arguments import check_line, check_start
+from rig.service.door.control import Server
+from rig.service.door.protocol import VERSION, Code, Refused, Request
 from rig.service.processes import processes_json
-from rig.service.protocol import VERSION, Code, Refused, Request
-from rig.service.queue_runner import QueueRunner
-from rig.service.recorder import Mark
-from rig.service.retention import NOTICE_S, Retention
-from rig.service.session import ending_signals
-from rig.service.session_monitor import Parts, SessionMonitor
+from rig.service.queue.job_queue import Queue
+from rig.service.queue.planner import Planner
+from rig.service.queue.queue_runner import QueueRunner
+from rig.service.records import blackbox
+from rig.service.records.ledger import Ledger
+from rig.service.records.recorder import Mark
+from rig.service.records.retention import NOTICE_S, Retention
+from rig.service.session.session import ending_signals
+from rig.service.session.session_monitor import Parts, SessionMonitor
+from rig.service.session.telemetry import fault_json, safe_json
 from rig.service.settings import DaemonSettings, make_folder, read_token
-from rig.service.telemetry import fault_json, safe_json
+from rig.service.views import metrics
+from rig.service.views.live import LiveView
+from rig.service.views.notify import Notifier
 from rig.service.web.host import Page, page_orders
 
 _TURN_S: Final = 0.02

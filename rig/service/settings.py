@@ -9,8 +9,8 @@ from pathlib import Path
 from rig.config import read_yaml, shown, structure
 from rig.errors import ConfigError, RigError
 from rig.fields import bounded
-from rig.service.places import default_socket
-from rig.service.retention import Policy
+from rig.service.door.places import default_socket
+from rig.service.records.retention import Policy
 
 
 def default_state_folder() -> Path:

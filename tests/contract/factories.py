@@ -24,7 +24,7 @@ from hil.emulators.world import Outputs, World
 from hil.faults import FaultyRig, FaultySettings, Injection
 from hil.physics import PhysicsRig, PhysicsSettings
 from hil.terminals import Terminals
-from rig.app.playback import PlaybackRig, PlaybackSettings
+from rig.app.stand_ins.playback import PlaybackRig, PlaybackSettings
 from rig.interfaces import Clock, Device, DeviceContext, Role
 from rig.realtime.clock import VirtualClock
 

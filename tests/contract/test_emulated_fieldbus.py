@@ -15,7 +15,7 @@ from exact_rig import CONFIGS, EXACT, run
 from drivers.modbus_io.device import ModbusIo
 from drivers.modbus_io.settings import FurtherChannel, Mode
 from hil.emulators.world import Plant
-from rig.app.emulated import EmulatedRig, EmulatedSettings
+from rig.app.stand_ins.emulated import EmulatedRig, EmulatedSettings
 from rig.errors import DeviceError
 from rig.interfaces import DeviceContext, Role
 from rig.log.reader import read

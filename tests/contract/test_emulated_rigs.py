@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from exact_rig import CONFIGS, EXACT, run
 
-from rig.app.emulated import EmulatedRig, EmulatedSettings
+from rig.app.stand_ins.emulated import EmulatedRig, EmulatedSettings
 from rig.errors import ConfigError, DeviceError
 from rig.interfaces import DeviceContext, Measurement, Role
 from rig.log.reader import read

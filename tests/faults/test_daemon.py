@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from rig.cli import daemon as cli_daemon
+from rig.cli.service import daemon as cli_daemon
 from rig.errors import RigError, StateError
 from rig.qualify.faults.bench import SAFE_MPA, FaultBench
 from rig.service.client import Client
-from rig.service.ledger import Ledger
+from rig.service.records.ledger import Ledger
 
 pytest_plugins = "daemon_rig"
 pytestmark = pytest.mark.xdist_group("real processes")

@@ -15,9 +15,9 @@ from rig.errors import RigError
 from rig.qualify.faults.bench import FaultBench
 from rig.realtime.shared import KEPT_RING
 from rig.realtime.shared import folder as shared_folder
-from rig.service import protocol
 from rig.service.client import Client
-from rig.service.control import MAX_CLIENTS
+from rig.service.door import protocol
+from rig.service.door.control import MAX_CLIENTS
 
 pytest_plugins = "daemon_rig"
 pytestmark = pytest.mark.xdist_group("real processes")

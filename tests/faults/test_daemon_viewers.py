@@ -17,8 +17,8 @@ import pytest
 
 from rig.log.mcap.schema import SAMPLE_SCHEMA, SAMPLE_TOPIC
 from rig.qualify.faults.bench import FaultBench
-from rig.service import protocol
 from rig.service.client import Client
+from rig.service.door import protocol
 
 pytest_plugins = "daemon_rig"
 pytestmark = pytest.mark.xdist_group("real processes")

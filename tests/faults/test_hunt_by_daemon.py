@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from rig.app import compose
-from rig.app.hunting import HuntOptions, hunt
+from rig.app.gap.hunting import HuntOptions, hunt
 from rig.errors import StateError
 from rig.log.reader import read
 from rig.qualify.faults.bench import FaultBench

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from rig.cli.faults import _BENCHES
+from rig.cli.qualify.faults import _BENCHES
 from rig.qualify.faults.bench import FaultBench
 from rig.qualify.faults.losses import BENCHES, Blow, RunBench, draw, trials, try_losses
 from rig.qualify.faults.wired import ModbusFaultBench, RtuFaultBench, SerialFaultBench, WiredFaultBench

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from rig.cli import daemon as cli_daemon
+from rig.cli.service import daemon as cli_daemon
 from rig.qualify.faults.bench import FaultBench, named_children
 
 pytestmark = pytest.mark.xdist_group("real processes")

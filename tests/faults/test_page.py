@@ -19,7 +19,7 @@ from rig.errors import RigError
 from rig.log.mcap.collector import LogLine
 from rig.log.mcap.reader import McapLog
 from rig.qualify.faults.bench import FaultBench
-from rig.service.web.gate import MOST
+from rig.service.web.door.gate import MOST
 
 pytestmark = pytest.mark.xdist_group("real processes")
 BY_THE_MACHINE = ("MISSED_TICKS", "LONG_STALL", "LOOP_DIED")

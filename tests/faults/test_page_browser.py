@@ -16,7 +16,7 @@ import pytest
 
 from rig.errors import RigError
 from rig.qualify.faults.bench import FaultBench
-from rig.service.web.glance import FRESH_S
+from rig.service.web.stream.glance import FRESH_S
 
 sync_api = pytest.importorskip("playwright.sync_api")
 

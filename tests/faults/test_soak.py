@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from rig.cli.faults import faults
+from rig.cli.qualify.faults import faults
 from rig.errors import RigError
 from rig.qualify.soak import soak
 

@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from rig.app import compose, replaying
+from rig.app import compose
+from rig.app.runs import replaying
 from rig.log.convert import read_content
 
 HERE = Path(__file__).resolve().parent

@@ -8,9 +8,10 @@ from typing import Any, Literal
 from pamrig._picture import Picture, html_table, shown
 from pamrig._places import sweep_file
 from pamrig._records import Record, Records, read
-from rig.app import compose, replaying, runner
-from rig.app.outcome import Outcome
-from rig.app.sweeping import SweepOptions, run_sweep
+from rig.app import compose
+from rig.app.runs import replaying, runner
+from rig.app.runs.outcome import Outcome
+from rig.app.runs.sweeping import SweepOptions, run_sweep
 from rig.config import structure, unstructure
 from rig.model.chain import place_effect
 from rig.model.parameters import AddedEffect

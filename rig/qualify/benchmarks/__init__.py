@@ -1,4 +1,4 @@
-"""The project's benchmarks, one file each; see rig.cli.bench."""
+"""The project's benchmarks, one file each; see rig.cli.qualify.bench."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

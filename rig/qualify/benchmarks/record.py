@@ -12,9 +12,9 @@ from rig.app import compose
 from rig.excite.experiment import RunPlan, expand, load_sweep
 from rig.qualify.benchmarks import figure
 from rig.rig_config import RigConfig
-from rig.service.recorder import RunOrder, RunResult
-from rig.service.run_setup import program_of
-from rig.service.session import Session
+from rig.service.records.recorder import RunOrder, RunResult
+from rig.service.session.run_setup import program_of
+from rig.service.session.session import Session
 
 _OURS = "processor time of the two processes, which nothing else does"
 

@@ -19,7 +19,7 @@ from rig.log.reader import read_samples
 from rig.log.recover import recover
 from rig.realtime.ring import Ring, RingWriter
 from rig.sample import Phase, Sample
-from rig.service.recorder import RunOrder, record
+from rig.service.records.recorder import RunOrder, record
 
 PERIOD_NS = 5_000_000
 _READY_S = 120.0

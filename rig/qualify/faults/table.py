@@ -17,7 +17,7 @@ from typing import Final
 from hil.faults import Injection
 from rig.errors import CheckFailed, RigError, StateError
 from rig.qualify.faults.bench import FaultBench
-from rig.service import protocol
+from rig.service.door import protocol
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from typing import Any, Final
 
 from rig.errors import StateError
 from rig.service.processes import is_stopped, start_process
-from rig.service.session_monitor import Parts
+from rig.service.session.session_monitor import Parts
 from rig.service.settings import DaemonSettings, Web, read_token
 from rig.service.web.orders import BACKLOG, PageOrders
 from rig.service.web.serve import page_process

@@ -14,24 +14,24 @@ from starlette.staticfiles import StaticFiles
 from rig.errors import RigError
 from rig.model.chain import Chain
 from rig.model.parameters import load_model
-from rig.service.web.actions import Actions
-from rig.service.web.bringup import BringUp
-from rig.service.web.catalogue import Catalogue
-from rig.service.web.desk import Desk
-from rig.service.web.diagnoses import Diagnoses
+from rig.service.web.door.desk import Desk
+from rig.service.web.door.guard import Guard
+from rig.service.web.door.peers import may_come, owner_of
+from rig.service.web.door.visitors import Guesses, Visitors
 from rig.service.web.errands import Errands
-from rig.service.web.feed import Feed
-from rig.service.web.glance import FRESH_S, glance, lost
-from rig.service.web.guard import Guard
-from rig.service.web.library import Library
-from rig.service.web.link import Link
+from rig.service.web.files.bringup import BringUp
+from rig.service.web.files.catalogue import Catalogue
+from rig.service.web.files.diagnoses import Diagnoses
+from rig.service.web.files.records import Records
 from rig.service.web.orders import PageOrders
-from rig.service.web.pages import Pages
-from rig.service.web.peers import may_come, owner_of
-from rig.service.web.records import Records
-from rig.service.web.studies import Studies
-from rig.service.web.viewers import Viewers
-from rig.service.web.visitors import Guesses, Visitors
+from rig.service.web.routes.actions import Actions
+from rig.service.web.routes.library import Library
+from rig.service.web.routes.pages import Pages
+from rig.service.web.routes.studies import Studies
+from rig.service.web.stream.feed import Feed
+from rig.service.web.stream.glance import FRESH_S, glance, lost
+from rig.service.web.stream.link import Link
+from rig.service.web.stream.viewers import Viewers
 
 STATIC: Final = Path(__file__).parent / "static"
 _GLANCE_S: Final = 0.2

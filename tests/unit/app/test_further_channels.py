@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from rig.app.compose import load
-from rig.app.logs import describe
+from rig.app.records.logs import describe
 from rig.cli.commands import cli
 from rig.errors import ConfigError
 from rig.gap.records.conditions import conditions, difference

@@ -19,7 +19,7 @@ from rig.blind_check.check import make_answer_score, result_of, result_of_all, s
 from rig.blind_check.folder import CheckFolder, read_json, read_truth
 from rig.blind_check.generate import draw, make_unit, open_labels, units
 from rig.blind_check.modes import measures_of, names_of
-from rig.cli.gap_check import check
+from rig.cli.gap.check import check
 from rig.errors import RecordError
 from rig.gap.hypotheses.library import LIBRARY
 from rig.log.reader import read

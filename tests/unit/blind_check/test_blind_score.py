@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rig.app.absorbed import Swallowed, table
+from rig.app.gap.absorbed import Swallowed, table
 from rig.blind_check.check import result_from
 from rig.blind_check.follow_up import commands_of, tie
 from rig.blind_check.generate import left_out

@@ -58,7 +58,7 @@ def test_ctrl_c_does_not_reach_a_process_that_is_being_started() -> None:
     assert signal.pthread_sigmask(signal.SIG_BLOCK, ()) == before
 
 
-@pytest.mark.parametrize("package", ["click", "rig.cli.commands", "rig.errors", "rig.cli.run", "rig.app.compose"])
+@pytest.mark.parametrize("package", ["click", "rig.cli.commands", "rig.errors", "rig.cli.runs.run", "rig.app.compose"])
 def test_ctrl_c_while_pamrig_is_still_importing_ends_it_quietly(package: str) -> None:
     code = f"""
 import sys

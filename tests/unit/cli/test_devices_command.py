@@ -20,8 +20,9 @@ from hil.emulators.nifpga.board import Wiring
 from hil.emulators.nifpga.shared import READ
 from hil.emulators.nifpga.stand_in import StandIn
 from hil.emulators.world import World
-from rig.app import bringup, calibrating, compose, probing
-from rig.app.bringup import DeviceTicker, StepResult, step_valves, time_reads
+from rig.app import compose
+from rig.app.devices import bringup, calibrating, probing
+from rig.app.devices.bringup import DeviceTicker, StepResult, step_valves, time_reads
 from rig.cli.devices import devices
 from rig.errors import CheckFailed, DeviceError, DeviceLost, RigError
 from rig.interfaces import DeviceContext, Role

@@ -64,7 +64,7 @@ def test_the_real_time_side_loads_the_standard_library_only() -> None:
 
 
 def test_the_loop_s_process_loads_nothing_compiled_that_the_controller_lacks() -> None:
-    loaded = loaded_by("import rig.app.compose, hil.bench, rig.service.recorder\nfrom drivers import catalog")
+    loaded = loaded_by("import rig.app.compose, hil.bench, rig.service.records.recorder\nfrom drivers import catalog")
     assert not loaded & HEAVY
 
 

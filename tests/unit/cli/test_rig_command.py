@@ -11,7 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 from rig.app.compose import load
-from rig.app.new_rig import PATTERNS
+from rig.app.devices.new_rig import PATTERNS
 from rig.cli.commands import COMMANDS, cli
 from rig.cli.completion import OURS, SUFFIXES, WRITTEN, with_files
 from rig.errors import ConfigError

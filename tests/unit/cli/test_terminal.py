@@ -13,7 +13,7 @@ from rich.text import Text
 
 from rig.app.terminal import console, listing, styled, visible
 from rig.cli.commands import cli
-from rig.cli.picture import status_lines
+from rig.cli.service.picture import status_lines
 from rig.log.convert import write_content
 
 HOSTILE = "\x1b[2J\x1b]0;title\x07\r\u202e[/x][bold]\n  log: ok\ud800"

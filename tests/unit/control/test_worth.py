@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from rig.app import compose
-from rig.app.simulating import by_model, commands_of
+from rig.app.model.simulating import by_model, commands_of
 from rig.control.frequency_response import best_linear_approximation
 from rig.control.plant import plant_of
 from rig.control.worth import mended, worth

@@ -12,7 +12,7 @@ from rig.excite.experiment import expand, load_sweep
 from rig.excite.reference import lead_in
 from rig.realtime.closed_loop import TrackingProgram
 from rig.realtime.guard import Limits
-from rig.service.run_setup import program_of
+from rig.service.session.run_setup import program_of
 
 PERIOD_NS = 5_000_000
 HEAD = "closed_loop: {kp_mpa_per_deg: 0.002, ki_mpa_per_deg_s: 0.1}\nduration_s: 2.0\n"

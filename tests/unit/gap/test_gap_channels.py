@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rig.app.identifying import SearchOptions, StartOptions, identify_model, sweep_range
+from rig.app.model.identifying import SearchOptions, StartOptions, identify_model, sweep_range
 from rig.channels import FACT, Channel, Channels
-from rig.cli.identify_show import identified_json, validation_json
+from rig.cli.model.shown import identified_json, validation_json
 from rig.errors import RecordError
 from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.words import answers

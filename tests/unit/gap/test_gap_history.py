@@ -11,7 +11,7 @@ from gap_rigs import session
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rig.app.past import told
+from rig.app.gap.past import told
 from rig.cli.commands import cli
 from rig.errors import ConfigError
 from rig.gap.answer.result import Interval

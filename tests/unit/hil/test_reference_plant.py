@@ -20,7 +20,7 @@ from hil.reference.pleated.mechanics import AGE, SLIDE_RAD_S, STATES, dry_torque
 from hil.reference.pleated.mechanics import muscle_force as pleated_force
 from hil.reference.pleated.physics import Physics as PleatedPhysics
 from hil.reference.pleated.pneumatics import parabola
-from rig.app.gap_levels import known_families
+from rig.app.gap.levels import known_families
 from rig.errors import ConfigError, RigError
 from rig.gap.hypotheses.library import LIBRARY
 

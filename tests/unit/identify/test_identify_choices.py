@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from rig.app.identifying import StartOptions, start_model
+from rig.app.model.identifying import StartOptions, start_model
 from rig.identify.data import Options, best_input, prepare
 from rig.identify.fit import Settings, identify
 from rig.identify.mean_law import hold, is_free, mean_law
@@ -104,7 +104,7 @@ def test_several_p0_are_fitted_as_well_as_one() -> None:
 
 
 def test_the_command_says_what_it_chose(tmp_path: Path) -> None:
-    from rig.cli.identify import identify as command
+    from rig.cli.model.identify import identify as command
 
     assert ONE.p1_mpa is not None
     assert ONE.p2_mpa is not None

@@ -235,8 +235,8 @@ def _write_csv(record: Record, folder: Path) -> Path:
 
 
 def test_the_commands_end_to_end(tmp_path: Path) -> None:
-    from rig.cli.identify import identify as identify_command
-    from rig.cli.identify import validate as validate_command
+    from rig.cli.model.identify import identify as identify_command
+    from rig.cli.model.identify import validate as validate_command
 
     log, model = _write_csv(RECORDS[1], tmp_path), tmp_path / "model.yaml"
     words = [str(log), "-o", str(model), "--seeds", "1", "--iterations", "40", "--json", str(tmp_path / "i.json")]
@@ -261,7 +261,7 @@ def test_the_commands_end_to_end(tmp_path: Path) -> None:
 
 
 def test_validate_says_not_so_of_a_model_that_is_not_bounded(tmp_path: Path) -> None:
-    from rig.cli.identify import validate as validate_command
+    from rig.cli.model.identify import validate as validate_command
     from rig.errors import CheckFailed
 
     log = _write_csv(RECORDS[1], tmp_path)

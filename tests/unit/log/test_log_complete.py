@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 from made_logs import made_content
 
-from rig.app.logs import describe, plain_lines
-from rig.app.replaying import prepare
+from rig.app.records.logs import describe, plain_lines
+from rig.app.runs.replaying import prepare
 from rig.errors import RecordError
 from rig.log.check import check
 from rig.log.convert import write_content

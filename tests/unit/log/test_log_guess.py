@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import yaml
 
-from rig.app.logs import import_content, proposed_mapping
+from rig.app.records.logs import import_content, proposed_mapping
 from rig.errors import RecordError
 from rig.log.convert import write_content
 from rig.log.foreign.guess import guess

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from made_logs import PERIOD_NS, made_content, made_samples
 
-from rig.app import replaying
+from rig.app.runs import replaying
 from rig.errors import ConfigError, EnvelopeError, RecordError
 from rig.log.convert import samples_of, write_content
 from rig.log.mcap.columns import Samples

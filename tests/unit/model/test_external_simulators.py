@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from fmu_plant import DEG_PER_MPA, LAG_S, PLAY_DEG, make_fmu
 
-from rig.app import compose, replaying
+from rig.app import compose
 from rig.app.compose import find_config
-from rig.app.simulating import commands_of
+from rig.app.model.simulating import commands_of
+from rig.app.runs import replaying
 from rig.errors import ConfigError, ModelError
 from rig.gap.diagnosis import diagnose
 from rig.identify.stability import SweepRange

@@ -10,8 +10,8 @@ from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rig.cli import bench as command
 from rig.cli.commands import cli
+from rig.cli.qualify import bench as command
 from rig.errors import CheckFailed, ConfigError
 from rig.qualify.benchmarks import figure, share
 from rig.qualify.figures.against import STILL, Move, compared, earlier, moved

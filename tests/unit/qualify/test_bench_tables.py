@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
-from rig.cli import bench as command
 from rig.cli.commands import cli
+from rig.cli.qualify import bench as command
 from rig.errors import CheckFailed
 from rig.qualify import benchmarks
 from rig.qualify.benchmarks import cells, figure

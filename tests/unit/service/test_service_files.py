@@ -15,17 +15,17 @@ from rich.console import Console
 
 from hil.terminals import Terminals
 from rig.app import compose
-from rig.cli.service import service
-from rig.cli.watch import WINDOW_S, Window, act, lateness_bars, picture
+from rig.cli.service.install import service
+from rig.cli.service.watch import WINDOW_S, Window, act, lateness_bars, picture
 from rig.config import load
 from rig.errors import ConfigError, RigError
 from rig.log.mcap.schema import LOG_TOPIC, SAMPLE_TOPIC
 from rig.qualify.faults.bench import RIG
 from rig.realtime.ring import Ring, RingWriter
 from rig.sample import WIRES, Sample
-from rig.service.notify import Notifier
+from rig.service.session.telemetry import LATENESS_EDGES_US, Telemetry
 from rig.service.settings import DaemonSettings, load_settings
-from rig.service.telemetry import LATENESS_EDGES_US, Telemetry
+from rig.service.views.notify import Notifier
 
 pytestmark = pytest.mark.real_time
 

@@ -8,7 +8,7 @@ from conftest import ROOT
 
 from rig.app import compose
 from rig.errors import EnvelopeError, RigError
-from rig.service.web import curves
+from rig.service.web.files import curves
 
 SINE = ROOT / "tests" / "replay" / "sine_0.5hz_0.20mpa.mcap"
 TRIANGLE = ROOT / "tests" / "replay" / "triangle_0.8hz_0.10mpa.mcap"

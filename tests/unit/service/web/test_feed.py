@@ -7,7 +7,7 @@ import pytest
 from rig.app import compose
 from rig.model.chain import Chain
 from rig.model.parameters import load_model
-from rig.service.web.feed import COLUMNS, STRETCH, Feed
+from rig.service.web.stream.feed import COLUMNS, STRETCH, Feed
 
 PERIOD_S = 0.005
 

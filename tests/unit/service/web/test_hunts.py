@@ -3,8 +3,8 @@
 import json
 from pathlib import Path
 
-from rig.app.campaign import FILE, Campaign, Step
-from rig.service.web.hunts import hunts
+from rig.app.gap.campaign import FILE, Campaign, Step
+from rig.service.web.files.hunts import hunts
 
 
 def test_a_hunt_is_told_step_by_step(tmp_path: Path) -> None:

@@ -9,10 +9,10 @@ import pytest
 
 from rig.app import compose
 from rig.errors import ConfigError, RecordError, RigError, StateError
-from rig.service.web.bringup import SEEN, BringUp, all_steps
-from rig.service.web.catalogue import Catalogue
-from rig.service.web.diagnoses import Diagnoses, Question
-from rig.service.web.records import Records
+from rig.service.web.files.bringup import SEEN, BringUp, all_steps
+from rig.service.web.files.catalogue import Catalogue
+from rig.service.web.files.diagnoses import Diagnoses, Question
+from rig.service.web.files.records import Records
 
 GOOD = {
     "lateness_us": {"p99": 12.0}, "denied": [], "fault": None,

@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rig.errors import StateError
-from rig.service.web.desk import AWAY_S, Desk
-from rig.service.web.visitors import FORGET_S, GUESSES, LASTS_S, Guesses, Visitors
+from rig.service.web.door.desk import AWAY_S, Desk
+from rig.service.web.door.visitors import FORGET_S, GUESSES, LASTS_S, Guesses, Visitors
 
 KEY, TOKEN = b"k" * 32, "0123456789abcdef"
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from rig.service.web.gate import ANSWER_S, REQUEST_S, Hall
-from rig.service.web.peers import listed, may_come, owner_of
+from rig.service.web.door.gate import ANSWER_S, REQUEST_S, Hall
+from rig.service.web.door.peers import listed, may_come, owner_of
 
 
 @dataclass(eq=False)

@@ -13,9 +13,9 @@ from urllib.parse import urlencode
 import pytest
 
 from rig.app import compose
+from rig.service.web.door.visitors import COOKIE, GUESSES
 from rig.service.web.orders import PageOrders
 from rig.service.web.site import Site
-from rig.service.web.visitors import COOKIE, GUESSES
 
 TOKEN = "0123456789abcdef"
 HERE = "192.168.1.5:8420"

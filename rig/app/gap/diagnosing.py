@@ -1,0 +1,245 @@
+"""Diagnosing cases, one or a whole campaign of days: each case is read, diagnosed and written in one piece, in
+whichever process."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rig.app.gap.baselines import Session, days_in, odd_days, read_sessions
+from rig.errors import ConfigError
+from rig.outputs import Kind, write_text
+from rig.tags import told
+
+if TYPE_CHECKING:
+    from rig.gains import ClosedLoop
+    from rig.gap.answer.result import Diagnosis
+    from rig.gap.days.findings import Findings
+    from rig.gap.pipeline import Grounds
+    from rig.model.parameters import Model
+    from rig.record import Record
+
+
+@dataclass(frozen=True)
+class DiagnosisOptions:
+    """What every case of one call has in common."""
+
+    model: Path
+    baselines: tuple[Path, ...]
+    html_to: Path | None = None
+    augmented_to: Path | None = None
+    next_to: Path | None = None
+    no_pressures: bool = False
+    effects: tuple[str, ...] = ()
+    reference: str = "auto"
+    retuned_to: Path | None = None
+    rig: Path | None = None
+    """The rig's YAML, for the effects that it can have."""
+    tracking: Path | None = None
+    """A reference with gains: how much closer the feed-forward would follow with the causes in it."""
+    command: str = ""
+    """The command line, for the report."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One day's records; `name` goes into the names of its files when there are several."""
+
+    name: str | None
+    logs: tuple[Path, ...]
+
+
+def cases_of(logs: tuple[Path, ...]) -> list[Case]:
+    """A single folder that holds nothing but folders is a campaign, one case each; anything else is one case."""
+    days = days_in(logs[0]) if len(logs) == 1 else []
+    return [Case(day.name, (day,)) for day in days] or [Case(None, logs)]
+
+
+def check_effects(names: Sequence[str]) -> None:
+    """ConfigError for a name that is not in the library."""
+    from rig.config import suggest
+    from rig.gap.hypotheses.library import LIBRARY
+
+    for name in names:
+        if name not in LIBRARY:
+            raise ConfigError(f"--effect: unknown effect {name!r}; {suggest(name, list(LIBRARY))}")
+
+
+def diagnose_case(
+    options: DiagnosisOptions, case: Case, sessions: Sequence[Session] | None = None
+) -> "tuple[Case, Diagnosis]":
+    """Read (the sessions too, where the caller has not), diagnose, write the files that were asked for."""
+    from rig.gap.diagnosis import diagnose_with_grounds
+    from rig.model.parameters import load_model
+    from rig.rig_config import load_rig
+
+    gains = None if options.tracking is None else _gains_of(options.tracking)
+    model = load_model(options.model)
+    records = _read(case.logs)
+    days = read_sessions(options.baselines, options.model) if sessions is None else sessions
+    library = list(options.effects) or None
+    diagnosis, grounds = diagnose_with_grounds(
+        model,
+        records,
+        [day.records for day in days],
+        pressures=not options.no_pressures,
+        library=library,
+        reference=options.reference,
+        effects=None if options.rig is None else load_rig(options.rig).effects,
+    )
+    if gains is not None:
+        _tell_worth(gains, model, diagnosis, grounds, records)
+    if said := {name: text for name, text in _told_once(records).items() if text}:
+        diagnosis.evidence["said"] = said
+    _write(options, case, model, diagnosis, grounds, _origin(options, case, records, days))
+    return case, diagnosis
+
+
+def _gains_of(reference: Path) -> "ClosedLoop":
+    """Those of a reference's YAML; ConfigError when it has none."""
+    from rig.app.compose import find_config
+    from rig.excite.experiment import load_sweep
+
+    place = find_config(reference, "references")
+    gains = load_sweep(place).closed_loop
+    if gains is None:
+        raise ConfigError(f"--tracking {place}: closed_loop: gains are missing; `pamrig tune` finds some")
+    return gains
+
+
+def _tell_worth(
+    gains: "ClosedLoop",
+    model: "Model",
+    diagnosis: "Diagnosis",
+    grounds: "Findings | Grounds",
+    records: "Sequence[Record]",
+) -> None:
+    """What the causes are worth to a feed-forward, into the evidence and the notes."""
+    from rig.control.worth import worth
+    from rig.gap.answer.augment import augmented
+
+    if not any(cause.applied for cause in diagnosis.causes):
+        diagnosis.notes.append("no cause with a course of its own was found: the feed-forward stays as it is")
+        return
+    found = worth(model, augmented(model, diagnosis, grounds.prepared), records, gains)
+    way = "closer" if found.closer >= 0.0 else "less closely"
+    diagnosis.evidence["tracking"] = {"before_deg": found.before_deg, "after_deg": found.after_deg}
+    diagnosis.notes.append(
+        f"with the causes in it the feed-forward follows {100 * abs(found.closer):.0f} % {way}: of these movements the "
+        f"loop would leave {found.after_deg:.2f} deg rms, {found.before_deg:.2f} with the simulator as it was"
+    )
+
+
+def diagnose_campaign(
+    options: DiagnosisOptions, cases: Sequence[Case], dask: str | None, workers: int | None
+) -> "Iterator[tuple[Case, Diagnosis]]":
+    """Every case over processes or a cluster; results as they come."""
+    from functools import partial
+
+    from rig.app.terminal import progress
+    from rig.parallel import each, executor
+
+    with executor(dask, workers) as pool, progress("diagnosing", len(cases)) as update:
+        yield from each(
+            pool, partial(diagnose_case, options), cases, lambda done: update(done, f"{done} of {len(cases)} days")
+        )
+
+
+def _read(paths: Sequence[Path]) -> "list[Record]":
+    from rig.log.reader import read_all
+
+    return read_all(paths)
+
+
+def _write(
+    options: DiagnosisOptions,
+    case: Case,
+    model: "Model",
+    diagnosis: "Diagnosis",
+    grounds: "Findings | Grounds",
+    origin: Mapping[str, str],
+) -> None:
+    def place(path: Path) -> Path:
+        return place_of(path, case.name)
+
+    if options.html_to:
+        from rig.report.page import write_page
+
+        write_page(place(options.html_to), diagnosis, grounds, model, origin)
+    if options.augmented_to:
+        from rig.gap.answer.augment import augmented
+        from rig.model.parameters import save_model
+
+        save_model(augmented(model, diagnosis, grounds.prepared), place(options.augmented_to))
+    if options.retuned_to:
+        from rig.gap.answer.retuning import retuned_model
+        from rig.model.parameters import save_model
+
+        save_model(retuned_model(model, grounds.prepared), place(options.retuned_to))
+    if options.next_to and diagnosis.next_experiment:
+        write_text(place(options.next_to), str(diagnosis.next_experiment["config"]), Kind.SWEEP)
+
+
+def place_of(path: Path, day: str | None) -> Path:
+    """Where the file of that day goes, when there are several."""
+    return path if day is None else path.with_name(f"{path.stem}_{day}{path.suffix}")
+
+
+def write_overview(
+    options: DiagnosisOptions, results: "Mapping[str | None, Diagnosis]", days: Sequence[Session]
+) -> None:
+    """The page of a whole campaign, at the name that was asked for; each day has its own beside it."""
+    from rig.report import overview
+
+    named = {name: diagnosis for name, diagnosis in results.items() if name is not None}
+    if options.html_to is not None and named:
+        pages = {name: place_of(options.html_to, name) for name in named}
+        overview.write_overview(options.html_to, named, pages, [str(day.path) for day in days])
+
+
+def without_next(options: DiagnosisOptions, results: "Mapping[str | None, Diagnosis]") -> Iterator[str]:
+    """A line for each case that `--next-experiment` was asked for and that has none."""
+    for name, diagnosis in results.items():
+        if options.next_to is not None and not diagnosis.next_experiment:
+            place = place_of(options.next_to, name)
+            old = "; what lies there is from before" if place.exists() else ""
+            whose = f" for {name}" if name else ""
+            yield f"no next experiment{whose}: no sweep is known that would tell more; {place} was not written{old}"
+
+
+def _origin(
+    options: DiagnosisOptions, case: Case, records: "Sequence[Record]", sessions: Sequence[Session]
+) -> dict[str, str]:
+    """Whose the answer is: what the report says of where it comes from."""
+    from importlib.metadata import version
+
+    shown = [*records, *(record for day in sessions for record in day.records)]
+    begun = sorted(float(record.facts["started_ns"]) for record in shown if record.facts.get("started_ns"))
+    days = [datetime.fromtimestamp(1e-9 * at, UTC).strftime("%Y-%m-%d") for at in begun]
+    rigs = sorted({str(record.facts["rig"]) for record in shown if record.facts.get("rig")})
+    told = {
+        "Rig": ", ".join(rigs),
+        "Recorded on": " to ".join(dict.fromkeys([*days[:1], *days[-1:]])),
+        "Records": ", ".join(map(str, case.logs)),
+        "Earlier days": ", ".join(str(day.path) for day in sessions),
+        "Simulator": str(options.model),
+        **_told_once(records),
+        "Program": f"pamrig {version('pamrig')}",
+        "Command": options.command,
+    }
+    return {name: text for name, text in told.items() if text}
+
+
+def _told_once(records: "Sequence[Record]") -> dict[str, str]:
+    """Tags and notes of the records, each text once."""
+    each = [told(record.facts) for record in records]
+    return {name: "; ".join(dict.fromkeys(one[name] for one in each if name in one)) for name in ("Tags", "Note")}
+
+
+def report(results: "Mapping[str | None, Diagnosis]", days: Sequence[Session] = ()) -> dict[str, object]:
+    """The JSON of the command: one diagnosis as it is, several by the names of their days; and what they were compared
+    with."""
+    plain = {name: diagnosis.to_json() for name, diagnosis in results.items()}
+    sessions = [{"path": str(day.path), "records": len(day.records)} for day in days]
+    return plain.get(None, {"days": plain}) | {"baseline": {"sessions": sessions, "disagree": odd_days(days)}}

@@ -1,0 +1,271 @@
+"""What `pamrig gap hunt` does: run a session, diagnose, run the records that part what is still possible, join the
+evidence, until one name is left, nothing parts the rest, or the time is over."""
+
+import shutil
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from rig.app import compose
+from rig.app.gap.campaign import Campaign, Step, open_campaign
+from rig.app.gap.planning import resting, room_of
+from rig.app.runs.outcome import Outcome
+from rig.app.runs.sweeping import SweepOptions, run_sweep
+from rig.errors import CheckFailed, Interrupted, StateError
+from rig.excite.experiment import load_sweep
+from rig.gap.answer.result import Diagnosis
+from rig.gap.evidence.posterior import NONE
+from rig.gap.experiments import answer_with
+from rig.gap.pipeline import Grounds, Question
+from rig.gap.plan.candidates import Room, lasting_s, room_within
+from rig.gap.plan.next_experiment import Experiment, what_next
+from rig.gap.reference.build import AUTO, Kind, because, choose
+from rig.gap.settings import CREDIBLE
+from rig.log.reader import read
+from rig.model.parameters import Model, load_model
+from rig.outputs import Kind as Output
+from rig.outputs import write_text
+from rig.record import Record
+from rig.report.hunt_page import ToldStep, write_hunt
+from rig.report.page import write_page
+from rig.rig_config import RigConfig
+from rig.service.client import Client
+
+NAMED, NOTHING, TIME = "named", "nothing parts the rest", "time"
+
+
+@dataclass(frozen=True)
+class HuntOptions:
+    """What a hunt works with."""
+
+    rig: RigConfig
+    model: Path
+    folder: Path
+    days: Sequence[Sequence[Record]] = ()
+    day_names: tuple[str, ...] = ()
+    reference: str = AUTO
+    minutes: float = 10.0
+    first: Path = Path("gap")
+    """The session that a hunt begins with."""
+    virtual: bool = False
+    seed: int | None = None
+    force: bool = False
+    daemon: Client | None = None
+    """The daemon whose jobs the sweeps are to be; None: they run here."""
+
+
+@dataclass(frozen=True)
+class Thought:
+    """What is thought after a step."""
+
+    diagnosis: Diagnosis
+    grounds: Grounds
+
+    @property
+    def names(self) -> tuple[tuple[str, float], ...]:
+        """What is still possible on the factors where something was found; none where nothing was."""
+        found = [posterior for posterior in self.grounds.posteriors if posterior.found]
+        if not found:
+            return ((NONE, min(posterior.probability[NONE] for posterior in self.grounds.posteriors)),)
+        return tuple((name, posterior.probability[name]) for posterior in found for name in posterior.names)
+
+    @property
+    def settled(self) -> bool:
+        """One name holds the credible mass wherever something was found."""
+        found = [posterior for posterior in self.grounds.posteriors if posterior.found]
+        return all(max(posterior.probability.values()) >= CREDIBLE for posterior in found)
+
+
+@dataclass(frozen=True)
+class Hunted:
+    """What came of it."""
+
+    campaign: Campaign
+    thought: Thought | None
+
+    def to_json(self) -> dict[str, object]:
+        """The JSON of the command."""
+        return {
+            "steps": [step.to_json() for step in self.campaign.steps],
+            "diagnosis": None if self.thought is None else self.thought.diagnosis.to_json(),
+            "minutes": self.campaign.minutes,
+            "ended": self.campaign.ended,
+            "folder": str(self.campaign.folder),
+        }
+
+
+def hunt(
+    options: HuntOptions,
+    allowed: Callable[[Step], bool] = lambda step: True,
+    report: Callable[[Step], None] = lambda step: None,
+) -> Hunted:
+    """Hunt until it is known; `allowed` is asked before anything moves, `report` hears of every step that is thought
+    through. What is known stays in the folder, also when the rig faults (CheckFailed) or somebody interrupts."""
+    model = load_model(compose.find_config(options.model, "models"))
+    choose(options.reference, model, len(options.days))
+    campaign = open_campaign(options.folder, _asked(options))
+    thought: Thought | None = None
+    if not campaign.steps:
+        campaign = _first(campaign, options)
+    campaign = replace(campaign, ended="")
+    while True:
+        step = campaign.steps[-1]
+        if not step.done:
+            if not allowed(step):
+                return _ended(campaign, thought, "not confirmed")
+            campaign = _recorded(campaign, options)
+        thought = think(options, model, campaign)
+        campaign = campaign.with_last(replace(campaign.steps[-1], set=thought.names))
+        campaign.save()
+        report(campaign.steps[-1])
+        if thought.settled:
+            return _ended(campaign, thought, NAMED)
+        left_s = 60.0 * (options.minutes - campaign.minutes)
+        planned = _next(options, thought, left_s)
+        if planned is None:
+            more = _next(options, thought, 3600.0)
+            return _ended(campaign, thought, NOTHING if more is None else TIME)
+        campaign = _with_step(campaign, planned)
+
+
+def think(options: HuntOptions, model: Model, campaign: Campaign) -> Thought:
+    """The diagnosis of all records so far."""
+    first, *later = [read(campaign.folder / step.records) for step in campaign.steps if step.done]
+    kind = choose(options.reference, model, len(options.days))
+    sister = options.reference == Kind.SIMULATOR
+    diagnosis, grounds = answer_with(Question(model, first, list(options.days), kind, sister), later)
+    why = because(options.reference, grounds.expected.kind, model, len(options.days))
+    return Thought(replace(diagnosis, reference_because=why), grounds)
+
+
+def _next(options: HuntOptions, thought: Thought, seconds: float) -> Experiment | None:
+    """The records that tell most of what is still possible, inside the rig's limits."""
+    return what_next(thought.grounds.expected, thought.grounds.posteriors, _room(options, thought), seconds)
+
+
+def _room(options: HuntOptions, thought: Thought) -> Room:
+    """What the rig's YAML allows, at the amplitudes and rest pressures that the reference knows."""
+    allowed, seen = room_of(options.rig.path), room_within(thought.grounds.expected.tracks)
+    return replace(allowed, swing_mpa=seen.swing_mpa, rests_mpa=seen.rests_mpa)
+
+
+def _first(campaign: Campaign, options: HuntOptions) -> Campaign:
+    """The campaign with the session that it begins with."""
+    path = compose.find_config(options.first, "sweeps")
+    minutes = lasting_s(resting(load_sweep(path))) / 60.0
+    return _planned(
+        campaign, path.read_text(encoding="utf-8"), f"the session that a hunt begins with ({path.stem})", minutes
+    )
+
+
+def _with_step(campaign: Campaign, planned: Experiment) -> Campaign:
+    number = len(campaign.steps) + 1
+    plain = planned.to_json(f"step_{number}")
+    why = f"to tell {' from '.join(planned.separates)}: {planned.why}, {planned.weakest:.1f} standard deviations apart"
+    return _planned(campaign, str(plain["config"]), why, planned.seconds / 60.0)
+
+
+def _planned(campaign: Campaign, sweep: str, why: str, minutes: float) -> Campaign:
+    """The campaign with one more step, its sweep written, nothing recorded yet."""
+    name = f"step_{len(campaign.steps) + 1}.yaml"
+    campaign.folder.mkdir(parents=True, exist_ok=True)
+    write_text(campaign.folder / name, sweep, Output.SWEEP)
+    campaign = replace(campaign, steps=(*campaign.steps, Step(name, why, minutes)))
+    campaign.save()
+    return campaign
+
+
+def _recorded(campaign: Campaign, options: HuntOptions) -> Campaign:
+    """The campaign with the records of its last step; what an earlier try left stays in a folder of its own."""
+    step, number = campaign.steps[-1], len(campaign.steps)
+    tries = sum(1 for place in campaign.folder.glob(f"step_{number}_records*"))
+    folder = f"step_{number}_records" + (f"_again{tries}" if tries else "")
+    _carry_out(options, campaign.folder / step.sweep, campaign.folder / folder, number)
+    campaign = campaign.with_last(replace(step, records=folder))
+    campaign.save()
+    return campaign
+
+
+def _carry_out(options: HuntOptions, sweep: Path, out: Path, number: int) -> None:
+    """One sweep on the rig, its records in `out`; CheckFailed when they are not all valid."""
+    if options.daemon is not None:
+        _as_job(options.daemon, sweep, out)
+        return
+    seed = None if options.seed is None else options.seed + number - 1
+    outcome: Outcome = run_sweep(sweep, options.rig, SweepOptions(out, options.virtual, seed, options.force))
+    outcome.judge()
+
+
+def _as_job(daemon: Client, sweep: Path, out: Path) -> None:
+    """One sweep as a job of the daemon, which must be armed and have nothing else to do; its records are copied."""
+    status = daemon.status()
+    if status["working"]:
+        raise StateError("the daemon works on its queue; wait for it by `pamrig queue`, or stop it")
+    (started,) = daemon.start(sweep, before="leave")
+    status = daemon.wait()
+    job = next(one for one in status["queue"] if one["id"] == started["id"])
+    if job["state"] != "done" or job.get("not_valid"):
+        fault = status["fault"]
+        why = job["error"] or (f"{fault['name']}: {fault['cause']}" if fault else f"{job['not_valid']} not valid")
+        raise CheckFailed(f"job {job['id']} {job['name']}: {job['state']}: {why}")
+    out.mkdir()
+    for file in map(Path, job["files"]):
+        shutil.copy2(file, out / file.name)
+
+
+def _ended(campaign: Campaign, thought: Thought | None, how: str) -> Hunted:
+    campaign = replace(campaign, ended=how)
+    campaign.save()
+    return Hunted(campaign, thought)
+
+
+def _asked(options: HuntOptions) -> dict[str, object]:
+    return {
+        "rig": options.rig.name,
+        "model": str(options.model),
+        "reference": options.reference,
+        "baselines": list(options.day_names),
+    }
+
+
+def hunt_and_tell(
+    options: HuntOptions,
+    allowed: Callable[[Step], bool],
+    report: Callable[[Step], None],
+    emit: Callable[[Hunted], None],
+) -> Hunted:
+    """`hunt`, with its pages written and its result given to `emit`, also of a hunt that the rig or somebody cut
+    short: what was learnt so far is kept and said."""
+    try:
+        found = hunt(options, allowed, report)
+    except (CheckFailed, Interrupted):
+        cut = Hunted(open_campaign(options.folder, _asked(options)), None)
+        _write_pages(options, cut)
+        emit(cut)
+        raise
+    _write_pages(options, found)
+    emit(found)
+    return found
+
+
+def _write_pages(options: HuntOptions, found: Hunted) -> None:
+    """hunt.html, the story, and report.html, the last diagnosis."""
+    folder, thought = options.folder, found.thought
+    if not folder.is_dir():
+        return
+    if thought is not None:
+        model = load_model(compose.find_config(options.model, "models"))
+        write_page(folder / "report.html", thought.diagnosis, thought.grounds, model, {"Rig": options.rig.name})
+    steps = [
+        ToldStep(step.sweep, step.why, f"{step.minutes:.1f}", step.set if step.done else ())
+        for step in found.campaign.steps
+    ]
+    write_hunt(
+        folder / "hunt.html",
+        options.rig.name,
+        steps,
+        found.campaign.minutes,
+        found.campaign.ended,
+        None if thought is None else thought.diagnosis,
+        "report.html" if thought is not None else "",
+    )

@@ -1,0 +1,84 @@
+"""What `pamrig gap history` does: the same diagnosis over many days, put in order of time."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import asdict
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Final
+
+from rig.app.gap.diagnosing import Case, DiagnosisOptions, diagnose_campaign
+from rig.errors import ConfigError
+from rig.gap.history import FALSE_ALARM_RATE, Change, Day, Growth, History, day_of
+
+_DATE: Final = re.compile(r"(\d{4})-?(\d{2})-?(\d{2})")
+_DAY_S: Final = 86400.0
+
+
+def past_days(options: DiagnosisOptions, cases: Sequence[Case], workers: int | None) -> list[Day]:
+    """Every day's diagnosis in order of time; ConfigError where there are not several days."""
+    if len(cases) < 2 or cases[0].name is None:
+        raise ConfigError(f"{cases[0].logs[0]}: a history needs a folder that holds a folder for each of several days")
+    made = {str(case.name): diagnosis for case, diagnosis in diagnose_campaign(options, cases, None, workers)}
+    at = {str(case.name): _when(case, number) for number, case in enumerate(cases)}
+    first = min(at.values())
+    return [day_of(name, (at[name] - first) / _DAY_S, made[name]) for name in sorted(made, key=lambda one: at[one])]
+
+
+def _when(case: Case, number: int) -> float:
+    """Seconds at which a day's records began: from the folder's name where it holds a date, else from the records, else
+    a day apart."""
+    if found := _DATE.search(str(case.name)):
+        try:
+            return datetime.strptime("".join(found.groups()), "%Y%m%d").replace(tzinfo=UTC).timestamp()
+        except ValueError:
+            pass
+    from rig.log.reader import read_all
+
+    begun = [record.facts.get("started_ns") for record in read_all(case.logs)]
+    known = [1e-9 * float(at) for at in begun if at]
+    return min(known) if known else number * _DAY_S
+
+
+def history_report(history: History) -> dict[str, Any]:
+    """The JSON of the command."""
+    return {
+        "days": [_plain(day) for day in history.days],
+        "changes": [asdict(change) for change in history.changes],
+        "growth": [asdict(slope) for slope in history.growth],
+        "false_alarm_rate": FALSE_ALARM_RATE,
+    }
+
+
+def _plain(day: Day) -> dict[str, Any]:
+    sizes = {effect: size.to_json() for effect, size in day.sizes.items()}
+    return asdict(day) | {"sizes": sizes}
+
+
+def told(history: History) -> list[str]:
+    """What changed and what grows, a sentence each."""
+    lines = [_told_change(change) for change in history.changes] + [_told_growth(one) for one in history.growth]
+    return lines or ["nothing changed over these days (at a false-alarm rate of 1 %)"]
+
+
+def _told_change(change: Change) -> str:
+    levels = f"from {change.before:.2g} to {change.after:.2g}"
+    what = "the gap went" if change.quantity == "gap_deg" else f"{change.quantity} went"
+    return f"{what} {levels}{' deg' if change.quantity == 'gap_deg' else ''} on {change.day} (p = {change.p_value:.2g})"
+
+
+def _told_growth(one: Growth) -> str:
+    unit = "" if one.unit == "1" else f" {one.unit}"
+    sure = "" if one.low * one.high > 0.0 else "; it may as well stand still"
+    return (
+        f"{one.effect}, named since {one.first_day}, moves by {one.per_day:.2g}{unit} a day "
+        f"({one.low:.2g} to {one.high:.2g}){sure}"
+    )
+
+
+def draw_history(history: History, path: Path) -> None:
+    """The picture: gap and floor over time with the changes marked, and the sizes of what was named."""
+    from rig.report.history_figure import history_figure
+    from rig.report.log_figures import save
+
+    save(history_figure(history.days, history.changes), path)

@@ -1,0 +1,59 @@
+"""What came of the runs: as JSON, and whether that is what was asked for."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from rig.errors import CheckFailed, Interrupted
+from rig.realtime.faults import Fault
+from rig.realtime.safe_state import SafeReport
+from rig.service.records.recorder import RunResult
+
+
+@dataclass
+class Outcome:
+    """What came of it all."""
+
+    runs: list[RunResult]
+    planned: int
+    interrupted: bool = False
+    error: str = ""
+    recorder_lost: bool = False
+    realtime: Mapping[str, str] = field(default_factory=dict)
+    safe: SafeReport = field(default_factory=SafeReport)
+    """What is known of the safe state at the end."""
+
+    def to_json(self) -> dict[str, Any]:
+        """The result in the shape that `--json` promises."""
+        keys = ("ticks", "missed", "dropped", "valid", "complete", "ended", "lateness_us", "error", "angle_zero_deg")
+        runs = [{"file": str(r.file), **{k: getattr(r, k) for k in keys}, "fault": r.cause} for r in self.runs]
+        return {"runs": runs, "interrupted": self.interrupted, "error": self.error, "realtime": dict(self.realtime)} | {
+            "safe_state": {"outcome": self.safe.outcome.name.lower(), "by": self.safe.writer.name.lower()}
+        }
+
+    @property
+    def _rest(self) -> str:
+        """What became of the rig, for the end of a bad line; nothing where it never was under way."""
+        return f"; {self.safe.words}" if self.safe.writer or self.safe.outcome else ""
+
+    def judge(self) -> None:
+        """CheckFailed after a fault, an error or an invalid run, Interrupted after an interrupted one that was none of
+        these."""
+        faults = [r for r in self.runs if r.fault and not (self.interrupted and r.fault == Fault.ESTOP)]
+        if faults:
+            raise CheckFailed(f"{faults[0].file.name}: {faults[0].cause}{self._rest}")
+        if self.error:
+            raise CheckFailed(self.error + self._rest)
+        if self.interrupted:
+            raise Interrupted
+        invalid = [r for r in self.runs if not r.valid]
+        if invalid:
+            first = invalid[0]
+            lost = (
+                f"{first.missed} ticks missed, {first.dropped} dropped"
+                if first.missed or first.dropped
+                else str(first.ended)
+            )
+            raise CheckFailed(f"{first.file}: not valid: {first.error or lost}")
+        if len(self.runs) < self.planned:
+            raise CheckFailed(f"{len(self.runs)} of {self.planned} runs were recorded{self._rest}")

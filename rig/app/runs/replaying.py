@@ -1,0 +1,251 @@
+"""What `pamrig replay` does: a program from each recording, a session for it, the comparison into the log and a
+figure."""
+
+import hashlib
+from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rig.app import compose
+from rig.app.runs import runner
+from rig.app.runs.outcome import Outcome
+from rig.channels import PNEUMATIC, REST_MPA, Channels, channels_of, common
+from rig.config import read_yaml, structure
+from rig.errors import CheckFailed, ConfigError, RecordError, RigError
+from rig.excite.envelope import check_setpoints
+from rig.log import reader
+from rig.log.convert import LogContent, content_of_record, read_content, write_content
+from rig.log.foreign.kinds import Kind, kind_of
+from rig.log.replay import Comparison, compare, departures, onto_period, program_of
+from rig.model.external import KIND as EXTERNAL
+from rig.outputs import targets_in
+from rig.own_units import own_plain
+from rig.realtime.program import Program
+from rig.report import log_figures
+from rig.rig_config import RigConfig
+from rig.sample import Phase
+
+if TYPE_CHECKING:
+    from rig.model.parameters import Model
+
+_KEPT_FACTS = ("signal", "frequency_hz", "amplitude_mpa", "p0_mpa", "repeat", "sweep", "channels", "tags", "note")
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One log to be replayed."""
+
+    name: str
+    source: Path
+    content: LogContent
+    program: Program
+
+    @property
+    def channels(self) -> Channels:
+        """What its rig's input and output are."""
+        return channels_of(self.content.run_facts, str(self.source))
+
+
+@dataclass(frozen=True)
+class Job:
+    """Recordings and the rig they go to."""
+
+    rig: RigConfig
+    recordings: list[Recording]
+    device_options: Mapping[str, Any] = field(default_factory=dict)
+    simulator: "Model | None" = None
+    """One that is not ours and answers whole records, in place of the rig's own."""
+
+
+@dataclass(frozen=True)
+class ReplayOptions:
+    """How it is to be done."""
+
+    out: Path | None = None
+    clock: str | None = None
+    seed: int | None = None
+    force: bool = False
+    figure: Path | None = None
+    tolerances: Mapping[str, float] | None = None
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """What came of one recording."""
+
+    file: Path
+    figure: Path
+    comparison: Mapping[str, Any]
+    departures: list[str]
+    outcome: Outcome
+    beside: Comparison
+    """The replay beside its recording, tick by tick."""
+    channels: Channels = PNEUMATIC
+
+    def to_json(self) -> dict[str, Any]:
+        """The result as the commands' reference has it, in the rig's own units."""
+        run: dict[str, Any] = self.outcome.to_json()["runs"][0] | {"file": str(self.file), "figure": str(self.figure)}
+        told: dict[str, Any] = own_plain(dict(self.comparison), self.channels)
+        return run | told | {"departures": self.departures}
+
+
+def prepare(log: Path, rig: RigConfig | Path | None, model: Path | None, p0_mpa: float | None, resample: bool) -> Job:
+    """Read, turn into programs, and check against the rig's envelope: nothing has moved yet."""
+    rig = rig if isinstance(rig, RigConfig) else compose.load(rig)
+    simulator = None
+    if model is not None:
+        if not compose.is_simulated(rig):
+            raise RigError(f"{rig.path}: --model is for a simulated rig; this one is real")
+        from rig.model.parameters import load_model
+
+        model = compose.find_config(model, "models")
+        simulator = load_model(model)  # whatever is wrong with it is said before the session starts
+    recordings = [_recording(name, source, content, rig, p0_mpa, resample) for name, source, content in _contents(log)]
+    if simulator is None:
+        _check_rig(str(rig.path), rig.channels, recordings)
+    elif simulator.muscle.kind != EXTERNAL:  # one of another kind answers whatever is asked of it
+        _check_rig(str(model), simulator.own_channels, recordings)
+    if simulator is not None and simulator.muscle.kind == EXTERNAL:
+        return Job(rig, recordings, simulator=simulator)
+    return Job(rig, recordings, {} if model is None else {"model": model.resolve()})
+
+
+def load_gate(path: Path) -> dict[str, float]:
+    """The tolerances at `path`: a YAML mapping of fields of a sample to the largest difference allowed."""
+    raw = read_yaml(path)
+    if not isinstance(raw, dict) or not all(isinstance(value, int | float) for value in raw.values()):
+        raise ConfigError(f"{path}: a gate maps fields to tolerances, for example `angle_deg: 0.001`")
+    return structure(raw, dict[str, float], str(path))
+
+
+def replay_all(job: Job, options: ReplayOptions) -> list[Replayed]:
+    """Each recording in a session of its own, so that what comes before it does not matter."""
+    out = options.out or runner.new_folder("replay")
+    single = out.suffix == ".mcap" and len(job.recordings) == 1
+    targets = [out] if single else targets_in(out, (recording.name for recording in job.recordings), ".mcap")
+    if len(targets) > 1 and options.figure is not None and options.figure.suffix:
+        raise RecordError(f"--figure {options.figure}: {len(targets)} replays need a figure each; give a folder")
+    for target in targets:
+        if target.exists():
+            raise RecordError(f"{target}: exists already; a log is never overwritten")
+    return [_replay(job, recording, options, target) for recording, target in zip(job.recordings, targets, strict=True)]
+
+
+def _contents(log: Path) -> Iterator[tuple[str, Path, LogContent]]:
+    for file in _complete_files(log) if log.is_dir() else [log]:
+        if kind_of(file) is Kind.MCAP:
+            yield reader.stem(file), file, read_content(file)
+            continue
+        for record in reader.read(file):
+            yield reader.stem(file), file, content_of_record(record, {})
+
+
+def _complete_files(folder: Path) -> list[Path]:
+    """The recordings of a folder that are complete; the others are named. RecordError when there is none."""
+    files = sorted(folder.rglob("*.mcap"))
+    if not files:
+        raise RecordError(f"{folder}: no .mcap file in this folder")
+    left_out = [file for file in files if not reader.is_complete(file)]
+    if len(left_out) == len(files):
+        raise RecordError(f"{folder}: no recording in it is complete; name one to replay it as it is")
+    return [file for file in files if file not in left_out]
+
+
+def _recording(
+    name: str, source: Path, content: LogContent, rig: RigConfig, p0_mpa: float | None, resample: bool
+) -> Recording:
+    if p0_mpa is None and isinstance(content.run_facts.get("p0_mpa"), int | float):
+        p0_mpa = float(content.run_facts["p0_mpa"])
+    if p0_mpa is None and not channels_of(content.run_facts, str(source)).has_valves:
+        p0_mpa = REST_MPA
+    if resample:
+        content = replace(content, samples=onto_period(content.samples, rig.period_ns))
+    program = program_of(content.samples, rig.period_ns, p0_mpa, str(source))
+    rest = program.rest_p1_mpa, program.rest_p2_mpa
+    check_setpoints(name, _after_settling(program, rest), rest, rig.limits, rig.period_ns)
+    return Recording(name, source, content, program)
+
+
+def _after_settling(program: Program, rest: tuple[float, float]) -> Iterator[tuple[str, float, float]]:
+    for index in range(program.settle_ticks, program.ticks):
+        phase, p1_mpa, p2_mpa = program.at(index, rest)
+        yield Phase(phase).name.lower().replace("_", " "), p1_mpa, p2_mpa
+
+
+def _replay(job: Job, recording: Recording, options: ReplayOptions, target: Path) -> Replayed:
+    """Carry it out into a file beside `target`, which stays if anything goes wrong, and add the comparison."""
+    simulated = compose.is_simulated(job.rig)
+    virtual = options.clock == "virtual" if options.clock else simulated
+    if virtual and not simulated:
+        raise RigError(f"{job.rig.path}: a real rig runs in real time; --clock virtual needs a simulated one")
+    given = recording.content.run_facts
+    seed = options.seed if options.seed is not None else given.get("seed")
+    facts = {key: given[key] for key in _KEPT_FACTS if key in given}
+    facts |= {"name": recording.name, "replay_of": recording.source.name, "replay_of_sha256": _sha256(recording.source)}
+    with _rig_of(job, recording) as rig:
+        outcome = runner.carry_out(
+            rig,
+            [runner.Planned(f"{target.stem}.uncompared", recording.program, facts)],
+            runner.RunOptions(
+                target.parent,
+                virtual=virtual,
+                seed=seed if isinstance(seed, int) else None,
+                force=options.force,
+                attachments={
+                    name: data for name, data in recording.content.attachments.items() if name == "sweep.yaml"
+                },
+                device_options=job.device_options,
+            ),
+        )
+    if not outcome.runs:
+        outcome.judge()
+        raise CheckFailed(f"{recording.source}: the replay recorded nothing")
+    return _compared(recording, outcome, target, options)
+
+
+def _check_rig(name: str, channels: Channels, recordings: list[Recording]) -> None:
+    """RecordError when a recording is of another rig than the one that is to answer it."""
+    common([(name, channels), *((str(one.source), one.channels) for one in recordings)])
+
+
+def _rig_of(job: Job, recording: Recording) -> AbstractContextManager[RigConfig]:
+    """The rig, or one that answers this recording as the simulator says."""
+    if job.simulator is None:
+        return nullcontext(job.rig)
+    from rig.app.stand_ins.answered import answered
+
+    return answered(job.rig, job.simulator, recording.program)
+
+
+def _compared(recording: Recording, outcome: Outcome, target: Path, options: ReplayOptions) -> Replayed:
+    """The comparison, written into the log that stays."""
+    raw = outcome.runs[0].file
+    made = read_content(raw)
+    if not (made.samples["phase"] == Phase.SWEEP).any():
+        outcome.judge()
+        raise CheckFailed(f"{raw}: the replay ended before the sweep")
+    comparison = compare(recording.content.samples, made.samples, str(recording.source))
+    facts = comparison.facts()
+    write_content(
+        replace(made, result_facts=dict(made.result_facts) | {"replay": facts}, comparison=comparison), target
+    )
+    raw.unlink()
+    outcome.runs[0].file = target
+    figure = (
+        options.figure
+        if options.figure and options.figure.suffix
+        else (options.figure or target.parent) / f"{target.stem}.svg"
+    )
+    log_figures.save(log_figures.replay_figure(recording.name, comparison, recording.channels), figure)
+    moved = (
+        departures(recording.content.samples, made.samples, options.tolerances)
+        if options.tolerances is not None
+        else []
+    )
+    return Replayed(target, figure, facts, moved, outcome, comparison, recording.channels)
+
+
+def _sha256(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()

@@ -1,0 +1,280 @@
+"""Carries out runs on a rig: session, progress and stop keys. `run` and `replay` stand on it; what came of it is in
+outcome.py."""
+
+import itertools
+import math
+import os
+import re
+import signal
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from rig.app import compose
+from rig.app.overseen import check_last_resort
+from rig.app.runs.outcome import Outcome
+from rig.app.supervise import watching
+from rig.app.terminal import console, progress
+from rig.errors import RigError
+from rig.log.mcap.writer import PARTIAL_SUFFIX
+from rig.realtime import measures
+from rig.realtime.faults import Fault, explain
+from rig.realtime.program import Program
+from rig.realtime.ring import RingReader
+from rig.rig_config import RigConfig
+from rig.sample import unpack
+from rig.service.records.recorder import RunOrder, RunResult, said_of
+from rig.service.session.run_setup import order_of, session_facts
+from rig.service.session.session import Session, ending_signals, is_warning, own_signals, spoken
+
+_POLL_S = 0.05
+
+
+@dataclass(frozen=True)
+class Planned:
+    """One run that is to come: what the loop follows, its name, and what the log says of it."""
+
+    name: str
+    program: Program
+    facts: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """How the runs are to be carried out."""
+
+    out: Path
+    virtual: bool = False
+    seed: int | None = None
+    force: bool = False
+    """Go on real hardware although real-time measures were denied."""
+    facts: Mapping[str, Any] = field(default_factory=dict)
+    attachments: Mapping[str, bytes] = field(default_factory=dict)
+    device_options: Mapping[str, Any] = field(default_factory=dict)
+    """Settings of devices to override (a model for the simulated rig)."""
+
+
+def carry_out(rig: RigConfig, runs: Sequence[Planned], options: RunOptions) -> Outcome:
+    """Carry out the runs in order, one MCAP file each in `options.out`; the rig ends in its safe state on every
+    path."""
+    prepare_folder(options.out, [f"{planned.name}.mcap" for planned in runs])
+    outcome = Outcome([], len(runs))
+    operator = _Operator()
+    before = {number: signal.getsignal(number) for number in ending_signals()}
+    own_signals(operator.signalled)
+    try:
+        session = Session(
+            compose.loop_process,
+            rig,
+            virtual=options.virtual,
+            seed=options.seed,
+            options=options.device_options,
+            # a supervisor ends a loop that is 15 ms late; where nothing outlives the loop, nothing would be won by that
+            watching=watching(rig) if compose.outlives_the_loop(rig) else None,
+        )
+        operator.command(session)
+        _run(session, rig, runs, options, operator, outcome)
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    outcome.interrupted = operator.asked_to_stop
+    return outcome
+
+
+def _run(
+    session: Session,
+    rig: RigConfig,
+    runs: Sequence[Planned],
+    options: RunOptions,
+    operator: "_Operator",
+    outcome: Outcome,
+) -> None:
+    try:
+        session.open([planned.program for planned in runs], scripted=True)
+        outcome.realtime = session.facts["realtime"]
+        check_realtime(rig, outcome.realtime, options.force)
+        announce(session.facts["device"])
+        check_last_resort(rig, session.facts["device"], options.force)
+        orders = _orders(session, rig, runs, options)
+        for order in orders:
+            session.expect(order)
+        _watch(session, operator, outcome, sum(planned.program.ticks for planned in runs))
+        if not session.recorder_alive and not outcome.recorder_lost:  # also when both ended before we could look
+            outcome.recorder_lost = True
+            outcome.error = outcome.error or f"the rig was stopped: {explain(Fault.RECORDER_DIED)}"
+        outcome.error = outcome.error or ending(session)
+    finally:
+        outcome.runs += session.close()
+        outcome.safe = session.safe
+    if outcome.recorder_lost:
+        outcome.runs += _abandoned(session, orders)
+
+
+def prepare_folder(out: Path, names: Sequence[str]) -> None:
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RigError(f"{out}: cannot be made: {error.strerror}") from None
+    if not os.access(out, os.W_OK):
+        raise RigError(f"{out}: the folder cannot be written to; choose another with --out")
+    for name in names:
+        if (out / name).exists():
+            raise RigError(
+                f"{out / name}: exists already; logs are never overwritten, choose another folder with --out"
+            )
+        partial = out / f"{name}{PARTIAL_SUFFIX}"
+        if partial.exists():
+            raise RigError(
+                f"{partial}: an unfinished record lies there; `pamrig log recover` it, or choose another --out"
+            )
+
+
+def check_realtime(rig: RigConfig, report: Mapping[str, str], force: bool) -> None:
+    missing = measures.denied(dict(report))
+    if not missing:
+        return
+    what = "; ".join(f"{name} {report[name]}" for name in missing)
+    if compose.is_simulated(rig):
+        console("-").print(f"real-time measures not granted ({what}); the simulated rig runs without", style="yellow")
+    elif not force:
+        raise RigError(
+            f"{rig.name}: real-time measures not granted ({what}); run as root or with an rtprio limit, or give --force"
+        )
+
+
+def announce(device: Mapping[str, str]) -> None:
+    """What the operator must know of the devices before anything moves: the pace of slow ones, fail-safes, warnings."""
+    terminal = console("-")
+    for key, said in spoken(device).items():
+        terminal.print(f"{key}: {said}", style="yellow" if is_warning(key) else "", markup=False)
+
+
+def _orders(session: Session, rig: RigConfig, runs: Sequence[Planned], options: RunOptions) -> list[RunOrder]:
+    common = (
+        session_facts(session, rig) | ({} if options.seed is None else {"seed": options.seed}) | dict(options.facts)
+    )
+    attachments = {**rig.files, **options.attachments}
+    return [
+        order_of(
+            session,
+            planned.program.run,
+            len(planned.program.p1_cmd_mpa),
+            options.out / f"{planned.name}.mcap",
+            {**common, "name": planned.name, **planned.facts},
+            attachments,
+        )
+        for planned in runs
+    ]
+
+
+class _Operator:
+    """Ctrl-C: the first ramps down and finishes the file, the second is an emergency stop. Listens before there is a
+    session."""
+
+    def __init__(self) -> None:
+        self._session: Session | None = None
+        self.asked_to_stop = False
+
+    def command(self, session: Session) -> None:
+        self._session = session
+        if self.asked_to_stop:
+            session.mailbox.stop()
+
+    def signalled(self, number: int) -> None:
+        again, self.asked_to_stop = self.asked_to_stop, True
+        if self._session is not None:
+            if again and number == signal.SIGINT:
+                self._session.mailbox.estop()
+            self._session.mailbox.stop()
+
+
+def _watch(session: Session, operator: _Operator, outcome: Outcome, total_ticks: int) -> None:
+    """Let the loop go, and until it ends: beat, show progress, gather results; a dead recorder or a file that is gone
+    ends the runs."""
+    said = ""
+    with progress("running", total_ticks) as update:
+        session.go()  # only now: what progress imports takes a while on a busy machine, and the loop waits for our beat
+        while session.loop_alive:
+            session.beat()
+            outcome.runs += session.results()
+            _show(session, update, operator.asked_to_stop)
+            _look(session, outcome)
+            said = _say_trouble(session, said)
+            _stop_without_a_file(session, outcome)
+            time.sleep(_POLL_S)
+
+
+def _say_trouble(session: Session, said: str) -> str:
+    """At once, also into a pipe: the record may be lost by the end. Returns what was said last."""
+    trouble = session.trouble
+    if trouble is not None and trouble.final:
+        return said  # it ends the run, which says why
+    now = trouble.error if trouble is not None else ""
+    if now != said:
+        line = f"warning: {now}; the samples wait in memory" if now else "the record can be written again"
+        console("-").print(line, style="yellow")
+    return now
+
+
+def _stop_without_a_file(session: Session, outcome: Outcome) -> None:
+    lost = [run.error for run in outcome.runs if run.error and not run.valid and len(outcome.runs) < outcome.planned]
+    gone = [session.trouble.error] if session.trouble is not None and session.trouble.final else []
+    if (lost or gone) and not outcome.error:
+        outcome.error = f"the rig was stopped: {[*gone, *lost][0]}"
+        session.mailbox.stop()
+
+
+def _look(session: Session, outcome: Outcome) -> None:
+    """A lost process ends the runs: by the safe state, at once."""
+    loss = session.watch.look() if session.watch is not None else None
+    if loss is None or loss.fault is Fault.LOOP_DIED:
+        return  # the loop's end is told when it has ended
+    outcome.recorder_lost = loss.fault is Fault.RECORDER_DIED
+    outcome.error = f"the rig was stopped: {explain(loss.fault, loss.said)}"
+
+
+def ending(session: Session) -> str:
+    """Why the loop ended, when it did not end as it should."""
+    if error := session.loop_error():
+        return error
+    if session.loop is not None and session.loop.exitcode:
+        return explain(Fault.LOOP_DIED, session.watch.how_it_ended() if session.watch is not None else "")
+    last = session.ring.latest()
+    if last is not None and last.fault and not last.run:  # outside a record, so that none of them tells it
+        return explain(last.fault, said_of(last.fault, session.ring))
+    return ""
+
+
+def _abandoned(session: Session, orders: Sequence[RunOrder]) -> list[RunResult]:
+    """The run that a dead recorder left behind, as far as the ring still knows it."""
+    ring = session.ring
+    runs = [unpack(packed).run for packed in RingReader(ring, max(ring.head - ring.capacity, 0))]
+    return [
+        RunResult(
+            order.run, partial, runs.count(order.run), dropped=ring.head - ring.recorded, error="the recorder ended"
+        )
+        for order in orders
+        if (partial := order.path.with_name(order.path.name + PARTIAL_SUFFIX)).exists()
+    ]
+
+
+def _show(session: Session, update: Callable[[float, str], None], stopping: bool) -> None:
+    latest = session.ring.latest()
+    if latest is None:
+        return
+    angle = f"{latest.angle_deg:+6.1f} deg" if math.isfinite(latest.angle_deg) else ""
+    trouble = f"  {session.trouble.error}" if session.trouble is not None else ""
+    update(
+        latest.tick, f"{'ramping down  ' if stopping else ''}run {latest.run}  {angle}  missed {latest.missed}{trouble}"
+    )
+
+
+def new_folder(name: str) -> Path:
+    """logs/DATE_NAME, beside where the command was called; a number is added when it is taken."""
+    stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")
+    plain = re.sub(r"[^\w.-]+", "-", name)
+    numbered = (f"{stamp}_{plain}" if n == 1 else f"{stamp}_{plain}_{n}" for n in itertools.count(1))
+    return next(folder for item in numbered if not (folder := Path("logs") / item).exists())

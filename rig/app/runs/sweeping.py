@@ -1,0 +1,58 @@
+"""What `pamrig run` does: a sweep expanded, checked against the rig's envelope, and carried out."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from rig.app import compose
+from rig.app.runs import runner
+from rig.app.runs.outcome import Outcome
+from rig.errors import RigError
+from rig.excite.envelope import check_run
+from rig.excite.experiment import expand, load_sweep
+from rig.rig_config import RigConfig
+from rig.service.session.run_setup import program_of
+
+
+@dataclass(frozen=True)
+class SweepOptions:
+    """How a sweep is to be carried out."""
+
+    out: Path | None = None
+    """Folder of the records; None: a new one under logs/."""
+    virtual: bool = False
+    seed: int | None = None
+    force: bool = False
+    facts: Mapping[str, Any] = field(default_factory=dict)
+    device_options: Mapping[str, Any] = field(default_factory=dict)
+    """Settings of devices to override (effects of the simulated rig)."""
+
+
+def run_sweep(sweep: Path, rig: RigConfig, options: SweepOptions) -> Outcome:
+    """Carry out the sweep at `sweep` (or the one of that name that comes with pamrig), one MCAP file a record.
+
+    ConfigError for a sweep that cannot be read, EnvelopeError for one that would leave the envelope: before anything
+    moves.
+    """
+    sweep = compose.find_config(sweep, "sweeps")
+    if options.virtual and not compose.is_simulated(rig):
+        raise RigError(f"{rig.path}: a real rig runs in real time; --clock virtual needs a simulated one")
+    plan = load_sweep(sweep)
+    plans = expand(plan, rig.period_ns)
+    for item in plans:
+        check_run(item, rig.limits, rig.period_ns)
+    runs = [runner.Planned(item.name, program_of(item, number), item.facts) for number, item in enumerate(plans, 1)]
+    return runner.carry_out(
+        rig,
+        runs,
+        runner.RunOptions(
+            out=options.out or runner.new_folder(plan.name),
+            virtual=options.virtual,
+            seed=options.seed,
+            force=options.force,
+            facts=options.facts,
+            attachments={"sweep.yaml": sweep.read_bytes()},
+            device_options=options.device_options,
+        ),
+    )

@@ -1,0 +1,64 @@
+"""`pamrig gap history`: the same diagnosis over many days."""
+
+import shlex
+import sys
+from pathlib import Path
+
+import click
+
+from rig.app.terminal import console, listing
+from rig.cli.common import emit, json_option
+from rig.cli.gap.options import angle_alone_option, baseline_option, reference_option
+from rig.cli.outputs import Command, output_option
+from rig.outputs import Kind
+
+_path = click.Path(path_type=Path)
+
+
+@click.command(cls=Command, short_help="The same diagnosis over many days.")
+@click.argument("folder", type=_path)
+@click.option("--model", required=True, type=_path, metavar="MODEL.yaml", help="The simulator.")
+@baseline_option("Records of one healthy day outside FOLDER; repeat for more days.")
+@reference_option()
+@angle_alone_option
+@click.option("--workers", type=click.IntRange(1), help="Local processes; default: one a core.")
+@output_option(Kind.FIGURE, "Draw gap, floor and what was named over the days (.svg, .png, .pdf).", metavar="FILE")
+@json_option
+def history(
+    folder: Path,
+    model: Path,
+    baselines: tuple[Path, ...],
+    reference: str,
+    no_pressures: bool,
+    workers: int | None,
+    output: Path | None,
+    json_to: str | None,
+) -> None:
+    """Diagnose every day in FOLDER, which holds a folder of records for each, and say when the gap changed, when a
+    cause appeared, and how it grows."""
+    from rig.app.gap.baselines import check_apart
+    from rig.app.gap.diagnosing import DiagnosisOptions, cases_of
+    from rig.app.gap.past import draw_history, history_report, past_days, told
+    from rig.gap.history import look_back
+
+    check_apart([folder], baselines)
+    options = DiagnosisOptions(
+        model, baselines, no_pressures=no_pressures, reference=reference, command=shlex.join(["pamrig", *sys.argv[1:]])
+    )
+    found = look_back(past_days(options, cases_of((folder,)), workers))
+    out = console(json_to)
+    table = listing("day", "gap", "floor", "verdict", "causes")
+    for day in found.days:
+        causes = ", ".join(
+            f"{name} {size.value:.2g}{'' if size.unit == '1' else f' {size.unit}'}" for name, size in day.sizes.items()
+        )
+        table.add_row(day.name, f"{day.gap_deg:.2g} deg", f"{day.floor_deg:.2g} deg", day.verdict, causes or "-")
+    out.print(table)
+    for day in found.days:
+        for heading, text in day.said.items():
+            out.print(f"{day.name}: {heading.lower()}: {text}", markup=False)
+    for line in told(found):
+        out.print(line)
+    if output is not None:
+        draw_history(found, output)
+    emit(history_report(found), json_to)

@@ -1,0 +1,133 @@
+"""`pamrig gap hunt`: run, diagnose, run what tells more, until it is known."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rig.app.terminal import console
+from rig.cli.common import emit, json_option
+from rig.cli.gap.options import baseline_option, reference_option
+from rig.cli.outputs import Command, output_option
+from rig.cli.service.daemon import socket_option
+from rig.outputs import Kind
+
+if TYPE_CHECKING:
+    from rig.app.gap.campaign import Step
+    from rig.app.gap.hunting import Hunted
+    from rig.service.client import Client
+
+_path = click.Path(path_type=Path)
+
+
+@click.command(cls=Command, short_help="Run and diagnose until the cause is known.")
+@click.option("--rig", "rig_path", type=_path, metavar="RIG.yaml", help="Rig to run on; default: the simulated rig.")
+@click.option("--model", required=True, type=_path, metavar="MODEL.yaml", help="The simulator.")
+@baseline_option("Records of one earlier day; repeat for more days. `model`: the logs it was identified from.")
+@reference_option()
+@click.option(
+    "--minutes",
+    type=click.FloatRange(0.5, 600.0),
+    default=10.0,
+    show_default=True,
+    help="How much of the rig's time may be used.",
+)
+@click.option(
+    "--sweep",
+    "first",
+    type=_path,
+    default=Path("gap"),
+    show_default=True,
+    help="The session that the hunt begins with.",
+)
+@click.option(
+    "--confirm/--no-confirm",
+    default=None,
+    help="Ask before every sweep. Default: on a real rig, and not on a simulated one.",
+)
+@click.option(
+    "--clock",
+    type=click.Choice(["real", "virtual"]),
+    default="real",
+    show_default=True,
+    help="Virtual: as fast as it can.",
+)
+@click.option("--seed", type=click.IntRange(0), help="Seed of the simulated rig's noise; each sweep has the next one.")
+@click.option("--force", is_flag=True, help="As in `pamrig run`.")
+@click.option(
+    "--daemon",
+    "by_daemon",
+    is_flag=True,
+    help="Let the daemon run the sweeps, as jobs of its queue; it must be armed. `pamrig watch` shows them.",
+)
+@socket_option
+@output_option(
+    Kind.FOLDER, "Folder of the hunt; one that is there goes on. Default: a new one under logs/.", metavar="DIR"
+)
+@json_option
+def hunt(
+    rig_path: Path | None,
+    baselines: tuple[Path, ...],
+    confirm: bool | None,
+    clock: str,
+    by_daemon: bool,
+    socket: Path | None,
+    output: Path | None,
+    json_to: str | None,
+    **asked: Any,
+) -> None:
+    """Run a session on the rig, diagnose it, run the records that part what is still possible, and so on, until one
+    cause holds 95 %, nothing parts the rest, or the time is over.
+
+    Everything is kept in one folder with a page that tells the story. A hunt that was interrupted goes on when it is
+    called with the same folder.
+    """
+    from rig.app import compose
+    from rig.app.gap.baselines import read_sessions
+    from rig.app.gap.hunting import HuntOptions, hunt_and_tell
+    from rig.app.runs import runner
+
+    rig = compose.load(rig_path)
+    days = read_sessions(baselines, asked["model"])
+    options = HuntOptions(
+        rig=rig,
+        folder=output or runner.new_folder("hunt"),
+        days=[day.records for day in days],
+        day_names=tuple(str(day.path) for day in days),
+        virtual=clock == "virtual",
+        daemon=_daemon(socket, rig.name) if by_daemon else None,
+        **asked,
+    )
+    out = console(json_to)
+    asks = not compose.is_simulated(rig) if confirm is None else confirm
+
+    def allowed(step: "Step") -> bool:
+        out.print(f"next, {step.minutes:.1f} min: {step.why}")
+        return not asks or click.confirm(f"Run {step.sweep} on {rig.name}?", err=True)
+
+    def report(step: "Step") -> None:
+        names = ", ".join(f"{name} {100 * chance:.0f} %" for name, chance in step.set)
+        out.print(f"still possible: {names}")
+
+    _show(hunt_and_tell(options, allowed, report, lambda result: emit(result.to_json(), json_to)), json_to)
+
+
+def _daemon(socket: Path | None, rig: str) -> "Client":
+    """The daemon that keeps this rig; ConfigError when it keeps another."""
+    from rig.errors import ConfigError
+    from rig.service.client import Client
+
+    client = Client(socket)
+    if (kept := client.status()["rig"]) != rig:
+        raise ConfigError(f"--daemon: it keeps the rig {kept}, not {rig}; name that rig's YAML by --rig")
+    return client
+
+
+def _show(found: "Hunted", json_to: str | None) -> None:
+    """The end of it for a person."""
+    from rig.gap.answer.words import headline
+
+    out, campaign = console(json_to), found.campaign
+    for line in [] if found.thought is None else headline(found.thought.diagnosis):
+        out.print(line)
+    out.print(f"ended: {campaign.ended}; {campaign.minutes:.1f} min on the rig; {campaign.folder / 'hunt.html'}")

@@ -1,0 +1,156 @@
+"""`pamrig gap capability` and `pamrig gap design`: what a rig can tell, and the session that tells most."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from rig.app.terminal import console, listing, progress
+from rig.cli.common import emit, json_option
+from rig.cli.gap.options import baseline_option, reference_option
+from rig.cli.outputs import Command, output_option
+from rig.outputs import Kind
+
+if TYPE_CHECKING:
+    from rig.gap.plan.capability import Capability
+
+_path = click.Path(path_type=Path)
+_baseline = baseline_option("Records of one earlier day of the rig; repeat for more days.")
+_reference = reference_option("What will stand for the rig without a gap, as in `pamrig gap diagnose`.")
+_rig = click.option("--rig", type=_path, metavar="RIG.yaml", help="The rig's YAML, for its limits.")
+_no_pressures = click.option("--no-pressures", is_flag=True, help="As if the regulators' monitors were not recorded.")
+
+
+@click.command(cls=Command, short_help="How small an effect this rig would show, and name.")
+@click.argument("model", type=_path)
+@_baseline
+@click.option(
+    "--sweep",
+    "sweeps",
+    multiple=True,
+    type=_path,
+    metavar="SWEEP.yaml",
+    help="The sweep that will be recorded; repeat to compare several.  [default: gap]",
+)
+@_reference
+@_rig
+@_no_pressures
+@output_option(
+    Kind.FIGURE, "Draw the matrix of what can be told from what (.svg, .png, .pdf; of the first sweep).", metavar="FILE"
+)
+@json_option
+def capability(
+    model: Path,
+    baselines: tuple[Path, ...],
+    sweeps: tuple[Path, ...],
+    reference: str,
+    rig: Path | None,
+    no_pressures: bool,
+    output: Path | None,
+    json_to: str | None,
+) -> None:
+    """Say, before anything is wrong, how small an effect would be seen on MODEL's rig, how small it would be named, and
+    what could not be told from what."""
+    from rig.app.gap.planning import Asked, capability_of, report_capability
+
+    with progress("computing"):
+        found = capability_of(Asked(model, baselines, reference, rig, not no_pressures), sweeps)
+    for name, one in found.items():
+        _show(name, one, json_to)
+    if output is not None:
+        from rig.report.log_figures import save
+        from rig.report.plan_figures import matrix_figure
+
+        name, first = next(iter(found.items()))
+        save(matrix_figure(name, first), output)
+    emit(report_capability(found), json_to)
+
+
+def _show(name: str, one: "Capability", json_to: str | None) -> None:
+    from rig.app.gap.planning import best_of
+    from rig.gap.plan.data_sheet import ALLOWED
+
+    out = console(json_to)
+    out.print(f"Records of the sweep {name}, at a false-alarm rate of 1 %:", style="bold")
+    table = listing("effect", "seen from", "named from", "hardest to tell from", "data sheet")
+    for ability in best_of(one.abilities):
+        sheet = ALLOWED.get(ability.effect)
+        table.add_row(
+            ability.effect,
+            _size(ability.detectable, ability.unit),
+            _size(ability.nameable, ability.unit),
+            ability.rival or "-",
+            "-" if sheet is None else _size(sheet.size, ability.unit),
+        )
+    out.print(table)
+    pairs = ", ".join(f"{first} and {second}" for first, second in one.confusable)
+    out.print(f"not told apart at usual sizes: {pairs or 'none'}")
+
+
+def _size(value: float | None, unit: str) -> str:
+    return "not within its range" if value is None else f"{abs(value):.2g}{'' if unit == '1' else f' {unit}'}"
+
+
+@click.command(cls=Command, short_help="The session of records that tells most.")
+@click.argument("model", type=_path)
+@click.option(
+    "--minutes",
+    type=click.FloatRange(0.25, 120.0),
+    default=2.5,
+    show_default=True,
+    help="How long the session may take on the rig.",
+)
+@_baseline
+@_reference
+@_rig
+@click.option(
+    "--family",
+    "families",
+    multiple=True,
+    metavar="NAME",
+    help="Design for units of this plant family as well. Repeatable.  [default: all there are; `none` for none]",
+)
+@output_option(Kind.SWEEP, "Where the sweep goes.", required=True, metavar="SWEEP.yaml")
+@json_option
+def design(
+    model: Path,
+    minutes: float,
+    baselines: tuple[Path, ...],
+    reference: str,
+    rig: Path | None,
+    families: tuple[str, ...],
+    output: Path,
+    json_to: str | None,
+) -> None:
+    """Choose the session of records that parts the effects best on MODEL's rig within the rig's limits, and write it as
+    a sweep for `pamrig run`."""
+    from rig.app.gap.levels import known_families
+    from rig.app.gap.planning import Asked, design_session
+    from rig.outputs import write_text
+
+    known = () if families == ("none",) else known_families(families)
+    with progress("designing", 100.0) as update:
+        found = design_session(
+            Asked(model, baselines, reference, rig),
+            60.0 * minutes,
+            known,
+            lambda done, of: update(90.0 * done / of, f"{done} of {of} rigs"),
+        )
+    write_text(output, found.text(output.stem), Kind.SWEEP)
+    told, usual = found.design.told, found.usual
+    out = console(json_to)
+    table = listing("session", "minutes", "effects seen", "pairs told apart")
+    for name, one, seconds in ((str(output), told, found.design.seconds), ("gap", usual, found.usual_s)):
+        table.add_row(name, f"{seconds / 60:.1f}", f"{100 * one.seen:.0f} %", f"{100 * one.parted:.0f} %")
+    out.print(table)
+    emit(
+        {
+            "sweep": str(output),
+            "minutes": found.design.seconds / 60,
+            "seen": told.seen,
+            "parted": told.parted,
+            "usual": {"sweep": "gap", "minutes": found.usual_s / 60, "seen": usual.seen, "parted": usual.parted},
+            "rigs": found.rigs,
+        },
+        json_to,
+    )

@@ -1,0 +1,281 @@
+"""`pamrig identify` and `pamrig validate`: a model from logs, and how well a model predicts logs."""
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar, cast
+
+import click
+
+from rig.app.terminal import console
+from rig.cli.common import emit, json_option
+from rig.cli.outputs import Command, Output, output_option
+from rig.outputs import Kind
+
+if TYPE_CHECKING:
+    from rig.identify.fit import Identified
+    from rig.identify.stability import SweepRange
+    from rig.record import Record
+
+P = TypeVar("P")
+Report = Callable[[str, float, float], None]
+_LOGS = click.argument("logs", nargs=-1, required=True, metavar="LOG...", type=click.Path(path_type=Path))
+
+
+def _shared(command: Any) -> Any:
+    """Options that both commands have."""
+    for option in (
+        click.option(
+            "--sweep-range",
+            default="0.2-0.8",
+            show_default=True,
+            metavar="LOW-HIGH",
+            help="Hz over which the model has to stay bounded.",
+        ),
+        click.option(
+            "--amplitude",
+            type=click.FloatRange(0.001, 1.0),
+            help="MPa over which it has to; default: the records' own.",
+        ),
+        click.option("--resample", is_flag=True, help="Put records of another sampling period onto the model's."),
+        click.option("--trust-units", is_flag=True, help="Take numbers that look like another unit as they stand."),
+        click.option(
+            "--skip",
+            "skip_s",
+            default=0.0,
+            show_default=True,
+            help="Seconds at the start of each record that do not count.",
+        ),
+        click.option(
+            "--until",
+            "until_s",
+            type=click.FloatRange(0.1),
+            help="Seconds of each record after which nothing is looked at.",
+        ),
+        click.option("--figures", type=Output(Kind.FOLDER), metavar="DIR", help="Folder for figures and tables."),
+        json_option,
+    ):
+        command = option(command)
+    return command
+
+
+@click.command(cls=Command)
+@_LOGS
+@output_option(Kind.MODEL, "Where the model goes.", required=True, metavar="MODEL.yaml")
+@click.option(
+    "--kind",
+    type=click.Choice(["mbw", "bw", "bw_continuous"]),
+    default="mbw",
+    show_default=True,
+    help="Modified Bouc-Wen (11), Bouc-Wen (8), or (1).",
+)
+@click.option(
+    "--input",
+    "drive",
+    type=click.Choice(["auto", "command", "pressure"]),
+    default="auto",
+    show_default=True,
+    help="What drives the muscles; auto: the measured pressures where all records have them.",
+)
+@click.option(
+    "--optimizer",
+    type=click.Choice(["pso", "cma-es", "de"]),
+    default="pso",
+    show_default=True,
+    help="Particle swarm, CMA-ES, or differential evolution.",
+)
+@click.option("--seed", default=1, show_default=True, type=click.IntRange(0), help="Of the first search.")
+@click.option(
+    "--seeds",
+    default=3,
+    show_default=True,
+    type=click.IntRange(1, 100),
+    help="Searches from so many seeds, the best is kept.",
+)
+@click.option(
+    "--particles", default=60, show_default=True, type=click.IntRange(2, 100_000), help="Of the swarm, or population."
+)
+@click.option(
+    "--iterations", default=1000, show_default=True, type=click.IntRange(1, 1_000_000), help="Rounds of each search."
+)
+@click.option(
+    "--early-stop", type=click.IntRange(1), metavar="ROUNDS", help="End a search after so many rounds without gain."
+)
+@click.option(
+    "--polish/--no-polish", default=True, show_default=True, help="Least squares from where each search ended."
+)
+@click.option(
+    "--bounded/--unbounded", default=True, show_default=True, help="Keep the model bounded over the sweep range."
+)
+@click.option(
+    "--start",
+    type=click.Path(path_type=Path),
+    metavar="MODEL.yaml",
+    help="Search what is `free` in this model, within its bounds.",
+)
+@click.option(
+    "--joint",
+    type=click.Choice(["rigid", "second_order"]),
+    default="rigid",
+    show_default=True,
+    help="With second_order, the muscles' stiffness moves an inertia.",
+)
+@click.option("--free-offset", is_flag=True, help="The angle's zero is not known: identify it.")
+@click.option(
+    "--mean-exponent",
+    type=click.FloatRange(0.0, 2.0),
+    help="1: the pressure difference counts over the mean; default: identified where the mean pressure moves.",
+)
+@click.option(
+    "--p0", "p0_mpa", type=click.FloatRange(0.0, 0.5), help="Pressure at rest in MPa; default: what the records say."
+)
+@click.option(
+    "--u-unit",
+    "u_unit_mpa",
+    default=0.2,
+    show_default=True,
+    type=click.FloatRange(0.001, 1.0),
+    help="Unit of u in MPa.",
+)
+@click.option(
+    "--sample-time",
+    "sample_time_s",
+    type=click.FloatRange(1e-4, 1.0),
+    help="Of the model, in s; default: the records' own, with --resample 0.005.",
+)
+@_shared
+def identify(logs: tuple[Path, ...], output: Path, json_to: str | None, **asked: Any) -> None:
+    """Fit the model to LOGs (.mcap, .csv, .csv.gz or folders) by particle swarm, and write it to MODEL.yaml.
+
+    The defaults are the paper's (Table II): 60 particles, 1000 iterations, inertia 0.9 to 0.2; a least-squares polish
+    follows.
+    """
+    _one_blas_thread()
+    from rig.app.model.identifying import SearchOptions, StartOptions, identify_model
+    from rig.cli.model.shown import identified_json, show_identified, show_worst
+    from rig.model.parameters import save_model
+    from rig.report.fit_files import write_fit_figures
+
+    records, options = _read(logs), _options(asked)
+    sweep = _sweep(asked["sweep_range"], asked["amplitude"], records)
+    start, search = _part(StartOptions, asked), _part(SearchOptions, asked)
+    found = _with_progress(lambda report: identify_model(records, start, search, sweep, options, report))
+    save_model(found.model, output)
+    terminal = console(json_to)
+    show_identified(found, output, terminal)
+    show_worst(found.model, records, found.scores, options, terminal)
+    if asked["figures"] is not None:
+        write_fit_figures(found, records, asked["figures"])
+        terminal.print(f"figures and tables: {asked['figures']}")
+    emit(identified_json(found, output), json_to)
+
+
+@click.command(cls=Command)
+@click.argument("model", type=click.Path(path_type=Path), metavar="MODEL.yaml")
+@_LOGS
+@click.option(
+    "--beside",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    metavar="MODEL.yaml",
+    help="Another model to show beside it.",
+)
+@_shared
+def validate(model: Path, logs: tuple[Path, ...], beside: tuple[Path, ...], json_to: str | None, **asked: Any) -> None:
+    """How well MODEL predicts LOGs it was not fitted to: RMSE, NRMSE, fit and maximum of each record (Table IV).
+
+    Exit status 1 when the model is not bounded over the sweep range.
+    """
+    _one_blas_thread()
+    from rig.app.compose import find_config
+    from rig.cli.model.shown import show_validation, show_worst, validation_json
+    from rig.errors import CheckFailed
+    from rig.identify.validate import validate as judge
+    from rig.model.parameters import load_model
+    from rig.own_units import own_text
+    from rig.report.fit_files import write_validation
+
+    models = {path: load_model(find_config(path, "models")) for path in (model, *beside)}
+    records, options = _read(logs), _options(asked)
+    sweep = _sweep(asked["sweep_range"], asked["amplitude"], records)
+    results = {path: judge(each, records, sweep, options) for path, each in models.items()}
+    result = results[model]
+    terminal = console(json_to)
+    others = {path.stem: each for path, each in results.items() if path != model}
+    show_validation(result, models[model], others, terminal)
+    show_worst(models[model], records, result.scores, options, terminal)
+    if asked["figures"] is not None:
+        write_validation({path.stem: each for path, each in models.items()}, records, result, options, asked["figures"])
+        terminal.print(f"figures and tables: {asked['figures']}")
+    aside = {str(path): validation_json(each, models[path]) for path, each in results.items() if path != model}
+    emit(validation_json(result, models[model]) | ({"beside": aside} if beside else {}), json_to)
+    if not result.verdict.bounded:
+        verdict = result.verdict
+        reached = f"{verdict.worst} reaches {verdict.peak_deg:.3g} deg, allowed {verdict.limit_deg:.3g} deg"
+        said = own_text(reached, models[model].own_channels)
+        raise CheckFailed(f"{model}: not bounded over the sweep range: {said}")
+
+
+def _one_blas_thread() -> None:
+    """Before numpy is loaded: the searches already run one on each core, and threads of BLAS beside them cost a factor
+    of ten."""
+    for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
+
+
+def _read(logs: Sequence[Path]) -> "list[Record]":
+    from rig.channels import common
+    from rig.log.reader import read_all
+
+    records = read_all(logs)
+    common([(str(record.source or record.name), record.channels) for record in records])
+    return records
+
+
+def _options(asked: dict[str, Any]) -> Any:
+    from rig.identify.data import Options
+
+    return Options(asked["resample"], asked["trust_units"], asked["skip_s"], asked["until_s"])
+
+
+def _part(kind: type[P], asked: dict[str, Any]) -> P:
+    """The options of the command that belong to one dataclass, by name."""
+    return kind(**{field.name: asked[field.name] for field in fields(cast(Any, kind))})
+
+
+def _sweep(text: str, amplitude_mpa: float | None, records: "Sequence[Record]") -> "SweepRange":
+    """LOW-HIGH in Hz and the amplitude; by default the largest command of the records."""
+    from rig.app.model.identifying import sweep_range
+
+    try:
+        low, high = (float(part) for part in text.split("-"))
+    except ValueError:
+        raise click.BadParameter(
+            f"{text!r}: expected LOW-HIGH in Hz, for example 0.2-0.8", param_hint="--sweep-range"
+        ) from None
+    if not 0.01 <= low < high <= 20.0:
+        raise click.BadParameter(f"{text!r}: allowed is 0.01 to 20 Hz, the lower one first", param_hint="--sweep-range")
+    return sweep_range(low, high, amplitude_mpa, records)
+
+
+def _with_progress(work: "Callable[[Report | None], Identified]") -> "Identified":
+    """Run the identification with a bar for each of its steps; nothing in a pipe."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn
+
+    terminal = Console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[said]}"))
+    with Progress(*columns, console=terminal, transient=True, disable=not terminal.is_terminal) as bars:
+        first = bars.add_task(
+            "records, regulators", total=None, said=""
+        )  # of unknown length: until the first search reports
+        tasks: dict[str, Any] = {}
+
+        def report(title: str, share: float, best: float) -> None:
+            bars.update(first, visible=False)
+            if title not in tasks:
+                tasks[title] = bars.add_task(title, total=1.0, said="")
+            bars.update(tasks[title], completed=min(share, 1.0), said=f"{share:4.0%}  best {best:.4g} deg")
+
+        return work(report if terminal.is_terminal else None)

@@ -1,0 +1,80 @@
+"""`pamrig simulate`: what the simulator says under the commands of a sweep or of logs."""
+
+from pathlib import Path
+
+import click
+
+from rig.app.terminal import console
+from rig.cli.common import emit, json_option
+from rig.cli.outputs import Command, Output, output_option
+from rig.outputs import Kind
+
+
+@click.command(cls=Command)
+@click.argument("commands", type=click.Path(path_type=Path), metavar="SWEEP.yaml|LOG")
+@click.option("--model", "model_path", type=click.Path(path_type=Path), metavar="MODEL.yaml", help="The simulator.")
+@click.option(
+    "--plant",
+    type=click.IntRange(0),
+    metavar="UNIT",
+    help="Instead of a model: that unit of the physics rig of hil.reference.",
+)
+@click.option("--family", default="mckibben", show_default=True, help="The physics rig's family: mckibben or fluidic.")
+@click.option(
+    "--session",
+    default=1,
+    show_default=True,
+    type=click.IntRange(0),
+    help="The physics rig's day; each drifts a little.",
+)
+@output_option(
+    Kind.RECORDING, "File, or a folder for several records.", or_folder=True, required=True, metavar="OUT.mcap"
+)
+@click.option(
+    "--from-pressures", is_flag=True, help="Drive the muscles by the pressures measured in LOG, not by its commands."
+)
+@click.option(
+    "--loops",
+    type=Output(Kind.FIGURE),
+    metavar="FILE.png",
+    help="Draw all loops in one figure, as in Fig. 1 of the paper.",
+)
+@json_option
+def simulate(
+    commands: Path,
+    model_path: Path | None,
+    plant: int | None,
+    family: str,
+    session: int,
+    output: Path,
+    from_pressures: bool,
+    loops: Path | None,
+    json_to: str | None,
+) -> None:
+    """What MODEL says under the commands of a sweep or of a LOG: the angle, and the pressures if it has regulators.
+
+    A model with added effects is a model. Several records go into the folder OUT, one file each. With --plant the
+    records come from a physics simulation that shares no law with the models: something to identify that is not a
+    Bouc-Wen model.
+    """
+    from rig.app.model.simulating import by_model, by_plant, simulate_all
+    from rig.own_units import own_text
+
+    if model_path is not None and plant is None:
+        simulator = by_model(model_path, from_pressures=from_pressures)
+    elif plant is not None and model_path is None:
+        simulator = by_plant(family, plant, session)
+    else:
+        raise click.UsageError("name either a --model or a --plant")
+    runs = list(simulate_all(commands, simulator, output))
+    terminal = console(json_to)
+    for run in runs:
+        off = "" if run.rmse_deg is None else own_text(f"{run.rmse_deg:.3f} deg", run.record.channels)
+        compared = off and f", RMSE against the recording {off}"
+        terminal.print(f"{run.file}: {len(run.record)} ticks{compared}")
+    if loops is not None:
+        from rig.report.fit_figures import loops_figure, save_figure
+
+        save_figure(loops_figure(output.name, [run.record for run in runs]), loops)
+        terminal.print(f"loops: {loops}")
+    emit({"runs": [run.to_json() for run in runs]}, json_to)

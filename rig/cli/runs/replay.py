@@ -1,0 +1,92 @@
+"""`pamrig replay`: recorded commands once more, tick by tick, and how far the answer differs."""
+
+from pathlib import Path
+
+import click
+
+from rig.app.terminal import console
+from rig.cli.common import emit, json_option
+from rig.cli.outputs import Command, Output, output_option
+from rig.outputs import Kind
+
+
+@click.command(cls=Command)
+@click.argument("log", type=click.Path(path_type=Path))
+@click.option(
+    "--model", "model_path", type=click.Path(path_type=Path), help="Model of the simulated rig, instead of its own."
+)
+@click.option(
+    "--rig", "rig_path", type=click.Path(path_type=Path), help="Rig to replay on; default: the simulated rig."
+)
+@output_option(
+    Kind.RECORDING, "OUT.mcap, or a folder; default: a new folder under logs/.", or_folder=True, metavar="OUT"
+)
+@click.option(
+    "--clock", type=click.Choice(["real", "virtual"]), help="Default: virtual on a simulated rig, real on a real one."
+)
+@click.option(
+    "--seed", type=click.IntRange(0), help="Seed of the simulated rig's noise; default: that of the recording."
+)
+@click.option(
+    "--p0", "p0_mpa", type=click.FloatRange(0.0, 1.0), help="Rest pressure in MPa, for logs that hold only p1 - p2."
+)
+@click.option(
+    "--resample", is_flag=True, help="Hold each recorded command on the rig's grid when its period is another."
+)
+@click.option(
+    "--gate",
+    type=click.Path(path_type=Path),
+    help="YAML of tolerances, one a field; exit status 1 when one is exceeded.",
+)
+@click.option(
+    "--figure",
+    type=Output(Kind.FIGURE, or_folder=True),
+    metavar="FILE",
+    help="PNG, SVG or PDF; default: beside the log of the replay, as SVG.",
+)
+@click.option(
+    "--force",
+    is_flag=True,
+    help="Replay on real hardware although real-time measures were denied, or the watchdog of a device takes too long.",
+)
+@json_option
+def replay(
+    log: Path,
+    model_path: Path | None,
+    rig_path: Path | None,
+    output: Path | None,
+    clock: str | None,
+    seed: int | None,
+    p0_mpa: float | None,
+    resample: bool,
+    gate: Path | None,
+    figure: Path | None,
+    force: bool,
+    json_to: str | None,
+) -> None:
+    """Send the recorded commands of LOG again, through the same loop and guard as a run, and compare with the
+    recording.
+
+    The comparison stands in the new log (channel /rig/replay and its facts), as a figure beside it, and here.
+    """
+    from rig.app.runs import replaying
+    from rig.errors import CheckFailed
+    from rig.own_units import own_text
+
+    job = replaying.prepare(log, rig_path, model_path, p0_mpa, resample)
+    options = replaying.ReplayOptions(output, clock, seed, force, figure, replaying.load_gate(gate) if gate else None)
+    done = replaying.replay_all(job, options)
+    terminal = console(json_to)
+    for item in done:
+        facts = item.comparison
+        off = own_text(f"RMSE {facts['rmse_deg']:.4g} deg, largest {facts['max_deg']:.4g} deg", item.channels)
+        terminal.print(f"{item.file}: {off} over {facts['compared_ticks']} ticks")
+        terminal.print(f"  {item.figure}")
+        for finding in item.departures:
+            terminal.print(f"  {finding}")
+    emit({"runs": [item.to_json() for item in done]}, json_to)
+    moved = sum(bool(item.departures) for item in done)
+    if moved:
+        raise CheckFailed(f"{moved} of {len(done)} replays left the gate's tolerances")
+    for item in done:
+        item.outcome.judge()

@@ -1,0 +1,61 @@
+"""`pamrig run`: the experiment of a sweep on a rig, recorded."""
+
+from pathlib import Path
+
+import click
+
+from rig.app.terminal import visible
+from rig.cli.common import emit, json_option
+from rig.cli.outputs import Command, output_option
+from rig.outputs import Kind
+
+
+@click.command(cls=Command)
+@click.argument("sweep", type=click.Path(path_type=Path))
+@click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig to run on; default: the simulated rig.")
+@output_option(Kind.FOLDER, "Folder for the records; default: a new one under logs/.", metavar="DIR")
+@click.option(
+    "--clock",
+    type=click.Choice(["real", "virtual"]),
+    default="real",
+    show_default=True,
+    help="Virtual: as fast as it can.",
+)
+@click.option("--seed", type=click.IntRange(0), help="Seed of the simulated rig's noise.")
+@click.option(
+    "--force",
+    is_flag=True,
+    help="Run on real hardware although real-time measures were denied, or the watchdog of a device takes too long.",
+)
+@click.option("--tag", "tags", multiple=True, metavar="NAME=VALUE", help="Goes into every record: muscle, load, who.")
+@click.option("--note", metavar="TEXT", help="Why this session: goes into every record.")
+@json_option
+def run(
+    sweep: Path,
+    rig_path: Path | None,
+    output: Path | None,
+    clock: str,
+    seed: int | None,
+    force: bool,
+    tags: tuple[str, ...],
+    note: str | None,
+    json_to: str | None,
+) -> None:
+    """Run SWEEP: settle at P0, zero the angle, ramp in, sweep, ramp out, safe state. One MCAP file a record.
+
+    SWEEP is a YAML file, or the name of one that comes with pamrig (paper, quick, identify, gap, cocontraction).
+    Ctrl-C ramps down and finishes the file; a second Ctrl-C writes the safe state at once.
+    """
+    from rig.app import compose, inventory
+    from rig.app.runs.sweeping import SweepOptions, run_sweep
+    from rig.cli.runs.shown import summary
+    from rig.tags import check_note, parse_tags, tagged
+
+    rig = compose.load(rig_path)
+    for line in inventory.warnings(rig):
+        click.echo(f"pamrig: warning: {visible(line)}", err=True)
+    facts = tagged(rig.own_facts, parse_tags(tags, "--tag"), check_note(note, "--note"))
+    result = run_sweep(sweep, rig, SweepOptions(output, clock == "virtual", seed, force, facts))
+    summary(result, json_to)
+    emit(result.to_json(), json_to)
+    result.judge()

@@ -1,0 +1,241 @@
+"""`pamrig daemon` and its clients: status, arm, start, queue, stop, clear, estop, reset."""
+
+import functools
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rig.app.terminal import console
+from rig.cli.common import F, emit, json_option
+from rig.cli.outputs import Command
+
+if TYPE_CHECKING:
+    from rig.service.settings import DaemonSettings
+
+
+def socket_option(command: F) -> F:
+    """Adds `--socket PATH`, passed on as `socket`."""
+    text = "The daemon's socket; default: $PAMRIG_SOCKET, /run/pamrig, or the user's runtime folder."
+    return click.option("--socket", "socket", type=click.Path(path_type=Path), help=text)(command)
+
+
+@click.command(cls=Command)
+@click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig to keep; default: the simulated rig.")
+@click.option("--config", type=click.Path(path_type=Path), help="The daemon's own YAML: logs, group, live view, ...")
+@click.option("--logs", type=click.Path(path_type=Path), help="Folder for the records; overrides the config.")
+@click.option(
+    "--state", type=click.Path(path_type=Path), help="Folder for queue and black boxes; overrides the config."
+)
+@click.option(
+    "--clock", type=click.Choice(["real", "virtual"]), default="real", show_default=True, help="Virtual: for soaking."
+)
+@click.option(
+    "--web",
+    metavar="HOST:PORT",
+    help="Where the page is served (another host than the loopback needs a token), or off.",
+)
+@click.option(
+    "--dry-run", is_flag=True, help="Only say which records retention (keep_gb, keep_days) would remove today."
+)
+@socket_option
+def daemon(
+    rig_path: Path | None,
+    config: Path | None,
+    logs: Path | None,
+    state: Path | None,
+    clock: str,
+    web: str | None,
+    dry_run: bool,
+    socket: Path | None,
+) -> None:
+    """Keep a rig as a service: loop, recorder and supervisor, commanded over a socket. Ends safe on SIGTERM and
+    Ctrl-C."""
+    import asyncio
+    import dataclasses
+    import logging
+    import logging.handlers
+    import queue
+
+    from rig.app import compose
+    from rig.app.supervise import parts_of
+    from rig.errors import RigError
+    from rig.service.daemon import Daemon
+    from rig.service.settings import load_settings, parse_web
+    from rig.service.views import live, metrics
+
+    settings = load_settings(config)
+    given: dict[str, Any] = {"logs": logs, "state": state, "socket": socket}
+    settings = dataclasses.replace(settings, **{key: value for key, value in given.items() if value is not None})
+    if web is not None:
+        settings = dataclasses.replace(settings, web=parse_web(web, settings.web))
+    if dry_run:
+        _say_what_would_go(settings)
+        return
+    if settings.live.port:
+        live.check_available()
+    if settings.metrics is not None:
+        metrics.check_available()
+    rig = compose.load(rig_path)
+    lines: queue.SimpleQueue[logging.LogRecord] = queue.SimpleQueue()
+    writer = logging.StreamHandler()
+    writer.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
+    logging.getLogger().addHandler(logging.handlers.QueueHandler(lines))
+    logging.getLogger("pamrig").setLevel(logging.INFO)
+    listener = logging.handlers.QueueListener(lines, writer)  # a log that blocks must not hold up the heartbeat
+    if clock == "virtual" and not compose.is_simulated(rig):
+        raise RigError(f"{rig.path}: a real rig runs in real time; --clock virtual needs a simulated one")
+    listener.start()
+    try:
+        asyncio.run(Daemon(parts_of(rig, virtual=clock == "virtual"), settings).serve())
+    finally:
+        listener.stop()
+
+
+def _say_what_would_go(settings: "DaemonSettings") -> None:
+    import time
+    from datetime import UTC, datetime
+
+    from rig.service.records.ledger import Ledger
+
+    say = console().print
+    if settings.retention.off:
+        say("retention is off: no record is ever removed (set keep_gb or keep_days in the daemon's settings)")
+        return
+    entries = Ledger(settings.ledger).entries
+    due = settings.retention.due(entries, time.time())
+    for entry in due:
+        say(
+            f"would go: {entry.path}  {entry.size} bytes, of "
+            f"{datetime.fromtimestamp(entry.recorded_s, UTC):%Y-%m-%d %H:%M} UTC",
+        )
+    say(
+        f"{len(due)} of {len(entries)} records of this daemon, {sum(entry.size for entry in due) / 1e9:.3f} GB; "
+        "nothing was removed"
+    )
+
+
+def _client_command(name: str) -> Callable[[Callable[..., None]], click.Command]:
+    """A click command that gets a connected client and is named `name`."""
+
+    def decorate(function: Callable[..., None]) -> click.Command:
+        @functools.wraps(function)
+        def call(socket: Path | None, **options: Any) -> None:
+            from rig.service.client import Client
+
+            with Client(socket) as client:
+                function(client, **options)
+
+        return click.command(name, cls=Command)(socket_option(call))
+
+    return decorate
+
+
+@_client_command("status")
+@json_option
+def status(client: Any, json_to: str | None) -> None:
+    """What the daemon is doing."""
+    from rig.cli.service.picture import status_lines
+
+    now = client.status()
+    if json_to is None:
+        console().print("\n".join(status_lines(now)), markup=True)
+    emit(now, json_to)
+
+
+@_client_command("arm")
+def arm(client: Any) -> None:
+    """Let the daemon command the rig; nothing moves yet."""
+    import getpass
+
+    for line in client.arm(by=f"{getpass.getuser()}, by pamrig arm"):
+        console("-").print(line, style="yellow")
+    console().print("armed: the rig follows `pamrig start`; `pamrig stop` disarms")
+
+
+@_client_command("start")
+@click.argument("sweeps", nargs=-1, type=click.Path(path_type=Path))
+@click.option(
+    "--pause",
+    "pause_s",
+    type=click.FloatRange(0),
+    default=0.0,
+    show_default=True,
+    help="Seconds of rest after each sweep.",
+)
+@click.option(
+    "--first", "before", flag_value="first", help="What an interrupted queue still holds is done before SWEEPS."
+)
+@click.option(
+    "--only", "before", flag_value="leave", help="Only SWEEPS; what an interrupted queue still holds stays there."
+)
+@click.option(
+    "--wait", is_flag=True, help="Return when the work is done; exit status 1 when it was not done whole and valid."
+)
+def start(client: Any, sweeps: tuple[Path, ...], pause_s: float, before: str | None, wait: bool) -> None:
+    """Queue SWEEPS and work on the queue; without any, go on with what is in it."""
+    from rig.app import compose
+    from rig.cli.service import queued
+
+    paths = [compose.find_config(sweep, "sweeps") for sweep in sweeps]
+    waiting = queued.interrupted(client.status())
+    if waiting and not sweeps:
+        console().print(f"going on with the queue: {queued.described(waiting)}")
+    elif waiting and not before and sys.stdin.isatty():
+        before = queued.ask(waiting)
+    jobs = client.start(*paths, pause_s=pause_s, before=before or "")
+    for job in jobs:
+        console().print(f"job {job['id']}: {job['sweep']}, {job['records']} records, {job['seconds']:.0f} s")
+    if wait:
+        leaving = () if before == "leave" else [job["id"] for job in waiting]
+        queued.wait(client, [*leaving, *(job["id"] for job in jobs)])
+
+
+@_client_command("queue")
+@json_option
+def queue(client: Any, json_to: str | None) -> None:
+    """What was done, what runs, what waits, and how long it takes."""
+    from rig.cli.service import queued
+
+    now = client.status()
+    console(json_to).print(queued.table(now["queue"]))
+    console(json_to).print(queued.total(now))
+    emit({key: now[key] for key in ("working", "left_s", "queue")}, json_to)
+
+
+@_client_command("stop")
+@click.option("--after-current", is_flag=True, help="Let the record that runs come to its end.")
+def stop(client: Any, after_current: bool) -> None:
+    """Ramp down and hold the queue; while nothing runs, disarm."""
+    console().print(client.call("stop", after_current=after_current)["did"])
+
+
+@_client_command("mark")
+@click.argument("text")
+def mark(client: Any, text: str) -> None:
+    """Put TEXT, one line, into the log of the record that runs."""
+    done = client.call("mark", text=text)
+    console().print(f"marked in {done['record']}")
+
+
+@_client_command("clear")
+def clear(client: Any) -> None:
+    """Take what waits, was stopped or failed out of the queue; what runs goes on."""
+    count = len(client.call("clear")["cleared"])
+    console().print(f"{count} {'job' if count == 1 else 'jobs'} taken out of the queue")
+
+
+@_client_command("estop")
+def estop(client: Any) -> None:
+    """Safe state at once. Exit status 2, and one line that says so, unless the device took it."""
+    done = client.estop()
+    console().print(f"emergency stop: {done['words']}; `pamrig reset` when the rig may move again")
+
+
+@_client_command("reset")
+def reset(client: Any) -> None:
+    """Clear a fault whose cause is gone; does not arm."""
+    client.reset()
+    console().print("reset: disarmed")

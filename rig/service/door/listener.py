@@ -1,0 +1,159 @@
+"""Lets clients in: an emergency stop at once, everybody else one after the other, so that no crowd fills the event
+loop.
+
+Who has just connected is looked at without taking anything from the connection (MSG_PEEK). That costs microseconds;
+making a place for a client costs a hundred times as much, and is rationed.
+"""
+
+import asyncio
+import contextlib
+import errno
+import socket
+from collections import deque
+from collections.abc import AsyncIterator, Awaitable, Callable
+from typing import Final
+
+from rig.service.door.protocol import MAX_LINE_BYTES
+
+BACKLOG: Final = 128
+_AT_ONCE: Final = 16
+"""Looked at in one pass of the event loop."""
+_WAITING: Final = 128
+"""In the hall; one more, and the oldest is sent away."""
+_LOOKED_AT: Final = 512
+_OUT_OF_DESCRIPTORS_S: Final = 0.1
+_SHARE: Final = 2.0
+
+ComesFirst = Callable[[socket.socket, bytes], bool]
+"""Whether a client who has said this is let in before the others."""
+Serve = Callable[[asyncio.StreamReader, asyncio.StreamWriter], Awaitable[None]]
+
+
+class Ration:
+    """One thing at a time, and after each a pause of _SHARE times as long as it took: a third of the event loop at
+    most."""
+
+    def __init__(self) -> None:
+        self._lock = asyncio.Lock()
+
+    @contextlib.asynccontextmanager
+    async def turn(self) -> AsyncIterator[None]:
+        """Wait for one's turn. Whoever comes after it waits for the pause too."""
+        loop = asyncio.get_running_loop()
+        await self._lock.acquire()
+        began = loop.time()
+        try:
+            yield
+        finally:
+            loop.call_later(_SHARE * (loop.time() - began), self._lock.release)
+
+
+class Listener:
+    """One listening socket; `serve` is called with the streams of each client that is let in."""
+
+    def __init__(self, listening: socket.socket, serve: Serve, ration: Ration, comes_first: ComesFirst) -> None:
+        self._listening, self._serve, self._ration, self._comes_first = listening, serve, ration, comes_first
+        self._loop = asyncio.get_running_loop()
+        self._hall: deque[socket.socket] = deque()
+        self._came = asyncio.Event()
+        self._tasks = {self._loop.create_task(self._usher())}
+        listening.setblocking(False)
+        self._loop.add_reader(listening, self._accept)
+
+    def close(self) -> None:
+        """Let nobody in any more."""
+        self._loop.remove_reader(self._listening)
+        self._listening.close()
+        for task in self._tasks:
+            task.cancel()
+        while self._hall:
+            self._leave(self._hall[0]).close()
+
+    def _accept(self) -> None:
+        for _ in range(_AT_ONCE):
+            try:
+                client, _address = self._listening.accept()
+            except OSError as error:
+                if error.errno in (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM):
+                    self._pause()
+                break
+            client.setblocking(False)
+            self._receive(client)
+
+    def _receive(self, client: socket.socket) -> None:
+        """Into the hall, unless the client has gone or wants an emergency stop; who has said nothing yet is listened to
+        there."""
+        self._hall.append(client)
+        if len(self._hall) > _WAITING:
+            self._leave(self._hall[0]).close()
+        self._came.set()
+        if not self._spoke(client):
+            self._loop.add_reader(client, self._spoke, client)
+
+    def _spoke(self, client: socket.socket) -> bool:
+        """Whether the client has said anything; what it was decides whether he still waits."""
+        said = _peeked(client)
+        if said is None:
+            return False
+        if not said:
+            self._leave(client).close()
+        elif self._comes_first(client, said):
+            self._let_in(self._leave(client))
+        else:
+            self._loop.remove_reader(client)
+        return True
+
+    def _leave(self, client: socket.socket) -> socket.socket:
+        """Out of the hall, to wherever."""
+        self._loop.remove_reader(client)
+        self._hall.remove(client)
+        return client
+
+    def _pause(self) -> None:
+        """No descriptor is left: looking again at once would be all that this process does."""
+        self._loop.remove_reader(self._listening)
+        self._loop.call_later(_OUT_OF_DESCRIPTORS_S, self._resume)
+
+    def _resume(self) -> None:
+        if self._listening.fileno() >= 0:
+            self._loop.add_reader(self._listening, self._accept)
+
+    async def _usher(self) -> None:
+        while True:
+            await self._came.wait()
+            self._came.clear()
+            while self._hall:
+                async with self._ration.turn():
+                    if self._hall:
+                        await asyncio.shield(self._let_in(self._leave(self._hall[0])))
+
+    def _let_in(self, client: socket.socket) -> "asyncio.Future[None]":
+        """Serve a client; done when it has its streams, not when it has gone."""
+        seated: asyncio.Future[None] = self._loop.create_future()
+        task = self._loop.create_task(self._seat(client, seated))
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+        return seated
+
+    async def _seat(self, client: socket.socket, seated: "asyncio.Future[None]") -> None:
+        reader = asyncio.StreamReader(limit=MAX_LINE_BYTES)
+        streams = asyncio.StreamReaderProtocol(reader)
+        try:
+            transport, _ = await self._loop.connect_accepted_socket(lambda: streams, client)
+        except OSError:
+            client.close()
+            return
+        finally:
+            if not seated.done():
+                seated.set_result(None)
+        await self._serve(reader, asyncio.StreamWriter(transport, streams, reader, self._loop))
+
+
+def _peeked(client: socket.socket) -> bytes | None:
+    """What the client has said so far; None when nothing, empty when it has gone."""
+    try:
+        return client.recv(_LOOKED_AT, socket.MSG_PEEK)
+    except BlockingIOError:
+        return None
+    except OSError:
+        return b""

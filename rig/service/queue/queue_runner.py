@@ -1,0 +1,285 @@
+"""Works on the queue: one sweep after the other, record by record, with pauses; stops when told, and at every fault."""
+
+import asyncio
+import logging
+import shutil
+import time
+from collections.abc import Collection
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Final
+
+from rig.errors import RigError
+from rig.log.mcap.schema import Ended
+from rig.realtime.commands import Request
+from rig.realtime.state import State
+from rig.rig_config import RigConfig
+from rig.service.door.protocol import Code, Refused
+from rig.service.queue.job_queue import Job, JobState, Queue
+from rig.service.queue.planner import Planner, Published, Summary
+from rig.service.records.ledger import Ledger
+from rig.service.records.record_names import aside, free, vacated
+from rig.service.records.recorder import RunResult
+from rig.service.session.run_setup import order_of, session_facts
+from rig.service.session.session import Session
+from rig.service.session.session_monitor import SessionMonitor
+from rig.service.settings import DaemonSettings
+
+_POLL_S: Final = 0.02
+_RESULT_PATIENCE_S: Final = 5.0
+_LAST_RESULT_S: Final = 0.1
+"""For what a recorder said just before it ended."""
+_LOG = logging.getLogger("pamrig")
+
+
+class NoSpace(Refused):
+    """The disk is too full for another record."""
+
+
+class QueueRunner:
+    """Turns jobs into runs of the monitor's session."""
+
+    def __init__(
+        self, monitor: SessionMonitor, queue: Queue, rig: RigConfig, settings: DaemonSettings, ledger: Ledger
+    ) -> None:
+        self._monitor, self._queue, self._rig, self._settings, self._ledger = monitor, queue, rig, settings, ledger
+        self.planner = Planner(rig)
+        self._held = True
+        """Nothing is started by itself: not after a restart, not after a stop or a fault."""
+        self._only: frozenset[int] | None = None
+        """The jobs that were asked for; None: the whole queue."""
+        self._wake = asyncio.Event()
+        self._last_run = 0
+        self._now: tuple[Published, int] | None = None
+        """The record that runs, and the loop's tick when it began."""
+        self.current: Path | None = None
+        self._pause_until = 0.0
+
+    def add(self, path: Path, sweep: Summary, pause_s: float) -> Job:
+        """A sweep at the end of the queue."""
+        return self._queue.add(path, path.stem, sweep.records, sweep.seconds, pause_s)
+
+    def go_on(self, only: Collection[int] | None = None) -> None:
+        """Work until the queue, or what of it was asked for, is done."""
+        self._only = None if only is None else frozenset(only)
+        self._held = False
+        self._wake.set()
+
+    def hold(self) -> None:
+        """Start no further record."""
+        self._held = True
+        self._pause_until = 0.0
+
+    @property
+    def interrupted(self) -> str:
+        """What stands in a queue that nobody works on, with its length; empty when nothing does."""
+        return "" if self.working else self._queue.described()
+
+    @property
+    def _next(self) -> Job | None:
+        return self._queue.next(self._only)
+
+    async def idle(self) -> None:
+        """Until the record that runs, if any, has been given up or finished."""
+        while any(job.state is JobState.RUNNING for job in self._queue.jobs):
+            await asyncio.sleep(_POLL_S)
+
+    @property
+    def working(self) -> bool:
+        """Something runs, or will without being asked again."""
+        return self._now is not None or (not self._held and self._next is not None)
+
+    async def run(self) -> None:
+        """For ever: wait for work, do it."""
+        while True:
+            await self._wake.wait()
+            self._wake.clear()
+            while not self._held and (job := self._next) is not None:
+                await self._job(job)
+                if not self._held and self._next is not None:
+                    await self._rest(job.pause_s)
+
+    async def _rest(self, seconds: float) -> None:
+        self._pause_until = time.monotonic() + seconds
+        while time.monotonic() < self._pause_until:
+            await asyncio.sleep(min(_POLL_S, seconds))
+
+    async def _job(self, job: Job) -> None:
+        job.state, job.error = JobState.RUNNING, ""
+        await asyncio.to_thread(self._queue.save)
+        try:
+            sweep = await self.planner.open(Path(job.sweep))
+            if sweep.records != job.total:
+                raise RigError(
+                    f"{job.sweep}: has {sweep.records} records now and had {job.total} when it was queued; start it "
+                    "anew"
+                )
+            await self._records(job, sweep)
+        except NoSpace as error:
+            self._give_up(job, JobState.STOPPED, str(error))
+        except RigError as error:
+            self._give_up(job, JobState.FAILED, str(error))
+        if job.state is JobState.RUNNING:
+            job.state = JobState.DONE if job.done == job.total else JobState.STOPPED
+        await asyncio.to_thread(self._queue.save)
+
+    async def _records(self, job: Job, sweep: Summary) -> None:
+        self.check_space()
+        job.folder = job.folder or str(self._folder(job.name))
+        await asyncio.to_thread(_make, Path(job.folder))
+        for index in range(job.done, job.total):
+            if self._held:
+                return
+            self.check_space()
+            result = await self._record(job, sweep, index)
+            if result is None or result.fault or result.error or self._monitor.fault:
+                self._give_up(job, JobState.STOPPED, self._why(result))
+                return
+            stopped = result.ended is Ended.STOPPED
+            file = await asyncio.to_thread(aside, result.file, result.ended) if stopped else result.file
+            job.made(file, valid=result.valid or stopped)
+            await self._remember(file)
+            if not result.complete and not self._held:
+                lost = f"{result.missed} ticks missed and {result.dropped} dropped"
+                self._give_up(job, JobState.STOPPED, f"{result.file.name}: {lost}: the sweep is not whole")
+                return
+            if not result.complete:
+                return  # stopped by the operator: it is made again when the job goes on
+            job.done += 1
+            await asyncio.to_thread(self._queue.save)
+
+    async def _remember(self, file: Path) -> None:
+        """Write down that the daemon made it. A record that cannot be written down stays for ever, which is no reason
+        to stop."""
+        try:
+            await asyncio.to_thread(self._ledger.add, file, time.time())
+        except RigError as error:
+            _LOG.error("%s", error)
+
+    async def _record(self, job: Job, sweep: Summary, index: int) -> RunResult | None:
+        """Carry out one run; None when the session broke under it."""
+        monitor, session = self._monitor, self._monitor.session
+        if session is None:
+            return None
+        self._last_run += 1
+        run = self._last_run
+        plan = await self.planner.publish(index, run, session.id)
+        session.adopt(run)
+        try:
+            self.current = await asyncio.to_thread(vacated, Path(job.folder) / f"{plan.name}.mcap")
+            facts: dict[str, Any] = {
+                **session_facts(session, self._rig),
+                **plan.facts,
+                "name": plan.name,
+                "job": job.id,
+            }
+            attachments = {**self._rig.files, "sweep.yaml": sweep.text}
+            order = order_of(session, run, plan.sweep_ticks, self.current, facts, attachments)
+            await asyncio.to_thread(session.expect, order)  # it waits for the recorder when it is longer than a pipe
+            session.mailbox.stop(False)
+            await monitor.request(Request.START, run)
+            self._now = plan, monitor.telemetry.latest.tick if monitor.telemetry and monitor.telemetry.latest else 0
+            _LOG.info("%s started, run %d", plan.name, run)
+            return await self._result(session, run)
+        finally:
+            self._now = self.current = None
+            session.retire(run)
+
+    async def _result(self, session: Session, run: int) -> RunResult | None:
+        """What the recorder says of the run, once it is over; None when nobody is left to say it."""
+        over_since = None
+        while run not in self._monitor.results:
+            running = self._monitor.state is State.RUNNING
+            if session.trouble is not None and session.trouble.final:
+                session.mailbox.stop()  # it would sweep for nothing
+            over_since = None if running else over_since or time.monotonic()
+            patience_s = _RESULT_PATIENCE_S if session.recorder_alive else _LAST_RESULT_S
+            if over_since is not None and time.monotonic() - over_since > patience_s:
+                return None
+            await asyncio.sleep(_POLL_S)
+        result = self._monitor.results.pop(run)
+        said = "valid" if result.valid else "stopped" if result.ended is Ended.STOPPED else "not valid"
+        _LOG.info(
+            "%s: %d ticks, %d missed, %d dropped, %s",
+            result.file.name,
+            result.ticks,
+            result.missed,
+            result.dropped,
+            said,
+        )
+        return result
+
+    def _give_up(self, job: Job, state: JobState, why: str) -> None:
+        """STOPPED by a fault, after which `start` goes on; FAILED for a sweep that cannot be carried out."""
+        job.state, job.error = state, why
+        self.hold()
+        _LOG.error("%s %s: %s", job.name, state.value, why)
+
+    def _why(self, result: RunResult | None) -> str:
+        fault = self._monitor.fault
+        if result is None or fault:
+            return f"{fault.name}: {self._monitor.said}".rstrip(": ") if fault else "the recorder gave no result"
+        return result.error or "the run ended in a fault"
+
+    @property
+    def free_gb(self) -> float | None:
+        """Room on the disk where the records go; None when that folder is gone."""
+        try:
+            return shutil.disk_usage(self._settings.logs).free / 1e9
+        except OSError:
+            return None
+
+    @property
+    def recording_error(self) -> str:
+        """Why records cannot be written at present; empty when nothing is known against it."""
+        session = self._monitor.session
+        if session is not None and session.trouble is not None:
+            return session.trouble.error
+        return (
+            "" if self.free_gb is not None else f"{self._settings.logs.absolute()}: the folder for the records is gone"
+        )
+
+    def check_space(self) -> None:
+        """NoSpace when the disk has less free than is to be spared."""
+        logs, spare_gb, free_gb = self._settings.logs.absolute(), self._settings.spare_gb, self.free_gb
+        if free_gb is None:
+            raise NoSpace(Code.REFUSED, f"{logs}: the folder for the records is gone; make it again, then go on")
+        if free_gb < spare_gb:
+            raise NoSpace(Code.REFUSED, f"{logs}: {free_gb:.2f} GB free; {spare_gb:g} GB are to be spared (`spare_gb`)")
+
+    def _folder(self, name: str) -> Path:
+        stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")
+        return free(self._settings.logs / f"{stamp}_{name}").absolute()
+
+    def to_json(self) -> dict[str, Any]:
+        """What is being done, how far it is, and how long the rest takes."""
+        shown: dict[str, Any] = {
+            "working": self.working,
+            "held": self._held,
+            "queue": list(self._queue.shown()),
+            "left_s": 0.0,
+            "record": None,
+        }
+        shown["recording_error"] = self.recording_error
+        shown["pause_s"] = max(self._pause_until - time.monotonic(), 0.0)
+        done_s = 0.0
+        if self._now is not None and self._monitor.telemetry and self._monitor.telemetry.latest:
+            plan, started = self._now
+            tick = min(self._monitor.telemetry.latest.tick - started, plan.ticks)
+            done_s = tick * self._rig.period_ns / 1e9
+            shown["record"] = {
+                "name": plan.name,
+                "done": tick / plan.ticks,
+                "left_s": (plan.ticks - tick) * self._rig.period_ns / 1e9,
+            }
+        shown["left_s"] = (
+            max(self._queue.seconds_left(None if self._held else self._only) - done_s, 0.0) + shown["pause_s"]
+        )
+        return shown
+
+
+def _make(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise NoSpace(Code.REFUSED, f"{folder}: cannot be made: {error.strerror}") from None

@@ -1,0 +1,100 @@
+"""Old records make room, when and only when the settings say so: off by default, announced a day before, logged after.
+
+Only records of this daemon's own ledger may go, never the newest of a session (the folder of a sweep), never one that
+somebody renamed or replaced, and never a folder. Everything else under the logs is somebody's and is not even looked
+at.
+"""
+
+import os
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any, Final
+
+from rig.service.records.ledger import Entry, Ledger
+
+NOTICE_S: Final = 86400.0
+"""From the announcement of a record to its end. Counted while the daemon runs: a restart announces anew, and a wall
+clock that jumps gives nobody less time to object."""
+
+
+@dataclass(frozen=True)
+class Policy:
+    """What is to be kept; None: everything."""
+
+    keep_bytes: int | None = None
+    keep_s: float | None = None
+
+    @property
+    def off(self) -> bool:
+        """Nothing ever goes."""
+        return self.keep_bytes is None and self.keep_s is None
+
+    def due(self, entries: Iterable[Entry], now_s: float) -> list[Entry]:
+        """The records that may go, oldest first: too old, or the oldest of too many bytes. The newest of each session
+        stays."""
+        if self.off:
+            return []
+        present = sorted((entry for entry in entries if entry.ours), key=lambda entry: (entry.recorded_s, entry.path))
+        newest = {entry.session: entry for entry in present}
+        surplus = sum(entry.size for entry in present) - (
+            self.keep_bytes if self.keep_bytes is not None else float("inf")
+        )
+        due = []
+        for entry in present:
+            too_old = self.keep_s is not None and entry.recorded_s < now_s - self.keep_s
+            if entry is not newest[entry.session] and (too_old or surplus > 0):
+                due.append(entry)
+                surplus -= entry.size
+        return due
+
+
+class Retention:
+    """Announces what is due and removes what has been announced for a day."""
+
+    def __init__(
+        self,
+        ledger: Ledger,
+        policy: Policy,
+        *,
+        wall_s: Callable[[], float] = time.time,
+        clock_s: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._ledger, self._policy, self._wall_s, self._clock_s = ledger, policy, wall_s, clock_s
+        self._announced: dict[str, float] = {}
+
+    def turn(self) -> tuple[list[Entry], list[Entry]]:
+        """What is announced now, and what has been removed now. A record that is not due any more loses its
+        announcement."""
+        if self._policy.off:
+            return [], []
+        now, due = self._clock_s(), self._policy.due(self._ledger.entries, self._wall_s())
+        fresh = [entry for entry in due if entry.path not in self._announced]
+        self._announced = {entry.path: self._announced.get(entry.path, now) for entry in due}
+        removed = [entry for entry in due if now - self._announced[entry.path] >= NOTICE_S and _removed(entry)]
+        if removed:
+            self._announced = {
+                path: at for path, at in self._announced.items() if path not in {entry.path for entry in removed}
+            }
+            self._ledger.forget([entry.path for entry in removed])
+        return fresh, removed
+
+    def to_json(self) -> dict[str, Any] | None:
+        """For the status: how many records are announced and when the first of them goes; None while nothing is."""
+        announced = self._announced  # replaced as a whole by the thread that turns
+        if not announced:
+            return None
+        return {
+            "announced": len(announced),
+            "first_in_s": max(min(announced.values()) + NOTICE_S - self._clock_s(), 0.0),
+        }
+
+
+def _removed(entry: Entry) -> bool:
+    if not entry.ours:
+        return False
+    try:
+        os.unlink(entry.path)
+    except OSError:
+        return False
+    return True

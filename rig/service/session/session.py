@@ -1,0 +1,309 @@
+"""A session: the processes of loop, recorder and watchers, the shared memory between them, and their end.
+
+It composes what it is given; which device the loop drives is decided at the roof. `pamrig run` drives a session by a
+script, the daemon by its mailbox.
+"""
+
+import multiprocessing
+import os
+import secrets
+import signal
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+from typing import Any, Self
+
+from rig.realtime.commands import Mailbox, program_name, program_path
+from rig.realtime.program import Program
+from rig.realtime.ring import CAPACITY, Ring
+from rig.realtime.safe_state import SafeReport, Writer
+from rig.realtime.shared import KEPT_RING, SharedBlock, sweep_stale
+from rig.service.processes import start_process
+from rig.service.records.recorder import Mark, RunOrder, RunResult, Trouble, record
+from rig.service.session.process_watch import PathMaker, ProcessWatch
+from rig.service.session.watchers import WatcherEntry, Watchers, await_ready
+
+LoopEntry = Callable[["LoopOrders", Connection], None]
+END_PATIENCE_S = 5.0
+_END_LOOK_S = 0.02
+SETTLE_S = 3.0
+"""For the safe state of a loop that has ended, however it ended."""
+
+
+@dataclass(frozen=True)
+class LoopOrders:
+    """What the loop's process is told when it starts; everything in it can be pickled."""
+
+    session: int
+    ring: Path
+    mailbox: Path
+    rig: Any
+    """A RigConfig; the roof knows what to do with it."""
+    virtual: bool = False
+    seed: int | None = None
+    script: tuple[int, ...] | None = None
+    """Numbers of the runs to carry out one after the other; None: obey the mailbox."""
+    options: Mapping[str, Any] = field(default_factory=dict)
+    """Further wishes of the caller for the roof, for example a model that replaces the rig's."""
+
+
+@dataclass(frozen=True)
+class Watching:
+    """How a session is looked after."""
+
+    entry: WatcherEntry
+    writers: tuple[Writer, ...]
+    """Who watches; a guardian only where something stays under pressure when the loop is gone."""
+    second_path: PathMaker | None
+    """This process's own way to the device; None: the plant ends with the loop's process."""
+
+
+class Session:
+    """Start with `open`, use, and leave with `close` (or as a context manager): the loop ends safe on every path."""
+
+    def __init__(
+        self,
+        entry: LoopEntry,
+        rig: Any,
+        *,
+        virtual: bool = False,
+        seed: int | None = None,
+        options: Mapping[str, Any] | None = None,
+        watching: Watching | None = None,
+        ring_suffix: str = "-ring",
+    ) -> None:
+        """Without `watching` nobody stands above the loop: for a plant that lives in the loop's process.
+
+        Rings whose name ends with KEPT_RING are kept for their black box when their session is dead.
+        """
+        self.id = secrets.randbits(63)
+        self.facts: dict[str, Any] = {}
+        """What the loop's process said when it was ready: device, real-time measures, cost."""
+        self._entry, self._rig, self.virtual, self._seed = entry, rig, virtual, seed
+        self._options = dict(options or {})
+        self._context = multiprocessing.get_context("spawn")
+        sweep_stale(KEPT_RING)
+        name = f"{self.id:016x}"
+        self.ring = Ring.create(f"{name}{ring_suffix}", self.id, CAPACITY)
+        self.mailbox = Mailbox.create(f"{name}-mailbox", self.id)
+        self.watchers = Watchers(self.id, self.ring, rig, self._options)
+        self._blocks: list[SharedBlock] = [self.ring.block, self.mailbox.block]
+        self._programs: dict[int, SharedBlock] = {}
+        self._watching = watching
+        self.watch: ProcessWatch | None = None
+        """From the moment on at which the processes are there."""
+        self.safe = SafeReport()
+        """What was known of the safe state when the session had ended."""
+        self.ticked = False
+        """Whether the loop had ever ticked then: before, it writes nothing."""
+        self.loop: BaseProcess | None = None
+        self.recorder: BaseProcess | None = None
+        self._loop_pipe: Connection | None = None
+        self._orders: Connection | None = None
+        self._results: Connection | None = None
+        self._recording_ended = False
+        self.trouble: Trouble | None = None
+        """Why the recorder's file takes nothing at present, as far as `results` has heard."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def open(self, programs: Sequence[Program] = (), *, scripted: bool = False) -> None:
+        """Start the processes and wait until the loop has its device open. DeviceError or RigError when it cannot."""
+        for program in programs:
+            self.publish(program)
+        self._start_recorder()
+        ours, theirs = self._context.Pipe()
+        orders = LoopOrders(
+            self.id, self.ring.block.path, self.mailbox.block.path, self._rig, self.virtual, self._seed,
+            tuple(p.run for p in programs) if scripted else None, self._options,
+        )  # fmt: skip
+        self.loop = self._context.Process(target=self._entry, args=(orders, theirs), name="pamrig-loop", daemon=False)
+        start_process(self.loop)
+        theirs.close()
+        self._loop_pipe = ours
+        if self._watching is not None and self.loop.pid is not None:
+            self.watchers.start(self._watching.entry, self.loop.pid, self._watching.writers)
+        self.facts = await_ready(ours, "loop", self.beat)
+        self.facts |= self.watchers.await_ready(self.beat)
+        assert self.recorder is not None
+        self.watch = ProcessWatch(
+            self.ring, self.mailbox, self.watchers, self.loop, self.recorder,
+            second_path=self._watching.second_path if self._watching else None,
+            period_ns=getattr(self._rig, "period_ns", 5_000_000), timed=not self.virtual,
+        )  # fmt: skip
+
+    def publish(self, program: Program) -> None:
+        """Put a program where the loop finds it."""
+        self._programs[program.run] = program.publish(program_name(self.id, program.run), self.id)
+
+    def adopt(self, run: int) -> None:
+        """Take over a program that another process has put where the loop finds it."""
+        self._programs[run] = SharedBlock.adopt(program_path(self.id, run), self.id)
+
+    def retire(self, run: int) -> None:
+        """Let go of the program of a run that is over."""
+        if block := self._programs.pop(run, None):
+            block.unlink()
+            block.close()
+
+    def expect(self, order: RunOrder | Mark) -> None:
+        """Tell the recorder of a run before it starts, or of a marker in the one that runs."""
+        if self._orders is not None:
+            with suppress(
+                OSError
+            ):  # a recorder that is gone is the watch's business, and no broken pipe of the command's output
+                self._orders.send(order)
+
+    def end_recording(self) -> None:
+        """Let the recorder finish what is open, and end: there is no loop any more."""
+        if self._orders is not None and not self._recording_ended:
+            self._recording_ended = True
+            with suppress(OSError):
+                self._orders.send(None)
+
+    def beat(self) -> None:
+        """Say that we are here; once said, say it at least each second. In virtual time there is nothing that could be
+        late."""
+        if not self.virtual:
+            self.mailbox.beat()
+
+    def go(self) -> None:
+        """Let the loop begin to tick."""
+        self.beat()
+        if self._loop_pipe is not None:
+            with suppress(OSError):  # it has ended: seen and told by whoever waits for it
+                self._loop_pipe.send("go")
+
+    def results(self) -> Iterator[RunResult]:
+        """The runs that have been finished since the last call."""
+        if self._results is None:
+            return
+        with suppress(EOFError, OSError):
+            while self._results.poll():
+                word = self._results.recv()
+                if isinstance(word, Trouble):
+                    self.trouble = word if word.error else None
+                else:
+                    self.trouble = None
+                    yield word
+
+    @property
+    def loop_alive(self) -> bool:
+        """The loop's process is there."""
+        return self.loop is not None and self.loop.is_alive()
+
+    @property
+    def recorder_alive(self) -> bool:
+        """The recorder's process is there."""
+        return self.recorder is not None and self.recorder.is_alive()
+
+    def loop_error(self) -> str:
+        """The one line that the loop's process left when it ended in an error; empty without one."""
+        with suppress(EOFError, OSError, AttributeError):
+            if self._loop_pipe is not None and self._loop_pipe.poll():
+                kind, text = self._loop_pipe.recv()
+                return str(text) if kind != "ready" else ""
+        return ""
+
+    def close(self) -> list[RunResult]:
+        """End the loop through its safe state, let the recorder finish, remove the shared memory; returns the last
+        results.
+
+        `safe` then says what became of the rig: a loop that could not write it is followed up by whoever is left.
+        """
+        self.watchers.wake()  # a process that somebody stopped is to come to a proper end
+        if self.recorder is not None and self.recorder.is_alive() and self.recorder.pid is not None:
+            os.kill(self.recorder.pid, signal.SIGCONT)
+        self._end_loop()
+        self.ticked = self.ring.heartbeat_ns != 0
+        if self.watch is not None and self.ticked:
+            self.safe = self.watch.settle(SETTLE_S)
+            if not self.safe.safe:
+                self.watchers.block.release()  # they would go on trying, while the next session waits for them
+        self.watchers.end()
+        if self.watch is not None:
+            self.watch.close()
+        left = self._end_recorder()
+        for block in (*self._blocks, *self._programs.values()):
+            block.unlink()
+        for pipe in (self._loop_pipe, self._orders, self._results):
+            if pipe is not None:
+                pipe.close()
+        return left
+
+    def _start_recorder(self) -> None:
+        orders, self._orders = self._context.Pipe(duplex=False)
+        self._results, results = self._context.Pipe(duplex=False)
+        arguments = (self.ring.block.path, self.id, orders, results)
+        self.recorder = self._context.Process(target=record, args=arguments, name="pamrig-recorder", daemon=False)
+        start_process(self.recorder)
+        orders.close()
+        results.close()
+
+    def _end_loop(self) -> None:
+        loop = self.loop
+        if loop is None:
+            return
+        if loop.is_alive() and loop.pid is not None:
+            with suppress(OSError):
+                if self._loop_pipe is not None:
+                    self._loop_pipe.send("end")  # for a loop that still waits for its `go`
+            loop.terminate()  # SIGTERM: safe state, then the end
+        deadline = time.monotonic() + END_PATIENCE_S
+        while loop.is_alive() and time.monotonic() < deadline:
+            if self.watch is not None:
+                self.watch.follow_up()  # one that was stopped does not hear the signal
+            loop.join(_END_LOOK_S)
+        if loop.is_alive():
+            loop.kill()
+            loop.join()
+
+    def _end_recorder(self) -> list[RunResult]:
+        recorder = self.recorder
+        if recorder is None or self._orders is None:
+            return []
+        self.end_recording()
+        left: list[RunResult] = []
+        deadline = time.monotonic() + END_PATIENCE_S
+        while recorder.is_alive() and time.monotonic() < deadline:
+            left += self.results()
+            recorder.join(0.02)
+        if recorder.is_alive():
+            recorder.kill()
+        recorder.join()
+        return left + list(self.results())
+
+
+def spoken(device: Mapping[str, str]) -> dict[str, str]:
+    """Of a device's facts those that an operator must know before anything moves: pace, fail-safe, warnings."""
+    return {key: said for key, said in device.items() if _subject(key) in ("pace", "failsafe", "warning")}
+
+
+def is_warning(key: str) -> bool:
+    """Whether the fact of that name warns, be it the rig's or one part's of it (`2.warning`)."""
+    return _subject(key) == "warning"
+
+
+def _subject(key: str) -> str:
+    return key.rpartition(".")[2]
+
+
+def ending_signals() -> list[signal.Signals]:
+    """What asks a commanding process to end: Ctrl-C, SIGTERM, and the end of its terminal, unless `nohup` has it
+    ignored."""
+    hang_up = [] if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN else [signal.SIGHUP]
+    return [signal.SIGINT, signal.SIGTERM, *hang_up]
+
+
+def own_signals(handler: Callable[[int], None]) -> None:
+    """Call `handler` with the number of each of `ending_signals` instead of being ended by them."""
+    for number in ending_signals():
+        signal.signal(number, lambda n, _frame: handler(n))

@@ -1,0 +1,295 @@
+"""Keeps one session alive and knows what is wrong with it: the processes, the latched fault, the requests to the loop.
+
+`check` must be called many times a second; it never blocks. Opening and closing a session does, and belongs on a thread
+of its own.
+"""
+
+import asyncio
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+from rig.errors import ConfigError, DeviceError, RigError
+from rig.realtime import measures
+from rig.realtime.commands import Answer, Request
+from rig.realtime.faults import Fault
+from rig.realtime.safe_state import Outcome, SafeReport, Writer, insist
+from rig.realtime.shared import KEPT_RING
+from rig.realtime.state import Event, State, after
+from rig.rig_config import RigConfig
+from rig.service.door.protocol import Code, Refused
+from rig.service.records.recorder import RunResult, said_of
+from rig.service.session.last_resort import last_resort
+from rig.service.session.process_watch import is_final
+from rig.service.session.session import LoopEntry, Session, Watching, spoken
+from rig.service.session.telemetry import Telemetry
+
+ANSWER_PATIENCE_S: Final = 1.0
+ESTOP_PATIENCE_S: Final = 3.0
+"""Until an emergency stop that nobody could carry out is answered; the attempts go on after it."""
+_ANSWER_POLL_S: Final = 0.002
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What the roof gives: the rig, and how its processes are made."""
+
+    rig: RigConfig
+    loop: LoopEntry
+    watching: Watching | None
+    """Who stands above the loop, and this process's own way to the device."""
+    simulated: bool
+    virtual: bool = False
+    seed: int | None = None
+    warnings: Callable[[], list[str]] = list
+    """What is to be said of the rig's calibrations today."""
+    options: Mapping[str, Any] = field(default_factory=dict)
+    sweeps: tuple[Path, ...] = ()
+    """Folders of sweeps, and of models, that come with pamrig: what the page offers."""
+    models: tuple[Path, ...] = ()
+    simulator: Path | None = None
+    """A simulated rig's own model."""
+
+
+class SessionMonitor:
+    """One rig under the daemon."""
+
+    def __init__(self, parts: Parts, force: bool = False) -> None:
+        self._parts, self._force = parts, force
+        self.session: Session | None = None
+        self.telemetry: Telemetry | None = None
+        self.results: dict[int, RunResult] = {}
+        self._broken = Fault.NONE
+        """A fault of the processes, which only a new session cures."""
+        self._said = ""
+        self._busy = asyncio.Lock()
+
+    # life of the session
+
+    def open(self) -> None:
+        """Start a session. A device that does not answer is a fault like any other: the daemon stays, and says so."""
+        parts = self._parts
+        session = Session(
+            parts.loop, parts.rig, virtual=parts.virtual, seed=parts.seed, options=parts.options,
+            watching=parts.watching, ring_suffix=KEPT_RING,
+        )  # fmt: skip
+        try:
+            session.open()
+            session.go()
+        except RigError as error:
+            session.close()
+            fault = Fault.DEVICE_LOST if isinstance(error, DeviceError | ConfigError) else Fault.LOOP_DIED
+            self._break(fault, str(error))
+            return
+        self.session, self.telemetry = session, Telemetry(session.ring)
+        self._broken, self._said = Fault.NONE, ""
+
+    def close(self) -> str:
+        """End the session through the safe state; returns what became of the rig, in words."""
+        session, self.session = self.session, None
+        if session is None:
+            return "the rig was not open, and nothing was written to it"
+        self.results |= {result.run: result for result in session.close()}
+        session.ring.block.close()
+        return session.safe.words if session.ticked else "the loop never ticked, and nothing was written to the rig"
+
+    def reopen(self) -> None:
+        """A new session for one that is broken."""
+        self.close()
+        self.telemetry = None
+        self.open()
+
+    # what is wrong
+
+    @property
+    def fault(self) -> Fault:
+        """The fault that stands; the first cause, not what followed from it."""
+        first = self.telemetry.first_fault if self.telemetry else None
+        if first is not None and first.fault:
+            return Fault(first.fault)
+        return self._broken
+
+    @property
+    def said(self) -> str:
+        """What is known of the fault beside its cause."""
+        session = self.session
+        if session is None:
+            return self._said
+        ended = session.watch.how_it_ended() if session.watch is not None and not session.loop_alive else ""
+        return "; ".join(part for part in (self._said or said_of(self.fault, session.ring), ended) if part)
+
+    @property
+    def safe(self) -> SafeReport | None:
+        """What is known of the safe state; None while the loop commands, and before there is a rig."""
+        watch = self.session.watch if self.session is not None else None
+        report = watch.safe if watch is not None else SafeReport()
+        return report if report.writer or self.state is State.FAULT else None
+
+    @property
+    def state(self) -> State:
+        """State of the rig as far as anybody knows it."""
+        if self._broken or self.telemetry is None:
+            return State.FAULT if self._broken else State.DISARMED
+        return self.telemetry.state
+
+    def check(self) -> None:
+        """Beat, read the ring, look after the processes."""
+        session = self.session
+        if session is None or self.telemetry is None:
+            return
+        session.beat()
+        self.telemetry.update()
+        self.results |= {result.run: result for result in session.results()}
+        loss = session.watch.look() if session.watch is not None else None
+        if loss is not None and not self._broken:
+            self._break(loss.fault, loss.said or session.loop_error())
+        if self._broken and not session.loop_alive:
+            session.end_recording()
+
+    def _break(self, fault: Fault, said: str) -> None:
+        self._broken, self._said = fault, said
+
+    # requests
+
+    async def request(self, request: Request, run: int = 0) -> None:
+        """Ask the loop; Refused when it does not fit the state, or not now."""
+        async with self._busy:
+            session = self.session
+            if session is None or self._broken:
+                raise Refused(
+                    Code.WRONG_STATE,
+                    f"cannot {request.name.lower()} while fault: {self.fault.name}; run `pamrig reset` first",
+                )
+            ticket = session.mailbox.post(request, run)
+            deadline = time.monotonic() + ANSWER_PATIENCE_S
+            while (answer := session.mailbox.answered(ticket)) is None:
+                if time.monotonic() > deadline:
+                    raise Refused(
+                        Code.REFUSED, f"the loop did not answer {request.name.lower()} within {ANSWER_PATIENCE_S:g} s"
+                    )
+                await asyncio.sleep(_ANSWER_POLL_S)
+        if self.telemetry is not None:
+            self.telemetry.update()
+        if answer is Answer.REFUSED:
+            raise Refused(Code.WRONG_STATE, f"the loop refused {request.name.lower()} while {self.state.name.lower()}")
+        if answer is Answer.NOT_READY:
+            raise Refused(Code.REFUSED, _NOT_READY.get(request, "not now"))
+
+    async def arm(self) -> list[str]:
+        """ARM, when the machine keeps time or nothing real moves. Returns what the operator should know, a line
+        each."""
+        self.must(Event.ARM)
+        if self.session is None:  # the socket listens before the rig is open
+            raise Refused(Code.REFUSED, _NOT_OPEN)
+        missing = measures.denied(self.session.facts["realtime"])
+        if missing and not self._parts.simulated and not self._force:
+            what = "; ".join(f"{name} {self.session.facts['realtime'][name]}" for name in missing)
+            raise Refused(
+                Code.REFUSED,
+                f"real-time measures not granted ({what}); see docs/how-to/install_service.md, or set force: true",
+            )
+        known = [*self._parts.warnings(), *self._of_the_device(self.session.facts["device"])]
+        self.session.mailbox.stop(False)
+        await self.request(Request.ARM)
+        return known
+
+    def _of_the_device(self, facts: Mapping[str, str]) -> list[str]:
+        """Pace, fail-safe and warnings, and what would be left without us; Refused when that takes too long."""
+        said = [f"{key}: {text}" for key, text in spoken(facts).items()]
+        if self._parts.simulated:
+            return said
+        left = last_resort(self._parts.rig, facts)
+        if left.problems and not self._force:
+            raise Refused(Code.REFUSED, f"{left.problems[0]}; shorten it, or set force: true in the daemon's settings")
+        return [*said, *left.problems, *left.lines]
+
+    async def disarm(self) -> None:
+        """Let go of the rig: the safe set-points stay."""
+        await self.request(Request.DISARM)
+
+    def must(self, event: Event) -> None:
+        """Refused, with what to do first, when `event` does not fit the state."""
+        state = self.state
+        if state is State.FAULT and event is not Event.RESET:
+            raise Refused(
+                Code.WRONG_STATE, f"cannot {event.value} while fault: {self.fault.name}; run `pamrig reset` first"
+            )
+        if event is Event.RESET and state is not State.FAULT:
+            raise Refused(Code.WRONG_STATE, f"nothing to reset: the rig is {state.name.lower()}, without a fault")
+        try:
+            after(state, event)
+        except RigError as error:
+            raise Refused(Code.WRONG_STATE, _UNFIT.get((state, event), str(error))) from None
+
+    def begin_estop(self) -> None:
+        """Demand the safe state, without waiting to see it; `estop` does the rest."""
+        if self.session is not None and self.session.watch is not None:
+            self.session.watch.demand(Fault.ESTOP)
+
+    async def estop(self) -> SafeReport:
+        """Safe state at once, by whoever is left to write it; Refused when the device has not taken it."""
+        watch = self.session.watch if self.session is not None else None
+        if watch is None:
+            return await self._write_alone()
+        watch.demand(Fault.ESTOP)
+        deadline = time.monotonic() + ESTOP_PATIENCE_S
+        while not is_final(report := watch.answer):
+            if time.monotonic() > deadline:
+                if report.safe:
+                    break
+                raise Refused(Code.REFUSED, f"emergency stop not carried out: {watch.safe.words}; {_BY_HAND}")
+            watch.follow_up()
+            await asyncio.sleep(_ANSWER_POLL_S)
+        return report
+
+    async def _write_alone(self) -> SafeReport:
+        """The safe state by this process, as long as there is no loop."""
+        make = self._parts.watching.second_path if self._parts.watching is not None else None
+        if make is None:
+            return SafeReport(Writer.CONTROL, outcome=Outcome.ENDED)
+        path = await asyncio.to_thread(make)
+        try:
+            outcome = await asyncio.to_thread(insist, path, ESTOP_PATIENCE_S)
+            if outcome < Outcome.WRITTEN:
+                await asyncio.to_thread(path.safe)  # for its words
+        except RigError as error:
+            raise Refused(
+                Code.REFUSED, f"emergency stop not carried out: there is no loop, and {error}; {_BY_HAND}"
+            ) from None
+        finally:
+            await asyncio.to_thread(path.close)
+        return SafeReport(Writer.CONTROL, outcome=outcome, written_ns=time.monotonic_ns())
+
+    @property
+    def needs_new_session(self) -> bool:
+        """A reset has to open the device anew."""
+        return self.session is None or bool(self._broken) or self.fault is Fault.DEVICE_LOST
+
+    async def clear_fault(self) -> None:
+        """RESET of a session that is whole; Refused without one."""
+        if self.session is None:  # it was lost, or is being opened, since the caller looked
+            raise Refused(Code.REFUSED, _NOT_OPEN)
+        if self.session.watch is not None:
+            self.session.watch.withdraw()
+        self.session.mailbox.stop(False)
+        await self.request(Request.RESET)
+        self._said = ""
+
+
+_UNFIT: Final = {
+    (State.DISARMED, Event.START): "cannot start while disarmed; run `pamrig arm` first",
+    (State.DISARMED, Event.DISARM): "nothing to stop: nothing runs, and the rig is disarmed",
+    (State.ARMED, Event.ARM): "armed already; `pamrig start` begins, `pamrig stop` disarms",
+    (State.RUNNING, Event.ARM): "armed already, and running; `pamrig stop` ramps down",
+}
+"""What to say of a command that does not fit, in the operator's words instead of the table's."""
+_NOT_OPEN: Final = "the rig is still being opened; try again in a second"
+_BY_HAND: Final = "open the dump valve, then look at cable and power of the device"
+_NOT_READY: Final = {
+    Request.ARM: "cannot arm: the pressures are not known (read error, broken wire, implausible value); see `pamrig "
+    "watch`",
+    Request.RESET: "the cause is not gone yet (read error, broken wire, or the safe state is not written); see "
+    "`pamrig watch`",
+}

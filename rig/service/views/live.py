@@ -1,0 +1,93 @@
+"""The live view: a Foxglove WebSocket server in a process of its own that reads the ring like any other reader. Needs
+the extra `live`.
+
+It listens on this machine's loopback only: Foxglove's protocol knows no token. From elsewhere, an SSH tunnel leads
+there.
+"""
+
+import multiprocessing
+import os
+import signal
+import time
+from contextlib import suppress
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+from typing import Final
+
+from rig.errors import RigError
+from rig.log.mcap import schema
+from rig.realtime.faults import explain
+from rig.realtime.ring import Ring, RingReader
+from rig.sample import unpack
+from rig.service.session.session import Session
+
+HOST: Final = "127.0.0.1"
+_POLL_S: Final = 0.02
+_END_PATIENCE_S: Final = 2.0
+
+
+def check_available() -> None:
+    """RigError when the extra is not installed."""
+    try:
+        import foxglove  # noqa: F401
+    except ModuleNotFoundError:
+        raise RigError("live: needs the extra `live`: pip install 'pamrig[live]'") from None
+
+
+class LiveView:
+    """Starts the server's process for each session; port 0: never."""
+
+    def __init__(self, port: int) -> None:
+        self._port = port
+        self._process: BaseProcess | None = None
+
+    def follow(self, session: Session | None) -> None:
+        """Show this session instead of the one before."""
+        self.close()
+        if self._port and session is not None:
+            arguments = (session.ring.block.path, session.id, self._port, os.getpid())
+            self._process = multiprocessing.get_context("spawn").Process(
+                target=show, args=arguments, name="pamrig-live", daemon=True
+            )
+            self._process.start()
+
+    def close(self) -> None:
+        """End the process."""
+        if self._process is not None:
+            self._process.terminate()
+            self._process.join(_END_PATIENCE_S)
+            if self._process.is_alive():
+                self._process.kill()
+            self._process = None
+
+
+def show(ring_path: Path, session: int, port: int, parent: int) -> None:
+    """Entry of the live view's process: every sample to whoever looks, until the daemon is gone."""
+    import foxglove
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with suppress(OSError):
+        os.nice(10)
+    ring = Ring.attach(ring_path, session)
+    reader = RingReader(ring)
+    server = foxglove.start_server(name="pamrig", host=HOST, port=port)
+    message_schema = foxglove.Schema(
+        name=schema.SAMPLE_SCHEMA, encoding="protobuf", data=schema.sample_descriptor_set()
+    )
+    samples = foxglove.Channel(schema.SAMPLE_TOPIC, schema=message_schema, message_encoding="protobuf")
+    log_schema = foxglove.Schema(name=schema.LOG_SCHEMA, encoding="jsonschema", data=schema.log_json_schema())
+    lines = foxglove.Channel(schema.LOG_TOPIC, schema=log_schema, message_encoding="json")
+    offset_ns = time.time_ns() - time.monotonic_ns()
+    fault = 0
+    try:
+        while os.getppid() == parent:
+            for packed in reader:
+                sample = unpack(packed)
+                at_ns = sample.scheduled_ns + offset_ns
+                samples.log(packed, log_time=at_ns)
+                if sample.fault != fault and sample.fault:
+                    lines.log(schema.log_message("fatal", explain(sample.fault), at_ns), log_time=at_ns)
+                fault = sample.fault
+            time.sleep(_POLL_S)
+    finally:
+        server.stop()

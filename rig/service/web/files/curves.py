@@ -1,0 +1,135 @@
+"""Records and sweeps as curves for the page: thinned out to what a screen can show, peaks kept. Called in the process
+for errands."""
+
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.errors import RecordError
+from rig.excite.experiment import RunPlan
+from rig.log import compare
+from rig.log.check import check
+from rig.log.mcap.reader import McapLog
+from rig.log.mcap.schema import ended_of
+from rig.log.reader import read
+from rig.record import Record
+from rig.rig_config import RigConfig
+from rig.service.queue.planner import plans_of
+from rig.service.session.run_setup import program_of
+
+POINTS: Final = 2000
+_SHOWN: Final = ("dp_cmd_mpa", "p1_cmd_mpa", "p2_cmd_mpa", "p1_mpa", "p2_mpa", "angle_deg")
+_FACTS: Final = ("valid", "ticks", "missed", "dropped", "complete", "fault", "ended", "angle_zero_deg")
+_NAMED: Final = 50
+
+Rows = NDArray[np.intp]
+Column = NDArray[np.float64]
+
+
+def preview(path: Path, rig: RigConfig) -> dict[str, Any]:
+    """A sweep as it would run: set-points over time, how long it takes, how near it comes to the envelope.
+
+    EnvelopeError with time and value when it would leave it."""
+    plans = plans_of(path, rig)
+    p1, p2 = (np.concatenate(parts) for parts in zip(*(_set_points(plan) for plan in plans), strict=True))
+    time_s = np.arange(len(p1)) * rig.period_ns / 1e9
+    rows = ends(p1 - p2, POINTS)
+    steps = max(float(np.abs(np.diff(column)).max(initial=0.0)) for column in (p1, p2))
+    return {
+        "records": len(plans),
+        "seconds": sum(plan.ticks for plan in plans) * rig.period_ns / 1e9,
+        "names": [plan.name for plan in plans[:_NAMED]],
+        "columns": {"t_s": _plain(time_s[rows]), "p1_cmd_mpa": _plain(p1[rows]), "p2_cmd_mpa": _plain(p2[rows])},
+        "lowest_mpa": float(min(p1.min(), p2.min())),
+        "highest_mpa": float(max(p1.max(), p2.max())),
+        "fastest_mpa_s": steps / (rig.period_ns / 1e9),
+        "allowed_mpa": list(rig.limits.pressure_mpa),
+        "allowed_mpa_s": rig.limits.slew_mpa_s,
+    }
+
+
+def facts_of(path: Path) -> dict[str, Any]:
+    """What a record says of itself; `problem` instead where it cannot be read."""
+    try:
+        with McapLog(path) as log:
+            facts = log.result_facts
+            return {key: facts.get(key) for key in _FACTS} | {"ended": ended_of(facts)}
+    except RecordError as error:
+        return {"valid": False, "problem": str(error).removeprefix(f"{path}: ")}
+
+
+def record(path: Path) -> dict[str, Any]:
+    """One record: its columns over time, what it says of itself, and its log."""
+    shown = _first(path)
+    with McapLog(path) as log:
+        samples, lines = log.everything()
+    begin_ns = int(samples.log_time_ns[0]) if len(samples) else 0
+    told = [{"t_s": (line.time_ns - begin_ns) / 1e9, "level": line.level, "text": line.message} for line in lines]
+    return {**facts_of(path), "seconds": float(shown.t_s[-1]), "columns": _columns(shown), "lines": told[:POINTS]}
+
+
+def findings(path: Path) -> list[str]:
+    """What `pamrig log check` says, without the path."""
+    return [line.removeprefix(f"{path}: ") for line in check(path)]
+
+
+def compared(a: Path, b: Path) -> dict[str, Any]:
+    """Two records over the time they have in common: both, and B minus A."""
+    pair = compare.beside(_first(a), _first(b))
+    left = np.asarray(pair.b.angle_deg, dtype=np.float64) - np.asarray(pair.a.angle_deg, dtype=np.float64)
+    rows = ends(left, POINTS)
+    return {
+        "a": _columns(pair.a, rows),
+        "b": _columns(pair.b, rows),
+        "difference_deg": _plain(left[rows]),
+        "shift_s": pair.shift_s,
+        "rmse_deg": pair.angle.rms,
+        "max_deg": pair.angle.max,
+        "mean_deg": pair.angle.mean,
+    }
+
+
+def ends(column: Column, points: int) -> Rows:
+    """Rows to draw: of each stretch the ones with the smallest and the largest value, so that no peak is lost."""
+    if len(column) <= points:
+        return np.arange(len(column))
+    stretches = points // 2
+    size = len(column) // stretches
+    whole = np.nan_to_num(column[: size * stretches]).reshape(stretches, size)
+    first = np.arange(stretches) * size
+    chosen = [first + whole.argmin(axis=1), first + whole.argmax(axis=1), [0, len(column) - 1]]
+    return np.unique(np.concatenate(chosen))
+
+
+def _set_points(plan: RunPlan) -> tuple[Column, Column]:
+    """Of the whole run: at rest, ramp in, sweep, ramp out."""
+    program = program_of(plan, 1)
+    sweep = [np.asarray(column) for column in (program.p1_cmd_mpa, program.p2_cmd_mpa)]
+    rest = program.rest_p1_mpa, program.rest_p2_mpa
+    before = np.full(plan.settle_ticks + plan.zero_ticks, plan.p0_mpa)
+    whole = []
+    for column, at_rest in zip(sweep, rest, strict=True):
+        ramps = [
+            np.linspace(at_rest, column[0], plan.ramp_in_ticks, endpoint=False),
+            np.linspace(column[-1], at_rest, plan.ramp_out_ticks),
+        ]
+        whole.append(np.concatenate([before, ramps[0], column, ramps[1]]))
+    return whole[0], whole[1]
+
+
+def _first(path: Path) -> Record:
+    return read(path)[0]
+
+
+def _columns(record: Record, rows: Rows | None = None) -> dict[str, list[float | None]]:
+    if rows is None:
+        rows = ends(record.dp_cmd_mpa if record.angle_deg is None else record.angle_deg, POINTS)
+    there = {name: column for name in _SHOWN if (column := getattr(record, name)) is not None}
+    return {"t_s": _plain(record.t_s[rows]), **{name: _plain(column[rows]) for name, column in there.items()}}
+
+
+def _plain(column: Column) -> list[float | None]:
+    """JSON has no not-a-number."""
+    return [round(float(value), 5) if np.isfinite(value) else None for value in column]

@@ -1,0 +1,85 @@
+"""The routes of diagnosis and bring-up."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Final
+
+from starlette.requests import Request
+from starlette.responses import HTMLResponse, JSONResponse, Response
+from starlette.routing import Route
+
+from rig.errors import RecordError, StateError
+from rig.service.web.door.bodies import text, texts
+from rig.service.web.door.guard import visitor_of
+from rig.service.web.files.bringup import BringUp
+from rig.service.web.files.catalogue import Catalogue
+from rig.service.web.files.diagnoses import REFERENCES, Diagnoses, Question
+from rig.service.web.files.hunts import hunts
+from rig.service.web.files.records import Records
+from rig.service.web.routes.actions import Actions
+from rig.service.web.routes.library import answered
+
+REPORT_POLICY: Final = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; frame-ancestors 'self'; sandbox"
+"""A report brings its own styles and figures, and may run nothing: it is shown without scripts, forms or origin."""
+
+
+class Studies:
+    """What takes thought instead of air."""
+
+    def __init__(
+        self,
+        diagnoses: Diagnoses,
+        bringup: BringUp,
+        records: Records,
+        models: Catalogue,
+        glance: Callable[[], dict[str, Any]],
+    ) -> None:
+        self._diagnoses, self._bringup, self._records, self._models = diagnoses, bringup, records, models
+        self._glance = glance
+
+    def routes(self, actions: Actions) -> list[Route]:
+        """Looking is for everybody, asking for who commands: the machine has better things to do."""
+        return [
+            Route("/api/diagnoses", answered(self._all)),
+            Route("/api/diagnoses/begin", actions.command(self._begin), methods=["POST"]),
+            Route("/diagnoses/{name}", self._report),
+            Route("/api/hunts", answered(self._hunts)),
+            Route("/api/bring-up", answered(self._steps)),
+            Route("/api/bring-up/confirm", actions.command(self._confirm), methods=["POST"]),
+        ]
+
+    async def _all(self, _: Request) -> Any:
+        return {"diagnoses": self._diagnoses.all(), "models": self._models.names, "references": REFERENCES}
+
+    async def _hunts(self, _: Request) -> Any:
+        return {"hunts": hunts(self._records.root)}
+
+    async def _begin(self, _: Request, given: dict[str, Any]) -> Any:
+        if self._glance().get("state") == "running":
+            raise StateError("the rig is running; diagnose when it rests")
+        question = Question(
+            text(given, "session"), text(given, "model"), text(given, "reference"), tuple(texts(given, "baselines")),
+            time.time(),
+        )  # fmt: skip
+        log, model = self._folder(question.session), self._models.path(question.model)
+        return self._diagnoses.begin(question, log, model, [self._folder(name) for name in question.baselines])
+
+    def _folder(self, session: str) -> Path:
+        return self._records.folder(session)
+
+    async def _report(self, request: Request) -> Response:
+        try:
+            path = self._diagnoses.report(request.path_params["name"])
+        except RecordError as error:
+            return JSONResponse({"error": str(error)}, 404)
+        headers = {"Content-Security-Policy": REPORT_POLICY, "X-Frame-Options": "SAMEORIGIN"}
+        return HTMLResponse(path.read_text(encoding="utf-8"), headers=headers)
+
+    async def _steps(self, _: Request) -> Any:
+        return self._bringup.told(self._glance())
+
+    async def _confirm(self, request: Request, given: dict[str, Any]) -> Any:
+        by = f"browser {visitor_of(request.scope).name}"
+        self._bringup.confirm(text(given, "step"), by, done=given.get("done") is True)
+        return self._bringup.told(self._glance())

@@ -1,0 +1,53 @@
+"""What a diagnosis leaves beside its answer: the overview of a campaign, and a word where no next experiment is
+known."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rig.app.gap.baselines import Session
+from rig.app.gap.diagnosing import DiagnosisOptions, without_next, write_overview
+from rig.gap.answer.result import Cause, Diagnosis
+
+
+def diagnosis(effect: str | None = None, next_experiment: dict[str, Any] | None = None) -> Diagnosis:
+    """An answer with one cause or none."""
+    causes = [] if effect is None else [Cause(effect, "valve", "valve", None, {}, 1.5, 0.25, 0.97, (), 0.9)]
+    gap = {"rms_deg": 1.5, "floor_deg": 0.3, "ratio": 5.0, "floor_source": "sessions"}
+    return Diagnosis("none" if effect is None else "explained", 0.9, gap, {}, causes, [], next_experiment)
+
+
+def options(tmp_path: Path) -> DiagnosisOptions:
+    """A page and a next experiment asked for."""
+    return DiagnosisOptions(Path("m.yaml"), (), html_to=tmp_path / "gap.html", next_to=tmp_path / "next.yaml")
+
+
+def test_a_campaign_has_an_overview_that_leads_to_each_day(tmp_path: Path) -> None:
+    results = {"day 1": diagnosis("valve_lag"), "<b>2": diagnosis()}
+    write_overview(options(tmp_path), results, [Session(Path("healthy/a"), [])])
+    page = (tmp_path / "gap.html").read_text()
+    assert page.startswith("<!doctype html>")
+    assert '<a href="gap_day%201.html">day 1</a>' in page
+    assert "valve_lag" in page
+    assert ">0.25<" in page
+    assert "Compared with healthy/a." in page
+    assert "<b>2" not in page
+
+
+def test_one_case_has_no_overview(tmp_path: Path) -> None:
+    write_overview(options(tmp_path), {None: diagnosis("valve_lag")}, [])
+    assert not (tmp_path / "gap.html").exists()
+
+
+@pytest.mark.parametrize("old", [False, True])
+def test_without_a_next_experiment_it_is_said(tmp_path: Path, old: bool) -> None:
+    if old:
+        (tmp_path / "next.yaml").write_text("records: []\n")
+    (said,) = without_next(options(tmp_path), {None: diagnosis()})
+    assert said.startswith("no next experiment: ")
+    assert ("from before" in said) is old
+    assert list(without_next(options(tmp_path), {None: diagnosis(next_experiment={"config": "x"})})) == []
+    (day,) = without_next(options(tmp_path), {"d1": diagnosis()})
+    assert "for d1" in day
+    assert "next_d1.yaml" in day

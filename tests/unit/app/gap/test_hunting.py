@@ -1,0 +1,114 @@
+"""The hunt: a tie that the next sweep parts, a hunt that is cut short and goes on, what ends it, what it refuses."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from rig.app import compose
+from rig.app.gap.campaign import FILE, Campaign, Step, open_campaign
+from rig.app.gap.hunting import NAMED, TIME, HuntOptions, hunt, hunt_and_tell
+from rig.errors import CheckFailed, ConfigError
+from rig.log.reader import read
+
+MODEL = Path("configs/models/simulated.yaml")
+
+
+def options(folder: Path, **more: object) -> HuntOptions:
+    rig = compose.load(Path("simulated_worn"))
+    asked = HuntOptions(rig, MODEL, folder, first=Path("quick"), virtual=True, seed=5)
+    return replace(asked, **more)  # type: ignore[arg-type]
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A hunt that was stopped before its second sweep, then went on."""
+    folder = tmp_path_factory.mktemp("hunt") / "worn"
+    first = hunt(options(folder), allowed=lambda step: step.sweep == "step_1.yaml")
+    assert first.campaign.ended == "not confirmed"
+    assert [step.done for step in first.campaign.steps] == [True, False]
+    hunt_and_tell(options(folder), lambda step: True, lambda step: None, lambda result: None)
+    return folder
+
+
+def test_one_sine_leaves_a_tie_and_the_next_sweep_parts_it(found: Path) -> None:
+    told = json.loads((found / FILE).read_text())
+    first, second = told["steps"]
+    assert {name for name, _ in first["set"]} == {"delay", "valve_lag"}
+    assert [name for name, _ in second["set"]] == ["valve_lag"]
+    assert second["set"][0][1] >= 0.95
+    assert told["ended"] == NAMED
+    assert "delay" in second["why"]
+
+
+def test_everything_it_ran_is_kept_and_the_page_tells_the_story(found: Path) -> None:
+    assert len(read(found / "step_1_records")) == 1
+    assert len(read(found / "step_2_records")) >= 1
+    page = (found / "hunt.html").read_text()
+    assert "regulators" in page
+    assert "step_2.yaml" in page
+    assert (found / "report.html").stat().st_size > 1000
+
+
+def test_a_hunt_that_is_over_says_so_again_and_runs_nothing(found: Path) -> None:
+    before = sorted(found.iterdir())
+    again = hunt(options(found), allowed=lambda step: pytest.fail("something would have moved"))
+    assert again.campaign.ended == NAMED
+    assert sorted(found.iterdir()) == before
+
+
+def test_a_hunt_of_something_else_is_refused(found: Path) -> None:
+    with pytest.raises(ConfigError, match="name another folder"):
+        hunt(options(found, model=Path("configs/models/paper_table3.yaml")))
+
+
+def test_the_time_ends_it(tmp_path: Path) -> None:
+    ended = hunt(options(tmp_path / "short", minutes=0.25))
+    assert ended.campaign.ended == TIME
+    assert len(ended.campaign.steps) == 1
+    assert len(ended.campaign.steps[0].set) == 2
+
+
+def test_with_an_earlier_day_what_later_sweeps_say_counts_too(tmp_path: Path) -> None:
+    from rig.app.runs.sweeping import SweepOptions, run_sweep
+
+    healthy = compose.load(Path("simulated"))
+    run_sweep(Path("gap"), healthy, SweepOptions(tmp_path / "day", virtual=True, seed=1)).judge()
+    day = read(tmp_path / "day")
+    found = hunt(options(tmp_path / "hunt", days=[day], day_names=("day",), first=Path("gap")))
+    assert found.campaign.ended == NAMED
+    assert found.thought is not None
+    assert found.thought.diagnosis.reference == "session"
+    assert [name for name, _ in found.campaign.steps[-1].set] == ["valve_lag"]
+
+
+def test_a_rig_that_faults_loses_nothing_of_what_was_learnt(tmp_path: Path) -> None:
+    folder = tmp_path / "faulty"
+    assert hunt(options(folder), allowed=lambda step: step.sweep == "step_1.yaml").campaign.ended
+    rig = options(folder).rig
+    broken = replace(rig, limits=replace(rig.limits, angle_deg=(-2.0, 2.0)))
+    told: list[object] = []
+    with pytest.raises(CheckFailed):
+        hunt_and_tell(options(folder, rig=broken), lambda step: True, lambda step: None, told.append)
+    assert len(told) == 1
+    kept = open_campaign(folder, {})
+    assert [step.done for step in kept.steps] == [True, False]
+    assert kept.steps[0].set
+    assert (folder / "hunt.html").exists()
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"version": 9, "asked": {}, "steps": []}', '{"steps": [{}]}'])
+def test_a_file_that_is_no_hunt_s_is_one_line(tmp_path: Path, text: str) -> None:
+    (tmp_path / FILE).write_text(text)
+    with pytest.raises(ConfigError) as error:
+        open_campaign(tmp_path, {})
+    assert "\n" not in str(error.value)
+
+
+def test_a_campaign_comes_back_as_it_was_saved(tmp_path: Path) -> None:
+    step = Step("step_1.yaml", "why", 1.5, "step_1_records", (("delay", 0.7), ("valve_lag", 0.3)))
+    campaign = Campaign(tmp_path / "new", {"rig": "a"}, (step, Step("step_2.yaml", "more", 0.5)), "time")
+    campaign.save()
+    assert open_campaign(tmp_path / "new", {"rig": "a"}) == campaign
+    assert campaign.minutes == 1.5

@@ -1,0 +1,239 @@
+"""Carrying out runs, seen from inside: permission, refusal, judging the outcome, and the operator's keys."""
+
+import functools
+import os
+import signal
+import sys
+from dataclasses import replace
+from io import StringIO
+from multiprocessing.connection import Connection
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from rich.console import Console
+from scripted import program
+
+from rig.app import compose
+from rig.app.runs import runner
+from rig.app.runs.outcome import Outcome
+from rig.app.runs.runner import Planned, RunOptions
+from rig.errors import CheckFailed, Interrupted, RigError
+from rig.realtime.faults import Fault
+from rig.sample import Sample
+from rig.service.records.recorder import RunResult
+from rig.service.session.run_setup import program_of
+from rig.service.session.session import LoopOrders, Session
+
+DENIED = {"fifo": "denied: Operation not permitted", "mlock": "granted"}
+
+
+def good(**more: object) -> RunResult:
+    return replace(RunResult(1, Path("a.mcap"), ticks=9, valid=True, complete=True), **more)  # type: ignore[arg-type]
+
+
+def ends(outcome: Outcome) -> str:
+    with pytest.raises(CheckFailed) as error:
+        outcome.judge()
+    assert "\n" not in str(error.value)
+    return str(error.value)
+
+
+def test_a_good_outcome_is_good() -> None:
+    Outcome([good()], 1).judge()
+
+
+@pytest.mark.parametrize(
+    ("outcome", "says"),
+    [
+        (Outcome([good(fault=Fault.FROZEN_SENSOR, valid=False)], 1), "a.mcap: FROZEN_SENSOR: "),
+        (Outcome([good(missed=3, valid=False)], 1), "a.mcap: not valid: 3 ticks missed, 0 dropped"),
+        (Outcome([good(valid=False, error="disk full")], 1), "a.mcap: not valid: disk full"),
+        (Outcome([good()], 2), "1 of 2 runs were recorded"),
+        (Outcome([], 1, error="the loop's process ended unexpectedly"), "the loop's process ended unexpectedly"),
+        (Outcome([good(fault=Fault.DEVICE_LOST)], 2, interrupted=True), "a.mcap: DEVICE_LOST: "),
+    ],
+)
+def test_a_bad_outcome_says_why(outcome: Outcome, says: str) -> None:
+    assert ends(outcome).startswith(says)
+
+
+@pytest.mark.parametrize("runs", [[], [good(complete=False)], [good(fault=Fault.ESTOP, valid=False)]])
+def test_an_interruption_is_130(runs: list[RunResult]) -> None:
+    with pytest.raises(Interrupted):
+        Outcome(runs, 3, interrupted=True).judge()
+
+
+def test_the_simulated_rig_runs_without_permission_and_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+    runner.check_realtime(compose.load(None), DENIED, force=False)
+    assert "real-time measures not granted (fifo denied: Operation not permitted)" in capsys.readouterr().err
+
+
+def test_a_real_rig_is_refused_without_permission_unless_forced() -> None:
+    simulated = compose.load(None)
+    real = replace(simulated, devices=tuple(replace(entry, kind="itv_serial") for entry in simulated.devices))
+    with pytest.raises(RigError, match=r"fifo denied: Operation not permitted.*give --force"):
+        runner.check_realtime(real, DENIED, force=False)
+    runner.check_realtime(real, DENIED, force=True)
+    runner.check_realtime(real, {"fifo": "granted", "mlock": "granted", "affinity": "denied: x"}, force=False)
+
+
+def test_a_refusal_ends_the_loop_through_its_safe_state_and_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sessions: list[Session] = []
+    made = Session.__init__
+
+    def remember(self: Session, *args: object, **kwargs: object) -> None:
+        made(self, *args, **kwargs)  # type: ignore[arg-type]
+        sessions.append(self)
+
+    def refuse(*_: object) -> None:
+        raise RigError("refused")
+
+    monkeypatch.setattr(Session, "__init__", remember)
+    monkeypatch.setattr(runner, "check_realtime", refuse)
+    before = signal.getsignal(signal.SIGINT)
+    with pytest.raises(RigError, match="refused"):
+        runner.carry_out(compose.load(None), [Planned("a", program())], RunOptions(tmp_path / "out", virtual=True))
+    (session,) = sessions
+    assert session.loop is not None
+    assert session.loop.exitcode == 0, "it left by itself and was not killed"
+    assert not session.ring.block.path.exists()
+    assert not list((tmp_path / "out").iterdir())
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+class EndsLate:
+    """Sends its process the signal to end when the interpreter is ending already, and hears no signals any more."""
+
+    def __init__(self) -> None:
+        self._send = functools.partial(os.kill, os.getpid(), signal.SIGTERM)
+
+    def __del__(self) -> None:
+        self._send()
+
+
+def loop_that_is_told_to_end_twice(orders: LoopOrders, pipe: Connection) -> None:
+    compose.loop_process(orders, pipe)
+    sys.modules["kept until the end"] = EndsLate()  # type: ignore[assignment]
+
+
+def test_a_loop_that_has_left_is_not_killed_by_the_signal_that_comes_after_the_word() -> None:
+    """As happens on a busy machine, where time passes between the two."""
+    session = Session(loop_that_is_told_to_end_twice, compose.load(None), virtual=True)
+    session.open()
+    assert session.loop is not None
+    session.close()
+    assert session.loop.exitcode == 0
+
+
+def test_a_fault_outside_a_record_is_told(tmp_path: Path) -> None:
+    rig = compose.load(None)
+    impossible = replace(rig, limits=replace(rig.limits, monitor_mpa=(0.4, 0.6)))  # at rest the monitors read 0.2 MPa
+    outcome = runner.carry_out(impossible, [Planned("a", program())], RunOptions(tmp_path / "out", virtual=True))
+    assert ends(outcome).startswith("BAD_VALUE: a sensor kept giving values")
+
+
+def test_a_device_s_own_words_are_told_with_its_fault_outside_a_record() -> None:
+    sample = Sample(**dict.fromkeys(Sample._fields, 0))  # type: ignore[arg-type]
+    words = "valve_1 on /dev/ttyUSB0: no usable answer in time"
+
+    def ending(fault: Fault) -> str:
+        ring = SimpleNamespace(latest=lambda: sample._replace(fault=fault), told=words)
+        return runner.ending(SimpleNamespace(loop_error=lambda: "", loop=None, ring=ring))  # type: ignore[arg-type]
+
+    assert ending(Fault.DEVICE_LOST).startswith("DEVICE_LOST: ")
+    assert ending(Fault.DEVICE_LOST).endswith(f"; {words}")
+    assert words not in ending(Fault.BAD_VALUE)
+
+
+def test_a_fact_that_warns_is_coloured_and_one_that_speaks_of_warnings_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    screen = Console(file=StringIO(), force_terminal=True, width=200, highlight=False)
+    monkeypatch.setattr(runner, "console", lambda _: screen)
+    runner.announce(
+        {"1.failsafe": "none: the manual has a warning [page 7]", "2.warning": "holds its outputs", "2.mode": "x"}
+    )
+    plain, coloured = screen.file.getvalue().splitlines()  # type: ignore[attr-defined]
+    assert plain == "1.failsafe: none: the manual has a warning [page 7]"
+    assert coloured == "\x1b[33m2.warning: holds its outputs\x1b[0m"
+
+
+def test_planned_set_points_are_the_paper_s() -> None:
+    from rig.excite.experiment import expand, load_sweep
+
+    plan = expand(load_sweep(compose.configs() / "sweeps" / "quick.yaml"), 5_000_000)[0]
+    made = program_of(plan, 4)
+    assert made.run == 4
+    assert [p1 - p2 for p1, p2 in zip(made.p1_cmd_mpa, made.p2_cmd_mpa, strict=True)] == pytest.approx(
+        list(plan.dp_mpa)
+    )
+    assert [p1 + p2 for p1, p2 in zip(made.p1_cmd_mpa, made.p2_cmd_mpa, strict=True)] == pytest.approx(
+        [0.4] * len(plan.dp_mpa)
+    )
+
+
+def test_a_folder_that_cannot_be_written_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("os.access", lambda *_: False)
+    with pytest.raises(RigError, match="the folder cannot be written to; choose another with --out"):
+        runner.prepare_folder(tmp_path, ["a.mcap"])
+
+
+def test_two_sessions_in_one_second_get_two_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    first = runner.new_folder("quick")
+    first.mkdir(parents=True)
+    second = runner.new_folder("quick")
+    assert first != second
+    assert not second.exists()
+
+
+def test_a_name_cannot_lead_out_of_the_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert runner.new_folder("../../etc/x y").parent == Path("logs")
+
+
+def test_a_recorder_that_dies_before_the_first_record_is_no_quiet_success(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A broken pipe to it once passed for a reader of stdout who had seen enough: no line, exit status 0."""
+    sessions: list[Session] = []
+    made = Session.__init__
+
+    def remember(self: Session, *args: object, **kwargs: object) -> None:
+        made(self, *args, **kwargs)  # type: ignore[arg-type]
+        sessions.append(self)
+
+    def strike(*_: object) -> None:
+        recorder = sessions[0].recorder
+        assert recorder is not None
+        recorder.kill()
+        recorder.join()
+
+    monkeypatch.setattr(Session, "__init__", remember)
+    monkeypatch.setattr(runner, "announce", strike)
+    outcome = runner.carry_out(
+        compose.load(None), [Planned("a", program())], RunOptions(tmp_path / "out", virtual=True)
+    )
+    assert "RECORDER_DIED" in ends(outcome)
+
+
+def test_a_recorder_that_died_while_nobody_could_look_is_told_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """This process was stopped meanwhile: when it goes on, loop and recorder have both ended."""
+
+    def stopped(session: Session, *_: object) -> None:
+        session.go()
+        assert session.recorder is not None
+        assert session.loop is not None
+        session.recorder.kill()
+        session.recorder.join()
+        session.loop.terminate()
+        session.loop.join()
+
+    monkeypatch.setattr(runner, "_watch", stopped)
+    outcome = runner.carry_out(
+        compose.load(None), [Planned("a", program())], RunOptions(tmp_path / "out", virtual=True)
+    )
+    assert "RECORDER_DIED" in ends(outcome)

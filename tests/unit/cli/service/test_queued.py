@@ -1,0 +1,78 @@
+"""The queue in the terminal: the question about what was interrupted, and how waiting for it ends."""
+
+from typing import Any
+
+import click
+import pytest
+from rich.console import Console
+
+from rig.cli.service import queued
+from rig.errors import CheckFailed
+
+
+def job(**fields: Any) -> dict[str, Any]:
+    usual = {
+        "id": 1,
+        "name": "paper",
+        "state": "stopped",
+        "total": 15,
+        "done": 2,
+        "seconds": 225.0,
+        "not_valid": 0,
+        "error": "",
+    }
+    return usual | fields
+
+
+class Done:
+    """A client whose daemon has just finished."""
+
+    def __init__(self, *jobs: dict[str, Any], fault: dict[str, str] | None = None) -> None:
+        self._status = {"queue": list(jobs), "fault": fault}
+
+    def wait(self) -> dict[str, Any]:
+        return self._status
+
+
+def test_a_queue_that_is_worked_on_is_not_interrupted() -> None:
+    status = {"working": False, "queue": [job(), job(state="done"), job(state="waiting"), job(state="failed")]}
+    assert [each["state"] for each in queued.interrupted(status)] == ["stopped", "waiting"]
+    assert queued.interrupted(status | {"working": True}) == []
+    assert queued.described([job()]) == "paper (13 of 15 records); 195 s"
+
+
+@pytest.mark.parametrize(("answer", "means"), [("first", "first"), ("only", "leave")])
+def test_the_question_says_what_would_move(
+    answer: str, means: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(click, "prompt", lambda *_args, **_kwargs: answer)
+    assert queued.ask([job()]) == means
+    assert "the queue still holds paper (13 of 15 records); 195 s" in capsys.readouterr().out
+
+
+def test_the_answer_nothing_starts_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(click, "prompt", lambda *_args, **_kwargs: "nothing")
+    with pytest.raises(click.Abort):
+        queued.ask([job()])
+
+
+def test_waiting_ends_well_only_when_all_was_done_and_is_valid() -> None:
+    client: Any = Done(job(state="done", done=15), job(id=2))
+    queued.wait(client, [1])
+    for wrong, said in (
+        (Done(job(error="stopped by the operator")), "job 1 paper: stopped by the operator"),
+        (Done(job(state="done", not_valid=3)), "job 1 paper: 3 records not valid"),
+        (Done(job(state="done"), fault={"name": "ESTOP", "cause": "emergency stop"}), "ESTOP: emergency stop"),
+    ):
+        broken: Any = wrong
+        with pytest.raises(CheckFailed, match=said):
+            queued.wait(broken, [1])
+
+
+def test_the_table_shows_what_is_left_and_takes_no_markup_from_names() -> None:
+    terminal = Console(width=200)
+    with terminal.capture() as shown:
+        terminal.print(queued.table([job(name="[/x]", not_valid=1, error="why")]))
+    assert "[/x]" in shown.get()
+    assert "195 s" in shown.get()
+    assert "1 not valid; why" in shown.get()

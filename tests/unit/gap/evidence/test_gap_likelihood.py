@@ -1,0 +1,127 @@
+"""The likelihood: the Gaussian against a dense solve, lines, choice of the reference, shares along the chain."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import ROOT
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.stats import multivariate_normal
+
+from rig.app.gap.baselines import logs_of_model, read_sessions
+from rig.errors import ConfigError, RigError
+from rig.gap.answer.chain import STAGES, chain
+from rig.gap.answer.result import Cause
+from rig.gap.evidence.gaussian import Gaussian
+from rig.gap.evidence.lines import lines_of
+from rig.gap.reference.build import AUTO, Kind, because, choose
+from rig.model.parameters import load_model, save_model
+from rig.record import Column
+
+MODEL = ROOT / "configs" / "models" / "simulated.yaml"
+
+
+def made(seed: int, lines: int, patterns: int) -> tuple[Gaussian, Column]:
+    random = np.random.default_rng(seed)
+    gaussian = Gaussian(random.uniform(0.1, 3.0, lines), random.standard_normal((lines, patterns)), float(lines), 1e9)
+    return gaussian, random.standard_normal(lines)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 10_000), st.integers(2, 30), st.integers(1, 6))
+def test_woodbury_is_the_dense_solve(seed: int, lines: int, patterns: int) -> None:
+    gaussian, residual = made(seed, lines, patterns)
+    dense = np.diag(gaussian.variance) + gaussian.patterns @ gaussian.patterns.T
+    assert gaussian.chi_square(residual) == pytest.approx(residual @ np.linalg.solve(dense, residual))
+    assert float(np.sum(gaussian.weigh(residual) ** 2)) == pytest.approx(gaussian.chi_square(residual))
+    assert gaussian.sizes(residual) == pytest.approx(gaussian.patterns.T @ np.linalg.solve(dense, residual))
+    assert gaussian.log_spread == pytest.approx(0.5 * np.linalg.slogdet(dense)[1])
+
+
+def test_with_a_level_surely_known_it_is_a_normal_density() -> None:
+    gaussian, residual = made(3, 12, 2)
+    dense = np.diag(gaussian.variance) + gaussian.patterns @ gaussian.patterns.T
+    normal = multivariate_normal(np.zeros(12), dense)
+    expected = normal.logpdf(residual) - normal.logpdf(0.5 * residual)
+    assert gaussian.log_density(residual) - gaussian.log_density(0.5 * residual) == pytest.approx(expected, abs=1e-4)
+
+
+def test_a_level_that_is_hardly_known_has_heavier_tails() -> None:
+    sure, residual = made(4, 12, 2)
+    unsure = replace(sure, degrees=3.0)
+    fall = [one.log_density(5.0 * residual) - one.log_density(residual) for one in (sure, unsure)]
+    assert fall[1] > 0.6 * fall[0]
+
+
+def test_more_patterns_and_more_variance_are_those_of_the_sum() -> None:
+    gaussian, residual = made(5, 9, 2)
+    more = np.ones((9, 1))
+    dense = np.diag(gaussian.variance + 0.3) + gaussian.patterns @ gaussian.patterns.T + more @ more.T
+    wider = gaussian.with_patterns(more).with_variance(np.full(9, 0.3))
+    assert wider.chi_square(residual) == pytest.approx(residual @ np.linalg.solve(dense, residual))
+
+
+def test_lines_keep_the_sum_of_squares_of_what_is_below_the_top() -> None:
+    t = 0.01 * np.arange(1000)
+    slow = np.cos(np.pi * 2.0 * (t + 0.005))
+    lines = lines_of([1000], [0.01], [np.ones(1000)], 6.0)
+    assert float(np.sum(lines.of(slow) ** 2)) == pytest.approx(float(slow @ slow), rel=1e-6)
+    assert lines.frequency_hz[int(np.argmax(np.abs(lines.of(slow))))] == pytest.approx(1.0)
+    assert float(np.sum(lines.of(np.cos(2 * np.pi * 20.0 * (t + 0.005))) ** 2)) < 1e-6
+
+
+def test_the_power_is_kept_when_it_is_blurred() -> None:
+    lines = lines_of([1000, 600], [0.01, 0.01], [np.ones(1000), np.ones(600)], 6.0)
+    values = lines.of(np.sin(0.05 * np.arange(1600.0)))
+    assert float(lines.envelope(values, 0.5, 0.1).sum()) == pytest.approx(float(np.sum(values**2)), rel=0.1)
+
+
+def test_the_reference_is_the_best_there_is() -> None:
+    model = load_model(MODEL)
+    assert choose(AUTO, model, 3) is Kind.SESSIONS
+    assert choose(AUTO, model, 1) is Kind.SESSION
+    assert choose(AUTO, model, 0) is Kind.SIMULATOR
+    assert choose("simulator", model, 3) is Kind.SIMULATOR
+    assert choose("session", model, 3) is Kind.SESSION
+
+
+@pytest.mark.parametrize(
+    ("asked", "sessions", "words"),
+    [("sessions", 1, "needs 2 earlier days"), ("session", 0, "needs 1 earlier day"), ("fingerprint", 2, "fingerprint")],
+)
+def test_a_reference_that_cannot_be_had_is_said(asked: str, sessions: int, words: str) -> None:
+    with pytest.raises(ConfigError, match=words):
+        choose(asked, load_model(MODEL), sessions)
+
+
+def test_how_the_reference_was_chosen_is_said() -> None:
+    model = load_model(MODEL)
+    assert because(AUTO, Kind.SESSION, model, 1) == "because 1 was given by --baseline"
+    assert because(AUTO, Kind.SESSIONS, model, 4) == "because 4 were given by --baseline"
+    assert "no earlier day was given" in because(AUTO, Kind.SIMULATOR, model, 0)
+    assert because("simulator", Kind.SIMULATOR, model, 2).startswith("as --reference simulator asks")
+
+
+def test_a_model_without_its_logs_is_one_clear_line(tmp_path: Path) -> None:
+    place = tmp_path / "bare.yaml"
+    model = load_model(MODEL)
+    save_model(replace(model, provenance=replace(model.provenance, logs=[])), place)
+    with pytest.raises(RigError, match=r"--baseline model: .*bare.yaml does not say which logs"):
+        logs_of_model(place)
+    with pytest.raises(RigError, match="--baseline model"):
+        read_sessions([Path("model")], place)
+
+
+def cause(effect: str, stage: str, before: float, after: float) -> Cause:
+    return Cause(effect, stage, "angle", None, {}, before, after, 0.5, (), 0.9)
+
+
+@given(st.lists(st.tuples(st.sampled_from(STAGES), st.floats(0.0, 1.0)), max_size=4), st.booleans())
+def test_the_shares_along_the_chain_add_up(found: list[tuple[str, float]], unknown: bool) -> None:
+    causes = [cause("delay", stage, 1.0, after) for stage, after in found]
+    causes += [cause("unknown", "joint", 1.0, 1.0)] if unknown else []
+    shares = [line["share"] for line in chain(causes, 0.6, 0.1)]
+    assert sum(shares) == pytest.approx(1.0 if causes else 0.0)
+    assert min(shares) >= 0.0

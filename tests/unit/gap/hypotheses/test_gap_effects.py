@@ -1,0 +1,150 @@
+"""The library of effects: complete, neutral at its neutral values, the same however a record is cut."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from conftest import ROOT
+from gap_rigs import model
+
+from rig.gap.hypotheses.library import LIBRARY, alike
+from rig.model.chain import lay_out
+from rig.model.effect_stages import EFFECT_STAGES
+from rig.model.parameters import AddedEffect
+from rig.report.effects_page import effects_markdown
+
+WORDS = [
+    "delay",
+    "clock_drift",
+    "lost_samples",
+    "valve_gain",
+    "valve_offset",
+    "valve_lag",
+    "valve_slew",
+    "fill_exhaust_asymmetry",
+    "valve_dead_band",
+    "pressure_ceiling",
+    "supply_droop",
+    "co_contraction",
+    "muscle_mismatch",
+    "leak",
+    "creep",
+    "thermal_drift",
+    "coulomb_friction",
+    "viscous_friction",
+    "inertia",
+    "gravity_load",
+    "stiffness",
+    "backlash",
+    "end_stop",
+    "sensor_gain",
+    "sensor_offset",
+    "sensor_drift",
+    "sensor_nonlinearity",
+    "sensor_lag",
+    "quantisation",
+    "mains_hum",
+    "sensor_noise",
+    "sensor_dropout",
+]
+N, DT = 300, 0.005
+T = DT * np.arange(N)
+
+
+def ran(key: str, numbers: dict[str, float], cuts: tuple[int, ...] = (N,)) -> list[list[float]]:
+    """p1, p2 and y after the stage in plain Python, block by block."""
+    known = EFFECT_STAGES[key]
+    columns = [list(0.2 + 0.08 * np.sin(9 * T)), list(0.2 - 0.08 * np.sin(9 * T)), list(20 * np.sin(9 * T - 0.3))]
+    state, params = [0.0] * max(known.state_size, 1), [numbers[name] for name in known.parameters]
+    start = 0
+    for end in cuts:
+        block = [column[start:end] for column in columns]
+        known.stage(*block, state, params, DT)
+        for column, part in zip(columns, block, strict=True):
+            column[start:end] = part
+        start = end
+    return columns
+
+
+def sized(key: str) -> dict[str, float]:
+    """Numbers that make the effect plain."""
+    known = EFFECT_STAGES[key]
+    number = next(number for number in known.numbers if number.name == known.size)
+    strong = {
+        "pressure_ceiling": 0.25,
+        "end_stop": 15.0,
+        "valve_slew": 0.2,
+        "fill_exhaust_asymmetry": 3.0,
+        "supply_droop": 0.05,
+    }
+    return (
+        known.neutral()
+        | {"tau0_s": 0.04, "viscous_time_s": 0.02}
+        | {number.name: strong.get(key, number.neutral + 0.1 * (number.high - number.neutral))}
+    )
+
+
+def test_library_has_every_word() -> None:
+    assert list(LIBRARY) == WORDS
+    assert {stage.effect for stage in EFFECT_STAGES.values()} == set(WORDS)
+
+
+@pytest.mark.parametrize("key", list(EFFECT_STAGES))
+def test_neutral_changes_nothing(key: str) -> None:
+    before = ran("sensor_gain", {"gain": 0.0})
+    for was, now in zip(before, ran(key, EFFECT_STAGES[key].neutral()), strict=True):
+        np.testing.assert_allclose(now, was, atol=1e-6)
+
+
+@pytest.mark.parametrize("key", list(EFFECT_STAGES))
+def test_effect_changes_something_and_blocks_do_not_matter(key: str) -> None:
+    numbers = sized(key)
+    whole, cut = ran(key, numbers), ran(key, numbers, (1, 2, 70, N))
+    assert (
+        max(np.max(np.abs(np.subtract(a, b))) for a, b in zip(whole, ran("sensor_gain", {"gain": 0.0}), strict=True))
+        > 1e-4
+    )
+    for one, other in zip(whole, cut, strict=True):
+        np.testing.assert_allclose(one, other, rtol=0, atol=1e-12)
+
+
+def test_being_alike_is_mutual() -> None:
+    for pressures in (False, True):
+        for name in LIBRARY:
+            assert all(name in alike(other, pressures) for other in alike(name, pressures))
+            assert name not in alike(name, pressures)
+
+
+def test_reference_page_is_the_library() -> None:
+    page = ROOT / "docs" / "reference" / "effects.md"
+    assert page.read_text(encoding="utf-8") == effects_markdown(), (
+        "run: python -m rig.report.effects_page > docs/reference/effects.md"
+    )
+
+
+def test_an_effect_acts_on_the_models_own_regulators() -> None:
+    slow = AddedEffect("valve_lag", {"tau_s": 0.05})
+    lag = next(stage for stage in lay_out(replace(model(), effects=[slow])) if stage.name == "valve_lag")
+    tau0 = dict(zip(EFFECT_STAGES["valve_lag"].parameters, lag.params, strict=True))["tau0_s"]
+    assert tau0 == pytest.approx(0.5 * (model().valve.value("valve1_tau_s") + model().valve.value("valve2_tau_s")))
+
+
+def test_the_numbers_that_the_page_calls_the_rigs_own_are_those_that_the_rig_fills_in() -> None:
+    for key, stage in EFFECT_STAGES.items():
+        size = next(number for number in stage.numbers if number.name == stage.size)
+        given = model(), replace(model(), p0_mpa=model().p0_mpa + 0.05)
+        placed = [lay_out(replace(one, effects=[AddedEffect(key, {stage.size: size.neutral})])) for one in given]
+        for_both = [
+            dict(zip(stage.parameters, next(s for s in all_ if s.name == key).params, strict=True)) for all_ in placed
+        ]
+        filled = {n.name for n in stage.numbers if any(one[n.name] != n.neutral for one in for_both)}
+        assert filled == {number.name for number in stage.numbers if number.own}, key
+
+
+def test_a_tank_refills() -> None:
+    numbers = EFFECT_STAGES["supply_droop"].neutral() | {"tau0_s": 0.04, "droop_s": 1.0, "refill_s": 0.2}
+    sagging = np.array(ran("supply_droop", numbers)[0])
+    healthy = np.array(ran("supply_droop", EFFECT_STAGES["supply_droop"].neutral())[0])
+    behind = healthy - sagging
+    assert behind.max() > 1e-3
+    assert behind.max() > 5 * -behind.min(), "filling falls behind, exhausting does not"

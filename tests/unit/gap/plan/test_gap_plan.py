@@ -1,0 +1,182 @@
+"""What records would tell before they are made: information, capability, designed sessions, the next experiment."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import ROOT
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.fft import idct
+
+from rig.app.gap.planning import Asked, rig_of
+from rig.excite.experiment import expand, load_sweep
+from rig.gap.evidence.posterior import judge
+from rig.gap.hypotheses.library import LIBRARY
+from rig.gap.hypotheses.propagate import Applied
+from rig.gap.hypotheses.scenes import ANGLE, PRESSURES, Stand
+from rig.gap.plan.candidates import Room, candidates, lasts_s, planned, sweep_text
+from rig.gap.plan.capability import Ability, capability, seen_separation
+from rig.gap.plan.design import design
+from rig.gap.plan.directions import columns, sized, usual_directions
+from rig.gap.plan.information import inform, log_odds, needed_separation, separations
+from rig.gap.plan.next_experiment import Hypothesis, next_experiment
+from rig.gap.plan.rehearse import PERIOD_NS, Rig, factors_of, rehearse
+from rig.gap.settings import fitted
+from rig.record import Column
+
+CONFIGS = ROOT / "configs"
+FEW = [LIBRARY[name] for name in ("delay", "valve_lag", "valve_gain", "viscous_friction", "backlash", "sensor_lag")]
+
+
+@pytest.fixture(scope="module")
+def rig() -> Rig:
+    return replace(rig_of(Asked(CONFIGS / "models" / "simulated.yaml")), levels="fingerprint")
+
+
+@pytest.fixture(scope="module")
+def usual(rig: Rig) -> list[Stand]:
+    return factors_of(rehearse(rig, expand(load_sweep(CONFIGS / "sweeps" / "gap.yaml"), PERIOD_NS)), fitted())
+
+
+def test_planned_records_answer_as_the_reference_expects(usual: list[Stand]) -> None:
+    assert [stand.name for stand in usual] == [PRESSURES, ANGLE]
+    assert all(not stand.scene.factor.gap.any() for stand in usual)
+
+
+@pytest.mark.parametrize("factor", [0, 1])
+def test_information_of_all_records_is_the_likelihood_s_own(usual: list[Stand], factor: int) -> None:
+    stand = usual[factor]
+    found = usual_directions(FEW, stand, 0.05)
+    known = inform(stand, columns(found))
+    apart = separations(known.of(range(len(known.seconds))))
+    likelihood, lines = stand.scene.factor.healthy, stand.scene.factor.lines
+    for k, one in enumerate(found):
+        assert apart[k, k] ** 2 == pytest.approx(likelihood.chi_square(lines.of(one.change)), rel=1e-6)
+    first, other = lines.of(found[0].change), lines.of(found[-1].change)
+    sizes = np.linspace(-3.0, 3.0, 2001)
+    refitted = min(likelihood.chi_square(first - size * other) for size in sizes)
+    assert apart[0, -1] ** 2 == pytest.approx(refitted, rel=1e-2, abs=1e-3)
+
+
+def test_more_records_never_tell_less(usual: list[Stand]) -> None:
+    known = inform(usual[1], columns(usual_directions(FEW, usual[1], 0.05)))
+    few, more = (np.linalg.eigvalsh(known.of(range(count))) for count in (3, 6))
+    assert np.all(more >= few - 1e-9)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.floats(0.1, 30.0), st.floats(0.0, 2.5))
+def test_the_needed_separation_gives_the_odds(nats: float, quantile: float) -> None:
+    prior = fitted().prior
+    needed = needed_separation(nats, prior, quantile)
+    assert log_odds(needed, prior) >= nats - 1e-6
+    assert needed_separation(1.5 * nats, prior, quantile) > needed
+
+
+def test_more_choices_need_more() -> None:
+    prior = fitted().prior
+    assert seen_separation(prior, 20, 30) > seen_separation(prior, 1, 30) > seen_separation(prior, 1, 5) - 1e-9
+
+
+def having(stand: Stand, ability: Ability, size: float) -> Stand:
+    """The factor on a day like any other, with an effect of that size in it."""
+    law = next(law for law in LIBRARY[ability.effect].laws if stand.shows(law))
+    change = sized(law, law.shapes[0], size, stand)
+    assert change is not None
+    factor = replace(stand.scene.factor, gap=change + usual_day(stand))
+    scene = replace(stand.scene, factor=factor)
+    return replace(stand, scene=scene, rough=scene)
+
+
+def usual_day(stand: Stand) -> Column:
+    """A residual as the reference's own Gaussian draws it."""
+    random, lines, healthy = np.random.default_rng(5), stand.scene.factor.lines, stand.scene.factor.healthy
+    drawn = np.sqrt(healthy.variance) * random.standard_normal(len(healthy.variance))
+    drawn += healthy.patterns @ random.standard_normal(healthy.patterns.shape[1])
+    parts, start = [], 0
+    for rows, count in zip(lines.rows, lines.counts, strict=True):
+        parts.append(idct(np.concatenate([drawn[start : start + count], np.zeros(rows - count)]), norm="ortho"))
+        start += count
+    return np.concatenate(parts)
+
+
+@pytest.mark.parametrize("name", ["viscous_friction", "valve_gain"])
+def test_the_diagnosis_sees_what_it_is_said_to_see_and_not_half_of_it(rig: Rig, usual: list[Stand], name: str) -> None:
+    plans = expand(load_sweep(CONFIGS / "sweeps" / "gap.yaml"), PERIOD_NS)
+    ability = next(one for one in capability(rehearse(rig, plans), FEW, fitted()).abilities if one.effect == name)
+    assert ability.detectable is not None
+    stand = next(one for one in usual if one.name == ability.factor)
+    assert judge(FEW, having(stand, ability, ability.detectable)).found
+    assert not judge(FEW, having(stand, ability, 0.4 * ability.detectable)).found
+
+
+def test_what_looks_alike_is_said_and_named_later_than_seen(rig: Rig) -> None:
+    plans = expand(load_sweep(CONFIGS / "sweeps" / "gap.yaml"), PERIOD_NS)
+    found = capability(rehearse(rig, plans), FEW, fitted())
+    assert ("delay", "valve_lag") in found.confusable
+    delay = next(one for one in found.abilities if one.effect == "delay")
+    assert delay.rival == "valve_lag"
+    assert delay.nameable is None or delay.nameable > (delay.detectable or 0.0)
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.floats(0.0, 0.15), st.floats(0.25, 0.5), st.floats(0.05, 3.0))
+def test_candidates_stay_inside_the_room(low: float, high: float, slew: float) -> None:
+    room = Room((low, high), slew)
+    for entry in candidates(room, (5.0,)):
+        (plan,) = planned([entry])
+        dp = np.asarray(plan.dp_mpa)
+        assert plan.p0_mpa - 0.5 * np.abs(dp).max() >= low - 1e-6
+        assert plan.p0_mpa + 0.5 * np.abs(dp).max() <= high + 1e-6
+        assert 0.5 * np.abs(np.diff(dp)).max() <= slew * PERIOD_NS * 1e-9 + 1e-6
+
+
+def test_a_design_tells_more_than_its_first_record_and_keeps_the_time(rig: Rig, tmp_path: Path) -> None:
+    pool = candidates(Room(rests_mpa=(0.2,)), (10.0,))
+    short, whole = (design([rig], pool, seconds, FEW, fitted()) for seconds in (20.0, 60.0))
+    assert sum(lasts_s(entry) for entry in whole.entries) <= 60.0
+    assert whole.told.score > short.told.score > 0.0
+    (tmp_path / "made.yaml").write_text(sweep_text("made", whole.entries, "why"))
+    again = expand(load_sweep(tmp_path / "made.yaml"), PERIOD_NS)
+    assert [list(plan.dp_mpa) for plan in again] == [list(plan.dp_mpa) for plan in planned(whole.entries)]
+
+
+def test_a_sweep_keeps_rest_pressures_apart(tmp_path: Path) -> None:
+    entries = candidates(Room(rests_mpa=(0.2, 0.3)), (5.0,))
+    chosen = [entries[0], entries[-1]]
+    (tmp_path / "made.yaml").write_text(sweep_text("made", chosen))
+    again = expand(load_sweep(tmp_path / "made.yaml"), PERIOD_NS)
+    assert [plan.p0_mpa for plan in again] == [0.2, 0.3]
+
+
+def late(stage: str, seconds: float, probability: float, factor: str = PRESSURES) -> Hypothesis:
+    name = "delay_s" if stage == "delay" else "tau_s"
+    return Hypothesis(factor, Applied(stage, {name: seconds}), probability, {name: 0.1 * seconds})
+
+
+def test_a_delay_and_a_lag_are_parted_by_something_fast(rig: Rig) -> None:
+    rivals = [late("delay", 0.02, 0.5), late("valve_lag", 0.02, 0.5)]
+    found = next_experiment(rivals, rig, Room(rests_mpa=(0.2,)), fitted())
+    assert found is not None
+    assert set(found.separates) == {"delay", "valve_lag"}
+    assert 0.0 < found.nats <= found.entropy == pytest.approx(np.log(2.0))
+    assert found.confidence > 0.5
+    assert max(entry.signal.highest_hz for entry in found.entries) >= 1.5
+    assert found.to_json()["needs_reference"] is False
+
+
+@pytest.mark.parametrize(
+    "rivals",
+    [
+        [],
+        [late("delay", 0.02, 1.0)],
+        [late("delay", 0.02, 0.995), late("valve_lag", 0.02, 0.005)],
+        [late("delay", 0.02, 0.5), late("delay", 0.02, 0.5)],
+        [late("delay", 0.02, 0.5), late("sensor_lag", 0.02, 0.5, ANGLE)],
+    ],
+    ids=["nothing", "one", "settled", "the same twice", "one on each factor"],
+)
+def test_where_nothing_is_open_no_experiment_is_recommended(rig: Rig, rivals: list[Hypothesis]) -> None:
+    assert next_experiment(rivals, rig, Room(rests_mpa=(0.2,)), fitted()) is None

@@ -1,0 +1,51 @@
+"""Which reference stands for the rig, and what is said when the model's fingerprint cannot."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from conftest import ROOT
+
+from rig.errors import ConfigError
+from rig.gap.reference.build import Kind, choose, outside_fingerprint
+from rig.model.fingerprint import Fingerprint, fingerprint_checksum
+from rig.model.parameters import Model, load_model
+
+RIG = load_model(ROOT / "configs" / "models" / "simulated.yaml")
+KNOWN = Fingerprint(drive_mpa=(-0.2, 0.2), mean_mpa=(0.19, 0.21))
+STAMPED = replace(RIG, fingerprint=replace(KNOWN, checksum=fingerprint_checksum(KNOWN, RIG)))
+EDITED = replace(STAMPED, p0_mpa=0.25)
+NEWER = replace(RIG, fingerprint=Fingerprint(version=3))
+
+
+@pytest.mark.parametrize(
+    ("model", "days", "kind"),
+    [
+        (STAMPED, 2, Kind.SESSIONS),
+        (STAMPED, 1, Kind.SESSION),
+        (STAMPED, 0, Kind.FINGERPRINT),
+        (RIG, 0, Kind.SIMULATOR),
+        (EDITED, 0, Kind.SIMULATOR),
+        (NEWER, 0, Kind.SIMULATOR),
+        (None, 1, Kind.SESSION),
+    ],
+)
+def test_the_best_there_is(model: Model | None, days: int, kind: Kind) -> None:
+    assert choose("auto", model, days) is kind
+
+
+@pytest.mark.parametrize(
+    ("model", "reason"),
+    [(RIG, "the model file has none"), (EDITED, "changed after the identification"), (NEWER, "version 3")],
+)
+def test_a_fingerprint_that_is_asked_for_and_cannot_be_used_is_an_error_of_the_call(model: Model, reason: str) -> None:
+    with pytest.raises(ConfigError, match=reason):
+        choose("fingerprint", model, 0)
+
+
+@pytest.mark.parametrize(("half", "lines"), [(0.2, 0), (0.235, 0), (0.245, 1)])
+def test_records_beyond_what_the_fingerprint_has_seen_are_said(half: float, lines: int) -> None:
+    drive = half * np.sin(np.linspace(0.0, 20.0, 1000))
+    said = outside_fingerprint(KNOWN, [drive], [(0.2 + 0.5 * drive, 0.2 - 0.5 * drive)])
+    assert len(said) == lines
+    assert all("the fingerprint knows -0.2 to 0.2" in text for text in said)

@@ -1,0 +1,127 @@
+"""Where socket and locks lie: what somebody else put there is found out, not followed, waited for or removed."""
+
+import os
+import secrets
+import socket
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from rig.errors import StateError
+from rig.service.client import Client
+from rig.service.door import places
+
+
+@pytest.fixture
+def own(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
+    """The user's folder where the system gives him none, below another root than /tmp."""
+    monkeypatch.setattr(tempfile, "gettempdir", lambda: str(tmp_path))
+    for name in ("PAMRIG_SOCKET", "XDG_RUNTIME_DIR"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(places, "_SERVICE", tmp_path / "none" / "pamrig.sock")
+    return tmp_path / f"pamrig-{os.getuid()}"
+
+
+@pytest.fixture
+def listening() -> Iterator[Path]:
+    """A socket on which this process listens, under a path that is short enough."""
+    with tempfile.TemporaryDirectory(prefix=secrets.token_hex(2)) as folder, socket.socket(socket.AF_UNIX) as server:
+        server.bind(f"{folder}/s")
+        server.listen()
+        yield Path(folder) / "s"
+
+
+def test_without_a_runtime_folder_the_socket_lies_in_a_folder_of_one_s_own(own: Path) -> None:
+    assert places.default_socket() == own / "pamrig.sock"
+    places.check_folder(own)  # a folder that is not there is no daemon, and no trap
+    places.check_folder(own, make=True)
+    assert own.stat().st_mode & 0o777 == 0o700
+    places.check_folder(own, make=True)
+
+
+@pytest.mark.parametrize("kind", ["open to others", "another user's", "a link", "a file"])
+def test_a_folder_that_somebody_else_made_is_refused_on_both_ends(
+    own: Path, kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    uid = os.getuid()
+    if kind == "a link":
+        (own.parent / "theirs").mkdir(mode=0o700)
+        own.symlink_to("theirs")
+    elif kind == "a file":
+        own.touch(0o600)
+    else:
+        own.mkdir(mode=0o700)
+        own.chmod(0o755 if kind == "open to others" else 0o700)
+    if kind == "another user's":
+        monkeypatch.setattr(places, "own_folder", lambda: own)
+        monkeypatch.setattr(os, "getuid", lambda: uid + 1)
+    for make in (False, True):
+        with pytest.raises(
+            StateError, match=r"is not a folder of yours alone .*: somebody else made it; set PAMRIG_SOCKET"
+        ):
+            places.check_folder(own, make=make)
+    with pytest.raises(StateError, match="is not a folder of yours alone"):
+        Client()
+
+
+def test_a_stale_socket_makes_way_and_a_file_of_somebody_s_does_not(listening: Path, tmp_path: Path) -> None:
+    places.make_way(listening)
+    assert not listening.exists()
+    places.make_way(listening)
+    record = tmp_path / "record.mcap"
+    record.write_bytes(b"measured")
+    with pytest.raises(StateError, match=r"record.mcap: is there already and is no socket"):
+        places.make_way(record)
+    assert record.read_bytes() == b"measured"
+
+
+def test_a_lock_follows_no_link_and_waits_for_no_pipe(tmp_path: Path) -> None:
+    target = tmp_path / "target"
+    (tmp_path / "link").symlink_to(target)
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(StateError, match="link: cannot be made: it is a symbolic link"):
+        places.take_lock(tmp_path / "link", "taken")
+    with pytest.raises(StateError, match="pipe: is no regular file, as a lock is"):
+        places.take_lock(tmp_path / "pipe", "taken")
+    assert not target.exists()
+
+
+def test_a_lock_of_another_user_in_a_folder_of_everybody_s_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tmp_path.chmod(0o1777)
+    (tmp_path / "lock").touch()
+    monkeypatch.setattr(os, "geteuid", lambda: 12345)
+    with pytest.raises(StateError, match=r"lock: belongs to user \d+, not to you"):
+        places.take_lock(tmp_path / "lock", "taken")
+
+
+def test_a_lock_is_held_until_it_is_closed(tmp_path: Path) -> None:
+    first = places.take_lock(tmp_path / "lock", "taken")
+    with pytest.raises(StateError, match=r"^taken$"):
+        places.take_lock(tmp_path / "lock", "taken")
+    os.close(first)
+    os.close(places.take_lock(tmp_path / "lock", "taken"))
+
+
+def test_the_kernel_says_who_listens_and_a_stranger_is_not_believed(
+    listening: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    Client(listening).close()
+    with socket.socket(socket.AF_UNIX) as connection:
+        connection.connect(str(listening))
+        assert places.peer_uid(connection) == os.getuid()
+    monkeypatch.setattr(places, "peer_uid", lambda _: 12345)
+    with pytest.raises(
+        StateError, match="who listens there is user 12345, neither you nor root: not a daemon to rely on"
+    ):
+        Client(listening)
+
+
+def test_who_may_command_is_the_user_root_and_whom_the_group_has_let_in(monkeypatch: pytest.MonkeyPatch) -> None:
+    with socket.socket(socket.AF_UNIX) as any_socket:
+        for uid, group, may in ((os.getuid(), "", True), (0, "", True), (12345, "", False), (12345, "pamrig", True)):
+            monkeypatch.setattr(places, "peer_uid", lambda _, uid=uid: uid)
+            assert places.may_command(any_socket, group) is may

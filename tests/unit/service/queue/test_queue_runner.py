@@ -1,0 +1,81 @@
+"""The queue runner of the daemon, where no rig is needed: what it does when a sweep cannot be begun."""
+
+import asyncio
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from rig.app import compose
+from rig.service.queue.job_queue import Job, JobState, Queue
+from rig.service.queue.queue_runner import NoSpace, QueueRunner
+from rig.service.records.ledger import Ledger
+from rig.service.settings import DaemonSettings
+
+QUICK = compose.configs() / "sweeps" / "quick.yaml"
+
+
+def runner(folder: Path, spare_gb: float) -> tuple[QueueRunner, Queue]:
+    queue = Queue(folder / "queue.json")
+    monitor: Any = SimpleNamespace(fault=None, session=None, telemetry=None)
+    settings = DaemonSettings(logs=folder / "logs", state=folder, spare_gb=spare_gb)
+    return QueueRunner(monitor, queue, compose.load(None), settings, Ledger(settings.ledger)), queue
+
+
+def worked_on(folder: Path, sweep: Path, spare_gb: float) -> Job:
+    """A job of `sweep`, after the runner has looked at it."""
+    (folder / "logs").mkdir()
+
+    async def look() -> Job:
+        work, queue = runner(folder, spare_gb)
+        job = queue.add(sweep, sweep.stem, 1, 10.0, 0.0)
+        work.go_on()
+        task = asyncio.create_task(work.run())
+        while work.working:
+            await asyncio.sleep(0.01)
+        task.cancel()
+        work.planner.close()
+        return job
+
+    return asyncio.run(asyncio.wait_for(look(), 30.0))
+
+
+def test_a_full_disk_stops_a_job_that_can_go_on_later_and_leaves_no_folder(tmp_path: Path) -> None:
+    job = worked_on(tmp_path, QUICK, spare_gb=1e6)
+    assert job.state is JobState.STOPPED
+    assert "1e+06 GB are to be spared" in job.error
+    assert not list((tmp_path / "logs").iterdir())
+
+
+def test_a_sweep_that_is_gone_fails(tmp_path: Path) -> None:
+    job = worked_on(tmp_path, tmp_path / "gone.yaml", spare_gb=0.0)
+    assert job.state is JobState.FAILED
+    assert "no such file" in job.error
+
+
+def test_a_full_disk_is_said_before_a_sweep_is_queued(tmp_path: Path) -> None:
+    (tmp_path / "logs").mkdir()
+    with pytest.raises(NoSpace, match=r"GB free; 1e\+06 GB are to be spared \(`spare_gb`\)"):
+        runner(tmp_path, 1e6)[0].check_space()
+
+
+def test_only_the_jobs_that_were_asked_for_are_begun(tmp_path: Path) -> None:
+    (tmp_path / "logs").mkdir()
+
+    async def look() -> tuple[Job, Job, str]:
+        work, queue = runner(tmp_path, 0.0)
+        old, new = (queue.add(tmp_path / f"{name}.yaml", name, 1, 10.0, 0.0) for name in ("old", "new"))
+        assert "2 sweeps of before: old (1 of 1 records), new" in work.interrupted
+        work.go_on([new.id])
+        assert work.interrupted == ""
+        task = asyncio.create_task(work.run())
+        while work.working:
+            await asyncio.sleep(0.01)
+        task.cancel()
+        work.planner.close()
+        return old, new, work.interrupted
+
+    old, new, left = asyncio.run(asyncio.wait_for(look(), 30.0))
+    assert (old.state, new.state) == (JobState.WAITING, JobState.FAILED)  # there is no such file
+    assert left == "1 sweep of before: old (1 of 1 records); 1 records, 10 s"

@@ -1,0 +1,205 @@
+"""What the commanding process does about lost processes: real processes, a device that is a list of calls."""
+
+import asyncio
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from types import SimpleNamespace
+from typing import Any, cast
+
+import pytest
+
+from rig.errors import DeviceError
+from rig.realtime.commands import Mailbox
+from rig.realtime.faults import Fault
+from rig.realtime.ring import Ring, RingWriter
+from rig.realtime.safe_state import Outcome, SafeBlock, SafeReport, SecondPath, Verdict, Writer
+from rig.sample import Sample
+from rig.service.door.protocol import Refused
+from rig.service.session.process_watch import LOOP_PATIENCE_S, Loss, ProcessWatch
+from rig.service.session.session_monitor import SessionMonitor
+
+pytestmark = pytest.mark.real_time
+PERIOD_NS = 5_000_000
+SLEEPER = [sys.executable, "-c", "import time; time.sleep(60)"]
+
+
+class Process:
+    """A process as multiprocessing shows one."""
+
+    def __init__(self) -> None:
+        self._process = subprocess.Popen(SLEEPER)
+        self.pid = self._process.pid
+
+    def is_alive(self) -> bool:
+        return self._process.poll() is None
+
+    @property
+    def exitcode(self) -> int | None:
+        return self._process.poll()
+
+    def send(self, number: int) -> None:
+        self._process.send_signal(number)
+
+    def end(self) -> None:
+        self._process.kill()
+        self._process.wait()
+
+
+class Bench:
+    """A session without its loop: a process that may be struck, and whoever watches it."""
+
+    def __init__(self) -> None:
+        name = f"test-{os.getpid()}-{time.monotonic_ns()}"
+        self.ring, self.mailbox = Ring.create(f"{name}-ring", 1), Mailbox.private()
+        self.block = SafeBlock.create(f"{name}-safe", 1)
+        self.loop, self.recorder = Process(), Process()
+        self.writer = RingWriter(self.ring, self.loop.pid)
+        self.writer.beat()
+        self.supervisor_works = True
+        self.trouble = ""
+        self.wrote_while_alive: list[bool] = []
+        self.unreachable = False
+
+    def safe(self) -> None:
+        if self.unreachable:
+            raise DeviceError("no reply")
+        self.wrote_while_alive.append(self.loop.is_alive())
+
+    def watch(self, second_path: Callable[[], SecondPath] | None = None) -> ProcessWatch:
+        watchers = SimpleNamespace(
+            processes={Writer.SUPERVISOR: 1}, block=self.block, trouble=lambda: self.trouble,
+            works=lambda _: self.supervisor_works,
+        )  # fmt: skip
+        path = second_path or (lambda: SecondPath(self.safe, lambda: True))
+        return ProcessWatch(
+            self.ring, self.mailbox, cast(Any, watchers), cast(Any, self.loop), cast(Any, self.recorder),
+            second_path=path, period_ns=PERIOD_NS,
+        )  # fmt: skip
+
+    def close(self) -> None:
+        self.loop.end()
+        self.recorder.end()
+        self.ring.block.unlink()
+        self.block.block.unlink()
+
+
+@pytest.fixture
+def bench() -> Iterator[Bench]:
+    bench = Bench()
+    yield bench
+    bench.close()
+
+
+def until(watch: ProcessWatch, condition: Callable[[], bool], patience_s: float = 5.0) -> list[Loss]:
+    """Look until it is so; what was found lost meanwhile."""
+    found, deadline = [], time.monotonic() + patience_s
+    while not condition():
+        assert time.monotonic() < deadline, "in vain"
+        if loss := watch.look():
+            found.append(loss)
+        time.sleep(0.002)
+    return found
+
+
+def test_with_the_supervisor_lost_too_a_killed_loop_is_followed_up_here(bench: Bench) -> None:
+    watch = bench.watch()
+    bench.supervisor_works = False
+    bench.loop.send(signal.SIGKILL)
+    found = until(watch, lambda: watch.safe.safe)
+    assert [loss.fault for loss in found] == [Fault.LOOP_DIED]
+    assert (watch.safe.writer, watch.safe.outcome) == (Writer.CONTROL, Outcome.SEEN)
+    assert "killed by signal 9" in watch.how_it_ended()
+
+
+def test_a_stopped_loop_is_ended_before_the_write_that_counts(bench: Bench) -> None:
+    watch = bench.watch()
+    bench.loop.send(signal.SIGSTOP)
+    found = until(watch, lambda: watch.safe.outcome is Outcome.SEEN)
+    assert found == [Loss(Fault.LOOP_DIED, "the loop has not moved for 0.1 s")]
+    assert bench.wrote_while_alive[-1] is False
+    assert not bench.loop.is_alive()
+
+
+def test_a_supervisor_that_works_gets_its_time_and_is_believed(bench: Bench) -> None:
+    watch = bench.watch()
+    bench.loop.end()
+    watch.look()
+    bench.block.tell(SafeReport(Writer.SUPERVISOR, Verdict.ENDED, Outcome.SEEN, 1, 1, 2, 3))
+    until(watch, lambda: watch.safe.safe)
+    time.sleep(2 * LOOP_PATIENCE_S)
+    watch.look()
+    assert bench.wrote_while_alive == []
+
+
+def test_a_lost_supervisor_means_the_safe_state_by_a_loop_that_takes_it(bench: Bench) -> None:
+    watch = bench.watch()
+    bench.trouble = "the supervisor's process is gone"
+    assert watch.look() == Loss(Fault.SUPERVISOR_DIED, bench.trouble)
+    assert bench.mailbox.estop_wanted() is Fault.SUPERVISOR_DIED
+    assert not watch.answer.safe
+    time.sleep(0.001)
+    bench.writer.beat()
+    bench.writer.made_safe()
+    bench.writer.saw_safe()
+    assert (watch.answer.writer, watch.answer.outcome) == (Writer.LOOP, Outcome.SEEN)
+
+
+@pytest.mark.parametrize("again", [False, True], ids=["once", "again and again"])
+def test_a_loop_that_beats_but_does_not_take_the_demand_is_ended_too(bench: Bench, again: bool) -> None:
+    watch = bench.watch()
+    watch.demand(Fault.ESTOP)
+
+    def safe() -> bool:
+        bench.writer.beat()
+        if again and bench.loop.is_alive():
+            watch.demand(Fault.ESTOP)
+        return watch.answer.safe
+
+    until(watch, safe)
+    assert watch.answer.writer is Writer.CONTROL
+    assert bench.wrote_while_alive[-1] is False
+
+
+def test_a_device_out_of_reach_is_tried_for_as_long_as_it_takes(bench: Bench) -> None:
+    watch = bench.watch()
+    bench.supervisor_works, bench.unreachable = False, True
+    bench.loop.end()
+    until(watch, lambda: watch.safe.outcome is Outcome.FAILED)
+    assert not watch.answer.safe
+    bench.unreachable = False
+    until(watch, lambda: watch.safe.outcome is Outcome.SEEN)
+
+
+def test_an_emergency_stop_that_the_device_did_not_take_is_refused(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("rig.service.session.session_monitor.ESTOP_PATIENCE_S", 0.3)
+    bench.unreachable = True
+    bench.loop.send(signal.SIGSTOP)
+    monitor = SessionMonitor(cast(Any, None))
+    monitor.session = cast(Any, SimpleNamespace(watch=bench.watch()))
+    with pytest.raises(
+        Refused, match="emergency stop not carried out: NOT SAFE as far as is known: the commanding process could not"
+    ):
+        asyncio.run(monitor.estop())
+    bench.unreachable = False
+    assert asyncio.run(monitor.estop()).writer is Writer.CONTROL
+
+
+def test_what_the_loop_wrote_and_cannot_read_back_is_looked_at_from_here(bench: Bench) -> None:
+    watch = bench.watch()
+    bench.writer.put(Sample(**dict.fromkeys(Sample._fields, 0))._replace(fault=Fault.ESTOP))  # type: ignore[arg-type]
+    bench.ring.recorded = bench.ring.head
+    bench.writer.made_safe()
+
+    def seen() -> bool:
+        bench.writer.beat()
+        return watch.safe.outcome is Outcome.SEEN
+
+    until(watch, seen)
+    assert watch.safe.writer is Writer.LOOP
+    assert bench.wrote_while_alive == []

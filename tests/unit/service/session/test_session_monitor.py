@@ -1,0 +1,39 @@
+"""The monitor of one rig before its session is open: a clear answer, not a bug of the daemon."""
+
+import asyncio
+from pathlib import Path
+from typing import Any, cast
+
+import pytest
+
+from rig.app.compose import find_config, load
+from rig.app.supervise import parts_of
+from rig.realtime.faults import Fault
+from rig.realtime.state import State
+from rig.service.door.protocol import Refused
+from rig.service.session.session_monitor import SessionMonitor
+
+
+def test_arm_before_the_rig_is_open_says_to_try_again() -> None:
+    monitor = SessionMonitor(cast(Any, None))
+    with pytest.raises(Refused, match="still being opened; try again in a second"):
+        asyncio.run(monitor.arm())
+
+
+def test_a_reset_without_a_session_says_to_try_again() -> None:
+    monitor = SessionMonitor(cast(Any, None))
+    with pytest.raises(Refused, match="still being opened; try again in a second"):
+        asyncio.run(monitor.clear_fault())
+
+
+def test_a_rig_that_was_never_open_is_not_called_safe() -> None:
+    assert "was not open" in SessionMonitor(cast(Any, None)).close()
+
+
+def test_a_file_that_the_device_needs_is_the_device_s_fault_not_the_loop_s() -> None:
+    rig = load(find_config(Path("paper_myrio"), "rigs"))
+    monitor = SessionMonitor(parts_of(rig))
+    monitor.open()
+    assert (monitor.fault, monitor.state) == (Fault.DEVICE_LOST, State.FAULT)
+    assert f"{rig.path}: devices.myrio.bitfile: " in monitor.said
+    assert "bitfiles/myRIO-1900.lvbitx: the bitfile cannot be read" in monitor.said
