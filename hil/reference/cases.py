@@ -31,6 +31,7 @@ from hil.reference.disturbance import Disturbance, merged
 from hil.reference.effect_law import EffectLaw
 from hil.reference.excitations import Excitation, draw_set, draw_untouched
 from hil.reference.families import NAMES, Family, Named, Session, Unit, family, run
+from rig.errors import RigError
 
 CASES_PER_UNIT: Final = 10
 BASELINE_DAYS: Final = 6
@@ -43,6 +44,8 @@ CLEAR_RANGE: Final = (3.0, 10.0)
 """Of each part of a pair, and of effects outside the library."""
 SHARES: Final = {"none": 0.30, "foreign": 0.15, "pair": 0.15}
 """Of all cases; the rest are single effects. 400 cases: 120, 60, 60, 160."""
+RAN_AWAY: Final = 1e6
+"""Counts as the gap over floor of a size under which the joint leaves its range: far too large."""
 
 
 DAYS, SISTERS = "days", "sisters"
@@ -281,7 +284,10 @@ def _size_for(
 
     def ratio(log_size: float) -> float:
         law = entry.law(sign * math.exp(log_size), np.random.default_rng(detail))
-        return _ratios(record_day(bench.plant, day, some, law), healthy, bench)[0]
+        try:
+            return _ratios(record_day(bench.plant, day, some, law), healthy, bench)[0]
+        except RigError:
+            return RAN_AWAY
 
     weak, strong = math.log(entry.low), math.log(entry.high)
     if entry.falling:
