@@ -96,11 +96,8 @@ class Family:
 
 NAMES: Final = ("mckibben", "fluidic", "pleated")
 """In each folder of that name: the equations (`plant`) and the table of effects (`other_laws`)."""
-JUDGED_ONLY: Final = ("pleated",)
-"""Kept for judging: nothing is fitted on them, so that what is measured there is how it does on an unknown build."""
 STEPPED: Final = ("mckibben", "fluidic")
 """Those that a controller can drive, with a module `stepped` in their folder."""
-DEVELOPED_ON: Final = tuple(name for name in NAMES if name not in JUDGED_ONLY)
 
 
 def family(name: str) -> Family:

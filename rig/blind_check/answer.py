@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from rig.blind_check import sandbox
-from rig.blind_check.folder import MODEL_FILES, read_json, write_json
+from rig.blind_check.folder import MODEL_FILES, PRIORS_FILE, read_json, write_json
 from rig.blind_check.modes import DEFAULT, MODES, Mode
 from rig.errors import RecordError, RigError
 
@@ -103,12 +103,14 @@ def diagnosed(
     """The diagnosis in one mode as plain data, and what it adds to the simulator."""
     from rig.gap.answer.augment import augmented
     from rig.gap.hypotheses.library import LIBRARY
+    from rig.gap.settings import fitted
     from rig.model.parameters import load_model
 
-    path = place / MODEL_FILES[mode.model]
+    path, priors = place / MODEL_FILES[mode.model], place / PRIORS_FILE
+    settings = fitted(priors) if priors.exists() else fitted()
     model, chosen = load_model(path) if path.exists() else None, days[: mode.days]
     library = [name for name in LIBRARY if name not in leave_out] if mode.withheld else None
-    diagnosis, grounds = _by_method(model, records, chosen, mode, library)
+    diagnosis, grounds = _by_method(model, records, chosen, mode, library, settings)
     if model is None:
         return {"diagnosis": diagnosis.to_json(), "added": []}
     simulator = augmented(model, diagnosis, grounds.prepared)
@@ -118,7 +120,7 @@ def diagnosed(
 
 
 def _by_method(
-    model: Any, records: Sequence[Any], days: Sequence[Any], mode: Mode, library: Sequence[str] | None
+    model: Any, records: Sequence[Any], days: Sequence[Any], mode: Mode, library: Sequence[str] | None, settings: Any
 ) -> tuple[Any, Any]:
     """The answer with its grounds, by the method that the reference has, or by the other one to stand beside it."""
     from rig.gap.days.diagnosis import diagnose_days
@@ -129,9 +131,21 @@ def _by_method(
     if mode.method == "days":
         return diagnose_days(model, records, days, pressures=mode.pressures, library=library)
     if mode.method == "likelihood":
-        return answer(Question(model, records, list(days), Kind.SESSION, pressures=mode.pressures, library=library))
+        return answer(
+            Question(
+                model,
+                records,
+                list(days),
+                Kind.SESSION,
+                pressures=mode.pressures,
+                library=library,
+                settings=settings,
+            )
+        )
     reference = "auto" if mode.reference == "sessions" and len(days) < 2 else mode.reference
-    return diagnose_with_grounds(model, records, days, pressures=mode.pressures, library=library, reference=reference)
+    return diagnose_with_grounds(
+        model, records, days, pressures=mode.pressures, library=library, reference=reference, settings=settings
+    )
 
 
 if __name__ == "__main__":

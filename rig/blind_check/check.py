@@ -83,7 +83,8 @@ def score_case(folder: CheckFolder, token: str, label: Label) -> dict[str, Any]:
 def result_of(folder: CheckFolder) -> dict[str, Any]:
     """The result of a check from its scores; RecordError when cases are missing."""
     part, cases = _scored(folder)
-    return {"sealed_sha256": part["sealed_sha256"], "seed": part["seed"]} | result_from(cases, part["seed"])
+    public = {"sealed_sha256": part["sealed_sha256"], "seed": part["seed"]}
+    return public | result_from(cases, part["seed"], part["fitted_on"])
 
 
 def result_of_all(folders: Sequence[CheckFolder], unfinished: bool = False) -> dict[str, Any]:
@@ -97,7 +98,14 @@ def result_of_all(folders: Sequence[CheckFolder], unfinished: bool = False) -> d
         raise RecordError(f"{folders[0].root}: the same labels are there twice; name each check once")
     together = hashlib.sha256("".join(sorted(hashes)).encode()).hexdigest()
     cases = [case for _, some in parts for case in some]
-    return {"sealed_sha256": together, "parts": [part for part, _ in parts]} | result_from(cases, parts[0][0]["seed"])
+    known = {name for part, some in parts for name in part["fitted_on"] if name in _judged(some)}
+    public = {"sealed_sha256": together, "parts": [part for part, _ in parts]}
+    return public | result_from(cases, parts[0][0]["seed"], sorted(known))
+
+
+def _judged(cases: Sequence[Mapping[str, Any]]) -> set[str]:
+    """The families of these cases."""
+    return {row["family"] for case in cases for row in case["rows"].values()}
 
 
 def _scored(folder: CheckFolder, unfinished: bool = False) -> tuple[dict[str, Any], list[Any]]:
@@ -112,11 +120,17 @@ def _scored(folder: CheckFolder, unfinished: bool = False) -> tuple[dict[str, An
     scored = [token for token in sorted(labels) if token not in missing]
     sha256 = read_json(folder.sealed)["sealed_sha256"]
     public = {"sealed_sha256": sha256, "seed": seed, "cases": len(labels), "scored": len(scored)}
-    return public, [read_json(folder.score(token)) for token in scored]
+    return public | {"fitted_on": families_of_levels(folder)}, [read_json(folder.score(token)) for token in scored]
 
 
-def result_from(cases: Sequence[Mapping[str, Any]], seed: int) -> dict[str, Any]:
-    """The figures of scored cases, mode by mode."""
+def families_of_levels(folder: CheckFolder) -> list[str]:
+    """The plant families on which the levels were fitted by which the check is answered."""
+    levels = fitted(folder.priors) if folder.priors.exists() else fitted()
+    return list(levels.provenance.families)
+
+
+def result_from(cases: Sequence[Mapping[str, Any]], seed: int, fitted_on: Sequence[str]) -> dict[str, Any]:
+    """The figures of scored cases, mode by mode; `fitted_on`: families that were judged by levels fitted on them."""
     kinds = [next(iter(case["rows"].values()))["kind"] for case in cases]
     rows = {mode: [case["rows"][mode] for case in cases if mode in case["rows"]] for mode in MODES}
     asked = [mode for mode in MODES if rows[mode] and not MODES[mode].withheld]
@@ -129,7 +143,7 @@ def result_from(cases: Sequence[Mapping[str, Any]], seed: int) -> dict[str, Any]
             modes[MODES[mode].withheld]["withheld_flagged"] = found["flagged"]
     return {
         "cases": len(cases),
-        "fitted_on": list(fitted().provenance.families),
+        "fitted_on": list(fitted_on),
         "kinds": {kind: kinds.count(kind) for kind in sorted(set(kinds))},
         **_sandbox(cases),
         "modes": modes,

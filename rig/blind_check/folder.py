@@ -1,6 +1,7 @@
 """A check on disk: where questions, answers, truths and scores lie, and the one rule that no question says what it is.
 
     CHECK/sealed.json                      public: hash of the labels, number of cases, modes, format
+    CHECK/priors.yaml                      public, where given: levels and priors to answer by (a copy in each question)
     CHECK/questions/TOKEN/question.json    what the answering process is told: modes and, for some, effects to leave out
     CHECK/questions/TOKEN/model.yaml baselines/day_1/*.mcap ... records/*.mcap
     CHECK/answers/TOKEN.json               what it said, mode by mode
@@ -28,6 +29,7 @@ from rig.errors import RecordError
 from rig.log.convert import write_record
 
 FORMAT: Final = "pamrig blind check 2"
+PRIORS_FILE: Final = "priors.yaml"
 MODEL_FILES: Final = {OWN: "model.yaml", BARE: "model_bare.yaml", SISTER: "model_sister.yaml"}
 
 
@@ -40,6 +42,10 @@ class CheckFolder:
     @property
     def sealed(self) -> Path:
         return self.root / "sealed.json"
+
+    @property
+    def priors(self) -> Path:
+        return self.root / PRIORS_FILE
 
     @property
     def maker(self) -> Path:

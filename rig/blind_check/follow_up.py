@@ -13,7 +13,7 @@ import numpy as np
 import yaml
 
 from rig.blind_check.answer import answer_cases
-from rig.blind_check.folder import CheckFolder, link_day, read_json, read_truth, write_day, write_json
+from rig.blind_check.folder import PRIORS_FILE, CheckFolder, link_day, read_json, read_truth, write_day, write_json
 from rig.blind_check.source import Commands, Label, Source
 from rig.errors import RigError
 from rig.excite.experiment import expand, load_sweep
@@ -88,5 +88,7 @@ def _ask(source: Source, folder: CheckFolder, token: str, label: Label, commands
     for number, day in enumerate(days, 1):
         link_day(first / "baselines" / f"day_{number}", place / "baselines" / f"day_{number}")
         write_day(day, place / "baselines" / f"day_{number}")
-    (place / "model.yaml").write_bytes((first / "model.yaml").read_bytes())
+    for name in ("model.yaml", PRIORS_FILE):
+        if (first / name).exists():
+            (place / name).write_bytes((first / name).read_bytes())
     write_json(place / "question.json", {"modes": [MODE], "leave_out": []})

@@ -148,8 +148,8 @@ def _make_case(unit: Unit, number: int, bench: BenchData, shared: Path) -> None:
     data = unit.source.case(label)
     for day in range(1, int(label["baselines"]) + 1):
         link_day(shared / f"day_{day}", place / "baselines" / f"day_{day}")
-    for model in sorted(shared.glob("*.yaml")):
-        (place / model.name).write_bytes(model.read_bytes())
+    for given in (*sorted(shared.glob("*.yaml")), *([unit.folder.priors] if unit.folder.priors.exists() else ())):
+        (place / given.name).write_bytes(given.read_bytes())
     write_day(data.records, place / "records")
     write_json(place / "question.json", {"modes": asked(unit.modes, label), "leave_out": list(unit.left_out[number])})
     without_times(place)

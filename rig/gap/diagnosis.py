@@ -14,6 +14,7 @@ from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.offered import channels_of_call, possible
 from rig.gap.pipeline import Grounds, Question, answer
 from rig.gap.reference.build import AUTO, Kind, because, choose
+from rig.gap.settings import Fitted, fitted
 from rig.model.parameters import Model
 from rig.record import Record
 
@@ -49,9 +50,10 @@ def diagnose_with_grounds(
     library: Sequence[str] | None = None,
     reference: str = AUTO,
     effects: Sequence[str] | None = None,
+    settings: Fitted | None = None,
 ) -> tuple[Diagnosis, Findings | Grounds]:
     """`diagnose`, with what the answer rests on. `effects`: effects or stages that the rig can have, by its YAML;
-    without, as the records' facts say."""
+    without, as the records' facts say. `settings`: levels and priors in place of the shipped ones."""
     channels = channels_of_call(model, records, baselines)
     able = possible(channels, records, effects)
     withheld = [] if library is None else [name for name in able if name not in library]
@@ -72,6 +74,7 @@ def diagnose_with_grounds(
                 library,
                 withheld=withheld,
                 ahead=any(LIBRARY[name].upstream for name in able),
+                settings=settings or fitted(),
             )
         )
     )

@@ -65,11 +65,13 @@ class Question:
     """Effects that the rig may have and that are not in the library at hand."""
     ahead: bool = True
     """The rig can have an effect ahead of its pressure monitors at all."""
+    settings: Fitted = field(default_factory=fitted)
+    """The levels and priors to judge by."""
 
 
 def answer(question: Question) -> tuple[Diagnosis, Grounds]:
     """The diagnosis with what it rests on. RecordError and ModelError when there is nothing to compare with."""
-    settings, effects = fitted(), chosen(question.library)
+    settings, effects = question.settings, chosen(question.library)
     pairing = _paired(question, question.records, question.days)
     marks = _named_only(read_signatures(pairing.pairs), effects)
     if any(mark.found and mark.effect == "lost_samples" for mark in marks):
@@ -91,7 +93,7 @@ def answer(question: Question) -> tuple[Diagnosis, Grounds]:
     def after(causes: Sequence[tuple[str, Fit]]) -> HowFar:
         return how_far(causes, expected, prepared, at_rest, settings)
 
-    return tell(Told(expected, prepared, at_rest, posteriors, marks, retuning), after), grounds
+    return tell(Told(expected, prepared, at_rest, posteriors, marks, retuning, settings), after), grounds
 
 
 def _judged(

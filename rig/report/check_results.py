@@ -39,25 +39,33 @@ def _head(result: Mapping[str, Any], judged: Sequence[str]) -> str:
     checks = result.get("parts") or [
         {
             "seed": result.get("seed", "-"), "cases": result["cases"], "scored": result["cases"],
-            "sealed_sha256": result["sealed_sha256"],
+            "sealed_sha256": result["sealed_sha256"], "fitted_on": result["fitted_on"],
         }
     ]  # fmt: skip
     kinds = ", ".join(f"{count} {kind}" for kind, count in result["kinds"].items())
-    untouched = f"nothing was fitted on {', '.join(judged)}" if judged else "there is none on which nothing was fitted"
+    untouched = (
+        f"the levels that judged {', '.join(judged)} were fitted on other families"
+        if judged
+        else "there is none on which nothing was fitted"
+    )
     missing = f" (this system offered no {', '.join(result['sandbox_missing'])})" if result["sandbox_missing"] else ""
     words = (
-        f"Written by `pamrig gap check` on {date.today().isoformat()} from {result['cases']} cases ({kinds}). The "
-        f"shipped levels were fitted on the families {', '.join(result['fitted_on'])}; of those judged here, "
-        f"{untouched}. The answering processes were shut in by: {', '.join(result['sandbox_layers'])}{missing}. Rates "
-        f"carry Wilson 95 % intervals and counts; names count for single effects from three floors on. {_few(result)}"
+        f"Written by `pamrig gap check` on {date.today().isoformat()} from {result['cases']} cases ({kinds}). Of the "
+        f"families judged here, {untouched}. The answering processes were shut in by: "
+        f"{', '.join(result['sandbox_layers'])}{missing}. "
+        f"Rates carry Wilson 95 % intervals and counts; names count for single effects from three floors on. {_few(result)}"
         "[What is counted]"
         "(../explanation/blind_check.md), [how to run it](../how-to/blind_check.md), [earlier checks and all seeds]"
         "(blind_check_history.md)."
     )
     rows = [
-        [str(part["seed"]), f"{part['scored']} of {part['cases']}", f"`{part['sealed_sha256']}`"] for part in checks
-    ]
-    table = _table("seed | cases scored | SHA-256 of the labels, printed before the run", rows)
+        [
+            str(part["seed"]), f"{part['scored']} of {part['cases']}", ", ".join(part["fitted_on"]),
+            f"`{part['sealed_sha256']}`",
+        ]
+        for part in checks
+    ]  # fmt: skip
+    table = _table("seed | cases scored | levels fitted on | SHA-256 of the labels, printed before the run", rows)
     return f"# Results of the blind check\n\n{words}\n\n{table}"
 
 

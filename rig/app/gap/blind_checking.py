@@ -16,6 +16,7 @@ from rig.blind_check.generate import draw, open_labels
 from rig.blind_check.modes import GROUPS, measures_of, names_of
 from rig.errors import RecordError
 from rig.gap.hypotheses.library import LIBRARY
+from rig.gap.settings import fitted
 from rig.parallel import each, executor
 
 
@@ -32,12 +33,26 @@ def new_folder() -> Path:
 
 
 def seal(
-    source: Any, folder: CheckFolder, cases: int, seed: int | None, groups: Sequence[str] = (), angle: bool = True
+    source: Any,
+    folder: CheckFolder,
+    cases: int,
+    seed: int | None,
+    groups: Sequence[str] = (),
+    angle: bool = True,
+    priors: Path | None = None,
 ) -> str:
-    """Seal the labels, or go on with those that are there; their SHA-256, before anything is computed."""
+    """Seal the labels, or go on with those that are there; their SHA-256, before anything is computed.
+
+    `priors`: the levels to answer by, kept beside the seal. ConfigError when they are none.
+    """
+    if priors is not None:
+        fitted(priors)
     if seed is None:
         seed = open_labels(folder)[1] if folder.sealed.exists() else secrets.randbits(48)
-    return draw(source, folder.root, seed, cases, names_of(groups or GROUPS, angle))
+    sha256 = draw(source, folder.root, seed, cases, names_of(groups or GROUPS, angle))
+    if priors is not None and not folder.priors.exists():
+        folder.priors.write_bytes(priors.read_bytes())
+    return sha256
 
 
 def questions_in(place: CheckFolder) -> list[str]:

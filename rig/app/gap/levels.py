@@ -14,7 +14,7 @@ import numpy as np
 import yaml
 
 from hil.reference.cases import CASES_PER_UNIT, Bench, Case, Purpose, bench_of, draw_sheet
-from hil.reference.families import DEVELOPED_ON, JUDGED_ONLY
+from hil.reference.families import NAMES
 from rig.blind_check.generate import nominal_model
 from rig.blind_check.source import records_of
 from rig.config import suggest, unstructure
@@ -60,15 +60,17 @@ class HealthyDay:
     """Rms of the angle's deviation under the commands, as a share of its span."""
 
 
-def known_families(names: Sequence[str]) -> tuple[str, ...]:
-    """The families of these names, all that may be fitted on for none; ConfigError for one that is not there or is kept
-    for judging."""
-    for name in names:
-        if name in JUDGED_ONLY:
-            raise ConfigError(f"--family: {name} is kept for judging; expected one of {', '.join(DEVELOPED_ON)}")
-        if name not in DEVELOPED_ON:
-            raise ConfigError(f"--family: unknown plant family {name!r}; {suggest(name, list(DEVELOPED_ON))}")
-    return tuple(names) or DEVELOPED_ON
+def known_families(names: Sequence[str], left_out: Sequence[str] = ()) -> tuple[str, ...]:
+    """The families of these names, all for none, without those left out; ConfigError for one that is not there, and
+    when none is left."""
+    for option, given in (("--family", names), ("--leave-out", left_out)):
+        for name in given:
+            if name not in NAMES:
+                raise ConfigError(f"{option}: unknown plant family {name!r}; {suggest(name, list(NAMES))}")
+    kept = tuple(name for name in names or NAMES if name not in left_out)
+    if not kept:
+        raise ConfigError(f"--leave-out: no plant family is left to fit on; there are {', '.join(NAMES)}")
+    return kept
 
 
 def calibrate(plan: Plan, report: Callable[[int], None] = lambda done: None) -> Fitted:

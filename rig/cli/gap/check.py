@@ -35,6 +35,12 @@ _modes = click.option(
     type=click.Choice(("days", "one_day", "fingerprint", "simulator", "withheld", "beside")),
     help="Ask these ways only. Repeatable.",
 )
+_priors = click.option(
+    "--priors",
+    type=click.Path(path_type=Path, exists=True, dir_okay=False),
+    metavar="FILE",
+    help="Answer by these levels, which `pamrig gap calibrate` wrote, in place of the shipped ones.",
+)
 _no_angle = click.option("--no-angle", is_flag=True, help="Do not ask from the angle alone.")
 _dask = click.option(
     "--dask", metavar="ADDRESS", help="Use the Dask cluster at ADDRESS; its workers must see the same folder."
@@ -52,6 +58,7 @@ _html = click.option(
 @_families
 @_modes
 @_no_angle
+@_priors
 @_dask
 @_workers
 @output_option(
@@ -63,7 +70,7 @@ _html = click.option(
 @click.pass_context
 def check(
     context: click.Context, cases: int, seed: int | None, development: bool, families: tuple[str, ...],
-    modes: tuple[str, ...], no_angle: bool,
+    modes: tuple[str, ...], no_angle: bool, priors: Path | None,
     dask: str | None, workers: int | None, output: Path | None, keep: bool, html_to: Path | None, json_to: str | None,
 ) -> None:  # fmt: skip
     """Diagnose cases whose labels are withheld, then open the labels and score.
@@ -82,7 +89,7 @@ def check(
 
     begun, source = time.monotonic(), source_of(development, families, modes)
     folder = CheckFolder(output.resolve() if output else new_folder())
-    _sealed(source, folder, cases, seed, modes, json_to, no_angle)
+    _sealed(source, folder, cases, seed, modes, json_to, no_angle, priors)
     spread(partial(make_answer_score, keep=keep), units(source, folder), cases, "cases", dask, workers)
     _report(folder, result_of(folder) | {"seconds_of_this_run": time.monotonic() - begun}, html_to, json_to)
 
@@ -95,12 +102,12 @@ def check(
 @_families
 @_modes
 @_no_angle
+@_priors
 @_dask
 @_workers
 def make(
     folder: Path, cases: int, seed: int | None, development: bool, families: tuple[str, ...], modes: tuple[str, ...],
-    no_angle: bool, dask: str | None,
-    workers: int | None,
+    no_angle: bool, priors: Path | None, dask: str | None, workers: int | None,
 ) -> None:  # fmt: skip
     """Draw and seal the labels, then write the questions into FOLDER.
 
@@ -111,7 +118,7 @@ def make(
     from rig.blind_check.generate import make_unit, units
 
     source, place = source_of(development, families, modes), CheckFolder(folder)
-    _sealed(source, place, cases, seed, modes, None, no_angle)
+    _sealed(source, place, cases, seed, modes, None, no_angle, priors)
     work = units(source, place)
     spread(make_unit, work, len(work), "units", dask, workers)
     console().print(f"{folder}: {cases} questions")
@@ -222,11 +229,12 @@ def _sealed(
     modes: Sequence[str],
     json_to: str | None,
     no_angle: bool,
+    priors: Path | None,
 ) -> None:
     """The hash of the labels, printed before anything is computed."""
     from rig.app.gap.blind_checking import seal
 
-    sha256 = seal(source, folder, cases, seed, modes, not no_angle)
+    sha256 = seal(source, folder, cases, seed, modes, not no_angle, priors)
     terminal = console(json_to)
     terminal.print(f"sealed labels, SHA-256: {sha256}")
     terminal.print(f"folder: {folder.root}")

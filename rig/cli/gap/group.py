@@ -136,13 +136,17 @@ def diagnose(
 @click.option(
     "--family", "families", multiple=True, metavar="NAME", help="Plant families to fit on; default: all there are."
 )
+@click.option(
+    "--leave-out", "left_out", multiple=True, metavar="NAME", help="Families to leave out, to be judged by the levels."
+)
 @click.option("--units", type=click.IntRange(2, 200), default=10, show_default=True, help="Rigs of each family.")
 @click.option("--seed", type=click.IntRange(0), default=301, show_default=True, help="Of the development rigs.")
 @click.option("--workers", type=click.IntRange(1), help="Processes; default: one a core.")
 @json_option
 def calibrate(
-    output: Path, families: tuple[str, ...], units: int, seed: int, workers: int | None, json_to: str | None
-) -> None:
+    output: Path, families: tuple[str, ...], left_out: tuple[str, ...], units: int, seed: int, workers: int | None,
+    json_to: str | None,
+) -> None:  # fmt: skip
     """Fit how much healthy days of simulated plants differ from each reference: the levels that decide what counts as a
     gap.
 
@@ -152,7 +156,7 @@ def calibrate(
     from rig.app.gap.levels import Plan, calibrate, known_families, write
     from rig.config import unstructure
 
-    plan = Plan(known_families(families), units, seed, workers)
+    plan = Plan(known_families(families, left_out), units, seed, workers)
     total = 2 * units * len(plan.families)
     with progress("fitting", total) as update:
         found = calibrate(plan, lambda done: update(done, f"{done} of {total}"))

@@ -22,7 +22,7 @@ from rig.gap.hypotheses.scenes import PRESSURES
 from rig.gap.plan.next_experiment import spreads, what_next
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.reference.build import Expected, rms_of
-from rig.gap.settings import Fitted, fitted
+from rig.gap.settings import Fitted
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.parameters import Model
 from rig.record import Column
@@ -43,6 +43,7 @@ class Told:
     posteriors: tuple[Posterior, ...]
     marks: list[Signature]
     retuning: Retuning | None
+    settings: Fitted
 
     @property
     def angle(self) -> Posterior:
@@ -78,7 +79,7 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
     """The diagnosis; `after` says how far the gap shrinks with some causes in the simulator."""
     pairs = told.prepared.pairs
     gaps = overall_gap(told.prepared, [])
-    before, floor = rms_of(gaps, pairs), _floor(told, fitted())
+    before, floor = rms_of(gaps, pairs), _floor(told, told.settings)
     kept = _helping(told, before)
     far = after([(one.posterior.stand.name, one.fit) for one in kept])
     unknowns = _unknowns(told, kept, before)
@@ -278,7 +279,7 @@ def _ranking(told: Told, marks: Sequence[Cause]) -> list[Ranked]:
 
 def _next(told: Told) -> dict[str, object] | None:
     """The experiment that best tells apart what is still possible, on every factor that leaves a choice."""
-    found = what_next(told.expected, told.posteriors)
+    found = what_next(told.expected, told.posteriors, settings=told.settings)
     return None if found is None else found.to_json()
 
 

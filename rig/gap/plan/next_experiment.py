@@ -108,12 +108,17 @@ class Experiment:
 
 
 def what_next(
-    expected: Expected, posteriors: Sequence[Posterior], room: Room | None = None, seconds: float = TIME_S
+    expected: Expected,
+    posteriors: Sequence[Posterior],
+    room: Room | None = None,
+    seconds: float = TIME_S,
+    settings: Fitted | None = None,
 ) -> Experiment | None:
     """The experiment that tells most of what a diagnosis leaves open; without a `room`, within the amplitudes and rest
     pressures of its records."""
     rig = known_rig(expected.response, expected.tracks, expected.levels, pressures=expected.driven)
-    return next_experiment(hypotheses_of(posteriors), rig, room or room_within(expected.tracks), fitted(), seconds)
+    room, settings = room or room_within(expected.tracks), settings or fitted()
+    return next_experiment(hypotheses_of(posteriors), rig, room, settings, seconds)
 
 
 def next_experiment(

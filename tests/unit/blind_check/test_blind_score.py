@@ -158,7 +158,7 @@ def test_a_page_of_healthy_cases_alone_is_drawn(tmp_path: Path) -> None:
         "sandbox_layers": ["audit"],
         "tie": None,
     }
-    result = result_from([case], seed=1) | {"sealed_sha256": "0"}
+    result = result_from([case], 1, ("mckibben",)) | {"sealed_sha256": "0"}
     for name in ("page.html", "page.md"):
         write_page(result, tmp_path / name)
     assert "<svg" in (tmp_path / "page.html").read_text()

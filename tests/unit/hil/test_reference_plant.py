@@ -10,7 +10,7 @@ import pytest
 
 from hil.reference.cases import CLEAR_RANGE, Purpose, bench_of, draw_sheet, made_to_order, realise, record_day
 from hil.reference.excitations import Excitation, paper_set
-from hil.reference.families import JUDGED_ONLY, NAMES, disturbance, family, run, unit
+from hil.reference.families import NAMES, disturbance, family, run, unit
 from hil.reference.fluidic.mechanics import muscle_force as fluidic_force
 from hil.reference.fluidic.physics import Physics as FluidicPhysics
 from hil.reference.fluidic.pneumatics import nozzle
@@ -263,9 +263,12 @@ def test_paper_set_stays_inside_the_regulators_range():
         assert (excitation.p0_mpa + np.abs(half)).max() <= 0.5
 
 
-def test_nothing_may_be_fitted_on_the_family_that_is_kept_for_judging():
-    assert set(known_families(())) == set(NAMES) - set(JUDGED_ONLY)
-    with pytest.raises(ConfigError, match=r"--family: pleated is kept for judging; expected one of mckibben, fluidic"):
-        known_families(("pleated",))
+def test_levels_are_fitted_on_all_families_but_those_left_out():
+    assert known_families(()) == NAMES
+    assert known_families((), ("pleated",)) == ("mckibben", "fluidic")
+    with pytest.raises(ConfigError, match=r"--leave-out: unknown plant family 'bellows'"):
+        known_families((), ("bellows",))
+    with pytest.raises(ConfigError, match=r"--leave-out: no plant family is left"):
+        known_families(("pleated",), ("pleated",))
     with pytest.raises(ConfigError, match=r"unknown plant family 'bellows'"):
         known_families(("bellows",))
