@@ -112,6 +112,16 @@ def one_of(random: Generator, *choices: Any) -> Any:
     return choices[int(random.integers(len(choices)))]
 
 
+def by_sign(set_law: Setter, positive: str, negative: str) -> Law:
+    """The size is one parameter when positive, and another one when negative."""
+    return lambda size, _: set_law(**{positive: size} if size > 0.0 else {negative: -size})
+
+
+def one_leak(set_rig: Setter, names: tuple[str, str], scale: float) -> Law:
+    """One of both muscles leaks, by the size times `scale`."""
+    return lambda size, random: set_rig(**{one_of(random, *names): scale * size})
+
+
 def uneven_gains(set_rig: Setter) -> Law:
     """Both regulators' gains off, not quite alike, and bent over the pressure."""
 

@@ -13,7 +13,7 @@ Families share the excitations, the drawing of cases and the names of effects; n
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import import_module
-from typing import Any, Final, Protocol
+from typing import Final, Protocol
 
 import numpy as np
 
@@ -21,14 +21,12 @@ from hil.reference.compiling import Array
 from hil.reference.disturbance import Disturbance, merged
 from hil.reference.effect_law import EffectLaw
 from hil.reference.excitations import Excitation
-from hil.reference.plant import Build, make_plant
+from hil.reference.plant import Build, Session, make_plant
 from rig.errors import RigError
 
 Columns = dict[str, Array]
 Named = dict[str, Columns]
 """Record name -> its columns."""
-Session = Any
-"""A day on a unit; every family has its own."""
 
 
 class Stepped(Protocol):

@@ -7,7 +7,7 @@ unit.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.random import Generator, SeedSequence, default_rng
@@ -15,6 +15,23 @@ from numpy.random import Generator, SeedSequence, default_rng
 from hil.reference.compiling import Array
 from hil.reference.disturbance import Disturbance
 from rig.errors import RigError
+
+
+class Session(NamedTuple):
+    """What a day brings to a unit: the drifted rig, and the errors of its instruments; which of them, the family
+    says."""
+
+    physics: Any
+    """The family's own parameters, as they are on this day."""
+    monitor_bias_1_mpa: float = 0.0
+    monitor_bias_2_mpa: float = 0.0
+    monitor_gain_1: float = 1.0
+    monitor_gain_2: float = 1.0
+    angle_offset_deg: float = 0.0
+    angle_gain: float = 1.0
+    warm: float = 0.0
+    """How warm the muscles are when a record starts, 0..1."""
+    seed: int = 0
 
 
 @dataclass(frozen=True)
@@ -28,7 +45,7 @@ class Seeds:
 
 @dataclass(frozen=True)
 class Build:
-    """The physics of one family. Physics, session and laws are the family's own named tuples."""
+    """The physics of one family. Physics and laws are the family's own named tuples."""
 
     name: str
     seeds: Seeds
@@ -40,10 +57,8 @@ class Build:
     travel: str
     """Beyond which angle the equations end, for the message."""
     draw_unit: Callable[[Generator], Any]
-    draw_session: Callable[[Any, float, Generator], Any]
+    draw_session: Callable[[Any, float, Generator], Session]
     """(physics, relative standard deviation of what drifts, chance) -> a day."""
-    still: Callable[[Any], Any]
-    """A day without any drift."""
     set_points: Callable[[Array, Array, int, float, Any, Generator], tuple[Array, Array]]
     """(p1, p2 in MPa, internal steps a period, period in s, timing law, chance) -> both on the internal grid."""
     integrate: Callable[..., Array]
@@ -51,7 +66,7 @@ class Build:
     in MPa and the angle in rad at each tick, shape (3, n)."""
     stamped: Callable[[Array, float, Any], Array]
     """(columns, period in s, timing law) -> columns by the readings' clock."""
-    readings: Callable[[Array, Any, Any, float, Generator], Array]
+    readings: Callable[[Array, Any, Session, float, Generator], Array]
     """(columns, reading law, day, period in s, chance) -> p1, p2 in MPa, angle in deg as recorded."""
     lost: Callable[[Array, Any, Generator], Array]
     """(columns, timing law, chance) -> columns with readings lost on the way."""
@@ -71,20 +86,20 @@ class Plant:
     physics: Any
     zero_rad: float
 
-    def session(self, seed: int, drift: float = 0.004) -> Any:
+    def session(self, seed: int, drift: float = 0.004) -> Session:
         """A day on this unit; `drift` is the relative standard deviation of what drifts (0.004 to 0.02)."""
         return self.build.draw_session(self.physics, drift, default_rng(SeedSequence((self.build.seeds.day, seed))))
 
-    def still(self) -> Any:
+    def still(self) -> Session:
         """A day without any drift, as the unit was built."""
-        return self.build.still(self.physics)
+        return Session(self.physics)
 
     def simulate(
         self,
         p1_cmd_mpa: Array,
         p2_cmd_mpa: Array,
         period_s: float,
-        session: Any,
+        session: Session,
         disturbance: Disturbance | None = None,
         noise_seed: int = 0,
     ) -> dict[str, Array]:
@@ -124,7 +139,7 @@ def _true_motion(
     build: Build,
     set_points_mpa: tuple[Array, Array],
     period_s: float,
-    session: Any,
+    session: Session,
     disturbance: Disturbance,
     random: Generator,
 ) -> Array:

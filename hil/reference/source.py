@@ -12,7 +12,8 @@ import numpy as np
 from hil.reference.cases import DAYS, SISTERS, Case, Purpose, bench_of, draw_sheet, realise, record_day
 from hil.reference.compiling import Array
 from hil.reference.disturbance import Disturbance
-from hil.reference.families import NAMES, Named, Session, Unit
+from hil.reference.families import NAMES, Named, Unit
+from hil.reference.plant import Session
 
 Commands = Mapping[str, tuple[Array, Array, float]]
 UNTOUCHED_DAYS = 3

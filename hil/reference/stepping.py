@@ -1,13 +1,17 @@
 """What the families share when they are stepped tick by tick: late set-points, noise in blocks, and which disturbances
 that allows."""
 
+import math
 from collections import deque
 from collections.abc import Callable, Collection
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 import numpy as np
+from numpy.random import SeedSequence, default_rng
 
-from hil.reference.compiling import Array
+from hil.reference.compiling import Array, State
+from hil.reference.disturbance import Disturbance
+from hil.reference.plant import Plant
 from rig.errors import RigError
 
 REST_MPA: Final = 0.2
@@ -42,6 +46,67 @@ class Blocks:
             self._block, self._at = self._draw(_BLOCK_TICKS), 0
         self._at += 1
         return float(self._block[self._at - 1])
+
+
+class SteppedPlant:
+    """One unit of a family under a disturbance, a period at a time; see hil.reference.families.Stepped. The family
+    brings its equations and its instruments."""
+
+    timing: ClassVar[Collection[str]]
+    """Of the timing law, what has no memory: it can act tick by tick."""
+    reading: ClassVar[Collection[str]]
+    """Of the reading law."""
+    most_rad: ClassVar[float]
+    """Beyond this angle the equations have ended."""
+    pressures: ClassVar[tuple[int, int]]
+    """Where the state holds what the monitors see (MPa, absolute)."""
+    angle: ClassVar[int]
+    """Where it holds the joint's angle (rad)."""
+
+    def __init__(self, plant: Plant, session: Any, disturbance: Disturbance, period_s: float, noise_seed: int) -> None:
+        require_without_memory(disturbance.timing, self.timing, "the timing")
+        require_without_memory(disturbance.reading, self.reading, "the reading")
+        build = plant.build
+        substeps = build.substeps(period_s)
+        self._build, self._session, self._disturbance, self._zero_rad = build, session, disturbance, plant.zero_rad
+        self._period_s, self._step_s = period_s, period_s / substeps
+        self._random = default_rng(SeedSequence((build.seeds.noise, session.seed, noise_seed)))
+        self._noise = Blocks(lambda n: self.noise_deg(n))
+        self._set_points = LateSetPoints(disturbance.timing.delay_s, self._step_s, substeps)
+        self._state: Any = self.settled(round(build.settle_s / build.step_s))
+        self._ticks = 0
+
+    def step(self, p1_cmd_mpa: float, p2_cmd_mpa: float) -> tuple[float, float, float]:
+        """p1, p2 (MPa) and angle (deg) as read one period later."""
+        self.advance(*self._set_points.sent(p1_cmd_mpa, p2_cmd_mpa), self._ticks * self._period_s, self._state)
+        self._ticks += 1
+        angle_rad = self._state[self.angle]
+        if not abs(angle_rad) < self.most_rad:
+            raise RigError(
+                f"{self._build.name} plant: the joint left {self._build.travel} at {self._ticks * self._period_s:.2f} s"
+            )
+        first, second = (self.monitored(k, np.array([self._state[at]])) for k, at in enumerate(self.pressures))
+        return first, second, self.read_deg(np.array([math.degrees(angle_rad - self._zero_rad)]))
+
+    def settled(self, steps: int) -> State:
+        """The state after so many internal steps with both set-points at rest."""
+        raise NotImplementedError
+
+    def advance(self, set_1_mpa: Array, set_2_mpa: Array, time_s: float, state: State) -> None:
+        """Move the state on under set-points on the internal grid, shape (substeps,), from `time_s` on."""
+        raise NotImplementedError
+
+    def noise_deg(self, n: int) -> Array:
+        """The angle's noise for so many ticks, shape (n,)."""
+        raise NotImplementedError
+
+    def monitored(self, valve: int, pressure_mpa: Array) -> float:
+        """What monitor `valve` (0 or 1) says of an absolute pressure, shape (1,)."""
+        raise NotImplementedError
+
+    def read_deg(self, angle_deg: Array) -> float:
+        """What the sensor says of an angle from the unit's zero, shape (1,)."""
+        raise NotImplementedError
 
 
 def require_without_memory(law: Any, allowed: Collection[str], what: str) -> None:

@@ -13,8 +13,9 @@ from hil.reference.effect_law import (
     EffectLaw,
     between,
     both_offsets,
+    by_sign,
     known,
-    one_of,
+    one_leak,
     one_offset,
     sized,
     stops,
@@ -23,18 +24,6 @@ from hil.reference.effect_law import (
 from hil.reference.fluidic.disturbance import HEALTHY
 
 timing, rig, reading = (setter(HEALTHY, place) for place in ("timing", "rig", "reading"))
-
-
-def _asymmetry(size: float, _: Generator) -> Disturbance:
-    return rig(silencer=size) if size > 0.0 else rig(inlet_filter=-size)
-
-
-def _leak(size: float, random: Generator) -> Disturbance:
-    return rig(**{one_of(random, "leak_1_s", "leak_2_s"): 20.0 * size})
-
-
-def _mismatch(size: float, _: Generator) -> Disturbance:
-    return rig(weak_2=size) if size > 0.0 else rig(weak_1=-size)
 
 
 OTHER_LAWS: Final[dict[str, EffectLaw]] = dict((
@@ -52,7 +41,7 @@ OTHER_LAWS: Final[dict[str, EffectLaw]] = dict((
     # ramp in the regulator's program, faster at high pressure | choked orifice | limit of dp/dt
     known("valve_slew", 0.04, 1.5, sized(rig, "ramp_mpa_s")),
     # filter cake: flow falls behind in proportion to itself | clogged orifice | two time constants
-    known("fill_exhaust_asymmetry", 0.05, 60.0, _asymmetry),
+    known("fill_exhaust_asymmetry", 0.05, 60.0, by_sign(rig, "silencer", "inlet_filter")),
     # insensitive to small errors, continuous | overlap with hysteresis | hold or play of the set-point
     known("valve_dead_band", 1e-3, 0.08, sized(rig, "insensitive_mpa")),
     # main set too low: no flow left | relief valve that yields | sharp ceiling
@@ -61,9 +50,9 @@ OTHER_LAWS: Final[dict[str, EffectLaw]] = dict((
     known("supply_droop", 0.5, 600.0, sized(rig, "hose_drop_mpa")),
     known("co_contraction", 5e-4, 0.08, both_offsets(rig)),
     # pressure's force weaker, membrane as before | braid angle | factor on the pressure
-    known("muscle_mismatch", 1e-3, 0.25, _mismatch),
+    known("muscle_mismatch", 1e-3, 0.25, by_sign(rig, "weak_2", "weak_1")),
     # laminar leak behind the hose, seen by the monitor | choked leak, or tap behind the monitor | share of the pressure
-    known("leak", 1e-3, 0.6, _leak),
+    known("leak", 1e-3, 0.6, one_leak(rig, ("leak_1_s", "leak_2_s"), 20.0)),
     # length creeps with the stroke, faster under pressure | relaxing springs | one low pass
     known("creep", 0.003, 0.9, sized(rig, "creep")),
     # heat of the motion | warming towards an end | straight line

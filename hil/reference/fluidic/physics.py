@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.random import Generator
 
-from hil.reference.plant import varied
+from hil.reference.plant import Session, varied
 
 ATMOSPHERE_MPA: Final = 0.1013
 
@@ -71,19 +71,6 @@ class Physics(NamedTuple):
     """Eccentricity of the encoder's disc: an error once per turn."""
 
 
-class Session(NamedTuple):
-    """What a day brings: the drifted rig, and the errors of its instruments."""
-
-    physics: Physics
-    monitor_bias_1_mpa: float = 0.0
-    monitor_bias_2_mpa: float = 0.0
-    monitor_gain_1: float = 1.0
-    monitor_gain_2: float = 1.0
-    angle_offset_deg: float = 0.0
-    warm: float = 0.0
-    seed: int = 0
-
-
 _UNIT_SPREAD: Final = {
     "main_mpa": 0.03, "rate_mpa_s": 0.12, "exhaust_ratio": 0.08, "rate_ratio_2": 0.06, "gain_per_mpa": 0.12,
     "integral_per_s": 0.3,
@@ -132,8 +119,8 @@ def draw_session(physics: Physics, drift: float, random: Generator) -> Session:
     bias_1, bias_2, gain_1, gain_2, offset = (_heavy(random) for _ in range(5))
     return Session(
         Physics(**values), 0.0006 * scale * bias_1, 0.0006 * scale * bias_2, 1.0 + 0.0015 * scale * gain_1,
-        1.0 + 0.0015 * scale * gain_2, 0.10 * scale * offset, float(random.uniform(0.0, 0.5)),
-        int(random.integers(2**31)),
+        1.0 + 0.0015 * scale * gain_2, 0.10 * scale * offset,
+        warm=float(random.uniform(0.0, 0.5)), seed=int(random.integers(2**31)),
     )  # fmt: skip
 
 

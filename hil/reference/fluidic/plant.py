@@ -4,7 +4,7 @@ from typing import Final
 
 from hil.reference.fluidic.disturbance import HEALTHY
 from hil.reference.fluidic.integrate import CONTROL_STEPS, integrate
-from hil.reference.fluidic.physics import Session, draw_session, draw_unit
+from hil.reference.fluidic.physics import draw_session, draw_unit
 from hil.reference.fluidic.sensing import readings
 from hil.reference.fluidic.timing import lost, set_points, stamped
 from hil.reference.plant import Build, Seeds
@@ -18,7 +18,6 @@ BUILD: Final = Build(
     travel="+-80 degrees",
     draw_unit=draw_unit,
     draw_session=draw_session,
-    still=Session,
     set_points=set_points,
     integrate=integrate,
     stamped=stamped,

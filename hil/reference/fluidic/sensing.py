@@ -9,7 +9,7 @@ from numpy.random import Generator
 
 from hil.reference.compiling import Array, compiled
 from hil.reference.fluidic.disturbance import ReadingLaw
-from hil.reference.fluidic.physics import Session
+from hil.reference.plant import Session
 
 COUNT_DEG: Final = 360.0 / 10_000
 MONITOR_CODE_MPA: Final = 1.0 / 65_536

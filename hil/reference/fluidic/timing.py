@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.random import Generator
 
+from hil.reference.arrival import in_force, read_off
 from hil.reference.compiling import Array
 from hil.reference.fluidic.disturbance import TimingLaw
 from hil.reference.fluidic.sensing import pink
@@ -24,10 +25,7 @@ def delayed(set_mpa: Array, substeps: int, period_s: float, law: TimingLaw, rand
     late = law.delay_s * (0.8 + 0.2 * random.exponential(1.0, n))
     if law.beat_s > 0.0:
         late = late + law.beat_s * (1.0 + np.sin(2.0 * math.pi * law.beat_hz * sent + random.uniform(0.0, 6.28)))
-    arrival = np.maximum.accumulate(sent + late)
-    grid_s = (np.arange(n * substeps) + 0.5) * (period_s / substeps)
-    newest = np.searchsorted(arrival, grid_s, side="right") - 1
-    return np.asarray(set_mpa[np.maximum(newest, 0)])
+    return np.asarray(set_mpa[in_force(np.maximum.accumulate(sent + late), substeps, period_s)])
 
 
 def stamped(columns: Array, period_s: float, law: TimingLaw) -> Array:
@@ -38,7 +36,7 @@ def stamped(columns: Array, period_s: float, law: TimingLaw) -> Array:
     t = np.arange(columns.shape[1]) * period_s
     turns = 0.5 * np.abs((t / CORRECTED_S + 1.0) % 2.0 - 1.0) * CORRECTED_S
     ahead = law.clock_rate * (t + turns - 0.25 * CORRECTED_S)
-    return np.array([np.interp(t + ahead - ahead[0], t, column) for column in columns])
+    return read_off(columns, period_s, ahead - ahead[0])
 
 
 def lost(columns: Array, law: TimingLaw, random: Generator) -> Array:

@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.random import Generator
 
-from hil.reference.plant import varied
+from hil.reference.plant import Session, varied
 
 ATMOSPHERE_MPA: Final = 0.1013
 
@@ -60,19 +60,6 @@ class Physics(NamedTuple):
     """Curvature of the potentiometer, relative at 40 degrees."""
 
 
-class Session(NamedTuple):
-    """What a day brings: the drifted rig, and the offsets of its instruments."""
-
-    physics: Physics
-    monitor_bias_1_mpa: float = 0.0
-    monitor_bias_2_mpa: float = 0.0
-    angle_offset_deg: float = 0.0
-    angle_gain: float = 1.0
-    warm: float = 0.0
-    """How warm the muscles are when a record starts, 0..1 (matters with thermal drift only)."""
-    seed: int = 0
-
-
 _UNIT_SPREAD: Final = {
     "main_mpa": 0.03, "fill_mpa_s": 0.15, "exhaust_mpa_s": 0.15, "fill_ratio_2": 0.08, "exhaust_ratio_2": 0.08,
     "full_open_mpa": 0.12,
@@ -118,7 +105,7 @@ def draw_session(physics: Physics, drift: float, random: Generator) -> Session:
         )
     bias_1, bias_2, offset, gain = np.clip(random.standard_normal(4), -2.5, 2.5).tolist()
     return Session(
-        Physics(**values), 0.0008 * scale * bias_1, 0.0008 * scale * bias_2, 0.08 * scale * offset,
-        1.0 + 0.002 * scale * gain,
-        float(random.uniform(0.0, 0.3)), int(random.integers(2**31)),
+        Physics(**values), 0.0008 * scale * bias_1, 0.0008 * scale * bias_2,
+        angle_offset_deg=0.08 * scale * offset, angle_gain=1.0 + 0.002 * scale * gain,
+        warm=float(random.uniform(0.0, 0.3)), seed=int(random.integers(2**31)),
     )  # fmt: skip

@@ -4,7 +4,7 @@ from typing import Final
 
 from hil.reference.mckibben.disturbance import HEALTHY
 from hil.reference.mckibben.integrate import integrate
-from hil.reference.mckibben.physics import Session, draw_session, draw_unit
+from hil.reference.mckibben.physics import draw_session, draw_unit
 from hil.reference.mckibben.sensing import readings
 from hil.reference.mckibben.timing import lost, set_points, stamped
 from hil.reference.plant import Build, Seeds
@@ -18,7 +18,6 @@ BUILD: Final = Build(
     travel="+-170 degrees",
     draw_unit=draw_unit,
     draw_session=draw_session,
-    still=Session,
     set_points=set_points,
     integrate=integrate,
     stamped=stamped,

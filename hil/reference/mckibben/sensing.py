@@ -8,7 +8,7 @@ from numpy.random import Generator
 
 from hil.reference.compiling import Array, compiled
 from hil.reference.mckibben.disturbance import ReadingLaw
-from hil.reference.mckibben.physics import Session
+from hil.reference.plant import Session
 
 CODE_DEG: Final = 345.0 / 4096
 """WDD35D8 over 345 degrees on a 12-bit converter."""

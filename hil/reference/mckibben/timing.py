@@ -5,6 +5,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.random import Generator
 
+from hil.reference.arrival import in_force, read_off
 from hil.reference.compiling import Array
 from hil.reference.mckibben.disturbance import TimingLaw
 from hil.reference.mckibben.sensing import coloured
@@ -27,14 +28,6 @@ def arrivals_s(n: int, period_s: float, law: TimingLaw, random: Generator) -> Ar
     return np.maximum.accumulate(arrival)
 
 
-def held(set_mpa: Array, arrival_s: Array, substeps: int, period_s: float) -> Array:
-    """The set-point in force on the internal grid, shape (n * substeps,): the newest one that has arrived, at first the
-    first."""
-    grid_s = (np.arange(len(set_mpa) * substeps) + 0.5) * (period_s / substeps)
-    newest = np.searchsorted(arrival_s, grid_s, side="right") - 1
-    return np.asarray(set_mpa[np.maximum(newest, 0)])
-
-
 def stamped(columns: Array, period_s: float, law: TimingLaw) -> Array:
     """Readings, shape (m, n), taken by a clock of its own that runs fast by `clock_rate` once it is warm, resampled
     linearly."""
@@ -42,7 +35,7 @@ def stamped(columns: Array, period_s: float, law: TimingLaw) -> Array:
         return columns
     t = np.arange(columns.shape[1]) * period_s
     ahead = law.clock_rate * (t - 0.3 * CLOCK_WARM_UP_S * (1.0 - np.exp(-t / CLOCK_WARM_UP_S)))
-    return np.array([np.interp(t + ahead, t, column) for column in columns])
+    return read_off(columns, period_s, ahead)
 
 
 def lost(columns: Array, law: TimingLaw, random: Generator) -> Array:
@@ -69,10 +62,11 @@ def set_points(
     p1_mpa: Array, p2_mpa: Array, substeps: int, period_s: float, law: TimingLaw, random: Generator
 ) -> tuple[Array, Array]:
     """Both set-points on the internal grid; the regulators add noise of their own, correlated over 50 ms."""
-    n, arrival = len(p1_mpa), arrivals_s(len(p1_mpa), period_s, law, random)
+    n = len(p1_mpa)
+    rows = in_force(arrivals_s(n, period_s, law, random), substeps, period_s)
 
     def arrived(p_mpa: Array) -> Array:
         noise = coloured(n, SET_POINT_NOISE_MPA, 0.05, period_s, random)
-        return held(p_mpa + noise, arrival, substeps, period_s)
+        return np.asarray((p_mpa + noise)[rows])
 
     return arrived(p1_mpa), arrived(p2_mpa)

@@ -7,14 +7,13 @@ are drawn. The comment at each entry says the law here; `hil.reference.fluidic.o
 import math
 from typing import Final
 
-from numpy.random import Generator
-
-from hil.reference.disturbance import Disturbance, setter
+from hil.reference.disturbance import setter
 from hil.reference.effect_law import (
     EffectLaw,
     both_offsets,
+    by_sign,
     known,
-    one_of,
+    one_leak,
     one_offset,
     sized,
     stops,
@@ -23,18 +22,6 @@ from hil.reference.effect_law import (
 from hil.reference.pleated.disturbance import HEALTHY
 
 timing, rig, reading = (setter(HEALTHY, place) for place in ("timing", "rig", "reading"))
-
-
-def _asymmetry(size: float, _: Generator) -> Disturbance:
-    return rig(narrow_exhaust=size) if size > 0.0 else rig(narrow_fill=-size)
-
-
-def _leak(size: float, random: Generator) -> Disturbance:
-    return rig(**{one_of(random, "leak_1", "leak_2"): 4.0 * size})
-
-
-def _mismatch(size: float, _: Generator) -> Disturbance:
-    return rig(short_2=size) if size > 0.0 else rig(short_1=-size)
 
 
 OTHER_LAWS: Final[dict[str, EffectLaw]] = dict((
@@ -52,7 +39,7 @@ OTHER_LAWS: Final[dict[str, EffectLaw]] = dict((
     # limit that is approached softly
     known("valve_slew", 0.04, 1.5, sized(rig, "rate_mpa_s")),
     # small openings of one edge are narrow, large ones are not
-    known("fill_exhaust_asymmetry", 0.05, 60.0, _asymmetry),
+    known("fill_exhaust_asymmetry", 0.05, 60.0, by_sign(rig, "narrow_exhaust", "narrow_fill")),
     # small errors hardly count
     known("valve_dead_band", 1e-3, 0.08, sized(rig, "idle_mpa")),
     # rounded corner of the set-point
@@ -61,9 +48,9 @@ OTHER_LAWS: Final[dict[str, EffectLaw]] = dict((
     known("supply_droop", 0.3, 120.0, sized(rig, "line"), "ratio"),
     known("co_contraction", 5e-4, 0.08, both_offsets(rig)),
     # membrane cut too short
-    known("muscle_mismatch", 1e-3, 0.25, _mismatch),
+    known("muscle_mismatch", 1e-3, 0.25, by_sign(rig, "short_2", "short_1")),
     # turbulent, at the muscle
-    known("leak", 1e-3, 0.6, _leak),
+    known("leak", 1e-3, 0.6, one_leak(rig, ("leak_1", "leak_2"), 4.0)),
     # Eyring's: large steps go faster
     known("creep", 0.003, 3.0, sized(rig, "creep")),
     # heat of the air's compression

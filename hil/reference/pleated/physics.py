@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.random import Generator
 
-from hil.reference.plant import varied
+from hil.reference.plant import Session, varied
 
 ATMOSPHERE_MPA: Final = 0.1013
 
@@ -78,19 +78,6 @@ class Physics(NamedTuple):
     """Curvature of the monitors, relative at 0.4 MPa."""
 
 
-class Session(NamedTuple):
-    """What a day brings: the drifted rig, and the errors of its instruments."""
-
-    physics: Physics
-    monitor_bias_1_mpa: float = 0.0
-    monitor_bias_2_mpa: float = 0.0
-    monitor_gain_1: float = 1.0
-    monitor_gain_2: float = 1.0
-    angle_offset_deg: float = 0.0
-    warm: float = 0.0
-    seed: int = 0
-
-
 _UNIT_SPREAD: Final = {
     "main_mpa": 0.04, "dead_s": 0.2, "fill_mpa_s": 0.12, "exhaust_mpa_s": 0.12, "rate_ratio_2": 0.05,
     "gain_per_mpa": 0.15, "damping_s": 0.3, "spool_hz": 0.15, "spool_damping": 0.15, "tube_s": 0.2,
@@ -145,6 +132,6 @@ def draw_session(physics: Physics, drift: float, random: Generator) -> Session:
     bias_1, bias_2, gain_1, gain_2, offset = np.clip(random.standard_normal(5), -3.0, 3.0).tolist()
     return Session(
         Physics(**values), 0.0005 * scale * bias_1, 0.0005 * scale * bias_2, 1.0 + 0.001 * scale * gain_1,
-        1.0 + 0.001 * scale * gain_2, 0.09 * scale * offset, float(random.uniform(0.0, 0.4)),
-        int(random.integers(2**31)),
+        1.0 + 0.001 * scale * gain_2, 0.09 * scale * offset,
+        warm=float(random.uniform(0.0, 0.4)), seed=int(random.integers(2**31)),
     )  # fmt: skip

@@ -5,7 +5,7 @@ from typing import Final
 from hil.reference.plant import Build, Seeds
 from hil.reference.pleated.disturbance import HEALTHY
 from hil.reference.pleated.integrate import integrate
-from hil.reference.pleated.physics import Session, draw_session, draw_unit
+from hil.reference.pleated.physics import draw_session, draw_unit
 from hil.reference.pleated.sensing import readings
 from hil.reference.pleated.timing import lost, set_points, stamped
 
@@ -18,7 +18,6 @@ BUILD: Final = Build(
     travel="+-75 degrees",
     draw_unit=draw_unit,
     draw_session=draw_session,
-    still=Session,
     set_points=set_points,
     integrate=integrate,
     stamped=stamped,

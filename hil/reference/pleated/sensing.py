@@ -8,8 +8,8 @@ import numpy as np
 from numpy.random import Generator
 
 from hil.reference.compiling import Array, compiled
+from hil.reference.plant import Session
 from hil.reference.pleated.disturbance import ReadingLaw
-from hil.reference.pleated.physics import Session
 
 COUNT_DEG: Final = 360.0 / 16_384
 ANGLE_NOISE_DEG: Final = 0.035

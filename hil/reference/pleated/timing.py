@@ -6,6 +6,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.random import Generator
 
+from hil.reference.arrival import in_force, read_off
 from hil.reference.compiling import Array
 from hil.reference.pleated.disturbance import TimingLaw
 from hil.reference.pleated.sensing import wandering
@@ -34,9 +35,7 @@ def set_points(
     """Both set-points on the internal grid: the newest one that has arrived, at first the first, with the noise of the
     converters."""
     n = len(p1_mpa)
-    grid_s = (np.arange(n * substeps) + 0.5) * (period_s / substeps)
-    newest = np.searchsorted(arrivals_s(n, period_s, law, random), grid_s, side="right") - 1
-    rows: Any = np.maximum(newest, 0)
+    rows = in_force(arrivals_s(n, period_s, law, random), substeps, period_s)
     p1, p2 = (p + SET_POINT_NOISE_MPA * random.standard_normal(n) for p in (p1_mpa, p2_mpa))
     slow_1, slow_2 = (wandering(n, SET_POINT_NOISE_MPA, 2.0, period_s, random) for _ in range(2))
     return np.asarray((p1 + slow_1)[rows]), np.asarray((p2 + slow_2)[rows])
@@ -49,7 +48,7 @@ def stamped(columns: Array, period_s: float, law: TimingLaw) -> Array:
     t = np.arange(columns.shape[1]) * period_s
     turn = 2.0 * math.pi / SWING_S
     ahead = law.clock_rate * (t + SWING_SHARE / turn * np.sin(turn * t))
-    return np.array([np.interp(t + ahead, t, column) for column in columns])
+    return read_off(columns, period_s, ahead)
 
 
 def lost(columns: Array, law: TimingLaw, random: Generator) -> Array:
