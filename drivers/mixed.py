@@ -117,6 +117,11 @@ class MixedRig:
             if ready is not None:
                 ready()
 
+    def twin(self, clock: Clock) -> "MixedRig | None":
+        """A mixture of the parts' twins, for rehearsals; None when one has none."""
+        twins = [found for part in self._parts if (found := getattr(part, "twin", lambda _: None)(clock))]
+        return MixedRig(twins, clock, self._period_ns) if len(twins) == len(self._parts) else None
+
     def close(self) -> None:
         """Let go of all."""
         self._every(self._parts, lambda part: part.close())

@@ -1,7 +1,7 @@
 """NI myRIO-1900 as a device of the rig: two set-points, two monitors and the potentiometer through one FPGA session."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from drivers.calibration import Potentiometer, for_role, nominal
@@ -10,7 +10,7 @@ from drivers.myrio.rescue import Rescue
 from drivers.myrio.session import VENDOR_ERRORS, FpgaSession, explain, load_bitfile
 from drivers.myrio.settings import MyRioSettings
 from rig.errors import DeviceError, DeviceLost
-from rig.interfaces import NAN, DeviceContext, Measurement, Role
+from rig.interfaces import NAN, Clock, Device, DeviceContext, Measurement, Role
 from rig.sample import Flag
 
 PROBE_CALLS: Final = 200
@@ -25,7 +25,7 @@ _ANGLE_ABSENT: Final = int(Flag.ANGLE_ABSENT)
 
 
 @dataclass
-class _Channels:
+class Channels:
     """What an open session offers; None where the rig asked for no such role."""
 
     session: FpgaSession
@@ -69,7 +69,7 @@ class MyRio:
         self._potentiometer = for_role(context, Role.ANGLE, Potentiometer())
         absent = {Role.MONITOR_1: _P1_ABSENT, Role.MONITOR_2: _P2_ABSENT, Role.ANGLE: _ANGLE_ABSENT}
         self._absent = sum(flag for role, flag in absent.items() if role not in self.roles)
-        self._open: _Channels | None = None
+        self._open: Channels | None = None
         self._rescue: Rescue | None = None
         """Once the device has been open: somebody ticks, and `safe` must not make him wait for a new session."""
         self._beat = 0
@@ -187,7 +187,7 @@ class MyRio:
         finally:
             channels.session.close()
 
-    def _holds_safe(self, channels: _Channels) -> bool:
+    def _holds_safe(self, channels: Channels) -> bool:
         safe_mpa = self._context.safe_p1_mpa, self._context.safe_p2_mpa
         try:
             return all(
@@ -203,6 +203,12 @@ class MyRio:
         Moves nothing."""
         self.open()
 
+    def twin(self, clock: Clock) -> Device:
+        """Another on `clock` that touches no device, for rehearsals."""
+        from drivers.myrio.twin import StillMyRio
+
+        return StillMyRio(self._settings, replace(self._context, clock=clock))
+
     def close(self) -> None:
         """Close the session; the FPGA runs on and its outputs stay. A safe write that is under way is waited for."""
         if self._rescue is not None:
@@ -215,12 +221,12 @@ class MyRio:
             self._open.session.close()
             self._open = None
 
-    def _channels(self) -> _Channels:
+    def _channels(self) -> Channels:
         if self._open is None:
             raise DeviceLost(f"myRIO {self._settings.resource}: the session is not open")
         return self._open
 
-    def _connect(self) -> _Channels:
+    def _connect(self) -> Channels:
         settings = self._settings
         session = FpgaSession(settings, self._clock, load_bitfile(settings.bitfile, self._context.where))
         try:
@@ -230,7 +236,7 @@ class MyRio:
             raise
         return channels
 
-    def _find(self, session: FpgaSession) -> _Channels:
+    def _find(self, session: FpgaSession) -> Channels:
         settings, roles = self._settings, self.roles
         out = {
             role: PressureOutput(session, *self._lines[role]) for role in (Role.VALVE_1, Role.VALVE_2) if role in roles
@@ -247,7 +253,7 @@ class MyRio:
         reads = len(monitors) + (0 if angle is None else 2 if settings.angle.excitation else 1) + len(settings.further)
         calls = reads + len(out) + bool(strobe) + bool(heartbeat)
         outputs = out.get(Role.VALVE_1), out.get(Role.VALVE_2)
-        return _Channels(
+        return Channels(
             session,
             outputs,
             strobe,
@@ -259,7 +265,7 @@ class MyRio:
             further,
         )
 
-    def _put(self, channels: _Channels, p1_cmd_mpa: float, p2_cmd_mpa: float) -> None:
+    def _put(self, channels: Channels, p1_cmd_mpa: float, p2_cmd_mpa: float) -> None:
         if channels.strobe is None:
             return
         first, second = channels.outputs
@@ -278,7 +284,7 @@ class MyRio:
         except VENDOR_ERRORS as error:
             raise self._failed(error, "writing") from None
 
-    def _limit(self, channels: _Channels) -> None:
+    def _limit(self, channels: Channels) -> None:
         """Give the FPGA its limits before the first output of a session, where the bitfile has registers for them."""
         for role, output in zip((Role.VALVE_1, Role.VALVE_2), channels.outputs, strict=True):
             line = self._lines[role][0]
@@ -298,7 +304,7 @@ class MyRio:
             f"myRIO {self._settings.resource}: {doing} took {took:.1f} ms, longer than the period of {period:g} ms"
         )
 
-    def _check_remote(self, channels: _Channels) -> dict[str, str]:
+    def _check_remote(self, channels: Channels) -> dict[str, str]:
         """Time single reads, the only call that moves nothing, and refuse when a tick of them does not fit."""
         read = channels.session.reader(self._settings.ready or self._settings.angle.wiper)
         times = []

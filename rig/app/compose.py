@@ -25,7 +25,7 @@ from rig.realtime.clock import MonotonicClock, VirtualClock, WarmUpClock
 from rig.realtime.commands import Mailbox, Script, program_path
 from rig.realtime.faults import Fault
 from rig.realtime.loop import Loop, LoopSettings
-from rig.realtime.rehearsal import NoDevice, Rehearsal
+from rig.realtime.rehearsal import NoDevice, Rehearsal, Rehearsals
 from rig.realtime.ring import Ring, RingWriter
 from rig.rig_config import DeviceEntry, RigConfig, load_rig, require_file, resolve_paths
 from rig.service.processes import name_process
@@ -167,29 +167,38 @@ def _prepare(orders: LoopOrders) -> tuple[Loop, dict[str, Any]]:
     seed = {} if orders.seed is None else {"seed": orders.seed}
     device = make_device(rig, clock, {**orders.options, **seed})
     commands: Mailbox | Script = mailbox
-    closed = False
     if orders.script is not None:
         programs = [closed_loop.attach(program_path(orders.session, run), orders.session) for run in orders.script]
         commands = Script(programs, mailbox)
-        closed = any(isinstance(program, closed_loop.TrackingProgram) for program in programs)
-    waiting = clock if orders.virtual else punctual(clock, device, rig, closed)
+    waiting = clock if orders.virtual else punctual(clock, device, rig)
     loop = Loop(device, waiting, RingWriter(ring, os.getpid()), commands, loop_settings(rig))
+    rehearse_for(loop, waiting)
     facts: dict[str, Any] = {"device": dict(device.open())}
     facts["realtime"] = {} if orders.virtual else measures.apply(rig.realtime)
     facts["wall_offset_ns"] = time.time_ns() - clock.now_ns()
     return loop, facts
 
 
-def punctual(clock: Clock, device: Device, rig: RigConfig, closed: bool = False) -> Clock:
-    """The clock on which the loop waits: it rehearses each tick beforehand, if the rig's config asks for that; those of
-    a closed loop with `closed`."""
+def punctual(clock: Clock, device: Device, rig: RigConfig) -> Clock:
+    """The clock on which the loop waits: it rehearses each tick beforehand, if the rig's config asks for that."""
     early_ns = min(rig.realtime.early_us * 1000, rig.period_ns // 4)
-    if not early_ns:
-        return clock
+    return (
+        WarmUpClock(early_ns, Rehearsals(_rehearsal(device, rig), _rehearsal(device, rig, closed=True)))
+        if early_ns
+        else clock
+    )
+
+
+def _rehearsal(device: Device, rig: RigConfig, *, closed: bool = False) -> Rehearsal:
     beside, settings = VirtualClock(), loop_settings(rig)
-    twin = getattr(device, "twin", None)  # a driver has none: its calls would reach the hardware
-    stand_in = twin(beside) if twin else NoDevice(settings.safe_p1_mpa, settings.safe_p2_mpa)
-    return WarmUpClock(early_ns, Rehearsal(stand_in, beside, settings, closed_loop=closed))
+    twin = getattr(device, "twin", lambda _: None)(beside)  # a driver without one: its calls would reach the hardware
+    return Rehearsal(twin or NoDevice(settings.safe_p1_mpa, settings.safe_p2_mpa), beside, settings, closed_loop=closed)
+
+
+def rehearse_for(loop: Loop, clock: Clock) -> None:
+    """Let the clock rehearse the kind of tick that this loop is about to carry out."""
+    if isinstance(clock, WarmUpClock) and isinstance(clock.rehearse, Rehearsals):
+        clock.rehearse.follows_angle = loop.follows_angle
 
 
 def is_simulated(rig: RigConfig) -> bool:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rig.channels import channels_of
 from rig.errors import RecordError
@@ -42,6 +43,8 @@ _KEPT_FIELDS = (
     *("tick", "missed", "p1_raw", "p2_raw", "angle_raw", "excitation_raw", "angle_zero_deg", "reference_deg"),
     *("run", "state", "phase", "flags", "fault"),
 )
+_TIMES = ("scheduled_ns", "woken_ns")
+_AGED = ("p1", "p2", "angle")
 _REPEAT = re.compile(r"_r(?:epeat)?(\d+)$")
 _LABEL = re.compile(r"([a-z]+)_([0-9.]+)hz_([0-9.]+)mpa")
 
@@ -109,7 +112,10 @@ def read_samples(path: Path) -> Samples:
 
 
 def records_of(samples: Samples, facts: Mapping[str, Any], path: Path, phases: Iterable[Phase] | None) -> list[Record]:
-    """Samples as records, one for each run in them; RecordError when there is none, or time does not rise."""
+    """Samples as records, one for each run in them; RecordError when there is none, or time does not rise.
+
+    Takes the samples apart field by field, so as not to hold an hour twice: afterwards they are empty.
+    """
     if phases is not None:
         wanted = np.isin(samples["phase"], [int(phase) for phase in phases])
         if not wanted.any():
@@ -118,7 +124,7 @@ def records_of(samples: Samples, facts: Mapping[str, Any], path: Path, phases: I
                 or "no ticks"
             )
             raise RecordError(f"{path}: holds no {' or '.join(Phase(p).name for p in phases)}, only {has}")
-        samples = samples if wanted.all() else samples.rows(wanted)
+        samples = samples.rows(_stretch(wanted))
     if not len(samples):
         raise RecordError(f"{path}: holds no ticks")
     runs = np.unique(samples["run"])
@@ -126,6 +132,18 @@ def records_of(samples: Samples, facts: Mapping[str, Any], path: Path, phases: I
         raise RecordError(f"{path}: {len(runs)} runs in one file, at most {RUNS_LIMIT} are read")
     parts = [samples] if len(runs) == 1 else [samples.rows(samples["run"] == run) for run in runs]
     return [_record_of(part, facts, path, several=len(runs) > 1) for part in parts]
+
+
+def _stretch(wanted: NDArray[np.bool_]) -> slice | NDArray[np.bool_]:
+    """The same rows as a slice where they follow one another, which copies nothing."""
+    first, end = int(wanted.argmax()), len(wanted) - int(wanted[::-1].argmax())
+    return slice(first, end) if wanted[first:end].all() else wanted
+
+
+def _needed(facts: Mapping[str, Any]) -> set[str]:
+    """The fields of samples that a record with these facts is made of."""
+    further = (place for place, _ in zip(PLACES, furthers_of(facts), strict=False))
+    return {*MAIN_COLUMNS[1:], *_KEPT_FIELDS, *_TIMES, *(f"{name}_age_ns" for name in _AGED), *further}
 
 
 def record_from_columns(columns: Mapping[str, Array], facts: Mapping[str, Any], path: Path) -> Record:
@@ -208,7 +226,8 @@ def _read_file(path: Path, phases: Iterable[Phase] | None, *, complete_only: boo
         with McapLog(path) as log:
             if complete_only:
                 require_complete(log.result_facts, path)
-            return records_of(log.samples(), log.run_facts | log.result_facts, path, phases)
+            facts = log.run_facts | log.result_facts
+            return records_of(log.samples(names=_needed(facts)), facts, path, phases)
     if kind is Kind.TDMS:
         raw = read_tdms(path)
         return [record_from_columns(own_columns(raw), raw.facts, path)]
@@ -223,17 +242,17 @@ def _read_file(path: Path, phases: Iterable[Phase] | None, *, complete_only: boo
 
 
 def _record_of(samples: Samples, facts: Mapping[str, Any], path: Path, several: bool) -> Record:
-    scheduled = samples["scheduled_ns"]
+    take, run, given = samples.fields.pop, samples["run"][0], dict(facts)
+    given["started_ns"] = int(samples.log_time_ns[0])
+    scheduled = take("scheduled_ns")
     columns: dict[str, Array] = {"t_s": (scheduled - scheduled[0]) / 1e9}
-    columns |= {name: samples[name] for name in MAIN_COLUMNS if name != "t_s"}
-    columns |= {name: samples[name].astype(np.float64) for name in _KEPT_FIELDS}
-    columns["lateness_us"] = (samples["woken_ns"] - scheduled) / 1e3
-    named = zip(PLACES, furthers_of(facts), strict=False)
-    columns |= {one.name: samples[place] for place, one in named}
-    columns |= {f"{name}_age_s": samples[f"{name}_age_ns"] / 1e9 for name in ("p1", "p2", "angle")}
-    given = dict(facts) | {"started_ns": int(samples.log_time_ns[0])}
+    columns |= {name: take(name) for name in MAIN_COLUMNS if name != "t_s"}
+    columns |= {name: take(name).astype(np.float64, copy=False) for name in _KEPT_FIELDS}
+    columns["lateness_us"] = (take("woken_ns") - scheduled) / 1e3
+    columns |= {one.name: take(place) for place, one in zip(PLACES, furthers_of(given), strict=False)}
+    columns |= {f"{name}_age_s": take(f"{name}_age_ns") / 1e9 for name in _AGED}
     name = pairing_name(given, path)
-    return record_from_columns(columns, given | {"name": f"{name}_run{samples['run'][0]}" if several else name}, path)
+    return record_from_columns(columns, given | {"name": f"{name}_run{run}" if several else name}, path)
 
 
 def _require_plausible(table: Mapping[str, Column], path: Path) -> None:

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import astuple, dataclass, field, fields
 from itertools import accumulate, pairwise
 from pathlib import Path
-from typing import Final, Self
+from typing import ClassVar, Final, Self
 
 from rig.errors import StateError
 from rig.gains import ClosedLoop
@@ -119,6 +119,7 @@ class TrackingProgram(Program):
     """Of ramp in and sweep, one entry a tick."""
     settings: ClosedLoop
     period_s: float
+    closed: ClassVar[bool] = True
     _feedback: list[Feedback] = field(init=False, repr=False, compare=False, default_factory=list)
     _left_from: list[tuple[float, float]] = field(init=False, repr=False, compare=False, default_factory=list)
 

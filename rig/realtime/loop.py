@@ -144,6 +144,10 @@ class Loop:
             tick += 1
             due_ns += period_ns
 
+    def follows_angle(self) -> bool:
+        """Whether the program that is carried out looks at the angle."""
+        return self._program is not None and self._program.closed
+
     @property
     def _run(self) -> int:
         return self._program.run if self._program else 0

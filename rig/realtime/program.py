@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Final, NamedTuple, Self
+from typing import Any, ClassVar, Final, NamedTuple, Self
 
 from rig.errors import StateError
 from rig.realtime.faults import Fault
@@ -43,6 +43,8 @@ class Program:
     zero_ticks: int
     ramp_in_ticks: int
     ramp_out_ticks: int
+    closed: ClassVar[bool] = False
+    """Whether it looks at the angle."""
 
     @property
     def fault(self) -> Fault:

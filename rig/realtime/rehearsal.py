@@ -6,7 +6,7 @@ the same code on memory that nobody else sees: its device, ring, mailbox and pro
 reaches an output or a record.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Final
 
 from rig.gains import ClosedLoop
@@ -78,6 +78,20 @@ class Rehearsal:
     def _carry_out(self, tick: int) -> None:
         self._clock.wait_until_ns(self._clock.now_ns() + self._period_ns)
         self.loop.tick(tick, self._clock.now_ns(), self._clock.now_ns(), 0)
+
+
+class Rehearsals:
+    """Call it to carry out a tick of the kind that is due: of an open or of a closed loop. Both are ready from the
+    start, for a daemon's loop learns which it will be only when a run begins."""
+
+    def __init__(self, open_loop: Rehearsal, closed_loop: Rehearsal) -> None:
+        self._open, self._closed = open_loop, closed_loop
+        self.follows_angle: Callable[[], bool] = lambda: False
+        """Whether the real loop's next tick follows an angle."""
+
+    def __call__(self) -> None:
+        """One tick without an effect."""
+        (self._closed if self.follows_angle() else self._open)()
 
 
 def _at_rest(settings: LoopSettings, closed_loop: bool) -> Program:

@@ -102,6 +102,11 @@ class RegisterFile:
         return int(self._fpga.sessions)
 
     @property
+    def calls(self) -> int:
+        """How many calls have reached the FPGA, over all sessions."""
+        return int(self._fpga.calls)
+
+    @property
     def strobes(self) -> int:
         """How often AO.SYS.GO was written."""
         return int(self._fpga.strobes)

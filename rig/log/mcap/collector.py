@@ -2,6 +2,7 @@
 
 import json
 import struct
+from collections.abc import Collection
 from contextlib import suppress
 from typing import Any, Final, NamedTuple
 
@@ -9,12 +10,15 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Schema
 
 from rig.log.mcap import schema
-from rig.log.mcap.columns import Layout, Samples, concatenate, layout_of, run_length, to_samples
+from rig.log.mcap.columns import GrowingSamples, Layout, Samples, layout_of, run_length
 from rig.log.mcap.contents import Contents
 from rig.log.mcap.framing import HEAD, MESSAGE_HEAD, Block, DamageError, blocks, unpacked_limit
+from rig.sample import WIRES
 
 _BATCH_BYTES: Final = 1 << 20
 """As much as fits into a processor's cache: records are taken apart column by column."""
+_USUAL_RATIO: Final = 4
+"""How much larger than the file the records of a recorder's are; beyond that a claim is believed when it is met."""
 _CHANGE_BYTES: Final = 20_000
 """What a change from one channel of samples to another counts for: each makes a part of its own."""
 _HEADS = struct.Struct("<BQH")
@@ -33,16 +37,18 @@ class LogLine(NamedTuple):
 
 
 class SampleCollector:
-    """Walks through the records of chunks and keeps samples and log lines, of a file of `file_bytes` bytes."""
+    """Walks through the records of chunks and keeps samples, their fields `names`, and log lines, of a file of
+    `file_bytes` bytes."""
 
-    def __init__(self, contents: Contents, file_bytes: int) -> None:
+    def __init__(self, contents: Contents, file_bytes: int, names: Collection[str] = tuple(WIRES)) -> None:
         self.contents = contents
         self._room = unpacked_limit(file_bytes)
         self.lines: list[LogLine] = []
         self._layouts: dict[int, Layout | None] = {}
         self._current: Layout | None = None
         self._records = bytearray()
-        self._parts: list[Samples] = []
+        claimed = sum(chunk.size for chunk in contents.chunks)
+        self._kept = GrowingSamples(names, min(claimed, _USUAL_RATIO * file_bytes))
 
     def feed(self, data: bytes, place: int) -> None:
         """The records of one chunk that stands at byte `place`; DamageError when one is broken."""
@@ -62,7 +68,7 @@ class SampleCollector:
             self._convert()
         except ValueError as error:
             raise DamageError(0, f"inside a chunk: {error}") from None
-        return concatenate(self._parts)
+        return self._kept.samples()
 
     def _run(self, data: bytes, offset: int) -> int:
         """Take the samples in their usual arrangement that start at `offset`; returns where they end, `offset` for
@@ -136,7 +142,7 @@ class SampleCollector:
 
     def _convert(self) -> None:
         if self._current is not None and self._records:
-            self._parts.append(to_samples(self._current, self._records))
+            self._kept.add(self._current, self._records)
         self._records = bytearray()
 
 

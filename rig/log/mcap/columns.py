@@ -4,7 +4,7 @@ A file written by an older or newer pamrig is read by its own field list; a fiel
 """
 
 import struct
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from typing import Any, Final
@@ -42,7 +42,8 @@ _HEAD_FIELDS: Final[dict[str, Any]] = {
 
 @dataclass(frozen=True)
 class Samples:
-    """Ticks as columns of equal length n, in the order of the file: one per field of rig.sample.Sample, in its type."""
+    """Ticks as columns of equal length n, in the order of the file: one per field of rig.sample.Sample, in its type, or
+    per field that was asked for."""
 
     fields: dict[str, Array]
     log_time_ns: NDArray[np.int64]
@@ -174,44 +175,59 @@ def run_length(data: bytes, offset: int, layout: Layout) -> int:
     return done
 
 
-def to_samples(layout: Layout, records: bytearray) -> Samples:
-    """Message records of `layout`'s channel and length as columns; a field that the file lacks is NaN or 0.
+class GrowingSamples:
+    """Samples that come in batches, the fields `names` of them: each column grows in its place, so that an hour is in
+    memory once. Room for `expected_bytes` of records is made at once; what is not filled of it costs nothing."""
 
-    ValueError when a record is no such message, or its time is beyond the year 2262.
-    """
+    def __init__(self, names: Collection[str] = tuple(WIRES), expected_bytes: int = 0) -> None:
+        self._expected_bytes = expected_bytes
+        self._fields = {name: np.empty(0, DTYPES[wire.kind]) for name, wire in WIRES.items() if name in names}
+        self._times, self._sequence = np.empty(0, np.int64), np.empty(0, np.uint32)
+        self._length = 0
+
+    def add(self, layout: Layout, records: bytearray) -> None:
+        """Message records of `layout`'s channel and length; a field that the file lacks is NaN or 0.
+
+        ValueError when a record is no such message, or its time is beyond the year 2262.
+        """
+        rows = _rows(layout, records)
+        if len(rows) and int(rows["log_time"].max()) > np.iinfo(np.int64).max:
+            raise ValueError("a message whose time is beyond the year 2262")
+        start, end = self._length, self._length + len(rows)
+        if end > len(self._times):
+            self._make_room(max(end, self._expected_bytes // layout.message.itemsize, end + end // 8))
+        self._times[start:end], self._sequence[start:end] = rows["log_time"], rows["sequence"]
+        for name, column in self._fields.items():
+            filler = np.nan if WIRES[name].kind == "double" else 0
+            column[start:end] = rows[f"field {name}"] if name in layout.names else filler
+        self._length = end
+
+    def samples(self) -> Samples:
+        """All that were added; nothing may be added afterwards."""
+        for column in self._columns():
+            column.resize(self._length, refcheck=False)  # nobody else has seen it yet
+        return Samples(self._fields, self._times, self._sequence)
+
+    def _make_room(self, length: int) -> None:
+        if not self._length:
+            self._fields = {name: np.empty(length, column.dtype) for name, column in self._fields.items()}
+            self._times, self._sequence = np.empty(length, np.int64), np.empty(length, np.uint32)
+            return
+        for column in self._columns():
+            column.resize(length, refcheck=False)
+
+    def _columns(self) -> list[Array]:
+        return [self._times, self._sequence, *self._fields.values()]
+
+
+def _rows(layout: Layout, records: bytearray) -> Array:
+    """The records as rows of `layout.message`; those in another arrangement are packed again."""
     rows = np.frombuffer(records, layout.message)
-    if not layout.regular(rows):
-        size = layout.message.itemsize
-        again = b"".join(
-            layout.pack_again(bytes(records[start : start + size])) for start in range(0, len(records), size)
-        )
-        rows = np.frombuffer(again, layout.message)
-    if len(rows) and int(rows["log_time"].max()) > np.iinfo(np.int64).max:
-        raise ValueError("a message whose time is beyond the year 2262")
-    fields: dict[str, Array] = {}
-    for name, wire in WIRES.items():
-        dtype = DTYPES[wire.kind]
-        filler = np.nan if wire.kind == "double" else 0
-        fields[name] = (
-            rows[f"field {name}"].astype(dtype) if name in layout.names else np.full(len(rows), filler, dtype)
-        )
-    return Samples(fields, rows["log_time"].astype(np.int64), rows["sequence"].astype(np.uint32))
-
-
-def concatenate(parts: list[Samples]) -> Samples:
-    """Samples of several stretches as one, empty for none. Empties `parts` column by column, to hold little twice."""
-    if not parts:
-        nothing = {name: np.empty(0, DTYPES[wire.kind]) for name, wire in WIRES.items()}
-        return Samples(nothing, np.empty(0, np.int64), np.empty(0, np.uint32))
-    if len(parts) == 1:
-        return parts[0]
-    times, sequences = (
-        np.concatenate([part.log_time_ns for part in parts]),
-        np.concatenate([part.sequence for part in parts]),
-    )
-    return Samples(
-        {name: np.concatenate([part.fields.pop(name) for part in parts]) for name in WIRES}, times, sequences
-    )
+    if layout.regular(rows):
+        return rows
+    size = layout.message.itemsize
+    again = (layout.pack_again(bytes(records[start : start + size])) for start in range(0, len(records), size))
+    return np.frombuffer(b"".join(again), layout.message)
 
 
 def pack_columns(columns: Mapping[str, Array], wires: Mapping[str, Wire]) -> Array:

@@ -178,6 +178,12 @@ def map_file(path: Path) -> memoryview:
         raise RecordError(f"{path}: cannot be read: {error.strerror}") from None
 
 
+def let_go(data: memoryview) -> None:
+    """Give the pages of a mapped file back, which are read again when they are touched: memory is for its columns."""
+    if isinstance(data.obj, mmap.mmap) and hasattr(mmap, "MADV_DONTNEED"):  # Linux
+        data.obj.madvise(mmap.MADV_DONTNEED)
+
+
 def hold_data_crc(block: Block, data: memoryview) -> None:
     """DamageError when the CRC in the record that ends the data is not that of everything before it."""
     crc = parse(block, DataEnd.read).data_section_crc

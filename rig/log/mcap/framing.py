@@ -6,7 +6,8 @@ that is to be checked or rescued needs the offsets and the bounds. What the reco
 
 import struct
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from io import BytesIO
 from typing import Any, Final, TypeVar
@@ -29,6 +30,8 @@ MESSAGE_INDEX_HEAD: Final = struct.Struct("<HI")
 _CHUNK_HEAD = struct.Struct("<QQQII")
 _LENGTH = struct.Struct("<Q")
 _CHUNK_LIMIT = 64 << 20
+_AHEAD_BYTES = 2 << 20
+"""As much is opened while as much is worked on."""
 _SMALL_LIMIT = 16 << 20
 _RATIO_LIMIT = 100
 """How much larger than the file its content may become (ours: 3 to 20), beyond the limit of small ones."""
@@ -142,3 +145,49 @@ class Unpacker:
         if chunk.crc and zlib.crc32(data) != chunk.crc:
             raise DamageError(chunk.start, "a chunk whose CRC does not hold")
         return data
+
+    def open_ahead(self, chunks: Iterable[Chunk]) -> Iterator[tuple[Chunk, bytes]]:
+        """Each chunk with its records, as `open`; of many the next are opened while the last are worked on: neither
+        zstd nor a CRC holds the interpreter."""
+        batches = _batches(chunks)
+        opened, coming = self._several(next(batches, [])), next(batches, [])
+        if not coming:
+            yield from _told(opened)
+            return
+        with ThreadPoolExecutor(1) as beside:
+            while opened:
+                after = beside.submit(self._several, coming)
+                yield from _told(opened)
+                opened, coming = after.result(), next(batches, [])
+
+    def _several(self, chunks: Iterable[Chunk]) -> list[tuple[Chunk, bytes | DamageError]]:
+        """Up to the first that cannot be opened."""
+        opened: list[tuple[Chunk, bytes | DamageError]] = []
+        for chunk in chunks:
+            try:
+                opened.append((chunk, self.open(chunk)))
+            except DamageError as error:
+                opened.append((chunk, error))
+                break
+        return opened
+
+
+def _batches(chunks: Iterable[Chunk]) -> Iterator[list[Chunk]]:
+    """Chunks in lists of _AHEAD_BYTES of content, as they claim it."""
+    batch: list[Chunk] = []
+    size = 0
+    for chunk in chunks:
+        batch.append(chunk)
+        size += chunk.size
+        if size > _AHEAD_BYTES:
+            yield batch
+            batch, size = [], 0
+    if batch:
+        yield batch
+
+
+def _told(opened: Iterable[tuple[Chunk, bytes | DamageError]]) -> Iterator[tuple[Chunk, bytes]]:
+    for chunk, data in opened:
+        if isinstance(data, DamageError):
+            raise data
+        yield chunk, data

@@ -4,15 +4,20 @@ Nothing is decompressed before it is asked for, and nothing is believed before i
 are refused here; rig.log.check says what is wrong with them and rig.log.recover saves what can be saved.
 """
 
+from collections.abc import Collection, Iterator
 from pathlib import Path
-from typing import Self
+from typing import Final, Self
 
 from rig.errors import RecordError
 from rig.log.mcap import schema
 from rig.log.mcap.collector import LogLine, SampleCollector, is_sample_channel
 from rig.log.mcap.columns import Samples
-from rig.log.mcap.contents import indexed, map_file, walk
-from rig.log.mcap.framing import DamageError, Unpacker
+from rig.log.mcap.contents import indexed, let_go, map_file, walk
+from rig.log.mcap.framing import Chunk, DamageError, Unpacker
+from rig.sample import WIRES
+
+_LET_GO_CHUNKS: Final = 256
+"""After so many chunks the file's pages are given back: some 2 MB of ours."""
 
 
 class McapLog:
@@ -41,10 +46,12 @@ class McapLog:
         """File name -> content, as they were put in by the writer."""
         return self.contents.attachments
 
-    def samples(self, first_ns: int | None = None, last_ns: int | None = None) -> Samples:
-        """The samples of all phases whose log time lies in first_ns..last_ns; only the chunks in that span are
-        opened."""
-        samples = self._collect(first_ns, last_ns)[0]
+    def samples(
+        self, first_ns: int | None = None, last_ns: int | None = None, names: Collection[str] = tuple(WIRES)
+    ) -> Samples:
+        """The samples of all phases whose log time lies in first_ns..last_ns, their fields `names`; only the chunks in
+        that span are opened."""
+        samples = self._collect(first_ns, last_ns, names)[0]
         if first_ns is None and last_ns is None:
             return samples
         low, high = first_ns if first_ns is not None else -(1 << 63), last_ns if last_ns is not None else (1 << 63) - 1
@@ -54,17 +61,16 @@ class McapLog:
         """All samples and all log lines, in one pass."""
         return self._collect(None, None)
 
-    def _collect(self, first_ns: int | None, last_ns: int | None) -> tuple[Samples, list[LogLine]]:
-        collector = SampleCollector(self.contents, len(self._data))
-        unpacker = Unpacker(len(self._data))
+    def _collect(
+        self, first_ns: int | None, last_ns: int | None, names: Collection[str] = tuple(WIRES)
+    ) -> tuple[Samples, list[LogLine]]:
+        collector = SampleCollector(self.contents, len(self._data), names)
         try:
-            for number, chunk in enumerate(self.contents.chunks):
-                early, late = (
-                    first_ns is not None and chunk.last_ns < first_ns,
-                    last_ns is not None and chunk.first_ns > last_ns,
-                )
-                if number == 0 or not (early or late):  # the first chunk holds the schema
-                    collector.feed(unpacker.open(chunk), chunk.start)
+            opened = Unpacker(len(self._data)).open_ahead(self._chunks(first_ns, last_ns))
+            for number, (chunk, data) in enumerate(opened):
+                collector.feed(data, chunk.start)
+                if number % _LET_GO_CHUNKS == 0:
+                    let_go(self._data)
             for block in self.contents.loose:
                 collector.feed(bytes(self._data[block.start : block.end]), block.start)
             samples = collector.samples()
@@ -72,6 +78,16 @@ class McapLog:
             raise self._not_whole(error) from None
         self._require_samples()
         return samples, collector.lines
+
+    def _chunks(self, first_ns: int | None, last_ns: int | None) -> Iterator[Chunk]:
+        """Those of the span, and the first, which holds the schema."""
+        for number, chunk in enumerate(self.contents.chunks):
+            early, late = (
+                first_ns is not None and chunk.last_ns < first_ns,
+                last_ns is not None and chunk.first_ns > last_ns,
+            )
+            if number == 0 or not (early or late):
+                yield chunk
 
     def _require_samples(self) -> None:
         channels, kinds = self.contents.channels.values(), self.contents.schemas

@@ -23,6 +23,7 @@ from rig.model.chain import Chain
 from rig.model.parameters import load_model
 from rig.qualify.benchmarks import figure
 from rig.qualify.benchmarks.devices_fieldbus import bench_fieldbus
+from rig.qualify.benchmarks.devices_tick import bench_tick
 from rig.realtime.clock import MonotonicClock
 
 TICKS: Final = 20_000
@@ -63,6 +64,7 @@ def _myrio(folder: Path) -> dict[str, Any]:
     figures |= _safe_paths(settings, context, ours["p99"])
     figures |= _mixed(settings, context)
     device.close()
+    figures |= bench_tick(settings, context, _bare_tick(settings))
     return figures
 
 

@@ -8,12 +8,14 @@ from scripted import PERIOD_NS, ListRing, ScriptedDevice, armed_and_running
 
 from rig.app import compose
 from rig.interfaces import Clock, Device
+from rig.qualify.benchmarks.tracking import closed_at_rest
+from rig.qualify.lateness import at_rest
 from rig.realtime import clock as clocks
 from rig.realtime.clock import MonotonicClock, VirtualClock, WarmUpClock
-from rig.realtime.commands import Request
+from rig.realtime.commands import Mailbox, Request, Script
 from rig.realtime.faults import Fault
 from rig.realtime.loop import Loop, LoopSettings
-from rig.realtime.rehearsal import NoDevice, Rehearsal
+from rig.realtime.rehearsal import NoDevice, Rehearsal, Rehearsals
 from rig.realtime.state import State
 from rig.sample import Phase, Sample
 
@@ -188,3 +190,34 @@ def made_clock(early_us: int, period_ms: int, device: Device) -> Clock:
     rig = compose.load(None)
     rig = replace(rig, period_ns=period_ms * 10**6, realtime=replace(rig.realtime, early_us=early_us))
     return compose.punctual(MonotonicClock(), device, rig)
+
+
+def test_a_running_loop_says_which_kind_of_tick_is_rehearsed() -> None:
+    said: list[str] = []
+    rehearsals = Rehearsals(lambda: said.append("open"), lambda: said.append("closed"))  # type: ignore[arg-type]
+    rig = compose.load(None)
+    for program, kind in ((at_rest(rig, 20), "open"), (closed_at_rest(rig, 20), "closed")):
+        clock, ring = RehearsedVirtually(), ListRing()
+        device = compose.make_device(rig, clock)
+        device.open()
+        loop = Loop(device, clock, ring, Script([program], Mailbox.private()), compose.loop_settings(rig))  # type: ignore[arg-type]
+        rehearsals.follows_angle = loop.follows_angle
+        clock.rehearse = rehearsals  # type: ignore[assignment]
+        said.clear()
+        loop.run()
+        running = [sample for sample in ring.samples if sample.phase is Phase.SWEEP]
+        assert len(running) == 20
+        assert said.count(kind) >= 18, said
+        assert said[0] == "open", "nothing runs yet"
+
+
+def test_the_clock_of_a_rig_is_told_what_its_loop_carries_out() -> None:
+    rig = compose.load(None)
+    device = compose.make_device(rig, MonotonicClock())
+    clock = compose.punctual(MonotonicClock(), device, rig)
+    loop = Loop(device, clock, ListRing(), Script([at_rest(rig, 5)], Mailbox.private()), compose.loop_settings(rig))  # type: ignore[arg-type]
+    compose.rehearse_for(loop, clock)
+    assert isinstance(clock, WarmUpClock)
+    assert isinstance(clock.rehearse, Rehearsals)
+    assert clock.rehearse.follows_angle == loop.follows_angle
+    clock.rehearse()
