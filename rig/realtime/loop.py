@@ -31,14 +31,8 @@ from rig.sample import (
 
 # members by names of this module: in Python 3.11 looking one up in its class takes as long as a call, and a tick has
 # dozens
-_RUNNING, _DONE, _FAULT, _ZERO, _NO_PHASE, _NO_FAULT = (
-    State.RUNNING,
-    State.DONE,
-    State.FAULT,
-    Phase.ZERO,
-    Phase.NONE,
-    Fault.NONE,
-)
+_RUNNING, _DONE, _FAULT = State.RUNNING, State.DONE, State.FAULT
+_ZERO, _NO_PHASE, _NO_FAULT = Phase.ZERO, Phase.NONE, Fault.NONE
 _COMMANDING = (State.ARMED, State.RUNNING, State.DONE)
 _UNDER_COMMAND = (State.ARMED, State.RUNNING)
 _SILENT = (State.DISARMED, State.FAULT)
