@@ -45,19 +45,22 @@ class Entry:
 
 
 class Ledger:
-    """The file of entries; a line is on the disk when `add` returns. Any thread may call."""
+    """The file of entries; a line is on the disk when `add` returns. Any thread may call.
+
+    Nothing is held in memory: a daemon that records for a month needs no more of it than one that has just begun.
+    """
 
     def __init__(self, path: Path) -> None:
         self._path = path
         self._writing = threading.Lock()
         self._broken = False
-        self._entries = self._read() if path.exists() else {}
+        self._read()
 
     @property
     def entries(self) -> list[Entry]:
         """Every record that was ever written down and not forgotten, whether or not it is still there."""
         with self._writing:
-            return list(self._entries.values())
+            return list(self._read().values())
 
     def add(self, file: Path, recorded_s: float) -> None:
         """Remember a record that is finished; one that is not there is no record. RigError when it cannot be written
@@ -67,17 +70,26 @@ class Ledger:
             seen = path.stat()
             entry = Entry(str(path), seen.st_dev, seen.st_ino, seen.st_size, recorded_s)
             with self._writing:
-                self._entries[entry.path] = entry
-                self._write(_line(entry), "a", self._path)
+                self._append(_line(entry))
 
     def forget(self, paths: list[str]) -> None:
         """Leave out entries whose files are gone, and write the rest anew. RigError when that cannot be written."""
         with self._writing:
-            for path in paths:
-                self._entries.pop(path, None)
+            kept = [entry for path, entry in self._read().items() if path not in set(paths)]
             fresh = self._path.with_suffix(".new")
-            self._write("".join(_line(entry) for entry in self._entries.values()), "w", fresh)
+            self._write("".join(map(_line, kept)), "w", fresh)
             fresh.replace(self._path)
+
+    def _append(self, line: str) -> None:
+        """The whole line or nothing of it: half a line, on a disk that was full, would make all of it unreadable."""
+        whole = self._path.stat().st_size if self._path.exists() and not self._broken else 0
+        try:
+            self._write(line, "a", self._path)
+        except RigError:
+            if not self._broken:  # else nothing was written: the broken one could not be put aside
+                with suppress(OSError):
+                    os.truncate(self._path, whole)
+            raise
 
     def _write(self, text: str, mode: str, path: Path) -> None:
         try:
@@ -90,6 +102,9 @@ class Ledger:
             raise RigError(f"{self._path}: cannot be written: {error.strerror}") from None
 
     def _read(self) -> dict[str, Entry]:
+        """By path, the last entry of each; none of a file that is not there, or is broken."""
+        if not self._path.exists():
+            return {}
         try:
             lines = self._path.read_text(encoding="utf-8").splitlines()
             entries = [_entry(json.loads(line)) for line in lines]

@@ -1,7 +1,11 @@
 """Retention: off by itself, and never anything but announced records of the daemon's own ledger."""
 
+import errno
+import gc
 import os
+import tracemalloc
 from pathlib import Path
+from typing import Any
 
 import pytest
 from click.testing import CliRunner
@@ -191,3 +195,51 @@ def test_a_dry_run_says_what_would_go_and_removes_nothing(desk: Desk, tmp_path: 
     assert (desk.logs / "a" / "1.mcap").exists()
     done = CliRunner().invoke(daemon, ["--state", str(tmp_path), "--dry-run"])
     assert "retention is off" in done.output
+
+
+def test_a_month_of_records_costs_the_ledger_no_memory(tmp_path: Path) -> None:
+    ledger, files = Ledger(tmp_path / "records.jsonl"), [tmp_path / f"sine_0.5hz_r{n}.mcap" for n in range(600)]
+    for file in files:
+        file.touch()
+    for file in files[:100]:
+        ledger.add(file, 1.0)
+    gc.collect()
+    tracemalloc.start()
+    before = tracemalloc.get_traced_memory()[0]
+    for file in files[100:]:
+        ledger.add(file, 1.0)
+    gc.collect()
+    grown = tracemalloc.get_traced_memory()[0] - before
+    tracemalloc.stop()
+    assert len(ledger.entries) == 600
+    assert grown / 500 < 20.0, "bytes a record"
+
+
+def test_a_full_disk_leaves_no_half_line_in_the_ledger(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    ledger = Ledger(tmp_path / "records.jsonl")
+    for name in ("a.mcap", "b.mcap"):
+        (tmp_path / name).write_bytes(b"x")
+    ledger.add(tmp_path / "a.mcap", NOW_S)
+    opened = Path.open
+
+    class Full:
+        def __init__(self, file: Any) -> None:
+            self._file = file
+
+        def __enter__(self) -> "Full":
+            return self
+
+        def __exit__(self, *_: object) -> None:
+            self._file.close()
+
+        def write(self, text: str) -> None:
+            self._file.write(text[:20])
+            raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "open", lambda path, *more, **named: Full(opened(path, *more, **named)))
+        with pytest.raises(RigError, match="No space left"):
+            ledger.add(tmp_path / "b.mcap", NOW_S)
+    assert [entry.path for entry in ledger.entries] == [str(tmp_path / "a.mcap")]
+    ledger.add(tmp_path / "b.mcap", NOW_S)
+    assert len(ledger.entries) == 2
