@@ -9,7 +9,8 @@ import numpy as np
 from scipy.optimize import minimize
 
 from rig.gap.reference.expectation import Parts
-from rig.gap.settings import FactorLevels, Prior
+from rig.gap.reference.monitors import OWN, misread
+from rig.gap.settings import FactorLevels, Levels, Prior
 from rig.record import Column
 
 START = {
@@ -25,20 +26,52 @@ gain. Two patterns that all but undo each other would else grow without end."""
 START_SHARE, START_EVEN = 0.01, 0.003
 PULL = 0.02
 """How firmly levels are held to the start, per squared factor e, in nats."""
-ROUNDS = 40
+ROUNDS = 20
+SHARES = (0.0, 0.2, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
+"""Shares of the monitors' offsets that are tried."""
 
 
-def fit_levels(families: Sequence[Sequence[Parts]], prior: Prior) -> FactorLevels:
-    """The levels of one factor for a rig of a build that is not among these: each the geometric mean of every family's
-    own likeliest level and of the start.
+def fit_levels(families: Sequence[Sequence[Parts]], prior: Prior, of_days: bool = True) -> FactorLevels:
+    """The levels of one factor for a rig of a build that is not among these.
 
-    A family is one draw of what builds differ by, however many days it brings, and the start is one more. So a level
-    that one build hardly shows stays a doubt about the next.
+    A family is one draw of what builds differ by, however many days it brings. What days bring (`of_days`): the
+    geometric mean of every family's own likeliest level and of the start, which is a guess about days and counts as one
+    more draw; so a level that one build hardly shows stays a doubt about the next. What a description of the rig
+    misses: the root of the families' mean square. Either was the likelier on a family that was left out
+    (docs/decisions/0524).
     """
     found = [_of_family(days, prior) for days in families]
     floor = float(np.exp(np.mean([np.log(_floor(days)) for days in families])))
     names = _names(families[0])
-    return _levels(names, np.mean([_start(names), *found], axis=0), floor)
+    mean = (
+        np.mean([_start(names), *found], axis=0) if of_days else 0.5 * np.log(np.mean(np.exp(2.0 * np.array(found)), 0))
+    )
+    return _levels(names, mean, floor)
+
+
+def fit_monitors(
+    families: Sequence[Sequence[tuple[Parts, Parts]]], pressures: FactorLevels, angle: FactorLevels, prior: Prior
+) -> float:
+    """The share of the monitors' offsets that is their own error (`Levels.monitors`), from pressures and angle of the
+    same healthy days: the likeliest of SHARES, every family's mean day counting alike."""
+    said = [
+        [_mean([_tied(*day, Levels(pressures, angle, 0.0, share), prior) for day in days]) for share in SHARES]
+        for days in families
+    ]
+    return SHARES[int(np.argmax(np.sum(said, axis=0)))]
+
+
+def _tied(pressures: Parts, angle: Parts, levels: Levels, prior: Prior) -> float:
+    """ln p of a healthy day's angle when its monitors misread what the pressures tell."""
+    wrong = misread(pressures.factor(levels.pressures, prior), pressures.lines.of(pressures.gap), levels)
+    first = angle.names.index(OWN)
+    moved = angle.columns[:, [first, first + 1]] @ np.array(wrong.offset_mpa)
+    healthy = angle.factor(wrong.levels(levels.angle), prior).healthy
+    return healthy.log_density(angle.lines.of(angle.gap) + moved)
+
+
+def _mean(values: Sequence[float]) -> float:
+    return float(np.mean(values))
 
 
 def _of_family(days: Sequence[Parts], prior: Prior) -> Column:

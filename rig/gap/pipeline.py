@@ -25,12 +25,16 @@ from rig.gap.raw_tests.read import read_signatures
 from rig.gap.raw_tests.repeats import bridged, lost_rows
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.pairs import Pairing, pair_up
-from rig.gap.reference.build import Expected, Kind, expect
+from rig.gap.reference.build import Expected, Kind, expect, read_right
+from rig.gap.reference.monitors import misread
 from rig.gap.settings import Fitted, fitted
 from rig.model.parameters import Model
 from rig.record import Record
 
 USUAL_P0_MPA = 0.2
+STILL_LIKELY = 0.02
+"""Hypotheses ahead of the monitors of at least this probability are judged by the angle as well: what a valve does
+reaches the joint, what a monitor misreads does not. Less: one angle more to judge, seldom another name."""
 
 
 @dataclass(frozen=True)
@@ -108,9 +112,23 @@ def _judged(
     if not expected.driven or not question.ahead:
         return expected, (judged(angle_stand(expected, settings)),)
     ahead = judged(pressure_stand(expected, settings))
-    if ahead.found and ahead.fit is not None:
-        expected = behind(expected, ahead.fit.applied)
-    return expected, (ahead, judged(angle_stand(expected, settings)))
+    likely = ahead.likely(STILL_LIKELY)
+    told = {name: _told_by(ahead, name, expected, settings) for name in likely}
+    found = {name: judged(angle_stand(told[name], settings)) for name in likely}
+    if len(likely) > 1:
+        ahead = ahead.with_evidence({name: one.log_evidence for name, one in found.items()})
+    best = max(likely, key=lambda name: ahead.probability[name])
+    return told[best], (ahead, found[best])
+
+
+def _told_by(ahead: Posterior, name: str, expected: Expected, settings: Fitted) -> Expected:
+    """What is expected of the angle once a hypothesis holds ahead of the monitors."""
+    if name in ahead.fits:
+        expected = behind(expected, ahead.fits[name].applied)
+    if name == UNKNOWN:
+        return expected
+    factor, levels = ahead.stand.scene.factor, settings.levels[expected.levels]
+    return read_right(expected, misread(factor, ahead.left(name), levels))
 
 
 def _unnamed(question: Question, stand: Stand) -> dict[str, float]:

@@ -31,8 +31,6 @@ CREDIBLE = 0.95
 WIDTH_SHARES = (3.0, 0.05)
 """A law's further numbers are flat over this many times their value, at least over this share of their bounds. Wider:
 laws with more numbers lose."""
-LOOP_WIDTH = 0.1
-"""Yield of the play whose loop may be wider or narrower from day to day, as a share of the angle's range."""
 FIT_STEPS = 6
 """Gauss-Newton steps of a law from the best point of its grid; more change no name on the development cases."""
 PRIORS = Path(__file__).with_name("priors.yaml")
@@ -66,6 +64,9 @@ class Levels:
     """Of the angle under the measured pressures."""
     commanded_floor: float
     """As `floor`, of the angle under the commands."""
+    monitors: float = 0.0
+    """Of the variance of the offsets that monitors show, the share that is their own error, to which the muscles do not
+    answer. 0: what the pressures show tells nothing of the monitors."""
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ fingerprint and the simulator that the identification made, and beside the simul
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -19,7 +20,7 @@ from rig.blind_check.generate import nominal_model
 from rig.blind_check.source import records_of
 from rig.config import suggest, unstructure
 from rig.errors import ConfigError, ModelError
-from rig.gap.calibrate import fit_levels
+from rig.gap.calibrate import fit_levels, fit_monitors
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Expected, Kind, expect
 from rig.gap.reference.expectation import Parts, angle_parts, pressure_parts, rms_used
@@ -35,6 +36,8 @@ R = TypeVar("R")
 DAYS = (1, 3, 5)
 """Healthy days that are held beside the first."""
 DIGITS = 4
+OF_DAYS = (Kind.SESSION.value, Kind.FINGERPRINT.value)
+"""References that describe the rig as closely as days repeat; the others miss more than days differ by."""
 
 
 @dataclass(frozen=True)
@@ -83,10 +86,9 @@ def calibrate(plan: Plan, report: Callable[[int], None] = lambda done: None) -> 
         sisters = [models[_next_of(k, sheets)] for k in range(len(rigs))]
         found = pool.map(healthy_days, zip(rigs, models, sisters, strict=True))
         days = [day for some in _reported(found, report, len(rigs)) for day in some]
-    levels = {
-        name: _levels([day for day in days if day.reference == name], prior)
-        for name in dict.fromkeys(d.reference for d in days)
-    }
+        names = list(dict.fromkeys(day.reference for day in days))
+        of_each = [[day for day in days if day.reference == name] for name in names]
+        levels = dict(zip(names, pool.map(partial(_levels, prior=prior), of_each), strict=True))
     command = f"pamrig gap calibrate --units {plan.units} --seed {plan.seed}"
     return Fitted(Provenance(command, list(plan.families), len(rigs), len(rigs) * len(DAYS)), levels, prior)
 
@@ -150,11 +152,14 @@ def _healthy(family: str, expected: Expected) -> HealthyDay:
 def _levels(days: Sequence[HealthyDay], prior: Prior) -> Levels:
     families = [[day for day in days if day.family == name] for name in dict.fromkeys(day.family for day in days)]
     pressures, angle = (
-        fit_levels([[getattr(day, name) for day in some] for some in families], prior)
+        fit_levels([[getattr(day, name) for day in some] for some in families], prior, days[0].reference in OF_DAYS)
         for name in ("pressures", "angle")
     )
+    monitors = fit_monitors(
+        [[(day.pressures, day.angle) for day in some] for some in families], pressures, angle, prior
+    )
     commanded = [np.sqrt(np.mean([day.commanded**2 for day in some])) for some in families]
-    return Levels(pressures, angle, float(np.exp(np.mean(np.log(commanded)))))
+    return Levels(pressures, angle, float(np.exp(np.mean(np.log(commanded)))), monitors)
 
 
 def _first_cases(family: str, plan: Plan) -> list[Case]:

@@ -53,6 +53,12 @@ class Gaussian:
         out: Column = cho_solve(self._factor, self._weighed.T @ (residual * self._scale))
         return out
 
+    def size_variances(self) -> Column:
+        """(m,) variances of those sizes, in squared standard deviations: 1 where a residual says nothing of a
+        pattern."""
+        out: Column = np.diag(cho_solve(self._factor, np.eye(self.patterns.shape[1])))
+        return out
+
     def weigh(self, residual: Column) -> Column:
         """(l + m,) whose sum of squares is the residual's chi-square: what is left beside the patterns, then their
         sizes."""
@@ -86,7 +92,7 @@ class Gaussian:
         inverse: Column = cho_solve(self._factor, np.eye(len(sizes)))
         left = scaled - self._weighed @ sizes
         stiff = (self.degrees + self.effective) / (self.degrees + float(left @ left + sizes @ sizes))
-        taken = np.einsum("ij,jk,ik->i", self._weighed, inverse, self._weighed)
+        taken = np.sum((self._weighed @ inverse) * self._weighed, axis=1)
         by_line = 0.5 * (stiff * left**2 + taken - self.effective / len(left))
         return stiff * sizes**2 + np.diag(inverse) - 1.0, by_line
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
@@ -34,6 +34,8 @@ class Posterior:
     """Effect -> its likeliest law."""
     beside: float
     """Probability that something unknown stands beside the likeliest effect, if that is the answer."""
+    log_evidence: float = 0.0
+    """ln p of the factor's gap, over all hypotheses."""
 
     @property
     def best(self) -> str:
@@ -44,6 +46,27 @@ class Posterior:
     def fit(self) -> Fit | None:
         """The likeliest effect where an effect is the likeliest hypothesis."""
         return self.fits.get(self.best)
+
+    def left(self, name: str) -> Column:
+        """(l,) lines of what a hypothesis leaves of the gap."""
+        factor = self.stand.scene.factor
+        return factor.lines.of(factor.gap - self.fits[name].change if name in self.fits else factor.gap)
+
+    def likely(self, least: float) -> list[str]:
+        """The hypotheses of at least this probability, likeliest first."""
+        ordered = sorted(self.probability, key=lambda name: -self.probability[name])
+        return [name for name in ordered if self.probability[name] >= least] or ordered[:1]
+
+    def with_evidence(self, nats: Mapping[str, float]) -> "Posterior":
+        """The same once another factor has said so many nats for some of the hypotheses; of the others it is taken to
+        say what it says of these on average."""
+        heard = {name: nats.get(name, float(np.mean(list(nats.values())))) for name in self.probability}
+        logs = {name: float(np.log(max(chance, 1e-300))) + heard[name] for name, chance in self.probability.items()}
+        total = logsumexp(list(logs.values()))
+        probability = {name: float(np.exp(value - total)) for name, value in logs.items()}
+        scene = self.stand.scene
+        beside = _beside(scene, scene.factor.lines.of(scene.factor.gap), self.fits, probability)
+        return replace(self, probability=probability, beside=beside, log_evidence=self.log_evidence + float(total))
 
     @property
     def found(self) -> bool:
@@ -79,7 +102,7 @@ def judge(
     total = logsumexp(list(logs.values()))
     probability = {name: float(np.exp(value - total)) for name, value in logs.items()}
     beside = _beside(scene, gap, fits, probability)
-    return Posterior(stand, probability, fits, beside)
+    return Posterior(stand, probability, fits, beside, float(total))
 
 
 def heard(posterior: Posterior) -> dict[str, float]:

@@ -80,6 +80,7 @@ def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = N
     """The angle of some records; scales are those of the `whole`."""
     tracks, base, response = expected.tracks, expected.base, expected.response
     levels = settings.levels[expected.levels].angle.later(0.0 if expected.driven else expected.unsure_lag_s)
+    levels = levels if expected.misread is None else expected.misread.levels(levels)
     factor = angle_parts(tracks, base, response, expected.driven).factor(levels, settings.prior)
     factor = _as_missed(factor, expected.kind, expected.missed_deg)
     moving = float(np.std(np.concatenate(base)))

@@ -19,6 +19,7 @@ from rig.errors import ConfigError, ModelError
 from rig.gap.days.engine import modelled, references_of
 from rig.gap.hypotheses.propagate import Track, angle_under, lay_tracks
 from rig.gap.records.pairs import Pair, Pairing
+from rig.gap.reference.monitors import Misread
 from rig.gap.reference.nominal import Reference, describe, mean_session
 from rig.model.fingerprint import Fingerprint, PressureSource, fingerprint_trouble
 from rig.model.kernels import drive, simulate
@@ -70,6 +71,8 @@ class Expected:
     unsure_lag_s: float = 0.0
     """Lag that nobody knows because the records are coarser than the simulator's steps: when a command that stands
     in one row was written, and whether it held until the next."""
+    misread: Misread | None = None
+    """What the monitors misread, once the pressures have been judged."""
 
     @property
     def driven(self) -> bool:
@@ -223,6 +226,20 @@ def _from_simulator(levels: str, model: Model, pairing: Pairing) -> Expected:
         missed_deg=missed_deg,
         unsure_lag_s=_unsure_lag_s(model, pairing),
     )
+
+
+def read_right(expected: Expected, wrong: Misread) -> Expected:
+    """The same with the angle expected under the pressures less what their monitors misread."""
+    response = expected.response
+
+    def base(track: Track, angle: Column) -> Column:
+        p1, p2, dt_s = track.pair.case.p1_mpa, track.pair.case.p2_mpa, track.pair.dt_s
+        if p1 is None or p2 is None:
+            return angle
+        one, other = wrong.offset_mpa
+        return angle + response.angle(p1 - one, p2 - other, dt_s) - response.angle(p1, p2, dt_s)
+
+    return replace(expected, base=tuple(map(base, expected.tracks, expected.base)), misread=wrong)
 
 
 def _followed(model: Model, pairing: Pairing) -> tuple[Pairing, list[Modelled]]:

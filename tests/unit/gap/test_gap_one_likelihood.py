@@ -12,6 +12,7 @@ from rig.gap.evidence.posterior import NONE, UNKNOWN
 from rig.gap.pipeline import Grounds
 from rig.gap.records.pairs import pair_up
 from rig.model.parameters import AddedEffect, Model
+from rig.record import Record
 
 LACKING = [
     ("valve_lag", {"tau_s": 0.03}, "tau_s", 0.15),
@@ -90,3 +91,42 @@ def test_records_without_pressures_are_judged_on_the_angle_alone() -> None:
     assert [posterior.stand.name for posterior in grounds.posteriors] == ["angle"]
     assert found.verdict != "none"
     assert np.isfinite(found.gap["after_deg"])
+
+
+OFF_MPA = 0.003
+
+
+def misreading(record: Record) -> Record:
+    """The record as a first monitor that reads too much would have it."""
+    assert record.p1_mpa is not None
+    return replace(record, p1_mpa=record.p1_mpa + OFF_MPA)
+
+
+def test_what_a_monitor_misreads_and_what_a_valve_does_are_parted_by_the_angle() -> None:
+    """Both look alike to the pressures; only one reaches the joint."""
+    day, valve = session(70), AddedEffect("valve_offset", {"offset_mpa": OFF_MPA, "balance": 1.0})
+    read, done = (
+        diagnose_with_grounds(model(), records, [day])[1]
+        for records in ([misreading(record) for record in session(71)], session(71, valve))
+    )
+    assert isinstance(read, Grounds)
+    assert isinstance(done, Grounds)
+    assert read.expected.misread is not None
+    assert read.expected.misread.offset_mpa[0] == pytest.approx(0.8 * OFF_MPA, rel=0.2)
+    assert read.posteriors[1].probability[NONE] > 0.5, "the joint does nothing that needs a cause"
+    assert done.posteriors[0].probability["valve_offset"] > 0.9 > read.posteriors[0].probability["valve_offset"]
+
+
+def test_what_the_angle_says_counts_for_what_lies_ahead() -> None:
+    _, grounds = alone()
+    ahead = grounds.posteriors[0]
+    names = sorted(ahead.probability, key=lambda name: -ahead.probability[name])[:2]
+    same, against = (
+        ahead.with_evidence(dict.fromkeys(names, 3.0)),
+        ahead.with_evidence({names[0]: -60.0, names[1]: 0.0}),
+    )
+    assert same.probability == pytest.approx(ahead.probability)
+    assert against.best == names[1]
+    assert sum(against.probability.values()) == pytest.approx(1.0)
+    assert ahead.likely(2.0) == names[:1], "at least one"
+    assert ahead.likely(0.0) == sorted(ahead.probability, key=lambda name: -ahead.probability[name])

@@ -1,0 +1,42 @@
+"""What the pressures' factor tells of the monitors, for the angle's: an offset that a valve's monitor shows is one
+doubt, not two.
+
+Of what a monitor shows off its expectation a share of the variance is the monitor's own error (fitted on healthy days,
+`Levels.monitors`); the rest is a pressure that is really there, and to that the muscles answer. The angle is expected
+under the measured pressures; so it is expected under them less what the monitors likely misread, and what stays in
+doubt of them is less. No effect is known here.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rig.gap.reference.expectation import VALVE_PATTERNS, Factor
+from rig.gap.settings import FactorLevels, Levels
+from rig.record import Column
+
+SHOWN, OWN = "offset_mpa", "monitor_mpa"
+"""The pattern of the pressures, and the angle's that is the same doubt."""
+
+
+@dataclass(frozen=True)
+class Misread:
+    """What the monitors likely misread."""
+
+    offset_mpa: tuple[float, float]
+    spread_mpa: float
+    """Standard deviation that stays in doubt."""
+
+    def levels(self, angle: FactorLevels) -> FactorLevels:
+        """The angle's levels with what stays in doubt of the monitors."""
+        return replace(angle, patterns={**angle.patterns, OWN: self.spread_mpa})
+
+
+def misread(pressures: Factor, left: Column, levels: Levels) -> Misread:
+    """From what a cause leaves of the pressures' gap, in lines (l,)."""
+    share, shown, own = levels.monitors, levels.pressures.patterns[SHOWN], levels.angle.patterns[OWN]
+    first = VALVE_PATTERNS.index(SHOWN)
+    at = [first, len(VALVE_PATTERNS) + first]
+    one, other = (share * shown * pressures.healthy.sizes(left)[at]).tolist()
+    unsure = (share * shown) ** 2 * float(np.mean(pressures.healthy.size_variances()[at]))
+    return Misread((one, other), min(float(np.sqrt((1.0 - share) * own**2 + unsure)), own))
