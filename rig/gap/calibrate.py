@@ -4,6 +4,7 @@ What comes in are healthy days beside their reference, of many units; nothing of
 """
 
 from collections.abc import Sequence
+from enum import StrEnum
 
 import numpy as np
 from scipy.optimize import minimize
@@ -31,22 +32,27 @@ SHARES = (0.0, 0.2, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 """Shares of the monitors' offsets that are tried."""
 
 
-def fit_levels(families: Sequence[Sequence[Parts]], prior: Prior, of_days: bool = True) -> FactorLevels:
-    """The levels of one factor for a rig of a build that is not among these.
+class Mean(StrEnum):
+    """How the families' own likeliest levels are brought together: on families that were left out each was the
+    likeliest of what it is used for (docs/decisions/0524)."""
 
-    A family is one draw of what builds differ by, however many days it brings. What days bring (`of_days`): the
-    geometric mean of every family's own likeliest level and of the start, which is a guess about days and counts as one
-    more draw; so a level that one build hardly shows stays a doubt about the next. What a description of the rig
-    misses: the root of the families' mean square. Either was the likelier on a family that was left out
-    (docs/decisions/0524).
+    WITH_START = "geometric, with the start as one more"
+    GEOMETRIC = "geometric"
+    SQUARES = "root of the mean square"
+
+
+def fit_levels(families: Sequence[Sequence[Parts]], prior: Prior, mean: Mean = Mean.WITH_START) -> FactorLevels:
+    """The levels of one factor for a rig of a build that is not among these, by a mean over families.
+
+    A family is one draw of what builds differ by, however many days it brings; the start, a guess about days, may be
+    one more. So a level that one build hardly shows stays a doubt about the next.
     """
     found = [_of_family(days, prior) for days in families]
     floor = float(np.exp(np.mean([np.log(_floor(days)) for days in families])))
     names = _names(families[0])
-    mean = (
-        np.mean([_start(names), *found], axis=0) if of_days else 0.5 * np.log(np.mean(np.exp(2.0 * np.array(found)), 0))
-    )
-    return _levels(names, mean, floor)
+    draws = np.array([_start(names), *found] if mean is Mean.WITH_START else found)
+    squares = mean is Mean.SQUARES
+    return _levels(names, 0.5 * np.log(np.mean(np.exp(2.0 * draws), 0)) if squares else draws.mean(0), floor)
 
 
 def fit_monitors(

@@ -34,11 +34,11 @@ ANGLE_PATTERNS = (
     "offset", "gain", "lag_s", "loop", "monitor_mpa", "monitor_mpa", "monitor_gain", "monitor_gain", "mean_law",
     "drift", "warming",
 )  # fmt: skip
-"""What is unsure of the angle under the pressures: zero and gain, lag, how much of the joint's own friction and inertia
-there is (and with it the loop's width), what the monitors' zero and gain do through the muscles, the law of the mean
-pressure, a drift, and an amplitude that grows."""
+"""What is unsure of the angle under the pressures: zero and gain, lag, how much of the joint's own friction there is
+(and with it the loop's width; its mass is the same every day), what the monitors' zero and gain do through the muscles,
+the law of the mean pressure, a drift, and an amplitude that grows."""
 LOOP_STEP = 0.02
-"""Share of the joint's friction and inertia by whose change the pattern is taken; a smaller one is lost in the
+"""Share of the joint's friction by whose change the pattern is taken; a smaller one is lost in the
 balance's own precision."""
 BANK = "bank"
 """Any of the response model's terms."""
@@ -203,8 +203,9 @@ def _angle_patterns(
     ]
     mean = np.maximum(p1 + p2, 0.2 * p0) / (2.0 * p0)
     elapsed = (pair.t_s - pair.t_s.mean()) / max(float(np.ptp(pair.t_s)), 1e-9)
+    massless = replace(response, balance=replace(response.balance, inertia_s=0.0))
     more = np.full_like(angle, 1.0 + LOOP_STEP)
-    loop = (response.balanced(angle, np.zeros_like(angle), more, dt) - angle) / LOOP_STEP
+    loop = (massless.balanced(angle, np.zeros_like(angle), more, dt) - angle) / LOOP_STEP
     return np.column_stack(
         [
             np.full_like(angle, span),
