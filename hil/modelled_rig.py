@@ -3,6 +3,7 @@ keep set-points, the safe state and whether they are open. What moves, and what 
 """
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, ClassVar, Generic, Self, TypeVar
@@ -16,7 +17,7 @@ _REGULATOR_MPA = 0.5  # top of the ITV1030/2030's range
 SettingsT = TypeVar("SettingsT")
 
 
-class ModelledRig(Generic[SettingsT]):
+class ModelledRig(ABC, Generic[SettingsT]):
     """A whole rig whose plant advances in steps of `step_ns`: at each call it is taken to the clock's now under the
     set-points that stood meanwhile. It never sleeps."""
 
@@ -44,9 +45,9 @@ class ModelledRig(Generic[SettingsT]):
         self._plant_ns: int | None = None
         self._open = False
 
+    @abstractmethod
     def facts(self) -> Mapping[str, str]:
         """What a record says of it."""
-        raise NotImplementedError
 
     def open(self) -> Mapping[str, str]:
         """Start the plant's time, or let it go on from where it was closed."""

@@ -231,7 +231,7 @@ def cases(seed: int, folder: Path) -> Iterator[tuple[Path, Reader, bytes]]:
         yield path.with_name(f"hostile_{path.name}"), read, text.encode("utf-8", "replace")
 
 
-def read_in_time(path: Path, read: Reader) -> float:
+def assert_read_in_time(path: Path, read: Reader) -> float:
     """One config read; returns the seconds of processor time that it took."""
     begun, said = time.process_time(), "x"
     try:
@@ -255,7 +255,7 @@ def one(folder: Path, seed: int) -> Iterator[tuple[float, int, Callable[[], floa
     """For `hostile_work`: the time allowed, the size, and the work, of one config after the other."""
     for path, read, data in cases(seed, folder):
         path.write_bytes(data)
-        yield allowed_s(read, len(data)), len(data), partial(read_in_time, path, read)
+        yield allowed_s(read, len(data)), len(data), partial(assert_read_in_time, path, read)
         path.unlink()
 
 

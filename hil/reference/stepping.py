@@ -2,6 +2,7 @@
 that allows."""
 
 import math
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Collection
 from typing import Any, ClassVar, Final
@@ -48,7 +49,7 @@ class Blocks:
         return float(self._block[self._at - 1])
 
 
-class SteppedPlant:
+class SteppedPlant(ABC):
     """One unit of a family under a disturbance, a period at a time; see hil.reference.families.Stepped. The family
     brings its equations and its instruments."""
 
@@ -88,25 +89,25 @@ class SteppedPlant:
         first, second = (self.monitored(k, np.array([self._state[at]])) for k, at in enumerate(self.pressures))
         return first, second, self.read_deg(np.array([math.degrees(angle_rad - self._zero_rad)]))
 
+    @abstractmethod
     def settled(self, steps: int) -> State:
         """The state after so many internal steps with both set-points at rest."""
-        raise NotImplementedError
 
+    @abstractmethod
     def advance(self, set_1_mpa: Array, set_2_mpa: Array, time_s: float, state: State) -> None:
         """Move the state on under set-points on the internal grid, shape (substeps,), from `time_s` on."""
-        raise NotImplementedError
 
+    @abstractmethod
     def noise_deg(self, n: int) -> Array:
         """The angle's noise for so many ticks, shape (n,)."""
-        raise NotImplementedError
 
+    @abstractmethod
     def monitored(self, valve: int, pressure_mpa: Array) -> float:
         """What monitor `valve` (0 or 1) says of an absolute pressure, shape (1,)."""
-        raise NotImplementedError
 
+    @abstractmethod
     def read_deg(self, angle_deg: Array) -> float:
         """What the sensor says of an angle from the unit's zero, shape (1,)."""
-        raise NotImplementedError
 
 
 def require_without_memory(law: Any, allowed: Collection[str], what: str) -> None:

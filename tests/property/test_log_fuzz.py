@@ -48,7 +48,7 @@ def sound() -> bytes:
         return (Path(folder) / "run.mcap").read_bytes()
 
 
-def survives(data: bytes, name: str = "x.mcap") -> None:
+def assert_survived(data: bytes, name: str = "x.mcap") -> None:
     """Every way to open the file ends with a result or with a RigError of one line."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / name
@@ -79,7 +79,7 @@ def test_overwritten_bytes(changes: list[tuple[float, int]]) -> None:
     data = bytearray(sound())
     for share, value in changes:
         data[int(share * len(data))] = value
-    survives(bytes(data))
+    assert_survived(bytes(data))
 
 
 @FEW
@@ -87,7 +87,7 @@ def test_overwritten_bytes(changes: list[tuple[float, int]]) -> None:
 def test_pieces_cut_out_and_put_in(a: float, b: float, put: bytes) -> None:
     data = sound()
     first, last = sorted((int(a * len(data)), int(b * len(data))))
-    survives(data[:first] + put + data[last:])
+    assert_survived(data[:first] + put + data[last:])
 
 
 @FEW
@@ -103,24 +103,24 @@ def test_records_of_any_kind_and_length(records: list[tuple[int, int | None, byt
     body = b"".join(
         struct.pack("<BQ", op, len(data) if length is None else length) + data for op, length, data in records
     )
-    survives(MAGIC + body + (MAGIC if end else b""))
+    assert_survived(MAGIC + body + (MAGIC if end else b""))
 
 
 @FEW
 @given(st.binary(max_size=300))
 def test_any_bytes(data: bytes) -> None:
-    survives(data)
-    survives(data, "x.csv")
-    survives(b"TDSm" + data, "x.tdms")
-    survives(data, "x.mat")
+    assert_survived(data)
+    assert_survived(data, "x.csv")
+    assert_survived(b"TDSm" + data, "x.tdms")
+    assert_survived(data, "x.mat")
 
 
 @FEW
 @given(st.text(alphabet='0123456789.,;-einaft_s"\n\t# ', max_size=200))
 def test_any_table(text: str) -> None:
-    survives(b"t_s,dp_cmd_mpa\n0,0\n" + text.encode(), "x.csv")
-    survives(text.encode(), "x.csv")
-    survives(gzip.compress(b"t_s,dp_cmd_mpa\n" + text.encode()), "x.csv")
+    assert_survived(b"t_s,dp_cmd_mpa\n0,0\n" + text.encode(), "x.csv")
+    assert_survived(text.encode(), "x.csv")
+    assert_survived(gzip.compress(b"t_s,dp_cmd_mpa\n" + text.encode()), "x.csv")
 
 
 @FEW
@@ -174,7 +174,7 @@ def test_bombs_stay_small_and_end(name: str) -> None:
     data = bombs()[name]
     tracemalloc.start()
     begun = time.process_time()
-    survives(data)
+    assert_survived(data)
     spent_s, peak = time.process_time() - begun, tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < BOUND_BYTES
@@ -228,4 +228,4 @@ def test_the_data_end_once(tmp_path: Path) -> None:
 def test_files_made_against_the_readers(tmp_path: Path, seed: int) -> None:
     for name, data in itertools.islice(hostile_logs.cases(seed, tmp_path), 12):
         (tmp_path / name).write_bytes(data)
-        hostile_logs.read_in_time(tmp_path / name)
+        hostile_logs.assert_read_in_time(tmp_path / name)

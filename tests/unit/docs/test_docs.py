@@ -34,7 +34,7 @@ def name(page: Path) -> str:
     return str(page.relative_to(ROOT))
 
 
-def carry_out(call: list[str], folder: Path) -> None:
+def assert_works(call: list[str], folder: Path) -> None:
     environment = {**os.environ, "PATH": f"{BIN}{os.pathsep}{os.environ['PATH']}", "MPLBACKEND": "Agg"}
     done = subprocess.run(call, cwd=folder, env=environment, capture_output=True, text=True, check=False, timeout=120)
     assert done.returncode == 0, f"{shlex.join(call)}\n{done.stdout}{done.stderr}"
@@ -46,11 +46,11 @@ def test_what_a_page_says_can_be_done(page: Path, tmp_path: Path) -> None:
         if file:
             (tmp_path / file).write_text(text)
         elif language == "python":
-            carry_out([sys.executable, "-c", text], tmp_path)
+            assert_works([sys.executable, "-c", text], tmp_path)
         else:
             for line in text.splitlines():
                 if line.startswith("$ "):
-                    carry_out(shlex.split(line[2:], comments=True), tmp_path)
+                    assert_works(shlex.split(line[2:], comments=True), tmp_path)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name)

@@ -19,4 +19,4 @@ def test_the_first_finding_ends_the_probe_and_the_others_are_counted_as_such(oth
 
 
 def test_a_probe_without_findings_is_good() -> None:
-    judge({"findings": []})
+    assert judge({"findings": []}) is None

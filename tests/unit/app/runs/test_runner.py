@@ -40,7 +40,7 @@ def ends(outcome: Outcome) -> str:
 
 
 def test_a_good_outcome_is_good() -> None:
-    Outcome([good()], 1).judge()
+    assert Outcome([good()], 1).judge() is None
 
 
 @pytest.mark.parametrize(
