@@ -12,7 +12,7 @@ THIRD_DIFFERENCE_POWER = 20.0
 MAD_TO_STD = 1.4826
 """Standard deviation of a normal distribution over the median of its absolute deviations."""
 SAME = 1e-9
-"""Sizes that differ by less than this share of the largest are equal: what is left of rounding a lattice."""
+"""Sizes that differ by less than this share of the largest are equal: what rounding leaves of equal steps."""
 LEAST_ROWS = 50
 """Fewer rows than this beside exact repeats say nothing; then all of a column's rows count."""
 

@@ -271,7 +271,7 @@ def repeated_packets(record: Record) -> NDArray[np.bool_]:
     """Rows in which a logger stored the previous packet again, shape (n,): both pressures and the angle are exactly the
     same.
 
-    One column alone may stand still on its converter's lattice; all three only when nothing moves, and then a repeat
+    One column alone may stand still on a step of its converter; all three only when nothing moves, and then a repeat
     does no harm.
     """
     columns = [record.p1_mpa, record.p2_mpa, record.angle_deg]

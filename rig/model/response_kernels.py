@@ -102,7 +102,7 @@ def propagated(
 
 @njit(cache=True, nogil=True)
 def stops(y: Column, radius: float) -> Column:  # pragma: no cover
-    """The deflection (n,) of a Maxwell-slip element that slips after `radius`, carried along by y."""
+    """The deflection (n,) of a Maxwell-slip element that slips after `radius`, moved along by y."""
     out = np.empty(len(y))
     state = 0.0
     last = y[0]

@@ -104,7 +104,7 @@ class ReadingLaw(NamedTuple):
     window_s: float = 0.0
     """Length of a moving mean."""
     step_deg: float = 0.0
-    step_grip: float = 0.0
+    step_hold: float = 0.0
     """Width of a coarse code, and the part of it by which the way back is late."""
     hum_deg: float = 0.0
     hum_hz: float = 50.0

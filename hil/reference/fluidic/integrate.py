@@ -7,7 +7,7 @@ import numpy as np
 
 from hil.reference.compiling import Array, State, compiled
 from hil.reference.fluidic.disturbance import RigLaw
-from hil.reference.fluidic.mechanics import ANGLE, CREEP, GRIP, HEAT, SPEED, STATES, step_joint, stroke
+from hil.reference.fluidic.mechanics import ANGLE, CREEP, HEAT, MESH, SPEED, STATES, step_joint, stroke
 from hil.reference.fluidic.physics import ATMOSPHERE_MPA, Physics
 from hil.reference.fluidic.pneumatics import (
     FILTER_1,
@@ -77,7 +77,7 @@ def settle(set_1: float, set_2: float, steps: int, s: State, physics: Physics, r
                 taken = share * stroke(s[ANGLE], 1.0 if muscle == 0 else -1.0, physics)
                 s[CREEP + 2 * muscle] = s[CREEP + 2 * muscle + 1] = taken
             for k in range(4):
-                s[GRIP + k] = 0.0
+                s[MESH + k] = 0.0
 
 
 @compiled

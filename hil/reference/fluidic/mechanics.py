@@ -13,9 +13,9 @@ from hil.reference.fluidic.physics import Physics
 from hil.reference.fluidic.pneumatics import RIG_STATES
 
 ANGLE, SPEED, HEAT, FOLDED = RIG_STATES, RIG_STATES + 1, RIG_STATES + 2, RIG_STATES + 3
-GRIP = RIG_STATES + 4
+MESH = RIG_STATES + 4
 """Dahl states: inner and outer loop of muscle 1, then of muscle 2."""
-CREEP = GRIP + 4
+CREEP = MESH + 4
 """Crept stroke (m): fast and slow of muscle 1, then of muscle 2."""
 STATES = CREEP + 4
 
@@ -59,15 +59,15 @@ def crept(taken: float, pressure_mpa: float, at: int, s: State, physics: Physics
 
 
 @compiled
-def grip_force(turn: float, pressure_mpa: float, at: int, s: State, physics: Physics) -> float:
+def mesh_friction(turn: float, pressure_mpa: float, at: int, s: State, physics: Physics) -> float:
     """Friction of one muscle's mesh (N) after the joint has turned by `turn` (rad)."""
     total = 0.0
     for i in range(2):
-        width = physics.grip_rad * (1.0 if i == 0 else 5.0)
+        width = physics.mesh_rad * (1.0 if i == 0 else 5.0)
         room = 1.0 - s[at + i] if turn > 0.0 else 1.0 + s[at + i]
         s[at + i] = max(-1.0, min(1.0, s[at + i] + turn / width * math.sqrt(max(0.0, room))))
         total += 0.5 * s[at + i]
-    return total * (physics.grip_n + physics.grip_n_mpa * pressure_mpa)
+    return total * (physics.mesh_n + physics.mesh_n_mpa * pressure_mpa)
 
 
 @compiled
@@ -89,8 +89,8 @@ def muscles_torque(p1: float, p2: float, s: State, physics: Physics, rig: RigLaw
         f1 -= 1000.0 * rig.lockup * max(0.0, up_eff - LOCKED)
         f2 -= 1000.0 * rig.lockup * max(0.0, down_eff - LOCKED)
     arm_1, arm_2 = physics.lever_m * math.cos(angle + bent), physics.lever_m * math.cos(angle - bent)
-    grip = arm_1 * grip_force(turn, p1, GRIP, s, physics) + arm_2 * grip_force(turn, p2, GRIP + 2, s, physics)
-    return arm_1 * f1 - arm_2 * f2 - grip, f1 + f2
+    friction = arm_1 * mesh_friction(turn, p1, MESH, s, physics) + arm_2 * mesh_friction(turn, p2, MESH + 2, s, physics)
+    return arm_1 * f1 - arm_2 * f2 - friction, f1 + f2
 
 
 @compiled

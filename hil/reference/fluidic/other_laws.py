@@ -81,7 +81,7 @@ OTHER_LAWS: Final[dict[str, EffectLaw]] = dict((
     # moving mean | two or three poles | one pole
     known("sensor_lag", 1e-3, 0.2, sized(reading, "window_s", 2.0)),
     # even codes that hold on to the angle | uneven converter | even rounding
-    known("quantisation", 0.12, 10.0, sized(reading, "step_deg", step_grip=(0.02, 0.15))),
+    known("quantisation", 0.12, 10.0, sized(reading, "step_deg", step_hold=(0.02, 0.15))),
     # second harmonic, wandering phase | third harmonic, swelling | sine
     known("mains_hum", 0.02, 4.0, sized(reading, "hum_deg", hum_hz=[50.0, 60.0])),
     # bounded, stronger at high frequency | heavy tails | white and normal

@@ -57,10 +57,10 @@ class Physics(NamedTuple):
     """Length of the lever's arms and the angle by which they are not in line."""
     passive_nm_rad: float = 1.6
     passive_fifth_nm: float = 4.0
-    grip_n: float = 6.0
-    grip_n_mpa: float = 34.0
+    mesh_n: float = 6.0
+    mesh_n_mpa: float = 34.0
     """Largest friction force of a muscle's mesh: without pressure, and per pressure."""
-    grip_rad: float = 0.012
+    mesh_rad: float = 0.012
     """Angle within which the inner loop of the mesh gives way; the outer one five times that."""
     creep: float = 0.012
     bearing_nm: float = 0.07
@@ -77,23 +77,23 @@ _UNIT_SPREAD: Final = {
     "opening_s": 0.2, "hose_s": 0.2, "outlet_share": 0.15, "swell": 0.15, "swell_square": 0.15, "area_n_mpa": 0.03,
     "end_contraction": 0.02, "membrane_n": 0.2, "membrane_mpa": 0.2, "membrane_per": 0.1, "strength_2": 0.012,
     "contraction": 0.03,
-    "lever_m": 0.01, "lever_rad": 0.5, "passive_nm_rad": 0.2, "passive_fifth_nm": 0.3, "grip_n": 0.25,
-    "grip_n_mpa": 0.25,
-    "grip_rad": 0.2, "creep": 0.3, "bearing_nm": 0.3, "viscous_nm_s": 0.25, "inertia_kgm2": 0.15,
+    "lever_m": 0.01, "lever_rad": 0.5, "passive_nm_rad": 0.2, "passive_fifth_nm": 0.3, "mesh_n": 0.25,
+    "mesh_n_mpa": 0.25,
+    "mesh_rad": 0.2, "creep": 0.3, "bearing_nm": 0.3, "viscous_nm_s": 0.25, "inertia_kgm2": 0.15,
 }  # fmt: skip
 """Relative standard deviation between rigs of the same build."""
 
 _DISC_DEG: Final = 0.25
 
 _WARM: Final = {
-    "area_n_mpa": 0.15, "membrane_n": -1.5, "grip_n": -1.5, "grip_n_mpa": -1.2, "viscous_nm_s": -2.0,
+    "area_n_mpa": 0.15, "membrane_n": -1.5, "mesh_n": -1.5, "mesh_n_mpa": -1.2, "viscous_nm_s": -2.0,
     "bearing_nm": -1.0, "creep": 2.0,
     "rate_mpa_s": 0.3, "opening_s": -0.5, "passive_nm_rad": -0.8, "end_contraction": 0.05,
 }  # fmt: skip
 """By how many drifts a parameter moves on a day that is one drift warmer."""
 _OWN: Final = {
     "contraction": 0.35, "strength_2": 0.06, "gain_per_mpa": 0.4, "integral_per_s": 0.8, "main_mpa": 1.0,
-    "grip_n_mpa": 0.5,
+    "mesh_n_mpa": 0.5,
     "membrane_n": 0.5, "lever_rad": 0.5,
 }  # fmt: skip
 """By how many drifts it moves by itself: how the muscles were hung, how the main is used."""

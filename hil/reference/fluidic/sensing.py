@@ -59,13 +59,13 @@ def _geared(angle_deg: Array, play_deg: float, wave_deg: float) -> Array:
 
 
 @compiled
-def _counted(angle_deg: Array, step_deg: float, grip: float) -> Array:
-    """Codes of one width, left only when the angle is beyond their edge by `grip` of a width."""
+def _counted(angle_deg: Array, step_deg: float, hold: float) -> Array:
+    """Codes of one width, left only when the angle is beyond their edge by `hold` of a width."""
     out = np.empty_like(angle_deg)
     code = math.floor(angle_deg[0] / step_deg + 0.5)
     for k in range(len(angle_deg)):
         place = angle_deg[k] / step_deg
-        if abs(place - code) > 0.5 + grip:
+        if abs(place - code) > 0.5 + hold:
             code = math.floor(place + 0.5)
         out[k] = code * step_deg
     return out
@@ -150,7 +150,7 @@ def angle_reading(angle_rad: Array, law: ReadingLaw, session: Session, period_s:
     angle = moving_mean(bent(angle, law, session), law.window_s, period_s)
     angle = angle + session.angle_offset_deg + noise + added(n, law, period_s, random)
     if law.step_deg > COUNT_DEG:
-        angle = _counted(angle, law.step_deg, law.step_grip)
+        angle = _counted(angle, law.step_deg, law.step_hold)
     return dropped(np.asarray(np.floor(angle / COUNT_DEG + 0.5) * COUNT_DEG), law, random)
 
 

@@ -177,7 +177,7 @@ _LIBRARY: tuple[Effect, ...] = (
         Law("sensor_nonlinearity", ("cube", "square", "slope"), (0.05, 0.2), signs=BOTH_SIGNS, shapes=({"square": 0.0},), charge=1.0, needs=("cube", "square")),
     ), "the angle is bent: even and odd harmonics without delay", "bent", "bent", 0.03),
     Effect("sensor_lag", (Law("sensor_lag", ("tau_s",), TIMES),), "the angle is late and its corners are rounded", "late", "lag", 0.02),
-    Effect("quantisation", (Law("quantisation", ("step_deg",), (0.1,)),), "the angle takes only values of a lattice", "lattice", "lattice", signature=True),
+    Effect("quantisation", (Law("quantisation", ("step_deg",), (0.1,)),), "the angle takes only multiples of one step", "steps", "steps", signature=True),
     Effect("mains_hum", (Law("mains_hum", ("amplitude_deg",), (0.1,)),), "a line at 50 or 60 Hz", "hum", "hum", signature=True),
     Effect("sensor_noise", (Law("sensor_noise", ("std_deg",), (0.1,)),), "more noise at all frequencies", "noise", "noise", signature=True),
     Effect("sensor_dropout", (Law("sensor_dropout", ("probability",), (0.01,)),), "samples fall to zero or to the end of the range and come back", "dropout", "dropout", signature=True),

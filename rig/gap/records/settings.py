@@ -71,7 +71,7 @@ CONDITION_LIMITS = {"p0": (0.01, 0.0), "load": (0.0, 0.05), "tension": (0.0, 0.0
 MPa: what the set-point of a regulator differs by between days; temperature in K; load and tension as a share: a weight
 is weighed to a few percent."""
 INPUT_TAPS, INPUT_TAP_S = 8, 0.03
-"""Taps of the response by which a baseline is carried to the case's own input, and their distance, s: 0.24 s, six
+"""Taps of the response by which a baseline is propagated to the case's own input, and their distance, s: 0.24 s, six
 regulator lags."""
 INPUT_RIDGE = 1e-6
 """Ridge of that fit as a share of the input's power: a single sine says nothing of other frequencies."""

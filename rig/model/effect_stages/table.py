@@ -316,7 +316,7 @@ OWN_STAGES: dict[str, EffectStage] = {
         "sensor",
         sensor.quantisation,
         1,
-        _P("step_deg", "deg", 1e-6, 20.0, 1e-6, "distance of the lattice"),
+        _P("step_deg", "deg", 1e-6, 20.0, 1e-6, "step of the converter"),
     ),
     "mains_hum": _entry(
         "mains_hum",

@@ -1,7 +1,7 @@
 """Effects of time: a late command, a clock that runs fast or slow, samples that repeat.
 
 Block stages as everywhere in the chain: in place on p1, p2 (MPa) and y (deg), lists or arrays of equal length; `state`
-is all zero at rest and carried between blocks; `params` in the order of the table. No numpy: they also run on the
+is all zero at rest and kept between blocks; `params` in the order of the table. No numpy: they also run on the
 controller.
 """
 

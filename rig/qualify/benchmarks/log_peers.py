@@ -77,8 +77,8 @@ def _resident_mib(name: str) -> float:
 
 
 def hour_of_samples(records: int, seed: int = SEED) -> Any:
-    """A run as the rig makes it: 12-bit counts, values computed from them, set-points on a lattice, lateness of a real
-    machine."""
+    """A run as the rig makes it: 12-bit counts, values computed from them, set-points in counts, a real machine's
+    lateness."""
     import numpy as np
 
     from rig.excite.setpoints import around
@@ -117,9 +117,9 @@ def hour_of_samples(records: int, seed: int = SEED) -> Any:
         "flags": int(Flag.ANGLE_ZEROED),
         "angle_zero_deg": 1.234,
     }
-    lattice = 2.0**20  # as the rig keeps its values: 1e-6 of their unit
+    counts_per_unit = 2.0**20  # as the rig keeps its values: 1e-6 of their unit
     for name in ("dp_cmd_mpa", "p1_cmd_mpa", "p2_cmd_mpa", "p1_mpa", "p2_mpa", "angle_deg"):
-        columns[name] = np.rint(columns[name] * lattice) / lattice
+        columns[name] = np.rint(columns[name] * counts_per_unit) / counts_per_unit
     fields = {
         name: np.broadcast_to(columns.get(name, 0), records).astype(DTYPES[wire.kind]) for name, wire in WIRES.items()
     }

@@ -19,7 +19,7 @@ COARSE_KEPT_S: Final = 600.0
 COLUMNS: Final = ("t_s", "p1_cmd_mpa", "p2_cmd_mpa", "p1_mpa", "p2_mpa", "angle_deg", "simulated_deg", "residual_deg")
 _ANGLE: Final = COLUMNS.index("angle_deg")
 _MOST_STEPS: Final = 400
-"""Ticks without a sample that the simulator is carried over; after a longer hole it begins anew."""
+"""Ticks without a sample that the simulator bridges; after a longer hole it begins anew."""
 _ZEROED: Final = ("ramp_in", "sweep", "ramp_out")
 """Phases in which the rig's angle counts from its zero, as the simulator's does."""
 
