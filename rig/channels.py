@@ -49,6 +49,11 @@ class Channel:
         return 0.5 * (self.range[1] - self.range[0])
 
     @property
+    def spoken(self) -> str:
+        """Its name in a sentence: set point."""
+        return self.name.replace("_", " ")
+
+    @property
     def column(self) -> str:
         """Its name with the unit in it, as columns are called: position_mm."""
         return f"{self.name}_{unit_word(self.unit)}"

@@ -25,7 +25,7 @@ _PER_UNIT: Final = {"deg": ("output", 1.0), "MPa": ("input", 1.0), "kPa": ("inpu
 """Unit -> the channel that it belongs to, and how much of a working unit it is."""
 _KEPT: Final = frozenset({"added_to_model", "config", "fingerprint", "file", "log", "model", "path", "source"})
 """Keys whose values are a model file's own numbers, or no sentences."""
-_SIZES: Final = frozenset({"value", "low", "high", "from", "to", "std"})
+_SIZES: Final = frozenset({"value", "low", "high", "from", "to", "std", "before", "after", "per_day"})
 _KEY: Final = re.compile(r"_(deg|mpa)(?=_|$)")
 
 
@@ -79,7 +79,7 @@ def _own_word(channels: Channels, found: "re.Match[str]") -> str:
         return channels.output.unit
     if word in ("MPa", "kPa"):
         return channels.input.unit
-    return (channels.output if word == "angle" else channels.input).name.replace("_", " ")
+    return (channels.output if word == "angle" else channels.input).spoken
 
 
 def _own_value(value: Any, channels: Channels) -> Any:

@@ -70,6 +70,17 @@ class Record:
         main = {name: getattr(self, name) for name in MAIN_COLUMNS}
         return {name: column for name, column in main.items() if column is not None} | dict(self.extra)
 
+    def own_columns(self) -> dict[str, Column]:
+        """Every column as a person reads it: with a channel map input and output under their own names and in their own
+        units (set_point_mm), in place of the working values and of pressures that such a rig does not have."""
+        columns, own = self.columns(), self.channels
+        if own.has_valves:
+            return columns
+        told = {"t_s": self.t_s, own.input.column: own.own_input(self.dp_cmd_mpa)}
+        if self.angle_deg is not None:
+            told[own.output.column] = own.own_output(self.angle_deg)
+        return told | {name: column for name, column in self.extra.items() if name not in told}
+
     def rows(self, chosen: slice | NDArray[np.bool_] | NDArray[np.intp]) -> Self:
         """The same record with only some rows; time keeps its zero."""
         cut: dict[str, Any] = {name: column[chosen] for name, column in self.columns().items()}

@@ -246,14 +246,14 @@ def plot(log_file: Path, output: Path | None, whole: bool, from_s: float, to_s: 
 @click.argument("b", type=click.Path(path_type=Path))
 @click.option(
     "--within",
-    "within_deg",
     type=click.FloatRange(0.0),
     metavar="DEG",
-    help="Exit status 1 when an angle differs by more than this anywhere, or a record has no counterpart.",
+    help="Exit status 1 when an angle (the output of a rig with a channel map, in its unit) differs by more than this "
+    "anywhere, or a record has no counterpart.",
 )
 @output_option(Kind.FIGURE, "PNG, SVG or PDF of the pair; a folder for several.", or_folder=True, metavar="FILE")
 @json_option
-def compare(a: Path, b: Path, within_deg: float | None, output: Path | None, json_to: str | None) -> None:
+def compare(a: Path, b: Path, within: float | None, output: Path | None, json_to: str | None) -> None:
     """Records, or folders of them, beside each other: B minus A.
 
     Records go together by name and repeat (one beside one whatever it is called), B is brought to the times of A by
@@ -261,10 +261,14 @@ def compare(a: Path, b: Path, within_deg: float | None, output: Path | None, jso
     """
     from rig.app.records.comparing import compare_logs, draw_pairs
     from rig.app.terminal import listing
+    from rig.channels import unit_word
     from rig.errors import CheckFailed
+    from rig.own_units import speaker
 
     found = compare_logs(a, b)
-    table = listing("record", "shift s", "RMS deg", "max deg", "mean deg", "RMS command MPa", "RMS p1, p2 MPa")
+    own, say = found.channels, speaker(found.channels)
+    pressures = ["RMS p1, p2 MPa"] if own.has_valves else []
+    table = listing("record", "shift s", *map(say, ("RMS deg", "max deg", "mean deg", "RMS command MPa")), *pressures)
     for pair in found.pairs:
         table.add_row(pair.name, *pair.cells())
     terminal = console(json_to)
@@ -274,8 +278,9 @@ def compare(a: Path, b: Path, within_deg: float | None, output: Path | None, jso
             terminal.print(f"only in {side}: {', '.join(names)}")
     for figure in draw_pairs(found, output) if output else ():
         terminal.print(f"{figure}")
-    departures = [] if within_deg is None else found.departures(within_deg)
-    emit(found.to_json() | {"within_deg": within_deg, "differ": bool(departures)}, json_to)
+    departures = [] if within is None else found.departures(within)
+    allowed = {f"within_{unit_word(own.output.unit)}": within}
+    emit(found.to_json() | allowed | {"differ": bool(departures)}, json_to)
     if departures:
         more = f" (and {len(departures) - 1} more)" if len(departures) > 1 else ""
         raise CheckFailed(f"{departures[0]}{more}")

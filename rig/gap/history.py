@@ -13,10 +13,13 @@ from typing import Final
 import numpy as np
 from scipy.stats import theilslopes
 
+from rig.channels import PNEUMATIC, Channels
 from rig.gap.answer.result import Diagnosis, Interval
 from rig.gap.hypotheses.library import LIBRARY
 from rig.record import Column
 
+GAP: Final = "gap_deg"
+"""The quantity of a change in the gap itself; any other is an effect's name."""
 FALSE_ALARM_RATE: Final = 0.01
 """Of a series without a change. Less: later and larger changes only."""
 PERMUTATIONS: Final = 1999
@@ -27,7 +30,7 @@ FEWEST_DAYS: Final = 3
 
 @dataclass(frozen=True)
 class Day:
-    """What one day's diagnosis says."""
+    """What one day's diagnosis says; numbers of a rig with a channel map are working values."""
 
     name: str
     days: float
@@ -39,6 +42,8 @@ class Day:
     """Effect -> its size."""
     said: Mapping[str, str] = field(default_factory=dict)
     """Tags and note of its records."""
+    channels: Channels = PNEUMATIC
+    """What input and output of the rig are."""
 
 
 @dataclass(frozen=True)
@@ -74,6 +79,11 @@ class History:
     changes: tuple[Change, ...]
     growth: tuple[Growth, ...]
 
+    @property
+    def channels(self) -> Channels:
+        """What input and output of the rig are."""
+        return self.days[0].channels if self.days else PNEUMATIC
+
 
 def look_back(days: Sequence[Day]) -> History:
     """What many days show together."""
@@ -86,16 +96,15 @@ def day_of(name: str, days: float, diagnosis: Diagnosis) -> Day:
         cause.effect: size for cause in diagnosis.causes if (size := _size(cause.effect, cause.parameters)) is not None
     }
     said = diagnosis.evidence.get("said", {})
-    return Day(name, days, diagnosis.gap["rms_deg"], diagnosis.gap["floor_deg"], diagnosis.verdict, sizes, said)
+    gap, floor = diagnosis.gap["rms_deg"], diagnosis.gap["floor_deg"]
+    return Day(name, days, gap, floor, diagnosis.verdict, sizes, said, diagnosis.channels)
 
 
 def changes(days: Sequence[Day], seed: int = 0) -> list[Change]:
     """Where gap and sizes change, with the medians between one change and the next; a day on which an effect is not
     named has a size of 0."""
     effects = dict.fromkeys(effect for day in days for effect in day.sizes)
-    series = {"gap_deg": np.array([day.gap_deg for day in days])} | {
-        effect: sizes_of(days, effect) for effect in effects
-    }
+    series = {GAP: np.array([day.gap_deg for day in days])} | {effect: sizes_of(days, effect) for effect in effects}
     found = []
     for quantity, values in series.items():
         points = change_points(values, FALSE_ALARM_RATE / len(series), seed)

@@ -10,8 +10,10 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.channels import FACT, Channels, common
 from rig.columns import rms
 from rig.errors import RecordError
+from rig.own_units import own_plain
 from rig.record import MAIN_COLUMNS, Column, Record
 
 Rows = NDArray[np.intp]
@@ -30,6 +32,10 @@ class Difference:
     max: float
     mean: float
 
+    def times(self, factor: float) -> "Difference":
+        """The same in another unit."""
+        return Difference(factor * self.rms, factor * self.max, factor * self.mean)
+
 
 @dataclass(frozen=True, eq=False)
 class Pair:
@@ -44,24 +50,42 @@ class Pair:
     """Column -> B minus A, for the columns that both have."""
 
     @property
+    def channels(self) -> Channels:
+        """What input and output of both are."""
+        return self.a.channels
+
+    @property
     def angle(self) -> Difference:
-        """The difference of the angles, deg."""
+        """The difference of the angles, deg; of a rig with a channel map, of the working values."""
         return self.differences["angle_deg"]
 
+    @property
+    def own_differences(self) -> dict[str, Difference]:
+        """The same under the rig's own names and in its own units: position_mm."""
+        own, found = self.channels, self.differences
+        if own.has_valves:
+            return found
+        input_, output = found["dp_cmd_mpa"], found["angle_deg"]
+        return {
+            own.input.column: input_.times(own.input_per_mpa),
+            own.output.column: output.times(own.output_per_deg),
+        }
+
     def cells(self) -> list[str]:
-        """The pair in a table: shift, the angle's differences, those of command and pressures."""
-        found, angle = self.differences, self.angle
-        pressures = [f"{found[name].rms:.3g}" for name in ("p1_mpa", "p2_mpa") if name in found]
-        numbers = [self.shift_s, angle.rms, angle.max, angle.mean, found["dp_cmd_mpa"].rms]
-        return [*(f"{number:.3g}" for number in numbers), ", ".join(pressures)]
+        """The pair in a table, in its own units: shift, the angle's differences, those of command and pressures."""
+        own, found = self.channels, self.differences
+        angle, command = self.angle.times(own.output_per_deg), found["dp_cmd_mpa"].times(own.input_per_mpa)
+        pressures = ", ".join(f"{found[name].rms:.3g}" for name in ("p1_mpa", "p2_mpa") if name in found)
+        numbers = [self.shift_s, angle.rms, angle.max, angle.mean, command.rms]
+        return [*(f"{number:.3g}" for number in numbers), *([pressures] if own.has_valves else [])]
 
     def to_json(self) -> dict[str, Any]:
         """One entry of `records`."""
-        others = {name: vars(each) for name, each in self.differences.items()}
+        others = {name: vars(each) for name, each in self.own_differences.items()}
         told: dict[str, Any] = {"record": self.name, "a": _place(self.a), "b": _place(self.b), "rows": len(self.a)}
         angle = self.angle
-        told |= {"shift_s": self.shift_s, "rmse_deg": angle.rms, "max_deg": angle.max, "mean_deg": angle.mean}
-        return told | {"columns": others}
+        found = {"shift_s": self.shift_s, "rmse_deg": angle.rms, "max_deg": angle.max, "mean_deg": angle.mean}
+        return {**told, **own_plain(found, self.channels), "columns": others}
 
 
 @dataclass(frozen=True)
@@ -71,6 +95,11 @@ class Comparison:
     pairs: list[Pair]
     only_a: list[str] = field(default_factory=list)
     only_b: list[str] = field(default_factory=list)
+
+    @property
+    def channels(self) -> Channels:
+        """What input and output of all of them are."""
+        return self.pairs[0].channels
 
     @property
     def max_deg(self) -> float:
@@ -84,36 +113,41 @@ class Comparison:
         squares = np.array([pair.angle.rms**2 for pair in self.pairs])
         return float(np.sqrt(np.sum(rows * squares) / np.sum(rows)))
 
-    def departures(self, within_deg: float) -> list[str]:
-        """A line for each pair whose angles differ by more than that anywhere, and for each record without a
-        counterpart."""
+    def departures(self, within: float) -> list[str]:
+        """A line for each pair whose angles differ by more than that anywhere (deg, or the unit of the rig's own
+        output), and for each record without a counterpart."""
+        own = self.channels
+        most = [(pair.name, own.output_per_deg * pair.angle.max) for pair in self.pairs]
         far = [
-            f"{pair.name}: differs by {pair.angle.max:.4g} deg, allowed {within_deg:g}"
-            for pair in self.pairs
-            if not pair.angle.max <= within_deg
+            f"{name}: differs by {off:.4g} {own.output.unit}, allowed {within:g}"
+            for name, off in most
+            if not off <= within
         ]
         return [*far, *(f"{name}: only in A" for name in self.only_a), *(f"{name}: only in B" for name in self.only_b)]
 
     def to_json(self) -> dict[str, Any]:
         """The result of the command."""
-        told = {"rmse_deg": self.rmse_deg, "max_deg": self.max_deg, "only_a": self.only_a, "only_b": self.only_b}
-        return {"records": [pair.to_json() for pair in self.pairs], **told}
+        told = own_plain({"rmse_deg": self.rmse_deg, "max_deg": self.max_deg}, self.channels)
+        told |= {"only_a": self.only_a, "only_b": self.only_b}
+        maps = {} if self.channels.has_valves else {FACT: self.channels.plain()}
+        return {"records": [pair.to_json() for pair in self.pairs], **told, **maps}
 
 
 def compare(a: Sequence[Record], b: Sequence[Record]) -> Comparison:
     """Records of A beside those of B by name and repeat; one record beside one, whatever they are called.
 
-    RecordError when nothing goes together, or a pair has no angles or no time in common.
+    RecordError when nothing goes together, a pair has no angles or no time in common, or they are of different rigs.
     """
+    common([(_place(record), record.channels) for record in (*a, *b)])
     if len(a) == len(b) == 1:
         return Comparison([beside(a[0], b[0])])
     ours, theirs = _by_name(a), _by_name(b)
-    common = [key for key in ours if key in theirs]
-    if not common:
+    both = [key for key in ours if key in theirs]
+    if not both:
         raise RecordError(
             f"no record of A is called like one of B: {', '.join(sorted(ours)[:6])} and {', '.join(sorted(theirs)[:6])}"
         )
-    pairs = [replace(beside(ours[key], theirs[key]), name=key) for key in common]
+    pairs = [replace(beside(ours[key], theirs[key]), name=key) for key in both]
     return Comparison(pairs, [key for key in ours if key not in theirs], [key for key in theirs if key not in ours])
 
 

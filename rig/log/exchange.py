@@ -15,7 +15,9 @@ from typing import Any, Final, TextIO
 
 import numpy as np
 
+from rig.channels import channels_of
 from rig.errors import RecordError
+from rig.further import PLACES, furthers_of
 from rig.log.convert import LogContent
 from rig.log.foreign.delimited import read_text
 from rig.log.foreign.sidecar import Sidecar, from_plain, read_sidecar, sidecar_path, write_sidecar
@@ -37,6 +39,11 @@ _MEANINGS: Final = (
     | {name: (wire.unit, wire.meaning) for name, wire in WIRES.items()}
     | {"log_time_ns": ("ns", "wall time since the Unix epoch"), "sequence": ("1", "counts in the recorder")}
 )
+
+
+_OWN_MEANING: Final = "by the rig's own name; a field of the sample beside it holds the same on the working range"
+_LONGEST_NAME: Final = 63
+"""Of a variable in a MAT file."""
 
 
 def export(content: LogContent, path: Path, kind: str) -> list[Path]:
@@ -71,7 +78,26 @@ def _table(content: LogContent) -> dict[str, Array]:
         time
         | {name: samples[name] for name in WIRES}
         | {"log_time_ns": samples.log_time_ns, "sequence": samples.sequence}
+        | {name: column for name, (column, _) in _own(content).items()}
     )
+
+
+def _own(content: LogContent) -> dict[str, tuple[Array, str]]:
+    """What a rig has under names of its own, each with its unit: further channels, input and output of a channel map.
+    They repeat fields of the sample, from which a log is read back."""
+    samples, facts = content.samples, content.run_facts
+    own = channels_of(facts, "channels")
+    told = {one.name: (samples[place], one.unit) for one, place in zip(furthers_of(facts), PLACES, strict=False)}
+    if not own.has_valves:
+        wanted = own.own_input(samples["p1_cmd_mpa"] - samples["p2_cmd_mpa"])
+        told[own.input.column] = wanted, own.input.unit
+        told[own.output.column] = own.own_output(samples["angle_deg"]), own.output.unit
+    return {name: column for name, column in told.items() if name not in _MEANINGS and len(name) <= _LONGEST_NAME}
+
+
+def _meanings(content: LogContent) -> dict[str, tuple[str, str]]:
+    """Column -> unit and meaning."""
+    return _MEANINGS | {name: (unit, _OWN_MEANING) for name, (_, unit) in _own(content).items()}
 
 
 def _content(table: dict[str, Array], aside: Sidecar, where: str) -> LogContent:
@@ -102,7 +128,8 @@ def _write_csv(content: LogContent, path: Path) -> None:
         writer.writerow(table)
         writer.writerows(zip(*(column.tolist() for column in table.values()), strict=True))
     kinds = {name: "double" if column.dtype.kind == "f" else "integer" for name, column in table.items()}
-    write_sidecar(path, {name: (kinds[name], "[{}] {}".format(*_MEANINGS[name])) for name in table}, _aside(content))
+    meanings = _meanings(content)
+    write_sidecar(path, {name: (kinds[name], "[{}] {}".format(*meanings[name])) for name in table}, _aside(content))
 
 
 def _text_file(path: Path) -> TextIO:
@@ -130,9 +157,9 @@ def _read_csv(path: Path) -> LogContent | None:
 
 def _write_parquet(content: LogContent, path: Path) -> None:
     arrow, parquet = _pyarrow(path)
-    table = _table(content)
+    table, meanings = _table(content), _meanings(content)
     fields = [
-        arrow.field(name, arrow.from_numpy_dtype(column.dtype), metadata=_described(name))
+        arrow.field(name, arrow.from_numpy_dtype(column.dtype), metadata=_described(*meanings[name]))
         for name, column in table.items()
     ]
     schema = arrow.schema(fields, metadata={"pamrig": json.dumps(_aside(content).plain())})
@@ -157,11 +184,11 @@ def _read_parquet(path: Path) -> LogContent | None:
 def _write_mat(content: LogContent, path: Path) -> None:
     from scipy.io import savemat
 
-    table = _table(content)
-    units = {name: _MEANINGS[name][0] for name in table}
-    meanings = {name: _MEANINGS[name][1] for name in table}
+    table, known = _table(content), _meanings(content)
+    units = {name: known[name][0] for name in table}
+    meanings = {name: known[name][1] for name in table}
     extra = {"units": units, "meanings": meanings, "pamrig": json.dumps(_aside(content).plain())}
-    savemat(path, table | extra, oned_as="column", do_compression=True, appendmat=False)
+    savemat(path, table | extra, oned_as="column", do_compression=True, appendmat=False, long_field_names=True)
 
 
 def _read_mat(path: Path) -> LogContent | None:
@@ -201,8 +228,7 @@ def unit_of(column: str) -> str | None:
     return known[0] if known else unit_in_name(column)
 
 
-def _described(name: str) -> dict[str, str]:
-    unit, meaning = _MEANINGS[name]
+def _described(unit: str, meaning: str) -> dict[str, str]:
     return {"unit": unit, "meaning": meaning}
 
 

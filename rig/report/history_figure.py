@@ -3,7 +3,9 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
-from rig.gap.history import Change, Day
+from rig.channels import Channels
+from rig.gap.history import GAP, Change, Day
+from rig.own_units import factor
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,30 +25,32 @@ def history_figure(days: Sequence[Day], changes: Sequence[Change]) -> "Figure":
     figure = Figure(figsize=(10, 3.2 + 1.8 * len(effects)), layout="constrained")
     first, *others = figure.subplots(1 + len(effects), 1, sharex=True, squeeze=False)[:, 0]
     times = [day.days for day in days]
-    first.plot(times, [day.gap_deg for day in days], "o-", color=_GAP, label="gap")
-    first.plot(times, [day.floor_deg for day in days], "--", color=_FLOOR, label="floor")
-    first.set_ylabel("rms [deg]")
+    own = days[0].channels
+    by = own.output_per_deg
+    first.plot(times, [by * day.gap_deg for day in days], "o-", color=_GAP, label="gap")
+    first.plot(times, [by * day.floor_deg for day in days], "--", color=_FLOOR, label="floor")
+    first.set_ylabel(f"rms [{own.output.unit}]")
     first.set_ylim(bottom=0.0)
     first.legend(loc="upper left")
-    _mark(first, days, [change for change in changes if change.quantity == "gap_deg"])
+    _mark(first, days, [change for change in changes if change.quantity == GAP])
     for axes, effect in zip(others, effects, strict=True):
-        _sizes(axes, days, effect)
+        _sizes(axes, days, effect, own)
         _mark(axes, days, [change for change in changes if change.quantity == effect])
     figure.axes[-1].set_xlabel("days since the first")
     return figure
 
 
-def _sizes(axes: "Axes", days: Sequence[Day], effect: str) -> None:
+def _sizes(axes: "Axes", days: Sequence[Day], effect: str, own: Channels) -> None:
     named = [day for day in days if effect in day.sizes]
     sizes = [day.sizes[effect] for day in named]
-    middle = [size.value for size in sizes]
+    by, unit = factor(sizes[0].unit, own)
+    middle = [by * size.value for size in sizes]
     reach = [
-        [max(size.value - size.low, 0.0) for size in sizes],
-        [max(size.high - size.value, 0.0) for size in sizes],
+        [by * max(size.value - size.low, 0.0) for size in sizes],
+        [by * max(size.high - size.value, 0.0) for size in sizes],
     ]
     axes.errorbar([day.days for day in named], middle, reach, fmt="o", color=_SIZE, capsize=3)
-    unit = "" if sizes[0].unit == "1" else f" [{sizes[0].unit}]"
-    axes.set_ylabel(effect.replace("_", " ") + unit)
+    axes.set_ylabel(effect.replace("_", " ") + ("" if unit == "1" else f" [{unit}]"))
     axes.axhline(0.0, color=_FLOOR, linewidth=0.5)
 
 

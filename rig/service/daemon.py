@@ -13,6 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Final
 
+from rig.channels import FACT as CHANNELS
 from rig.errors import RigError
 from rig.realtime.faults import Fault, explain
 from rig.realtime.safe_state import Outcome
@@ -349,6 +350,8 @@ class Daemon:
         status: dict[str, Any] = {
             "version": VERSION,
             "rig": self._parts.rig.name,
+            "period_s": self._parts.rig.period_ns / 1e9,
+            CHANNELS: None if self._parts.rig.channels.has_valves else self._parts.rig.channels.plain(),
             "simulated": self._parts.simulated,
             "state": monitor.state.name.lower(),
             "fault": fault_json(monitor.fault, monitor.said),

@@ -38,10 +38,11 @@ MODEL: Final = Path("model")
 
 def logs_of_model(model_file: Path) -> list[Path]:
     """The logs that a model was identified from; RigError when they are not at hand."""
+    from rig.app.compose import find_config
     from rig.identify.provenance import find_logs
     from rig.model.parameters import load_model
 
-    found, missing = find_logs(load_model(model_file))
+    found, missing = find_logs(load_model(find_config(model_file, "models")))
     if missing:
         more = f" (and {len(missing) - 1} more)" if len(missing) > 1 else ""
         raise RigError(f"--baseline model: {missing[0]}{more}")

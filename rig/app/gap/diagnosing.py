@@ -70,12 +70,13 @@ def diagnose_case(
     options: DiagnosisOptions, case: Case, sessions: Sequence[Session] | None = None
 ) -> "tuple[Case, Diagnosis]":
     """Read (the sessions too, where the caller has not), diagnose, write the files that were asked for."""
+    from rig.app.compose import find_config
     from rig.gap.diagnosis import diagnose_with_grounds
     from rig.model.parameters import load_model
     from rig.rig_config import load_rig
 
     gains = None if options.tracking is None else _gains_of(options.tracking)
-    model = load_model(options.model)
+    model = load_model(find_config(options.model, "models"))
     records = _read(case.logs)
     days = read_sessions(options.baselines, options.model) if sessions is None else sessions
     library = list(options.effects) or None
@@ -86,7 +87,7 @@ def diagnose_case(
         pressures=not options.no_pressures,
         library=library,
         reference=options.reference,
-        effects=None if options.rig is None else load_rig(options.rig).effects,
+        effects=None if options.rig is None else load_rig(find_config(options.rig, "rigs")).effects,
     )
     if gains is not None:
         _tell_worth(gains, model, diagnosis, grounds, records)

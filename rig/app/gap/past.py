@@ -9,7 +9,8 @@ from typing import Any, Final
 
 from rig.app.gap.diagnosing import Case, DiagnosisOptions, diagnose_campaign
 from rig.errors import ConfigError
-from rig.gap.history import FALSE_ALARM_RATE, Change, Day, Growth, History, day_of
+from rig.gap.history import FALSE_ALARM_RATE, GAP, Change, Day, Growth, History, day_of
+from rig.own_units import own_plain, own_text
 
 _DATE: Final = re.compile(r"(\d{4})-?(\d{2})-?(\d{2})")
 _DAY_S: Final = 86400.0
@@ -41,30 +42,37 @@ def _when(case: Case, number: int) -> float:
 
 
 def history_report(history: History) -> dict[str, Any]:
-    """The JSON of the command."""
-    return {
+    """The JSON of the command, in the rig's own units."""
+    units = {effect: size.unit for day in history.days for effect, size in day.sizes.items()}
+    plain: dict[str, Any] = {
         "days": [_plain(day) for day in history.days],
-        "changes": [asdict(change) for change in history.changes],
+        "changes": [asdict(change) | {"unit": units.get(change.quantity, "deg")} for change in history.changes],
         "growth": [asdict(slope) for slope in history.growth],
         "false_alarm_rate": FALSE_ALARM_RATE,
     }
+    own = history.channels
+    told: dict[str, Any] = own_plain(plain, own)
+    return told if own.has_valves else told | {"channels": own.plain()}
 
 
 def _plain(day: Day) -> dict[str, Any]:
     sizes = {effect: size.to_json() for effect, size in day.sizes.items()}
-    return asdict(day) | {"sizes": sizes}
+    plain = asdict(day) | {"sizes": sizes}
+    del plain["channels"]
+    return plain
 
 
 def told(history: History) -> list[str]:
     """What changed and what grows, a sentence each."""
     lines = [_told_change(change) for change in history.changes] + [_told_growth(one) for one in history.growth]
-    return lines or ["nothing changed over these days (at a false-alarm rate of 1 %)"]
+    lines = lines or ["nothing changed over these days (at a false-alarm rate of 1 %)"]
+    return [own_text(line, history.channels) for line in lines]
 
 
 def _told_change(change: Change) -> str:
     levels = f"from {change.before:.2g} to {change.after:.2g}"
-    what = "the gap went" if change.quantity == "gap_deg" else f"{change.quantity} went"
-    return f"{what} {levels}{' deg' if change.quantity == 'gap_deg' else ''} on {change.day} (p = {change.p_value:.2g})"
+    what = "the gap went" if change.quantity == GAP else f"{change.quantity} went"
+    return f"{what} {levels}{' deg' if change.quantity == GAP else ''} on {change.day} (p = {change.p_value:.2g})"
 
 
 def _told_growth(one: Growth) -> str:

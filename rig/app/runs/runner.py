@@ -18,6 +18,7 @@ from rig.app.overseen import check_last_resort
 from rig.app.runs.outcome import Outcome
 from rig.app.supervise import watching
 from rig.app.terminal import console, progress
+from rig.channels import Channels
 from rig.errors import RigError
 from rig.log.mcap.writer import PARTIAL_SUFFIX
 from rig.realtime import measures
@@ -101,7 +102,7 @@ def _run(
         orders = _orders(session, rig, runs, options)
         for order in orders:
             session.expect(order)
-        _watch(session, operator, outcome, sum(planned.program.ticks for planned in runs))
+        _watch(session, operator, outcome, sum(planned.program.ticks for planned in runs), rig.channels)
         if not session.recorder_alive and not outcome.recorder_lost:  # also when both ended before we could look
             outcome.recorder_lost = True
             outcome.error = outcome.error or f"the rig was stopped: {explain(Fault.RECORDER_DIED)}"
@@ -191,7 +192,7 @@ class _Operator:
             self._session.mailbox.stop()
 
 
-def _watch(session: Session, operator: _Operator, outcome: Outcome, total_ticks: int) -> None:
+def _watch(session: Session, operator: _Operator, outcome: Outcome, total_ticks: int, own: Channels) -> None:
     """Let the loop go, and until it ends: beat, show progress, gather results; a dead recorder or a file that is gone
     ends the runs."""
     said = ""
@@ -200,7 +201,7 @@ def _watch(session: Session, operator: _Operator, outcome: Outcome, total_ticks:
         while session.loop_alive:
             session.beat()
             outcome.runs += session.results()
-            _show(session, update, operator.asked_to_stop)
+            _show(session, own, update, operator.asked_to_stop)
             _look(session, outcome)
             said = _say_trouble(session, said)
             _stop_without_a_file(session, outcome)
@@ -261,11 +262,12 @@ def _abandoned(session: Session, orders: Sequence[RunOrder]) -> list[RunResult]:
     ]
 
 
-def _show(session: Session, update: Callable[[float, str], None], stopping: bool) -> None:
+def _show(session: Session, own: Channels, update: Callable[[float, str], None], stopping: bool) -> None:
     latest = session.ring.latest()
     if latest is None:
         return
-    angle = f"{latest.angle_deg:+6.1f} deg" if math.isfinite(latest.angle_deg) else ""
+    output = own.own_output(latest.angle_deg)
+    angle = f"{output:+6.1f} {own.output.unit}" if math.isfinite(output) else ""
     trouble = f"  {session.trouble.error}" if session.trouble is not None else ""
     update(
         latest.tick, f"{'ramping down  ' if stopping else ''}run {latest.run}  {angle}  missed {latest.missed}{trouble}"

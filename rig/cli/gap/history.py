@@ -40,19 +40,21 @@ def history(
     from rig.app.gap.diagnosing import DiagnosisOptions, cases_of
     from rig.app.gap.past import draw_history, history_report, past_days, told
     from rig.gap.history import look_back
+    from rig.own_units import speaker
 
     check_apart([folder], baselines)
     options = DiagnosisOptions(
         model, baselines, no_pressures=no_pressures, reference=reference, command=shlex.join(["pamrig", *sys.argv[1:]])
     )
     found = look_back(past_days(options, cases_of((folder,)), workers))
-    out = console(json_to)
+    out, say = console(json_to), speaker(found.channels)
     table = listing("day", "gap", "floor", "verdict", "causes")
     for day in found.days:
         causes = ", ".join(
             f"{name} {size.value:.2g}{'' if size.unit == '1' else f' {size.unit}'}" for name, size in day.sizes.items()
         )
-        table.add_row(day.name, f"{day.gap_deg:.2g} deg", f"{day.floor_deg:.2g} deg", day.verdict, causes or "-")
+        gap, floor = say(f"{day.gap_deg:.2g} deg"), say(f"{day.floor_deg:.2g} deg")
+        table.add_row(day.name, gap, floor, day.verdict, say(causes) or "-")
     out.print(table)
     for day in found.days:
         for heading, text in day.said.items():

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from rich.table import Table
     from rich.text import Text
 
+    from rig.channels import Channels
     from rig.service.client import Client
 
 WINDOW_S: Final = 20.0
@@ -30,10 +31,11 @@ _BLOCKS: Final = " ▁▂▃▄▅▆▇█"
 
 
 class Window:
-    """The last WINDOW_S of what the daemon sent."""
+    """The last WINDOW_S of what the daemon sent, as working values; `own` is the rig's channel map."""
 
-    def __init__(self, period_s: float = 0.005) -> None:
+    def __init__(self, period_s: float, own: "Channels") -> None:
         size = round(WINDOW_S / period_s)
+        self.own = own
         self.t_s: deque[float] = deque(maxlen=size)
         self.dp_mpa: deque[float] = deque(maxlen=size)
         self.angle_deg: deque[float] = deque(maxlen=size)
@@ -79,15 +81,19 @@ def _plots(window: Window, width: int, height: int) -> "list[Table]":
     """Angle over time and over dp, side by side; nothing where there is no room or nothing to show."""
     from rich.table import Table
 
+    from rig.own_units import speaker
+
     least, most = _PLOT_LINES
     if len(window.t_s) < 2 or height < least:
         return []
+    say, wanted = speaker(window.own), [window.own.own_input(dp) for dp in window.dp_mpa]
+    answered = [window.own.own_output(angle) for angle in window.angle_deg]
     plots = Table.grid(padding=(0, 1))
     half, now = max(width // 2 - 2, 30), window.t_s[-1]
     size = half, min(height, most)
     plots.add_row(
-        _plot([t - now for t in window.t_s], window.angle_deg, "angle in degrees over seconds", size),
-        _plot(window.dp_mpa, window.angle_deg, "angle in degrees over dp in MPa", size),
+        _plot([t - now for t in window.t_s], answered, say("angle in degrees over seconds"), size),
+        _plot(wanted, answered, say("angle in degrees over p1 - p2 in MPa"), size),
     )
     return [plots]
 
@@ -104,7 +110,7 @@ def lateness_bars(lateness: dict[str, Any]) -> str:
     return f"late {bars}  up to {edges} us, more"
 
 
-def _plot(x: "deque[float] | list[float]", y: "deque[float]", title: str, size: tuple[int, int]) -> "Text":
+def _plot(x: "list[float]", y: "list[float]", title: str, size: tuple[int, int]) -> "Text":
     import plotext
     from rich.text import Text
 
@@ -113,7 +119,7 @@ def _plot(x: "deque[float] | list[float]", y: "deque[float]", title: str, size: 
     figure.clear()
     figure.plot_size(*size)
     figure.theme("colorless")
-    signal = figure.signal(list(x)[::step], list(y)[::step], marker="braille")
+    signal = figure.signal(x[::step], y[::step], marker="braille")
     signal.lines()
     figure.draw(signal)
     figure.title(title)
@@ -160,7 +166,10 @@ def _live(client: "Client", commands: "Client", rate_hz: float) -> None:
     """Redraw at each event; the keys go over a connection of their own, so that a stop never waits for a picture."""
     from rich.live import Live
 
-    window, note = Window(), ""
+    from rig.channels import channels_of
+
+    status = client.status()
+    window, note = Window(status["period_s"], channels_of(status, "status")), ""
     with keys() as key, Live(screen=True, auto_refresh=False) as live, commands:
         for status in client.subscribe(rate_hz, samples=True):
             window.add(status.get("samples") or {"tick": [], "p1_cmd_mpa": [], "p2_cmd_mpa": [], "angle_deg": []})

@@ -36,7 +36,7 @@ class Comparison:
 
     @property
     def rmse_deg(self) -> float:
-        """Rms of the angles' difference over all pairs."""
+        """Rms of the angles' difference over all pairs; of a rig with a channel map, of the working values."""
         return self._comparison.rmse_deg
 
     @property
@@ -44,9 +44,10 @@ class Comparison:
         """The largest difference of any angle."""
         return self._comparison.max_deg
 
-    def require_within(self, deg: float) -> None:
-        """CheckFailed when any angle differs by more than that, or a record has no counterpart."""
-        if departures := self._comparison.departures(deg):
+    def require_within(self, most: float) -> None:
+        """CheckFailed when any angle differs by more than that (deg, or the unit of the rig's own output), or a record
+        has no counterpart."""
+        if departures := self._comparison.departures(most):
             raise CheckFailed("; ".join(departures))
 
     def to_json(self) -> dict[str, Any]:
@@ -54,17 +55,20 @@ class Comparison:
         return self._comparison.to_json()
 
     def plot(self) -> Picture:
-        """The pair that differs most: angles over time, their difference, both loops."""
+        """The pair that differs most: angles over time, their difference, both loops; in the rig's own units."""
         from rig.report.log_figures import pair_figure
 
         return Picture(pair_figure(max(self.pairs, key=lambda pair: pair.angle.rms)))
 
     def _repr_html_(self) -> str:
+        own = self._comparison.channels
+        off = {pair.name: pair.angle.times(own.output_per_deg) for pair in self.pairs}
         rows = [
-            (pair.name, shown(pair.shift_s), shown(pair.angle.rms), shown(pair.angle.max), shown(pair.angle.mean))
+            (pair.name, *map(shown, (pair.shift_s, off[pair.name].rms, off[pair.name].max, off[pair.name].mean)))
             for pair in self.pairs
         ]
-        return html_table(("record", "shift [s]", "RMS [deg]", "max [deg]", "mean [deg]"), rows)
+        unit = own.output.unit
+        return html_table(("record", "shift [s]", f"RMS [{unit}]", f"max [{unit}]", f"mean [{unit}]"), rows)
 
 
 def compare(a: Logs, b: Logs) -> Comparison:

@@ -14,6 +14,7 @@ from rig.gap.answer.result import Diagnosis as Answer
 from rig.gap.answer.words import answers
 from rig.gap.diagnosis import diagnose_with_grounds
 from rig.model.parameters import Model
+from rig.own_units import own_text
 
 if TYPE_CHECKING:
     from rig.gap.days.findings import Findings
@@ -51,7 +52,7 @@ class Diagnosis:
     @property
     def answers(self) -> dict[str, str]:
         """The answer in sentences, by question."""
-        return answers(self._answer)
+        return {question: own_text(answer, self._answer.channels) for question, answer in answers(self._answer).items()}
 
     def to_json(self) -> dict[str, Any]:
         """What `pamrig gap diagnose --json` writes for one day."""

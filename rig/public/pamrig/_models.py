@@ -19,6 +19,7 @@ from rig.identify.objective import predict
 from rig.model import parameters
 from rig.model.kernels import simulate as simulate_record
 from rig.model.parameters import Input, Model
+from rig.own_units import own_text
 from rig.record import Record
 from rig.report.fit_figures import comparison_figure
 
@@ -109,7 +110,8 @@ class Identified:
             for name, each in self.parameters.items()
             if each.free
         ]
-        return html_table(("parameter", "value", "std", "unit", ""), rows, f"RMSE {self.rmse_deg:.3g} deg")
+        said = own_text(f"RMSE {self.rmse_deg:.3g} deg", self.model.own_channels)
+        return html_table(("parameter", "value", "std", "unit", ""), rows, said)
 
 
 def identify(
@@ -127,14 +129,14 @@ def identify(
     polish: bool = True,
     bounded: bool = True,
     joint: Literal["rigid", "second_order"] = "rigid",
-    sample_time_s: float = 0.005,
+    sample_time_s: float | None = None,
     sweep_hz: tuple[float, float] = (0.2, 0.8),
     resample: bool = False,
 ) -> Identified:
     """Fit a simulator to records by particle swarm and a least-squares polish; the defaults are the paper's (Table II).
 
-    `start` is a model whose `free` parameters are searched, else a template of `kind`. `sweep_hz` is where it has to
-    stay bounded. RecordError for records that cannot be used, ModelError for a start that cannot be searched.
+    `start` is a model whose `free` parameters are searched, else a template of `kind`. `sample_time_s` is the model's,
+    by default the period of the records. `sweep_hz` is where it has to stay bounded. RecordError for records that cannot be used, ModelError for a start that cannot be searched.
     """
     records, options = records_of(logs), Options(resample=resample)
     begin = StartOptions(
@@ -175,15 +177,15 @@ class Validation:
         return _worst(self._model, self._records, self.scores, self._options)
 
     def _repr_html_(self) -> str:
-        rows = [
-            (
-                Path(row.log).name,
-                *map(shown, (row.rmse_deg, row.nrmse, row.fit_percent, row.max_deg, row.command_rmse_deg)),
-            )
-            for row in self.scores
-        ]
+        own = self._model.own_channels
+        by = own.output_per_deg
+        rows = [(Path(row.log).name, *map(shown, _own_score(row, by))) for row in self.scores]
         head = ("record", "RMSE [deg]", "NRMSE", "fit [%]", "max [deg]", "RMSE from the command [deg]")
-        return html_table(head, rows, "bounded" if self.bounded else "NOT bounded over the sweep range")
+        return html_table(
+            [own_text(name, own) for name in head],
+            rows,
+            "bounded" if self.bounded else "NOT bounded over the sweep range",
+        )
 
 
 def validate(
@@ -198,6 +200,12 @@ def validate(
     return Validation(simulator, records, judged, options)
 
 
+def _own_score(row: judging.Score, by: float) -> tuple[float | None, ...]:
+    """A row of the table; errors times `by`."""
+    chain = None if row.command_rmse_deg is None else by * row.command_rmse_deg
+    return by * row.rmse_deg, row.nrmse, row.fit_percent, by * row.max_deg, chain
+
+
 def _model(model: Model | str | Path) -> Model:
     return model if isinstance(model, Model) else load_model(model)
 
@@ -206,7 +214,8 @@ def _worst(model: Model, records: list[Record], scores: list[judging.Score], opt
     worst = int(np.argmax([row.rmse_deg for row in scores]))
     data = prepare(records[worst], model, options)
     source = "commanded" if model.muscle.input is Input.COMMAND else "measured"
-    said = {model.muscle.kind.upper(): predict(model, data)}
-    drive = data.p1_mpa - data.p2_mpa
-    name = records[worst].name
-    return Picture(comparison_figure(name, data.grid.t_s, drive, data.angle_deg, said, f"p1 - p2 {source} [MPa]"))
+    own = records[worst].channels
+    said = {model.muscle.kind.upper(): own.own_output(predict(model, data))}
+    drive, measured = own.own_input(data.p1_mpa - data.p2_mpa), own.own_output(data.angle_deg)
+    label = own_text(f"p1 - p2 {source} [MPa]", own)
+    return Picture(comparison_figure(records[worst].name, data.grid.t_s, drive, measured, said, label, own))

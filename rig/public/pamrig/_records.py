@@ -22,7 +22,8 @@ class Record(rig.record.Record):
     """One excitation of the rig: columns over time (n,), None where nothing was measured, NaN where a value is missing.
 
     `t_s`, `dp_cmd_mpa`, `angle_deg`, `p1_cmd_mpa`, `p2_cmd_mpa`, `p1_mpa`, `p2_mpa` are numpy arrays, `extra` holds
-    further ones by name, `facts` what is known of the run. Units stand in the names.
+    further ones by name, `facts` what is known of the run. Units stand in the names. Of a rig with a channel map these
+    are working values; tables, frames and pictures have its own columns (`own_columns()`: set_point_mm, position_mm).
 
     >>> (record,) = pamrig.read("first")
     >>> record.name, len(record), round(record.period_s, 6)
@@ -41,7 +42,7 @@ class Record(rig.record.Record):
         >>> f"{table['dp_cmd_mpa'].max():.2f} MPa"
         '0.20 MPa'
         """
-        columns = self.columns()
+        columns = self.own_columns()
         table = np.empty(len(self), dtype=[(name, np.float64) for name in columns])
         for name, column in columns.items():
             table[name] = column
@@ -58,7 +59,7 @@ class Record(rig.record.Record):
             import pandas
         except ImportError:
             raise RecordError("to_pandas needs the package pandas: pip install 'pamrig[frames]'") from None
-        columns = self.columns()
+        columns = self.own_columns()
         frame = pandas.DataFrame(columns, index=pandas.Index(columns.pop("t_s"), name="t_s"))
         frame.attrs = {"name": self.name, **self.facts}
         return frame
@@ -74,9 +75,12 @@ class Record(rig.record.Record):
             import xarray
         except ImportError:
             raise RecordError("to_xarray needs the package xarray: pip install 'pamrig[frames]'") from None
-        columns = self.columns()
+        columns = self.own_columns()
         time_s = xarray.Variable("t_s", columns.pop("t_s"), {"units": "s"})
-        variables = {name: xarray.Variable("t_s", column, _unit(name)) for name, column in columns.items()}
+        own = {one.column: {"units": one.unit} for one in (self.channels.input, self.channels.output)}
+        variables = {
+            name: xarray.Variable("t_s", column, own.get(name) or _unit(name)) for name, column in columns.items()
+        }
         return xarray.Dataset(variables, {"t_s": time_s}, {"name": self.name, **self.facts})
 
     def plot(self) -> Picture:
@@ -88,7 +92,7 @@ class Record(rig.record.Record):
     def _repr_html_(self) -> str:
         rows = [
             (name, shown(float(np.nanmin(column))), shown(float(np.nanmax(column))))
-            for name, column in self.columns().items()
+            for name, column in self.own_columns().items()
             if name not in self.extra and np.isfinite(column).any()
         ]
         title = f"{self.name}: {len(self)} rows, every {1e3 * self.period_s:.3g} ms"

@@ -1,6 +1,6 @@
 """Running a rig: a sweep on it, or recorded commands once more."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -175,13 +175,13 @@ class Replay:
         """Recording and replay over time, their difference, both loops."""
         from rig.report.log_figures import replay_figure
 
-        return Picture(replay_figure(self.file.stem, self._done.beside))
+        return Picture(replay_figure(self.file.stem, self._done.beside, self._done.channels))
 
     def _repr_html_(self) -> str:
-        return html_table(("replay", "RMSE [deg]", "max [deg]"), [(self.file.stem, *map(shown, self._numbers()))])
-
-    def _numbers(self) -> Iterator[float]:
-        yield from (self.rmse_deg, self.max_deg)
+        own = self._done.channels
+        numbers = [shown(own.output_per_deg * deg) for deg in (self.rmse_deg, self.max_deg)]
+        head = ("replay", f"RMSE [{own.output.unit}]", f"max [{own.output.unit}]")
+        return html_table(head, [(self.file.stem, *numbers)])
 
 
 def replay(

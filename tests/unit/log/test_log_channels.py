@@ -66,6 +66,11 @@ def test_further_channels_and_the_map_go_through_every_file_of_ours(tmp_path: Pa
     for kind in ("csv", "parquet", "mat"):
         (out, *_) = export(content_of_record(record, {}), tmp_path / f"out.{kind}", kind)
         content = read_exported(out)
+        if kind == "csv":
+            table = np.genfromtxt(out, delimiter=",", names=True)
+            assert table["position_mm"][100] == pytest.approx(39 * np.sin(4.9), rel=1e-6)
+            assert {"set_point_mm", "load_n"} <= set(table.dtype.names or ())
+            assert "[mm] by the rig's own name" in (tmp_path / "out.csv-metadata.json").read_text()
         assert content is not None
         assert content.run_facts["channels"] == record.facts["channels"]
         assert np.array_equal(content.samples["further_1"], record.extra["load_n"])

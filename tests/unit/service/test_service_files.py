@@ -15,6 +15,7 @@ from rich.console import Console
 
 from hil.terminals import Terminals
 from rig.app import compose
+from rig.channels import PNEUMATIC
 from rig.cli.service.install import service
 from rig.cli.service.watch import WINDOW_S, Window, act, lateness_bars, picture
 from rig.config import load
@@ -251,6 +252,10 @@ def status(**changed: Any) -> dict[str, Any]:
     return whole | changed
 
 
+def empty() -> Window:
+    return Window(0.005, PNEUMATIC)
+
+
 def shown(status: dict[str, Any], window: Window, size: tuple[int, int] = (120, 40)) -> str:
     console = Console(width=size[0], record=True, file=open("/dev/null", "w"))  # noqa: SIM115
     console.print(picture(status, window, size, "note"))
@@ -260,7 +265,7 @@ def shown(status: dict[str, Any], window: Window, size: tuple[int, int] = (120, 
 
 def test_the_picture_holds_what_an_operator_needs() -> None:
     fault = {"name": "BROKEN_WIRE", "cause": "a wire is broken", "hint": "check its wire", "said": "monitor 1"}
-    text = shown(status(state="fault", fault=fault, black_boxes=["/old.mcap", "/new.mcap"]), Window())
+    text = shown(status(state="fault", fault=fault, black_boxes=["/old.mcap", "/new.mcap"]), empty())
     parts = (
         "FAULT",
         "BROKEN_WIRE: a wire is broken (monitor 1)",
@@ -283,7 +288,7 @@ def test_the_picture_holds_what_an_operator_needs() -> None:
 
 
 def swept() -> Window:
-    window = Window()
+    window = empty()
     n = 100
     window.add(
         {
@@ -298,20 +303,20 @@ def swept() -> Window:
 
 def test_a_job_that_failed_is_shown_until_another_is_over() -> None:
     job = {"id": 1, "name": "a", "state": "failed", "done": 0, "total": 1, "error": "a.yaml: no such file"}
-    assert "job 1 a: failed, 0 of 1 records (a.yaml: no such file)" in shown(status(queue=[job]), Window())
-    assert "failed" not in shown(status(queue=[job, job | {"state": "done", "error": ""}]), Window())
+    assert "job 1 a: failed, 0 of 1 records (a.yaml: no such file)" in shown(status(queue=[job]), empty())
+    assert "failed" not in shown(status(queue=[job, job | {"state": "done", "error": ""}]), empty())
 
 
 def test_a_finished_job_with_records_that_are_not_valid_says_so() -> None:
     job = {"id": 1, "name": "a", "state": "done", "done": 10, "total": 10, "not_valid": 2, "error": ""}
-    assert "job 1 a: done, 10 of 10 records, 2 not valid" in shown(status(queue=[job]), Window())
-    assert "job 1" not in shown(status(queue=[job | {"not_valid": 0}]), Window())
+    assert "job 1 a: done, 10 of 10 records, 2 not valid" in shown(status(queue=[job]), empty())
+    assert "job 1" not in shown(status(queue=[job | {"not_valid": 0}]), empty())
 
 
 def test_the_picture_plots_what_came_in() -> None:
     text = shown(status(), swept())
     assert "angle in degrees over seconds" in text
-    assert "angle in degrees over dp in MPa" in text
+    assert "angle in degrees over p1 - p2 in MPa" in text
 
 
 @pytest.mark.parametrize("jobs", [0, 2, 12])
@@ -324,7 +329,7 @@ def test_the_picture_fits_a_small_terminal_and_keeps_its_keys(jobs: int) -> None
 
 
 def test_the_window_rolls_leaves_gaps_out_and_begins_anew_with_a_session() -> None:
-    window = Window()
+    window = empty()
     ticks = list(range(round(WINDOW_S / 0.005) + 10))
     window.add(
         {
