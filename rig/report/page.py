@@ -60,14 +60,16 @@ def page(
 def _assumed(diagnosis: Diagnosis, findings: Findings | Grounds, model: Model) -> list[str]:
     """What the answers rest on."""
     nominal, sessions = findings.prepared.nominal, diagnosis.evidence["sessions"]
-    used = diagnosis.evidence["pressures_used"]
+    used, valves = diagnosis.evidence["pressures_used"], diagnosis.channels.has_valves
+    pneumatic = (
+        f"P0 is {nominal.p0_mpa:.3g} MPa; regulators answer in {1e3 * nominal.tau0_s:.0f} ms; " if valves else ""
+    )
+    description = f"{pneumatic}the description {'of muscles and joint ' if valves else ''}"
     told = [
         f"What is expected is {f'the mean of {sessions} earlier days' if sessions else 'what the model says'}; "
         f"what is usual comes from {SOURCES[diagnosis.gap['floor_source']]}.",
-        f"Pressures were {'used: each valve is judged by its monitor' if used else 'not used'}.",
-        f"P0 is {nominal.p0_mpa:.3g} MPa; regulators answer in {1e3 * nominal.tau0_s:.0f} ms; the description "
-        f"of muscles and joint misses "
-        f"{nominal.misfit_deg:.2g} deg rms of what is expected and is used in differences only.",
+        *([f"Pressures were {'used: each valve is judged by its monitor' if used else 'not used'}."] if valves else []),
+        f"{description} misses {nominal.misfit_deg:.2g} deg rms of what is expected and is used in differences only.",
         f"The model ({model.muscle.kind}, driven by {model.muscle.input.value}) was not tuned to these records.",
     ]
     return [*told, *diagnosis.notes]

@@ -76,8 +76,8 @@ def identify_model(
         bounded=search.bounded,
         sweep=sweep,
     )
-    model, choices = start_model(start, records, options)
     channels = common([(record.name, record.channels) for record in records])
+    model, choices = start_model(start, records, options)
     model = replace(model, channels=None if channels.has_valves else channels)
     return replace(identify(records, model, settings, options, report), choices=choices)
 
@@ -88,13 +88,16 @@ def start_model(start: StartOptions, records: list[Record], options: Options) ->
     if start.start is not None:
         return load_model(find_config(start.start, "models")), []
     drive, choices = Input.COMMAND, []
-    if start.drive == "auto":
+    pneumatic = all(record.channels.has_valves for record in records)
+    if start.drive != "auto":
+        drive = Input(start.drive)
+    elif pneumatic:  # else there is nothing but the command
         drive, why = best_input(records, options)
         choices.append(why)
-    else:
-        drive = Input(start.drive)
     p0_mpa = start.p0_mpa if start.p0_mpa is not None else rest_pressure(records)
     exponent = start.mean_exponent
+    if exponent is None and not pneumatic:
+        exponent = 0.0
     if exponent is None and start.kind != "bw_continuous":
         exponent, why = mean_law(records, drive, p0_mpa)
         choices.append(why)

@@ -226,7 +226,11 @@ def _show(diagnosis: "Diagnosis", name: str | None, json_to: str | None) -> None
         table = listing("alone", "stage", "judged on", "explains", "probability")
         for line in diagnosis.ranking[:6]:
             table.add_row(
-                line.effect, line.stage, line.side, f"{100 * line.explained_fraction:.0f} %", f"{line.probability:.2f}"
+                line.effect,
+                line.stage,
+                say(line.side),
+                f"{100 * line.explained_fraction:.0f} %",
+                f"{line.probability:.2f}",
             )
         out.print(table)
     for note in diagnosis.notes:

@@ -13,6 +13,7 @@ from rig.config import unstructure
 from rig.identify.data import Options, prepare
 from rig.identify.fit import Identified
 from rig.identify.objective import predict
+from rig.identify.stability import Verdict
 from rig.identify.validate import Score, Validation
 from rig.model.fingerprint import Fingerprint, PressureSource
 from rig.model.parameters import Model
@@ -127,15 +128,14 @@ def show_identified(found: Identified, output: Path, terminal: Console) -> None:
         terminal.print(f"staying bounded over the sweep range costs {say(cost)} of it")
     verdict = found.verdict
     state = "bounded" if verdict.bounded else ("NOT bounded", "red")
-    largest = say(f"largest angle {verdict.peak_deg:.1f} deg")
-    terminal.print(styled(state, f" over the sweep range: {largest} in {verdict.worst}"))
+    terminal.print(styled(state, f" over the sweep range: {_largest(verdict, found.model)} in {verdict.worst}"))
     if found.valves is not None:
         dead = f", dead time {1e3 * found.valves.dead_time_s:.0f} ms" if found.valves.dead_time_s else ""
         terminal.print(
             "regulators: RMSE " + ", ".join(f"{1e3 * error:.2f} kPa" for error in found.valves.rmse_mpa) + dead
         )
     if (known := found.model.fingerprint) is not None:
-        terminal.print(say(_fingerprint_line(known)))
+        terminal.print(say(_fingerprint_line(known, pneumatic=found.model.own_channels.has_valves)))
     alike = found.uncertainty.alike(found.space.names)
     if alike:
         first = ", ".join(f"{a}~{b} ({r:+.3f})" for a, b, r in alike[:4])
@@ -147,12 +147,19 @@ def show_identified(found: Identified, output: Path, terminal: Console) -> None:
     terminal.print(f"model: {output}")
 
 
-def _fingerprint_line(known: Fingerprint) -> str:
-    source = (
-        "the measured pressures"
-        if known.pressures is PressureSource.MEASURED
-        else "virtual pressures, the records have no usable ones"
-    )
+def _largest(verdict: Verdict, model: Model) -> str:
+    """How far the output goes: an angle from rest, or from the middle of the range of a rig with a channel map."""
+    own = model.own_channels
+    if own.has_valves:
+        return f"largest angle {verdict.peak_deg:.1f} deg"
+    far = f"{own.output_per_deg * verdict.peak_deg:.1f} {own.output.unit}"
+    return f"{own.output.spoken} at most {far} from the middle of its range"
+
+
+def _fingerprint_line(known: Fingerprint, *, pneumatic: bool) -> str:
+    source = "virtual pressures, the records have no usable ones" if pneumatic else "the command"
+    if known.pressures is PressureSource.MEASURED:
+        source = "the measured pressures"
     left = "" if known.left_out_deg is None else f", {known.left_out_deg:.2g} deg of a record that it has not seen"
     return f"fingerprint from {source}: it misses {known.misfit_deg:.2g} deg of these records{left}"
 
@@ -171,9 +178,8 @@ def show_validation(result: Validation, model: Model, beside: Mapping[str, Valid
     terminal.print(table)
     verdict = result.verdict
     state = "bounded" if verdict.bounded else "NOT bounded"
-    largest = say(f"largest angle {verdict.peak_deg:.1f} deg")
     limit = say(f"limit {verdict.limit_deg:.1f} deg").removesuffix(f" {channels.output.unit}")
-    terminal.print(f"{state} over the sweep range: {largest} in {verdict.worst} ({limit})")
+    terminal.print(f"{state} over the sweep range: {_largest(verdict, model)} in {verdict.worst} ({limit})")
     _warn(map(say, result.warnings), terminal)
 
 

@@ -8,6 +8,7 @@ from rig.gap.answer.chain import NAMES
 from rig.gap.answer.on_the_rig import ON_THE_RIG
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Observation
 from rig.gap.answer.sizes import degrees, size
+from rig.gap.offered import VALVES
 
 SOURCES = {
     "sessions": "what the earlier days differ by",
@@ -312,6 +313,8 @@ def _pressures(diagnosis: Diagnosis) -> str:
 def chain_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
     """(stage, share of the gap, what was found there) of every stage, for a table."""
     lines = diagnosis.where.get("chain", []) if diagnosis.causes else []
+    if not diagnosis.channels.has_valves:
+        lines = [line for line in lines if line["stage"] != VALVES]
     found = [(line["effects"], 100.0 * line["share"]) for line in lines]
     return [
         (NAMES[line["stage"]], f"{share:.0f} %" if effects or share >= 0.5 else "-", ", ".join(effects) or "nothing")

@@ -136,7 +136,8 @@ def identify(
     """Fit a simulator to records by particle swarm and a least-squares polish; the defaults are the paper's (Table II).
 
     `start` is a model whose `free` parameters are searched, else a template of `kind`. `sample_time_s` is the model's,
-    by default the period of the records. `sweep_hz` is where it has to stay bounded. RecordError for records that cannot be used, ModelError for a start that cannot be searched.
+    by default the period of the records. `sweep_hz` is where it has to stay bounded.
+    RecordError for records that cannot be used, ModelError for a start that cannot be searched.
     """
     records, options = records_of(logs), Options(resample=resample)
     begin = StartOptions(
