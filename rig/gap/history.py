@@ -93,7 +93,9 @@ def look_back(days: Sequence[Day]) -> History:
 def day_of(name: str, days: float, diagnosis: Diagnosis) -> Day:
     """The day of a diagnosis."""
     sizes = {
-        cause.effect: size for cause in diagnosis.causes if (size := _size(cause.effect, cause.parameters)) is not None
+        cause.effect: size
+        for cause in diagnosis.causes
+        if (size := size_of(cause.effect, cause.parameters)) is not None
     }
     said = diagnosis.evidence.get("said", {})
     gap, floor = diagnosis.gap["rms_deg"], diagnosis.gap["floor_deg"]
@@ -166,7 +168,7 @@ def _strongest(values: Column) -> tuple[int, float]:
     return int(split[best]), float(strength[best])
 
 
-def _size(effect: str, parameters: Mapping[str, Interval]) -> Interval | None:
+def size_of(effect: str, parameters: Mapping[str, Interval]) -> Interval | None:
     """The number that says how large an effect is: the first that its laws fit."""
     if effect not in LIBRARY:
         return None

@@ -61,10 +61,12 @@ def _assumed(diagnosis: Diagnosis, findings: Findings | Grounds, model: Model) -
     """What the answers rest on."""
     nominal, sessions = findings.prepared.nominal, diagnosis.evidence["sessions"]
     used, valves = diagnosis.evidence["pressures_used"], diagnosis.channels.has_valves
-    pneumatic = (
-        f"P0 is {nominal.p0_mpa:.3g} MPa; regulators answer in {1e3 * nominal.tau0_s:.0f} ms; " if valves else ""
-    )
-    description = f"{pneumatic}the description {'of muscles and joint ' if valves else ''}"
+    description = "The description"
+    if valves:
+        description = (
+            f"P0 is {nominal.p0_mpa:.3g} MPa; regulators answer in {1e3 * nominal.tau0_s:.0f} ms; the description of "
+            "muscles and joint"
+        )
     told = [
         f"What is expected is {f'the mean of {sessions} earlier days' if sessions else 'what the model says'}; "
         f"what is usual comes from {SOURCES[diagnosis.gap['floor_source']]}.",

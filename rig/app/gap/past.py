@@ -9,8 +9,8 @@ from typing import Any, Final
 
 from rig.app.gap.diagnosing import Case, DiagnosisOptions, diagnose_campaign
 from rig.errors import ConfigError
-from rig.gap.history import FALSE_ALARM_RATE, GAP, Change, Day, Growth, History, day_of
-from rig.own_units import own_plain, own_text
+from rig.gap.history import FALSE_ALARM_RATE, Day, History, day_of
+from rig.own_units import own_plain
 
 _DATE: Final = re.compile(r"(\d{4})-?(\d{2})-?(\d{2})")
 _DAY_S: Final = 86400.0
@@ -60,28 +60,6 @@ def _plain(day: Day) -> dict[str, Any]:
     plain = asdict(day) | {"sizes": sizes}
     del plain["channels"]
     return plain
-
-
-def told(history: History) -> list[str]:
-    """What changed and what grows, a sentence each."""
-    lines = [_told_change(change) for change in history.changes] + [_told_growth(one) for one in history.growth]
-    lines = lines or ["nothing changed over these days (at a false-alarm rate of 1 %)"]
-    return [own_text(line, history.channels) for line in lines]
-
-
-def _told_change(change: Change) -> str:
-    levels = f"from {change.before:.2g} to {change.after:.2g}"
-    what = "the gap went" if change.quantity == GAP else f"{change.quantity} went"
-    return f"{what} {levels}{' deg' if change.quantity == GAP else ''} on {change.day} (p = {change.p_value:.2g})"
-
-
-def _told_growth(one: Growth) -> str:
-    unit = "" if one.unit == "1" else f" {one.unit}"
-    sure = "" if one.low * one.high > 0.0 else "; it may as well stand still"
-    return (
-        f"{one.effect}, named since {one.first_day}, moves by {one.per_day:.2g}{unit} a day "
-        f"({one.low:.2g} to {one.high:.2g}){sure}"
-    )
 
 
 def draw_history(history: History, path: Path) -> None:

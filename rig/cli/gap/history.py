@@ -38,8 +38,9 @@ def history(
     cause appeared, and how it grows."""
     from rig.app.gap.baselines import check_apart
     from rig.app.gap.diagnosing import DiagnosisOptions, cases_of
-    from rig.app.gap.past import draw_history, history_report, past_days, told
+    from rig.app.gap.past import draw_history, history_report, past_days
     from rig.gap.history import look_back
+    from rig.gap.history_words import told
     from rig.own_units import speaker
 
     check_apart([folder], baselines)
@@ -60,7 +61,7 @@ def history(
         for heading, text in day.said.items():
             out.print(f"{day.name}: {heading.lower()}: {text}", markup=False)
     for line in told(found):
-        out.print(line)
+        out.print(say(line))
     if output is not None:
         draw_history(found, output)
     emit(history_report(found), json_to)

@@ -32,6 +32,7 @@ from rig.service.web.stream.feed import Feed
 from rig.service.web.stream.glance import FRESH_S, glance, lost
 from rig.service.web.stream.link import Link
 from rig.service.web.stream.viewers import Viewers
+from rig.service.web.units import units_of
 
 STATIC: Final = Path(__file__).parent / "static"
 _GLANCE_S: Final = 0.2
@@ -73,13 +74,16 @@ class Site:
         yield
 
     def _routes(self) -> Starlette:
-        pages = Pages(self._visitors, self._guesses, self._look, lambda: self._glance)
+        units = units_of(self._orders.rig.channels)
+        pages = Pages(self._visitors, self._guesses, self._look, lambda: self._glance, units)
         actions = Actions(self._link, self._visitors, self._desk, self._sweeps, self._tell_desk, self._viewers.tell)
         records, orders = Records(self._orders.logs), self._orders
-        library = Library(orders.rig, self._sweeps, records, Errands())
+        errands = Errands()
+        library = Library(orders.rig, self._sweeps, records, errands)
         diagnoses = Diagnoses(orders.state / "diagnoses")
         bringup = BringUp(orders.rig, orders.state / "bringup.json")
-        studies = Studies(diagnoses, bringup, records, Catalogue("model", orders.models), lambda: self._glance)
+        models = Catalogue("model", orders.models)
+        studies = Studies(diagnoses, bringup, records, models, errands, lambda: self._glance)
         return Starlette(
             routes=[
                 Route("/", pages.front),
@@ -134,11 +138,11 @@ class Site:
 
 def _feed(orders: PageOrders) -> Feed:
     """With the simulator, when there is one that can be read."""
-    period_s = orders.rig.period_ns / 1e9
+    period_s, own = orders.rig.period_ns / 1e9, orders.rig.channels
     if orders.simulator is None:
-        return Feed(period_s, None)
+        return Feed(period_s, None, own=own)
     try:
         model = load_model(orders.simulator)
-        return Feed(period_s, Chain(model), model.sample_time_s)
+        return Feed(period_s, Chain(model), model.sample_time_s, own)
     except RigError:
-        return Feed(period_s, None)
+        return Feed(period_s, None, own=own)

@@ -11,11 +11,11 @@ from gap_rigs import session
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rig.app.gap.past import told
 from rig.cli.commands import cli
 from rig.errors import ConfigError
 from rig.gap.answer.result import Interval
 from rig.gap.history import FALSE_ALARM_RATE, Change, Day, change_points, changes, growth, look_back
+from rig.gap.history_words import told
 from rig.log.convert import write_record
 from rig.model.parameters import AddedEffect
 from rig.record import Record

@@ -18,9 +18,10 @@ from rig.record import Record
 from rig.rig_config import RigConfig
 from rig.service.queue.planner import plans_of
 from rig.service.session.run_setup import program_of
+from rig.service.web.units import units_of
 
 POINTS: Final = 2000
-_SHOWN: Final = ("dp_cmd_mpa", "p1_cmd_mpa", "p2_cmd_mpa", "p1_mpa", "p2_mpa", "angle_deg")
+_PRESSURES: Final = ("p1_cmd_mpa", "p2_cmd_mpa", "p1_mpa", "p2_mpa")
 _FACTS: Final = ("valid", "ticks", "missed", "dropped", "complete", "fault", "ended", "angle_zero_deg")
 _NAMED: Final = 50
 
@@ -35,18 +36,21 @@ def preview(path: Path, rig: RigConfig) -> dict[str, Any]:
     plans = plans_of(path, rig)
     p1, p2 = (np.concatenate(parts) for parts in zip(*(_set_points(plan) for plan in plans), strict=True))
     time_s = np.arange(len(p1)) * rig.period_ns / 1e9
-    rows = ends(p1 - p2, POINTS)
-    steps = max(float(np.abs(np.diff(column)).max(initial=0.0)) for column in (p1, p2))
+    rows, own = ends(p1 - p2, POINTS), rig.channels
+    shown = {"p1_cmd_mpa": p1, "p2_cmd_mpa": p2} if own.has_valves else {"input": own.own_input(p1 - p2)}
+    lowest, highest = (float(of([of(column) for column in shown.values()])) for of in (np.min, np.max))
+    steps = max(float(np.abs(np.diff(column)).max(initial=0.0)) for column in shown.values())
     return {
+        "units": units_of(own),
         "records": len(plans),
         "seconds": sum(plan.ticks for plan in plans) * rig.period_ns / 1e9,
         "names": [plan.name for plan in plans[:_NAMED]],
-        "columns": {"t_s": _plain(time_s[rows]), "p1_cmd_mpa": _plain(p1[rows]), "p2_cmd_mpa": _plain(p2[rows])},
-        "lowest_mpa": float(min(p1.min(), p2.min())),
-        "highest_mpa": float(max(p1.max(), p2.max())),
-        "fastest_mpa_s": steps / (rig.period_ns / 1e9),
-        "allowed_mpa": list(rig.limits.pressure_mpa),
-        "allowed_mpa_s": rig.limits.slew_mpa_s,
+        "columns": {"t_s": _plain(time_s[rows]), **{name: _plain(column[rows]) for name, column in shown.items()}},
+        "lowest": lowest,
+        "highest": highest,
+        "fastest_per_s": steps / (rig.period_ns / 1e9),
+        "allowed": list(rig.limits.pressure_mpa) if own.has_valves else None,
+        "allowed_per_s": rig.limits.slew_mpa_s * (1.0 if own.has_valves else 2.0 * own.input_per_mpa),
     }
 
 
@@ -67,7 +71,8 @@ def record(path: Path) -> dict[str, Any]:
         samples, lines = log.everything()
     begin_ns = int(samples.log_time_ns[0]) if len(samples) else 0
     told = [{"t_s": (line.time_ns - begin_ns) / 1e9, "level": line.level, "text": line.message} for line in lines]
-    return {**facts_of(path), "seconds": float(shown.t_s[-1]), "columns": _columns(shown), "lines": told[:POINTS]}
+    seen = {"units": units_of(shown.channels), "columns": _columns(shown), "lines": told[:POINTS]}
+    return {**facts_of(path), "seconds": float(shown.t_s[-1]), **seen}
 
 
 def findings(path: Path) -> list[str]:
@@ -76,18 +81,20 @@ def findings(path: Path) -> list[str]:
 
 
 def compared(a: Path, b: Path) -> dict[str, Any]:
-    """Two records over the time they have in common: both, and B minus A."""
-    pair = compare.beside(_first(a), _first(b))
+    """Two records over the time they have in common: both, and B minus A, in their own unit."""
+    (pair,) = compare.compare([_first(a)], [_first(b)]).pairs
     left = np.asarray(pair.b.angle_deg, dtype=np.float64) - np.asarray(pair.a.angle_deg, dtype=np.float64)
-    rows = ends(left, POINTS)
+    rows, per_deg = ends(left, POINTS), pair.channels.output_per_deg
+    off = pair.angle.times(per_deg)
     return {
+        "units": units_of(pair.channels),
         "a": _columns(pair.a, rows),
         "b": _columns(pair.b, rows),
-        "difference_deg": _plain(left[rows]),
+        "difference": _plain(per_deg * left[rows]),
         "shift_s": pair.shift_s,
-        "rmse_deg": pair.angle.rms,
-        "max_deg": pair.angle.max,
-        "mean_deg": pair.angle.mean,
+        "rmse": off.rms,
+        "max": off.max,
+        "mean": off.mean,
     }
 
 
@@ -126,8 +133,13 @@ def _first(path: Path) -> Record:
 def _columns(record: Record, rows: Rows | None = None) -> dict[str, list[float | None]]:
     if rows is None:
         rows = ends(record.dp_cmd_mpa if record.angle_deg is None else record.angle_deg, POINTS)
-    there = {name: column for name in _SHOWN if (column := getattr(record, name)) is not None}
-    return {"t_s": _plain(record.t_s[rows]), **{name: _plain(column[rows]) for name, column in there.items()}}
+    own = record.channels
+    shown = {"t_s": record.t_s, "input": own.own_input(record.dp_cmd_mpa)}
+    if record.angle_deg is not None:
+        shown["output"] = own.own_output(record.angle_deg)
+    if own.has_valves:
+        shown |= {name: column for name in _PRESSURES if (column := getattr(record, name)) is not None}
+    return {name: _plain(column[rows]) for name, column in shown.items()}
 
 
 def _plain(column: Column) -> list[float | None]:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from rig.errors import RecordError, RigError, StateError
+from rig.service.web.files.found import Found, gap_of, unit_of
 
 REFERENCES: Final = ("auto", "sessions", "session", "fingerprint", "simulator")
 PATIENCE_S: Final = 1800.0
@@ -30,6 +31,8 @@ class Question:
     reference: str
     baselines: tuple[str, ...]
     asked_s: float
+    recorded_s: float
+    """When the session was recorded, s since 1970."""
 
 
 class Diagnoses:
@@ -61,10 +64,23 @@ class Diagnoses:
 
     def all(self) -> list[dict[str, Any]]:
         """The newest first, each with what was asked and, when it is over, what was found."""
+        return [self._told(name) for name in self._names()]
+
+    def _names(self) -> list[str]:
         with contextlib.suppress(OSError):
             names = sorted((item.name for item in self._folder.iterdir() if item.is_dir()), reverse=True)
-            return [self._told(name) for name in names[:MOST_SHOWN]]
+            return names[:MOST_SHOWN]
         return []
+
+    def days(self, model: str, reference: str) -> list[Found]:
+        """The newest finished diagnosis of every session that was asked for with this model and reference."""
+        newest: dict[str, Found] = {}
+        for name in self._names():
+            asked, found = (_read(self._folder / name / each) for each in (_ASKED, _FOUND))
+            session = str(asked.get("session"))
+            if found and session not in newest and (asked.get("model"), asked.get("reference")) == (model, reference):
+                newest[session] = Found(session, float(asked.get("recorded_s") or asked.get("asked_s") or 0.0), found)
+        return list(newest.values())
 
     def report(self, name: str) -> Path:
         """Its page; RecordError when there is none."""
@@ -110,9 +126,8 @@ def _summary(found: dict[str, Any]) -> dict[str, Any]:
         "verdict": found.get("verdict"),
         "confidence": found.get("confidence"),
         "causes": [cause.get("effect") for cause in found.get("causes", [])],
-        "rms_deg": (found.get("gap") or {}).get("rms_deg"),
-        "floor_deg": (found.get("gap") or {}).get("floor_deg"),
-        "after_deg": (found.get("gap") or {}).get("after_deg"),
+        "gap": gap_of(found, "rms"),
+        "unit": unit_of(found),
         "next": found.get("next_experiment"),
     }
 

@@ -1,5 +1,8 @@
 """What lies in the folder of records, by session and name. Names are looked up in listings and never made paths."""
 
+import contextlib
+import re
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
@@ -9,6 +12,7 @@ LOOSE: Final = "-loose-"
 """The session of files that lie in the folder itself."""
 MOST_SESSIONS: Final = 500
 _SUFFIX: Final = ".mcap"
+_STAMP: Final = re.compile(r"\d{8}T\d{6}Z")
 
 
 class Records:
@@ -29,6 +33,15 @@ class Records:
         if folder is None:
             raise RecordError(f"{session[:80]!a}: no such session")
         return sorted(_records_in(folder), key=lambda file: (file.stat().st_mtime_ns, file.name))
+
+    def recorded_s(self, session: str) -> float:
+        """When a session was recorded, in seconds since 1970: as its name says, else its oldest file; RecordError when
+        there is none."""
+        files = self.files(session)
+        if found := _STAMP.match(session):
+            with contextlib.suppress(ValueError):
+                return datetime.strptime(found[0], "%Y%m%dT%H%M%SZ").replace(tzinfo=UTC).timestamp()
+        return min((file.stat().st_mtime for file in files), default=0.0)
 
     def folder(self, session: str) -> Path:
         """Where a session lies; RecordError when there is none."""

@@ -26,9 +26,11 @@ class Pages:
         guesses: Guesses,
         look: Callable[[], Awaitable[None]],
         glance: Callable[[], dict[str, Any]],
+        units: dict[str, Any],
     ) -> None:
-        """`look` asks the daemon anew, `glance` is what is known."""
+        """`look` asks the daemon anew, `glance` is what is known, `units` what input and output are called."""
         self._visitors, self._guesses, self._look, self._glance = visitors, guesses, look, glance
+        self._units = units
         self._environment = jinja2.Environment(
             autoescape=True, undefined=jinja2.ChainableUndefined, trim_blocks=True, lstrip_blocks=True
         )
@@ -39,7 +41,7 @@ class Pages:
         visitor = visitor_of(request.scope)
         return self._page(
             "page.html.jinja", shown=self._glance(), me=visitor.name, form_key=self._visitors.form_key(visitor),
-            stopped=request.query_params.get("stopped"),
+            stopped=request.query_params.get("stopped"), units=self._units,
         )  # fmt: skip
 
     async def status(self, _: Request) -> Response:

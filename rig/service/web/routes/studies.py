@@ -12,10 +12,12 @@ from starlette.routing import Route
 from rig.errors import RecordError, StateError
 from rig.service.web.door.bodies import text, texts
 from rig.service.web.door.guard import visitor_of
+from rig.service.web.errands import Errands
 from rig.service.web.files.bringup import BringUp
 from rig.service.web.files.catalogue import Catalogue
 from rig.service.web.files.diagnoses import REFERENCES, Diagnoses, Question
 from rig.service.web.files.hunts import hunts
+from rig.service.web.files.past import past
 from rig.service.web.files.records import Records
 from rig.service.web.routes.actions import Actions
 from rig.service.web.routes.library import answered
@@ -33,10 +35,11 @@ class Studies:
         bringup: BringUp,
         records: Records,
         models: Catalogue,
+        errands: Errands,
         glance: Callable[[], dict[str, Any]],
     ) -> None:
         self._diagnoses, self._bringup, self._records, self._models = diagnoses, bringup, records, models
-        self._glance = glance
+        self._errands, self._glance = errands, glance
 
     def routes(self, actions: Actions) -> list[Route]:
         """Looking is for everybody, asking for who commands: the machine has better things to do."""
@@ -44,6 +47,7 @@ class Studies:
             Route("/api/diagnoses", answered(self._all)),
             Route("/api/diagnoses/begin", actions.command(self._begin), methods=["POST"]),
             Route("/diagnoses/{name}", self._report),
+            Route("/api/history", answered(self._history)),
             Route("/api/hunts", answered(self._hunts)),
             Route("/api/bring-up", answered(self._steps)),
             Route("/api/bring-up/confirm", actions.command(self._confirm), methods=["POST"]),
@@ -51,6 +55,11 @@ class Studies:
 
     async def _all(self, _: Request) -> Any:
         return {"diagnoses": self._diagnoses.all(), "models": self._models.names, "references": REFERENCES}
+
+    async def _history(self, request: Request) -> Any:
+        asked = request.query_params
+        days = self._diagnoses.days(asked.get("model", ""), asked.get("reference", ""))
+        return await self._errands.run(past, days)
 
     async def _hunts(self, _: Request) -> Any:
         return {"hunts": hunts(self._records.root)}
@@ -60,7 +69,7 @@ class Studies:
             raise StateError("the rig is running; diagnose when it rests")
         question = Question(
             text(given, "session"), text(given, "model"), text(given, "reference"), tuple(texts(given, "baselines")),
-            time.time(),
+            time.time(), self._records.recorded_s(text(given, "session")),
         )  # fmt: skip
         log, model = self._folder(question.session), self._models.path(question.model)
         return self._diagnoses.begin(question, log, model, [self._folder(name) for name in question.baselines])

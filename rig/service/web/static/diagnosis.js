@@ -1,6 +1,7 @@
 // Diagnosis: which records against what, the report, and what was found over the days.
 import { carryOut, isCommanding } from "./command.js";
 import { ask, by, fill, make, put, show, shown } from "./dom.js";
+import * as history from "./history.js";
 
 const LOOK_MS = 2000;
 let timer = null;
@@ -15,6 +16,7 @@ export function wire() {
     by("diagnose-begin").disabled = !(isCommanding() && detail.state !== "running" && by("diagnose-session").value);
   });
   by("diagnose").addEventListener("submit", start);
+  for (const each of ["model", "reference"]) by(`diagnose-${each}`).addEventListener("change", history.look);
 }
 
 const options = (names) => names.map((name) => make("option", { value: name }, name));
@@ -54,6 +56,7 @@ async function list() {
   if (by("diagnoses").dataset.key !== key) {
     by("diagnoses").dataset.key = key;
     fill("diagnoses", ...found.map(row));
+    await history.look();
   }
   const over = found.find((one) => one.name === wanted && one.state !== "at work");
   if (over) {
@@ -70,7 +73,7 @@ function row(one) {
     make("td", {}, one.asked.session ?? "–"),
     make("td", {}, one.state === "done" ? `${String(one.verdict).replaceAll("_", " ")}${one.confidence ? `, ${Math.round(one.confidence * 100)} %` : ""}` : `${one.state} ${one.said}`),
     make("td", {}, one.causes?.join(", ") || "–"),
-    make("td", { class: "n" }, shown(one.rms_deg, 3)));
+    make("td", { class: "n" }, shown(one.gap, 3, one.gap === null || one.gap === undefined ? "" : one.unit)));
 }
 
 const possible = (step) => (step.done ? `still possible: ${step.possible.map(({ name, probability }) => `${name} ${Math.round(probability * 100)} %`).join(", ") || "–"}` : "not run yet");

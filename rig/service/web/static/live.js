@@ -1,8 +1,10 @@
 // The live plots: rows come many times a second, drawing follows the screen's frames, at most 30 a second.
 import { by, put } from "./dom.js";
 import { curves, line, overTime } from "./plots.js";
+import { inputAxis, outputAxis, rig, setPointLines } from "./units.js";
 
-const [T, P1C, P2C, P1, P2, ANGLE, SIM, RESIDUAL] = [0, 1, 2, 3, 4, 5, 6, 7];
+const [T, INPUT, OUTPUT, SIM, RESIDUAL, P1C, P2C, P1, P2] = [0, 1, 2, 3, 4, 5, 6, 7, 8];
+const COMMANDS = rig.valves ? [P1C, P1, P2C, P2] : [INPUT];
 const FINE_S = 60;
 const COARSE_S = 600;
 const FRAME_MS = 33;
@@ -19,10 +21,10 @@ let frames = 0;
 export function wire() {
   const marks = { draw: [drawMarkers] };
   plots = {
-    pressure: overTime(by("plot-pressure"), [line("p1 set-point", 0, [4, 4]), line("p1", 0), line("p2 set-point", 1, [4, 4]), line("p2", 1)], "pressure [MPa]", 220, marks),
-    angle: overTime(by("plot-angle"), [line("angle", 2), line("simulator", 3, [8, 4])], "angle [deg]", 220, marks),
-    residual: overTime(by("plot-residual"), [line("angle − simulator", 1)], "residual [deg]", 150, marks),
-    loop: curves(by("plot-loop"), [line("rig", 2), line("simulator", 3, [8, 4])], "p1 − p2 set-points [MPa]", "angle [deg]", 420),
+    pressure: overTime(by("plot-pressure"), setPointLines(rig), rig.valves ? "pressure [MPa]" : inputAxis(rig), 220, marks),
+    angle: overTime(by("plot-angle"), [line(rig.output, 2), line("simulator", 3, [8, 4])], outputAxis(rig), 220, marks),
+    residual: overTime(by("plot-residual"), [line(`${rig.output} − simulator`, 1)], `residual [${rig.output_unit}]`, 150, marks),
+    loop: curves(by("plot-loop"), [line("rig", 2), line("simulator", 3, [8, 4])], inputAxis(rig), outputAxis(rig), 420, rig.least),
   };
   by("window").addEventListener("change", () => { dirty = true; });
   by("pause").addEventListener("click", () => {
@@ -87,15 +89,14 @@ function draw() {
   const column = (index) => seen.map((row) => row[index]);
   const time = seen.map((row) => row[T] - end);
   put("live-title", `Live: the last ${by("window").selectedOptions[0].text}`);
-  over(plots.pressure, windowS, [time, column(P1C), column(P1), column(P2C), column(P2)]);
-  over(plots.angle, windowS, [time, column(ANGLE), column(SIM)]);
+  over(plots.pressure, windowS, [time, ...COMMANDS.map(column)]);
+  over(plots.angle, windowS, [time, column(OUTPUT), column(SIM)]);
   over(plots.residual, windowS, [time, column(RESIDUAL)]);
-  const dp = seen.map((row) => row[P1C] - row[P2C]);
-  plots.loop.setData([[], [dp, column(ANGLE)], [dp, column(SIM)]]);
+  plots.loop.setData([[], [column(INPUT), column(OUTPUT)], [column(INPUT), column(SIM)]]);
   plots.end = end;
 }
 
-// Of each stretch of time the rows with the smallest and the largest angle: no more than a screen shows, no peak lost.
+// Of each stretch of time the rows with the smallest and the largest output: no more than a screen shows, no peak lost.
 // Stretches stand still in time, so that nothing flickers.
 function thinned(rows, stretchS) {
   if (rows.length <= 2 * STRETCHES) return rows;
@@ -105,8 +106,8 @@ function thinned(rows, stretchS) {
     let low = i;
     let high = i;
     for (; i < rows.length && Math.floor(rows[i][T] / stretchS) === stretch; i++) {
-      if (rows[i][ANGLE] < rows[low][ANGLE]) low = i;
-      if (rows[i][ANGLE] > rows[high][ANGLE]) high = i;
+      if (rows[i][OUTPUT] < rows[low][OUTPUT]) low = i;
+      if (rows[i][OUTPUT] > rows[high][OUTPUT]) high = i;
     }
     kept.push(rows[Math.min(low, high)]);
     if (low !== high) kept.push(rows[Math.max(low, high)]);

@@ -23,17 +23,29 @@ const widthOf = (element) => Math.max(element.clientWidth, 200);
 
 function draw(element, options, data) {
   const plot = new uPlot({ ...options, width: widthOf(element) }, data, element);
-  new ResizeObserver(() => plot.setSize({ width: widthOf(element), height: options.height })).observe(element);
+  const watch = new ResizeObserver(() => plot.setSize({ width: widthOf(element), height: options.height }));
+  watch.observe(element);
+  plot.hooks.destroy = [() => watch.disconnect()];
   return plot;
 }
 
 // Lines over a common time.
 export function overTime(element, series, unit, height, hooks = {}) {
+  return timed(element, series, unit, height, hooks, { time: false }, axis("time [s]"));
+}
+
+// Points over calendar time (seconds since 1970), from zero on.
+export function overDays(element, series, unit, height, hooks = {}) {
+  const plot = timed(element, series.map((one) => ({ ...one, points: { show: true, size: 8 } })), unit, height, hooks, { time: true }, axis("day of the records"));
+  return plot;
+}
+
+function timed(element, series, unit, height, hooks, x, xAxis) {
   return draw(element, {
     height,
     series: [{ label: "s" }, ...series],
-    scales: { x: { time: false } },
-    axes: [axis("time [s]"), axis(unit)],
+    scales: { x },
+    axes: [xAxis, axis(unit)],
     cursor: { drag: { x: false, y: false }, sync: { key: "time" } },
     legend: LEGEND,
     hooks,
@@ -41,7 +53,8 @@ export function overTime(element, series, unit, height, hooks = {}) {
 }
 
 // Curves of one quantity over another, each with its own points: data is [[x, y], [x, y] ...].
-export function curves(element, series, xUnit, yUnit, height) {
+// `least` is what is left around them at least, so that a rig at rest does not show its noise as a loop.
+export function curves(element, series, xUnit, yUnit, height, least) {
   const path = (plot, index) => {
     const [xs, ys] = plot.data[index];
     const shape = new Path2D();
@@ -61,8 +74,8 @@ export function curves(element, series, xUnit, yUnit, height) {
     for (const pair of plot.data.slice(1)) {
       for (const value of pair[which]) if (value !== null) { low = Math.min(low, value); high = Math.max(high, value); }
     }
-    if (low > high) return which ? [-1, 1] : [-0.1, 0.1];
-    const margin = Math.max((high - low) * 0.05, which ? 0.5 : 0.01);
+    if (low > high) return [-10 * least[which], 10 * least[which]];
+    const margin = Math.max((high - low) * 0.05, least[which]);
     return [low - margin, high + margin];
   };
   return draw(element, {

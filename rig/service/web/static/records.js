@@ -1,8 +1,10 @@
 // Past records: their plots, whether they are valid and whole, and one beside another.
 import { ask, by, fill, make, put, shown } from "./dom.js";
 import { curves, line, overTime } from "./plots.js";
+import { inputAxis, outputAxis, rig, setPointColumns, setPointLines } from "./units.js";
 
 let plots = null;
+let units = null;
 let chosen = null;
 let kept = null;
 
@@ -20,15 +22,22 @@ export function wire() {
 }
 
 function begin() {
-  if (!plots) {
-    plots = {
-      pressure: overTime(by("plot-record-pressure"), [line("p1 set-point", 0, [4, 4]), line("p1", 0), line("p2 set-point", 1, [4, 4]), line("p2", 1)], "pressure [MPa]", 220),
-      angle: overTime(by("plot-record-angle"), [line("this record", 2), line("compared with", 3, [8, 4])], "angle [deg]", 220),
-      difference: overTime(by("plot-record-difference"), [line("this − compared with", 1)], "difference [deg]", 150),
-      loop: curves(by("plot-record-loop"), [line("this record", 2), line("compared with", 3, [8, 4])], "p1 − p2 set-points [MPa]", "angle [deg]", 420),
-    };
-  }
+  if (!plots) plotsFor(rig);
   sessions();
+}
+
+// A folder may hold records of several rigs: the plots speak of the one that is shown.
+function plotsFor(wanted) {
+  if (JSON.stringify(wanted) === JSON.stringify(units)) return;
+  units = wanted;
+  for (const plot of Object.values(plots ?? {})) plot.destroy();
+  const both = [line("this record", 2), line("compared with", 3, [8, 4])];
+  plots = {
+    pressure: overTime(by("plot-record-pressure"), setPointLines(units), units.valves ? "pressure [MPa]" : inputAxis(units), 220),
+    angle: overTime(by("plot-record-angle"), both, outputAxis(units), 220),
+    difference: overTime(by("plot-record-difference"), [line("this − compared with", 1)], `difference [${units.output_unit}]`, 150),
+    loop: curves(by("plot-record-loop"), both, inputAxis(units), outputAxis(units), 420, units.least),
+  };
 }
 
 async function sessions() {
@@ -72,6 +81,7 @@ export async function choose(record) {
     if (found.problem) throw new Error(found.problem);
     put("record-said", `${found.valid ? "✔ Valid" : "✖ Not valid"}, ${shown(found.seconds, 1)} s, ${found.missed} missed, ${found.dropped} dropped${found.fault ? `, fault ${found.fault}` : ""}`);
     fill("record-lines", ...found.lines.map((one) => make("tr", {}, make("td", { class: "n" }, shown(one.t_s, 3, "s")), make("td", {}, one.level), make("td", {}, one.text))));
+    plotsFor(found.units);
     draw(found.columns);
     if (kept && kept !== record) await compare(record);
   } catch (error) {
@@ -80,12 +90,12 @@ export async function choose(record) {
 }
 
 const none = (columns) => columns.t_s.map(() => null);
-const loopOf = (columns) => [columns.dp_cmd_mpa, columns.angle_deg ?? none(columns)];
+const loopOf = (columns) => [columns.input, columns.output ?? none(columns)];
 
 function draw(columns) {
   const of = (name) => columns[name] ?? none(columns);
-  plots.pressure.setData([columns.t_s, of("p1_cmd_mpa"), of("p1_mpa"), of("p2_cmd_mpa"), of("p2_mpa")]);
-  plots.angle.setData([columns.t_s, of("angle_deg"), none(columns)]);
+  plots.pressure.setData([columns.t_s, ...setPointColumns(units).map(of)]);
+  plots.angle.setData([columns.t_s, of("output"), none(columns)]);
   plots.difference.setData([[], []]);
   plots.loop.setData([[], loopOf(columns), [[], []]]);
 }
@@ -93,10 +103,10 @@ function draw(columns) {
 async function compare(record) {
   const side = (one) => encodeURIComponent(`${one.session}/${one.name}`);
   const found = await ask(`/api/compare?a=${side(kept)}&b=${side(record)}`);
-  plots.angle.setData([found.b.t_s, found.b.angle_deg, found.a.angle_deg]);
-  plots.difference.setData([found.b.t_s, found.difference_deg]);
+  plots.angle.setData([found.b.t_s, found.b.output, found.a.output]);
+  plots.difference.setData([found.b.t_s, found.difference]);
   plots.loop.setData([[], loopOf(found.b), loopOf(found.a)]);
-  put("compare-said", `Compared with ${kept.name} of ${kept.session}: difference ${shown(found.rmse_deg, 3)} deg rms, ${shown(found.max_deg, 3)} deg at most, mean ${shown(found.mean_deg, 3)} deg.`);
+  put("compare-said", `Compared with ${kept.name} of ${kept.session}: difference ${shown(found.rmse, 3)} ${units.output_unit} rms, ${shown(found.max, 3)} ${units.output_unit} at most, mean ${shown(found.mean, 3)} ${units.output_unit}.`);
 }
 
 function told() {

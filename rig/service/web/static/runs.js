@@ -2,6 +2,7 @@
 import { carryOut, isCommanding } from "./command.js";
 import { ask, by, fill, make, parsed, put, seconds, show, shown } from "./dom.js";
 import { line, overTime } from "./plots.js";
+import { inputAxis, rig } from "./units.js";
 
 const OPEN = ["waiting", "running", "stopped"];
 let plot = null;
@@ -18,7 +19,8 @@ export function wire() {
 }
 
 async function begin() {
-  plot = overTime(by("plot-preview"), [line("p1 set-point", 0), line("p2 set-point", 1, [6, 3])], "pressure [MPa]", 240);
+  const lines = rig.valves ? [line("p1 set-point", 0), line("p2 set-point", 1, [6, 3])] : [line(rig.input, 0)];
+  plot = overTime(by("plot-preview"), lines, rig.valves ? "pressure [MPa]" : inputAxis(rig), 240);
   try {
     const { sweeps } = await ask("/api/sweeps");
     fill("sweep", ...sweeps.map((name) => make("option", { value: name }, name)));
@@ -38,16 +40,17 @@ async function preview() {
     const found = await ask(`/api/sweeps/${encodeURIComponent(name)}`);
     if (name !== by("sweep").value) return;
     const { columns } = found;
-    plot.setData([columns.t_s, columns.p1_cmd_mpa, columns.p2_cmd_mpa]);
-    const [low, high] = found.allowed_mpa;
+    plot.setData([columns.t_s, ...(rig.valves ? [columns.p1_cmd_mpa, columns.p2_cmd_mpa] : [columns.input])]);
+    const unit = rig.input_unit;
+    const allowed = found.allowed ? ` of ${found.allowed[0]} to ${found.allowed[1]}` : "";
     put("preview-records", String(found.records));
     put("preview-seconds", seconds(found.seconds));
-    put("preview-range", `${shown(found.lowest_mpa, 3)} to ${shown(found.highest_mpa, 3)} of ${low} to ${high} MPa`);
-    put("preview-rate", `${shown(found.fastest_mpa_s, 2)} of ${found.allowed_mpa_s} MPa/s`);
+    put("preview-range", `${shown(found.lowest, 3)} to ${shown(found.highest, 3)}${allowed} ${unit}`);
+    put("preview-rate", `${shown(found.fastest_per_s, 2)} of ${found.allowed_per_s} ${unit}/s`);
     put("preview-said", "It fits the rig's envelope. Nothing has moved.");
     fits = true;
   } catch (error) {
-    plot.setData([[], [], []]);
+    plot.setData([[], ...(rig.valves ? [[], []] : [[]])]);
     for (const id of ["records", "seconds", "range", "rate"]) put(`preview-${id}`, "–");
     put("preview-said", `It cannot run: ${error.message}`);
   }

@@ -1,5 +1,6 @@
 // State at a glance: badge, fault, figures, and whether any of it is still true.
 import { by, put, seconds, show, shown } from "./dom.js";
+import { rig } from "./units.js";
 
 const MARKS = { ready: "○", armed: "◐", running: "▶", stopping: "▼", fault: "✖", "no daemon": "✖", stale: "✖", opening: "…" };
 let freshS = 0.8;
@@ -19,9 +20,11 @@ export function status(message) {
   put("reality", message.simulated ? "SIMULATED" : "REAL RIG");
   put("rig-name", message.rig);
   const pressure = (valve) => `${shown(loop[`p${valve}_mpa`], 3)} of ${shown(loop[`p${valve}_cmd_mpa`], 3, "MPa")}`;
-  put("now-p1", pressure(1));
-  put("now-p2", pressure(2));
-  put("now-angle", shown(loop.angle_deg, 2, "deg"));
+  if (rig.valves) {
+    put("now-p1", pressure(1));
+    put("now-p2", pressure(2));
+  } else put("now-input", shown(message.now.input, 2, rig.input_unit));
+  put("now-output", shown(message.now.output, 2, rig.output_unit));
   put("now-armed", message.state === "armed" || message.state === "running" || message.state === "done" ? message.armed_by || "somebody at the command line" : "nobody");
   const gone = Object.keys(message.processes).filter((name) => !message.processes[name]);
   put("now-watchdogs", gone.length ? `✖ not running: ${gone.join(", ")}` : `✔ ${Object.keys(message.processes).join(", ")}`);

@@ -10,14 +10,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, Final
 
+from rig.channels import PNEUMATIC, Channels
 from rig.model.chain import Chain
 
 FINE_S: Final = 0.02
 FINE_KEPT_S: Final = 60.0
 STRETCH: Final = 10
 COARSE_KEPT_S: Final = 600.0
-COLUMNS: Final = ("t_s", "p1_cmd_mpa", "p2_cmd_mpa", "p1_mpa", "p2_mpa", "angle_deg", "simulated_deg", "residual_deg")
-_ANGLE: Final = COLUMNS.index("angle_deg")
+COLUMNS: Final = ("t_s", "input", "output", "simulated", "residual", "p1_cmd_mpa", "p2_cmd_mpa", "p1_mpa", "p2_mpa")
+"""Of a row; input, output and what the simulator says are in the rig's own units. Pressures where the rig has them."""
+_OUTPUT: Final = COLUMNS.index("output")
+_DIGITS: Final = 6
 _MOST_STEPS: Final = 400
 """Ticks without a sample that the simulator bridges; after a longer hole it begins anew."""
 _ZEROED: Final = ("ramp_in", "sweep", "ramp_out")
@@ -39,9 +42,11 @@ class News:
 class Feed:
     """Takes in the samples of each status; give it those of one daemon only."""
 
-    def __init__(self, period_s: float, chain: Chain | None, sample_time_s: float = 0.0) -> None:
-        """`chain`: the simulator, which is advanced by its own `sample_time_s`."""
-        self._period_s, self._chain = period_s, chain
+    def __init__(
+        self, period_s: float, chain: Chain | None, sample_time_s: float = 0.0, own: Channels = PNEUMATIC
+    ) -> None:
+        """`chain`: the simulator, which is advanced by its own `sample_time_s`; `own`: what input and output are."""
+        self._period_s, self._chain, self._own = period_s, chain, own
         self._steps = max(round(period_s / sample_time_s), 1) if sample_time_s else 1
         self.simulates = chain is not None
         self._every = max(round(FINE_S / period_s), 1)
@@ -85,11 +90,14 @@ class Feed:
             self._simulated = self._chain.step(p1_cmd, p2_cmd)[2]
 
     def _row(self, tick: int, p1_cmd: float, p2_cmd: float, measured: list[float | None], phase: str) -> Row:
-        angle, simulated = measured[2], self._simulated
-        both = angle is not None and simulated is not None and phase in _ZEROED
-        residual = angle - simulated if both and angle is not None and simulated is not None else None
-        row = (tick * self._period_s, p1_cmd, p2_cmd, *measured, simulated, residual)
-        return [None if value is None else round(value, 4) for value in row]
+        angle, simulated, own = measured[2], self._simulated, self._own
+        residual = None
+        if angle is not None and simulated is not None and phase in _ZEROED:
+            residual = own.output_per_deg * (angle - simulated)
+        said = [None if value is None else own.own_output(value) for value in (angle, simulated)]
+        pressures = (p1_cmd, p2_cmd, *measured[:2]) if own.has_valves else (None,) * 4
+        row = (tick * self._period_s, own.own_input(p1_cmd - p2_cmd), *said, residual, *pressures)
+        return [None if value is None else round(value, _DIGITS) for value in row]
 
     def _keep(self, row: Row, news: News) -> None:
         self.fine.append(row)
@@ -103,8 +111,8 @@ class Feed:
 
 
 def _ends(rows: list[Row]) -> Iterator[Row]:
-    """The rows with the smallest and the largest angle, in their order; the first and the last where no angle was
+    """The rows with the smallest and the largest output, in their order; the first and the last where no angle was
     measured."""
-    known = [(angle, index) for index, row in enumerate(rows) if (angle := row[_ANGLE]) is not None]
+    known = [(output, index) for index, row in enumerate(rows) if (output := row[_OUTPUT]) is not None]
     chosen = {min(known)[1], max(known)[1]} if known else {0, len(rows) - 1}
     return (rows[index] for index in sorted(chosen))

@@ -2,6 +2,8 @@
 
 from typing import Any, Final
 
+from rig.channels import channels_of
+
 FRESH_S: Final = 0.8
 """Values older than this are said to be old, so that it is known within a second."""
 _JOBS: Final = 30
@@ -26,12 +28,23 @@ def glance(status: dict[str, Any]) -> dict[str, Any]:
         **{key: status[key] for key in ("working", "held", "armed_by", "recording_error", "disk_free_gb", "pause_s")},
         "state": status["state"],
         "loop": {key: loop.get(key) for key in _FIGURES},
+        "now": own_now(status),
         "lateness_us": {key: (loop.get("lateness_us") or {}).get(key) for key in ("p50", "p99", "max")},
         "missed": loop.get("missed"),
         "processes": {name: process["alive"] for name, process in status["processes"].items()},
         "denied": [f"{name} {answer}" for name, answer in status["realtime"].items() if answer != "granted"],
         "queue": [_job(job) for job in status["queue"][-_JOBS:]],
         "black_box": (status["black_boxes"] or [None])[-1],
+    }
+
+
+def own_now(status: dict[str, Any]) -> dict[str, float | None]:
+    """Input and output as they are, in the rig's own units."""
+    own, loop = channels_of(status, "status"), status["loop"] or {}
+    p1, p2, angle = (loop.get(name) for name in ("p1_cmd_mpa", "p2_cmd_mpa", "angle_deg"))
+    return {
+        "input": None if p1 is None or p2 is None else own.own_input(p1 - p2),
+        "output": None if angle is None else own.own_output(angle),
     }
 
 

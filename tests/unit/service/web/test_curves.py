@@ -29,9 +29,9 @@ def test_a_preview_is_what_the_loop_would_be_told() -> None:
     found = curves.preview(compose.configs() / "sweeps" / "quick.yaml", rig)
     assert found["records"] == 1
     assert found["columns"]["t_s"][-1] == pytest.approx(found["seconds"], abs=0.02)
-    assert found["allowed_mpa"][0] <= found["lowest_mpa"] < found["highest_mpa"] <= found["allowed_mpa"][1]
-    assert 0 < found["fastest_mpa_s"] <= found["allowed_mpa_s"]
-    assert found["highest_mpa"] == pytest.approx(max(found["columns"]["p1_cmd_mpa"]), abs=1e-3)
+    assert found["allowed"][0] <= found["lowest"] < found["highest"] <= found["allowed"][1]
+    assert 0 < found["fastest_per_s"] <= found["allowed_per_s"]
+    assert found["highest"] == pytest.approx(max(found["columns"]["p1_cmd_mpa"]), abs=1e-3)
 
 
 def test_a_sweep_that_leaves_the_envelope_is_one_line(tmp_path: Path) -> None:
@@ -45,18 +45,18 @@ def test_a_record_is_shown_with_what_it_says_of_itself() -> None:
     found = curves.record(SINE)
     assert found["valid"] is True
     assert found["ended"] == "complete"
-    assert len(found["columns"]["t_s"]) == len(found["columns"]["angle_deg"]) <= curves.POINTS + 2
+    assert len(found["columns"]["t_s"]) == len(found["columns"]["output"]) <= curves.POINTS + 2
     assert any("phase sweep" in line["text"] for line in found["lines"])
     assert curves.findings(SINE) == []
 
 
 def test_a_record_beside_itself_differs_by_nothing_and_beside_another_it_does() -> None:
     same = curves.compared(SINE, SINE)
-    assert same["max_deg"] == 0
-    assert set(same["difference_deg"]) == {0.0}
+    assert same["max"] == 0
+    assert set(same["difference"]) == {0.0}
     other = curves.compared(SINE, TRIANGLE)
-    assert other["rmse_deg"] > 1
-    assert len(other["a"]["t_s"]) == len(other["b"]["angle_deg"]) == len(other["difference_deg"])
+    assert other["rmse"] > 1
+    assert len(other["a"]["t_s"]) == len(other["b"]["output"]) == len(other["difference"])
 
 
 def test_what_is_no_record_is_told_in_one_line(tmp_path: Path) -> None:

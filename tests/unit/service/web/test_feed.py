@@ -33,7 +33,7 @@ def test_rows_come_every_twenty_milliseconds_and_once_each() -> None:
 def test_a_peak_of_one_row_stays_in_the_coarse_rows() -> None:
     feed = Feed(PERIOD_S, None)
     news = feed.add(samples(range(4 * STRETCH), lambda tick: 9.0 if tick == 12 else 0.0))
-    assert max(row[COLUMNS.index("angle_deg")] or 0 for row in news.coarse) == 9.0
+    assert max(row[COLUMNS.index("output")] or 0 for row in news.coarse) == 9.0
     assert len(news.coarse) == 2
 
 
@@ -56,19 +56,19 @@ def test_the_simulator_answers_the_same_set_points_tick_by_tick_over_holes_too()
     alone = Chain(model)
     alone.reset(0.25, 0.15)
     angle = [alone.step(0.25, 0.15)[2] for _ in range(97 * round(PERIOD_S / model.sample_time_s))][-1]
-    assert last["simulated_deg"] == pytest.approx(angle, abs=1e-3)
-    assert last["residual_deg"] == pytest.approx(-angle, abs=1e-3)
+    assert last["simulated"] == pytest.approx(angle, abs=1e-3)
+    assert last["residual"] == pytest.approx(-angle, abs=1e-3)
 
 
 def test_there_is_no_residual_before_the_angle_is_zeroed() -> None:
     model = load_model(compose.configs() / "models" / "simulated.yaml")
     feed = Feed(PERIOD_S, Chain(model), model.sample_time_s)
     feed.add(samples(range(40), phase="settle"))
-    assert {row[COLUMNS.index("residual_deg")] for row in feed.fine} == {None}
+    assert {row[COLUMNS.index("residual")] for row in feed.fine} == {None}
 
 
 def test_what_was_not_measured_is_left_out() -> None:
     feed = Feed(PERIOD_S, None)
     feed.add(samples(range(80), lambda _: None))
-    assert feed.fine[0][COLUMNS.index("angle_deg")] is None
+    assert feed.fine[0][COLUMNS.index("output")] is None
     assert len(feed.coarse) == 4

@@ -21,7 +21,7 @@ GOOD = {
 
 
 def question(reference: str = "auto") -> Question:
-    return Question("day", "simulated", reference, (), time.time())
+    return Question("day", "simulated", reference, (), time.time(), 0.0)
 
 
 def test_a_diagnosis_that_cannot_be_made_says_why_in_one_line(tmp_path: Path) -> None:

@@ -1,0 +1,24 @@
+"""A history in sentences."""
+
+from rig.gap.history import GAP, Change, Growth, History
+
+
+def told(history: History, unit: str = "deg") -> list[str]:
+    """What changed and what grows, a sentence each; `unit` is the gap's."""
+    lines = [_told_change(change, unit) for change in history.changes] + [_told_growth(one) for one in history.growth]
+    return lines or ["nothing changed over these days (at a false-alarm rate of 1 %)"]
+
+
+def _told_change(change: Change, unit: str) -> str:
+    levels = f"from {change.before:.2g} to {change.after:.2g}"
+    what = "the gap went" if change.quantity == GAP else f"{change.quantity} went"
+    return f"{what} {levels}{f' {unit}' if change.quantity == GAP else ''} on {change.day} (p = {change.p_value:.2g})"
+
+
+def _told_growth(one: Growth) -> str:
+    unit = "" if one.unit == "1" else f" {one.unit}"
+    sure = "" if one.low * one.high > 0.0 else "; it may as well stand still"
+    return (
+        f"{one.effect}, named since {one.first_day}, moves by {one.per_day:.2g}{unit} a day "
+        f"({one.low:.2g} to {one.high:.2g}){sure}"
+    )

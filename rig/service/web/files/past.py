@@ -1,0 +1,65 @@
+"""What the page's diagnoses say together: gap and causes over the days, where they changed, how they grow.
+
+Called in the process for errands: what it needs is imported there only.
+"""
+
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from rig.service.web.files.found import Found, gap_of, unit_of
+
+if TYPE_CHECKING:
+    from rig.gap.answer.result import Interval
+    from rig.gap.history import Day, History
+
+_DAY_S = 86400.0
+
+
+def past(days: list[Found]) -> dict[str, Any]:
+    """The days in order of time with gap, floor and sizes in the rig's own unit; what changed and what grows, also in
+    sentences. Days of another unit than the last are of another rig and left out."""
+    from rig.gap.history import History, look_back
+    from rig.gap.history_words import told
+
+    ordered = sorted(days, key=lambda one: one.recorded_s)
+    unit = unit_of(ordered[-1].found) if ordered else "deg"
+    kept = [one for one in ordered if unit_of(one.found) == unit]
+    history = look_back([_day(one, kept[0].recorded_s) for one in kept]) if kept else History((), (), ())
+    return {
+        "unit": unit,
+        "days": [_plain(day, one) for day, one in zip(history.days, kept, strict=True)],
+        "changes": [asdict(change) for change in history.changes],
+        "words": told(history, unit) if len(kept) > 1 else [],
+        "effects": _units(history),
+    }
+
+
+def _day(one: Found, first_s: float) -> "Day":
+    from rig.gap.history import Day
+
+    causes = [cause for cause in one.found.get("causes", []) if isinstance(cause, dict)]
+    sizes = {str(cause.get("effect")): _size(cause) for cause in causes}
+    gap, floor = gap_of(one.found, "rms") or 0.0, gap_of(one.found, "floor") or 0.0
+    known = {effect: size for effect, size in sizes.items() if size is not None}
+    days = (one.recorded_s - first_s) / _DAY_S
+    return Day(one.session, days, gap, floor, str(one.found.get("verdict")), known)
+
+
+def _size(cause: dict[str, Any]) -> "Interval | None":
+    from rig.gap.answer.result import Interval
+    from rig.gap.history import size_of
+
+    parameters = {name: Interval(**each) for name, each in cause.get("parameters", {}).items()}
+    return size_of(str(cause.get("effect")), parameters)
+
+
+def _plain(day: "Day", one: Found) -> dict[str, Any]:
+    sizes = {effect: size.to_json() for effect, size in day.sizes.items()}
+    told = {"name": day.name, "at_s": one.recorded_s, "verdict": day.verdict, "sizes": sizes}
+    return told | {"gap": day.gap_deg, "floor": day.floor_deg}
+
+
+def _units(history: "History") -> dict[str, str]:
+    """Effect -> the unit of its size, the one that was named most often first."""
+    named = [(effect, size.unit) for day in history.days for effect, size in day.sizes.items()]
+    return dict(sorted(named, key=lambda one: -named.count(one)))
