@@ -66,7 +66,7 @@ def watcher_process(orders: WatcherOrders, pipe: Connection) -> None:
     pipe.close()
     try:
         if supervisor.run() is not Verdict.WATCHING and orders.speaks:
-            _speak(block)
+            _speak(block, orders.writer)
     finally:
         with contextlib.suppress(Exception):
             device.close()
@@ -100,13 +100,13 @@ def _take_measures(rig: RigConfig) -> dict[str, str]:
     return measures.apply(dataclasses.replace(rig.realtime, fifo_priority=wanted, cpu=away_from_the_loop))
 
 
-def _speak(block: SafeBlock) -> None:
-    """For a terminal whose own command can say nothing any more."""
-    print(
-        f"pamrig: the process that held the rig is gone or did not move; {block.best().words}",
-        file=sys.stderr,
-        flush=True,
-    )
+def _speak(block: SafeBlock, who: Writer) -> None:
+    """For a terminal whose own command can say nothing any more: whoever made safe, and the supervisor if nobody
+    did."""
+    best = block.best()
+    if best.writer not in (who, Writer.NOBODY) or (best.writer is Writer.NOBODY and who is not Writer.SUPERVISOR):
+        return
+    print(f"pamrig: the process that held the rig is gone or did not move; {best.words}", file=sys.stderr, flush=True)
 
 
 def watching(rig: RigConfig) -> Watching:

@@ -127,7 +127,8 @@ def check_web(web: Web, where: str) -> None:
     """ConfigError for a page that the network could reach without a token."""
     if web.on and not web.local and web.token_file is None:
         raise ConfigError(
-            f"{where}.token_file: needed with the host {web.host}: nobody may come over the network without a token"
+            f"{where}.token_file: needed with the host {shown(web.host)}: nobody may come over the network without a "
+            "token"
         )
 
 

@@ -7,7 +7,7 @@ from statistics import median
 
 import pytest
 
-from rig.qualify.faults.attacks import ATTACKS, GOAL_MS, Attack, Siege, arguments, besiege, free_port, shortfall
+from rig.qualify.faults.attacks import ATTACKS, GOAL_MS, Attack, Siege, bench_in, besiege, free_port, shortfall
 from rig.qualify.faults.bench import FaultBench
 
 pytestmark = pytest.mark.xdist_group("real processes")
@@ -24,7 +24,7 @@ def port() -> int:
 @pytest.fixture(scope="module")
 def bench(tmp_path_factory: pytest.TempPathFactory, port: int) -> Iterator[FaultBench]:
     folder = Path(tmp_path_factory.mktemp("attacks"))
-    with FaultBench(folder, arguments=arguments(folder, port)) as bench:
+    with bench_in(folder, port) as bench:
         yield bench
 
 
@@ -45,3 +45,12 @@ def test_a_stop_that_came_late_or_for_another_reason_is_found_out() -> None:
     assert shortfall([Siege(none, [5.0], problem="the rig stopped for another reason: CONTROL_LOST")]).endswith(
         "CONTROL_LOST"
     )
+
+
+def test_how_sure_a_quantile_is_follows_from_the_number_of_stops() -> None:
+    few, many = Siege(ATTACKS[0], [float(n) for n in range(200)]), Siege(ATTACKS[0], [float(n) for n in range(1000)])
+    low, high = few.interval_ms(0.99)
+    assert low < few.quantile(0.99) < high == float("inf")
+    low, high = many.interval_ms(0.99)
+    assert 980.0 <= low < many.quantile(0.99) < high <= 997.0
+    assert many.late == 1000 - 11

@@ -15,7 +15,8 @@ import pytest
 
 from rig.cli.qualify.faults import _BENCHES
 from rig.qualify.faults.bench import FaultBench
-from rig.qualify.faults.losses import BENCHES, Blow, RunBench, draw, trials, try_losses
+from rig.qualify.faults.held import Calibration, Probe, RunBench
+from rig.qualify.faults.losses import BENCHES, Blow, draw, trials, try_losses
 from rig.qualify.faults.wired import ModbusFaultBench, RtuFaultBench, SerialFaultBench, WiredFaultBench
 
 pytestmark = pytest.mark.xdist_group("real processes")
@@ -64,6 +65,12 @@ def test_a_process_that_holds_a_slow_wire_lost_together_with_others(
 def test_pairs_and_triples_under_a_run(tmp_path: Path) -> None:
     with RunBench(tmp_path) as run:
         assert [f"{trial}: {trial.problem}" for trial in trials(run, 4, seed=5) if trial.problem] == []
+
+
+@pytest.mark.parametrize("make", [Calibration, Probe])
+def test_pairs_under_a_command_without_a_loop(tmp_path: Path, make: Callable[[Path], FaultBench]) -> None:
+    with make(tmp_path) as held:
+        assert [f"{trial}: {trial.problem}" for trial in trials(held, 2, seed=6) if trial.problem] == []
 
 
 @pytest.mark.parametrize("number", [signal.SIGSTOP, signal.SIGKILL])

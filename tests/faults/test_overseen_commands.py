@@ -129,6 +129,15 @@ def test_a_supervisor_that_ended_a_command_says_so_in_its_place(calibration: Cal
     assert "seen at the device" in calibration.said
 
 
+def test_the_guardian_says_so_where_the_supervisor_is_lost_too(calibration: Calibration) -> None:
+    os.kill(calibration.pids["supervisor"], KILL)
+    os.kill(calibration.pids["command"], STOP)
+    calibration.process.wait(5)
+    calibration.wait(lambda: calibration.said.endswith("\n"), "the guardian's word", 5.0)
+    assert "safe state written by the guardian, seen at the device" in calibration.said
+    assert calibration.said.count("safe state written by") == 1
+
+
 def test_a_watchdog_that_takes_too_long_is_refused_before_anything_moves(tmp_path: Path) -> None:
     too_long_s = 60.0
     calls = (

@@ -1,5 +1,6 @@
 """`pamrig faults --attacks N`: the emergency stop timed while clients keep the daemon busy."""
 
+import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -45,22 +46,34 @@ def _chosen(names: Sequence[str]) -> "list[Attack]":
 def _bench() -> "Iterator[tuple[FaultBench, int]]":
     import tempfile
 
-    from rig.qualify.faults.attacks import arguments, free_port
-    from rig.qualify.faults.bench import FaultBench
+    from rig.qualify.faults.attacks import bench_in, free_port
 
     port = free_port()
     with (
         tempfile.TemporaryDirectory(prefix="pamrig-") as folder,
-        FaultBench(Path(folder), arguments=arguments(Path(folder), port)) as bench,
+        bench_in(Path(folder), port) as bench,
     ):
         yield bench, port
 
 
 def _show(sieges: "list[Siege]", json_to: str | None) -> None:
-    shown = listing("attack", "what is done", "stops", "p50 ms", "p99 ms", "max ms", "p99 from the door", "said")
+    shown = listing(
+        "attack",
+        "what is done",
+        "stops",
+        "p50 ms",
+        "p99 ms",
+        "95 %",
+        "max ms",
+        "over goal",
+        "p99 from the door",
+        "said",
+    )
     for siege in sieges:
-        figures = [f"{siege.quantile(share):.1f}" for share in (0.5, 0.99, 1.0)]
-        figures.append(f"{siege.quantile(0.99, door=True):.1f}")
+        p50, p99, most = (f"{siege.quantile(share):.1f}" for share in (0.5, 0.99, 1.0))
+        low, high = siege.interval_ms(0.99)
+        within = f"{low:.1f} to {high:.1f}" if math.isfinite(high) else f"over {low:.1f}"
+        figures = [p50, p99, within, most, str(siege.late), f"{siege.quantile(0.99, door=True):.1f}"]
         shown.add_row(siege.attack.name, siege.attack.done, str(len(siege.ms)), *figures, siege.problem)
     console(json_to).print(shown)
 
@@ -68,4 +81,13 @@ def _show(sieges: "list[Siege]", json_to: str | None) -> None:
 def _plain(siege: "Siege") -> dict[str, Any]:
     quantiles = {f"{name}_ms": siege.quantile(share) for name, share in (("p50", 0.5), ("p99", 0.99), ("max", 1.0))}
     quantiles["door_p99_ms"] = siege.quantile(0.99, door=True)
-    return {"name": siege.attack.name, "ms": siege.ms, **quantiles, "spoilt": siege.spoilt, "problem": siege.problem}
+    low, high = siege.interval_ms(0.99)
+    quantiles |= {"p99_low_ms": low, "p99_high_ms": high}
+    return {
+        "name": siege.attack.name,
+        "ms": siege.ms,
+        **quantiles,
+        "over_goal": siege.late,
+        "spoilt": siege.spoilt,
+        "problem": siege.problem,
+    }

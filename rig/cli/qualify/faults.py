@@ -14,7 +14,10 @@ if TYPE_CHECKING:
 
 
 _WIDTH = 150
-_BENCHES = ("simulated", "modbus", "modbus-long-watchdog", "rtu", "serial", "run", "run-modbus", "run-serial")
+_BENCHES = (
+    "simulated", "modbus", "modbus-long-watchdog", "rtu", "serial", "run", "run-modbus", "run-serial", "replay",
+    "calibrate", "calibrate-modbus", "calibrate-serial", "probe", "probe-modbus",
+)  # fmt: skip
 """As rig.qualify.faults.losses has them, which is not imported for a help text."""
 
 
@@ -53,7 +56,7 @@ def faults(
     With --together, loop, recorder, supervisor and the commanding process are killed or stopped in pairs and triples,
     in any order, 0 to 500 ms apart; each takes about three seconds.
     With --attacks, clients keep the daemon busy in every way of a list (or in those NAMES) while the emergency stop is
-    timed; each stop takes about a second.
+    timed; each stop takes about half a second.
     """
     import tempfile
 

@@ -31,9 +31,20 @@ _HOUSE: Final = 100
 """More than there are places."""
 _STARTS: Final = 12
 _STOP_WATCH_NICE: Final = -15
-_UNDER_WAY_S: Final = 0.25
+_UNDER_WAY_S: Final = (0.05, 0.5)
+"""An attack has been going on for so long when the rig is stopped; drawn evenly by its logarithm."""
 _BY_THE_MACHINE: Final = ("MISSED_TICKS", "LONG_STALL", "LOOP_DIED")
 _TRIES: Final = 3
+
+SWEEP: Final = """\
+settle_s: 0.02
+zero_s: 0.0
+ramp_in_s: 0.02
+duration_s: 60.0
+ramp_out_s: 0.1
+records: [{sine: {frequency_hz: 0.5, amplitude_mpa: 0.2}}]
+"""
+"""Under way as soon as it can be, for a stop needs no more than set-points that are not the safe ones."""
 
 Streams = tuple[asyncio.StreamReader, asyncio.StreamWriter]
 
@@ -78,6 +89,19 @@ class Siege:
         """Of the trials, by rank: 0.99 of a hundred is the last but one."""
         ordered = sorted(self.door_ms if door else self.ms)
         return ordered[max(math.ceil(len(ordered) * share) - 1, 0)] if ordered else math.nan
+
+    def interval_ms(self, share: float) -> tuple[float, float]:
+        """Where that quantile lies with 95 %, by ranks; infinity where so few trials give no end."""
+        from scipy.stats import binom
+
+        ordered = [0.0, *sorted(self.ms), math.inf]
+        low, high = binom.ppf([0.025, 0.975], len(self.ms), share)
+        return ordered[int(low)], ordered[min(int(high) + 1, len(ordered) - 1)]
+
+    @property
+    def late(self) -> int:
+        """Stops that took longer than the goal."""
+        return sum(ms > GOAL_MS for ms in self.ms)
 
 
 # what the attackers do
@@ -221,11 +245,11 @@ def free_port() -> int:
         return int(probe.getsockname()[1])
 
 
-def arguments(folder: Path, port: int) -> tuple[str, ...]:
-    """For a FaultBench in `folder`: a daemon that can be looked at over the network, as some attacks need."""
+def bench_in(folder: Path, port: int) -> FaultBench:
+    """With a daemon that can be looked at over the network, as some attacks need."""
     (folder / "token").write_text(_TOKEN, encoding="utf-8")
     (folder / "daemon.yaml").write_text(f"view: {{port: {port}, token_file: {folder / 'token'}}}\n", encoding="utf-8")
-    return "--config", str(folder / "daemon.yaml")
+    return FaultBench(folder, arguments=("--config", str(folder / "daemon.yaml")), sweep=SWEEP)
 
 
 @contextlib.contextmanager
@@ -267,7 +291,7 @@ def besiege(
     with _besieged(attack, Doors(bench.socket, port, bench.folder / "sweeps")) as (go, gone), _punctual():
         while len(siege.ms) < trials and not siege.problem:
             try:
-                ms, connected_ms = _stop_once(bench, go, gone, _UNDER_WAY_S * (1 + draw.random()))
+                ms, connected_ms = _stop_once(bench, go, gone, _under_way_s(draw))
                 siege.ms.append(ms)
                 siege.door_ms.append(ms - connected_ms)
                 tell(len(siege.ms), "")
@@ -278,6 +302,11 @@ def besiege(
             except RigError as error:
                 siege.problem = str(error)
     return siege
+
+
+def _under_way_s(draw: random.Random) -> float:
+    least, most = _UNDER_WAY_S
+    return float(least * (most / least) ** draw.random())
 
 
 def _stop_once(bench: FaultBench, go: Event, gone: Event, after_s: float) -> tuple[float, float]:

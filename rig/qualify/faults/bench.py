@@ -71,6 +71,8 @@ class FaultBench:
 
     struck: tuple[str, ...] = ("loop", "recorder", "supervisor", "control")
     """The processes of the rig that are killed and stopped in pairs and triples."""
+    at_once: tuple[int, ...] = (2, 3)
+    """How many of them, so that somebody is left who can write."""
 
     def __init__(
         self,
@@ -112,17 +114,19 @@ class FaultBench:
         self.command("daemon", "--rig", str(self.rig), *folders, *web, *self._arguments)
         self.wait(self._answers, "the daemon to answer")
 
-    def command(self, *arguments: str) -> None:
+    def command(self, *arguments: str, stdin: int = subprocess.DEVNULL) -> None:
         """Start `pamrig` with these arguments as the process that commands; what it says goes to the log."""
         with (self.folder / "daemon.log").open("ab") as log:
             command = [sys.executable, "-m", "rig.cli.main", *arguments]
-            self._daemon = subprocess.Popen(command, stdout=log, stderr=log, stdin=subprocess.DEVNULL)
+            self._daemon = subprocess.Popen(command, stdout=log, stderr=log, stdin=stdin)
 
     def end(self) -> int | None:
         """End the daemon by SIGTERM; returns its exit status."""
         daemon, self._daemon = self._daemon, None
         if daemon is None:
             return None
+        if daemon.stdin:
+            daemon.stdin.close()
         daemon.send_signal(signal.SIGCONT)
         daemon.terminate()
         try:

@@ -16,7 +16,18 @@ from pathlib import Path
 from typing import Any, Final
 
 from rig.errors import RigError
-from rig.qualify.faults.bench import SAFE_MPA, FaultBench, Spoilt
+from rig.qualify.faults.bench import FaultBench, Spoilt
+from rig.qualify.faults.held import (
+    Calibration,
+    CalibrationOverModbus,
+    CalibrationOverSerial,
+    Probe,
+    ProbeOverModbus,
+    ReplayBench,
+    RunBench,
+    RunOverModbus,
+    RunOverSerial,
+)
 from rig.qualify.faults.wired import ModbusFaultBench, RtuFaultBench, SerialFaultBench
 
 _SIGNALS: Final = (signal.SIGKILL, signal.SIGSTOP)
@@ -29,7 +40,6 @@ _AFTERMATH_S: Final = 0.3
 _SAID_S: Final = 4.0
 _ENDED_S: Final = 15.0
 _TRIES: Final = 4
-_INTO_THE_SWEEP_S: Final = 0.3
 _LONG_WATCHDOG_S: Final = 60.0
 
 
@@ -60,46 +70,6 @@ class Trial:
         return ", ".join(map(str, self.blows))
 
 
-class RunBench(FaultBench):
-    """A fault bench whose rig is under `pamrig run`: a process for each sweep, and no daemon to ask."""
-
-    _number = _log_chars = 0
-
-    def ready(self) -> None:
-        """A new run, in the middle of its sweep."""
-        self.end()
-        self._number += 1
-        self.terminals.write(*SAFE_MPA)
-        self._log_chars = len(self.log_text()) if self._number > 1 else 0
-        out = self.logs / str(self._number)
-        self.command("run", str(self.sweep), "--rig", str(self.rig), "--out", str(out), "--force")
-        self.wait(lambda: self._under_way, "the run")
-        time.sleep(_INTO_THE_SWEEP_S)
-
-    @property
-    def _under_way(self) -> bool:
-        if not self.alive:
-            raise Spoilt(f"the run ended: {self.log_text()[-400:]}")
-        return not self.is_safe and {*self.struck, "guardian"} <= set(self.pids())
-
-    def said_of_safe(self, patience_s: float) -> str:
-        """What the run's last line says of the safe state; RigError when it says none."""
-        self.wait(lambda: not self.alive, "the run to end", _ENDED_S)
-        said = " ".join(self.log_text()[self._log_chars :].split())
-        _, found, rest = said.rpartition("safe state written by")
-        if not found or not self.is_safe:
-            raise RigError(f"the run says {said[-200:]!r}, and at the valves stands {self.terminals.setpoints}")
-        return found + rest
-
-
-class RunOverModbus(RunBench, ModbusFaultBench):
-    """The same over Modbus."""
-
-
-class RunOverSerial(RunBench, SerialFaultBench):
-    """The same with serial valves, each behind an I/O process."""
-
-
 BENCHES: Final[dict[str, Callable[[Path], FaultBench]]] = {
     "simulated": FaultBench,
     "modbus": ModbusFaultBench,
@@ -109,6 +79,12 @@ BENCHES: Final[dict[str, Callable[[Path], FaultBench]]] = {
     "run": RunBench,
     "run-modbus": RunOverModbus,
     "run-serial": RunOverSerial,
+    "replay": ReplayBench,
+    "calibrate": Calibration,
+    "calibrate-modbus": CalibrationOverModbus,
+    "calibrate-serial": CalibrationOverSerial,
+    "probe": Probe,
+    "probe-modbus": ProbeOverModbus,
 }
 """What the trials can be made on; over Modbus with the module's watchdog as it is by default, and with one that is of
 no help."""
@@ -127,7 +103,7 @@ def trials(bench: FaultBench, count: int, seed: int) -> Iterator[Trial]:
     """`count` trials; the same seed draws the same blows."""
     chance = random.Random(f"losses {seed}")
     for _ in range(count):
-        yield try_losses(bench, draw(chance, bench.struck), chance.uniform(0.0, _MOMENT_S))
+        yield try_losses(bench, draw(chance, bench.struck, bench.at_once), chance.uniform(0.0, _MOMENT_S))
 
 
 def try_losses(bench: FaultBench, blows: tuple[Blow, ...], moment_s: float = 0.0) -> Trial:

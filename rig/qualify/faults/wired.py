@@ -71,7 +71,7 @@ class WiredFaultBench(FaultBench):
     def pids(self) -> dict[str, int]:
         """The processes of the rig, and those that hold its slow wires: io process 1, io process 2."""
         pids = super().pids()
-        return pids | {f"io process {n}": pid for n, pid in enumerate(_io_processes_of(pids.get("loop", 0)), 1)}
+        return pids | {f"io process {n}": pid for n, pid in enumerate(io_processes_of(pids.get("loop", 0)), 1)}
 
 
 class ModbusFaultBench(WiredFaultBench):
@@ -124,7 +124,7 @@ def _serve(terminals: Path, devices: Mapping[str, Any], roles: Mapping[str, str]
     return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
 
-def _io_processes_of(pid: int) -> list[int]:
+def io_processes_of(pid: int) -> list[int]:
     """The children of a loop that hold its wires, in the order in which they were started."""
     with contextlib.suppress(OSError):
         children = Path(f"/proc/{pid}/task/{pid}/children").read_text(encoding="ascii").split()

@@ -71,7 +71,7 @@ class Watchers:
             ours, theirs = self._context.Pipe()
             orders = WatcherOrders(
                 writer, self._session, self._ring.block.path, self.block.block.path, pid, self._rig, self._options,
-                patience_ns, speak and writer is Writer.SUPERVISOR,
+                patience_ns, speak,
             )  # fmt: skip
             process = self._context.Process(
                 target=entry, args=(orders, theirs), name=f"pamrig-{writer.name.lower()}", daemon=False

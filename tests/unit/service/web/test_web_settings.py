@@ -30,6 +30,12 @@ def test_the_network_needs_a_token(tmp_path: Path, host: str) -> None:
     assert not settings(tmp_path, f"web: {{host: '{host}', token_file: token}}").local
 
 
+def test_a_host_of_control_codes_does_not_reach_the_message_as_such(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError) as caught:
+        settings(tmp_path, 'web: {host: "\\e[2Jx"}')
+    assert str(caught.value).isprintable()
+
+
 @pytest.mark.parametrize(
     ("text", "host"), [("127.0.0.1:9000", "127.0.0.1"), ("[::1]:9000", "::1"), ("localhost:9000", "localhost")]
 )
