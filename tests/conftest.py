@@ -1,6 +1,8 @@
 """What all tests share."""
 
+import random
 import sys
+from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -73,10 +75,33 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group = parser.getgroup("rig", "tests in the lab: `pytest -m hardware --rig RIG.yaml`")
     group.addoption("--rig", help="rig's YAML for the hardware tests; without it they never run")
     group.addoption("--allow-motion", action="store_true", help="also run the hardware tests that move the rig")
+    order = parser.getgroup("order", "tests in another order")
+    order.addoption(
+        "--shuffle", type=int, metavar="SEED", help="files, and the tests in each, in an order drawn from SEED"
+    )
+
+
+def pytest_report_header(config: pytest.Config) -> str | None:
+    seed = config.getoption("--shuffle")
+    return None if seed is None else f"in random order: --shuffle {seed}"
+
+
+def shuffled(items: list[pytest.Item], seed: int) -> list[pytest.Item]:
+    """Files in another order, and the tests in each: what a file's tests share is still made once."""
+    draw, by_file = random.Random(seed), defaultdict[str, list[pytest.Item]](list)
+    for item in items:
+        by_file[item.location[0]].append(item)
+    files = sorted(by_file)
+    draw.shuffle(files)
+    for name in files:
+        draw.shuffle(by_file[name])
+    return [item for name in files for item in by_file[name]]
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Tests of one file stay in one process, beside what they share; hardware tests run only when a rig is named."""
+    if (seed := config.getoption("--shuffle")) is not None:
+        items[:] = shuffled(items, seed)
     for item in items:
         if not item.get_closest_marker("xdist_group"):
             item.add_marker(pytest.mark.xdist_group(item.location[0]))
