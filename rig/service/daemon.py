@@ -62,7 +62,9 @@ class Daemon:
             f"{settings.state}: another daemon is running with this state folder; see `pamrig status`, or "
             "give another by --state"
         )
-        self._lock = places.take_lock(settings.state / "daemon.lock", taken)
+        self._locks = [places.take_lock(settings.state / "daemon.lock", taken)]
+        if (folder_lock := places.lock_folder(settings.state, taken)) is not None:
+            self._locks.append(folder_lock)
         self._parts, self._settings = parts, settings
         self._monitor = SessionMonitor(parts, settings.force)
         self._queue = Queue(settings.state / "queue.json")
@@ -102,7 +104,8 @@ class Daemon:
             finally:
                 await self._finish()
         finally:
-            os.close(self._lock)
+            for lock in self._locks:
+                os.close(lock)
 
     def end(self) -> None:
         """Leave `serve`."""

@@ -7,6 +7,7 @@ import socket
 import subprocess
 import sys
 from contextlib import ExitStack
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -101,12 +102,26 @@ def test_silent_connections_from_the_network_and_a_full_house_leave_the_emergenc
     bench.wait(lambda: client.status()["clients"] == 1, "the crowd to be forgotten")
 
 
-def test_a_second_daemon_with_the_same_state_folder_is_refused(bench: FaultBench, client: Client) -> None:
-    command = [sys.executable, "-m", "rig.cli.main", "daemon", "--socket", str(bench.folder / "t.sock")]
-    command += ["--logs", str(bench.folder / "other logs"), "--state", str(bench.state)]
+def second_daemon(bench: FaultBench, door: Path, state: Path) -> str:
+    """What one more daemon says, which is refused."""
+    command = [sys.executable, "-m", "rig.cli.main", "daemon", "--socket", str(door), "--web", "off"]
+    command += ["--logs", str(bench.folder / "other logs"), "--state", str(state)]
     second = subprocess.run(command, capture_output=True, text=True, timeout=30, check=False)
     assert second.returncode == 2
-    assert f"{bench.state}: another daemon is running with this state folder" in second.stderr
+    return second.stderr
+
+
+def test_a_second_daemon_with_the_same_state_folder_or_socket_is_refused(bench: FaultBench, client: Client) -> None:
+    other = bench.folder / "t.sock"
+    said = f"{bench.state}: another daemon is running with this state folder"
+    assert said in second_daemon(bench, other, bench.state)
+    link = bench.folder / "link to the state"
+    link.symlink_to(bench.state)
+    (bench.state / "daemon.lock").unlink()  # as a tidy person would, or a program that cleans /tmp
+    assert "another daemon is running with this state folder" in second_daemon(bench, other, link)
+    bench.socket.with_name(bench.socket.name + ".lock").unlink()
+    assert "another daemon is running, though its lock" in second_daemon(bench, bench.socket, bench.folder / "state 2")
+    assert client.status()["state"] == "disarmed"
 
 
 def test_a_pipe_among_the_shared_memory_holds_up_no_daemon(bench: FaultBench, client: Client) -> None:

@@ -62,14 +62,27 @@ def check_folder(folder: Path, *, make: bool = False) -> None:
 
 
 def make_way(path: Path) -> None:
-    """Remove a stale socket (or an empty file) at `path`; StateError for anything else: it is not ours to remove."""
+    """Remove a stale socket (or an empty file) at `path`; StateError for anything else: it is not ours to remove, and
+    least of all the socket of somebody who still listens there."""
     try:
         found = os.lstat(path)
     except FileNotFoundError:
         return
     if not stat.S_ISSOCK(found.st_mode) and not (stat.S_ISREG(found.st_mode) and found.st_size == 0):
         raise StateError(f"{path}: is there already and is no socket; give another place with --socket")
+    if stat.S_ISSOCK(found.st_mode) and _somebody_listens(path):
+        raise StateError(f"{path}: another daemon is running, though its lock file is gone; see `pamrig status`")
     path.unlink(missing_ok=True)
+
+
+def _somebody_listens(path: Path) -> bool:
+    with socket.socket(socket.AF_UNIX) as probe:
+        probe.setblocking(False)
+        try:
+            probe.connect(str(path))
+        except OSError as error:
+            return error.errno == errno.EAGAIN  # so many wait there that there is no room
+        return True
 
 
 def take_lock(path: Path, taken: str) -> int:
@@ -89,6 +102,21 @@ def take_lock(path: Path, taken: str) -> int:
     except StateError:
         os.close(descriptor)
         raise
+    return descriptor
+
+
+def lock_folder(folder: Path, taken: str) -> int | None:
+    """The same for a folder as such, which nobody can delete as long as something lies in it, unlike a lock file; None
+    where its file system has no locks for folders."""
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(descriptor)
+        raise StateError(taken) from None
+    except OSError:
+        os.close(descriptor)
+        return None
     return descriptor
 
 

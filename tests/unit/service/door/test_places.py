@@ -66,10 +66,18 @@ def test_a_folder_that_somebody_else_made_is_refused_on_both_ends(
         Client()
 
 
-def test_a_stale_socket_makes_way_and_a_file_of_somebody_s_does_not(listening: Path, tmp_path: Path) -> None:
-    places.make_way(listening)
-    assert not listening.exists()
-    places.make_way(listening)
+def test_a_stale_socket_makes_way_and_neither_one_in_use_nor_a_file_of_somebody_s_does(
+    listening: Path, tmp_path: Path
+) -> None:
+    with pytest.raises(StateError, match="another daemon is running, though its lock file is gone"):
+        places.make_way(listening)
+    assert listening.is_socket()
+    stale = listening.with_name("stale")
+    with socket.socket(socket.AF_UNIX) as gone:
+        gone.bind(str(stale))
+    places.make_way(stale)
+    assert not stale.exists()
+    places.make_way(stale)
     record = tmp_path / "record.mcap"
     record.write_bytes(b"measured")
     with pytest.raises(StateError, match=r"record.mcap: is there already and is no socket"):
@@ -104,6 +112,20 @@ def test_a_lock_is_held_until_it_is_closed(tmp_path: Path) -> None:
         places.take_lock(tmp_path / "lock", "taken")
     os.close(first)
     os.close(places.take_lock(tmp_path / "lock", "taken"))
+
+
+def test_a_folder_is_locked_by_every_path_that_leads_there_and_whatever_is_deleted_in_it(tmp_path: Path) -> None:
+    (tmp_path / "state").mkdir()
+    (tmp_path / "link").symlink_to("state")
+    first = places.lock_folder(tmp_path / "state", "taken")
+    assert first is not None
+    for path in ("link", "state/../link", "state"):
+        with pytest.raises(StateError, match=r"^taken$"):
+            places.lock_folder(tmp_path / path, "taken")
+    os.close(first)
+    again = places.lock_folder(tmp_path / "link", "taken")
+    assert again is not None
+    os.close(again)
 
 
 def test_the_kernel_says_who_listens_and_a_stranger_is_not_believed(
