@@ -160,7 +160,13 @@ class Loop:
         run = self._run
         phase, p1_cmd_mpa, p2_cmd_mpa = self._next(tick, now, flags)
         flags |= self._write(p1_cmd_mpa, p2_cmd_mpa, missed + 1)
+        lost = self._device_gone  # then the way to the safe state may be longer than those above bear: the cause first
+        owed = self._safe_owed and self.state in _SILENT
+        if owed and not lost:
+            flags |= self._write_safe()
         self._publish(read_ns, now, phase, p1_cmd_mpa - p2_cmd_mpa, flags, run)
+        if owed and lost:
+            self._write_safe()
         if self._program and self.state is _FAULT:
             self._program = None  # the tick of the fault is the last of its record
 
@@ -336,18 +342,18 @@ class Loop:
         )
 
     def _write(self, p1_cmd_mpa: float, p2_cmd_mpa: float, periods: int) -> int:
-        """Write what the state allows; returns flags."""
+        """Write what the state allows, but for the safe state; returns flags."""
         if self.state in _SILENT:
             if self._looks_owed:
                 self._look()
-            return self._write_safe() if self._safe_owed else 0
+            return 0
         p1_cmd_mpa, p2_cmd_mpa, flags = self._guard.command(p1_cmd_mpa, p2_cmd_mpa, periods)
         self._command = p1_cmd_mpa, p2_cmd_mpa
         try:
             self._device.write(p1_cmd_mpa, p2_cmd_mpa)
         except DeviceError as error:
             self._count_error(error)
-            return flags | WRITE_ERROR | (self._write_safe() if self._safe_owed else 0)
+            return flags | WRITE_ERROR
         return flags
 
     def _write_safe(self) -> int:

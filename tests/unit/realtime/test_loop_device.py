@@ -64,6 +64,26 @@ def test_a_lost_device_faults_at_once(where: str) -> None:
     assert all(s.state == State.FAULT for s in faulted)
 
 
+@pytest.mark.parametrize("where", ["reads", "writes"])
+def test_the_cause_is_published_before_the_way_to_a_lost_device_is_tried(where: str) -> None:
+    """That way may be a new I/O process: whoever ends a loop that takes too long over it must find why it does."""
+    ring, published = ListRing(), []
+
+    class Lost(ScriptedDevice):
+        def safe(self) -> None:
+            published.append(ring.samples[-1].fault if ring.samples else 0)
+            super().safe()
+
+    device = Lost(**{where: {15: DeviceLost("scripted: gone")}})  # type: ignore[arg-type]
+    operator = armed_and_running({40: Request.QUIT})
+    loop = Loop(device, ScriptedClock(), ring, operator, LoopSettings())  # type: ignore[arg-type]
+    loop.run()
+    assert published[0] == Fault.NONE, "at the start"
+    assert published[1:] == [Fault.DEVICE_LOST] * len(published[1:])
+    assert len(published) > 1
+    assert len({sample.tick for sample in ring.samples}) == len(ring.samples), "one sample a tick"
+
+
 def test_a_lost_device_is_never_read_again_and_cannot_be_reset() -> None:
     device = ScriptedDevice(reads={15: DeviceLost("scripted: gone")})
     operator = armed_and_running({40: Request.RESET})
