@@ -25,11 +25,13 @@ import numpy as np
 
 from rig.blind_check.modes import BARE, OWN, SISTER
 from rig.blind_check.source import Named, records_of
-from rig.errors import RecordError
+from rig.config import read_text
+from rig.errors import ConfigError, RecordError
 from rig.log.convert import write_record
 
 FORMAT: Final = "pamrig blind check 2"
 PRIORS_FILE: Final = "priors.yaml"
+_MOST_JSON_BYTES: Final = 256 * 1024 * 1024
 MODEL_FILES: Final = {OWN: "model.yaml", BARE: "model_bare.yaml", SISTER: "model_sister.yaml"}
 
 
@@ -95,12 +97,15 @@ def _plain(value: Any) -> Any:
 
 
 def read_json(path: Path) -> Any:
-    """The JSON at `path`; RecordError when it is missing or broken."""
+    """The JSON at `path`; RecordError when it is missing, broken, or no plain file of its own: an answering process
+    could leave a pipe there, which never ends, or a link to what it may not read itself."""
+    if path.is_symlink():
+        raise RecordError(f"{path}: is a link, not an answer")
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise RecordError(f"{path}: cannot be read: {error.strerror}") from None
-    except ValueError:
+        return json.loads(read_text(path, _MOST_JSON_BYTES))
+    except ConfigError as error:
+        raise RecordError(str(error)) from None
+    except (ValueError, RecursionError):
         raise RecordError(f"{path}: is not JSON") from None
 
 

@@ -24,25 +24,26 @@ _MACHINES: Final = {
     "x86_64": (0xC000003E, 317, {
         "socket": 41, "connect": 42, "sendto": 44, "sendmsg": 46, "bind": 49, "socketpair": 53, "kill": 62,
         "ptrace": 101,
-        "pivot_root": 155, "chroot": 161, "mount": 165, "umount2": 166, "tkill": 200, "add_key": 248,
+        "rt_sigqueueinfo": 129, "pivot_root": 155, "chroot": 161, "mount": 165, "umount2": 166, "tkill": 200,
+        "tgkill": 234, "add_key": 248,
         "request_key": 249, "keyctl": 250,
-        "unshare": 272, "perf_event_open": 298, "open_by_handle_at": 304, "setns": 308, "process_vm_readv": 310,
+        "unshare": 272, "rt_tgsigqueueinfo": 297, "perf_event_open": 298, "open_by_handle_at": 304, "sendmmsg": 307,
+        "setns": 308, "process_vm_readv": 310,
         "process_vm_writev": 311, "bpf": 321, "userfaultfd": 323,
     }),
     "aarch64": (0xC00000B7, 277, {
         "umount2": 39, "mount": 40, "pivot_root": 41, "chroot": 51, "unshare": 97, "ptrace": 117, "kill": 129,
-        "tkill": 130,
+        "tkill": 130, "tgkill": 131, "rt_sigqueueinfo": 138, "rt_tgsigqueueinfo": 240,
         "socket": 198, "socketpair": 199, "bind": 200, "connect": 203, "sendto": 206, "sendmsg": 211, "add_key": 217,
         "request_key": 218, "keyctl": 219, "perf_event_open": 241, "open_by_handle_at": 265, "setns": 268,
-        "process_vm_readv": 270,
+        "sendmmsg": 269, "process_vm_readv": 270,
         "process_vm_writev": 271, "bpf": 280, "userfaultfd": 282,
     }),
 }  # fmt: skip
 """Machine -> (AUDIT_ARCH, number of seccomp, refused calls)."""
 _EVERYWHERE: Final = {
-    "pidfd_send_signal": 424, "io_uring_setup": 425, "open_tree": 428, "move_mount": 429, "fsopen": 430, "fsmount": 432,
-    "pidfd_getfd": 438,
-    "mount_setattr": 442,
+    "pidfd_send_signal": 424, "io_uring_setup": 425, "open_tree": 428, "move_mount": 429, "fsopen": 430,
+    "fsconfig": 431, "fsmount": 432, "fspick": 433, "pidfd_getfd": 438, "mount_setattr": 442,
 }  # fmt: skip
 """Calls that have one number on all machines; io_uring would open sockets behind the filter's back."""
 

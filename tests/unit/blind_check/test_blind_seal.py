@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import os
 import socket
 import subprocess
 import sys
@@ -11,6 +12,7 @@ from pathlib import Path
 import pytest
 
 import rig
+from rig.blind_check.folder import read_json
 from rig.blind_check.sandbox import LAYERS
 from rig.blind_check.seal import new_key, open_sealed, seal
 from rig.errors import RecordError
@@ -29,6 +31,7 @@ if shut_in:
     from rig.blind_check import sandbox
     layers = sandbox.enter([root / "questions" / "a"], [root / "answers"])
 libc = ctypes.CDLL(None, use_errno=True)
+TGKILL = {"x86_64": 234, "aarch64": 131}[os.uname().machine]
 def outcome(action):
     try:
         return bool(action() or True)
@@ -64,13 +67,14 @@ print(json.dumps([layers, {
     "unix socket": outcome(lambda: reached(socket.AF_UNIX, socket.SOCK_STREAM, root / "door")),
     "datagram": outcome(lambda: reached(socket.AF_INET, socket.SOCK_DGRAM, int(sys.argv[3]))),
     "signal": outcome(lambda: by_the_c_library(libc.kill(os.getppid(), 0))),
+    "signal to a thread": outcome(lambda: by_the_c_library(libc.syscall(TGKILL, os.getppid(), os.getppid(), 0))),
 }]))
 """
 GUARDED_BY = {
     "key": "audit", "labels": "audit", "other question": "audit", "list": "audit", "parent": "audit",
     "generator": "audit",
     "libc": "landlock", "overwrite": "landlock", "plant": "landlock", "unix socket": "seccomp", "datagram": "seccomp",
-    "signal": "seccomp",
+    "signal": "seccomp", "signal to a thread": "seccomp",
     "size of the labels": "namespaces",
 }  # fmt: skip
 """What the probe tries -> the layer that must stand for it to fail."""
@@ -118,6 +122,18 @@ def test_the_shut_in_process_reads_its_question_and_nothing_of_the_labels(check_
 def test_without_the_sandbox_the_same_probe_reads_everything(check_folder: Path, doors: int) -> None:
     _, said = probe(check_folder, "free", doors)
     assert [name for name in GUARDED_BY if not said[name]] == [], "the probe can tell an open door from a closed one"
+
+
+def test_an_answer_is_a_plain_file_and_nothing_that_never_ends_or_leads_elsewhere(tmp_path: Path) -> None:
+    (tmp_path / "a.json").write_text('{"modes": {}}')
+    (tmp_path / "link.json").symlink_to("a.json")
+    os.mkfifo(tmp_path / "pipe.json")
+    (tmp_path / "deep.json").write_text("[" * 100_000)
+    assert read_json(tmp_path / "a.json") == {"modes": {}}
+    said = {"link": "is a link", "pipe": "it is not a regular file", "deep": "is not JSON", "none": "no such file"}
+    for name, why in said.items():
+        with pytest.raises(RecordError, match=f"{name}.json: .*{why}"):
+            read_json(tmp_path / f"{name}.json")
 
 
 def test_layers_that_a_system_refuses_are_left_out(check_folder: Path) -> None:
