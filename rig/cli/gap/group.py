@@ -41,7 +41,7 @@ for _command in (check, capability, design, hunt, history):
     multiple=True,
     type=_path,
     metavar="LOG",
-    help="Records with the gap: files or folders.",
+    help="Records of the rig as it is now: files or folders.",
 )
 @baseline_option(
     "Records of one earlier day, or a folder of such folders; repeat for more days. `model`: the logs it was "

@@ -76,11 +76,11 @@ def hunt(
     json_to: str | None,
     **asked: Any,
 ) -> None:
-    """Run a session on the rig, diagnose it, run the records that part what is still possible, and so on, until one
-    cause holds 95 %, nothing parts the rest, or the time is over.
+    """Run a session on the rig, diagnose it, run the sweep that best tells apart what is still possible, and so on,
+    until one cause has 95 %, no sweep would tell the rest apart, or the time is used up.
 
-    Everything is kept in one folder with a page that tells the story. A hunt that was interrupted goes on when it is
-    called with the same folder.
+    Everything is kept in one folder with a page that shows each step. An interrupted hunt goes on when it is called
+    with the same folder.
     """
     from rig.app import compose
     from rig.app.gap.baselines import read_sessions

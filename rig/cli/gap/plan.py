@@ -36,7 +36,9 @@ _no_pressures = click.option("--no-pressures", is_flag=True, help="As if the reg
 @_rig
 @_no_pressures
 @output_option(
-    Kind.FIGURE, "Draw the matrix of what can be told from what (.svg, .png, .pdf; of the first sweep).", metavar="FILE"
+    Kind.FIGURE,
+    "Draw the matrix of which effects can be told apart (.svg, .png, .pdf; of the first sweep).",
+    metavar="FILE",
 )
 @json_option
 def capability(
@@ -49,8 +51,8 @@ def capability(
     output: Path | None,
     json_to: str | None,
 ) -> None:
-    """Say, before anything is wrong, how small an effect would be seen on MODEL's rig, how small it would be named, and
-    what could not be told from what."""
+    """Say, before anything is wrong, how small an effect on MODEL's rig would be detected, from which size on it would
+    be named, and which effects could not be told apart."""
     from rig.app.gap.planning import Asked, capability_of, report_capability
 
     with progress("computing"):
@@ -122,8 +124,8 @@ def design(
     output: Path,
     json_to: str | None,
 ) -> None:
-    """Choose the session of records that parts the effects best on MODEL's rig within the rig's limits, and write it as
-    a sweep for `pamrig run`."""
+    """Choose the session of records that tells the effects apart best on MODEL's rig, within the rig's limits, and
+    write it as a sweep for `pamrig run`."""
     from rig.app.gap.levels import known_families
     from rig.app.gap.planning import Asked, design_session
     from rig.outputs import write_text

@@ -36,7 +36,7 @@ def _shared(command: Any) -> Any:
         click.option(
             "--amplitude",
             type=click.FloatRange(0.001, 1.0),
-            help="MPa over which it has to; default: the records' own.",
+            help="Largest pressure difference, MPa, that it has to bear bounded; default: the records' own.",
         ),
         click.option("--resample", is_flag=True, help="Put records of another sampling period onto the model's."),
         click.option("--trust-units", is_flag=True, help="Take numbers that look like another unit as they stand."),
@@ -68,7 +68,7 @@ def _shared(command: Any) -> Any:
     type=click.Choice(["mbw", "bw", "bw_continuous"]),
     default="mbw",
     show_default=True,
-    help="Modified Bouc-Wen (11), Bouc-Wen (8), or (1).",
+    help="Modified Bouc-Wen (the paper's eq. 11), Bouc-Wen (eq. 8), or its continuous form (eq. 1).",
 )
 @click.option(
     "--input",
@@ -85,7 +85,7 @@ def _shared(command: Any) -> Any:
     show_default=True,
     help="Particle swarm, CMA-ES, or differential evolution.",
 )
-@click.option("--seed", default=1, show_default=True, type=click.IntRange(0), help="Of the first search.")
+@click.option("--seed", default=1, show_default=True, type=click.IntRange(0), help="Seed of the first search.")
 @click.option(
     "--seeds",
     default=3,
@@ -94,7 +94,11 @@ def _shared(command: Any) -> Any:
     help="Searches from so many seeds, the best is kept.",
 )
 @click.option(
-    "--particles", default=60, show_default=True, type=click.IntRange(2, 100_000), help="Of the swarm, or population."
+    "--particles",
+    default=60,
+    show_default=True,
+    type=click.IntRange(2, 100_000),
+    help="Particles of the swarm, or members of the population.",
 )
 @click.option(
     "--iterations", default=1000, show_default=True, type=click.IntRange(1, 1_000_000), help="Rounds of each search."
@@ -112,20 +116,20 @@ def _shared(command: Any) -> Any:
     "--start",
     type=click.Path(path_type=Path),
     metavar="MODEL.yaml",
-    help="Search what is `free` in this model, within its bounds.",
+    help="Start from this model: its parameters marked `free` are searched within their bounds.",
 )
 @click.option(
     "--joint",
     type=click.Choice(["rigid", "second_order"]),
     default="rigid",
     show_default=True,
-    help="With second_order, the muscles' stiffness moves an inertia.",
+    help="With second_order the joint has an inertia, which the muscles' stiffness moves.",
 )
 @click.option("--free-offset", is_flag=True, help="The angle's zero is not known: identify it.")
 @click.option(
     "--mean-exponent",
     type=click.FloatRange(0.0, 2.0),
-    help="1: the pressure difference counts over the mean; default: identified where the mean pressure moves.",
+    help="How far the mean pressure counts, 1: by its ratio; default: identified where it moves.",
 )
 @click.option(
     "--p0", "p0_mpa", type=click.FloatRange(0.0, 0.5), help="Pressure at rest in MPa; default: what the records say."
@@ -142,7 +146,7 @@ def _shared(command: Any) -> Any:
     "--sample-time",
     "sample_time_s",
     type=click.FloatRange(1e-4, 1.0),
-    help="Of the model, in s; default: the records' own, with --resample 0.005.",
+    help="Sample time of the model in s; default: the records' own, or 0.005 with --resample.",
 )
 @_shared
 def identify(logs: tuple[Path, ...], output: Path, json_to: str | None, **asked: Any) -> None:

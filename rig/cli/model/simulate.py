@@ -17,15 +17,17 @@ from rig.outputs import Kind
     "--plant",
     type=click.IntRange(0),
     metavar="UNIT",
-    help="Instead of a model: that unit of the physics rig of hil.reference.",
+    help="Instead of a model: a rig of simulated physics, by its number; each number is another rig of one build.",
 )
-@click.option("--family", default="mckibben", show_default=True, help="The physics rig's family: mckibben or fluidic.")
+@click.option(
+    "--family", default="mckibben", show_default=True, help="The build of that rig: mckibben, fluidic or pleated."
+)
 @click.option(
     "--session",
     default=1,
     show_default=True,
     type=click.IntRange(0),
-    help="The physics rig's day; each drifts a little.",
+    help="The day on that rig; it drifts a little from day to day.",
 )
 @output_option(
     Kind.RECORDING, "File, or a folder for several records.", or_folder=True, required=True, metavar="OUT.mcap"
@@ -53,9 +55,9 @@ def simulate(
 ) -> None:
     """What MODEL says under the commands of a sweep or of a LOG: the angle, and the pressures if it has regulators.
 
-    A model with added effects is a model. Several records go into the folder OUT, one file each. With --plant the
-    records come from a physics simulation that shares no law with the models: something to identify that is not a
-    Bouc-Wen model.
+    MODEL may hold added effects, as `pamrig gap diagnose --augmented-model` writes them. Several records go into the
+    folder OUT, one file each. With --plant the records come from a simulation of the physics that shares no law with
+    the models: something to identify that is not a Bouc-Wen model.
     """
     from rig.app.model.simulating import by_model, by_plant, simulate_all
     from rig.own_units import own_text
