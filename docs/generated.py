@@ -7,6 +7,7 @@ behind.
 import ast
 import dataclasses
 import inspect
+import json
 import re
 import textwrap
 from collections.abc import Callable, Iterator
@@ -15,6 +16,7 @@ from typing import Any
 
 from rig.qualify.faults.attacks import ATTACKS
 from rig.qualify.faults.table import TABLE as FAULT_ROWS
+from rig.qualify.figures import drawn
 from rig.realtime.faults import EXPLANATIONS, Fault
 from rig.realtime.guard import Limits
 from rig.realtime.measures import Measures
@@ -144,6 +146,12 @@ def attack_rows() -> str:
     return table("attack | what is done", ([attack.name, attack.done] for attack in ATTACKS))
 
 
+def measured() -> dict[str, Any]:
+    """What `pamrig bench --json docs/reference/figures.json` wrote last."""
+    found: dict[str, Any] = json.loads((DOCS / "reference" / "figures.json").read_text(encoding="utf-8"))
+    return found
+
+
 BLOCKS: dict[str, Callable[[], str]] = {
     "sample_fields": sample_fields,
     "flags": flags,
@@ -157,6 +165,8 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "safe": lambda: settings(Safe),
     "limits": lambda: settings(Limits),
     "realtime": lambda: settings(Measures),
+    "machine": lambda: drawn.machine_line(measured()),
+    "figures": lambda: drawn.sections(measured()),
 }
 """Name of a block -> what belongs into it."""
 

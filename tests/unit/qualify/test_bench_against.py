@@ -141,4 +141,6 @@ def test_the_page_is_drawn_from_the_file_with_its_date_and_machine() -> None:
     assert "| read | 2.1 s (2 to 2.2) | peer: 2 | 1.05 (1 to 1.1) |  |  |" in text
     assert "| lost | 3 s |  |  |  | 1, **missed** |" in text
     assert "Without a peer or a limit: counted." in text
+    busy = machine_line({"machine": MACHINE | {"load": 34.5}})
+    assert busy.endswith("Python 3.11; other work kept 34.5 processes busy.\n")
     assert machine_line(one) == "Measured 2026-11-22 on one, 2 cores, Linux, Python 3.11.\n"

@@ -1,0 +1,123 @@
+"""Every benchmark runs, shortened, and its table is drawn. Figures of so short a run say nothing; that they are there
+does."""
+
+import shutil
+from collections.abc import Callable, Mapping
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rig.cli.qualify import bench as command
+from rig.qualify.benchmarks import (
+    devices,
+    devices_deaths,
+    devices_fieldbus,
+    devices_tick,
+    gap,
+    identify,
+    log,
+    loop,
+    page,
+    record,
+    safety,
+    tracking,
+)
+from rig.qualify.figures.rounds import measured
+
+
+@pytest.fixture
+def short(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+    """Set constants of a benchmark to so much less."""
+
+    def shorten(module: Any, **less: object) -> None:
+        for name, value in less.items():
+            assert hasattr(module, name), f"{module.__name__} has no {name} any more"
+            monkeypatch.setattr(module, name, value)
+
+    return shorten
+
+
+def drawn(name: str, figures: Mapping[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
+    """Each figure has a number, and a line in the table."""
+    assert figures
+    for row in figures.values():
+        assert row["value"] == row["value"], row
+        assert row["unit"]
+        assert row.get("peer") or row.get("limit") or row.get("why") or "low" in row, row
+    command.show(name, dict(figures), None)
+    shown = capsys.readouterr().out
+    assert shown.count("\n") > len(figures)
+
+
+@pytest.mark.real_time
+def test_loop(short: Callable[..., None], capsys: pytest.CaptureFixture[str]) -> None:
+    short(loop, SECONDS=0.5)
+    drawn("loop", loop.bench_loop(), capsys)
+
+
+@pytest.mark.real_time
+def test_record(short: Callable[..., None], capsys: pytest.CaptureFixture[str]) -> None:
+    short(record, SWEEP="quick")
+    figures = measured(record.bench_record, 1)
+    assert figures["bytes a record, real clock"]["value"] > figures["bytes a record, real clock"]["limit_value"]
+    drawn("record", figures, capsys)
+
+
+def test_identify(short: Callable[..., None], capsys: pytest.CaptureFixture[str]) -> None:
+    if find_spec("pyswarms") is None:  # importing it leaves a file where one stands
+        pytest.skip("pyswarms is not installed")
+    short(identify, SEEDS=range(1, 2), ROUNDS=1, PEER_ITERATIONS=3, ITERATIONS=20, QUALITY_ITERATIONS=(5, 10))
+    drawn("identify", identify.bench_identify(), capsys)
+
+
+def test_log(capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("mcap_protobuf")
+    drawn("log", log.bench_log(records=2000, damages=3, kills=1), capsys)
+
+
+@pytest.mark.real_time
+def test_devices(short: Callable[..., None], capsys: pytest.CaptureFixture[str]) -> None:
+    short(devices, TICKS=200)
+    short(devices_tick, TICKS=20, TURNS=1)
+    short(devices_fieldbus, TICKS=50, RATE_S=0.05, BAUDS=(9600, 115200))
+    short(devices_deaths, DEATHS=2, BAUDS=(9600, 115200))
+    drawn("devices", devices.bench_devices(), capsys)
+
+
+@pytest.mark.real_time
+def test_safety(short: Callable[..., None], capsys: pytest.CaptureFixture[str]) -> None:
+    short(safety, _QUIET_S=0.5)
+    drawn("safety", safety.bench_safety(trials=1), capsys)
+
+
+def test_gap(
+    shared: Path, short: Callable[..., None], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    practice = shared / "practice"
+    if not (practice / "labels.json").is_file():
+        pytest.skip("the practice set is not part of the project")
+    monkeypatch.setenv("PAMRIG_PRACTICE", str(practice))
+    short(gap, CASES_A_UNIT=2)
+    drawn("gap", gap.bench_gap(), capsys)
+
+
+def test_tracking(short: Callable[..., None], capsys: pytest.CaptureFixture[str]) -> None:
+    short(tracking, CASES=tracking.CASES[:1], HEALTHY_DAYS=1, SECONDS=0.5, TURNS=1)
+    drawn("tracking", tracking.bench_tracking(), capsys)
+
+
+@pytest.mark.real_time
+def test_page(short: Callable[..., None], capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("playwright")
+    if not (shutil.which("chromium") or shutil.which("chromium-browser")):
+        pytest.skip("no Chromium on this machine")
+    short(page, _PAINTS=1, _WATCHED_S=1.0, VIEWERS=2)
+    short(safety, _QUIET_S=0.5)
+    drawn("page", page.bench_page(trials=1), capsys)
+
+
+def test_every_benchmark_is_here() -> None:
+    run = {name.removeprefix("test_") for name in globals() if name.startswith("test_")}
+    assert set(command.BENCHMARKS) - run == {"wrist"}, "the wrist has a test of its own"
