@@ -130,9 +130,26 @@ def _strange(told: Told) -> list[Signature]:
 
 
 def _floor(told: Told, settings: Fitted) -> float:
-    """Rms that the angle is off under the commands when nothing is wrong, deg."""
-    span = float(np.ptp(np.concatenate(told.expected.base)))
-    return max(settings.levels[told.expected.levels].commanded_floor * span, told.expected.missed_deg, 1e-6)
+    """Rms that the angle is off under the commands when nothing is wrong, deg: what is usual, and no less than what the
+    reference is known to miss, of the angle and through the pressures."""
+    expected = told.expected
+    span = float(np.ptp(np.concatenate(expected.base)))
+    known = float(np.hypot(expected.missed_deg, _through_pressures(expected)))
+    return max(settings.levels[expected.levels].commanded_floor * span, known, 1e-6)
+
+
+def _through_pressures(expected: Expected) -> float:
+    """Rms of the angle, deg, for what the reference's regulators miss of the pressures, each for itself (propagation of
+    errors to first order)."""
+    missed, response = expected.missed_mpa, expected.response
+    one, other = [], []
+    for track in expected.tracks:
+        p1, p2, dt_s = track.reference.p1_mpa, track.reference.p2_mpa, track.pair.dt_s
+        here = response.angle(p1, p2, dt_s)
+        one.append(response.angle(p1 + missed, p2, dt_s) - here)
+        other.append(response.angle(p1, p2 + missed, dt_s) - here)
+    pairs = [track.pair for track in expected.tracks]
+    return float(np.hypot(rms_of(one, pairs), rms_of(other, pairs)))
 
 
 def _helping(told: Told, before: float) -> list[Kept]:

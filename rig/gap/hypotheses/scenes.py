@@ -9,8 +9,8 @@ from rig.gap.days.bench import law_scales
 from rig.gap.hypotheses.fit import Scene, angle_change, pressure_change
 from rig.gap.hypotheses.library import Law
 from rig.gap.hypotheses.propagate import Applied, Track, angle_under, late, ready
-from rig.gap.reference.build import Expected, Kind
-from rig.gap.reference.expectation import Factor, angle_parts, pressure_parts
+from rig.gap.reference.build import Expected
+from rig.gap.reference.expectation import angle_parts, pressure_parts
 from rig.gap.settings import Fitted
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.slots import Slot
@@ -68,7 +68,7 @@ def pressure_scene(expected: Expected, settings: Fitted, whole: Expected | None 
     """The pressures of some records; scales are those of the `whole`."""
     levels = settings.levels[expected.levels].pressures.later(expected.unsure_lag_s)
     factor = pressure_parts(expected.tracks, expected.pairing.p0_mpa).factor(levels, settings.prior)
-    factor = _as_missed(factor, expected.kind, expected.missed_mpa)
+    factor = factor.at_least(expected.missed_mpa)
     moving = float(np.std(np.concatenate([track.reference.p1_mpa for track in expected.tracks])))
     scales = law_scales((whole or expected).tracks)
     return Scene(
@@ -82,18 +82,12 @@ def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = N
     levels = settings.levels[expected.levels].angle.later(0.0 if expected.driven else expected.unsure_lag_s)
     levels = levels if expected.misread is None else expected.misread.levels(levels)
     factor = angle_parts(tracks, base, response, expected.driven).factor(levels, settings.prior)
-    factor = _as_missed(factor, expected.kind, expected.missed_deg)
+    factor = factor.at_least(expected.missed_deg)
     moving = float(np.std(np.concatenate(base)))
     scales = law_scales((whole or expected).tracks)
     return Scene(
         factor, angle_change(tracks, base, response, expected.driven), response, scales, moving, settings.prior
     )
-
-
-def _as_missed(factor: Factor, kind: Kind, rms: float) -> Factor:
-    """The factor of a reference that misses its own records by `rms`: a fingerprint's is a share of its answer, a
-    simulator's may be anything."""
-    return factor.at_least(rms) if kind is Kind.FINGERPRINT else factor.missing(rms)
 
 
 def on_records(expected: Expected, chosen: Sequence[int]) -> Expected:

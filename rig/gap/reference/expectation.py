@@ -59,18 +59,10 @@ class Factor:
         """Root mean square of (n,) over the rows that were measured."""
         return rms_used(column, self.lines.used)
 
-    def missing(self, rms: float) -> "Factor":
-        """The same for a reference that is known to miss its own records by `rms`: what of it lies beyond the usual
-        floor is spread over all lines."""
-        beyond = max(rms**2 - self.floor**2, 0.0) * float(self.lines.used.sum()) / len(self.healthy.variance)
-        if beyond == 0.0:
-            return self
-        healthy = self.healthy.with_variance(np.full_like(self.healthy.variance, beyond))
-        return replace(self, healthy=healthy, floor=rms)
-
     def at_least(self, rms: float) -> "Factor":
-        """The same for a description of the rig that misses the records it was fitted to by `rms`: it misses these by
-        no less, in the same lines, whatever is usual."""
+        """The same for a reference that misses the records it was fitted to by `rms`: it misses these by no less, and
+        in the lines in which it answers, whatever is usual. (Spread evenly over all lines, the same mean square hides
+        what lies between the lines of the excitation and leaves those as sure as before.)"""
         variance = self.healthy.variance
         scale = rms**2 * float(self.lines.used.sum()) / float(variance.sum())
         if scale <= 1.0:
