@@ -109,6 +109,8 @@ class Bench:
     """A healthy day of another rig of the build under the same commands."""
     sister_deg: float
     """Root mean square by which its angle differs from the mean of this unit's days."""
+    sister_rig: tuple[Unit, Session]
+    """That rig, and its day."""
 
     def scale(self, against: str) -> float:
         """What a gap is measured by, in floors."""
@@ -172,7 +174,8 @@ def draw_bench(chosen: Family, plant: Unit, random: Generator) -> Bench:
     ]
     floor_mpa = math.hypot(floors[1], floors[2])
     other = chosen.make(int(random.integers(2**31)))
-    sister = record_day(other, other.session(int(random.integers(2**31)), drift), excitations)
+    other_day = other.session(int(random.integers(2**31)), drift)
+    sister = record_day(other, other_day, excitations)
     return Bench(
         chosen,
         plant,
@@ -185,6 +188,7 @@ def draw_bench(chosen: Family, plant: Unit, random: Generator) -> Bench:
         floor_mpa,
         sister,
         _apart(sister, baselines),
+        (other, other_day),
     )
 
 

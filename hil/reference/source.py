@@ -3,6 +3,7 @@
 Fits the protocol of `rig.blind_check.source` by its shape; knows nothing of records, files or diagnosis.
 """
 
+import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -17,6 +18,8 @@ from hil.reference.plant import Session
 
 Commands = Mapping[str, tuple[Array, Array, float]]
 UNTOUCHED_DAYS = 3
+NOISE_OF_REPEATS = 1000
+"""Seeds of the noise of repeated cases are multiples of this, beyond those of any excitation of the bench."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +51,17 @@ class PhysicsSource:
     against: tuple[str, ...] = (DAYS,)
     known: tuple[str, ...] | None = None
     """Effects to draw from; all of the family's unless said."""
+    session: Commands | None = None
+    """Set-points that every day is recorded under, in place of excitations drawn for each unit. Effects keep the sizes
+    that they have under those, so that sessions can be compared on the same cases."""
+
+    @property
+    def recorded_under(self) -> str:
+        """Names the session; empty for drawn excitations."""
+        if self.session is None:
+            return ""
+        parts = [name.encode() + p1.tobytes() + p2.tobytes() for name, (p1, p2, _) in self.session.items()]
+        return hashlib.sha256(b"".join(parts)).hexdigest()
 
     def sheet(self, seed: int, cases: int) -> list[dict[str, Any]]:
         parts = [(family, against) for family in self.families for against in self.against]
@@ -65,7 +79,11 @@ class PhysicsSource:
     def bench(self, label: dict[str, Any]) -> Bench:
         bench = bench_of(_case(label))
         untouched = [record_day(bench.plant, day, bench.untouched) for day in bench.days[:UNTOUCHED_DAYS]]
-        return Bench(bench.excitations[0].p0_mpa, list(bench.baselines), untouched, bench.sister)
+        if self.session is None:
+            return Bench(bench.excitations[0].p0_mpa, list(bench.baselines), untouched, bench.sister)
+        days = [_played(bench.plant, day, bench.family.healthy, self.session) for day in bench.days]
+        sister = _played(*bench.sister_rig, bench.family.healthy, self.session)
+        return Bench(_rest_mpa(self.session), days, untouched, sister)
 
     def case(self, label: dict[str, Any]) -> Carried:
         case = _case(label)
@@ -74,14 +92,16 @@ class PhysicsSource:
         facts = {"effects": made.effects, "ratio_angle": made.ratio_angle, "ratio_pressure": made.ratio_pressure}
         facts |= {"ratio_sisters": made.ratio_angle / bench.scale(SISTERS)}
         facts |= {"floor_deg": bench.floor_deg, "sister_deg": bench.sister_deg, "drift": bench.drift}
-        return Carried(made.records, record_day(bench.plant, made.day, bench.untouched, made.disturbance), facts)
+        records = made.records
+        if self.session is not None:
+            records = _played(bench.plant, made.day, made.disturbance, self.session)
+        return Carried(records, record_day(bench.plant, made.day, bench.untouched, made.disturbance), facts)
 
-    def repeat(self, label: dict[str, Any], facts: Mapping[str, Any], commands: Commands) -> tuple[Named, list[Named]]:
+    def repeat(self, label: dict[str, Any], facts: Mapping[str, Any], commands: Commands, number: int) -> Named:
         case = _case(label)
         bench = bench_of(case)
         made = realise(case, bench, {effect: fact["size"] for effect, fact in facts["effects"].items()})
-        days = [_played(bench.plant, day, bench.family.healthy, commands) for day in bench.days[: case.baselines]]
-        return _played(bench.plant, made.day, made.disturbance, commands), days
+        return _played(bench.plant, made.day, made.disturbance, commands, NOISE_OF_REPEATS * number)
 
 
 def _case(label: dict[str, Any]) -> Case:
@@ -89,9 +109,14 @@ def _case(label: dict[str, Any]) -> Case:
     return Case(**label | lists | {"purpose": Purpose(label["purpose"])})
 
 
-def _played(plant: Unit, day: Session, disturbance: Disturbance, commands: Commands) -> Named:
-    """Given set-points on that day; noise differs from that of any excitation of the bench."""
+def _rest_mpa(session: Commands) -> float:
+    """Rest pressure of most records."""
+    return round(float(np.median([np.median(0.5 * (p1 + p2)) for p1, p2, _ in session.values()])), 3)
+
+
+def _played(plant: Unit, day: Session, disturbance: Disturbance, commands: Commands, noise_seed: int = 0) -> Named:
+    """Given set-points on that day, with noise from that seed on."""
     return {
-        name: plant.simulate(np.asarray(p1), np.asarray(p2), period_s, day, disturbance, noise_seed=1000 + number)
+        name: plant.simulate(np.asarray(p1), np.asarray(p2), period_s, day, disturbance, noise_seed=noise_seed + number)
         for number, (name, (p1, p2, period_s)) in enumerate(commands.items())
     }

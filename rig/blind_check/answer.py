@@ -88,8 +88,9 @@ def answer_question(place: Path) -> dict[str, Any]:
     modes: dict[str, Any] = {}
     for name in question["modes"]:
         begun, worked = time.perf_counter(), time.process_time()
+        experiments = [read(one) for one in sorted((place / "experiments" / name).glob("*"))]
         try:
-            said = diagnosed(place, records, days, MODES[name], question["leave_out"])
+            said = diagnosed(place, records, days, MODES[name], question["leave_out"], experiments)
         except _FAILURES as error:
             said = {"error": f"{type(error).__name__}: {error}"}
         modes[name] = said | {"seconds": time.perf_counter() - begun, "cpu_seconds": time.process_time() - worked}
@@ -98,9 +99,15 @@ def answer_question(place: Path) -> dict[str, Any]:
 
 
 def diagnosed(
-    place: Path, records: Sequence[Any], days: Sequence[Any], mode: Mode, leave_out: Sequence[str]
+    place: Path,
+    records: Sequence[Any],
+    days: Sequence[Any],
+    mode: Mode,
+    leave_out: Sequence[str],
+    experiments: Sequence[Any] = (),
 ) -> dict[str, Any]:
-    """The diagnosis in one mode as plain data, and what it adds to the simulator."""
+    """The diagnosis in one mode as plain data, and what it adds to the simulator; `experiments` that followed count
+    too."""
     from rig.gap.answer.augment import augmented
     from rig.gap.hypotheses.library import LIBRARY
     from rig.gap.settings import fitted
@@ -110,7 +117,7 @@ def diagnosed(
     settings = fitted(priors) if priors.exists() else fitted()
     model, chosen = load_model(path) if path.exists() else None, days[: mode.days]
     library = [name for name in LIBRARY if name not in leave_out] if mode.withheld else None
-    diagnosis, grounds = _by_method(model, records, chosen, mode, library, settings)
+    diagnosis, grounds = _by_method(model, records, chosen, mode, library, settings, experiments)
     if model is None:
         return {"diagnosis": diagnosis.to_json(), "added": []}
     simulator = augmented(model, diagnosis, grounds.prepared)
@@ -120,7 +127,13 @@ def diagnosed(
 
 
 def _by_method(
-    model: Any, records: Sequence[Any], days: Sequence[Any], mode: Mode, library: Sequence[str] | None, settings: Any
+    model: Any,
+    records: Sequence[Any],
+    days: Sequence[Any],
+    mode: Mode,
+    library: Sequence[str] | None,
+    settings: Any,
+    experiments: Sequence[Any],
 ) -> tuple[Any, Any]:
     """The answer with its grounds, by the method that the reference has, or by the other one to stand beside it."""
     from rig.gap.days.diagnosis import diagnose_days
@@ -144,7 +157,14 @@ def _by_method(
         )
     reference = "auto" if mode.reference == "sessions" and len(days) < 2 else mode.reference
     return diagnose_with_grounds(
-        model, records, days, pressures=mode.pressures, library=library, reference=reference, settings=settings
+        model,
+        records,
+        days,
+        pressures=mode.pressures,
+        library=library,
+        reference=reference,
+        experiments=experiments,
+        settings=settings,
     )
 
 

@@ -11,10 +11,11 @@ from pathlib import Path
 from typing import Any, Final
 
 from rig.blind_check.answer import answer_cases
+from rig.blind_check.experiments import told_by_experiments
 from rig.blind_check.folder import MODEL_FILES, CheckFolder, read_json, read_truth, write_json
-from rig.blind_check.follow_up import MODE, carry_out, tie
+from rig.blind_check.follow_up import carry_out, rounds_of
 from rig.blind_check.generate import Unit, make_unit, open_labels
-from rig.blind_check.modes import MODES
+from rig.blind_check.modes import MODES, ROUNDS
 from rig.blind_check.sandbox import LAYERS
 from rig.blind_check.score import realised, score_mode
 from rig.blind_check.source import Label
@@ -27,13 +28,13 @@ CHUNK: Final = 10
 """Questions an answering process is started for when the steps are done apart."""
 
 
-def make_answer_score(unit: Unit, keep: bool = False) -> int:
+def make_answer_score(unit: Unit, keep: bool = False, rounds: int = ROUNDS) -> int:
     """All three steps for one unit; returns how many cases it has. Records are removed when scored unless `keep`."""
     make_unit(unit)
     answer_cases(str(unit.folder.questions), str(unit.folder.answers), unit.tokens)
-    score_unit(unit)
+    score_unit(unit, rounds)
     if not keep:
-        for folder in (unit.folder, unit.folder.follow_up()):
+        for folder in (unit.folder, *(unit.folder.follow_up(number) for number in range(1, rounds + 1))):
             for token in unit.tokens:
                 shutil.rmtree(folder.question(token), ignore_errors=True)
         shutil.rmtree(unit.folder.maker / "benches" / unit.source.bench_key(unit.labels[0]), ignore_errors=True)
@@ -46,36 +47,34 @@ def answer_chunk(folder: CheckFolder, tokens: Sequence[str]) -> int:
     return len(tokens)
 
 
-def score_unit(unit: Unit) -> int:
-    """Second round and scores of a unit's answered cases; returns how many."""
+def score_unit(unit: Unit, rounds: int = ROUNDS) -> int:
+    """Recommended experiments, at most so many `rounds`, and scores of a unit's answered cases; returns how many."""
     labels = dict(zip(unit.tokens, unit.labels, strict=True))
     missing = {token: label for token, label in labels.items() if not unit.folder.score(token).exists()}
-    carry_out(unit.source, unit.folder, missing)
+    carry_out(unit.source, unit.folder, missing, rounds)
     for token, label in missing.items():
         write_json(unit.folder.score(token), score_case(unit.folder, token, label))
     return len(labels)
 
 
 def score_case(folder: CheckFolder, token: str, label: Label) -> dict[str, Any]:
-    """Everything about one case: a row for each mode, naive answers, the tie."""
+    """Everything about one case: a row for each mode with what further experiments made of it, and naive answers."""
     from rig.model.parameters import load_model
 
     answer = read_json(folder.answer(token))
     facts, untouched, healthy = read_truth(folder.truth(token))
-    rows = {}
+    rows, later = {}, rounds_of(folder, token, label, facts)
     for mode, said in answer["modes"].items():
         model = load_model(folder.question(token) / MODEL_FILES[MODES[mode].model])
         rows[mode] = score_mode(mode, said, label, facts)
         rows[mode]["realised_ef"] = realised(model, said, label, untouched, healthy)
         rows[mode]["truth_withheld"] = bool(set(label["effects"]) & set(answer["leave_out"]))
-    again = folder.follow_up().answer(token)
-    broken = tie(answer["modes"][MODE], read_json(again)["modes"][MODE], label["effects"]) if again.exists() else None
+        rows[mode]["rounds"] = later.get(mode, [])
     return {
         "token": token,
         "rows": rows,
         "naive": answer["naive"],
         "sandbox_layers": answer["sandbox_layers"],
-        "tie": broken,
         "facts": facts,
     }
 
@@ -135,8 +134,8 @@ def result_from(cases: Sequence[Mapping[str, Any]], seed: int, fitted_on: Sequen
     rows = {mode: [case["rows"][mode] for case in cases if mode in case["rows"]] for mode in MODES}
     asked = [mode for mode in MODES if rows[mode] and not MODES[mode].withheld]
     modes = {mode: mode_result(rows[mode]) | breakdown(rows[mode]) for mode in asked}
-    if MODE in modes:
-        modes[MODE]["ties_broken"] = _ties(cases)
+    for mode in asked:
+        modes[mode] |= told_by_experiments(rows[mode])
     withheld = {mode: withheld_result(rows[mode]) for mode in MODES if MODES[mode].withheld and rows[mode]}
     for mode, found in withheld.items():
         if MODES[mode].withheld in modes:
@@ -178,12 +177,6 @@ def write_result(folder: CheckFolder, result: Mapping[str, Any]) -> Path:
     path = folder.root / "result.json"
     write_json(path, result)
     return path
-
-
-def _ties(cases: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    from rig.blind_check.rates import Rate
-
-    return Rate.of(case["tie"]["broken"] for case in cases if case["tie"]).to_json()
 
 
 def _naive(cases: Sequence[Mapping[str, Any]], name: str) -> dict[str, Any]:

@@ -8,6 +8,7 @@
     CHECK/maker/labels.sealed key          the maker's; keep them from whoever answers
     CHECK/maker/truths/TOKEN.npz           records that no diagnosis is given, and the sizes of the effects
     CHECK/scores/TOKEN.json                one case, scored
+    CHECK/follow_up/1/questions/TOKEN/experiments/MODE/1/*.mcap   with records of what an answer recommended
 
 A token is a number from a keyed hash: it sorts the cases anew and says nothing of their order.
 """
@@ -73,9 +74,9 @@ class CheckFolder:
     def score(self, token: str) -> Path:
         return self.root / "scores" / f"{token}.json"
 
-    def follow_up(self) -> "CheckFolder":
-        """The round in which recommended experiments were carried out."""
-        return CheckFolder(self.root / "follow_up")
+    def follow_up(self, number: int) -> "CheckFolder":
+        """The round after the first question in which recommended experiments were carried out, counted from 1."""
+        return CheckFolder(self.root / "follow_up" / str(number))
 
 
 def token_of(key: bytes, number: int) -> str:

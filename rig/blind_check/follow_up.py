@@ -1,7 +1,8 @@
-"""The second round: what the diagnosis recommended is carried out on the same rig, and it is asked again with those
-records.
+"""Further rounds: what an answer recommended is carried out on the same rig with the same cause in it, and it is asked
+again with those records beside the first.
 
-A tie counts as broken when the truth is still named and none of those it was to be told from is.
+An experiment is recorded once, on the day of the case: no earlier day holds records of its kind, so the answer has to
+do without, as a hunt on a rig has. Each mode asks for experiments of its own.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,82 +14,126 @@ import numpy as np
 import yaml
 
 from rig.blind_check.answer import answer_cases
-from rig.blind_check.folder import PRIORS_FILE, CheckFolder, link_day, read_json, read_truth, write_day, write_json
+from rig.blind_check.folder import (
+    PRIORS_FILE,
+    CheckFolder,
+    link_day,
+    read_json,
+    read_truth,
+    without_times,
+    write_day,
+    write_json,
+)
+from rig.blind_check.modes import MODES, ROUNDS
+from rig.blind_check.score import score_mode
 from rig.blind_check.source import Commands, Label, Source
 from rig.errors import RigError
 from rig.excite.experiment import expand, load_sweep
 from rig.excite.setpoints import around
 
-MODE: Final = "pressures"
 PERIOD_NS: Final = 5_000_000
 
 
-def carry_out(source: Source, folder: CheckFolder, labels: Mapping[str, Label]) -> None:
-    """Make and answer the second questions of those cases whose first answer left a tie and recommended an
-    experiment."""
-    again = folder.follow_up()
-    asked = []
-    for token, label in labels.items():
-        if again.answer(token).exists() or not folder.question(token).exists():
-            continue
-        commands = recommended(read_json(folder.answer(token)))
-        if commands:
-            _ask(source, folder, token, label, commands)
-            asked.append(token)
-    if asked:
-        answer_cases(str(again.questions), str(again.answers), asked)
+def carry_out(source: Source, folder: CheckFolder, labels: Mapping[str, Label], rounds: int = ROUNDS) -> None:
+    """Make and answer the further questions of those cases whose last answer recommended an experiment."""
+    for number in range(1, rounds + 1):
+        again = folder.follow_up(number)
+        asked = [token for token, label in labels.items() if _ask(source, folder, token, label, number)]
+        if asked:
+            answer_cases(str(again.questions), str(again.answers), asked)
 
 
-def recommended(answer: Mapping[str, Any]) -> Commands:
-    """The commands of the experiment an answer recommends for its tie; none without a tie or a sweep that can be
-    read."""
-    said = answer["modes"].get(MODE, {}).get("diagnosis")
-    if not said or len(_set(answer["modes"][MODE])) < 2 or not said.get("next_experiment"):
-        return {}
-    try:
-        return commands_of(said["next_experiment"]["config"])
-    except RigError:
-        return {}
+def recommended(answer: Mapping[str, Any]) -> dict[str, Commands]:
+    """Mode by mode the commands of the experiment that an answer recommends; none where it recommends none, or a sweep
+    that cannot be read. Only the modes of the goals are asked again."""
+    found = {}
+    for mode, said in answer["modes"].items():
+        wanted = (said.get("diagnosis") or {}).get("next_experiment")
+        if wanted and not (MODES[mode].withheld or MODES[mode].method):
+            try:
+                found[mode] = commands_of(wanted["config"])
+            except RigError:
+                continue
+    return found
 
 
 def commands_of(config: Any) -> Commands:
-    """The set-points of a sweep given inline, as text or by its path, on the 5 ms grid."""
+    """The set-points of a sweep given inline, as text or by its path, on the 5 ms grid; ConfigError when it is none."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / "next.yaml"
-        if isinstance(config, str) and "\n" not in config:
+        if isinstance(config, Path) or (isinstance(config, str) and "\n" not in config):
             path = Path(config)
         else:
             path.write_text(config if isinstance(config, str) else yaml.safe_dump(config), encoding="utf-8")
         plans = expand(load_sweep(path), PERIOD_NS)
+    return {plan.name: (*around(plan.p0_mpa, np.asarray(plan.dp_mpa, float)), PERIOD_NS * 1e-9) for plan in plans}
+
+
+def rounds_of(
+    folder: CheckFolder, token: str, label: Label, facts: Mapping[str, Any], rounds: int = ROUNDS
+) -> dict[str, list[dict[str, Any]]]:
+    """Mode by mode the scored answers after each further experiment, with what that had promised."""
+    found: dict[str, list[dict[str, Any]]] = {}
+    for number in range(1, rounds + 1):
+        answered = _round(folder, number).answer(token)
+        if not answered.exists():
+            break
+        before = read_json(_round(folder, number - 1).answer(token))["modes"]
+        for mode, said in read_json(answered)["modes"].items():
+            row = score_mode(mode, said, label, facts)
+            wanted = before[mode]["diagnosis"]["next_experiment"]
+            found.setdefault(mode, []).append(row | _kept_promise(wanted, said, label))
+    return found
+
+
+def _kept_promise(wanted: Mapping[str, Any], said: Mapping[str, Any], label: Label) -> dict[str, Any]:
+    """What an experiment cost and promised; `parted`: of the effects that it was to tell apart the truth is still named
+    and no other. None where the truth is not among them."""
+    names = set(wanted["separates"])
+    causes = (said.get("diagnosis") or {"causes": []})["causes"]
+    truth = names & set(label["effects"])
+    left = names & {name for cause in causes for name in (cause["effect"], *cause["ambiguous_with"])}
     return {
-        f"next_{plan.name}": (*around(plan.p0_mpa, np.asarray(plan.dp_mpa, float)), PERIOD_NS * 1e-9) for plan in plans
+        "minutes": wanted["minutes"],
+        "promised": wanted["expected_confidence"],
+        "separates": sorted(names),
+        "parted": left == truth if truth else None,
     }
 
 
-def tie(first: Mapping[str, Any], second: Mapping[str, Any], truth: Sequence[str]) -> dict[str, Any] | None:
-    """What the experiment did to a tie that held the truth: the sets before and after, broken or not."""
-    before, after = _set(first), _set(second)
-    if len(truth) != 1 or truth[0] not in before:
-        return None
-    rivals = set(first["diagnosis"]["next_experiment"].get("separates", before)) - set(truth)
-    return {"before": before, "after": after, "broken": truth[0] in after and not rivals & set(after)}
+def _round(folder: CheckFolder, number: int) -> CheckFolder:
+    return folder.follow_up(number) if number else folder
 
 
-def _set(answer: Mapping[str, Any]) -> list[str]:
-    causes = [cause for cause in answer.get("diagnosis", {}).get("causes", []) if cause["effect"] != "unknown"]
-    return [causes[0]["effect"], *causes[0]["ambiguous_with"]] if causes else []
-
-
-def _ask(source: Source, folder: CheckFolder, token: str, label: Label, commands: Commands) -> None:
-    first, place = folder.question(token), folder.follow_up().question(token)
+def _ask(source: Source, folder: CheckFolder, token: str, label: Label, number: int) -> bool:
+    """Write the question of one round; whether there is one to be answered."""
+    first, again = folder.question(token), _round(folder, number)
+    before = _round(folder, number - 1).answer(token)
+    if again.answer(token).exists() or not first.exists() or not before.exists():
+        return False
+    wanted = recommended(read_json(before))
+    if not wanted:
+        return False
+    place = again.question(token)
     facts, _, _ = read_truth(folder.truth(token))
-    disturbed, days = source.repeat(label, facts, commands)
-    link_day(first / "records", place / "records")
-    write_day(disturbed, place / "records")
-    for number, day in enumerate(days, 1):
-        link_day(first / "baselines" / f"day_{number}", place / "baselines" / f"day_{number}")
-        write_day(day, place / "baselines" / f"day_{number}")
-    for name in ("model.yaml", PRIORS_FILE):
-        if (first / name).exists():
-            (place / name).write_bytes((first / name).read_bytes())
-    write_json(place / "question.json", {"modes": [MODE], "leave_out": []})
+    for day in ("records", *(f"baselines/day_{k}" for k in range(1, int(label["baselines"]) + 1))):
+        link_day(first / day, place / day)
+    for file in (*first.glob("*.yaml"), first / PRIORS_FILE):
+        if file.exists():
+            (place / file.name).write_bytes(file.read_bytes())
+    for mode, commands in wanted.items():
+        for earlier in range(1, number):
+            link_day(_experiment(folder, earlier, token, mode), _experiment(folder, number, token, mode, earlier))
+        write_day(source.repeat(label, facts, commands, number), _experiment(folder, number, token, mode))
+    write_json(place / "question.json", {"modes": _in_order(wanted), "leave_out": []})
+    without_times(place)
+    return True
+
+
+def _experiment(folder: CheckFolder, number: int, token: str, mode: str, which: int | None = None) -> Path:
+    """Where a round's question holds the records of an experiment: its own, or that of an earlier round."""
+    return _round(folder, number).question(token) / "experiments" / mode / str(which or number)
+
+
+def _in_order(modes: Mapping[str, Any]) -> Sequence[str]:
+    return [mode for mode in MODES if mode in modes]

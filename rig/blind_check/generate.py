@@ -61,7 +61,8 @@ def draw(
     A check that is already there must be of the same seed and size (then it is resumed); RecordError otherwise.
     """
     folder = CheckFolder(root)
-    sheet = {"seed": seed, "cases": source.sheet(seed, cases), "modes": list(modes)}
+    sheet: dict[str, Any] = {"seed": seed, "cases": source.sheet(seed, cases), "modes": list(modes)}
+    sheet |= {"recorded_under": source.recorded_under} if source.recorded_under else {}
     sheet["left_out"] = [left_out(seed, number) for number in range(cases)]
     if folder.sealed.exists():
         public = read_json(folder.sealed)

@@ -44,6 +44,10 @@ class CaseData:
 class Source(Protocol):
     """Cases and their records; the same label gives the same data, on any machine."""
 
+    @property
+    def recorded_under(self) -> str:
+        """Names the session that every day is recorded under; empty where each unit has its own."""
+
     def sheet(self, seed: int, cases: int) -> list[Label]:
         """Labels of `cases` cases, in an order that tells nothing."""
 
@@ -56,8 +60,8 @@ class Source(Protocol):
     def case(self, label: Label) -> CaseData:
         """The case's records."""
 
-    def repeat(self, label: Label, facts: Mapping[str, Any], commands: Commands) -> tuple[Named, list[Named]]:
-        """Other commands on the same rig: with the case's effects, and on each of its baseline days."""
+    def repeat(self, label: Label, facts: Mapping[str, Any], commands: Commands, number: int) -> Named:
+        """Other commands on the same rig with the case's effects; `number`: which time it is asked."""
 
 
 def records_of(named: Named) -> list[Record]:

@@ -46,14 +46,13 @@ def _scored(folder: CheckFolder, name: str, label: Label) -> dict[str, Any]:
     answer = read_json(path)
     facts = _facts(label, answer)
     rows = {
-        mode: score_mode(mode, said, label, facts) | {"realised_ef": None, "truth_withheld": False}
+        mode: score_mode(mode, said, label, facts) | {"realised_ef": None, "truth_withheld": False, "rounds": []}
         for mode, said in answer["modes"].items()
     }
     return {
         "rows": rows,
         "naive": answer["naive"],
         "sandbox_layers": answer["sandbox_layers"],
-        "tie": None,
         "facts": facts,
     }
 

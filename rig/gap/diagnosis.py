@@ -10,9 +10,10 @@ from dataclasses import replace
 from rig.gap.answer.result import Diagnosis
 from rig.gap.days.diagnosis import diagnose_days
 from rig.gap.days.findings import Findings
+from rig.gap.experiments import answer_with
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.offered import channels_of_call, possible
-from rig.gap.pipeline import Grounds, Question, answer
+from rig.gap.pipeline import Grounds, Question
 from rig.gap.reference.build import AUTO, Kind, because, choose
 from rig.gap.settings import Fitted, fitted
 from rig.model.parameters import Model
@@ -50,10 +51,12 @@ def diagnose_with_grounds(
     library: Sequence[str] | None = None,
     reference: str = AUTO,
     effects: Sequence[str] | None = None,
+    experiments: Sequence[Sequence[Record]] = (),
     settings: Fitted | None = None,
 ) -> tuple[Diagnosis, Findings | Grounds]:
     """`diagnose`, with what the answer rests on. `effects`: effects or stages that the rig can have, by its YAML;
-    without, as the records' facts say. `settings`: levels and priors in place of the shipped ones."""
+    without, as the records' facts say. `experiments`: what was recorded afterwards to tell more, sweep by sweep.
+    `settings`: levels and priors in place of the shipped ones."""
     channels = channels_of_call(model, records, baselines)
     able = possible(channels, records, effects)
     withheld = [] if library is None else [name for name in able if name not in library]
@@ -62,8 +65,8 @@ def diagnose_with_grounds(
     sister = reference == Kind.SIMULATOR
     said, grounds = (
         diagnose_days(model, records, baselines, pressures=pressures, library=library)
-        if kind is Kind.SESSIONS
-        else answer(
+        if kind is Kind.SESSIONS and not experiments
+        else answer_with(
             Question(
                 model,
                 records,
@@ -75,7 +78,8 @@ def diagnose_with_grounds(
                 withheld=withheld,
                 ahead=any(LIBRARY[name].upstream for name in able),
                 settings=settings or fitted(),
-            )
+            ),
+            experiments,
         )
     )
     why = because(reference, kind, model, len(baselines))

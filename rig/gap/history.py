@@ -148,7 +148,8 @@ def change_points(values: Column, rate: float, seed: int = 0) -> list[tuple[int,
         if len(part) < 2 * FEWEST_DAYS or np.ptp(part) == 0.0:
             continue
         at, strength = _strongest(part)
-        beyond = sum(_strongest(random.permutation(part))[1] >= strength - 1e-12 for _ in range(PERMUTATIONS))
+        shuffled = random.permuted(np.tile(part, (PERMUTATIONS, 1)), axis=1)
+        beyond = int(np.sum(_strengths(shuffled).max(axis=1) >= strength - 1e-12))
         p_value = (beyond + 1) / (PERMUTATIONS + 1)
         if p_value <= rate:
             found.append((start + at, p_value))
@@ -157,15 +158,21 @@ def change_points(values: Column, rate: float, seed: int = 0) -> list[tuple[int,
 
 
 def _strongest(values: Column) -> tuple[int, float]:
-    """Where two means differ most, and by how many of their standard errors (up to a factor that is the same for all
-    orders of the values)."""
-    count = len(values)
-    split = np.arange(FEWEST_DAYS, count - FEWEST_DAYS + 1)
-    sums = np.cumsum(values)
-    before, after = sums[split - 1] / split, (sums[-1] - sums[split - 1]) / (count - split)
-    strength = np.abs(after - before) * np.sqrt(split * (count - split) / count)
+    """Where two means differ most, and by how much."""
+    strength = _strengths(values)
     best = int(np.argmax(strength))
-    return int(split[best]), float(strength[best])
+    return FEWEST_DAYS + best, float(strength[best])
+
+
+def _strengths(values: Column) -> Column:
+    """(..., s) by how many of their standard errors the means of (..., n) values differ before and after each split, up
+    to a factor that is the same for all orders of the values."""
+    count = values.shape[-1]
+    split = np.arange(FEWEST_DAYS, count - FEWEST_DAYS + 1)
+    sums = np.cumsum(values, axis=-1)
+    before, after = sums[..., split - 1] / split, (sums[..., -1:] - sums[..., split - 1]) / (count - split)
+    out: Column = np.abs(after - before) * np.sqrt(split * (count - split) / count)
+    return out
 
 
 def size_of(effect: str, parameters: Mapping[str, Interval]) -> Interval | None:

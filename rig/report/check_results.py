@@ -24,6 +24,7 @@ def as_markdown(result: Mapping[str, Any]) -> str:
         _head(result, judged),
         *_goals(f"All {result['cases']} cases", result["modes"]),
         *(part for name in result["families"] for part in _family(result, name)),
+        *_named("Before and after recommended experiments", _experiments(result["modes"])),
         *_named("What was missed", _missed(result["modes"])),
         *_named("Answers that contradict themselves", _contradicting(shown)),
         *_named("By strength", _broken_down("gap over floor", "by_ratio", ("detected", "exact_first"), shown)),
@@ -159,6 +160,29 @@ def _withheld(found: Mapping[str, Mapping[str, Any]]) -> str:
     names = dict.fromkeys(name for mode in found.values() for name in mode["flagged_by_effect"])
     rows = [[name, *(_cell(mode["flagged_by_effect"].get(name)) for mode in found.values())] for name in names]
     return _table(" | ".join(["class withheld", *(MODE_WORDS[mode] for mode in found)]), rows) if rows else ""
+
+
+def _experiments(modes: Mapping[str, Mapping[str, Any]]) -> str:
+    """Mode by mode the figures before any experiment and after each."""
+    rows = [row for name, mode in modes.items() for row in _rounds(MODE_WORDS[name], mode)]
+    head = "mode | experiments | exact name first | truth in the set | names in the set | ties left | pairs, both right"
+    asked = [[MODE_WORDS[name], *_asked_for(mode)] for name, mode in modes.items()]
+    cost = "mode | cases that asked for one | minutes of rig time each | most a case | parted what they promised"
+    return f"{_table(head, rows)}\n{_table(cost, asked)}" if any(mode["rounds"][1:] for mode in modes.values()) else ""
+
+
+def _rounds(words: str, mode: Mapping[str, Any]) -> list[list[str]]:
+    keys = ("exact_first", "truth_in_set", "set_size", "ties", "pairs_both")
+    return [
+        [words, str(number), *(figure_text(stage[key], "") for key in keys)]
+        for number, stage in enumerate(mode["rounds"])
+    ]
+
+
+def _asked_for(mode: Mapping[str, Any]) -> list[str]:
+    made = mode["experiments"]
+    each = "-" if made["minutes"] is None else f"{made['minutes']:.1f}"
+    return [_cell(made["asked"]), each, f"{made['minutes_most']:.1f}", _cell(mode["parted"])]
 
 
 def _naive(naive: Mapping[str, Any]) -> str:

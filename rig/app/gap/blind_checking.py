@@ -10,8 +10,10 @@ from typing import Any
 from hil.reference.cases import Purpose
 from hil.reference.families import NAMES as FAMILIES
 from hil.reference.source import PhysicsSource
+from rig.app.compose import find_config
 from rig.app.terminal import progress
 from rig.blind_check.folder import CheckFolder
+from rig.blind_check.follow_up import commands_of
 from rig.blind_check.generate import draw, open_labels
 from rig.blind_check.modes import GROUPS, measures_of, names_of
 from rig.errors import RecordError
@@ -20,11 +22,17 @@ from rig.gap.settings import fitted
 from rig.parallel import each, executor
 
 
-def source_of(development: bool, families: Sequence[str] = FAMILIES, groups: Sequence[str] = tuple(GROUPS)) -> Any:
+def source_of(
+    development: bool,
+    families: Sequence[str] = FAMILIES,
+    groups: Sequence[str] = tuple(GROUPS),
+    sweep: Path | None = None,
+) -> Any:
     """The generator: this is the only place that knows both it and the check. Effects that the library lacks are not
-    asked for."""
+    asked for. With a `sweep` every day is recorded under it."""
     purpose = Purpose.DEVELOPMENT if development else Purpose.SCORING
-    return PhysicsSource(purpose, tuple(families) or FAMILIES, measures_of(groups or GROUPS), tuple(LIBRARY))
+    session = None if sweep is None else commands_of(find_config(sweep, "sweeps"))
+    return PhysicsSource(purpose, tuple(families) or FAMILIES, measures_of(groups or GROUPS), tuple(LIBRARY), session)
 
 
 def new_folder() -> Path:

@@ -14,9 +14,9 @@ from rig.app.runs.sweeping import SweepOptions, run_sweep
 from rig.errors import CheckFailed, Interrupted, StateError
 from rig.excite.experiment import load_sweep
 from rig.gap.answer.result import Diagnosis
+from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.evidence.posterior import NONE
-from rig.gap.experiments import answer_with
-from rig.gap.pipeline import Grounds, Question
+from rig.gap.pipeline import Grounds
 from rig.gap.plan.candidates import Room, lasting_s, room_within
 from rig.gap.plan.next_experiment import Experiment, what_next
 from rig.gap.reference.build import AUTO, Kind, because, choose
@@ -132,8 +132,15 @@ def think(options: HuntOptions, model: Model, campaign: Campaign) -> Thought:
     """The diagnosis of all records so far."""
     first, *later = [read(campaign.folder / step.records) for step in campaign.steps if step.done]
     kind = choose(options.reference, model, len(options.days))
-    sister = options.reference == Kind.SIMULATOR
-    diagnosis, grounds = answer_with(Question(model, first, list(options.days), kind, sister), later)
+    diagnosis, grounds = diagnose_with_grounds(
+        model,
+        first,
+        list(options.days),
+        reference=Kind.SESSION if kind is Kind.SESSIONS else options.reference,
+        effects=options.rig.effects,
+        experiments=later,
+    )
+    assert isinstance(grounds, Grounds)
     why = because(options.reference, grounds.expected.kind, model, len(options.days))
     return Thought(replace(diagnosis, reference_because=why), grounds)
 

@@ -18,6 +18,7 @@ from rig.gap.plan.candidates import Room, candidates, lasting_s, sweep_text
 from rig.gap.plan.capability import FALSE_ALARM_RATE, Ability, Capability, capability
 from rig.gap.plan.data_sheet import ALLOWED
 from rig.gap.plan.design import Design, Told, appraise, design
+from rig.gap.plan.raw_ability import raw_abilities
 from rig.gap.plan.rehearse import PERIOD_NS, Noise, Rig, rehearse
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import AUTO, SISTER, Kind, choose, expect
@@ -87,8 +88,17 @@ def capability_of(asked: Asked, sweeps: Sequence[Path]) -> dict[str, Capability]
         sweep = load_sweep(find_config(path, "sweeps"))
         plans = expand(sweep, PERIOD_NS)
         _check_room(plans, asked.rig)
-        found[sweep.name] = capability(rehearse(rig, plans), list(LIBRARY.values()), settings)
+        made = capability(rehearse(rig, plans), list(LIBRARY.values()), settings)
+        found[sweep.name] = replace(made, abilities=(*made.abilities, *_raw(asked, rig, path)))
     return found
+
+
+def _raw(asked: Asked, rig: Rig, sweep: Path) -> list[Ability]:
+    """What the raw samples would tell; nothing of a simulator that is not ours."""
+    model = load_model(find_config(asked.model, "models"))
+    commands = list(commands_of(sweep, model.sample_time_s))
+    days = bool(asked.baselines)
+    return raw_abilities(model, commands, rig.noise.angle_deg, list(LIBRARY.values()), earlier_day=days)
 
 
 def _check_room(plans: Sequence[RunPlan], rig: Path | None) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rig.app.terminal import console
+from rig.blind_check.modes import ROUNDS
 from rig.cli.common import emit, json_option
 from rig.cli.outputs import Group, Output, output_option
 from rig.outputs import Kind
@@ -46,6 +47,19 @@ _dask = click.option(
     "--dask", metavar="ADDRESS", help="Use the Dask cluster at ADDRESS; its workers must see the same folder."
 )
 _workers = click.option("--workers", type=click.IntRange(1), help="Local processes; default: one a core.")
+_experiments = click.option(
+    "--experiments",
+    type=click.IntRange(0, ROUNDS),
+    default=ROUNDS,
+    show_default=True,
+    help="How many recommended experiments each answer may ask for, one after the other.",
+)
+_sweep = click.option(
+    "--sweep",
+    type=click.Path(path_type=Path),
+    metavar="SWEEP.yaml",
+    help="Record every day under this session, in place of excitations drawn for each unit.",
+)
 _html = click.option(
     "--html", "html_to", type=Output(Kind.PAGE), metavar="FILE", help="Write the page to FILE; a .md gets its tables."
 )
@@ -57,6 +71,7 @@ _html = click.option(
 @_development
 @_families
 @_modes
+@_sweep
 @_no_angle
 @_priors
 @_dask
@@ -65,13 +80,15 @@ _html = click.option(
     Kind.FOLDER, "Folder of the check; one that is there is resumed. Default: a new one under logs/.", metavar="DIR"
 )
 @click.option("--keep", is_flag=True, help="Keep the questions' records after they are scored.")
+@_experiments
 @_html
 @json_option
 @click.pass_context
 def check(
     context: click.Context, cases: int, seed: int | None, development: bool, families: tuple[str, ...],
-    modes: tuple[str, ...], no_angle: bool, priors: Path | None,
-    dask: str | None, workers: int | None, output: Path | None, keep: bool, html_to: Path | None, json_to: str | None,
+    modes: tuple[str, ...], sweep: Path | None, no_angle: bool, priors: Path | None,
+    dask: str | None, workers: int | None, output: Path | None, keep: bool,
+    experiments: int, html_to: Path | None, json_to: str | None,
 ) -> None:  # fmt: skip
     """Diagnose cases whose labels are withheld, then open the labels and score.
 
@@ -87,10 +104,12 @@ def check(
     from rig.blind_check.folder import CheckFolder
     from rig.blind_check.generate import units
 
-    begun, source = time.monotonic(), source_of(development, families, modes)
+    begun, source = time.monotonic(), source_of(development, families, modes, sweep)
     folder = CheckFolder(output.resolve() if output else new_folder())
     _sealed(source, folder, cases, seed, modes, json_to, no_angle, priors)
-    spread(partial(make_answer_score, keep=keep), units(source, folder), cases, "cases", dask, workers)
+    spread(
+        partial(make_answer_score, keep=keep, rounds=experiments), units(source, folder), cases, "cases", dask, workers
+    )
     _report(folder, result_of(folder) | {"seconds_of_this_run": time.monotonic() - begun}, html_to, json_to)
 
 
@@ -101,13 +120,14 @@ def check(
 @_development
 @_families
 @_modes
+@_sweep
 @_no_angle
 @_priors
 @_dask
 @_workers
 def make(
     folder: Path, cases: int, seed: int | None, development: bool, families: tuple[str, ...], modes: tuple[str, ...],
-    no_angle: bool, priors: Path | None, dask: str | None, workers: int | None,
+    sweep: Path | None, no_angle: bool, priors: Path | None, dask: str | None, workers: int | None,
 ) -> None:  # fmt: skip
     """Draw and seal the labels, then write the questions into FOLDER.
 
@@ -117,7 +137,7 @@ def make(
     from rig.blind_check.folder import CheckFolder
     from rig.blind_check.generate import make_unit, units
 
-    source, place = source_of(development, families, modes), CheckFolder(folder)
+    source, place = source_of(development, families, modes, sweep), CheckFolder(folder)
     _sealed(source, place, cases, seed, modes, None, no_angle, priors)
     work = units(source, place)
     spread(make_unit, work, len(work), "units", dask, workers)
@@ -152,15 +172,19 @@ def answer(folder: Path, dask: str | None, workers: int | None) -> None:
     "--labels", type=click.Path(path_type=Path), help="Labels of your own records as JSON, in place of sealed ones."
 )
 @_development
+@_experiments
 @_dask
 @_workers
 @_html
 @json_option
 def score(
-    folder: Path, labels: Path | None, development: bool, dask: str | None, workers: int | None, html_to: Path | None,
+    folder: Path, labels: Path | None, development: bool, experiments: int,
+    dask: str | None, workers: int | None, html_to: Path | None,
     json_to: str | None
 ) -> None:  # fmt: skip
     """Open the labels of FOLDER and score its answers; recommended experiments are carried out first."""
+    from functools import partial
+
     from rig.app.gap.blind_checking import source_of, spread
     from rig.blind_check.check import result_of, score_unit
     from rig.blind_check.folder import CheckFolder
@@ -172,7 +196,9 @@ def score(
         _report(place, score_own(place, labels), html_to, json_to)
         return
     work = units(source_of(development), place)
-    spread(score_unit, work, sum(len(unit.tokens) for unit in work), "cases", dask, workers)
+    spread(
+        partial(score_unit, rounds=experiments), work, sum(len(unit.tokens) for unit in work), "cases", dask, workers
+    )
     _report(place, result_of(place), html_to, json_to)
 
 
@@ -192,6 +218,25 @@ def merge(folders: tuple[Path, ...], unfinished: bool, html_to: Path | None, jso
         write_page(result, html_to)
     console(json_to).print(check_table(result))
     emit(result, json_to)
+
+
+@check.command()
+@click.argument("first", type=_place)
+@click.argument("other", type=_place)
+@click.option("-o", "--output", "html_to", type=Output(Kind.PAGE), metavar="FILE.md", help="The table as a page.")
+@json_option
+def compare(first: Path, other: Path, html_to: Path | None, json_to: str | None) -> None:
+    """Two scored checks of the same cases beside each other: of two methods, or of two sessions (--sweep)."""
+    from rig.blind_check.folder import CheckFolder
+    from rig.blind_check.paired import compared
+    from rig.outputs import write_text
+    from rig.report.check_pairs import pairs_page, pairs_table
+
+    found = compared(CheckFolder(first), CheckFolder(other))
+    if html_to is not None:
+        write_text(html_to, pairs_page(found), Kind.PAGE)
+    console(json_to).print(pairs_table(found))
+    emit(found, json_to)
 
 
 @check.command()

@@ -34,6 +34,7 @@ BENCHMARKS = {
     "gap": Benchmark("rig.qualify.benchmarks.gap:bench_gap", 1),
     "tracking": Benchmark("rig.qualify.benchmarks.tracking:bench_tracking", 1),
     "page": Benchmark("rig.qualify.benchmarks.page:bench_page", 1),
+    "history": Benchmark("rig.qualify.benchmarks.history:bench_history", 1),
     "wrist": Benchmark("rig.qualify.benchmarks.wrist:bench_wrist", 1),
 }
 """What a seed fixes, or what takes minutes, is measured once."""

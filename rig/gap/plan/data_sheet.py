@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Final
 
 ITV_SPAN_MPA: Final = 0.5
+WDD35D8_SPAN_DEG: Final = 345.0
 
 
 @dataclass(frozen=True)
@@ -19,6 +20,9 @@ ALLOWED: Final[dict[str, Allowed]] = {
     "valve_offset": Allowed(0.005 * ITV_SPAN_MPA, "SMC ITV: repeatability 0.5 % of full scale"),
     "co_contraction": Allowed(0.005 * ITV_SPAN_MPA, "SMC ITV: repeatability 0.5 % of full scale"),
     "valve_dead_band": Allowed(0.002 * ITV_SPAN_MPA, "SMC ITV: sensitivity 0.2 % of full scale"),
+    "quantisation": Allowed(
+        WDD35D8_SPAN_DEG / 2**12, "myRIO, connectors A and B: 12 bits over the potentiometer's span"
+    ),
     "sensor_nonlinearity": Allowed(0.01, "WDD35D8: linearity 1 %, the widest grade"),
 }
 """Only where a data sheet says something of that very effect (docs/reference/devices.md)."""

@@ -18,6 +18,9 @@ from rig.record import Column
 SWAPS = 3
 """Passes that try another record in place of each chosen one; more change nothing on the rigs tried."""
 
+FEW = 10
+"""Records on which the effects' usual sizes are found. More: slower."""
+
 
 @dataclass(frozen=True)
 class Told:
@@ -85,12 +88,18 @@ class _Known:
 def _known(rig: Rig, pool: Sequence[Entry], effects: Sequence[Effect], settings: Fitted) -> _Known:
     fitting = [effect for effect in effects if not effect.signature]
     factors, found = [], []
-    for stand in factors_of(rehearse(rig, planned(pool)), settings):
-        if directions := usual_directions(fitting, stand, settings.prior.share):
+    whole, some = (factors_of(rehearse(rig, planned(records)), settings) for records in (pool, _few(pool)))
+    for stand, few in zip(whole, some, strict=True):
+        if directions := usual_directions(fitting, stand, settings.prior.share, few):
             factors.append(inform(stand, columns(directions)))
             found.append(tuple(directions))
     needed = tuple(_needed(directions, settings.prior, len(fitting)) for directions in found)
     return _Known(tuple(factors), tuple(found), needed)
+
+
+def _few(pool: Sequence[Entry]) -> list[Entry]:
+    """Records from all over the pool."""
+    return list(pool[:: max(1, len(pool) // FEW)])
 
 
 def _needed(directions: Sequence[Direction], prior: Prior, effects: int) -> Column:

@@ -32,9 +32,34 @@ def unit_of(law: Law) -> str:
     return next(number.unit for number in EFFECT_STAGES[law.stage].numbers if number.name == law.free[0])
 
 
-def usual_directions(effects: Sequence[Effect], stand: Stand, share: float) -> list[Direction]:
+@dataclass(frozen=True)
+class Sized:
+    """One law of an effect with its shape, at one size."""
+
+    effect: Effect
+    law: Law
+    shape: Mapping[str, float]
+    size: float
+    choices: int
+    """See `Direction`."""
+
+
+def usual_directions(
+    effects: Sequence[Effect], stand: Stand, share: float, few: Stand | None = None
+) -> list[Direction]:
     """Every law, sign and shape of the effects that act on this factor, at the size of its grid whose change comes
-    nearest to `share` of what moves anyhow. Laws that change nothing here, or run away, are left out."""
+    nearest to `share` of what moves anyhow, on the same factor under a `few` of the records where they are many. Laws
+    that change nothing here, or run away, are left out."""
+    found = []
+    for one in usual_sizes(effects, few or stand, share):
+        change = sized(one.law, one.shape, one.size, stand)
+        if change is not None and change.any():
+            found.append(Direction(one.effect, one.law, one.size, change, one.choices))
+    return found
+
+
+def usual_sizes(effects: Sequence[Effect], stand: Stand, share: float) -> list[Sized]:
+    """The size of every law, sign and shape whose change comes nearest to `share` of what moves anyhow."""
     found = []
     for effect in effects:
         laws = [law for law in effect.laws if stand.shows(law)]
@@ -44,7 +69,7 @@ def usual_directions(effects: Sequence[Effect], stand: Stand, share: float) -> l
                 for sign in law.signs:
                     best = _nearest(law, shape, sign, stand, share)
                     if best is not None:
-                        found.append(Direction(effect, law, *best, choices))
+                        found.append(Sized(effect, law, shape, best, choices))
     return found
 
 
@@ -73,9 +98,7 @@ def ladder(law: Law, sign: float, stand: Stand) -> list[float]:
     return [float(size) for size in fine if low <= size <= high]
 
 
-def _nearest(
-    law: Law, shape: Mapping[str, float], sign: float, stand: Stand, share: float
-) -> tuple[float, Column] | None:
+def _nearest(law: Law, shape: Mapping[str, float], sign: float, stand: Stand, share: float) -> float | None:
     best, miss = None, np.inf
     for size in ladder(law, sign, stand):
         change = sized(law, shape, size, stand)
@@ -83,7 +106,7 @@ def _nearest(
             continue
         moved = stand.scene.factor.rms(change) / stand.scene.moving
         if moved > 0.0 and abs(np.log(moved / share)) < miss:
-            best, miss = (size, change), abs(float(np.log(moved / share)))
+            best, miss = size, abs(float(np.log(moved / share)))
     return best
 
 

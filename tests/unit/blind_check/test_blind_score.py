@@ -9,7 +9,7 @@ import pytest
 
 from rig.app.gap.absorbed import Swallowed, table
 from rig.blind_check.check import result_from
-from rig.blind_check.follow_up import commands_of, tie
+from rig.blind_check.follow_up import commands_of
 from rig.blind_check.generate import left_out
 from rig.blind_check.goals import GOALS, bound, figure, figure_text, reached
 from rig.blind_check.modes import GROUPS, MODES, asked, names_of
@@ -156,7 +156,6 @@ def test_a_page_of_healthy_cases_alone_is_drawn(tmp_path: Path) -> None:
         "rows": {row["mode"]: row for row in rows},
         "naive": dict.fromkeys(("pressures", "angle"), naive),
         "sandbox_layers": ["audit"],
-        "tie": None,
     }
     result = result_from([case], 1, ("mckibben",)) | {"sealed_sha256": "0"}
     for name in ("page.html", "page.md"):
@@ -266,15 +265,6 @@ def test_realised_fraction_is_what_the_augmented_model_closes(stated: float | No
 def test_records_that_do_not_show_the_effect_are_no_evidence() -> None:
     case, days = {"x": columns(1.0, 1)}, [{"x": columns(1.0, k)} for k in (2, 3, 4)]
     assert realised(gain_model(), {"added": []}, label("end_stop"), case, days) is None
-
-
-def test_ties_break_when_the_rivals_are_gone_and_the_truth_is_not() -> None:
-    before = said("delay", ambiguous=("valve_lag",))
-    before["diagnosis"]["next_experiment"] = {"separates": ["delay", "valve_lag"]}
-    assert tie(before, said("valve_lag"), ["valve_lag"])["broken"]
-    assert not tie(before, said("delay"), ["valve_lag"])["broken"]
-    assert not tie(before, said("valve_lag", ambiguous=("delay",)), ["valve_lag"])["broken"]
-    assert tie(before, said("valve_lag"), ["backlash"]) is None
 
 
 def test_recommended_sweeps_become_commands(tmp_path: Path) -> None:

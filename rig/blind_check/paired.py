@@ -1,0 +1,90 @@
+"""Two checks of the same cases beside each other: of two methods, or of two sessions of records.
+
+Case by case one is right where the other is not; an exact sign test on those says whether they differ (McNemar 1947).
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Final
+
+from scipy.stats import binomtest
+
+from rig.blind_check.folder import CheckFolder, read_json
+from rig.blind_check.generate import open_labels
+from rig.blind_check.rates import Rate
+from rig.blind_check.statistics import CLEAR, SIZED
+from rig.errors import RecordError
+
+Row = Mapping[str, Any]
+Pair = tuple[Row, Row]
+
+
+def _clear(row: Row) -> bool:
+    return bool(row["ratio"] >= CLEAR)
+
+
+def _wrong(row: Row) -> bool:
+    return bool(row["kind"] != "none")
+
+
+def _single(row: Row) -> bool:
+    return row["kind"] == "single" and _clear(row) and not row["absorbed"]
+
+
+def _pair(row: Row) -> bool:
+    return row["kind"] == "pair" and _clear(row) and bool(row["weakest"] >= SIZED * CLEAR)
+
+
+FIGURES: Final[Mapping[str, tuple[Callable[[Row], bool], Callable[[Row], bool]]]] = {
+    "healthy days left alone": (lambda row: row["kind"] == "none", lambda row: not row["detected"]),
+    "detected, 1 to 3 floors": (lambda row: _wrong(row) and 1.0 <= row["ratio"] < CLEAR, lambda row: row["detected"]),
+    "detected, from 3 floors": (lambda row: _wrong(row) and _clear(row), lambda row: row["detected"]),
+    "exact name first": (_single, lambda row: row["exact"]),
+    "truth in the set": (_single, lambda row: row["in_set"]),
+    "one name left": (_single, lambda row: len(row["set"]) == 1),
+    "pairs, both right": (_pair, lambda row: row["both"]),
+    "unknown flagged": (lambda row: row["kind"] == "foreign" and _clear(row), lambda row: row["flagged"]),
+}  # fmt: skip
+"""Figure -> (which cases count, what is right)."""
+
+
+def compared(first: CheckFolder, other: CheckFolder) -> dict[str, Any]:
+    """Mode by mode and figure by figure: right by each, by one of them alone, and the p-value of their difference.
+    RecordError when they are not checks of the same cases."""
+    cases = [_by_case(folder) for folder in (first, other)]
+    if cases[0].keys() != cases[1].keys():
+        raise RecordError(f"{other.root}: other cases than in {first.root}; compare checks of one seed and size")
+    scored = [(cases[0][key]["rows"], cases[1][key]["rows"]) for key in cases[0]]
+    modes = list(dict.fromkeys(mode for rows, others in scored for mode in rows if mode in others))
+    return {
+        "first": first.root.name,
+        "other": other.root.name,
+        "cases": len(scored),
+        "modes": {mode: _figures([(a[mode], b[mode]) for a, b in scored if mode in a and mode in b]) for mode in modes},
+    }
+
+
+def _by_case(folder: CheckFolder) -> dict[tuple[Any, ...], Any]:
+    """Scored cases by what chance decided of them."""
+    labels, seed = open_labels(folder)
+    keys = ("family", "against", "number")
+    missing = [token for token in labels if not folder.score(token).exists()]
+    if missing:
+        raise RecordError(f"{folder.root}: {len(missing)} of {len(labels)} cases are not scored; run the check again")
+    return {
+        (seed, *(label.get(key) for key in keys)): read_json(folder.score(token)) for token, label in labels.items()
+    }
+
+
+def _figures(pairs: Sequence[Pair]) -> dict[str, Any]:
+    found = {}
+    for words, (counts, right) in FIGURES.items():
+        both = [(bool(right(a)), bool(right(b))) for a, b in pairs if counts(a) and counts(b)]
+        first, other = sum(a and not b for a, b in both), sum(b and not a for a, b in both)
+        found[words] = {
+            "first": Rate.of(a for a, _ in both).to_json(),
+            "other": Rate.of(b for _, b in both).to_json(),
+            "only_first": first,
+            "only_other": other,
+            "p_value": float(binomtest(first, first + other).pvalue) if first + other else 1.0,
+        }
+    return found

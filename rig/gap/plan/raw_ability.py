@@ -1,0 +1,87 @@
+"""How small an effect of the raw samples may be and still be found: the tests on them, tried on simulated records with
+the effect in them."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from rig.gap.hypotheses.library import Effect
+from rig.gap.plan.capability import Ability
+from rig.gap.plan.directions import unit_of
+from rig.gap.raw_tests.read import read_signatures
+from rig.gap.records.pairs import pair_up
+from rig.model.effect_stages import EFFECT_STAGES
+from rig.model.kernels import simulate
+from rig.model.parameters import AddedEffect, Model
+from rig.record import Record
+
+RAW: Final = "raw samples"
+"""Where such an effect shows."""
+DRAWS: Final = 2
+"""Days on all of which an effect of the said size is found. More: slower, and a little larger sizes."""
+STEP: Final = 1.15
+"""Sizes are known within this factor."""
+LEAST: Final = 1e-4
+MOST: Final = 10.0
+"""Sizes that are tried, in the effect's unit, within what its stage allows."""
+
+
+def raw_abilities(
+    model: Model, commands: Sequence[Record], noise_deg: float, effects: Sequence[Effect], *, earlier_day: bool
+) -> list[Ability]:
+    """What records of these commands would tell of every effect that is found in the raw samples, on a rig like `model`
+    whose sensor has that much noise; `earlier_day`: beside a healthy day."""
+    rig = _Samples(model, commands, noise_deg, earlier_day)
+    return [_ability(effect, rig) for effect in effects if effect.signature]
+
+
+class _Samples:
+    """Days of one rig as they would be recorded."""
+
+    def __init__(self, model: Model, commands: Sequence[Record], noise_deg: float, earlier_day: bool) -> None:
+        self._model, self._commands, self._noise_deg = model, commands, noise_deg
+        self._before = [self._day(100)] if earlier_day else []
+
+    def found(self, effect: Effect, size: float) -> bool:
+        """Whether the tests find it by its name on every day that is drawn."""
+        return all(self._found(effect, size, draw) for draw in range(DRAWS))
+
+    def _found(self, effect: Effect, size: float, draw: int) -> bool:
+        pairs = pair_up(self._day(draw, effect, size), self._before, self._model.p0_mpa).pairs
+        return any(mark.found and mark.effect == effect.name for mark in read_signatures(pairs))
+
+    def _day(self, seed: int, effect: Effect | None = None, size: float = 0.0) -> list[Record]:
+        noise = [AddedEffect("sensor_noise", {"std_deg": self._noise_deg, "seed": float(seed)})]
+        more = [] if effect is None else [_added(effect, size, seed)]
+        rig = replace(self._model, effects=[*self._model.effects, *noise, *more])
+        return [simulate(rig, record) for record in self._commands]
+
+
+def _added(effect: Effect, size: float, seed: int) -> AddedEffect:
+    law = effect.laws[0]
+    seeds = [number.name for number in EFFECT_STAGES[law.stage].numbers if number.name == "seed"]
+    return AddedEffect(law.stage, {law.free[0]: size} | {name: float(seed + 50) for name in seeds})
+
+
+def _ability(effect: Effect, rig: _Samples) -> Ability:
+    law = effect.laws[0]
+    number = next(one for one in EFFECT_STAGES[law.stage].numbers if one.name == law.free[0])
+    size = smallest(lambda size: rig.found(effect, size), max(LEAST, number.low), min(MOST, number.high))
+    return Ability(effect.name, effect.stage, RAW, size, size, unit_of(law), None)
+
+
+def smallest(found: Callable[[float], bool], low: float, high: float) -> float | None:
+    """The smallest size that is found, within a factor STEP: upward in doubled steps from `low`, then between the last
+    two; None where none up to `high` is."""
+    size = low
+    while not found(size):
+        size *= 2.0
+        if size > high:
+            return None
+    missed = max(size / 2.0, low)
+    while size > STEP * missed:
+        middle = float(np.sqrt(missed * size))
+        missed, size = (missed, middle) if found(middle) else (middle, size)
+    return size
