@@ -19,15 +19,16 @@ from rig.gap.plan.capability import FALSE_ALARM_RATE, Ability, Capability, capab
 from rig.gap.plan.data_sheet import ALLOWED
 from rig.gap.plan.design import Design, Told, appraise, design
 from rig.gap.plan.raw_ability import raw_abilities
-from rig.gap.plan.rehearse import PERIOD_NS, Noise, Rig, rehearse
+from rig.gap.plan.rehearse import PERIOD_NS, Noise, Rig, known_rig, rehearse
 from rig.gap.records.pairs import pair_up
-from rig.gap.reference.build import AUTO, SISTER, Kind, choose, expect
+from rig.gap.reference.build import AUTO, Kind, choose, expect, known_how
 from rig.gap.settings import fitted
 from rig.identify.fingerprint import fingerprint_of
 from rig.model.fingerprint import Fingerprint, PressureSource
 from rig.model.kernels import simulate
 from rig.model.parameters import Model, load_model
 from rig.model.response import response_of
+from rig.record import Record
 from rig.rig_config import load_rig
 
 USUAL_SWEEP = Path("gap")
@@ -53,31 +54,36 @@ class Asked:
 def rig_of(asked: Asked) -> Rig:
     """The rig as the best reference there is describes it; ModelError, ConfigError or RecordError when none does."""
     model = load_model(find_config(asked.model, "models"))
-    days = read_sessions(asked.baselines, asked.model)
-    kind = choose(asked.reference, model, len(days))
-    if kind in (Kind.SESSION, Kind.SESSIONS):
-        levels = kind.value if kind.value in fitted().levels else Kind.SESSION.value
-        made = fingerprint_of([record for day in days for record in day.records], model)
-        if made is None:
-            raise ConfigError("--baseline: the records are too short to describe the rig by them")
-        known = _by_fingerprint(made, levels)
-    elif kind is Kind.FINGERPRINT and model.fingerprint is not None:
-        known = _by_fingerprint(model.fingerprint, Kind.FINGERPRINT.value)
-    else:
-        sister = asked.reference == Kind.SIMULATOR
-        known = _by_simulator(model, SISTER if sister else Kind.SIMULATOR.value)
+    days = [day.records for day in read_sessions(asked.baselines, asked.model)]
+    known = known_of(model, days, asked.reference)
     return replace(known, pressures=known.pressures and asked.pressures)
 
 
-def _by_fingerprint(known: Fingerprint, levels: str) -> Rig:
+def known_of(model: Model, days: Sequence[Sequence[Record]], reference: str = AUTO) -> Rig:
+    """The rig of a model, and of earlier days of it; ModelError or ConfigError when they do not describe one."""
+    kind = choose(reference, model, len(days))
+    if kind in (Kind.SESSION, Kind.SESSIONS):
+        levels = kind.value if kind.value in fitted().levels else Kind.SESSION.value
+        made = fingerprint_of([record for day in days for record in day], model)
+        if made is None:
+            raise ConfigError("--baseline: the records are too short to describe the rig by them")
+        return replace(_by_fingerprint(made), levels=levels, kind=kind, missed_mpa=0.0, missed_deg=0.0)
+    if kind is Kind.FINGERPRINT and model.fingerprint is not None:
+        return _by_fingerprint(model.fingerprint)
+    return _by_simulator(model, sister=reference == Kind.SIMULATOR)
+
+
+def _by_fingerprint(known: Fingerprint) -> Rig:
+    levels, missed_mpa, missed_deg = known_how(known)
     noise = Noise(known.noise_deg, float(np.mean(known.noise_mpa)) if known.noise_mpa else Noise.pressure_mpa)
-    return Rig(response_of(known), levels, known.pressures is PressureSource.MEASURED, noise)
+    driven = known.pressures is PressureSource.MEASURED
+    return Rig(response_of(known), levels, driven, noise, missed_mpa=missed_mpa, missed_deg=missed_deg)
 
 
-def _by_simulator(model: Model, levels: str) -> Rig:
+def _by_simulator(model: Model, *, sister: bool) -> Rig:
     records = [simulate(model, record) for record in commands_of(USUAL_SWEEP, model.sample_time_s)]
-    expected = expect(Kind.SIMULATOR, levels == SISTER, model, pair_up(records, [], model.p0_mpa))
-    return Rig(expected.response, levels, expected.driven)
+    known = known_rig(expect(Kind.SIMULATOR, sister, model, pair_up(records, [], model.p0_mpa)))
+    return replace(known, noise=Noise())  # a simulator's own records have none
 
 
 def capability_of(asked: Asked, sweeps: Sequence[Path]) -> dict[str, Capability]:
@@ -175,7 +181,7 @@ def _family_rig(family: str, unit: int) -> Rig:
     model = load_model(find_config(Path("simulated"), "models"))
     known = fingerprint_of(records, model)
     assert known is not None
-    return _by_fingerprint(known, Kind.FINGERPRINT.value)
+    return _by_fingerprint(known)
 
 
 def report_capability(found: dict[str, Capability]) -> dict[str, Any]:

@@ -240,6 +240,45 @@ def compare(first: Path, other: Path, html_to: Path | None, json_to: str | None)
 
 
 @check.command()
+@_families
+@click.option("--units", type=click.IntRange(1), default=1, show_default=True, help="Units of each family.")
+@click.option("--seed", type=click.IntRange(0), default=440001, show_default=True, help="Number of the first unit.")
+@click.option(
+    "--reference",
+    type=click.Choice(("session", "fingerprint")),
+    default="session",
+    show_default=True,
+    help="What stands for the healthy rig: one earlier day, or the fingerprint of one.",
+)
+@_workers
+@click.option("-o", "--output", "html_to", type=Output(Kind.PAGE), metavar="FILE.md", help="The table as a page.")
+@json_option
+def sizes(
+    families: tuple[str, ...], units: int, seed: int, reference: str, workers: int | None, html_to: Path | None,
+    json_to: str | None,
+) -> None:  # fmt: skip
+    """The smallest sizes that `pamrig gap capability` says would be seen, beside those from which effects are found on
+    plants of the families."""
+    from dataclasses import asdict
+    from datetime import date
+
+    from rig.app.gap.levels import known_families
+    from rig.app.gap.smallest_sizes import compare_sizes, rows_of, sizes_page
+    from rig.app.terminal import progress
+    from rig.outputs import write_text
+
+    known = known_families(families)
+    with progress("units", units * len(known)) as update:
+        found = compare_sizes(known, seed, units, reference, workers, lambda done: update(done, f"{done} units"))
+    asked = f"Written by `pamrig gap check sizes` on {date.today().isoformat()}: {units} unit(s) of {', '.join(known)}."
+    page = sizes_page(rows_of(found), reference, asked)
+    if html_to is not None:
+        write_text(html_to, page, Kind.PAGE)
+    console(json_to).print(page)
+    emit({"reference": reference, "found": [asdict(one) for one in found]}, json_to)
+
+
+@check.command()
 @click.option("--units", type=click.IntRange(1), default=2, show_default=True, help="Units of each family.")
 @click.option("--seed", type=click.IntRange(0), default=401, show_default=True, help="Seed of the development units.")
 @_workers

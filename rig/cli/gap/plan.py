@@ -12,7 +12,7 @@ from rig.cli.outputs import Command, output_option
 from rig.outputs import Kind
 
 if TYPE_CHECKING:
-    from rig.gap.plan.capability import Capability
+    from rig.gap.plan.capability import Ability, Capability
 
 _path = click.Path(path_type=Path)
 _baseline = baseline_option("Records of one earlier day of the rig; repeat for more days.")
@@ -82,11 +82,17 @@ def _show(name: str, one: "Capability", json_to: str | None) -> None:
             _size(ability.detectable, ability.unit),
             _size(ability.nameable, ability.unit),
             ability.rival or "-",
-            "-" if sheet is None else _size(sheet.size, ability.unit),
+            "-" if sheet is None else _beside_sheet(ability, sheet.size),
         )
     out.print(table)
     pairs = ", ".join(f"{first} and {second}" for first, second in one.confusable)
     out.print(f"not told apart at usual sizes: {pairs or 'none'}")
+
+
+def _beside_sheet(ability: "Ability", allowed: float) -> str:
+    """What the data sheet allows, and how many times that is what would be seen."""
+    seen = "" if ability.detectable is None else f", seen from {abs(ability.detectable) / allowed:.2g} times that"
+    return f"{_size(allowed, ability.unit)}{seen}"
 
 
 def _size(value: float | None, unit: str) -> str:

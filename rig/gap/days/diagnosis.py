@@ -24,8 +24,7 @@ from rig.gap.hypotheses.propagate import Applied, full_numbers
 from rig.gap.hypotheses.scenes import ANGLE, PRESSURES
 from rig.gap.plan.candidates import room_within
 from rig.gap.plan.next_experiment import Hypothesis, next_experiment
-from rig.gap.plan.rehearse import known_rig
-from rig.gap.reference.build import Kind
+from rig.gap.plan.rehearse import known_by
 from rig.gap.settings import fitted
 from rig.identify.descent import square_sum
 from rig.model.effect_stages import EFFECT_STAGES
@@ -192,7 +191,7 @@ def _next(findings: Findings, causes: Sequence[Cause]) -> dict[str, object] | No
         for candidate in tied
     ]
     nominal, tracks = findings.prepared.nominal, findings.prepared.tracks
-    rig = known_rig(nominal, tracks, Kind.SESSION.value, pressures=findings.valve is not None)
+    rig = known_by(nominal, tracks, pressures=findings.valve is not None)
     found = next_experiment(possible, rig, room_within(tracks), fitted())
     return None if found is None else found.to_json()
 

@@ -67,9 +67,9 @@ def capability(expected: Expected, effects: Sequence[Effect], settings: Fitted) 
             continue
         known = inform(stand, columns(directions))
         apart = separations(known.of(range(len(known.seconds))))
-        names = [directions[k].effect.name for k in first_of_each(directions)]
-        between = by_effect(apart, directions)
-        blocks.append((names, between))
+        owners = [one.effect.name for one in directions]
+        between = by_effect(apart, owners)
+        blocks.append(([owners[k] for k in first_of_each(owners)], between))
         abilities.extend(_abilities(stand, directions, between, len(fitting)))
     needed = named_separation(settings.prior)
     names, matrix = _joined(blocks)
@@ -95,11 +95,11 @@ def seen_separation(prior: Prior, choices: int, effects: int) -> float:
     return needed_separation(nats + max(paid, 0.0), prior, quantile)
 
 
-def by_effect(apart: Column, directions: Sequence[Direction]) -> Column:
-    """(e, e) from separations (m, m) of directions, which stand together effect by effect: each effect by its law that
-    is seen best, against the rival's law that comes nearest."""
-    starts = first_of_each(directions)
-    ends = [*starts[1:], len(directions)]
+def by_effect(apart: Column, names: Sequence[str]) -> Column:
+    """(e, e) from separations (m, m) of directions of the effects `names`, which stand together effect by effect: each
+    effect by its law that is seen best, against the rival's law that comes nearest."""
+    starts = first_of_each(names)
+    ends = [*starts[1:], len(names)]
     seen = np.diag(apart)
     best = [start + int(np.argmax(seen[start:end])) for start, end in zip(starts, ends, strict=True)]
     out: Column = np.minimum.reduceat(apart[best], starts, axis=1)
@@ -107,15 +107,14 @@ def by_effect(apart: Column, directions: Sequence[Direction]) -> Column:
     return out
 
 
-def first_of_each(directions: Sequence[Direction]) -> list[int]:
+def first_of_each(names: Sequence[str]) -> list[int]:
     """Where the directions of each effect begin."""
-    names = [one.effect.name for one in directions]
     return [k for k, name in enumerate(names) if k == 0 or name != names[k - 1]]
 
 
 def _abilities(stand: Stand, directions: Sequence[Direction], between: Column, effects: int) -> list[Ability]:
     prior = stand.scene.prior
-    firsts = [directions[k] for k in first_of_each(directions)]
+    firsts = [directions[k] for k in first_of_each([one.effect.name for one in directions])]
     found = []
     for i, first in enumerate(firsts):
         others = [j for j in range(len(firsts)) if j != i]

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -13,11 +14,14 @@ from rig.gap.plan.directions import Direction, columns, usual_directions
 from rig.gap.plan.information import Information, inform, separations
 from rig.gap.plan.rehearse import Rig, factors_of, rehearse
 from rig.gap.settings import Fitted, Prior
+from rig.parallel import each, executor
 from rig.record import Column
 
 SWAPS = 3
 """Passes that try another record in place of each chosen one; more change nothing on the rigs tried."""
 
+LISTED = 40
+"""Records that are tried in place of a chosen one. More: slower."""
 FEW = 10
 """Records on which the effects' usual sizes are found. More: slower."""
 
@@ -56,10 +60,7 @@ def design(
 ) -> Design:
     """The records of the pool that together tell most within `seconds`: the best addition a second, again and again,
     then exchanges (Fedorov 1972)."""
-    known = []
-    for done, rig in enumerate(rigs, 1):
-        known.append(_known(rig, pool, effects, settings))
-        report(done)
+    known = _all_known(rigs, pool, effects, settings, report)
     times = [lasts_s(entry) for entry in pool]
     chosen: list[int] = []
     while more := _addition(known, chosen, times, seconds):
@@ -80,21 +81,50 @@ class _Known:
     """The factors of one rig under the whole pool."""
 
     factors: tuple[Information, ...]
-    directions: tuple[tuple[Direction, ...], ...]
+    owners: tuple[tuple[str, ...], ...]
+    """Of each factor, which effect each direction belongs to."""
     needed: tuple[Column, ...]
     """Of each factor (e,), standard deviations at which each effect is seen."""
 
 
+def _all_known(
+    rigs: Sequence[Rig],
+    pool: Sequence[Entry],
+    effects: Sequence[Effect],
+    settings: Fitted,
+    report: Callable[[int], None],
+) -> list[_Known]:
+    """What is known of every rig: several beside each other in processes."""
+    work = partial(_numbered, pool=pool, effects=effects, settings=settings)
+    if len(rigs) == 1:
+        return [work((0, rigs[0]))[1]]
+    with executor() as workers:
+        found = dict(each(workers, work, enumerate(rigs), report))
+    return [found[number] for number in range(len(rigs))]
+
+
+def _numbered(
+    rig: tuple[int, Rig], pool: Sequence[Entry], effects: Sequence[Effect], settings: Fitted
+) -> tuple[int, _Known]:
+    """Beside each other the rigs come back in any order."""
+    return rig[0], _known(rig[1], pool, effects, settings)
+
+
 def _known(rig: Rig, pool: Sequence[Entry], effects: Sequence[Effect], settings: Fitted) -> _Known:
     fitting = [effect for effect in effects if not effect.signature]
-    factors, found = [], []
+    factors: list[Information] = []
+    owners: list[tuple[str, ...]] = []
+    needed: list[Column] = []
     whole, some = (factors_of(rehearse(rig, planned(records)), settings) for records in (pool, _few(pool)))
     for stand, few in zip(whole, some, strict=True):
         if directions := usual_directions(fitting, stand, settings.prior.share, few):
-            factors.append(inform(stand, columns(directions)))
-            found.append(tuple(directions))
-    needed = tuple(_needed(directions, settings.prior, len(fitting)) for directions in found)
-    return _Known(tuple(factors), tuple(found), needed)
+            names = [one.effect.name for one in directions]
+            known = inform(stand, columns(directions))
+            kept = known.distinct(names)
+            factors.append(known.only(kept))
+            owners.append(tuple(names[k] for k in kept))
+            needed.append(_needed(directions, settings.prior, len(fitting)))
+    return _Known(tuple(factors), tuple(owners), tuple(needed))
 
 
 def _few(pool: Sequence[Entry]) -> list[Entry]:
@@ -103,7 +133,7 @@ def _few(pool: Sequence[Entry]) -> list[Entry]:
 
 
 def _needed(directions: Sequence[Direction], prior: Prior, effects: int) -> Column:
-    choices = [directions[k].choices for k in first_of_each(directions)]
+    choices = [directions[k].choices for k in first_of_each([one.effect.name for one in directions])]
     return np.array([seen_separation(prior, count, effects) for count in choices])
 
 
@@ -118,8 +148,8 @@ def told_by(known: Sequence[_Known], chosen: Sequence[int]) -> Told:
 def _told_on(rig: _Known, chosen: Sequence[int]) -> tuple[float, float]:
     seen: list[float] = []
     parted: list[float] = []
-    for factor, directions, needed in zip(rig.factors, rig.directions, rig.needed, strict=True):
-        between = by_effect(separations(factor.of(chosen)), directions)
+    for factor, owners, needed in zip(rig.factors, rig.owners, rig.needed, strict=True):
+        between = by_effect(separations(factor.of(chosen)), owners)
         apart = ~np.eye(len(needed), dtype=bool)
         seen.extend(np.minimum(np.diag(between) / needed, 1.0))
         parted.extend(np.minimum(between[apart] / named_separation(factor.prior), 1.0))
@@ -141,14 +171,24 @@ def _addition(
     return None if best is None else (best, gains[best])
 
 
+def _short_list(known: Sequence[_Known], chosen: Sequence[int]) -> list[int]:
+    """The records of the pool that would add most to the chosen ones."""
+    pool = range(known[0].factors[0].gram.shape[0])
+    added = {k: told_by(known, [*chosen, k]).score for k in pool if k not in chosen}
+    return sorted(added, key=lambda k: -added[k])[:LISTED]
+
+
 def _exchanged(known: Sequence[_Known], chosen: list[int], times: Sequence[float], seconds: float) -> bool:
-    """Whether another record in place of one of the chosen tells more; each is replaced by the best there is."""
-    better = False
+    """Whether another record in place of one of the chosen tells more; each is replaced by the best of those that would
+    add most to all of them."""
+    better, listed = False, _short_list(known, chosen)
     for place in range(len(chosen)):
         others = [k for n, k in enumerate(chosen) if n != place]
         left = seconds - sum(times[k] for k in others)
         scores = {
-            k: told_by(known, [*others, k]).score for k in range(len(times)) if k not in others and times[k] <= left
+            k: told_by(known, [*others, k]).score
+            for k in (*listed, chosen[place])
+            if k not in others and times[k] <= left
         }
         best = max(scores, key=lambda k: scores[k])
         if scores[best] > scores[chosen[place]] + 1e-6:

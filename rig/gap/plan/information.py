@@ -8,7 +8,7 @@ ch. 3).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
@@ -20,6 +20,9 @@ from rig.record import Column
 
 MOST_SEPARATION = 1e6
 """Standard deviations: where the search for a needed separation ends."""
+
+SAME = 0.98
+"""Correlation from which two directions are one. Less: laws that differ are taken for one; more: slower."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,23 @@ class Information:
         factor = cho_factor(np.eye(split) + patterns)
         out: Column = directions - mixed.T @ cho_solve(factor, mixed)
         return out
+
+    def distinct(self, owners: Sequence[str]) -> list[int]:
+        """Directions without those that are, up to sign and size, nearly another one of the same owner."""
+        power = self.of(range(len(self.seconds)))
+        size = np.sqrt(np.maximum(np.diag(power), 1e-12))
+        alike = np.abs(power / np.outer(size, size))
+        kept: list[int] = []
+        for k, owner in enumerate(owners):
+            if all(owners[j] != owner or alike[j, k] < SAME for j in kept):
+                kept.append(k)
+        return kept
+
+    def only(self, kept: Sequence[int]) -> "Information":
+        """The same about some of the directions."""
+        patterns = self.gram.shape[1] - self.directions
+        rows = [*range(patterns), *(patterns + k for k in kept)]
+        return replace(self, gram=self.gram[:, rows][:, :, rows], directions=len(kept))
 
 
 def inform(stand: Stand, changes: Column) -> Information:

@@ -116,9 +116,8 @@ def what_next(
 ) -> Experiment | None:
     """The experiment that tells most of what a diagnosis leaves open; without a `room`, within the amplitudes and rest
     pressures of its records."""
-    rig = known_rig(expected.response, expected.tracks, expected.levels, pressures=expected.driven)
     room, settings = room or room_within(expected.tracks), settings or fitted()
-    return next_experiment(hypotheses_of(posteriors), rig, room, settings, seconds)
+    return next_experiment(hypotheses_of(posteriors), known_rig(expected), room, settings, seconds)
 
 
 def next_experiment(

@@ -12,7 +12,7 @@ from rig.gap.hypotheses.scenes import Stand, angle_stand, pressure_stand
 from rig.gap.records.grid import Pair, Session
 from rig.gap.records.pairs import Pairing
 from rig.gap.records.settings import GRID_S
-from rig.gap.reference.build import Expected, Kind, from_response
+from rig.gap.reference.build import Expected, Kind, from_response, rms_of
 from rig.gap.reference.expectation import line_noise
 from rig.gap.settings import Fitted
 from rig.model.response import ResponseModel
@@ -40,6 +40,10 @@ class Rig:
     pressures: bool = True
     """The regulators' monitors are recorded."""
     noise: Noise = Noise()
+    kind: Kind = Kind.FINGERPRINT
+    missed_mpa: float = 0.0
+    missed_deg: float = 0.0
+    """Rms by which the reference misses the records that it was made from, where that is known; see `Expected`."""
 
 
 def rehearse(rig: Rig, plans: Sequence[RunPlan], seed: int = 0) -> Expected:
@@ -48,7 +52,7 @@ def rehearse(rig: Rig, plans: Sequence[RunPlan], seed: int = 0) -> Expected:
     draw = np.random.default_rng(seed)
     pairs = [_expected_pair(rig, plan, draw) for plan in plans]
     made = from_response(rig.response, Pairing(pairs, rig.pressures, 0, rig.response.p0_mpa))
-    return replace(made, levels=rig.levels)
+    return replace(made, levels=rig.levels, kind=rig.kind, missed_mpa=rig.missed_mpa, missed_deg=rig.missed_deg)
 
 
 def _expected_pair(rig: Rig, plan: RunPlan, draw: np.random.Generator) -> Pair:
@@ -67,14 +71,45 @@ def _expected_pair(rig: Rig, plan: RunPlan, draw: np.random.Generator) -> Pair:
     return Pair(plan.name, GRID_S, t, u1, u2, case, (), np.ones_like(t), raw, ())
 
 
-def known_rig(response: ResponseModel, tracks: Sequence[Track], levels: str, *, pressures: bool) -> Rig:
-    """The rig of records that there are. Of an earlier day's rig, records of another kind are known as surely as by a
-    fingerprint of it."""
-    mine = levels if levels not in (Kind.SESSION, Kind.SESSIONS) else Kind.FINGERPRINT.value
+def known_rig(expected: Expected) -> Rig:
+    """The rig of records that there are, as their reference knows it."""
+    return (
+        known_by(expected.response, expected.tracks, pressures=expected.driven)
+        if _of_days(expected)
+        else Rig(
+            expected.response,
+            expected.levels,
+            expected.driven,
+            _noise(expected.tracks),
+            expected.kind,
+            expected.missed_mpa,
+            expected.missed_deg,
+        )
+    )
+
+
+def known_by(response: ResponseModel, days: Sequence[Track], *, pressures: bool) -> Rig:
+    """The rig of earlier days: records of another kind are known as surely as by a fingerprint of them, and that misses
+    its own days."""
+    pairs = [track.pair for track in days]
+    missed_deg = rms_of([track.reference.angle_deg - track.propagated for track in days], pairs)
+    missed_mpa = [
+        rms_of([track.reference.p1_mpa - track.regulated[0] for track in days], pairs),
+        rms_of([track.reference.p2_mpa - track.regulated[1] for track in days], pairs),
+    ]
+    levels = Kind.FINGERPRINT.value
+    return Rig(response, levels, pressures, _noise(days), missed_mpa=max(missed_mpa), missed_deg=missed_deg)
+
+
+def _of_days(expected: Expected) -> bool:
+    return expected.kind in (Kind.SESSION, Kind.SESSIONS)
+
+
+def _noise(tracks: Sequence[Track]) -> Noise:
     pairs = [track.pair for track in tracks]
     angle = float(np.median([line_noise(pair.raw.angle_deg, pair) for pair in pairs]))
     monitors = [line_noise(column, pair) for pair in pairs for column in (pair.raw.p1_mpa, pair.raw.p2_mpa)]
-    return Rig(response, mine, pressures, Noise(angle, float(np.median(monitors))))
+    return Noise(angle, float(np.median(monitors)))
 
 
 def factors_of(expected: Expected, settings: Fitted) -> list[Stand]:

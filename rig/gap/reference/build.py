@@ -150,15 +150,16 @@ def _from_fingerprint(model: Model, pairing: Pairing) -> Expected:
     pairing.notes.extend(
         outside_fingerprint(known, [drive(p1, p2, known.p0_mpa, known.exponent) for p1, p2 in seen], seen)
     )
-    missed_deg = max(known.misfit_deg, known.left_out_deg or 0.0)
+    levels, missed_mpa, missed_deg = known_how(known)
     lag_s = _unsure_lag_s(model, pairing)
-    return replace(
-        made,
-        levels=Kind.FINGERPRINT.value if any(map(any, known.corrections)) else UNCORRECTED,
-        missed_mpa=_missed_mpa(known),
-        missed_deg=missed_deg,
-        unsure_lag_s=lag_s,
-    )
+    return replace(made, levels=levels, missed_mpa=missed_mpa, missed_deg=missed_deg, unsure_lag_s=lag_s)
+
+
+def known_how(known: Fingerprint) -> tuple[str, float, float]:
+    """How surely a fingerprint knows its rig: which levels, and by how much it misses pressures (MPa, rms) and angle
+    (deg, rms) of the records that it was made from."""
+    levels = Kind.FINGERPRINT.value if any(map(any, known.corrections)) else UNCORRECTED
+    return levels, _missed_mpa(known), max(known.misfit_deg, known.left_out_deg or 0.0)
 
 
 def _missed_mpa(known: Fingerprint | None) -> float:

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rig.app.blind_checking import source_of
 
 from hil.reference.cases import Purpose
 from hil.reference.source import PhysicsSource
+from rig.app.gap.blind_checking import source_of
 from rig.blind_check.answer import answer_cases
 from rig.blind_check.check import score_unit
 from rig.blind_check.experiments import told_by_experiments

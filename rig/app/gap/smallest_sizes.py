@@ -1,0 +1,188 @@
+"""What `pamrig gap check sizes` does: the smallest sizes that a rig is said to show, beside those from which effects are
+found on plants of the families.
+
+Only effects whose plant's law has its size in common with the library's are tried.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from hil.reference.families import Session, Unit, disturbance, family
+from hil.reference.families import unit as plant_unit
+from rig.app.compose import find_config
+from rig.app.gap.planning import USUAL_SWEEP, best_of, known_of
+from rig.blind_check.follow_up import commands_of
+from rig.blind_check.generate import nominal_model
+from rig.blind_check.source import records_of
+from rig.errors import RigError
+from rig.excite.experiment import expand, load_sweep
+from rig.gap.evidence.posterior import judge
+from rig.gap.hypotheses.library import LIBRARY
+from rig.gap.hypotheses.scenes import angle_stand, pressure_stand
+from rig.gap.plan.capability import capability
+from rig.gap.plan.rehearse import PERIOD_NS, rehearse
+from rig.gap.records.pairs import pair_up
+from rig.gap.reference.build import Kind, expect
+from rig.gap.settings import fitted
+from rig.model.parameters import Model
+from rig.parallel import each, executor
+from rig.record import Record
+
+DRIFT: Final = 0.01
+"""Relative standard deviation of what drifts from day to day: the middle of what the blind check draws."""
+REACH: Final = 4.0
+"""Sizes are tried from this many times below to this many times above what is said."""
+HALVINGS: Final = 4
+"""Of that range on a logarithmic scale: 2.8 octaves to 1.19."""
+WITHIN: Final = 1.5
+"""Factor within which said and found sizes are meant to agree."""
+P0_MPA: Final = 0.2
+
+
+@dataclass(frozen=True)
+class Found:
+    """One effect on one unit: sizes in the unit that the plant's law and the library's share."""
+
+    family: str
+    unit: int
+    effect: str
+    said: float
+    found: float | None
+    """None where it is not found even at REACH times what is said."""
+
+
+def compare_sizes(
+    families: Sequence[str],
+    seed: int,
+    units: int,
+    reference: str,
+    workers: int | None = None,
+    report: Callable[[int], None] = lambda done: None,
+) -> list[Found]:
+    """Every effect with a common size on `units` units of each family, against the `reference` session (one earlier
+    day) or fingerprint."""
+    rigs = [(name, seed + number, reference) for name in families for number in range(units)]
+    with executor(None, workers) as pool:
+        found = [one for some in each(pool, of_unit, rigs, report) for one in some]
+    return sorted(found, key=lambda one: (one.effect, one.family, one.unit))
+
+
+def of_unit(rig: tuple[str, int, str]) -> list[Found]:
+    """Every effect on one unit."""
+    name, number, reference = rig
+    days = _Days(name, number)
+    healthy = days.recorded({}, 0)
+    model, kind = nominal_model(healthy, P0_MPA), Kind(reference)
+    before = [healthy] if kind is Kind.SESSION else []
+    plans = expand(load_sweep(find_config(USUAL_SWEEP, "sweeps")), PERIOD_NS)
+    made = capability(rehearse(known_of(model, before, reference), plans), list(LIBRARY.values()), fitted())
+    said = {one.effect: abs(one.detectable) for one in best_of(made.abilities) if one.detectable is not None}
+    shared = [effect for effect, law in family(name).effects.items() if law.library_parameter and not law.falling]
+
+    def found(effect: str) -> float | None:
+        def seen(size: float) -> bool:
+            return detected(model, days.recorded({effect: size}, 1), before, kind)
+
+        return threshold(seen, said[effect])
+
+    return [Found(name, number, effect, said[effect], found(effect)) for effect in shared if effect in said]
+
+
+class _Days:
+    """Days of one unit under the usual session."""
+
+    def __init__(self, name: str, number: int) -> None:
+        self._family, self._plant = name, plant_unit(name, number)
+        self._commands = commands_of(find_config(USUAL_SWEEP, "sweeps"))
+
+    def recorded(self, sizes: Mapping[str, float], day: int) -> list[Record]:
+        """A day with these effects in it."""
+        plant: Unit = self._plant
+        session: Session = plant.session(day, DRIFT)
+        wrong = disturbance(self._family, sizes)
+        return records_of(
+            {
+                name: plant.simulate(p1, p2, period_s, session, wrong, number)
+                for number, (name, (p1, p2, period_s)) in enumerate(self._commands.items())
+            }
+        )
+
+
+def detected(model: Model, records: Sequence[Record], days: Sequence[Sequence[Record]], kind: Kind) -> bool:
+    """Whether something is found on either factor."""
+    pairing = pair_up(records, days, model.p0_mpa)
+    expected, settings = expect(kind, False, model, pairing), fitted()
+    effects = [effect for effect in LIBRARY.values() if not effect.signature]
+    stands = [pressure_stand(expected, settings)] if expected.driven else []
+    return any(judge(effects, stand).found for stand in (*stands, angle_stand(expected, settings)))
+
+
+def threshold(seen: Callable[[float], bool], said: float) -> float | None:
+    """The size from which an effect is seen, between REACH times below and above what is said; None where it is not
+    seen at all, or the plant cannot bear it."""
+    try:
+        if not seen(REACH * said):
+            return None
+    except RigError:
+        return None
+    low, high = said / REACH, said * REACH
+    for _ in range(HALVINGS):
+        middle = float(np.sqrt(low * high))
+        low, high = (low, middle) if seen(middle) else (middle, high)
+    return float(np.sqrt(low * high))
+
+
+@dataclass(frozen=True)
+class Row:
+    """One effect over all units."""
+
+    effect: str
+    said: float
+    """Median of what was said, in `unit`."""
+    found: float | None
+    """Median of what was found."""
+    unit: str
+    ratios: tuple[float, ...]
+    """Found over said on each unit, infinite where it was not found."""
+
+    @property
+    def within(self) -> int:
+        """Units on which they agree."""
+        return sum(1.0 / WITHIN <= ratio <= WITHIN for ratio in self.ratios)
+
+
+def rows_of(found: Sequence[Found]) -> list[Row]:
+    """Effect by effect."""
+    rows = []
+    for effect in dict.fromkeys(one.effect for one in found):
+        some = [one for one in found if one.effect == effect]
+        ratios = tuple(np.inf if one.found is None else one.found / one.said for one in some)
+        seen = [one.found for one in some if one.found is not None]
+        unit = family(some[0].family).effects[effect].unit
+        middle = float(np.median(seen)) if seen else None
+        rows.append(Row(effect, float(np.median([one.said for one in some])), middle, unit, ratios))
+    return rows
+
+
+def sizes_page(rows: Sequence[Row], reference: str, asked: str) -> str:
+    """The table as Markdown; `asked`: the command, with its date."""
+    agree, of = sum(row.within for row in rows), sum(len(row.ratios) for row in rows)
+    body = "\n".join(
+        f"| {row.effect} | {row.said:.2g} {row.unit} | {_size(row)} | {np.median(row.ratios):.2f} | "
+        f"{min(row.ratios):.2f} to {max(row.ratios):.2f} | {row.within} of {len(row.ratios)} |"
+        for row in rows
+    )
+    return (
+        f"{asked} Reference: {reference}. Said: what `pamrig gap capability` says would be seen in nine of ten cases. "
+        f"Found: from where on a day with the effect is told from a healthy one, on plants whose laws are not the "
+        f"library's. Within a factor {WITHIN:g} in {agree} of {of} trials.\n\n"
+        "| effect | said, median | found, median | found over said, median | from, to | within |\n"
+        f"|---|---|---|---|---|---|\n{body}\n"
+    )
+
+
+def _size(row: Row) -> str:
+    return "not found" if row.found is None else f"{row.found:.2g} {row.unit}"
