@@ -3,16 +3,18 @@ evidence, until one name is left, nothing parts the rest, or the time is over.""
 
 import shutil
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rig.app import compose
-from rig.app.gap.campaign import Campaign, Step, open_campaign
+from rig.app.gap.campaign import FILE, Campaign, Step, open_campaign
 from rig.app.gap.planning import resting, room_of
 from rig.app.runs.outcome import Outcome
 from rig.app.runs.sweeping import SweepOptions, run_sweep
-from rig.errors import CheckFailed, Interrupted, StateError
-from rig.excite.experiment import load_sweep
+from rig.errors import CheckFailed, Interrupted, RigError, StateError
+from rig.excite.envelope import check_run
+from rig.excite.experiment import expand, load_sweep
 from rig.gap.answer.result import Diagnosis
 from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.evidence.posterior import NONE
@@ -97,10 +99,11 @@ class Hunted:
 def hunt(
     options: HuntOptions,
     allowed: Callable[[Step], bool] = lambda step: True,
-    report: Callable[[Step], None] = lambda step: None,
+    report: Callable[[Step, Thought], None] = lambda step, thought: None,
 ) -> Hunted:
     """Hunt until it is known; `allowed` is asked before anything moves, `report` hears of every step that is thought
-    through. What is known stays in the folder, also when the rig faults (CheckFailed) or somebody interrupts."""
+    through. What is known stays in the folder, also when the rig faults (CheckFailed) or somebody interrupts.
+    EnvelopeError before anything is planned when the first session would leave the rig's limits."""
     model = load_model(compose.find_config(options.model, "models"))
     choose(options.reference, model, len(options.days))
     campaign = open_campaign(options.folder, _asked(options))
@@ -117,7 +120,7 @@ def hunt(
         thought = think(options, model, campaign)
         campaign = campaign.with_last(replace(campaign.steps[-1], set=thought.names))
         campaign.save()
-        report(campaign.steps[-1])
+        report(campaign.steps[-1], thought)
         if thought.settled:
             return _ended(campaign, thought, NAMED)
         left_s = 60.0 * (options.minutes - campaign.minutes)
@@ -159,6 +162,8 @@ def _room(options: HuntOptions, thought: Thought) -> Room:
 def _first(campaign: Campaign, options: HuntOptions) -> Campaign:
     """The campaign with the session that it begins with."""
     path = compose.find_config(options.first, "sweeps")
+    for plan in expand(load_sweep(path), options.rig.period_ns):
+        check_run(plan, options.rig.limits, options.rig.period_ns)
     minutes = lasting_s(resting(load_sweep(path))) / 60.0
     return _planned(
         campaign, path.read_text(encoding="utf-8"), f"the session that a hunt begins with ({path.stem})", minutes
@@ -241,18 +246,37 @@ def hunt_and_tell(
     report: Callable[[Step], None],
     emit: Callable[[Hunted], None],
 ) -> Hunted:
-    """`hunt`, with its pages written and its result given to `emit`, also of a hunt that the rig or somebody cut
-    short: what was learnt so far is kept and said."""
+    """`hunt`, with its pages written and its result given to `emit`, also of a hunt that the rig, the daemon, the disk
+    or somebody cut short: what was learnt so far is kept and said."""
+    learnt: list[Thought] = []
+
+    def thought_through(step: Step, thought: Thought) -> None:
+        learnt.append(thought)
+        report(step)
+
     try:
-        found = hunt(options, allowed, report)
-    except (CheckFailed, Interrupted):
-        cut = Hunted(open_campaign(options.folder, _asked(options)), None)
-        _write_pages(options, cut)
-        emit(cut)
+        found = hunt(options, allowed, thought_through)
+    except (RigError, OSError, Interrupted) as error:
+        _tell_cut(options, learnt, error, emit)
         raise
     _write_pages(options, found)
     emit(found)
     return found
+
+
+def _tell_cut(
+    options: HuntOptions, learnt: Sequence[Thought], error: Exception, emit: Callable[[Hunted], None]
+) -> None:
+    """Say what a hunt that was cut short has learnt, where it had begun; a page that cannot be written either is not
+    what it ended by."""
+    if not (options.folder / FILE).exists():
+        return
+    campaign = open_campaign(options.folder, _asked(options))
+    why = str(error) or "interrupted"
+    cut = Hunted(replace(campaign, ended=f"cut short: {why}"), learnt[-1] if learnt else None)
+    with suppress(RigError, OSError):
+        _write_pages(options, cut)
+    emit(cut)
 
 
 def _write_pages(options: HuntOptions, found: Hunted) -> None:

@@ -1,0 +1,154 @@
+"""Hunts that something cuts short: killed at any moment, no room on the disk, limits, a busy daemon, records that were
+damaged. Nothing is lost, what was learnt so far is said, and the hunt goes on to the same end."""
+
+import json
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rig.app import compose
+from rig.app.gap.campaign import FILE, open_campaign
+from rig.app.gap.hunting import NAMED, Hunted, HuntOptions, hunt, hunt_and_tell
+from rig.errors import EnvelopeError, RigError, StateError
+from rig.log.reader import read
+
+pytestmark = pytest.mark.xdist_group("hunts")
+MODEL = Path("configs/models/simulated.yaml").resolve()
+CALL = ("--rig", "simulated_worn", "--model", str(MODEL), "--sweep", "quick", "--clock", "virtual", "--seed", "5")
+PATIENCE_S = 300.0
+
+
+def options(folder: Path, **more: Any) -> HuntOptions:
+    rig = compose.load(Path("simulated_worn"))
+    return replace(HuntOptions(rig, MODEL, folder, first=Path("quick"), virtual=True, seed=5), **more)
+
+
+def tell(asked: HuntOptions) -> tuple[list[Hunted], RigError]:
+    """What a hunt that is cut short says, and what it ends by."""
+    told: list[Hunted] = []
+    with pytest.raises(RigError) as error:
+        hunt_and_tell(asked, lambda step: True, lambda step: None, told.append)
+    return told, error.value
+
+
+@pytest.fixture(scope="module")
+def begun(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A hunt that has one step behind it and the next one planned."""
+    folder = tmp_path_factory.mktemp("hunts") / "begun"
+    assert hunt(options(folder), allowed=lambda step: step.sweep == "step_1.yaml").campaign.ended == "not confirmed"
+    return folder
+
+
+@pytest.fixture
+def left(begun: Path, tmp_path: Path) -> Path:
+    """The same, to do with as a test likes."""
+    return Path(shutil.copytree(begun, tmp_path / "left"))
+
+
+def start(folder: Path) -> "subprocess.Popen[str]":
+    command = [sys.executable, "-m", "rig.cli.main", "gap", "hunt", *CALL, "-o", str(folder), "--json", "-"]
+    return subprocess.Popen(command, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True)
+
+
+def killed_when(folder: Path, moment: str, random_s: float) -> None:
+    """The hunt killed with everything that it started, some time after a file of that name appears."""
+    process, until = start(folder), time.monotonic() + PATIENCE_S
+    while not any(folder.glob(moment)) and process.poll() is None:
+        assert time.monotonic() < until, f"{moment} never came"
+        time.sleep(0.01)
+    time.sleep(random_s)
+    if process.poll() is None:
+        os.killpg(process.pid, signal.SIGKILL)
+    process.communicate()
+
+
+def test_killed_at_any_moment_it_goes_on_to_the_same_end(begun: Path, tmp_path: Path) -> None:
+    chance, folder = random.Random(8), tmp_path / "killed"
+    for moment in ("step_1_records/*.mcap*", "step_2.yaml"):
+        killed_when(folder, moment, chance.uniform(0.0, 0.3))
+    process = start(folder)
+    out, error = process.communicate(timeout=PATIENCE_S)
+    assert process.returncode == 0, error
+    told = json.loads(out)
+    first = json.loads((begun / FILE).read_text())["steps"][0]
+    assert told["steps"][0]["set"] == first["set"], "as the hunt that nobody killed"
+    assert told["ended"] == NAMED
+    assert [name for name, _ in told["steps"][-1]["set"]] == ["valve_lag"]
+    kept = open_campaign(folder, {})
+    assert all(read(folder / step.records) for step in kept.steps)
+
+
+def test_a_first_session_outside_the_limits_leaves_nothing_behind(tmp_path: Path) -> None:
+    asked = options(tmp_path / "narrow")
+    told, error = tell(replace(asked, rig=limited(asked)))
+    assert isinstance(error, EnvelopeError)
+    assert not (tmp_path / "narrow").exists()
+    assert told == []
+
+
+def limited(asked: HuntOptions) -> Any:
+    return replace(asked.rig, limits=replace(asked.rig.limits, pressure_mpa=(0.19, 0.21)))
+
+
+def test_a_planned_sweep_that_the_limits_no_longer_allow_is_refused_and_the_rest_said(left: Path) -> None:
+    asked = options(left)
+    told, error = tell(replace(asked, rig=limited(asked)))
+    assert isinstance(error, EnvelopeError)
+    assert "\n" not in str(error)
+    (cut,) = told
+    assert cut.campaign.ended.startswith("cut short: ")
+    assert {name for name, _ in cut.campaign.steps[0].set} == {"delay", "valve_lag"}
+    assert "valve_lag" in (left / "hunt.html").read_text()
+    assert open_campaign(left, {}).ended == "not confirmed", "it can go on"
+
+
+class Busy:
+    """A daemon that works on its queue."""
+
+    def status(self) -> dict[str, Any]:
+        return {"working": True}
+
+
+def test_a_busy_daemon_is_waited_for_by_the_operator(left: Path) -> None:
+    told, error = tell(options(left, daemon=Busy()))
+    assert isinstance(error, StateError)
+    assert "queue" in str(error)
+    assert len(told[0].campaign.steps[0].set) == 2
+    assert not list(left.glob("step_2_records*"))
+
+
+def test_a_record_that_was_damaged_since_is_said_with_its_name(left: Path) -> None:
+    (record,) = (left / "step_1_records").glob("*.mcap")
+    record.write_bytes(b"")
+    told, error = tell(options(left))
+    assert record.name in str(error)
+    assert "\n" not in str(error)
+    assert [step.done for step in told[0].campaign.steps] == [True, True]
+
+
+def test_a_disk_without_room_loses_nothing(begun: Path, tmp_path: Path) -> None:
+    """The second sweep is to be recorded on a file system with no room left."""
+    inside = tmp_path / "small"
+    inside.mkdir()
+    script = (
+        f"mount -t tmpfs -o size=2m none {inside} && cp -r {begun} {inside}/hunt && "
+        f"(dd if=/dev/zero of={inside}/full bs=4k 2>/dev/null; true) && "
+        f"{{ {sys.executable} -m rig.cli.main gap hunt {' '.join(CALL)} -o {inside}/hunt --json -; "
+        f"echo STATUS $?; cat {inside}/hunt/{FILE} >&2; }}"
+    )
+    done = subprocess.run(["unshare", "-rm", "sh", "-c", script], capture_output=True, text=True, check=False)
+    if "STATUS" not in done.stdout:
+        pytest.skip(f"no small file system can be had here: {done.stderr.strip()[:200]}")
+    assert "STATUS 1" in done.stdout or "STATUS 2" in done.stdout
+    assert "Traceback" not in done.stderr
+    kept = json.loads(done.stderr[done.stderr.index("{") :])
+    assert {name for name, _ in kept["steps"][0]["set"]} == {"delay", "valve_lag"}
