@@ -1,0 +1,140 @@
+"""What a plan takes from the reference that is really there, the raw samples it would show, and how its predictions are
+set beside what is found."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from gap_rigs import model, session
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rig.app.gap.planning import known_of
+from rig.app.gap.smallest_sizes import REACH, Found, rows_of, sizes_page, threshold
+from rig.errors import RigError
+from rig.excite.experiment import Entry, Timing
+from rig.excite.signals import Sine
+from rig.gap.hypotheses.library import LIBRARY
+from rig.gap.plan.candidates import planned
+from rig.gap.plan.capability import capability
+from rig.gap.plan.information import Information
+from rig.gap.plan.raw_ability import RAW, STEP, raw_abilities, smallest
+from rig.gap.plan.rehearse import Rig, known_rig, rehearse
+from rig.gap.records.pairs import pair_up
+from rig.gap.reference.build import Kind, expect, known_how
+from rig.gap.settings import fitted
+from rig.identify.fingerprint import fingerprint_of
+
+FEW = [LIBRARY[name] for name in ("valve_lag", "viscous_friction")]
+PLANS = planned([Entry(Sine(0.5, 0.2), Timing(settle_s=1.0, duration_s=10.0), (0.2,))])
+
+
+@pytest.fixture(scope="module")
+def known() -> Rig:
+    rig = model()
+    return known_of(replace(rig, fingerprint=fingerprint_of(session(1), rig)), [])
+
+
+def test_a_fingerprint_s_own_misses_go_into_what_is_planned(known: Rig) -> None:
+    rig = model()
+    made = fingerprint_of(session(1), rig)
+    assert made is not None
+    assert (known.levels, known.missed_mpa, known.missed_deg) == known_how(made)
+    assert rehearse(known, PLANS).missed_deg == known.missed_deg > 0.0
+
+
+def test_a_reference_that_misses_more_shows_less(known: Rig) -> None:
+    sizes = []
+    for worse in (1.0, 30.0):
+        rig = replace(known, missed_deg=worse * known.missed_deg, missed_mpa=worse * known.missed_mpa)
+        found = {one.effect: one for one in capability(rehearse(rig, PLANS), FEW, fitted()).abilities}
+        sizes.append(found["viscous_friction"].detectable or np.inf)
+    assert sizes[1] > 1.5 * sizes[0]
+
+
+def test_what_is_planned_after_an_earlier_day_is_judged_by_a_fingerprint_of_it() -> None:
+    pairing = pair_up(session(2), [session(1)], 0.2)
+    expected = expect(Kind.SESSION, False, model(), pairing)
+    rig = known_rig(expected)
+    assert (rig.kind, rig.levels) == (Kind.FINGERPRINT, "fingerprint")
+    assert rig.missed_deg > 0.0
+    by_fingerprint = replace(expected, kind=Kind.FINGERPRINT, levels="fingerprint", missed_deg=0.25)
+    assert known_rig(by_fingerprint).missed_deg == 0.25
+
+
+def test_raw_effects_are_seen_from_smaller_sizes_beside_an_earlier_day() -> None:
+    effects = [LIBRARY[name] for name in ("quantisation", "sensor_noise", "valve_lag")]
+    commands = [replace(record, angle_deg=None, p1_mpa=None, p2_mpa=None) for record in session(1)[:2]]
+    alone, beside = (
+        {one.effect: one for one in raw_abilities(model(), commands, 0.02, effects, earlier_day=day)}
+        for day in (False, True)
+    )
+    assert set(alone) == set(beside) == {"quantisation", "sensor_noise"}
+    assert all(one.factor == RAW and one.nameable == one.detectable for one in beside.values())
+    assert beside["sensor_noise"].detectable is not None
+    assert 0.005 < beside["sensor_noise"].detectable < 0.2
+    assert (beside["quantisation"].detectable or np.inf) <= (alone["quantisation"].detectable or np.inf)
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.floats(1e-3, 9.0))
+def test_the_smallest_size_is_found_to_a_step(edge: float) -> None:
+    found = smallest(lambda size: size >= edge, 1e-3, 20.0)
+    assert found is not None
+    assert edge <= found <= edge * STEP * 1.001
+
+
+def test_a_size_that_is_never_found_is_none() -> None:
+    assert smallest(lambda size: False, 1e-3, 1.0) is None
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.floats(0.3, 3.5))
+def test_what_plants_show_is_found_within_the_last_halving(edge: float) -> None:
+    found = threshold(lambda size: size >= edge, 1.0)
+    assert found is not None
+    assert 1 / 1.1 <= found / edge <= 1.1
+
+
+def refusing(size: float) -> bool:
+    raise RigError("the joint left its travel")
+
+
+@pytest.mark.parametrize("seen", [lambda size: False, lambda size: size > REACH, refusing])
+def test_what_is_not_found_at_all_is_none(seen: Callable[[float], bool]) -> None:
+    assert threshold(seen, 1.0) is None
+
+
+def test_said_and_found_sizes_are_counted_effect_by_effect() -> None:
+    found = [
+        Found("mckibben", 1, "delay", 0.01, 0.012),
+        Found("fluidic", 1, "delay", 0.01, 0.03),
+        Found("mckibben", 1, "backlash", 1.0, None),
+    ]
+    delay, backlash = rows_of(found)
+    assert (delay.ratio, delay.within, backlash.found) == (3.0, False, None)
+    (near,) = rows_of(found[:1])
+    assert near.within
+    page = sizes_page([delay, backlash], "session", "Written today.")
+    assert "for 0 of 2 effects" in page
+    assert "| backlash | 1 deg | not found |" in page
+
+
+def test_directions_that_are_the_same_but_for_sign_are_one() -> None:
+    first, other = np.array([1.0, 0.0, 2.0]), np.array([0.0, 1.0, 0.0])
+    columns = np.column_stack([first, -2.0 * first, other, first])
+    known = Information((columns.T @ columns)[None], 4, np.array([100.0]), fitted().prior)
+    assert known.distinct(["a", "a", "a", "b"]) == [0, 2, 3]
+    kept = known.only([0, 2, 3])
+    assert kept.directions == 3
+    assert np.allclose(kept.of([0]), known.of([0])[np.ix_([0, 2, 3], [0, 2, 3])])
+
+
+def test_a_designed_session_pairs_with_the_usual_one_where_they_share_a_record(tmp_path: Path) -> None:
+    usual, designed = session(1), session(2)
+    newer = replace(designed[0], name="chirp", dp_cmd_mpa=designed[0].dp_cmd_mpa[::-1] * 0.5)
+    pairing = pair_up([newer, *designed[1:]], [usual], 0.2)
+    assert [pair.name for pair in pairing.pairs] == [record.name for record in designed[1:]]
+    assert pairing.unpaired
