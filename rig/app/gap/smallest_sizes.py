@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from hil.reference.families import Session, Unit, disturbance, family
+from hil.reference.families import disturbance, family
 from hil.reference.families import unit as plant_unit
 from rig.app.compose import find_config
 from rig.app.gap.planning import USUAL_SWEEP, best_of, known_of
@@ -100,12 +100,11 @@ class _Days:
 
     def recorded(self, sizes: Mapping[str, float], day: int) -> list[Record]:
         """A day with these effects in it."""
-        plant: Unit = self._plant
-        session: Session = plant.session(day, DRIFT)
+        session = self._plant.session(day, DRIFT)
         wrong = disturbance(self._family, sizes)
         return records_of(
             {
-                name: plant.simulate(p1, p2, period_s, session, wrong, number)
+                name: self._plant.simulate(p1, p2, period_s, session, wrong, number)
                 for number, (name, (p1, p2, period_s)) in enumerate(self._commands.items())
             }
         )
