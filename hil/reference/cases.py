@@ -350,7 +350,9 @@ def _pairs(laws: Mapping[str, EffectLaw]) -> list[tuple[str, ...]]:
 
 
 def _endless(random: Generator, items: list[tuple[str, ...]]) -> Iterator[tuple[str, ...]]:
-    """The items in random order, each once before any comes again."""
+    """The items in random order, each once before any comes again; RigError where there are none to draw from."""
+    if not items:
+        raise RigError("too few effects are known: no case of a kind that is asked for can be drawn from them")
     while True:
         for index in random.permutation(len(items)):
             yield items[int(index)]

@@ -24,12 +24,14 @@ from rig.gap.reference.build import Expected
 from rig.gap.settings import Fitted, fitted
 from rig.record import Column
 
-LENGTH_S = 10.0
-"""Of each record. Longer: fewer of them within the time."""
+LENGTHS_S = (10.0, 20.0, 40.0)
+"""Of records that are tried: what is slow (creep, a staircase's holds) needs long ones. More: slower."""
 TIME_S = 60.0
 """That an experiment may take on the rig."""
 WORTH_NATS = 0.1
-"""A record, or an experiment, that tells less is not worth the rig's time."""
+"""An experiment that tells less is not worth the rig's time."""
+MORE_NATS = 0.03
+"""A further record that tells less is not worth its time. More: shorter experiments."""
 LEAST_PROBABILITY = 0.01
 """Hypotheses below are not designed for."""
 MOST = 6
@@ -129,7 +131,7 @@ def next_experiment(
     factors = dict.fromkeys(one.factor for one in open_ones)
     rivals = {name: [one for one in open_ones if one.factor == name][:MOST] for name in factors}
     rivals = {name: those for name, those in rivals.items() if len(those) > 1}
-    pool = candidates(room, (LENGTH_S,))
+    pool = candidates(room, LENGTHS_S)
     if not rivals or not pool:
         return None
     known = [
@@ -192,7 +194,8 @@ def _weigh(stand: Stand, rivals: Sequence[Hypothesis]) -> _Open:
 
 
 def _chosen(known: Sequence[_Open], times: Sequence[float], seconds: float) -> list[int]:
-    """Records by what they add a second, until the time is over or none adds enough."""
+    """Records by what they add a second, until the time is over or none adds enough; none at all where they are not
+    worth it together."""
     chosen: list[int] = []
     told = 0.0
     while True:
@@ -203,8 +206,8 @@ def _chosen(known: Sequence[_Open], times: Sequence[float], seconds: float) -> l
             if k not in chosen and times[k] <= left
         }
         best = max(gains, key=lambda k: (gains[k] - told) / times[k], default=None)
-        if best is None or gains[best] - told < WORTH_NATS:
-            return chosen
+        if best is None or gains[best] - told < MORE_NATS:
+            return chosen if told >= WORTH_NATS else []
         chosen.append(best)
         told = gains[best]
 

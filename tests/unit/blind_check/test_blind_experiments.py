@@ -145,7 +145,7 @@ def test_without_experiments_there_is_one_stage() -> None:
 def scored(root: Path, seed: int, rights: list[bool]) -> CheckFolder:
     """A check of some single effects of which those are right."""
     folder = CheckFolder(root)
-    draw(PhysicsSource(Purpose.DEVELOPMENT, known=("delay",)), root, seed, len(rights))
+    draw(PhysicsSource(Purpose.DEVELOPMENT, known=("delay", "valve_lag", "backlash")), root, seed, len(rights))
     labels, _ = open_labels(folder)
     for token, label in labels.items():
         said = row(["delay"] if rights[label["number"]] else ["valve_lag"]) | {"flagged": False, "weakest": 5.0}

@@ -17,9 +17,12 @@ from rig.errors import RigError
 from rig.excite.experiment import Entry, Timing
 from rig.excite.signals import Sine
 from rig.gap.hypotheses.library import LIBRARY
-from rig.gap.plan.candidates import planned
+from rig.gap.hypotheses.propagate import Applied
+from rig.gap.hypotheses.scenes import ANGLE
+from rig.gap.plan.candidates import Room, planned
 from rig.gap.plan.capability import capability
 from rig.gap.plan.information import Information
+from rig.gap.plan.next_experiment import Hypothesis, next_experiment
 from rig.gap.plan.raw_ability import RAW, STEP, raw_abilities, smallest
 from rig.gap.plan.rehearse import Rig, known_rig, rehearse
 from rig.gap.records.pairs import pair_up
@@ -138,3 +141,16 @@ def test_a_designed_session_pairs_with_the_usual_one_where_they_share_a_record(t
     pairing = pair_up([newer, *designed[1:]], [usual], 0.2)
     assert [pair.name for pair in pairing.pairs] == [record.name for record in designed[1:]]
     assert pairing.unpaired
+
+
+def test_what_is_slow_is_given_longer_records(known: Rig) -> None:
+    slow = Applied("creep", {"share": 0.05, "tau_s": 10.0, "relaxed": 1.0})
+    rivals = [
+        Hypothesis(ANGLE, Applied("sensor_gain", {"gain": -0.04}), 0.5, {"gain": 0.01}),
+        Hypothesis(ANGLE, slow, 0.5, {"share": 0.01, "tau_s": 3.0}),
+    ]
+    found = next_experiment(rivals, known, Room(rests_mpa=(0.2,)), fitted())
+    assert found is not None
+    assert max(entry.timing.duration_s for entry in found.entries) > 10.0
+    assert found.seconds <= 60.0
+    assert found.nats >= 0.1
