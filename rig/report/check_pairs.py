@@ -28,6 +28,7 @@ def pairs_page(found: Mapping[str, Any]) -> str:
     head = f"| {' | '.join(HEAD)} |\n{'|---' * len(HEAD)}|"
     rows = "\n".join(f"| {' | '.join(row)} |" for row in _rows(found))
     return (
+        "# Two checks of the same cases\n\n"
         f"Written by `pamrig gap check compare` on {date.today().isoformat()}: {found['cases']} cases, "
         f"{found['first']} (first) beside {found['other']} (other), the same units, effects and sizes. Rates carry "
         f"Wilson 95 % intervals; p: exact sign test on the cases that one alone has right.\n\n{head}\n{rows}\n"

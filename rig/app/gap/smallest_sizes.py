@@ -179,6 +179,7 @@ def sizes_page(rows: Sequence[Row], reference: str, asked: str) -> str:
         for row in rows
     )
     return (
+        "# Smallest sizes, said and found\n\n"
         f"{asked} Reference: {reference}. Said: what `pamrig gap capability` says would be seen in nine of ten cases. "
         f"Found: from where on a day with the effect is told from a healthy one, on plants whose laws are not the "
         f"library's. Within a factor {WITHIN:g}, at nine of ten, for {sum(row.within for row in rows)} of {len(rows)} "
