@@ -17,6 +17,11 @@ from rig.identify.fingerprint import fingerprint_of
 from rig.record import Record
 
 
+MOST_DAYS = 2
+"""Of earlier days, the last so many describe the rig for experiments: what a fingerprint costs grows with the square of
+its records. More: slower."""
+
+
 def answer_with(question: Question, experiments: Sequence[Sequence[Record]]) -> tuple[Diagnosis, Grounds]:
     """The diagnosis of a question's records and of those of later experiments. RecordError and ModelError as
     `rig.gap.pipeline.answer`, and where the days are too short to expect an experiment by them."""
@@ -34,8 +39,9 @@ def _said_by(question: Question, records: Sequence[Record]) -> Said:
         return {}
     if question.model is None:
         raise RecordError("no model: experiments that no earlier day holds are judged by a model with a fingerprint")
+    described = [record for day in question.days[-MOST_DAYS:] for record in day]
     known = replace(question.model, fingerprint=None)
-    known = replace(known, fingerprint=fingerprint_of([record for day in question.days for record in day], known))
+    known = replace(known, fingerprint=fingerprint_of(described, known))
     if known.fingerprint is None:
         raise RecordError("--baseline: too short to describe the rig by; a hunt needs some minutes of records")
     asked = replace(question, model=known, records=records, days=[], kind=Kind.FINGERPRINT, sister=False)

@@ -38,7 +38,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> CheckFolder:
     source = SOURCE
     draw(source, folder.root, SEED, CASES)
     for unit in units(source, folder):
-        make_answer_score(unit, keep=True)
+        make_answer_score(unit, keep=True, rounds=0)
     return folder
 
 
@@ -99,7 +99,7 @@ def test_a_killed_check_goes_on_where_it_was(finished: CheckFolder, result: dict
     with pytest.raises(RecordError, match="1 of 8 cases are not scored"):
         result_of(finished)
     for unit in units(SOURCE, finished):
-        make_answer_score(unit, keep=True)
+        make_answer_score(unit, keep=True, rounds=0)
     assert {token: finished.score(token).stat().st_mtime_ns for token in kept} == kept, "nothing was done twice"
     again = result_of(finished)
     assert json.dumps(again, sort_keys=True) == json.dumps(result, sort_keys=True)
@@ -231,7 +231,7 @@ def without_days(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     source = PhysicsSource(Purpose.SCORING, ("fluidic",), measures_of(groups), tuple(LIBRARY))
     draw(source, folder.root, SEED, 6, names_of(groups))
     for unit in units(source, folder):
-        make_answer_score(unit)
+        make_answer_score(unit, rounds=0)
     return result_of(folder)
 
 
