@@ -16,7 +16,6 @@ from rig.gap.reference.build import Kind
 from rig.identify.fingerprint import fingerprint_of
 from rig.record import Record
 
-
 MOST_DAYS = 2
 """Of earlier days, the last so many describe the rig for experiments: what a fingerprint costs grows with the square of
 its records. More: slower."""
