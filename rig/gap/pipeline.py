@@ -91,7 +91,9 @@ def answer(question: Question) -> tuple[Diagnosis, Grounds]:
     fitting = [effect for effect in effects if not effect.signature]
     expected, posteriors = _judged(question, expected, fitting, settings)
     at_rest = None if question.model is None else replace(question.model, p0_mpa=pairing.p0_mpa)
-    retuning = None if at_rest is None else retune(at_rest, expected.pairing.pairs, expected.driven)
+    retuning = None
+    if at_rest is not None and question.kind is not Kind.SESSION:  # what has changed is no matter of the simulator's
+        retuning = retune(at_rest, expected.pairing.pairs, expected.driven)
     grounds = Grounds(prepared, at_rest, expected, posteriors, retuning)
 
     def after(causes: Sequence[tuple[str, Fit]]) -> HowFar:

@@ -209,21 +209,22 @@ class _Errors:
         self.record = np.concatenate([np.full(3 * len(pair.t_s[::THINNED]), k) for k, pair in enumerate(pairs)])
 
     def _said(self, x: Column) -> list[tuple[Column, Column, Column]]:
-        """For each record (n,): error of the angle (deg) and of both pressures (MPa)."""
+        """For each record: error of the angle (deg) and of both pressures (MPa), on every THINNED-th row."""
         model, found = self._made(x), []
         for pair in self._pairs:
             said = simulate(model, pair.raw)
             t = said.t_s - said.t_s[0]
             angle, p1, p2 = (
-                None if c is None else np.interp(pair.t_s, t, c) for c in (said.angle_deg, said.p1_mpa, said.p2_mpa)
+                None if c is None else np.interp(pair.t_s[::THINNED], t, c)
+                for c in (said.angle_deg, said.p1_mpa, said.p2_mpa)
             )
             assert angle is not None
-            case = pair.case
+            case, used = pair.case, pair.used[::THINNED]
             found.append(
                 (
-                    (case.angle_deg - angle) * pair.used,
-                    self._pressure_error(case.p1_mpa, p1, pair.used),
-                    self._pressure_error(case.p2_mpa, p2, pair.used),
+                    (case.angle_deg[::THINNED] - angle) * used,
+                    self._pressure_error(case.p1_mpa, p1, used),
+                    self._pressure_error(case.p2_mpa, p2, used),
                 )
             )
         return found
@@ -231,19 +232,17 @@ class _Errors:
     def _pressure_error(self, measured: Column | None, said: Column | None, used: Column) -> Column:
         if not self._pressures or measured is None or said is None:
             return np.zeros_like(used)
-        return (measured - said) * used
+        return (measured[::THINNED] - said) * used
 
     def weighed(self, x: Column) -> Column:
-        """(r,) thinned errors of every record, in a hundredth of their range; not a number where the simulator runs
+        """(r,) errors of every record, in a hundredth of their range; not a number where the simulator runs
         away."""
         try:
             said = self._said(x)
         except RigError:
             return np.full(len(self.record), np.nan)
         units = (self._angle_unit, self._pressure_unit, self._pressure_unit)
-        return np.concatenate(
-            [column[::THINNED] / unit for one in said for column, unit in zip(one, units, strict=True)]
-        )
+        return np.concatenate([column / unit for one in said for column, unit in zip(one, units, strict=True)])
 
     def angle_ms(self, weighed: Column) -> Column:
         """Mean square of each record's angle error, deg^2, from its thinned errors."""

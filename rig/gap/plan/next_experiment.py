@@ -7,12 +7,13 @@ are refitted within what is known of their numbers (Chen and Asprey, Ind. Eng. C
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import combinations
 from typing import Any
 
 import numpy as np
 
-from rig.excite.experiment import Entry
+from rig.excite.experiment import Entry, RunPlan
 from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.propagate import Applied
@@ -131,16 +132,23 @@ def next_experiment(
     factors = dict.fromkeys(one.factor for one in open_ones)
     rivals = {name: [one for one in open_ones if one.factor == name][:MOST] for name in factors}
     rivals = {name: those for name, those in rivals.items() if len(those) > 1}
-    pool = candidates(room, LENGTHS_S)
-    if not rivals or not pool:
+    pool, plans = _pool(room) if rivals else ((), ())
+    if not pool:
         return None
     known = [
         _weigh(stand, rivals[stand.name])
-        for stand in factors_of(rehearse(rig, planned(pool)), settings)
+        for stand in factors_of(rehearse(rig, plans), settings)
         if stand.name in rivals
     ]
     chosen = _chosen(known, [lasts_s(entry) for entry in pool], seconds)
     return _described(known, pool, chosen) if chosen else None
+
+
+@lru_cache(maxsize=4)
+def _pool(room: Room) -> tuple[tuple[Entry, ...], tuple[RunPlan, ...]]:
+    """What could be recorded, and its plans: the same for every case of a rig."""
+    entries = candidates(room, LENGTHS_S)
+    return tuple(entries), tuple(planned(entries))
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.evidence.posterior import NONE, UNKNOWN
 from rig.gap.pipeline import Grounds
 from rig.gap.records.pairs import pair_up
+from rig.gap.settings import fitted
 from rig.model.parameters import AddedEffect, Model
 from rig.record import Record
 
@@ -112,7 +113,7 @@ def test_what_a_monitor_misreads_and_what_a_valve_does_are_parted_by_the_angle()
     assert isinstance(read, Grounds)
     assert isinstance(done, Grounds)
     assert read.expected.misread is not None
-    assert read.expected.misread.offset_mpa[0] == pytest.approx(0.8 * OFF_MPA, rel=0.2)
+    assert read.expected.misread.offset_mpa[0] == pytest.approx(fitted().levels["session"].monitors * OFF_MPA, rel=0.1)
     assert read.posteriors[1].probability[NONE] > 0.5, "the joint does nothing that needs a cause"
     assert done.posteriors[0].probability["valve_offset"] > 0.9 > read.posteriors[0].probability["valve_offset"]
 
