@@ -1,6 +1,7 @@
 """Devices and effects from outside: the example package, installed beside pamrig, is found by its names."""
 
 import json
+import math
 import os
 import shutil
 import subprocess
@@ -13,6 +14,7 @@ from conftest import ROOT
 
 from rig import plugins
 from rig.errors import ConfigError
+from rig.log.reader import read
 
 EXAMPLE = ROOT / "docs" / "examples" / "pamrig_example"
 PAGE = ROOT / "docs" / "how-to" / "add_a_device.md"
@@ -63,6 +65,25 @@ def test_a_rig_runs_on_a_device_from_outside(installed: Path, tmp_path: Path) ->
         call, cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(installed)}, capture_output=True, text=True, check=True
     )
     assert float(moved.stdout) == pytest.approx(12.0)
+
+
+def test_a_rig_in_mm_runs_live_on_its_own_device(installed: Path, tmp_path: Path) -> None:
+    rig = PAGE.read_text().split("```yaml\n")[2].partition("```")[0]
+    patient = (
+        "limits: {misses_per_s: 200, stall_periods: 400, "  # a machine that stands still is not what is tried here
+    )
+    (tmp_path / "slide.yaml").write_text(rig.replace("limits: {", patient))
+    sine = {"sine": {"frequency_hz": 1.0, "amplitude_mpa": 0.16}}
+    (tmp_path / "short.yaml").write_text(yaml.safe_dump(SWEEP | {"records": [sine]}))
+    words = ("run", "short.yaml", "--rig", "slide.yaml", "--clock", "real", "--force", "-o", "out", "--json", "-")
+    done = pamrig(installed, tmp_path, *words)
+    assert done.returncode == 0, done.stderr
+    (record,) = read(tmp_path / json.loads(done.stdout)["runs"][0]["file"])
+    assert record.period_s == pytest.approx(0.01)
+    own = record.own_columns()
+    assert own.keys() >= {"set_point_mm", "position_mm"}
+    assert own["set_point_mm"].max() == pytest.approx(70.0, abs=0.5)
+    assert own["position_mm"].max() == pytest.approx(30.0 + 40.0 / (1.0 + (2 * math.pi * 0.05) ** 2) ** 0.5, abs=1.5)
 
 
 def test_the_simulator_knows_an_effect_from_outside(installed: Path, tmp_path: Path) -> None:

@@ -56,7 +56,7 @@ async function list() {
   if (by("diagnoses").dataset.key !== key) {
     by("diagnoses").dataset.key = key;
     fill("diagnoses", ...found.map(row));
-    await history.look();
+    history.look();
   }
   const over = found.find((one) => one.name === wanted && one.state !== "at work");
   if (over) {
