@@ -3,7 +3,7 @@
 Each interpreter gets an empty virtual environment, pip takes pamrig and its dependencies from the index, and the
 commands of a first session are carried out away from the checkout. uvx and pipx start the command where they are on
 the path. It needs the standard library, and hatchling where no `--dist` with a wheel and an sdist is given. It is no
-test of the suite but by PAMRIG_INTERPRETERS: it needs the network, and minutes.
+test of the suite: it needs the network, and minutes.
 """
 
 import argparse
