@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from rig.blind_check.generate import nominal_model
 from rig.gap import diagnose
 from rig.gap.answer.result import Diagnosis
 from rig.model.kernels import simulate
@@ -22,6 +23,12 @@ SWEEPS = {"sine_0.3": (0.3, 0.2), "sine_0.8": (0.8, 0.16), "sine_1.3": (1.3, 0.0
 @lru_cache
 def model() -> Model:
     return load_model(MODEL)
+
+
+@lru_cache
+def identified() -> Model:
+    """The model that the first healthy day was identified to, with its fingerprint."""
+    return nominal_model(baselines()[0], model().p0_mpa)
 
 
 def session(seed: int, *effects: AddedEffect, after: Callable[[Record], Record] | None = None) -> list[Record]:

@@ -63,6 +63,11 @@ class PhysicsSource:
         parts = [name.encode() + p1.tobytes() + p2.tobytes() for name, (p1, p2, _) in self.session.items()]
         return hashlib.sha256(b"".join(parts)).hexdigest()
 
+    @property
+    def can_repeat(self) -> bool:
+        """Recommended experiments can be carried out."""
+        return True
+
     def sheet(self, seed: int, cases: int) -> list[dict[str, Any]]:
         parts = [(family, against) for family in self.families for against in self.against]
         shares = [cases * (k + 1) // len(parts) - cases * k // len(parts) for k in range(len(parts))]

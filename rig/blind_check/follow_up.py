@@ -35,8 +35,9 @@ PERIOD_NS: Final = 5_000_000
 
 
 def carry_out(source: Source, folder: CheckFolder, labels: Mapping[str, Label], rounds: int = ROUNDS) -> None:
-    """Make and answer the further questions of those cases whose last answer recommended an experiment."""
-    for number in range(1, rounds + 1):
+    """Make and answer the further questions of those cases whose last answer recommended an experiment; none where
+    nothing can be recorded anew."""
+    for number in range(1, rounds + 1 if source.can_repeat else 1):
         again = folder.follow_up(number)
         asked = [token for token, label in labels.items() if _ask(source, folder, token, label, number)]
         if asked:

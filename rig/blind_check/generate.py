@@ -190,10 +190,14 @@ def without_fingerprint(model: Model) -> Model:
 
 
 def nominal_model(records: Sequence[Record], p0_mpa: float) -> Model:
-    """A MBW from measured pressures with regulators, by the swarm of Table II with an early stop."""
+    """A MBW from measured pressures with regulators (from commands where none were measured), by the swarm of Table II
+    with an early stop."""
+    from rig.identify.data import Options
     from rig.identify.fit import Settings, identify
     from rig.identify.templates import Template, template_model
     from rig.model.parameters import Input
 
-    start = template_model(Template(drive=Input.PRESSURE, p0_mpa=p0_mpa, free_offset=True, mean_exponent=1.0))
-    return identify(records, start, Settings(seeds=(1,), patience=60, bounded=False, workers=1)).model
+    drive = Input.PRESSURE if all(record.has_pressures for record in records) else Input.COMMAND
+    start = template_model(Template(drive=drive, p0_mpa=p0_mpa, free_offset=True, mean_exponent=1.0))
+    settings = Settings(seeds=(1,), patience=60, bounded=False, workers=1)
+    return identify(records, start, settings, Options(resample=True)).model

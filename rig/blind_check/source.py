@@ -48,6 +48,10 @@ class Source(Protocol):
     def recorded_under(self) -> str:
         """Names the session that every day is recorded under; empty where each unit has its own."""
 
+    @property
+    def can_repeat(self) -> bool:
+        """Recommended experiments can be carried out."""
+
     def sheet(self, seed: int, cases: int) -> list[Label]:
         """Labels of `cases` cases, in an order that tells nothing."""
 

@@ -33,6 +33,10 @@ WIDTH_SHARES = (3.0, 0.05)
 laws with more numbers lose."""
 FIT_STEPS = 6
 """Gauss-Newton steps of a law from the best point of its grid; more change no name on the development cases."""
+UNSEEN_MEAN_LAW = 0.5
+"""Standard deviation of the exponent of the mean pressure at mean pressures that a reference never saw. Published
+muscles and the plants here lie between 0 (only the difference counts) and 1 (the difference over the mean). Smaller:
+another P0 looks like another gain."""
 PRIORS = Path(__file__).with_name("priors.yaml")
 
 
@@ -48,6 +52,11 @@ class FactorLevels:
     """The same on every line alike, as a share of the span."""
     floor: float
     """Rms by which healthy days differ from what is expected, as a share of the span."""
+
+    def of_any_mean(self) -> "FactorLevels":
+        """The same at a mean pressure that the reference has never seen: its law there is anybody's guess."""
+        law = math.hypot(self.patterns["mean_law"], UNSEEN_MEAN_LAW)
+        return replace(self, patterns={**self.patterns, "mean_law": law})
 
     def later(self, lag_s: float) -> "FactorLevels":
         """The same where a further lag, of this standard deviation, may differ without being a gap."""

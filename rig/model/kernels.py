@@ -122,7 +122,17 @@ def _driving(grid: Record, drive: Input, p0_mpa: float) -> tuple[Column, Column]
         return held_commands(grid, p0_mpa)
     if grid.p1_mpa is None or grid.p2_mpa is None:
         raise RecordError(f"{grid.name}: the pressures were not measured; drive the model by the command instead")
-    return grid.p1_mpa.copy(), grid.p2_mpa.copy()
+    return _whole(grid.p1_mpa), _whole(grid.p2_mpa)
+
+
+def _whole(column: Column) -> Column:
+    """A new column, missing values on straight lines between their neighbours."""
+    known = np.isfinite(column)
+    if known.all() or not known.any():
+        return column.copy()
+    rows = np.arange(len(column))
+    whole: Column = np.interp(rows, rows[known], column[known])
+    return whole
 
 
 def _start(record: Record) -> float:

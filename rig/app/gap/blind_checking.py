@@ -11,15 +11,20 @@ from hil.reference.cases import Purpose
 from hil.reference.families import NAMES as FAMILIES
 from hil.reference.source import PhysicsSource
 from rig.app.compose import find_config
+from rig.app.gap.baselines import days_in
 from rig.app.terminal import progress
 from rig.blind_check.folder import CheckFolder
 from rig.blind_check.follow_up import commands_of
 from rig.blind_check.generate import draw, open_labels
 from rig.blind_check.modes import GROUPS, measures_of, names_of
-from rig.errors import RecordError
+from rig.blind_check.real_source import RecordsSource
+from rig.errors import ConfigError, RecordError
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.settings import fitted
 from rig.parallel import each, executor
+
+DAYS_NEED = 2
+"""Earlier days, beside the one with the effect, from which on several days can be asked for."""
 
 
 def source_of(
@@ -33,6 +38,34 @@ def source_of(
     purpose = Purpose.DEVELOPMENT if development else Purpose.SCORING
     session = None if sweep is None else commands_of(find_config(sweep, "sweeps"))
     return PhysicsSource(purpose, tuple(families) or FAMILIES, measures_of(groups or GROUPS), tuple(LIBRARY), session)
+
+
+def source_and_modes(
+    records: Path | None,
+    development: bool,
+    families: Sequence[str] = (),
+    groups: Sequence[str] = (),
+    sweep: Path | None = None,
+) -> tuple[Any, tuple[str, ...]]:
+    """The generator, plants or somebody's records, and the ways of asking; ConfigError for one that records do not
+    allow."""
+    if records is None:
+        return source_of(development, families, groups, sweep), tuple(groups)
+    if families or sweep:
+        option = "--family" if families else "--sweep"
+        raise ConfigError(f"{option}: is for plants; --records takes no plant, give one of the two")
+    return RecordsSource(records), _modes_of(records, groups)
+
+
+def _modes_of(records: Path, groups: Sequence[str]) -> tuple[str, ...]:
+    sessions = len(days_in(records)) or 1
+    can = tuple(name for name in ("days", "one_day", "fingerprint") if name != "days" or sessions > DAYS_NEED)
+    if lacking := next((name for name in groups if name not in can), None):
+        raise ConfigError(
+            f"--modes {lacking}: cannot be asked of {records} ({sessions} session{'s' if sessions > 1 else ''}); "
+            f"allowed: {', '.join(can)}; days needs {DAYS_NEED + 1} sessions, a folder each"
+        )
+    return tuple(groups) or can
 
 
 def new_folder() -> Path:

@@ -30,6 +30,12 @@ _families = click.option(
     type=click.Choice(("mckibben", "fluidic", "pleated")),
     help="Plants of this family only. Repeatable.",
 )
+_records = click.option(
+    "--records",
+    type=_place,
+    metavar="FOLDER",
+    help="Put effects of sensor and time base into these records (folders: a session each) in place of a plant's.",
+)
 _modes = click.option(
     "--modes",
     multiple=True,
@@ -70,6 +76,7 @@ _html = click.option(
 @_seed
 @_development
 @_families
+@_records
 @_modes
 @_sweep
 @_no_angle
@@ -86,7 +93,7 @@ _html = click.option(
 @click.pass_context
 def check(
     context: click.Context, cases: int, seed: int | None, development: bool, families: tuple[str, ...],
-    modes: tuple[str, ...], sweep: Path | None, no_angle: bool, priors: Path | None,
+    records: Path | None, modes: tuple[str, ...], sweep: Path | None, no_angle: bool, priors: Path | None,
     dask: str | None, workers: int | None, output: Path | None, keep: bool,
     experiments: int, html_to: Path | None, json_to: str | None,
 ) -> None:  # fmt: skip
@@ -99,12 +106,12 @@ def check(
     import time
     from functools import partial
 
-    from rig.app.gap.blind_checking import new_folder, source_of, spread
+    from rig.app.gap.blind_checking import new_folder, source_and_modes, spread
     from rig.blind_check.check import make_answer_score, result_of
     from rig.blind_check.folder import CheckFolder
     from rig.blind_check.generate import units
 
-    begun, source = time.monotonic(), source_of(development, families, modes, sweep)
+    begun, (source, modes) = time.monotonic(), source_and_modes(records, development, families, modes, sweep)
     folder = CheckFolder(output.resolve() if output else new_folder())
     _sealed(source, folder, cases, seed, modes, json_to, no_angle, priors)
     spread(
@@ -119,6 +126,7 @@ def check(
 @_seed
 @_development
 @_families
+@_records
 @_modes
 @_sweep
 @_no_angle
@@ -126,18 +134,19 @@ def check(
 @_dask
 @_workers
 def make(
-    folder: Path, cases: int, seed: int | None, development: bool, families: tuple[str, ...], modes: tuple[str, ...],
-    sweep: Path | None, no_angle: bool, priors: Path | None, dask: str | None, workers: int | None,
+    folder: Path, cases: int, seed: int | None, development: bool, families: tuple[str, ...],
+    records: Path | None, modes: tuple[str, ...], sweep: Path | None, no_angle: bool, priors: Path | None,
+    dask: str | None, workers: int | None,
 ) -> None:  # fmt: skip
     """Draw and seal the labels, then write the questions into FOLDER.
 
     Whoever answers gets sealed.json and the folder questions; labels and key stay in the folder maker.
     """
-    from rig.app.gap.blind_checking import source_of, spread
+    from rig.app.gap.blind_checking import source_and_modes, spread
     from rig.blind_check.folder import CheckFolder
     from rig.blind_check.generate import make_unit, units
 
-    source, place = source_of(development, families, modes, sweep), CheckFolder(folder)
+    (source, modes), place = source_and_modes(records, development, families, modes, sweep), CheckFolder(folder)
     _sealed(source, place, cases, seed, modes, None, no_angle, priors)
     work = units(source, place)
     spread(make_unit, work, len(work), "units", dask, workers)
@@ -173,19 +182,20 @@ def answer(folder: Path, dask: str | None, workers: int | None) -> None:
 )
 @_development
 @_experiments
+@_records
 @_dask
 @_workers
 @_html
 @json_option
 def score(
-    folder: Path, labels: Path | None, development: bool, experiments: int,
+    folder: Path, labels: Path | None, development: bool, records: Path | None, experiments: int,
     dask: str | None, workers: int | None, html_to: Path | None,
     json_to: str | None
 ) -> None:  # fmt: skip
     """Open the labels of FOLDER and score its answers; recommended experiments are carried out first."""
     from functools import partial
 
-    from rig.app.gap.blind_checking import source_of, spread
+    from rig.app.gap.blind_checking import source_and_modes, spread
     from rig.blind_check.check import result_of, score_unit
     from rig.blind_check.folder import CheckFolder
     from rig.blind_check.generate import units
@@ -195,7 +205,7 @@ def score(
     if labels is not None:
         _report(place, score_own(place, labels), html_to, json_to)
         return
-    work = units(source_of(development), place)
+    work = units(source_and_modes(records, development)[0], place)
     spread(
         partial(score_unit, rounds=experiments), work, sum(len(unit.tokens) for unit in work), "cases", dask, workers
     )
@@ -223,7 +233,9 @@ def merge(folders: tuple[Path, ...], unfinished: bool, html_to: Path | None, jso
 @check.command()
 @click.argument("first", type=_place)
 @click.argument("other", type=_place)
-@click.option("-o", "--output", "html_to", type=Output(Kind.PAGE), metavar="FILE.md", help="The table as a page.")
+@click.option(
+    "-o", "--output", "--out", "html_to", type=Output(Kind.PAGE), metavar="FILE.md", help="The table as a page."
+)
 @json_option
 def compare(first: Path, other: Path, html_to: Path | None, json_to: str | None) -> None:
     """Two scored checks of the same cases beside each other: of two methods, or of two sessions (--sweep)."""
@@ -251,7 +263,9 @@ def compare(first: Path, other: Path, html_to: Path | None, json_to: str | None)
     help="What stands for the healthy rig: one earlier day, or the fingerprint of one.",
 )
 @_workers
-@click.option("-o", "--output", "html_to", type=Output(Kind.PAGE), metavar="FILE.md", help="The table as a page.")
+@click.option(
+    "-o", "--output", "--out", "html_to", type=Output(Kind.PAGE), metavar="FILE.md", help="The table as a page."
+)
 @json_option
 def sizes(
     families: tuple[str, ...], units: int, seed: int, reference: str, workers: int | None, html_to: Path | None,
@@ -303,6 +317,40 @@ def absorbed(units: int, seed: int, workers: int | None, json_to: str | None) ->
     console(json_to).print(shown)
     effects = {effect: {"share": share, "units": count} for effect, share, count in rows}
     emit({"seed": seed, "from": SWALLOWED, "effects": effects, "declared": sorted(ABSORBED)}, json_to)
+
+
+@check.command()
+@click.option("--cases", type=click.IntRange(1), default=8, show_default=True, help="Development cases a family.")
+@click.option("--seed", type=click.IntRange(0), default=402, show_default=True, help="Seed of the development cases.")
+@_families
+@_workers
+@_html
+@json_option
+def sensitivity(
+    cases: int, seed: int, families: tuple[str, ...], workers: int | None, html_to: Path | None, json_to: str | None
+) -> None:
+    """Halve and double each number that decides in the likelihood, and count which answers move.
+
+    On development cases; a .md as page is a table in Markdown.
+    """
+    from dataclasses import asdict
+
+    from rig.app.gap import sensitivity as numbers
+    from rig.app.gap.sensitivity_page import as_markdown
+    from rig.app.terminal import progress
+    from rig.outputs import write_text
+
+    asked = numbers.Asked(families or ("mckibben", "fluidic", "pleated"), seed, cases)
+    total = len(numbers.FACTORS) * len(numbers.numbers())
+    with progress("numbers", total) as update:
+        base, moved = numbers.sensitivity(asked, workers, lambda done: update(done, f"{done} of {total}"))
+    page = as_markdown(asked, base, moved, numbers.deciding())
+    if html_to is not None:
+        write_text(html_to, page, Kind.PAGE)
+    console(json_to).print(page, markup=False)
+    emit(
+        {"cases": len(base), "right": sum(one.right for one in base), "moved": [asdict(one) for one in moved]}, json_to
+    )
 
 
 def _sealed(

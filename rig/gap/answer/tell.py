@@ -21,6 +21,7 @@ from rig.gap.hypotheses.propagate import Applied, full_numbers
 from rig.gap.hypotheses.scenes import PRESSURES
 from rig.gap.plan.next_experiment import spreads, what_next
 from rig.gap.raw_tests.signature import Signature
+from rig.gap.records.pairs import Pairing
 from rig.gap.reference.build import Expected, rms_of
 from rig.gap.settings import Fitted
 from rig.model.effect_stages import EFFECT_STAGES
@@ -29,6 +30,8 @@ from rig.record import Column
 
 ABOVE = 1.2
 """A gap counts as above the floor from this ratio on; below it, what is explained is counted from zero."""
+EITHER = 0.5
+"""Trust in a name beside which something else may have done the same: one of two."""
 SPOILT = 1.02
 """A cause that leaves more than this share of the rms in the simulator is not added to it."""
 
@@ -181,10 +184,17 @@ def _causes(told: Told, kept: Sequence[Kept], before: float, far: HowFar, added:
                 min(left, before) if added else before,
                 share_closed(posterior, fit),
                 others,
-                posterior.probability[fit.effect.name],
+                posterior.probability[fit.effect.name] * trust(told.prepared.pairing, fit.effect.name),
             )
         )
     return sorted(found, key=lambda cause: cause.gap_after_deg)
+
+
+def trust(pairing: Pairing, name: str) -> float:
+    """What is left of an effect's probability where something that is no hypothesis may have done the same: a sensor
+    that cuts off its values, another commanded P0."""
+    elsewhere = pairing.elsewhere and name == "co_contraction"
+    return EITHER if name in LIBRARY and (pairing.clipped or elsewhere) else 1.0
 
 
 def _unknowns(told: Told, kept: Sequence[Kept], before: float) -> list[Cause]:
@@ -195,7 +205,8 @@ def _unknowns(told: Told, kept: Sequence[Kept], before: float) -> list[Cause]:
         useless = any(posterior is one for one in spoilt)
         if posterior.found and (posterior.fit is None or posterior.beside > 0.5 or useless):
             near = sorted(posterior.fits, key=lambda name: -posterior.probability[name])[:2]
-            stage = EFFECT_STAGES[posterior.fits[near[0]].applied.stage].lies_in if near else "joint"
+            nowhere = "valve" if posterior.stand.name == PRESSURES else "joint"
+            stage = EFFECT_STAGES[posterior.fits[near[0]].applied.stage].lies_in if near else nowhere
             chance = posterior.probability[UNKNOWN] if posterior.fit is None else posterior.beside
             chance = 1.0 - posterior.probability[NONE] if useless else chance
             found.append(
@@ -247,7 +258,8 @@ def _verdict(told: Told, causes: Sequence[Cause]) -> str:
 
 def _confidence(told: Told, marks: Sequence[Cause]) -> float:
     """Probability that what is said of every factor is right."""
-    chances = [posterior.probability[posterior.best if posterior.found else NONE] for posterior in told.posteriors]
+    pairing = told.prepared.pairing
+    chances = [one.probability[one.best] * trust(pairing, one.best) for one in told.posteriors]
     return float(np.prod([*chances, *(mark.confidence for mark in marks)]))
 
 

@@ -46,6 +46,7 @@ from rig.gap.raw_tests.read import read_signatures
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.pairs import Pair, pair_up
 from rig.gap.records.strangers import without_strangers
+from rig.gap.records.usable import check_reach
 from rig.gap.reference.nominal import Reference, describe, fit_regulators, mean_session
 from rig.model.kernels import simulate
 from rig.model.parameters import Model
@@ -57,8 +58,6 @@ HANDOVER = 0.05
 """Share of what the valve side explains in the angle that the response model may get wrong."""
 STRANGE_HANDOVER = 0.15
 """The same where nothing explains what is left: a gap within it is taken for the response model's."""
-STRANGE = 4.0
-"""A model that moves this many times as far as the rig, or as little, is no reference."""
 MISFIT_SHARE = 0.05
 """What a model misses of a clean rig, as a share of the amplitude, when its file does not say."""
 
@@ -110,13 +109,7 @@ def modelled(model: Model, pair: Pair) -> tuple[Column | None, Column | None, Co
     start = [session.angle_deg[0] for session in pair.sessions] or [pair.case.angle_deg[0]]
     said = simulate(model, pair.raw, start_deg=float(np.mean(start)))
     assert said.angle_deg is not None
-    share = float(np.ptp(said.angle_deg) / max(np.ptp(pair.case.angle_deg), 1e-9))
-    if not 1.0 / STRANGE < share < STRANGE:
-        raise ModelError(
-            f"{pair.name}: the model moves {share:.3g} times as far as the rig: other units, or outside its range; "
-            "allowed without a "
-            f"baseline: {1 / STRANGE:.2g} .. {STRANGE:g} times"
-        )
+    check_reach(pair.name, said.angle_deg, pair.case.angle_deg)
     own = said.t_s - said.t_s[0]
 
     def on_grid(column: Column | None) -> Column | None:

@@ -23,6 +23,18 @@ LEAST_CHANCE = 1e-12
 """A probability below counts as this much for other records: nothing is ever ruled out for good."""
 
 
+EVEN = 0.5
+"""Probability of none below which there is something."""
+
+
+def likeliest(probability: Mapping[str, float]) -> str:
+    """The hypothesis that is believed: none, or one of those that are something where they are likelier together."""
+    something = {name: chance for name, chance in probability.items() if name != NONE}
+    if probability.get(NONE, 0.0) >= EVEN or not something:
+        return NONE
+    return max(something, key=lambda name: something[name])
+
+
 @dataclass(frozen=True)
 class Posterior:
     """What competes on one factor, with its probabilities."""
@@ -39,8 +51,9 @@ class Posterior:
 
     @property
     def best(self) -> str:
-        """The likeliest hypothesis."""
-        return max(self.probability, key=lambda name: self.probability[name])
+        """The likeliest hypothesis: none where that is likelier than everything else together, else the likeliest of
+        the others."""
+        return likeliest(self.probability)
 
     @property
     def fit(self) -> Fit | None:
@@ -71,7 +84,7 @@ class Posterior:
     @property
     def found(self) -> bool:
         """There is something."""
-        return self.probability[NONE] < 0.5
+        return self.probability[NONE] < EVEN
 
     @property
     def names(self) -> list[str]:
@@ -132,7 +145,7 @@ def log_unknown(scene: Scene, expected: Gaussian, left: Column) -> float:
 def _beside(scene: Scene, gap: Column, fits: dict[str, Fit], probability: dict[str, float]) -> float:
     """Probability that the likeliest effect leaves something unknown, against that its law is only as rough as it
     usually is."""
-    best = max(probability, key=lambda name: probability[name])
+    best = likeliest(probability)
     if best not in fits:
         return 0.0
     fit, lines, prior = fits[best], scene.factor.lines, scene.prior

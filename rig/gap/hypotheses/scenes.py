@@ -81,6 +81,8 @@ def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = N
     tracks, base, response = expected.tracks, expected.base, expected.response
     levels = settings.levels[expected.levels].angle.later(0.0 if expected.driven else expected.unsure_lag_s)
     levels = levels if expected.misread is None else expected.misread.levels(levels)
+    if expected.mean_unseen:
+        levels = levels.of_any_mean()
     factor = angle_parts(tracks, base, response, expected.driven).factor(levels, settings.prior)
     factor = factor.at_least(expected.missed_deg)
     moving = float(np.std(np.concatenate(base)))

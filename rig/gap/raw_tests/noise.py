@@ -1,16 +1,22 @@
 """More broadband noise than the baselines have; what a step, a line or a lost sample adds is taken off first."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
 from rig.columns import THIRD_DIFFERENCE_POWER
-from rig.gap.raw_tests.levels import angles_of, level_deg, white_level_deg
+from rig.gap.raw_tests.levels import angles_of, filled, level_deg, white_level_deg
 from rig.gap.raw_tests.settings import CLEAR, DAYS_NOISE, LEAST_LOUDER, MOST_HEAVY, SMOOTHED
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.raw_tests.spectral_lines import without_line
 from rig.gap.raw_tests.statistics import about, between_days, by_chance
-from rig.record import Record
+from rig.gap.records.settings import SMOOTHING_S
+from rig.model.resample import is_regular
+from rig.record import Column, Record
+
+Measure = Callable[[Sequence[Column]], float]
+"""Noise of columns, in their unit."""
 
 
 def noise(
@@ -21,13 +27,14 @@ def noise(
     lines: Sequence[Signature],
 ) -> Signature:
     """The test for sensor noise."""
-    measure = white_level_deg if repeats.found else level_deg
+    uneven = any(_elsewhere(case, day) for session in sessions for case, day in zip(cases, session, strict=True))
+    measure = white_level_deg if repeats.found or uneven else level_deg
     strongest = max(lines, key=lambda line: line.value, default=None)
     level = measure(
         [without_line(record, strongest.numbers["frequency_hz"]) for record in cases] if strongest else angles_of(cases)
     )
     own = np.sqrt(max(level**2 - (step.value**2 / 12.0 if step.found else 0.0), 0.0))
-    levels = [measure(angles_of(session)) for session in sessions]
+    levels = [_as_sampled(measure, cases, session) for session in sessions]
     base = float(np.sqrt(np.mean(np.square(levels)))) if levels else 0.0
     known = bool(levels) and min(levels) > 0.0 and own > 0.0
     days, degrees = between_days(np.log(levels).tolist() if known else [], DAYS_NOISE)
@@ -43,6 +50,31 @@ def noise(
         size**2 if found else 0.0,
         SMOOTHED * size**2 if found else 0.0,
     )  # fmt: skip
+
+
+def _as_sampled(measure: Measure, cases: Sequence[Record], session: Sequence[Record]) -> float:
+    """A session's noise as the case's rows would show it: what of the motion their differences let through counts with
+    it where they lie elsewhere than the session's."""
+    level = measure(angles_of(session))
+    sampled = [(case, day) for case, day in zip(cases, session, strict=True) if _elsewhere(case, day)]
+    if not sampled:
+        return level
+    motions = [(case.t_s, day.t_s, _motion(day)) for case, day in sampled]
+    here = measure([np.interp(t, own, motion) for t, own, motion in motions])
+    there = measure([motion for _, _, motion in motions])
+    return float(np.sqrt(level**2 + max(here**2 - there**2, 0.0)))
+
+
+def _elsewhere(case: Record, day: Record) -> bool:
+    """Their rows are not as far apart, or not as even."""
+    return not all(is_regular(record, day.period_s) for record in (case, day))
+
+
+def _motion(day: Record) -> Column:
+    """(n,) the angle without what changes from row to row, smoothed as the diagnosis does."""
+    assert day.angle_deg is not None
+    motion: Column = gaussian_filter1d(filled(day.angle_deg), SMOOTHING_S / day.period_s, mode="nearest")
+    return motion
 
 
 def _spread(levels: Sequence[float]) -> float:

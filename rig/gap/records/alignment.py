@@ -66,8 +66,8 @@ def _command(record: Record, t_s: Column) -> Column:
     return course
 
 
-def _covered(record: Record, t_s: Column) -> Rows:
-    """True where a record has rows around t: what is interpolated over a hole is no command."""
+def covered(record: Record, t_s: Column) -> Rows:
+    """True where a record has rows around t (s after its start): what is interpolated over a hole is no command."""
     own = record.t_s - record.t_s[0]
     after = np.clip(np.searchsorted(own, t_s), 1, len(own) - 1)
     covered: Rows = own[after] - own[after - 1] <= LONGEST_GAP_S
@@ -85,7 +85,7 @@ def _off(record: Record, other: Record, shift_s: float) -> float:
     if end - start < OVERLAP * min(_length_s(record), _length_s(other)):
         return np.inf
     t = np.arange(start, end, ALIGN_STEP_S)
-    t = t[_covered(record, t) & _covered(other, t + shift_s)]
+    t = t[covered(record, t) & covered(other, t + shift_s)]
     if len(t) * ALIGN_STEP_S < LEAST_COVERED * (end - start):
         return np.inf
     mine = _command(record, t)

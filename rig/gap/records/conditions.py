@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rig.further import Further, furthers_of
-from rig.gap.records.settings import CONDITION_LIMITS
+from rig.gap.records.settings import CONDITION_LIMITS, SHIFTED_MPA
 from rig.record import Record
 from rig.tags import tags_of
 
@@ -40,6 +40,13 @@ def commanded_rest(record: Record) -> float | None:
     return float(record.facts["p0_mpa"]) if "p0_mpa" in record.facts else None
 
 
+def measured_rest(record: Record) -> float | None:
+    """P0 by the measured pressures, MPa; None where one of them was not measured."""
+    if record.p1_mpa is None or record.p2_mpa is None:
+        return None
+    return float(np.nanmedian(0.5 * (record.p1_mpa + record.p2_mpa)))
+
+
 def conditions(record: Record) -> dict[str, float | str]:
     """Name -> value of every condition that the record says: a fact, or the median of a column of that name."""
     said: dict[str, float | str] = {
@@ -55,7 +62,8 @@ def conditions(record: Record) -> dict[str, float | str]:
 
 
 def difference(record: Record, other: Record) -> Difference | None:
-    """The first condition in which the two differ by more than it may; None when they agree in all that both say."""
+    """The first condition in which the two differ by more than it may; None when they agree in all that both say, and
+    in P0 where one says it and the other measured it."""
     mine, theirs = conditions(record), conditions(other)
     for name in mine.keys() & theirs.keys():
         one, two = mine[name], theirs[name]
@@ -66,7 +74,20 @@ def difference(record: Record, other: Record) -> Difference | None:
         limit = _limit(name, max(abs(one), abs(two)), record)
         if abs(one - two) > limit:
             return Difference(name, one, two, limit)
-    return None
+    return _other_rest(record, other)
+
+
+def _other_rest(record: Record, other: Record) -> Difference | None:
+    """Where only one of two records says its P0, the other's measured one must not be far from it; nor may the
+    pressures that both measured be near each other, which is how a shift of both looks."""
+    said = [commanded_rest(each) for each in (record, other)]
+    seen = [measured_rest(each) for each in (record, other)]
+    if (said[0] is None) == (said[1] is None) or seen[0] is None or seen[1] is None:
+        return None
+    mine, theirs = (told if told is not None else read for told, read in zip(said, seen, strict=True))
+    if mine is None or theirs is None or min(abs(mine - theirs), abs(seen[0] - seen[1])) <= SHIFTED_MPA:
+        return None
+    return Difference("p0_mpa", mine, theirs, SHIFTED_MPA)
 
 
 def _limit(name: str, size: float, record: Record) -> float:

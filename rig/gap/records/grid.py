@@ -9,6 +9,7 @@ from scipy.ndimage import gaussian_filter1d
 from rig.excite.setpoints import around
 from rig.gap.records.alignment import on_clock_of
 from rig.gap.records.dropouts import Dropouts, Rows
+from rig.gap.records.holes import unsettled, with_rows
 from rig.gap.records.own_input import at_input, differs
 from rig.gap.records.partners import Partner
 from rig.gap.records.periods import whole_periods
@@ -65,9 +66,11 @@ def on_grid(
     `fallen` holds what fell in each record, by its identity; what has to be said goes into the notes.
     """
     start_s = float(record.t_s[0])
-    others = tuple(
+    theirs = [
         replace(partner.record, t_s=on_clock_of(partner.record, partner.alignment) + start_s) for partner in partners
-    )
+    ]
+    read = record
+    record, others = with_rows(read, theirs), tuple(with_rows(other, [read]) for other in theirs)
     dt = max(record.period_s, 1e-4)
     stride = max(1, round(GRID_S / dt))
     length = min(float(each.t_s[-1]) - start_s for each in (record, *others))
@@ -85,12 +88,12 @@ def on_grid(
     if any(differs(_input(record, start_s, t), _input(other, start_s, t)) for other in others):
         notes.append(f"{record.name}: its input is not exactly the baselines'; they are taken at its own")
     u1, u2 = _commands(record, t, p0_mpa)
-    used = (~holes[: len(t)]).astype(float)
+    used = (~(holes[: len(t)] | unsettled(read, theirs, t + start_s))).astype(float)
     edge = max(1, round(2 * SMOOTHING_S / (dt * stride)))
     used[-edge:] = 0.0
     return Pair(
         record.name, dt * stride, t, u1, u2, _cut(case, len(t)), tuple(sessions), used, record, others,
-        fallen.get(id(record), ()), tuple(fallen.get(id(partner.record), ()) for partner in partners),
+        fallen.get(id(read), ()), tuple(fallen.get(id(partner.record), ()) for partner in partners),
     )  # fmt: skip
 
 

@@ -16,7 +16,7 @@ from rig.gap.records.grid import Pair, Session, on_grid
 from rig.gap.records.partners import Match, Partner, find_partner, require_partners
 from rig.gap.records.rest import rest_pressure, say_shift
 from rig.gap.records.settings import CLIPPED
-from rig.gap.records.usable import check_scale, hole, reasons, silent_monitor, usable
+from rig.gap.records.usable import check_direction, check_scale, hole, reasons, silent_monitor, usable
 from rig.record import Record
 
 __all__ = ["Pair", "Pairing", "Session", "pair_up"]
@@ -36,6 +36,8 @@ class Pairing:
     """A sensor seems clipped: what cuts off a value cannot be told from that."""
     matches: list[Match] = field(default_factory=list)
     """The table: each usable record beside each session, what paired by what, and how far off what did not."""
+    elsewhere: bool = False
+    """The measured P0 lies elsewhere than the earlier days', and nobody says which was commanded."""
 
 
 def pair_up(
@@ -68,10 +70,15 @@ def pair_up(
         told = [hole(record), *(hole(other, "baseline ") for other in others[id(record)])]
         notes.extend(text for text in told if text)
     p0 = rest_pressure(kept, p0_mpa, notes)
-    say_shift(kept, [other for record in kept for other in others[id(record)]], notes)
+    elsewhere = say_shift(kept, [other for record in kept for other in others[id(record)]], notes)
     pressed = pressures and _all_have_pressures(kept, others, notes)
     pairs = [on_grid(record, partners[id(record)], p0, pressed, fallen, notes) for record in kept]
-    return Pairing(pairs, pressed, len(pairs[0].sessions), p0, notes, unpaired, _clipped(pairs, notes), matches)
+    if pairs[0].sessions:
+        days = [np.mean([session.angle_deg for session in pair.sessions], axis=0) for pair in pairs]
+        check_direction([pair.case.angle_deg for pair in pairs], days, "the earlier days'")
+    return Pairing(
+        pairs, pressed, len(pairs[0].sessions), p0, notes, unpaired, _clipped(pairs, notes), matches, elsewhere
+    )
 
 
 def _sessions(

@@ -4,11 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rig.gap.records.conditions import commanded_rest
+from rig.gap.records.conditions import commanded_rest, measured_rest
+from rig.gap.records.settings import SHIFTED_MPA
 from rig.record import Record
 
-SHIFTED_MPA = 0.03
-"""A measured P0 that lies this far from the baselines' is said: another commanded P0, or a shift of both pressures."""
 OTHER_THAN_MODEL_MPA = 0.02
 """A measured P0 this far from the model's is said; also the least P0 that is believed."""
 
@@ -19,7 +18,7 @@ def rest_pressure(records: Sequence[Record], p0_mpa: float, notes: list[str]) ->
     means = [rest for record in records if (rest := commanded_rest(record)) is not None]
     if means:
         return float(np.median(means))
-    measured = _measured_rests(records)
+    measured = measured_rests(records)
     if not measured:
         return p0_mpa
     rest = float(np.round(np.median(measured), 2))
@@ -28,20 +27,19 @@ def rest_pressure(records: Sequence[Record], p0_mpa: float, notes: list[str]) ->
     return max(rest, OTHER_THAN_MODEL_MPA)
 
 
-def say_shift(records: Sequence[Record], partners: Sequence[Record], notes: list[str]) -> None:
-    """A note where the measured P0 lies elsewhere than the baselines'."""
-    mine, theirs = _measured_rests(records), _measured_rests(partners)
+def say_shift(records: Sequence[Record], partners: Sequence[Record], notes: list[str]) -> bool:
+    """Whether the measured P0 lies elsewhere than the baselines'; a note where it does."""
+    mine, theirs = measured_rests(records), measured_rests(partners)
     if mine and theirs and abs(np.median(mine) - np.median(theirs)) > SHIFTED_MPA:
         notes.append(
             f"P0 is {np.median(mine):.2f} MPa by the measured pressures, {np.median(theirs):.2f} MPa in the "
             "baselines: recorded around "
             "another P0, or both pressures are shifted"
         )
+        return True
+    return False
 
 
-def _measured_rests(records: Sequence[Record]) -> list[float]:
-    return [
-        float(np.nanmedian(0.5 * (record.p1_mpa + record.p2_mpa)))
-        for record in records
-        if record.p1_mpa is not None and record.p2_mpa is not None
-    ]
+def measured_rests(records: Sequence[Record]) -> list[float]:
+    """The middle of both measured pressures of each record that has them, MPa."""
+    return [rest for record in records if (rest := measured_rest(record)) is not None]

@@ -37,6 +37,11 @@ RAIL_STEPS = 2.5
 LONGEST_BRIDGE_S = 0.05
 """Missing samples up to this long are bridged by a straight line, s; longer ones count as a hole. A line misses a sweep
 of 20 deg at 1 Hz by 20 (2 pi)^2 0.05^2 / 8 = 0.25 deg in the middle of the longest bridge, 10 deg in one of 0.3 s."""
+WIPED_OUT = 0.9
+"""Share of its range that a command goes through after a hole before rows count again where nobody knows what was
+commanded in it. Higher: less of a record counts; lower: what a hysteresis remembers of the hole looks like a gap."""
+SETTLED = 0.25
+"""... and so much later, s: six lags of a regulator."""
 
 SAME_COMMAND = 0.1
 """Two commands are the same sweep when they differ by less than this share of the command's spread (rms and mean),
@@ -70,6 +75,9 @@ CONDITION_LIMITS = {"p0": (0.01, 0.0), "load": (0.0, 0.05), "tension": (0.0, 0.0
 """What a record's condition may differ by and still be the same: name -> (in its unit, as a share of the larger). P0 in
 MPa: what the set-point of a regulator differs by between days; temperature in K; load and tension as a share: a weight
 is weighed to a few percent."""
+SHIFTED_MPA = 0.03
+"""A measured P0 that lies this far from the baselines' is another commanded P0, or a shift of both pressures, MPa:
+three times what regulators and monitors differ by between days."""
 INPUT_TAPS, INPUT_TAP_S = 8, 0.03
 """Taps of the response by which a baseline is propagated to the case's own input, and their distance, s: 0.24 s, six
 regulator lags."""

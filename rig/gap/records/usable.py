@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rig.errors import RecordError
+from rig.errors import ModelError, RecordError
 from rig.identify.data import strange_units
 from rig.record import Column, Record
 
@@ -19,8 +19,16 @@ LEAST_SAMPLED = 0.5
 """Share of its own time that a record has to be sampled: rows times their usual distance, over its length."""
 AGAINST = -0.9
 """Correlation of the measured with the commanded p1 - p2 below which the two sides are swapped."""
+ANGLE_AGAINST = -0.7
+"""Correlation of all records' angles with what is expected below which the sign is turned: a rig that is late by a
+third of a period is still above -0.5."""
 RADIANS = (0.75 * np.pi / 180, 1.25 * np.pi / 180)
 """An angle that spreads by this share of the baseline's is the same angle in radians."""
+STRANGE = 4.0
+"""A model that moves this many times as far as the rig, or as little, is no reference."""
+FARTHEST = 4.0
+"""An angle that spreads by so many times the baseline's is another rig's or in another unit: no effect of the library
+reaches so far. Less than the baseline's may be a joint that is nearly stuck."""
 LONGEST_LAG_S = 1.0
 FOLLOWED_S = 0.05
 STILL_MPA = 1e-4
@@ -145,8 +153,29 @@ def _correlation(one: Column, other: Column) -> float:
     return float(one @ other / max(float(np.sqrt((one @ one) * (other @ other))), 1e-30))
 
 
+def check_reach(name: str, said: Column, measured: Column) -> None:
+    """ModelError when a model moves so much more or less than the record of this name that it must be another's."""
+    share = float(np.ptp(said) / max(np.ptp(measured), 1e-9))
+    if not 1.0 / STRANGE < share < STRANGE:
+        raise ModelError(
+            f"{name}: the model moves {share:.3g} times as far as the rig: other units, or outside its range; "
+            f"allowed without a baseline: {1 / STRANGE:.2g} .. {STRANGE:g} times"
+        )
+
+
+def check_direction(cases: Sequence[Column], expected: Sequence[Column], whose: str) -> None:
+    """RecordError when the angles (n,) run against what is expected of them, over all records together: no lag and no
+    friction of a rig does that."""
+    centred = [(one - np.mean(one), other - np.mean(other)) for one, other in zip(cases, expected, strict=True)]
+    case, other = (np.concatenate(columns) for columns in zip(*centred, strict=True))
+    if _correlation(case, other) < ANGLE_AGAINST:
+        raise RecordError(
+            f"the angle runs against {whose}: is its sign turned, or are the muscles or their commands swapped?"
+        )
+
+
 def check_scale(record: Record, partners: Sequence[Record | None]) -> None:
-    """RecordError when the angle is that of the baselines in radians."""
+    """RecordError when the angle is that of the baselines in radians, or another rig's."""
     assert record.angle_deg is not None
     spreads = [
         np.nanstd(partner.angle_deg) for partner in partners if partner is not None and partner.angle_deg is not None
@@ -156,4 +185,9 @@ def check_scale(record: Record, partners: Sequence[Record | None]) -> None:
         raise RecordError(
             f"{record.name}: the angle moves {1 / share:.3g} times less than in the baselines; is it in radians? "
             "`pamrig log import` converts units"
+        )
+    if share > FARTHEST:
+        raise RecordError(
+            f"{record.name}: the angle moves {share:.3g} times as far as in the baselines, allowed: {FARTHEST:g}; "
+            "another rig, or another unit?"
         )

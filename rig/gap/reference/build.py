@@ -19,6 +19,7 @@ from rig.errors import ConfigError, ModelError
 from rig.gap.days.engine import modelled, references_of
 from rig.gap.hypotheses.propagate import Track, angle_under, lay_tracks
 from rig.gap.records.pairs import Pair, Pairing
+from rig.gap.records.usable import check_direction, check_reach
 from rig.gap.reference.monitors import Misread
 from rig.gap.reference.nominal import Reference, describe, mean_session
 from rig.model.fingerprint import Fingerprint, PressureSource, fingerprint_trouble
@@ -40,6 +41,7 @@ class Kind(StrEnum):
 Modelled = tuple[Column | None, Column | None, Column]
 """Both pressures (MPa), where the simulator says anything of them, and the angle (deg) of one record; each (n,)."""
 AUTO = "auto"
+MEAN = "mean pressure"
 UNCORRECTED = "uncorrected"
 """Levels of a fingerprint that does not say what its regulators are beside a dead time and a lag: too few records, or
 an older file."""
@@ -73,6 +75,8 @@ class Expected:
     in one row was written, and whether it held until the next."""
     misread: Misread | None = None
     """What the monitors misread, once the pressures have been judged."""
+    mean_unseen: bool = False
+    """The records lie at a mean pressure that the reference has never seen."""
 
     @property
     def driven(self) -> bool:
@@ -146,13 +150,20 @@ def _from_fingerprint(model: Model, pairing: Pairing) -> Expected:
             "alone is judged"
         )
     made = from_response(response, replace(pairing, pressures=driven))
-    seen = [(track.reference.p1_mpa, track.reference.p2_mpa) for track in made.tracks]
-    pairing.notes.extend(
-        outside_fingerprint(known, [drive(p1, p2, known.p0_mpa, known.exponent) for p1, p2 in seen], seen)
+    for track in made.tracks:
+        check_reach(track.pair.name, track.reference.angle_deg, track.pair.case.angle_deg)
+    check_direction(
+        [track.pair.case.angle_deg for track in made.tracks],
+        [track.reference.angle_deg for track in made.tracks],
+        "what the model's fingerprint expects",
     )
+    seen = [(track.reference.p1_mpa, track.reference.p2_mpa) for track in made.tracks]
+    outside = outside_fingerprint(known, [drive(p1, p2, known.p0_mpa, known.exponent) for p1, p2 in seen], seen)
+    pairing.notes.extend(outside.values())
     levels, missed_mpa, missed_deg = known_how(known)
     lag_s = _unsure_lag_s(model, pairing)
-    return replace(made, levels=levels, missed_mpa=missed_mpa, missed_deg=missed_deg, unsure_lag_s=lag_s)
+    made = replace(made, levels=levels, missed_mpa=missed_mpa, missed_deg=missed_deg, unsure_lag_s=lag_s)
+    return replace(made, mean_unseen=MEAN in outside)
 
 
 def known_how(known: Fingerprint) -> tuple[str, float, float]:
@@ -181,16 +192,17 @@ def _unsure_lag_s(model: Model, pairing: Pairing) -> float:
 
 def outside_fingerprint(
     known: Fingerprint, drives: Sequence[Column], pressures: Sequence[tuple[Column, Column]]
-) -> list[str]:
-    """A line where the records go beyond what the fingerprint's showed, by more than a tenth of the drive's span."""
+) -> dict[str, str]:
+    """What goes beyond the fingerprint's records by more than a tenth of the drive's span, the drive or the mean
+    pressure, and a line about it."""
     room = OUTSIDE * (known.drive_mpa[1] - known.drive_mpa[0])
     means = [0.5 * (p1 + p2) for p1, p2 in pressures]
-    found = []
-    for name, (low, high), columns in (("drive", known.drive_mpa, drives), ("mean pressure", known.mean_mpa, means)):
+    found = {}
+    for name, (low, high), columns in (("drive", known.drive_mpa, drives), (MEAN, known.mean_mpa, means)):
         reached = min(float(c.min()) for c in columns), max(float(c.max()) for c in columns)
         if reached[0] < low - room or reached[1] > high + room:
             now = f"{reached[0]:.3g} to {reached[1]:.3g} MPa"
-            found.append(
+            found[name] = (
                 f"the {name} goes from {now}, the fingerprint knows {low:.3g} to {high:.3g}: beyond it is a guess"
             )
     return found
@@ -220,6 +232,7 @@ def _from_simulator(levels: str, model: Model, pairing: Pairing) -> Expected:
             "the model is driven by the command: it says nothing of the pressures, and the angle alone is judged"
         )
     missed_deg = model.provenance.rmse_deg or 0.0
+    check_direction([pair.case.angle_deg for pair in pairing.pairs], [said[2] for said in sessions], "the simulator's")
     made = Expected(Kind.SIMULATOR, levels, replace(pairing, pressures=driven), tracks, response, tuple(base))
     return replace(
         made,

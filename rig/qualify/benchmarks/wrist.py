@@ -9,12 +9,12 @@ alone.
 
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from rig.blind_check.put_in import dropped, lagging, late, lost, reread
 from rig.errors import RecordError
 from rig.qualify.benchmarks import figure, share
 
@@ -79,42 +79,7 @@ def again(record: "Record", seed: int) -> "Record":
 
 
 def _read(record: "Record", law: Callable[["Column", np.random.Generator], "Column"], seed: int = 7) -> "Record":
-    angle = record.angle_deg
-    if angle is None:
-        raise RecordError(f"{record.name}: has no angle")
-    return replace(record, angle_deg=np.asarray(law(angle, np.random.default_rng(seed))))
-
-
-def _late(record: "Record", delay_s: "float | Column") -> "Record":
-    """All that was measured, as it was so long before."""
-    t = record.t_s - delay_s
-    shifted = {
-        name: np.interp(t, record.t_s, column)
-        for name in ("p1_mpa", "p2_mpa", "angle_deg")
-        if (column := getattr(record, name)) is not None
-    }
-    return replace(record, **shifted)
-
-
-def _lagging(angle: "Column", tau_s: float) -> "Column":
-    """Behind a first-order low pass, exact between straight samples."""
-    from scipy.signal import lfilter
-
-    fine, steps = 50, len(angle)
-    t = np.arange(steps * fine) / fine
-    straight, keep = np.interp(t, np.arange(steps), angle), float(np.exp(-PERIOD_S / fine / tau_s))
-    behind: Any = lfilter([1.0 - keep], [1.0, -keep], straight - angle[0])
-    return np.asarray(behind[::fine] + angle[0])
-
-
-def _lost(angle: "Column", share_lost: float, random: np.random.Generator) -> "Column":
-    gone = random.random(len(angle)) < share_lost
-    gone[0] = False
-    return angle[np.maximum.accumulate(np.where(gone, 0, np.arange(len(angle))))]
-
-
-def _dropped(angle: "Column", probability: float, random: np.random.Generator) -> "Column":
-    return np.where(random.random(len(angle)) < probability, -RANGE_DEG, angle)
+    return reread(record, lambda angle: law(angle, np.random.default_rng(seed)))
 
 
 Put = Callable[["Record"], "Record"]
@@ -127,8 +92,8 @@ def _sensor(law: Callable[["Column", float, np.random.Generator], "Column"]) -> 
 
 def _cases() -> list[tuple[str, float, Put]]:
     sizes: dict[str, tuple[Sequence[float], Callable[[float], Put]]] = {
-        "delay": ((0.01, 0.03, 0.06), lambda size: lambda record: _late(record, size)),
-        "clock_drift": ((-0.004, 0.008), lambda size: lambda record: _late(record, -size * record.t_s)),
+        "delay": ((0.01, 0.03, 0.06), lambda size: lambda record: late(record, size)),
+        "clock_drift": ((-0.004, 0.008), lambda size: lambda record: late(record, -size * record.t_s)),
         "sensor_gain": ((-0.1, -0.05, 0.05, 0.1), _sensor(lambda y, size, _: (1.0 + size) * y)),
         "sensor_offset": ((-4.0, -2.0, 2.0, 4.0), _sensor(lambda y, size, _: y + size)),
         "sensor_drift": (
@@ -136,11 +101,11 @@ def _cases() -> list[tuple[str, float, Put]]:
             _sensor(lambda y, size, _: y + size / 60.0 * PERIOD_S * np.arange(len(y))),
         ),
         "sensor_nonlinearity": ((-0.15, 0.15), _sensor(lambda y, size, _: y + size * y * np.abs(y) / 40.0)),
-        "sensor_lag": ((0.02, 0.04, 0.08), _sensor(lambda y, size, _: _lagging(y, size))),
+        "sensor_lag": ((0.02, 0.04, 0.08), _sensor(lambda y, size, _: lagging(y, size, PERIOD_S))),
         "quantisation": ((2.0, 4.0), _sensor(lambda y, size, _: np.round(y / size) * size)),
         "sensor_noise": ((1.0, 2.0), _sensor(lambda y, size, random: y + size * random.standard_normal(len(y)))),
-        "lost_samples": ((0.05, 0.2), _sensor(_lost)),
-        "sensor_dropout": ((0.01, 0.05), _sensor(_dropped)),
+        "lost_samples": ((0.05, 0.2), _sensor(lost)),
+        "sensor_dropout": ((0.01, 0.05), _sensor(lambda y, size, random: dropped(y, size, random, -RANGE_DEG))),
     }
     return [(name, size, made(size)) for name, (some, made) in sizes.items() for size in some]
 

@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rig.errors import RecordError
+from rig.errors import ModelError, RecordError
 from rig.gap.records.alignment import align
 from rig.gap.records.conditions import difference
 from rig.gap.records.pairs import pair_up
 from rig.gap.records.partners import find_partner
 from rig.gap.records.periods import period_rows, whole_periods
 from rig.gap.records.settings import MOST_SHIFT_S, SAME_COMMAND
-from rig.gap.records.usable import usable
+from rig.gap.records.usable import ANGLE_AGAINST, FARTHEST, check_direction, check_reach, check_scale, usable
 from rig.record import Column, Record
 
 T = np.arange(0.0, 10.0, 0.005)
@@ -125,3 +125,52 @@ def test_a_short_record_is_told_with_its_duration() -> None:
     notes: list[str] = []
     assert not usable(record().rows(T < 1.5), notes)
     assert "300 rows in 1.495 s; needed: at least 50 rows and 2 s" in notes[0]
+
+
+@pytest.mark.parametrize(("correlation", "refused"), [(ANGLE_AGAINST - 0.02, True), (ANGLE_AGAINST + 0.02, False)])
+def test_an_angle_that_runs_against_what_is_expected_is_refused(correlation: float, refused: bool) -> None:
+    wave, other = np.sin(2 * np.pi * 0.5 * T), np.cos(2 * np.pi * 0.5 * T)
+    angle = correlation * wave + np.sqrt(1.0 - correlation**2) * other
+    if not refused:
+        check_direction([angle], [wave], "the simulator's")
+        return
+    with pytest.raises(RecordError, match="the angle runs against the simulator's: is its sign turned"):
+        check_direction([angle], [wave], "the simulator's")
+
+
+@pytest.mark.parametrize(("times", "refused"), [(1.05 * FARTHEST, True), (0.95 * FARTHEST, False), (0.1, False)])
+def test_an_angle_that_moves_much_farther_than_the_earlier_days_is_another_rigs(times: float, refused: bool) -> None:
+    case = replace(record(), angle_deg=times * 100.0 * record().dp_cmd_mpa)
+    if not refused:
+        check_scale(case, [record()])
+        return
+    with pytest.raises(RecordError, match="times as far as in the baselines, allowed: 4; another rig"):
+        check_scale(case, [record()])
+
+
+@pytest.mark.parametrize(("times", "refused"), [(0.24, True), (0.26, False), (3.9, False), (4.1, True)])
+def test_a_model_that_moves_otherwise_by_a_factor_of_four_is_no_model_of_this_rig(times: float, refused: bool) -> None:
+    angle = np.sin(T)
+    if not refused:
+        check_reach("sine", times * angle, angle)
+        return
+    with pytest.raises(ModelError, match=r"sine: the model moves .* times as far as the rig"):
+        check_reach("sine", times * angle, angle)
+
+
+def at_rest(mpa: float, **facts: object) -> Record:
+    pressed = 0.05 * np.sin(T)
+    return replace(record(**facts), p1_mpa=mpa + pressed, p2_mpa=mpa - pressed)
+
+
+@pytest.mark.parametrize(("said", "read", "other", "same"), [
+    (0.2, 0.2, 0.225, True), (0.2, 0.2, 0.235, False),
+    (0.3, 0.2, 0.2, True),  # both measured the same: what one of them says of itself is wrong, or its monitors are
+    (None, 0.2, 0.3, True),  # nobody says it: a shift of both pressures looks the same, and pairs
+])  # fmt: skip
+def test_a_p0_that_one_says_and_the_other_measured_is_compared(
+    said: float | None, read: float, other: float, same: bool
+) -> None:
+    own = at_rest(read) if said is None else at_rest(read, p0_mpa=said)
+    assert (difference(own, at_rest(other)) is None) is same
+    assert (difference(at_rest(other), own) is None) is same

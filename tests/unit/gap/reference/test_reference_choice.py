@@ -48,4 +48,4 @@ def test_records_beyond_what_the_fingerprint_has_seen_are_said(half: float, line
     drive = half * np.sin(np.linspace(0.0, 20.0, 1000))
     said = outside_fingerprint(KNOWN, [drive], [(0.2 + 0.5 * drive, 0.2 - 0.5 * drive)])
     assert len(said) == lines
-    assert all("the fingerprint knows -0.2 to 0.2" in text for text in said)
+    assert all("the fingerprint knows -0.2 to 0.2" in text for text in said.values())

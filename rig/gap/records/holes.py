@@ -1,0 +1,84 @@
+"""Stretches of a record without rows: the command of the same sweep on another day stands for what was written there,
+a straight line where nobody knows.
+
+What was measured stays missing. After a command that nobody knows the rows count again once the command has gone
+through its range: a full excursion wipes out what a hysteresis remembers (Mayergoyz 1991, the wiping-out property).
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from rig.gap.records.alignment import covered
+from rig.gap.records.dropouts import Rows
+from rig.gap.records.settings import SETTLED, WIPED_OUT
+from rig.gap.records.usable import LONGEST_GAP_S
+from rig.record import Column, Record
+
+COMMANDS = ("dp_cmd_mpa", "p1_cmd_mpa", "p2_cmd_mpa")
+
+
+def holes_of(record: Record) -> list[tuple[float, float]]:
+    """(start, end) of every stretch without rows, s, by the record's own clock."""
+    steps = np.diff(record.t_s)
+    at = np.flatnonzero(steps > max(LONGEST_GAP_S, 3.0 * record.period_s))
+    return [(float(record.t_s[k]), float(record.t_s[k + 1])) for k in at]
+
+
+def with_rows(record: Record, others: Sequence[Record]) -> Record:
+    """The record with rows in its holes, their commands those of the first of `others` (on the same clock) that was
+    sampled there; measured columns are missing (NaN) there."""
+    holes = holes_of(record)
+    if not holes:
+        return record
+    added = np.concatenate([_between(start, end, record.period_s) for start, end in holes])
+    t = np.concatenate([record.t_s, added])
+    order = np.argsort(t, kind="stable")
+    filled: dict[str, Any] = {
+        name: np.concatenate([column, _in_holes(name, record, others, added)])[order]
+        for name, column in record.columns().items()
+        if name != "t_s"
+    }
+    extra = {name: filled.pop(name) for name in record.extra}
+    return replace(record, t_s=t[order], extra=extra, **filled)
+
+
+def unsettled(record: Record, others: Sequence[Record], t_s: Column) -> Rows:
+    """(n,) True at times after a hole whose command nobody knows, until the command has gone through its range."""
+    rows = np.zeros(len(t_s), dtype=bool)
+    for start, end in holes_of(record):
+        if any(_knows(other, start, end) for other in others):
+            continue
+        after = record.t_s >= end
+        course, times = record.dp_cmd_mpa[after], record.t_s[after]
+        reached = np.maximum.accumulate(course) - np.minimum.accumulate(course)
+        through = np.flatnonzero(reached >= WIPED_OUT * np.ptp(record.dp_cmd_mpa))
+        until = times[through[0]] + SETTLED if len(through) else np.inf
+        rows |= (t_s >= start) & (t_s < until)
+    return rows
+
+
+def _between(start: float, end: float, period_s: float) -> Column:
+    inside: Column = np.arange(start + period_s, end - 0.5 * period_s, period_s)
+    return inside
+
+
+def _in_holes(name: str, record: Record, others: Sequence[Record], t_s: Column) -> Column:
+    column = record.columns()[name]
+    if name not in COMMANDS:
+        return np.full(len(t_s), np.nan)
+    course: Column = np.interp(t_s, record.t_s, column)
+    for other in reversed(others):
+        theirs = other.columns().get(name)
+        if theirs is not None:
+            known = covered(other, t_s - other.t_s[0])
+            course = np.where(known, np.interp(t_s, other.t_s, theirs), course)
+    return course
+
+
+def _knows(other: Record, start: float, end: float) -> bool:
+    t = np.linspace(start, end, 20)
+    inside = (other.t_s[0] <= start) and (end <= other.t_s[-1])
+    return bool(inside and covered(other, t - other.t_s[0]).all())

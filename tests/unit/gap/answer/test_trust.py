@@ -1,0 +1,21 @@
+"""A name is believed half where a clipped sensor, or another commanded P0, may have done the same."""
+
+import pytest
+
+from rig.gap.answer.tell import EITHER, trust
+from rig.gap.records.pairs import Pairing
+
+
+@pytest.mark.parametrize(
+    ("clipped", "elsewhere", "name", "left"),
+    [
+        (False, False, "co_contraction", 1.0),
+        (True, False, "sensor_nonlinearity", EITHER),
+        (False, True, "co_contraction", EITHER),
+        (False, True, "delay", 1.0),
+        (True, True, "none", 1.0),
+    ],
+)
+def test_what_is_left_of_a_names_probability(clipped: bool, elsewhere: bool, name: str, left: float) -> None:
+    pairing = Pairing([], True, 0, 0.2, clipped=clipped, elsewhere=elsewhere)
+    assert trust(pairing, name) == left
