@@ -109,6 +109,7 @@ def diagnosed(
     """The diagnosis in one mode as plain data, and what it adds to the simulator; `experiments` that followed count
     too."""
     from rig.gap.answer.augment import augmented
+    from rig.gap.diagnosis import diagnose_with_grounds
     from rig.gap.hypotheses.library import LIBRARY
     from rig.gap.settings import fitted
     from rig.model.parameters import load_model
@@ -117,55 +118,23 @@ def diagnosed(
     settings = fitted(priors) if priors.exists() else fitted()
     model, chosen = load_model(path) if path.exists() else None, days[: mode.days]
     library = [name for name in LIBRARY if name not in leave_out] if mode.withheld else None
-    diagnosis, grounds = _by_method(model, records, chosen, mode, library, settings, experiments)
-    if model is None:
-        return {"diagnosis": diagnosis.to_json(), "added": []}
-    simulator = augmented(model, diagnosis, grounds.prepared)
-    added = [{"effect": each.effect, "parameters": each.parameters} for each in simulator.effects]
-    law = simulator.muscle.parameters.get("mean_exponent")
-    return {"diagnosis": diagnosis.to_json(), "added": added, "mean_exponent": None if law is None else law.value}
-
-
-def _by_method(
-    model: Any,
-    records: Sequence[Any],
-    days: Sequence[Any],
-    mode: Mode,
-    library: Sequence[str] | None,
-    settings: Any,
-    experiments: Sequence[Any],
-) -> tuple[Any, Any]:
-    """The answer with its grounds, by the method that the reference has, or by the other one to stand beside it."""
-    from rig.gap.days.diagnosis import diagnose_days
-    from rig.gap.diagnosis import diagnose_with_grounds
-    from rig.gap.pipeline import Question, answer
-    from rig.gap.reference.build import Kind
-
-    if mode.method == "days":
-        return diagnose_days(model, records, days, pressures=mode.pressures, library=library)
-    if mode.method == "likelihood":
-        return answer(
-            Question(
-                model,
-                records,
-                list(days),
-                Kind.SESSION,
-                pressures=mode.pressures,
-                library=library,
-                settings=settings,
-            )
-        )
-    reference = "auto" if mode.reference == "sessions" and len(days) < 2 else mode.reference
-    return diagnose_with_grounds(
+    reference = "auto" if mode.reference == "sessions" and len(chosen) < 2 else mode.reference
+    diagnosis, grounds = diagnose_with_grounds(
         model,
         records,
-        days,
+        chosen,
         pressures=mode.pressures,
         library=library,
         reference=reference,
         experiments=experiments,
         settings=settings,
     )
+    if model is None:
+        return {"diagnosis": diagnosis.to_json(), "added": []}
+    simulator = augmented(model, diagnosis, grounds.expected)
+    added = [{"effect": each.effect, "parameters": each.parameters} for each in simulator.effects]
+    law = simulator.muscle.parameters.get("mean_exponent")
+    return {"diagnosis": diagnosis.to_json(), "added": added, "mean_exponent": None if law is None else law.value}
 
 
 if __name__ == "__main__":

@@ -31,8 +31,6 @@ class Mode:
     against: str = DAYS
     withheld: str = ""
     """With a library that is short: the mode that asks the same with all of it."""
-    method: str = ""
-    """The method that answers where it is not the one that the reference has: days or likelihood."""
 
     @property
     def ratio(self) -> str:
@@ -72,11 +70,6 @@ GROUPS: Final[Mapping[str, tuple[Mode, ...]]] = {
         Mode("withheld_angle", "days, angle only, short library", "sessions", ALL_DAYS, OWN, False, withheld="angle"),
         Mode("withheld_one_day", "one day, short library", "session", 1, withheld="one_day"),
         Mode("withheld_fingerprint", "fingerprint, short library", "fingerprint", 0, withheld="fingerprint"),
-    ),
-    "beside": (
-        Mode("days_by_likelihood", "days, by the likelihood", "session", ALL_DAYS, method="likelihood"),
-        Mode("one_day_by_days", "one day, by the method for days", "session", 1, method="days"),
-        Mode("no_day_by_days", "no day, by the method for days", "simulator", 0, method="days"),
     ),
 }
 MODES: Final[Mapping[str, Mode]] = {mode.name: mode for group in GROUPS.values() for mode in group}

@@ -1,15 +1,9 @@
-"""`diagnose`: which reference there is, and the method that answers with it.
-
-One likelihood for a simulator, a fingerprint and one earlier day (`rig.gap.pipeline`); several days by `rig.gap.days`,
-which names more there. docs/decisions/0520 has the figures.
-"""
+"""`diagnose`: which reference there is, and what is asked of it (`rig.gap.pipeline`)."""
 
 from collections.abc import Sequence
 from dataclasses import replace
 
 from rig.gap.answer.result import Diagnosis
-from rig.gap.days.diagnosis import diagnose_days
-from rig.gap.days.findings import Findings
 from rig.gap.experiments import answer_with
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.offered import channels_of_call, possible
@@ -53,7 +47,7 @@ def diagnose_with_grounds(
     effects: Sequence[str] | None = None,
     experiments: Sequence[Sequence[Record]] = (),
     settings: Fitted | None = None,
-) -> tuple[Diagnosis, Findings | Grounds]:
+) -> tuple[Diagnosis, Grounds]:
     """`diagnose`, with what the answer rests on. `effects`: effects or stages that the rig can have, by its YAML;
     without, as the records' facts say. `experiments`: what was recorded afterwards to tell more, sweep by sweep.
     `settings`: levels and priors in place of the shipped ones."""
@@ -63,24 +57,18 @@ def diagnose_with_grounds(
     library = able if library is None else [name for name in able if name in library]
     kind = choose(reference, model, len(baselines))
     sister = reference == Kind.SIMULATOR
-    said, grounds = (
-        diagnose_days(model, records, baselines, pressures=pressures, library=library)
-        if kind is Kind.SESSIONS and not experiments
-        else answer_with(
-            Question(
-                model,
-                records,
-                list(baselines),
-                kind,
-                sister,
-                pressures,
-                library,
-                withheld=withheld,
-                ahead=any(LIBRARY[name].upstream for name in able),
-                settings=settings or fitted(),
-            ),
-            experiments,
-        )
+    question = Question(
+        model,
+        records,
+        list(baselines),
+        kind,
+        sister,
+        pressures,
+        library,
+        withheld=withheld,
+        ahead=any(LIBRARY[name].upstream for name in able),
+        settings=settings or fitted(),
     )
+    said, grounds = answer_with(question, experiments)
     why = because(reference, kind, model, len(baselines))
     return replace(said, reference_because=why, channels=channels), grounds

@@ -27,8 +27,6 @@ def answer_with(question: Question, experiments: Sequence[Sequence[Record]]) -> 
     if not question.days:
         later = [_named(record, number) for number, some in enumerate(experiments, 2) for record in some]
         return answer(replace(question, records=[*question.records, *later]))
-    if question.kind is Kind.SESSIONS:  # several days as one mean day: their evidence can be joined
-        question = replace(question, kind=Kind.SESSION)
     return answer(replace(question, said=_said_by(question, [record for some in experiments for record in some])))
 
 

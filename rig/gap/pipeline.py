@@ -1,8 +1,7 @@
 """The steps of a diagnosis by one likelihood, in their order: pair, test the raw samples, expect, judge, re-tune,
 answer.
 
-Used for question 1 (what does the simulator lack?) and with one earlier day; several days are judged by
-`rig.gap.days.diagnosis` still, which names more there (docs/decisions/0520).
+The same for every reference: earlier days, a fingerprint, the simulator alone.
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,9 +14,8 @@ from rig.gap.answer.held_out import HowFar, how_far
 from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.retuning import Retuning, retune
 from rig.gap.answer.tell import Told, tell
-from rig.gap.days.floor import high_frequency_noise
-from rig.gap.days.prepared import Prepared
 from rig.gap.evidence.posterior import UNKNOWN, Posterior, judge
+from rig.gap.evidence.second import with_second
 from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.library import Effect, chosen
 from rig.gap.hypotheses.scenes import Stand, angle_stand, behind, pressure_stand
@@ -25,8 +23,10 @@ from rig.gap.raw_tests.read import read_signatures
 from rig.gap.raw_tests.repeats import bridged, lost_rows
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.pairs import Pairing, pair_up
-from rig.gap.reference.build import Expected, Kind, expect, read_right
+from rig.gap.records.strangers import without_strangers
+from rig.gap.reference.build import BY_DAYS, Expected, Kind, expect, read_right
 from rig.gap.reference.monitors import misread
+from rig.gap.reference.simulated import misfit_deg
 from rig.gap.settings import Fitted, fitted
 from rig.model.parameters import Model
 from rig.record import Record
@@ -35,13 +35,14 @@ USUAL_P0_MPA = 0.2
 STILL_LIKELY = 0.02
 """Hypotheses ahead of the monitors of at least this probability are judged by the angle as well: what a valve does
 reaches the joint, what a monitor misreads does not. Less: one angle more to judge, seldom another name."""
+ANOTHER_RIG = 0.3
+"""A model that misses the earlier days by this share of the angle's spread is no simulator of this rig."""
 
 
 @dataclass(frozen=True)
 class Grounds:
     """What an answer rests on, for the words, the pictures and the augmented model."""
 
-    prepared: Prepared
     simulator: Model | None
     expected: Expected
     posteriors: tuple[Posterior, ...]
@@ -81,25 +82,37 @@ def answer(question: Question) -> tuple[Diagnosis, Grounds]:
     if any(mark.found and mark.effect == "lost_samples" for mark in marks):
         pairing = _bridged(question, pairing)
     expected = expect(question.kind, question.sister, question.model, pairing)
-    prepared = Prepared(
-        expected.pairing,
-        expected.tracks,
-        expected.response,
-        bool(pairing.pairs[0].sessions),
-        high_frequency_noise([pair.case.angle_deg for pair in expected.pairing.pairs]),
-    )
+    expected = replace(expected, marked_deg2=sum(mark.smoothed_deg2 for mark in marks if mark.found))
     fitting = [effect for effect in effects if not effect.signature]
     expected, posteriors = _judged(question, expected, fitting, settings)
     at_rest = None if question.model is None else replace(question.model, p0_mpa=pairing.p0_mpa)
+    missed = None if at_rest is None or not expected.by_days else _misfit_deg(at_rest, expected)
+    at_rest = None if missed is not None and _of_another_rig(missed, expected) else at_rest
     retuning = None
-    if at_rest is not None and question.kind is not Kind.SESSION:  # what has changed is no matter of the simulator's
-        retuning = retune(at_rest, expected.pairing.pairs, expected.driven)
-    grounds = Grounds(prepared, at_rest, expected, posteriors, retuning)
+    if at_rest is not None and not expected.by_days:  # what has changed is no matter of the simulator's
+        retuning = retune(at_rest, expected.pairs, expected.driven)
+    grounds = Grounds(at_rest, expected, posteriors, retuning)
 
     def after(causes: Sequence[tuple[str, Fit]]) -> HowFar:
-        return how_far(causes, expected, prepared, at_rest, settings)
+        return how_far(causes, expected, at_rest, settings)
 
-    return tell(Told(expected, prepared, at_rest, posteriors, marks, retuning, settings), after), grounds
+    return tell(Told(expected, at_rest, posteriors, marks, retuning, settings, missed), after), grounds
+
+
+def _misfit_deg(model: Model, expected: Expected) -> float | None:
+    return misfit_deg(model, expected.pairs, [track.reference.angle_deg for track in expected.tracks])
+
+
+def _of_another_rig(missed_deg: float, expected: Expected) -> bool:
+    """Whether a model that misses the earlier days by so many degrees does not follow them at all; said then."""
+    spread = float(np.std(np.concatenate([track.reference.angle_deg for track in expected.tracks])))
+    if missed_deg <= ANOTHER_RIG * spread:
+        return False
+    expected.pairing.notes.append(
+        f"the model misses the earlier days by {missed_deg:.2g} deg, {100 * missed_deg / spread:.0f} % of their "
+        "spread: another rig's? How far the gap shrinks is by the description of those days, not by this model"
+    )
+    return True
 
 
 def _judged(
@@ -108,11 +121,17 @@ def _judged(
     """What competes on each factor, upstream first; and what was expected of the angle, given what the pressures
     say."""
 
+    def said(stand: Stand) -> Mapping[str, float]:
+        return {**question.said.get(stand.name, {}), **_unnamed(question, stand)}
+
     def judged(stand: Stand) -> Posterior:
-        return judge(effects, stand, {**question.said.get(stand.name, {}), **_unnamed(question, stand)})
+        return judge(effects, stand, said(stand))
+
+    def seconded(alone: Posterior) -> tuple[Posterior, ...]:
+        return with_second(effects, alone, said(alone.stand))
 
     if not expected.driven or not question.ahead:
-        return expected, (judged(angle_stand(expected, settings)),)
+        return expected, seconded(judged(angle_stand(expected, settings)))
     ahead = judged(pressure_stand(expected, settings))
     likely = ahead.likely(STILL_LIKELY)
     told = {name: _told_by(ahead, name, expected, settings) for name in likely}
@@ -120,7 +139,12 @@ def _judged(
     if len(likely) > 1:
         ahead = ahead.with_evidence({name: one.log_evidence for name, one in found.items()})
     best = max(likely, key=lambda name: ahead.probability[name])
-    return told[best], (ahead, found[best])
+    two, expected, angle = seconded(ahead), told[best], found[best]
+    if len(two) > 1:
+        for fit in (one.fit for one in two):
+            expected = expected if fit is None else behind(expected, fit.applied)
+        angle = judged(angle_stand(expected, settings))
+    return expected, (*two, *seconded(angle))
 
 
 def _told_by(ahead: Posterior, name: str, expected: Expected, settings: Fitted) -> Expected:
@@ -144,9 +168,9 @@ def _unnamed(question: Question, stand: Stand) -> dict[str, float]:
 
 def _paired(question: Question, records: Sequence[Record], days: Sequence[Sequence[Record]]) -> Pairing:
     p0_mpa = question.model.p0_mpa if question.model else USUAL_P0_MPA
-    wanted = days if question.kind is Kind.SESSION else []
-    pairing = pair_up(records, wanted, p0_mpa, pressures=question.pressures)
-    if question.kind is Kind.SESSION and not pairing.pairs[0].sessions:
+    wanted = days if question.kind in BY_DAYS else []
+    pairing = without_strangers(pair_up(records, wanted, p0_mpa, pressures=question.pressures))
+    if question.kind in BY_DAYS and not pairing.pairs[0].sessions:
         raise RecordError(f"--baseline: pairs with no record: {'; '.join(pairing.notes) or 'other sweeps'}")
     return pairing
 

@@ -26,6 +26,15 @@ LEAST_EFFECTIVE = 20.0
 """Independent lines that a single short record has at least. Fewer: nothing is seen in one record of some seconds."""
 UNKNOWN_EVEN = 0.3
 """The same for a process that nobody knows."""
+MEAN_DOUBT = 0.3
+"""What is not known of the law of the mean pressure where that is another than expected: standard deviation of its
+exponent, which lies between 0 and 1. Healthy days never show it, so no fit of theirs can say it. Less: a stiffness is
+named beside every cause that shifts both pressures."""
+PATTERN_DEGREES = 2.0
+"""Degrees of freedom that the population's spread of a pattern is worth beside a rig's own days, each of which brings
+one. More: the own days count for less."""
+LINE_DEGREES = 6.0
+"""The same for the variance of a line."""
 CREDIBLE = 0.95
 """Mass that the reported set of names holds."""
 WIDTH_SHARES = (3.0, 0.05)

@@ -14,9 +14,8 @@ from rig.channels import Channels
 from rig.gap.answer.augment import remaining_gap
 from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.words import chain_rows
-from rig.gap.days.engine import overall_gap
-from rig.gap.days.findings import Findings
 from rig.gap.pipeline import Grounds
+from rig.gap.reference.build import commanded_gaps
 from rig.own_units import own_text
 from rig.record import Column
 
@@ -33,10 +32,10 @@ VISIBLE = 0.02
 """Share of the motion below which two curves lie on one another, and a picture of both shows nothing."""
 
 
-def figures(diagnosis: Diagnosis, findings: Findings | Grounds) -> list[tuple[str, str]]:
+def figures(diagnosis: Diagnosis, grounds: Grounds) -> list[tuple[str, str]]:
     """(caption, SVG) of every figure, in the order of the page."""
-    before = overall_gap(findings.prepared, [])
-    after = remaining_gap(findings.simulator, diagnosis.added, findings.prepared) if diagnosis.added else None
+    before = commanded_gaps(grounds.expected)
+    after = remaining_gap(grounds.simulator, diagnosis.added, grounds.expected) if diagnosis.added else None
     top = _largest(before)
     left = ", and what is left of it" if after else ""
     drawn: list[tuple[str, Callable[[], Figure]]] = []
@@ -50,25 +49,25 @@ def figures(diagnosis: Diagnosis, findings: Findings | Grounds) -> list[tuple[st
     drawn += [
         (
             f"Residual and angle over time in the record with the largest gap{left}",
-            lambda: _over_time(findings, before, after, top),
+            lambda: _over_time(grounds, before, after, top),
         ),
         ("Gap of each record", lambda: _records(diagnosis, after is not None)),
-        ("Residual over frequency, all records together", lambda: _spectrum(findings, before, after)),
+        ("Residual over frequency, all records together", lambda: _spectrum(grounds, before, after)),
         ("Where in the motion the gap lies: mean residual by phase and by angle", lambda: _regions(diagnosis)),
     ]
-    if _visible(findings, before[top], top):
+    if _visible(grounds, before[top], top):
         caption = "Loops of the record with the largest gap: angle against the commanded difference of pressures"
-        drawn.append((caption, lambda: _loops(findings, before, after, top)))
+        drawn.append((caption, lambda: _loops(grounds, before, after, top)))
     if diagnosis.ranking and diagnosis.verdict != "none":
         drawn.append(("Ranking: what each effect explains, and how probable it is", lambda: _ranking(diagnosis)))
     return [(caption, _svg(draw())) for caption, draw in drawn]
 
 
-def over_time_figure(diagnosis: Diagnosis, findings: Findings | Grounds) -> "Figure":
+def over_time_figure(diagnosis: Diagnosis, grounds: Grounds) -> "Figure":
     """The record with the largest gap over time: residual and angle, before and with the causes."""
-    before = overall_gap(findings.prepared, [])
-    after = remaining_gap(findings.simulator, diagnosis.added, findings.prepared) if diagnosis.added else None
-    return _over_time(findings, before, after, _largest(before))
+    before = commanded_gaps(grounds.expected)
+    after = remaining_gap(grounds.simulator, diagnosis.added, grounds.expected) if diagnosis.added else None
+    return _over_time(grounds, before, after, _largest(before))
 
 
 def _largest(gaps: Sequence[Column]) -> int:
@@ -98,17 +97,17 @@ def _thin(column: Column, rows: slice) -> Column:
     return part[:: max(1, len(part) // POINTS)]
 
 
-def _window(findings: Findings | Grounds, index: int) -> slice:
+def _window(grounds: Grounds, index: int) -> slice:
     """The middle of a record: at most eight seconds."""
-    pair = findings.prepared.pairs[index]
+    pair = grounds.expected.pairs[index]
     rows = int(min(8.0, pair.t_s[-1]) / pair.dt_s)
     start = (len(pair) - rows) // 2
     return slice(start, start + rows)
 
 
-def _visible(findings: Findings | Grounds, gap: Column, index: int) -> bool:
+def _visible(grounds: Grounds, gap: Column, index: int) -> bool:
     """Whether measured and simulated angle lie apart by more than a line's width."""
-    angle = findings.prepared.pairs[index].case.angle_deg
+    angle = grounds.expected.pairs[index].case.angle_deg
     return float(np.std(gap)) > VISIBLE * float(np.ptp(angle))
 
 
@@ -133,10 +132,8 @@ def _chain(diagnosis: Diagnosis) -> "Figure":
     return figure
 
 
-def _over_time(
-    findings: Findings | Grounds, before: Sequence[Column], after: Sequence[Column] | None, index: int
-) -> "Figure":
-    pair, rows = findings.prepared.pairs[index], _window(findings, index)
+def _over_time(grounds: Grounds, before: Sequence[Column], after: Sequence[Column] | None, index: int) -> "Figure":
+    pair, rows = grounds.expected.pairs[index], _window(grounds, index)
     figure = _figure(8.0, 4.6)
     rest, angle = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
     own = pair.raw.channels
@@ -160,10 +157,8 @@ def _over_time(
     return figure
 
 
-def _loops(
-    findings: Findings | Grounds, before: Sequence[Column], after: Sequence[Column] | None, index: int
-) -> "Figure":
-    pair, rows = findings.prepared.pairs[index], _window(findings, index)
+def _loops(grounds: Grounds, before: Sequence[Column], after: Sequence[Column] | None, index: int) -> "Figure":
+    pair, rows = grounds.expected.pairs[index], _window(grounds, index)
     own = pair.raw.channels
     before, after = _own(before, own), None if after is None else _own(after, own)
     drawn = [(before[index], BEFORE, "before")] + ([] if after is None else [(after[index], AFTER, "with the causes")])
@@ -181,12 +176,12 @@ def _loops(
     return figure
 
 
-def _spectrum(findings: Findings | Grounds, before: Sequence[Column], after: Sequence[Column] | None) -> "Figure":
+def _spectrum(grounds: Grounds, before: Sequence[Column], after: Sequence[Column] | None) -> "Figure":
     from scipy.signal import welch
 
     figure = _figure(8.0, 3.2)
     axes = figure.subplots()
-    pairs = findings.prepared.pairs
+    pairs = grounds.expected.pairs
     before = _own(before, pairs[0].raw.channels)
     after = None if after is None else _own(after, pairs[0].raw.channels)
     curves = [(before, BEFORE, "--", "before")] + ([] if after is None else [(after, AFTER, "-", "with the causes")])

@@ -3,40 +3,30 @@
 from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
-from typing import Final
 
 import jinja2
 
 from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.words import FROM_MODEL, SOURCES, answers, chain_rows
-from rig.gap.days.findings import Findings
 from rig.gap.pipeline import Grounds
 from rig.model.parameters import Model
 from rig.outputs import Kind, write_text
 from rig.own_units import own_text
 from rig.report.gap_figures import figures
 
-MODES: Final = {
-    "valve": [f"p{valve} {mode}" for valve in (1, 2) for mode in ("offset", "gain", "lag")],
-    "angle": ["offset", "gain", "lag", "width"],
-}
-"""Names of the modes in the order of rig.gap.days.floor's columns."""
-
 
 def write_page(
     path: Path,
     diagnosis: Diagnosis,
-    findings: Findings | Grounds,
+    grounds: Grounds,
     model: Model,
     origin: Mapping[str, str] | None = None,
 ) -> None:
     """Write the page, with whose it is (`origin`: rig, dates, files, command); RigError where that fails."""
-    write_text(path, page(diagnosis, findings, model, origin), Kind.PAGE)
+    write_text(path, page(diagnosis, grounds, model, origin), Kind.PAGE)
 
 
-def page(
-    diagnosis: Diagnosis, findings: Findings | Grounds, model: Model, origin: Mapping[str, str] | None = None
-) -> str:
+def page(diagnosis: Diagnosis, grounds: Grounds, model: Model, origin: Mapping[str, str] | None = None) -> str:
     """The page as text."""
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
@@ -50,16 +40,15 @@ def page(
         origin=origin or {},
         diagnosis=diagnosis,
         chain=chain_rows(diagnosis),
-        modes=MODES,
-        figures=figures(diagnosis, findings),
-        assumed=_assumed(diagnosis, findings, model),
+        figures=figures(diagnosis, grounds),
+        assumed=_assumed(diagnosis, grounds, model),
     )
     return own_text(text, diagnosis.channels)
 
 
-def _assumed(diagnosis: Diagnosis, findings: Findings | Grounds, model: Model) -> list[str]:
+def _assumed(diagnosis: Diagnosis, grounds: Grounds, model: Model) -> list[str]:
     """What the answers rest on."""
-    nominal, sessions = findings.prepared.nominal, diagnosis.evidence["sessions"]
+    nominal, sessions = grounds.expected.response, diagnosis.evidence["sessions"]
     used, valves = diagnosis.evidence["pressures_used"], diagnosis.channels.has_valves
     description = "The description"
     if valves:

@@ -15,7 +15,6 @@ from rig.tags import told
 if TYPE_CHECKING:
     from rig.gains import ClosedLoop
     from rig.gap.answer.result import Diagnosis
-    from rig.gap.days.findings import Findings
     from rig.gap.pipeline import Grounds
     from rig.model.parameters import Model
     from rig.record import Record
@@ -113,7 +112,7 @@ def _tell_worth(
     gains: "ClosedLoop",
     model: "Model",
     diagnosis: "Diagnosis",
-    grounds: "Findings | Grounds",
+    grounds: "Grounds",
     records: "Sequence[Record]",
 ) -> None:
     """What the causes are worth to a feed-forward, into the evidence and the notes."""
@@ -123,7 +122,7 @@ def _tell_worth(
     if not any(cause.applied for cause in diagnosis.causes):
         diagnosis.notes.append("no cause with a course of its own was found: the feed-forward stays as it is")
         return
-    found = worth(model, augmented(model, diagnosis, grounds.prepared), records, gains)
+    found = worth(model, augmented(model, diagnosis, grounds.expected), records, gains)
     way = "closer" if found.closer >= 0.0 else "less closely"
     diagnosis.evidence["tracking"] = {"before_deg": found.before_deg, "after_deg": found.after_deg}
     diagnosis.notes.append(
@@ -158,7 +157,7 @@ def _write(
     case: Case,
     model: "Model",
     diagnosis: "Diagnosis",
-    grounds: "Findings | Grounds",
+    grounds: "Grounds",
     origin: Mapping[str, str],
 ) -> None:
     def place(path: Path) -> Path:
@@ -172,12 +171,12 @@ def _write(
         from rig.gap.answer.augment import augmented
         from rig.model.parameters import save_model
 
-        save_model(augmented(model, diagnosis, grounds.prepared), place(options.augmented_to))
+        save_model(augmented(model, diagnosis, grounds.expected), place(options.augmented_to))
     if options.retuned_to:
         from rig.gap.answer.retuning import retuned_model
         from rig.model.parameters import save_model
 
-        save_model(retuned_model(model, grounds.prepared), place(options.retuned_to))
+        save_model(retuned_model(model, grounds.expected), place(options.retuned_to))
     if options.next_to and diagnosis.next_experiment:
         write_text(place(options.next_to), str(diagnosis.next_experiment["config"]), Kind.SWEEP)
 

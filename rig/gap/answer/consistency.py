@@ -65,7 +65,7 @@ def _floor(diagnosis: Mapping[str, Any], named: Sequence[Any]) -> list[str]:
     gap, evidence = diagnosis["gap"], diagnosis.get("evidence", {})
     if diagnosis["verdict"] == "none" or gap["rms_deg"] > gap["floor_deg"]:
         return []
-    sides = [*evidence.get("factors", {}).values(), *evidence.get("triggers", {}).values()]
+    sides = list(evidence.get("factors", {}).values())
     marks = [mark for mark in evidence.get("signatures", []) if mark.get("found")]
     if any(side["found"] for side in sides) or marks:
         return []

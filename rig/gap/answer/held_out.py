@@ -7,8 +7,8 @@ import numpy as np
 from scipy.special import ndtri, stdtrit
 
 from rig.gap.answer.augment import remaining_gap
-from rig.gap.days.prepared import Prepared
 from rig.gap.hypotheses.fit import Fit, refit
+from rig.gap.hypotheses.given import scene_given
 from rig.gap.hypotheses.propagate import Applied
 from rig.gap.hypotheses.scenes import PRESSURES, angle_scene, on_records, pressure_scene
 from rig.gap.reference.build import Expected
@@ -36,20 +36,19 @@ class HowFar:
     """Mean square of each record, by a fit to the others."""
 
 
-def how_far(
-    causes: Sequence[tuple[str, Fit]], expected: Expected, prepared: Prepared, model: Model | None, settings: Fitted
-) -> HowFar:
+def how_far(causes: Sequence[tuple[str, Fit]], expected: Expected, model: Model | None, settings: Fitted) -> HowFar:
     """Causes with the factor that each was found on; each record is judged by a fit to the other half of the
     records."""
     count = len(expected.tracks)
     left = np.zeros(count)
     for odd in (0, 1) if count > 1 else (0,):
         seen = [k for k in range(count) if k % 2 != odd] or [0]
-        applied = [_refitted(name, fit, on_records(expected, seen), settings, expected) for name, fit in causes]
-        remaining = remaining_gap(model, applied, prepared)
+        some = on_records(expected, seen)
+        applied = [_refitted(k, causes, some, settings, expected) for k in range(len(causes))]
+        remaining = remaining_gap(model, applied, expected)
         for k in range(count):
             if k % 2 == odd or count == 1:
-                left[k] = _mean_square(remaining[k], prepared.pairs[k].used)
+                left[k] = _mean_square(remaining[k], expected.pairs[k].used)
     random = np.random.default_rng(SEED)
     drawn = np.sqrt(np.mean(left[random.integers(count, size=(DRAWS, count))], axis=1))
     middle = float(np.sqrt(left.mean()))
@@ -69,8 +68,12 @@ def widening(count: int) -> float:
     return heavier * float(np.sqrt(2.0 * count / (count - 1)))
 
 
-def _refitted(name: str, fit: Fit, some: Expected, settings: Fitted, whole: Expected) -> Applied:
+def _refitted(k: int, causes: Sequence[tuple[str, Fit]], some: Expected, settings: Fitted, whole: Expected) -> Applied:
+    """The k-th cause fitted to some of the records, beside the others on its factor."""
+    name, fit = causes[k]
     scene = pressure_scene(some, settings, whole) if name == PRESSURES else angle_scene(some, settings, whole)
+    for other in (one for j, (where, one) in enumerate(causes) if where == name and j != k):
+        scene = scene_given(scene, other)
     return refit(fit, scene)
 
 

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from rig.gap.answer.result import Cause, Interval, Observation
-from rig.gap.days.prepared import Prepared
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.hypotheses.propagate import Applied
 from rig.gap.raw_tests.signature import Signature
+from rig.gap.reference.build import Expected
 from rig.model.effect_stages import EFFECT_STAGES
 
 LEAST_SHARE = 0.05
@@ -30,16 +30,16 @@ class Marks:
     observations: list[Observation]
 
 
-def told_apart(marks: Sequence[Signature], prepared: Prepared, gap_deg: float, else_found: bool) -> Marks:
+def told_apart(marks: Sequence[Signature], expected: Expected, gap_deg: float, else_found: bool) -> Marks:
     """Which marks are causes. `gap_deg`: rms of the smoothed records' gap; `else_found`: whether that shows anything.
 
     With an earlier day a mark that stands alone is what has changed; without one it must make up some of the gap.
     """
     causes, observations = [], []
     for mark in (one for one in marks if one.found):
-        before = _raw_gap_deg(mark, prepared, gap_deg)
+        before = _raw_gap_deg(mark, expected, gap_deg)
         share = float(np.clip(mark.variance_deg2 / max(before**2, 1e-12), 0.0, 1.0))
-        alone = prepared.has_baseline and not else_found
+        alone = expected.by_days and not else_found
         if mark.effect is not None and (alone or share >= LEAST_SHARE):
             causes.append(_cause(mark, mark.effect, before, share))
         elif mark.effect is not None or mark.variance_deg2 == 0.0:
@@ -47,12 +47,12 @@ def told_apart(marks: Sequence[Signature], prepared: Prepared, gap_deg: float, e
     return Marks(sorted(causes, key=lambda cause: cause.gap_after_deg), observations)
 
 
-def _raw_gap_deg(mark: Signature, prepared: Prepared, gap_deg: float) -> float:
+def _raw_gap_deg(mark: Signature, expected: Expected, gap_deg: float) -> float:
     """Rms of the unsmoothed angle's gap, fallen samples included; without an earlier day the smoothed one's with the
     mark."""
     raw = [
         np.interp(pair.raw.t_s, other.t_s[known], other.angle_deg[known]) - pair.raw.angle_deg
-        for pair in prepared.pairs
+        for pair in expected.pairs
         for other in pair.raw_baselines
         if pair.raw.angle_deg is not None and other.angle_deg is not None
         for known in (np.isfinite(other.angle_deg),)

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from rig.errors import ModelError, RigError
-from rig.gap.days.prepared import Prepared
 from rig.gap.records.pairs import Pair
+from rig.gap.reference.build import Expected
 from rig.identify.descent import Fit, descend
 from rig.model.kernels import simulate
 from rig.model.parameters import Model, Parameter, StageModel
@@ -98,11 +98,11 @@ class Retuning:
         }
 
 
-def retuned_model(model: Model, prepared: Prepared) -> Model:
+def retuned_model(model: Model, expected: Expected) -> Model:
     """`model` with its own parameters fitted again to the records, and a word on that; ModelError where it runs away
     under them."""
-    at_rest = replace(model, p0_mpa=prepared.pairing.p0_mpa)
-    found = retune(at_rest, prepared.pairs, prepared.pairing.pressures)
+    at_rest = replace(model, p0_mpa=expected.pairing.p0_mpa)
+    found = retune(at_rest, expected.pairs, expected.pairing.pressures)
     if found is None:
         raise ModelError(
             "--retuned: the simulator runs away under these records, or has no parameters of "

@@ -1,7 +1,7 @@
 """From the posterior to the answer: verdict, causes, where, how far, what cannot be told."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,8 +12,6 @@ from rig.gap.answer.observations import told_apart
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Ranked
 from rig.gap.answer.retuning import Retuning
 from rig.gap.answer.where import frequency_shares, over_time, phase_shares, region_shares
-from rig.gap.days.engine import overall_gap
-from rig.gap.days.prepared import Prepared
 from rig.gap.evidence.posterior import NONE, UNKNOWN, Posterior
 from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.library import LIBRARY
@@ -22,7 +20,8 @@ from rig.gap.hypotheses.scenes import PRESSURES
 from rig.gap.plan.next_experiment import spreads, what_next
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.pairs import Pairing
-from rig.gap.reference.build import Expected, rms_of
+from rig.gap.reference.build import Expected, Kind, commanded_gaps, rms_of
+from rig.gap.reference.own_days import angle_days, own_floor
 from rig.gap.settings import Fitted
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.parameters import Model
@@ -41,12 +40,13 @@ class Told:
     """Everything that an answer is made of."""
 
     expected: Expected
-    prepared: Prepared
     simulator: Model | None
     posteriors: tuple[Posterior, ...]
     marks: list[Signature]
     retuning: Retuning | None
     settings: Fitted
+    misfit_deg: float | None = None
+    """How far the simulator as it stands is from the earlier days, where there are any."""
 
     @property
     def angle(self) -> Posterior:
@@ -80,16 +80,18 @@ class Kept:
 
 def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Diagnosis:
     """The diagnosis; `after` says how far the gap shrinks with some causes in the simulator."""
-    pairs = told.prepared.pairs
-    gaps = overall_gap(told.prepared, [])
+    pairs = told.expected.pairs
+    gaps = commanded_gaps(told.expected)
     before, floor = rms_of(gaps, pairs), _floor(told, told.settings)
     kept = _helping(told, before)
     far = after([(one.posterior.stand.name, one.fit) for one in kept])
     unknowns = _unknowns(told, kept, before)
-    found = told_apart(told.marks, told.prepared, before, bool(kept or unknowns))
+    found = told_apart(told.marks, told.expected, before, bool(kept or unknowns))
     marks, added = found.causes, bool(kept) and far.after_deg <= before
     causes = [*_causes(told, kept, before, far, added), *marks, *unknowns]
     causes += [Cause(UNKNOWN, "sensor", "raw data", None, {}, before, before, 0.0, (), 0.5) for _ in _strange(told)]
+    if told.expected.pairing.clipped:
+        causes = [replace(cause, confidence=min(cause.confidence, EITHER)) for cause in causes]
     verdict = _verdict(told, causes)
     names_something = any(cause.effect != UNKNOWN for cause in causes)
     gap = {
@@ -102,7 +104,7 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
         "after_deg": far.after_deg if added else before,
         "after_low_deg": min(far.low_deg, far.after_deg) if added else before,
         "after_high_deg": max(far.high_deg, far.after_deg) if added else before,
-        "floor_source": told.expected.levels,
+        "floor_source": _floor_source(told.expected),
     }
     return Diagnosis(
         verdict,
@@ -116,7 +118,7 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
         list(
             dict.fromkeys(
                 [
-                    *told.prepared.pairing.notes,
+                    *told.expected.pairing.notes,
                     *(f"{mark.text}: no effect of the library does that" for mark in _strange(told)),
                 ]
             )
@@ -133,12 +135,15 @@ def _strange(told: Told) -> list[Signature]:
 
 
 def _floor(told: Told, settings: Fitted) -> float:
-    """Rms that the angle is off under the commands when nothing is wrong, deg: what is usual, and no less than what the
-    reference is known to miss, of the angle and through the pressures."""
+    """Rms that the angle is off under the commands when nothing is wrong, deg: what is usual, or what the rig's own days
+    differ by, and no less than what the reference is known to miss, of the angle and through the pressures."""
     expected = told.expected
     span = float(np.ptp(np.concatenate(expected.base)))
+    usual = settings.levels[expected.levels].commanded_floor * span
+    days = angle_days(expected.tracks, expected.response, driven=False)
+    own = own_floor(usual, days, np.concatenate([pair.used for pair in expected.pairs]))
     known = float(np.hypot(expected.missed_deg, _through_pressures(expected)))
-    return max(settings.levels[expected.levels].commanded_floor * span, known, 1e-6)
+    return max(own, known, 1e-6)
 
 
 def _through_pressures(expected: Expected) -> float:
@@ -155,11 +160,16 @@ def _through_pressures(expected: Expected) -> float:
     return float(np.hypot(rms_of(one, pairs), rms_of(other, pairs)))
 
 
+def _floor_source(expected: Expected) -> str:
+    """What the floor rests on: the rig's own days from two on, else what is usual of such a reference."""
+    return Kind.SESSIONS.value if expected.by_days and expected.pairing.sessions > 1 else expected.levels
+
+
 def _helping(told: Told, before: float) -> list[Kept]:
     """The named effects without any that makes the simulator follow these records worse."""
     kept = []
     for posterior, fit in told.named:
-        alone = rms_of(remaining_gap(told.simulator, [fit.applied], told.prepared), told.prepared.pairs)
+        alone = rms_of(remaining_gap(told.simulator, [fit.applied], told.expected), told.expected.pairs)
         helps = alone <= SPOILT * before or posterior.stand.name == PRESSURES
         if helps and share_closed(posterior, fit) > 0.0:
             kept.append(Kept(posterior, fit, alone))
@@ -178,13 +188,13 @@ def _causes(told: Told, kept: Sequence[Kept], before: float, far: HowFar, added:
                 fit.effect.name,
                 EFFECT_STAGES[fit.applied.stage].lies_in,
                 posterior.stand.name,
-                Applied(fit.applied.stage, full_numbers(fit.applied, told.prepared.nominal)) if added else None,
+                Applied(fit.applied.stage, full_numbers(fit.applied, told.expected.response)) if added else None,
                 intervals(fit),
                 before,
                 min(left, before) if added else before,
                 share_closed(posterior, fit),
                 others,
-                posterior.probability[fit.effect.name] * trust(told.prepared.pairing, fit.effect.name),
+                posterior.probability[fit.effect.name] * trust(told.expected.pairing, fit.effect.name),
             )
         )
     return sorted(found, key=lambda cause: cause.gap_after_deg)
@@ -258,7 +268,7 @@ def _verdict(told: Told, causes: Sequence[Cause]) -> str:
 
 def _confidence(told: Told, marks: Sequence[Cause]) -> float:
     """Probability that what is said of every factor is right."""
-    pairing = told.prepared.pairing
+    pairing = told.expected.pairing
     chances = [one.probability[one.best] * trust(pairing, one.best) for one in told.posteriors]
     return float(np.prod([*chances, *(mark.confidence for mark in marks)]))
 
@@ -266,7 +276,7 @@ def _confidence(told: Told, marks: Sequence[Cause]) -> float:
 def _where(
     told: Told, causes: Sequence[Cause], gaps: Sequence[Column], left_deg: float, floor_deg: float
 ) -> dict[str, object]:
-    pairs = told.prepared.pairs
+    pairs = told.expected.pairs
     healthy = [track.reference.angle_deg for track in told.expected.tracks]
     return {
         "stage": causes[0].stage if causes else None,
@@ -284,7 +294,7 @@ def _shares(told: Told) -> dict[str, float]:
     alone."""
     if told.pressures is None:
         return {}
-    pairs, expected = told.prepared.pairs, told.expected
+    pairs, expected = told.expected.pairs, told.expected
     through = [base - track.reference.angle_deg for base, track in zip(expected.base, expected.tracks, strict=True)]
     behind = [pair.case.angle_deg - base for pair, base in zip(pairs, expected.base, strict=True)]
     ahead, after = rms_of(through, pairs) ** 2, rms_of(behind, pairs) ** 2
@@ -313,11 +323,11 @@ def _next(told: Told) -> dict[str, object] | None:
 
 
 def _evidence(told: Told, gaps: Sequence[Column], far: HowFar, added: bool) -> dict[str, object]:
-    pairs = told.prepared.pairs
+    pairs = told.expected.pairs
     before = [rms_of([gap], [pair]) for gap, pair in zip(gaps, pairs, strict=True)]
     after = [float(np.sqrt(value)) for value in far.per_record_deg2] if added else before
     return {
-        "factors": {posterior.stand.name: _factor_facts(posterior) for posterior in told.posteriors},
+        "factors": {_judged_on(posterior): _factor_facts(posterior) for posterior in told.posteriors},
         "signatures": [mark.to_json() for mark in told.marks],
         "records": [
             {"record": pair.name, "gap_before_deg": one, "gap_after_deg": other}
@@ -325,9 +335,14 @@ def _evidence(told: Told, gaps: Sequence[Column], far: HowFar, added: bool) -> d
         ],
         "sessions": len(pairs[0].sessions),
         "pressures_used": told.expected.driven,
-        "unpaired": told.prepared.pairing.unpaired,
-        "pairing": [match.to_json() for match in told.prepared.pairing.matches],
+        "unpaired": told.expected.pairing.unpaired,
+        "model_misfit_deg": told.misfit_deg,
+        "pairing": [match.to_json() for match in told.expected.pairing.matches],
     }
+
+
+def _judged_on(posterior: Posterior) -> str:
+    return f"{posterior.stand.name} beside {posterior.given}" if posterior.given else posterior.stand.name
 
 
 def _factor_facts(posterior: Posterior) -> dict[str, object]:

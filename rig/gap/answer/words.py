@@ -12,9 +12,6 @@ from rig.gap.offered import VALVES
 
 SOURCES = {
     "sessions": "what the earlier days differ by",
-    "periods": "what the periods of one earlier day differ by (less sure: days differ more than periods)",
-    "noise": "the sensor's noise (unsure: no repeats and no periods)",
-    "model": "the model's own misfit (unsure: no earlier day was given)",
     "session": "what days of a rig usually differ by",
     "fingerprint": "what a rig usually differs by from the description in its model file",
     "uncorrected": "what a rig usually differs by from the description in its model file",

@@ -53,10 +53,26 @@ class Gaussian:
         out: Column = cho_solve(self._factor, self._weighed.T @ (residual * self._scale))
         return out
 
+    def sizes_with_covariance(self, residuals: Column) -> tuple[Column, Column]:
+        """(m, k) the patterns' likeliest sizes in residuals (l, k), in standard deviations, and (m, m) their
+        covariance."""
+        sizes: Column = cho_solve(self._factor, self._weighed.T @ (residuals * self._scale[:, None]))
+        return sizes, self._size_covariance
+
+    @cached_property
+    def _size_covariance(self) -> Column:
+        out: Column = cho_solve(self._factor, np.eye(self.patterns.shape[1]))
+        return out
+
     def size_variances(self) -> Column:
         """(m,) variances of those sizes, in squared standard deviations: 1 where a residual says nothing of a
         pattern."""
-        out: Column = np.diag(cho_solve(self._factor, np.eye(self.patterns.shape[1])))
+        out: Column = np.diag(self._size_covariance)
+        return out
+
+    def power_of(self, covariance: Column) -> Column:
+        """(l,) variance of each line by sizes of the patterns with this covariance (m, m)."""
+        out: Column = np.sum((self.patterns @ covariance) * self.patterns, axis=1)
         return out
 
     def weigh(self, residual: Column) -> Column:

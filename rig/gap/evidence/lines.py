@@ -43,6 +43,12 @@ class Lines:
         """(l,) index of the record that each line belongs to."""
         return np.repeat(np.arange(len(self.rows)), self.counts)
 
+    def beside(self, width_hz: float) -> float:
+        """How many lines a blur of this width (Gaussian, standard deviation) averages over: 1 / sum of its squared
+        weights."""
+        seconds = float(np.mean([n * dt for n, dt in zip(self.rows, self.dt_s, strict=True)]))
+        return 2.0 * float(np.sqrt(np.pi)) * max(2.0 * seconds * width_hz, 0.5)
+
     def of(self, columns: Column) -> Column:
         """(l,) or (l, m) lines of (n,) or (n, m) columns, zero where nothing was measured."""
         parts, start = [], 0
@@ -59,9 +65,13 @@ class Lines:
 
         `share_all` of each record's power is spread evenly over its lines.
         """
+        return self.blurred(lines**2, width_hz, share_all)
+
+    def blurred(self, powers: Column, width_hz: float, share_all: float) -> Column:
+        """`envelope` of (l,) powers."""
         parts, start = [], 0
         for count, n, dt in zip(self.counts, self.rows, self.dt_s, strict=True):
-            power = lines[start : start + count] ** 2
+            power = powers[start : start + count]
             near = gaussian_filter1d(power, max(width_hz * 2.0 * n * dt, 0.5), mode="nearest")
             parts.append((1.0 - share_all) * near + share_all * power.mean())
             start += count

@@ -19,6 +19,9 @@ NONE, UNKNOWN = "none", "unknown"
 _LEVELS = np.exp(np.linspace(np.log(0.1), np.log(1.5), 6))
 """Sizes of something unknown that are tried, as shares of what is to be explained."""
 
+_BEYOND = (3.0, 10.0, 30.0, 100.0)
+"""By how many times what may differ without being a gap is tried to be more than that."""
+
 LEAST_CHANCE = 1e-12
 """A probability below counts as this much for other records: nothing is ever ruled out for good."""
 
@@ -48,6 +51,8 @@ class Posterior:
     """Probability that something unknown stands beside the likeliest effect, if that is the answer."""
     log_evidence: float = 0.0
     """ln p of the factor's gap, over all hypotheses."""
+    given: str = ""
+    """The first of two effects on this factor, where this one is about the second."""
 
     @property
     def best(self) -> str:
@@ -109,7 +114,11 @@ def judge(
     gap = scene.factor.lines.of(scene.factor.gap)
     logs = {
         NONE: scene.factor.healthy.log_density(gap) + prior.log_none,
-        UNKNOWN: log_unknown(scene, scene.factor.healthy, gap) + prior.log_unknown,
+        UNKNOWN: float(
+            np.logaddexp(log_unknown(scene, scene.factor.healthy, gap), log_beyond(scene.factor.healthy, gap))
+        )
+        - np.log(2.0)
+        + prior.log_unknown,
     } | {name: fit.log_evidence for name, fit in fits.items()}
     logs = {name: value + said.get(name, 0.0) for name, value in logs.items()}
     total = logsumexp(list(logs.values()))
@@ -140,6 +149,13 @@ def log_unknown(scene: Scene, expected: Gaussian, left: Column) -> float:
     logs = [expected.with_variance(level**2 * shape).log_density(left) for level in _LEVELS]
     width = np.log(_LEVELS[1] / _LEVELS[0]) / (prior.share_spread * np.sqrt(2 * np.pi))
     return float(logsumexp(np.array(logs) + log_prior + np.log(width)))
+
+
+def log_beyond(expected: Gaussian, left: Column) -> float:
+    """Evidence that what is left (lines) is of the kinds that are expected, and more than is ever expected of them: an
+    offset, a gain or a lag that no effect of the library explains."""
+    logs = [replace(expected, patterns=times * expected.patterns).log_density(left) for times in _BEYOND]
+    return float(logsumexp(logs)) - float(np.log(len(_BEYOND)))
 
 
 def _beside(scene: Scene, gap: Column, fits: dict[str, Fit], probability: dict[str, float]) -> float:

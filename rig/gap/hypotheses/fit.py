@@ -208,11 +208,25 @@ class _Trial:
             prior.share_spread * np.sqrt(2 * np.pi)
         )
         total = float(log_size) - np.log(size) - np.log(len(self.law.signs))
-        bounds = self.high - self.low
-        widths = np.minimum(bounds, np.maximum(WIDTH_SHARES[0] * np.abs(x), WIDTH_SHARES[1] * bounds))[1:]
+        widths = _widths(x[1:], (self.high - self.low)[1:])
         total -= float(np.sum(np.log(widths))) + np.log(len(self.law.shapes))
         precision = np.concatenate([[1.0 / (prior.share_spread * size) ** 2], 12.0 / widths**2])
         return total, precision
+
+
+def number_spreads(fit: Fit, prior: Prior) -> Column:
+    """(k,) how far a law's numbers may be from where they are likeliest, by what is thought of them beforehand:
+    standard deviations."""
+    known = {number.name: number for number in EFFECT_STAGES[fit.law.stage].numbers}
+    bounds = [fit.law.bounds.get(name, (known[name].low, known[name].high)) for name in fit.law.free[1:]]
+    widths = _widths(fit.sizes[1:], np.array([high - low for low, high in bounds]))
+    return np.concatenate([[prior.share_spread * abs(float(fit.sizes[0]))], widths / np.sqrt(12.0)])
+
+
+def _widths(values: Column, bounds: Column) -> Column:
+    """(k,) range over which a law's further numbers are flat."""
+    out: Column = np.minimum(bounds, np.maximum(WIDTH_SHARES[0] * np.abs(values), WIDTH_SHARES[1] * bounds))
+    return out
 
 
 def with_law(healthy: Gaussian, lines: Lines, moved: Column, rho: float, prior: Prior) -> Gaussian:

@@ -35,12 +35,6 @@ class Law:
     """Number -> the free number that it equals."""
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     """Tighter bounds than the stage's: flexible forms are held to what they are meant for."""
-    scan: bool = False
-    """Look closely around the best size before going on: the response jumps with it."""
-    needs: tuple[str, ...] = ()
-    """Free numbers of which at least one must be plainly there: without them the law is another effect's."""
-    charge: float = 0.0
-    """What a special form pays beside its parameters, in units of the score (as one nat each)."""
 
 
 @dataclass(frozen=True)
@@ -92,41 +86,41 @@ _LIBRARY: tuple[Effect, ...] = (
     Effect("valve_gain", (
         Law("valve_gain", ("gain",), FINE, signs=BOTH_SIGNS),
         Law("valve_gain", ("gain", "balance"), FINE, signs=BOTH_SIGNS, shapes=({"balance": 0.1}, {"balance": -0.1})),
-        Law("valve_gain", ("gain",), FINE, shapes=ONE_VALVE, charge=2.0),
+        Law("valve_gain", ("gain",), FINE, shapes=ONE_VALVE),
     ), "pressures in proportion to their set-points, off by a share", "gain", "valve_gain", 0.02),
     Effect("valve_offset", (
         Law("valve_offset", ("offset_mpa",), FINE[:5], signs=BOTH_SIGNS, shapes=(*ONE_VALVE, {"balance": 2.0})),
     ), "one pressure (or the difference) off by a constant", "offset", "valve_offset", 0.05),
     Effect("valve_lag", (Law("valve_lag", ("tau_s",), TIMES, shapes=_both()),
                          Law("valve_lag", ("tau_s",), TIMES, shapes=({"balance": 0.0, "tau0_s": 0.0},)),
-                         Law("valve_lag", ("tau_s",), TIMES, shapes=ONE_VALVE, charge=2.0),
-                         Law("valve_lag", ("tau_s",), (-0.005, -0.015, -0.03), shapes=_both(), charge=1.0)),
+                         Law("valve_lag", ("tau_s",), TIMES, shapes=ONE_VALVE),
+                         Law("valve_lag", ("tau_s",), (-0.005, -0.015, -0.03), shapes=_both())),
            "pressures follow more slowly, filling and exhausting alike", "late", "valve_lag", 0.12),
     Effect("valve_slew", (
         Law("valve_slew", ("fill_mpa_s",), (0.95, 0.85, 0.7, 0.5, 0.3, 0.15), "rate_mpa_s", tied={"exhaust_mpa_s": "fill_mpa_s"}),
-        Law("valve_slew", ("fill_mpa_s",), (0.95, 0.8, 0.6, 0.35), "rate_mpa_s", tied={"exhaust_mpa_s": "fill_mpa_s"}, shapes=ONE_VALVE, charge=2.0),
-        Law("valve_slew", ("fill_mpa_s", "exhaust_mpa_s"), (3.0, 1.3, 0.9, 0.6, 0.35), "rate_mpa_s", shapes=CHOKED, charge=1.0),
-        Law("valve_slew", ("fill_mpa_s", "exhaust_mpa_s"), (1.3, 0.8, 0.4), "rate_mpa_s", shapes=UNCHOKED, charge=1.0),
+        Law("valve_slew", ("fill_mpa_s",), (0.95, 0.8, 0.6, 0.35), "rate_mpa_s", tied={"exhaust_mpa_s": "fill_mpa_s"}, shapes=ONE_VALVE),
+        Law("valve_slew", ("fill_mpa_s", "exhaust_mpa_s"), (3.0, 1.3, 0.9, 0.6, 0.35), "rate_mpa_s", shapes=CHOKED),
+        Law("valve_slew", ("fill_mpa_s", "exhaust_mpa_s"), (1.3, 0.8, 0.4), "rate_mpa_s", shapes=UNCHOKED),
     ), "fast changes of pressure become ramps, slow ones are untouched", "slew", "slew", 0.2),
     Effect("fill_exhaust_asymmetry", (
         Law("fill_exhaust_asymmetry", ("ratio",), (0.3, 0.5, 0.7, 0.85, 1.15, 1.5, 2.0, 3.0, 5.0), shapes=({"fill_share": 0.0},)),
-        Law("fill_exhaust_asymmetry", ("ratio",), (0.15, 0.3, 0.5, 0.7, 0.85, 1.2, 2.0), shapes=({"fill_share": 1.0},), charge=1.0),
-        Law("valve_slew", ("exhaust_mpa_s",), (0.95, 0.85, 0.7, 0.5, 0.3), "rate_mpa_s", charge=1.0),
-        Law("valve_slew", ("fill_mpa_s",), (0.95, 0.85, 0.7, 0.5, 0.3), "rate_mpa_s", charge=1.0),
+        Law("fill_exhaust_asymmetry", ("ratio",), (0.15, 0.3, 0.5, 0.7, 0.85, 1.2, 2.0), shapes=({"fill_share": 1.0},)),
+        Law("valve_slew", ("exhaust_mpa_s",), (0.95, 0.85, 0.7, 0.5, 0.3), "rate_mpa_s"),
+        Law("valve_slew", ("fill_mpa_s",), (0.95, 0.85, 0.7, 0.5, 0.3), "rate_mpa_s"),
     ), "pressures late in one direction only, so their mean moves with speed", "one_way", "one_way", 0.08),
     Effect("valve_dead_band", (
         Law("valve_dead_band", ("width_mpa",), FINE, "swing_mpa", shapes=({"edge": 1.0},)),
-        Law("valve_dead_band", ("width_mpa",), HOLDS, "swing_mpa", shapes=({"edge": 0.1}, {"edge": 0.3}, {"edge": 0.6}), scan=True),
-        Law("valve_dead_band", ("width_mpa",), FINE, "swing_mpa", shapes=tuple({"edge": 1.0} | one for one in ONE_VALVE), charge=2.0),
+        Law("valve_dead_band", ("width_mpa",), HOLDS, "swing_mpa", shapes=({"edge": 0.1}, {"edge": 0.3}, {"edge": 0.6})),
+        Law("valve_dead_band", ("width_mpa",), FINE, "swing_mpa", shapes=tuple({"edge": 1.0} | one for one in ONE_VALVE)),
     ), "pressures stand still at turning points and stay short of the set-point", "play", "dead_band", 0.4),
     Effect("pressure_ceiling", (Law("pressure_ceiling", ("ceiling_mpa",), (0.99, 0.97, 0.94, 0.9, 0.85, 0.78, 0.7), "top_mpa"),),
            "peaks of pressure cut off at one height", "cut", "ceiling", 0.12),
     Effect("supply_droop", (
         Law("supply_droop", ("droop_s",), (0.03, 0.1, 0.3, 0.9), shapes=tuple({"refill_s": refill} for refill in (0.05, 0.15, 0.5))),
         Law("supply_droop", ("droop_s", "supply_mpa"), (0.15, 0.5, 1.5), shapes=({"supply_mpa": 0.35}, {"supply_mpa": 0.42}, {"supply_mpa": 0.5}),
-            bounds={"droop_s": (0.1, 2.0)}, charge=1.0),
+            bounds={"droop_s": (0.1, 2.0)}),
         Law("fill_exhaust_asymmetry", ("ratio",), (0.15, 0.3, 0.5, 0.7, 0.85), shapes=({"fill_share": 0.0}, {"fill_share": 1.0}),
-            bounds={"ratio": (0.02, 1.0)}, charge=1.0),
+            bounds={"ratio": (0.02, 1.0)}),
     ), "filling falls behind, exhausting does not", "one_way", "one_way", 0.2),
     Effect("co_contraction", (Law("co_contraction", ("shift_mpa",), FINE, signs=BOTH_SIGNS),),
            "both pressures off by the same constant; the angle's gain changes against it", "gain", "co_contraction", 0.02),
@@ -145,20 +139,20 @@ _LIBRARY: tuple[Effect, ...] = (
     Effect("thermal_drift", (Law("thermal_drift", ("rate_per_min",), (0.01, 0.05, 0.2, 0.6), signs=BOTH_SIGNS),),
            "the amplitude grows or shrinks through each record", "drift", "thermal", 0.08),
     Effect("coulomb_friction", (Law("coulomb_friction", ("width_deg",), (0.01, 0.03, 0.1, 0.3), "span_deg"),
-                                Law("coulomb_friction", ("width_deg",), (-0.01, -0.03, -0.1), "span_deg", charge=1.0)),
+                                Law("coulomb_friction", ("width_deg",), (-0.01, -0.03, -0.1), "span_deg")),
            "the loop is wider, or narrower, at every speed, with corners at turning points", "play", "play", 0.09),
-    Effect("viscous_friction", (Law("viscous_friction", ("tau_s",), (0.01, 0.03, 0.1, 0.3)), Law("viscous_friction", ("tau_s",), (-0.01, -0.03), charge=1.0)),
+    Effect("viscous_friction", (Law("viscous_friction", ("tau_s",), (0.01, 0.03, 0.1, 0.3)), Law("viscous_friction", ("tau_s",), (-0.01, -0.03))),
            "the angle lags in proportion to speed", "late", "lag", 0.09),
-    Effect("inertia", (Law("inertia", ("time_s",), (0.015, 0.03, 0.06, 0.12)), Law("inertia", ("time_s",), (-0.015, -0.03, -0.06), charge=1.0)),
+    Effect("inertia", (Law("inertia", ("time_s",), (0.015, 0.03, 0.06, 0.12)), Law("inertia", ("time_s",), (-0.015, -0.03, -0.06))),
            "fast parts of the angle overshoot and ring", "late", "inertia", 0.11),
     Effect("gravity_load", (
-        Law("gravity_load", ("load_deg",), (0.01, 0.05, 0.2), "span_deg", BOTH_SIGNS, charge=2.0),
+        Law("gravity_load", ("load_deg",), (0.01, 0.05, 0.2), "span_deg", BOTH_SIGNS),
         Law("gravity_load", ("load_deg", "phase_deg"), (0.05, 0.2), "span_deg", BOTH_SIGNS, shapes=({"phase_deg": 30.0}, {"phase_deg": -30.0}),
-            bounds={"phase_deg": (-45.0, 45.0)}, charge=2.0),
+            bounds={"phase_deg": (-45.0, 45.0)}),
     ), "gain and offset change together, bent like a sine of the angle", "offset", "gravity", 0.025),
     Effect("stiffness", (
-        Law("stiffness", ("stiffness",), (0.15, 0.4, 1.0), signs=BOTH_SIGNS, charge=1.0),
-        Law("stiffness", ("stiffness", "load_deg"), (0.15, 0.4, 1.0), signs=BOTH_SIGNS, shapes=({"load_deg": 5.0}, {"load_deg": -5.0}), charge=2.0),
+        Law("stiffness", ("stiffness",), (0.15, 0.4, 1.0), signs=BOTH_SIGNS),
+        Law("stiffness", ("stiffness", "load_deg"), (0.15, 0.4, 1.0), signs=BOTH_SIGNS, shapes=({"load_deg": 5.0}, {"load_deg": -5.0})),
     ), "friction, mass and weight all count less, or more, by the same share", "stiffness", "stiffness", 0.1),
     Effect("backlash", (Law("backlash", ("width_deg",), (0.003, 0.01, 0.03, 0.1, 0.3), "span_deg"),),
            "the angle stands still after each turning point, then moves on short by the play", "play", "play", 0.07),
@@ -174,7 +168,7 @@ _LIBRARY: tuple[Effect, ...] = (
     Effect("sensor_nonlinearity", (
         Law("sensor_nonlinearity", ("square", "cube"), (0.02, 0.1), signs=BOTH_SIGNS, shapes=({"cube": 0.0},)),
         Law("sensor_nonlinearity", ("cube", "square"), (0.02, 0.1), signs=BOTH_SIGNS, shapes=({"square": 0.0},)),
-        Law("sensor_nonlinearity", ("cube", "square", "slope"), (0.05, 0.2), signs=BOTH_SIGNS, shapes=({"square": 0.0},), charge=1.0, needs=("cube", "square")),
+        Law("sensor_nonlinearity", ("cube", "square", "slope"), (0.05, 0.2), signs=BOTH_SIGNS, shapes=({"square": 0.0},)),
     ), "the angle is bent: even and odd harmonics without delay", "bent", "bent", 0.03),
     Effect("sensor_lag", (Law("sensor_lag", ("tau_s",), TIMES),), "the angle is late and its corners are rounded", "late", "lag", 0.02),
     Effect("quantisation", (Law("quantisation", ("step_deg",), (0.1,)),), "the angle takes only multiples of one step", "steps", "steps", signature=True),

@@ -5,12 +5,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rig.gap.days.bench import law_scales
 from rig.gap.hypotheses.fit import Scene, angle_change, pressure_change
 from rig.gap.hypotheses.library import Law
 from rig.gap.hypotheses.propagate import Applied, Track, angle_under, late, ready
+from rig.gap.hypotheses.scales import law_scales
 from rig.gap.reference.build import Expected
-from rig.gap.reference.expectation import angle_parts, pressure_parts
+from rig.gap.reference.expectation import angle_parts, mean_doubt, pressure_parts
+from rig.gap.reference.own_days import angle_days, own_factor, pressure_days
 from rig.gap.settings import Fitted
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.slots import Slot
@@ -67,7 +68,8 @@ def behind(expected: Expected, cause: Applied) -> Expected:
 def pressure_scene(expected: Expected, settings: Fitted, whole: Expected | None = None) -> Scene:
     """The pressures of some records; scales are those of the `whole`."""
     levels = settings.levels[expected.levels].pressures.later(expected.unsure_lag_s)
-    factor = pressure_parts(expected.tracks, expected.pairing.p0_mpa).factor(levels, settings.prior)
+    parts = pressure_parts(expected.tracks, expected.pairing.p0_mpa)
+    factor = own_factor(parts, pressure_days(expected.tracks), levels, settings.prior)
     factor = factor.at_least(expected.missed_mpa)
     moving = float(np.std(np.concatenate([track.reference.p1_mpa for track in expected.tracks])))
     scales = law_scales((whole or expected).tracks)
@@ -83,8 +85,11 @@ def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = N
     levels = levels if expected.misread is None else expected.misread.levels(levels)
     if expected.mean_unseen:
         levels = levels.of_any_mean()
-    factor = angle_parts(tracks, base, response, expected.driven).factor(levels, settings.prior)
-    factor = factor.at_least(expected.missed_deg)
+    parts = angle_parts(tracks, base, response, expected.driven)
+    factor = own_factor(parts, angle_days(tracks, response, expected.driven), levels, settings.prior)
+    if expected.driven:
+        factor = factor.doubting(mean_doubt(tracks, base))
+    factor = factor.at_least(expected.missed_deg).noisier(expected.marked_deg2)
     moving = float(np.std(np.concatenate(base)))
     scales = law_scales((whole or expected).tracks)
     return Scene(

@@ -16,12 +16,12 @@ from enum import StrEnum
 import numpy as np
 
 from rig.errors import ConfigError, ModelError
-from rig.gap.days.engine import modelled, references_of
-from rig.gap.hypotheses.propagate import Track, angle_under, lay_tracks
+from rig.gap.hypotheses.propagate import Applied, Track, angle_under, lay_tracks, ready, response_with
 from rig.gap.records.pairs import Pair, Pairing
 from rig.gap.records.usable import check_direction, check_reach
 from rig.gap.reference.monitors import Misread
-from rig.gap.reference.nominal import Reference, describe, mean_session
+from rig.gap.reference.nominal import Reference, describe, mean_session, references_of
+from rig.gap.reference.simulated import modelled
 from rig.model.fingerprint import Fingerprint, PressureSource, fingerprint_trouble
 from rig.model.kernels import drive, simulate
 from rig.model.parameters import Input, Model
@@ -38,6 +38,8 @@ class Kind(StrEnum):
     SIMULATOR = "simulator"
 
 
+BY_DAYS = (Kind.SESSIONS, Kind.SESSION)
+"""References that are earlier days of the same rig."""
 Modelled = tuple[Column | None, Column | None, Column]
 """Both pressures (MPa), where the simulator says anything of them, and the angle (deg) of one record; each (n,)."""
 AUTO = "auto"
@@ -70,6 +72,9 @@ class Expected:
     missed_mpa: float = 0.0
     missed_deg: float = 0.0
     """Rms by which the reference misses the very records that it was made from, where that is known."""
+    marked_deg2: float = 0.0
+    """Mean square that what the raw-data tests found (a converter's step, hum, noise) leaves in the smoothed angle: it
+    is explained, and no gap of the smoothed records."""
     unsure_lag_s: float = 0.0
     """Lag that nobody knows because the records are coarser than the simulator's steps: when a command that stands
     in one row was written, and whether it held until the next."""
@@ -79,9 +84,30 @@ class Expected:
     """The records lie at a mean pressure that the reference has never seen."""
 
     @property
+    def pairs(self) -> list[Pair]:
+        """The records beside their earlier days."""
+        return self.pairing.pairs
+
+    @property
+    def by_days(self) -> bool:
+        """Earlier days stand for the rig without a gap."""
+        return self.kind in BY_DAYS
+
+    @property
     def driven(self) -> bool:
         """Both factors count: the angle is expected under the measured pressures."""
         return self.pairing.pressures
+
+
+def commanded_gaps(expected: Expected, causes: Sequence[Applied] = ()) -> list[Column]:
+    """For each record (n,): the case's angle less what the healthy rig would have read under its commands with these
+    causes, holes 0."""
+    made = ready(causes, expected.response)
+    angles = [response_with(made, track, expected.response)[2] for track in expected.tracks]
+    return [
+        (track.pair.case.angle_deg - angle) * track.pair.used
+        for track, angle in zip(expected.tracks, angles, strict=True)
+    ]
 
 
 def choose(asked: str, model: Model | None, sessions: int) -> Kind:
@@ -110,7 +136,7 @@ def because(asked: str, kind: Kind, model: Model | None, sessions: int) -> str:
     if asked != AUTO:
         made = ", made for another rig of the build or from data sheets" if kind is Kind.SIMULATOR else ""
         return f"as --reference {asked} asks{made}"
-    if kind in (Kind.SESSIONS, Kind.SESSION):
+    if kind in BY_DAYS:
         return f"because {sessions} {'was' if sessions == 1 else 'were'} given by --baseline"
     if kind is Kind.FINGERPRINT:
         return "because the model file has one and no earlier day was given"
@@ -120,8 +146,8 @@ def because(asked: str, kind: Kind, model: Model | None, sessions: int) -> str:
 
 def expect(kind: Kind, sister: bool, model: Model | None, pairing: Pairing) -> Expected:
     """What the reference says of the records; ModelError when the model is no simulator of them."""
-    if kind in (Kind.SESSIONS, Kind.SESSION):
-        return _from_days(kind, pairing)
+    if kind in BY_DAYS:
+        return _from_days(kind, model, pairing)
     if model is None:
         raise ModelError("neither a fitting baseline nor a model was given: there is nothing to compare with")
     if kind is Kind.FINGERPRINT:
@@ -131,13 +157,13 @@ def expect(kind: Kind, sister: bool, model: Model | None, pairing: Pairing) -> E
     return _from_simulator(SISTER if sister else kind.value, model, pairing)
 
 
-def _from_days(kind: Kind, pairing: Pairing) -> Expected:
+def _from_days(kind: Kind, model: Model | None, pairing: Pairing) -> Expected:
     sessions = [mean_session(pair, pairing.pressures) for pair in pairing.pairs]
-    regulators, references = references_of(None, pairing.pairs, sessions, pairing.pressures, True)
+    regulators, references = references_of(model, pairing.pairs, sessions, pairing.pressures, True)
     response = describe(pairing.pairs, references, pairing.p0_mpa, regulators)
     tracks = lay_tracks(pairing.pairs, references, response)
     base = [_under_case(track, response) if pairing.pressures else track.reference.angle_deg for track in tracks]
-    return Expected(kind, kind.value, pairing, tracks, response, tuple(base))
+    return Expected(kind, Kind.SESSION.value, pairing, tracks, response, tuple(base))
 
 
 def _from_fingerprint(model: Model, pairing: Pairing) -> Expected:

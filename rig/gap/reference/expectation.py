@@ -18,6 +18,7 @@ from rig.gap.settings import (
     ENVELOPE_EVEN,
     ENVELOPE_HZ,
     LEAST_EFFECTIVE,
+    MEAN_DOUBT,
     SESSION_S,
     TOP_HZ,
     FactorLevels,
@@ -58,6 +59,16 @@ class Factor:
     def rms(self, column: Column) -> float:
         """Root mean square of (n,) over the rows that were measured."""
         return rms_used(column, self.lines.used)
+
+    def doubting(self, patterns: Column) -> "Factor":
+        """The same with further patterns (n, m) that may be there without being a gap, at one standard deviation."""
+        return replace(self, healthy=self.healthy.with_patterns(self.lines.of(patterns)))
+
+    def noisier(self, mean_square: float) -> "Factor":
+        """The same with so much more power, on all lines alike."""
+        more = mean_square * float(self.lines.used.sum()) / len(self.healthy.variance)
+        healthy = self.healthy.with_variance(np.full_like(self.healthy.variance, more))
+        return replace(self, healthy=healthy, floor=float(np.hypot(self.floor, np.sqrt(mean_square))))
 
     def at_least(self, rms: float) -> "Factor":
         """The same for a reference that misses the records it was fitted to by `rms`: it misses these by no less, and
@@ -171,6 +182,18 @@ def angle_parts(tracks: Sequence[Track], base: Sequence[Column], response: Respo
         span,
         np.square(noise)[lines.record],
     )
+
+
+def mean_doubt(tracks: Sequence[Track], base: Sequence[Column]) -> Column:
+    """(n, 1) what one standard deviation of the law of the mean pressure is worth in the angle, where the measured mean
+    is not the expected one."""
+    parts = []
+    for track, angle in zip(tracks, base, strict=True):
+        (p1, p2), reference = _drive(track, True), track.reference
+        least = 0.2 * (reference.p1_mpa + reference.p2_mpa).mean()
+        ratio = np.maximum(p1 + p2, least) / np.maximum(reference.p1_mpa + reference.p2_mpa, least)
+        parts.append(MEAN_DOUBT * angle * np.log(ratio))
+    return np.concatenate(parts)[:, None]
 
 
 def _drive(track: Track, driven: bool) -> tuple[Column, Column]:

@@ -7,6 +7,7 @@ under the measured pressures; so it is expected under them less what the monitor
 doubt of them is less. No effect is known here.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -34,9 +35,17 @@ class Misread:
 
 def misread(pressures: Factor, left: Column, levels: Levels) -> Misread:
     """From what a cause leaves of the pressures' gap, in lines (l,)."""
-    share, shown, own = levels.monitors, levels.pressures.patterns[SHOWN], levels.angle.patterns[OWN]
+    share, own = levels.monitors, levels.angle.patterns[OWN]
     first = VALVE_PATTERNS.index(SHOWN)
     at = [first, len(VALVE_PATTERNS) + first]
+    shown = _spreads(pressures, at)
     one, other = (share * shown * pressures.healthy.sizes(left)[at]).tolist()
-    unsure = (share * shown) ** 2 * float(np.mean(pressures.healthy.size_variances()[at]))
+    unsure = float(np.mean((share * shown) ** 2 * pressures.healthy.size_variances()[at]))
     return Misread((one, other), min(float(np.sqrt((1.0 - share) * own**2 + unsure)), own))
+
+
+def _spreads(pressures: Factor, at: Sequence[int]) -> Column:
+    """(2,) standard deviations of both monitors' offsets as the factor has them: a level, or the rig's own."""
+    rows = 0.5 * float(pressures.lines.used.sum())
+    out: Column = np.sqrt(np.sum(pressures.healthy.patterns[:, at] ** 2, axis=0) / rows)
+    return out

@@ -12,11 +12,13 @@ import numpy as np
 
 from rig.gap.records.pairs import Pair
 from rig.identify.response import Drive, Line, fit_regulator, fit_response
-from rig.model.response import Regulator
+from rig.model.parameters import Model
+from rig.model.response import Regulator, regulators_of
 from rig.model.response import ResponseModel as Nominal
+from rig.model.response_kernels import regulated
 from rig.record import Column
 
-__all__ = ["Nominal", "Reference", "describe", "fit_regulators", "mean_session"]
+__all__ = ["Nominal", "Reference", "describe", "fit_regulators", "mean_session", "references_of"]
 
 
 @dataclass(frozen=True)
@@ -56,3 +58,28 @@ def describe(
         for pair, reference in zip(pairs, references, strict=True)
     ]
     return fit_response(records, p0_mpa, regulators)
+
+
+def references_of(
+    model: Model | None,
+    pairs: Sequence[Pair],
+    sessions: Sequence[tuple[Column | None, Column | None, Column]],
+    pressures: bool,
+    has_baseline: bool,
+) -> tuple[tuple[Regulator, Regulator], list[Reference]]:
+    """Regulators and references: with measured pressures fitted to them, else the model's or usual ones and virtual
+    pressures."""
+    measured = [(first, second) for first, second, _ in sessions if first is not None and second is not None]
+    if len(measured) == len(pairs) and (pressures or not has_baseline):
+        regulators: tuple[Regulator, Regulator] = fit_regulators(pairs, measured)
+        return regulators, [
+            Reference(first, second, angle) for (first, second), (_, _, angle) in zip(measured, sessions, strict=True)
+        ]
+    regulators = regulators_of(model)
+    virtual = [
+        Reference(
+            regulated(pair.u1_mpa, *regulators[0], pair.dt_s), regulated(pair.u2_mpa, *regulators[1], pair.dt_s), angle
+        )
+        for pair, (_, _, angle) in zip(pairs, sessions, strict=True)
+    ]
+    return regulators, virtual

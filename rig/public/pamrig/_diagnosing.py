@@ -17,7 +17,6 @@ from rig.model.parameters import Model
 from rig.own_units import own_text
 
 if TYPE_CHECKING:
-    from rig.gap.days.findings import Findings
     from rig.gap.pipeline import Grounds
 
 Reference = Literal["auto", "sessions", "session", "fingerprint", "simulator"]
@@ -31,7 +30,7 @@ class Diagnosis:
     ('explained', 'valve')
     """
 
-    def __init__(self, answer: Answer, grounds: "Findings | Grounds", model: Model | None) -> None:
+    def __init__(self, answer: Answer, grounds: "Grounds", model: Model | None) -> None:
         self._answer, self._grounds, self._model = answer, grounds, model
 
     @property
@@ -68,7 +67,7 @@ class Diagnosis:
         """The simulator with the named causes added, as YAML; ModelError without a simulator."""
         from rig.gap.answer.augment import augmented
 
-        save_model(augmented(self._simulator("an augmented model"), self._answer, self._grounds.prepared), place)
+        save_model(augmented(self._simulator("an augmented model"), self._answer, self._grounds.expected), place)
 
     def plot(self) -> Picture:
         """The record with the largest gap: residual and angle over time, before and with the causes."""

@@ -1,14 +1,13 @@
 """`pamrig bench gap`: the practice set across its two units, the time of a case, and what simpler answers reach on the
 same records.
 
-The threshold of detection is fitted on one unit and scored on the other. Labels are open here; the check on withheld
-data is `pamrig gap check`.
+Labels are open here; the check on withheld data is `pamrig gap check`.
 """
 
 import json
 import os
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +15,6 @@ from rig.errors import RecordError
 from rig.qualify.benchmarks import figure, share
 
 if TYPE_CHECKING:
-    from rig.gap.answer.result import Diagnosis
     from rig.record import Record
 
 PLACES = ("../shared/practice",)
@@ -65,7 +63,7 @@ def _unit(practice: Path, unit: str, labels: dict[str, list[str]]) -> dict[str, 
 
 
 def _scored(data: dict[str, Any], pressures: bool) -> dict[str, Any]:
-    """Goals over both units; a case is detected when it is stronger than the threshold fitted on the other unit."""
+    """Goals over both units; a case is detected when something is found."""
     from rig.gap import diagnose
     from rig.gap.hypotheses.library import LIBRARY, effect_class
 
@@ -78,14 +76,13 @@ def _scored(data: dict[str, Any], pressures: bool) -> dict[str, Any]:
     }
     tally: dict[str, list[bool]] = {}
     sizes: list[int] = []
-    for unit, other in (UNITS, UNITS[::-1]):
-        limit = _threshold(found[other])
-        for names, diagnosis in found[unit]:
+    for results in found.values():
+        for names, diagnosis in results:
             if not names:
-                tally.setdefault("false alarms", []).append(_strength(diagnosis) > limit)
+                tally.setdefault("false alarms", []).append(diagnosis.verdict != "none")
                 continue
             said = [cause.effect for cause in diagnosis.causes]
-            tally.setdefault("detected", []).append(_strength(diagnosis) > limit)
+            tally.setdefault("detected", []).append(diagnosis.verdict != "none")
             if len(names) > 1:
                 tally.setdefault("pairs, both right", []).append(set(said) == set(names))
                 continue
@@ -115,13 +112,11 @@ def _scored(data: dict[str, Any], pressures: bool) -> dict[str, Any]:
 def _held_out(data: dict[str, Any], pressures: bool) -> dict[str, Any]:
     """How far the gap shrinks on two records that the diagnosis was never given, and whether that was predicted. By the
     description of the healthy rig: the set has no simulator of these rigs."""
-    import numpy as np
-
     from rig.blind_check.score import EXCITED
     from rig.blind_check.statistics import CLOSE
-    from rig.gap.days.diagnosis import diagnose_days
-    from rig.gap.days.engine import angle_side, overall_gap, prepare
-    from rig.gap.days.verdict import explained
+    from rig.gap.diagnosis import diagnose_with_grounds
+    from rig.gap.records.pairs import pair_up
+    from rig.gap.reference.build import commanded_gaps, expect, rms_of
 
     closed: list[float] = []
     near: list[bool] = []
@@ -129,12 +124,15 @@ def _held_out(data: dict[str, Any], pressures: bool) -> dict[str, Any]:
         for records, names in one["cases"].values():
             if not names:
                 continue
-            told, findings = diagnose_days(None, records[:-UNTOUCHED], one["baselines"], pressures=pressures)
-            fresh = prepare(None, records[-UNTOUCHED:], one["baselines"], pressures)
-            side = angle_side(fresh, driven=False, model=None)
-            before, after = (side.rms(np.concatenate(overall_gap(fresh, causes))) for causes in ([], findings.applied))
-            if findings.applied and before > EXCITED * side.floor:
-                closed.append(explained(before, after, side.floor, most=2.0))
+            told, grounds = diagnose_with_grounds(None, records[:-UNTOUCHED], one["baselines"], pressures=pressures)
+            kind, p0_mpa = grounds.expected.kind, grounds.expected.pairing.p0_mpa
+            fresh = expect(
+                kind, False, None, pair_up(records[-UNTOUCHED:], one["baselines"], p0_mpa, pressures=pressures)
+            )
+            before, after = (rms_of(commanded_gaps(fresh, causes), fresh.pairs) for causes in ([], told.added))
+            floor = told.gap["floor_deg"]
+            if told.added and before > EXCITED * floor:
+                closed.append((before**2 - after**2) / (before**2 - floor**2))
                 near.append(abs(closed[-1] - told.gap["explained_fraction"]) <= CLOSE)
     return {
         "gap closed on records never given, median": figure(
@@ -160,30 +158,6 @@ def _withheld(data: dict[str, Any]) -> dict[str, Any]:
             library = [name for name in LIBRARY if effect_class(name, True) != gone]
             flagged.append(diagnose(None, records, one["baselines"], library=library).verdict in FLAGS)
     return {"class withheld: flagged, pressures": share(flagged)}
-
-
-def _strength(diagnosis: "Diagnosis") -> float:
-    """How far the strongest sign stands above its threshold; a signature counts as plain."""
-    from rig.gap.days.trigger import STRUCTURE
-
-    marked = any(mark["found"] and mark["effect"] for mark in diagnosis.evidence["signatures"])
-    signs = [3.0 if marked else 0.0]
-    for side in diagnosis.evidence["triggers"].values():
-        signs += [
-            side["structure_ratio"] / STRUCTURE,
-            *(abs(score) / side["threshold"] for score in side["mode_scores"]),
-        ]
-    return max(signs)
-
-
-def _threshold(results: "Iterable[tuple[list[str], Diagnosis]]") -> float:
-    """Between the strongest case without and the weakest case with an effect, in the middle of their ratio, but at
-    least 1."""
-    none: list[float] = []
-    some: list[float] = []
-    for names, diagnosis in results:
-        (some if names else none).append(_strength(diagnosis))
-    return float(max(1.0, (max(none, default=0.5) * min(some, default=2.0)) ** 0.5))
 
 
 def _naive(data: dict[str, Any]) -> dict[str, Any]:

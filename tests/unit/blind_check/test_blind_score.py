@@ -294,7 +294,6 @@ def test_a_case_is_asked_the_modes_that_measure_its_gap() -> None:
     assert asked(every, days) == [
         "pressures", "angle", "one_day", "one_day_angle", "fingerprint", "fingerprint_angle",
         "withheld", "withheld_angle", "withheld_one_day", "withheld_fingerprint",
-        "days_by_likelihood", "one_day_by_days", "no_day_by_days",
     ]  # fmt: skip
     assert asked(every, sisters) == ["simulator", "simulator_angle", "own_simulator", "own_simulator_angle"]
     assert asked(["pressures", "simulator"], {}) == ["pressures"], "labels that say nothing are measured by days"

@@ -8,9 +8,9 @@ from gap_rigs import asked, baselines, names, session
 
 from rig.gap.answer.observations import LEAST_SHARE, Marks, told_apart
 from rig.gap.answer.words import answers
-from rig.gap.days.prepared import Prepared
 from rig.gap.raw_tests.signature import Signature, Size
 from rig.gap.records.pairs import pair_up
+from rig.gap.reference.build import Expected, Kind
 from rig.model.parameters import AddedEffect
 from rig.record import Record
 
@@ -24,8 +24,9 @@ def mark(variance_deg2: float, effect: str | None = "quantisation") -> Signature
 
 def told(one: Signature, days: int, else_found: bool) -> Marks:
     pairing = pair_up(session(90), [list(day) for day in baselines()[:days]], 0.2)
-    prepared = Prepared(pairing, [], None, days > 0, 0.03)  # type: ignore[arg-type]
-    return told_apart([one], prepared, GAP_DEG, else_found)
+    kind = Kind.SESSIONS if days else Kind.SIMULATOR
+    expected = Expected(kind, kind.value, pairing, [], None, ())  # type: ignore[arg-type]
+    return told_apart([one], expected, GAP_DEG, else_found)
 
 
 @pytest.mark.parametrize("else_found", [True, False])

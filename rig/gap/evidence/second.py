@@ -1,0 +1,36 @@
+"""Two causes on one factor: where the likeliest one leaves something unknown, each of the best few is taken for known
+and everything competes once more on what is left."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.special import logsumexp
+
+from rig.gap.evidence.posterior import UNKNOWN, Posterior, judge
+from rig.gap.hypotheses.given import stand_given
+from rig.gap.hypotheses.library import Effect
+
+FIRSTS = 3
+"""Likeliest single effects that are tried as the first of two. More: slower, and a pair whose parts both look like a
+third effect is found more often."""
+
+
+def with_second(effects: Sequence[Effect], alone: Posterior, said: Mapping[str, float]) -> tuple[Posterior, ...]:
+    """The posterior as it is; or, where something unknown stands in it and a second effect explains that, those of the
+    likeliest first effect and of the second beside it."""
+    if not alone.found or (alone.best != UNKNOWN and alone.beside <= 0.5):
+        return (alone,)
+    firsts = sorted(alone.fits.values(), key=lambda fit: -fit.log_evidence)[:FIRSTS]
+    pairs = []
+    for first in firsts:
+        others = [effect for effect in effects if effect.name != first.effect.name]
+        second = judge(others, stand_given(alone.stand, first), said)
+        if second.fit is not None and second.beside <= 0.5:
+            pairs.append((second.fit.log_evidence, first.effect.name, second))
+    if not pairs:
+        return (alone,)
+    _, name, second = max(pairs, key=lambda pair: pair[0])
+    total = logsumexp([pair[0] for pair in pairs])
+    chances = dict.fromkeys(alone.probability, 0.0) | {other: float(np.exp(one - total)) for one, other, _ in pairs}
+    return replace(alone, probability=chances, beside=0.0), replace(second, given=name)

@@ -1,0 +1,47 @@
+"""A factor once one cause is known up to its numbers and its law's usual error: where a second one competes."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from rig.gap.hypotheses.fit import Fit, Scene, number_spreads, with_law
+from rig.gap.hypotheses.propagate import Applied, ready
+from rig.gap.hypotheses.scenes import Stand
+from rig.record import Column
+
+STEP = 0.02
+"""Of a number, as a share of its value, for the slope of what it changes."""
+LAW_SHARE = 0.3
+"""How rough the first cause's law is taken to be, in its usual error."""
+
+
+def stand_given(stand: Stand, first: Fit) -> Stand:
+    """The stand on which a second cause competes beside the first."""
+    return replace(stand, scene=scene_given(stand.scene, first), rough=scene_given(stand.rough, first))
+
+
+def scene_given(scene: Scene, first: Fit) -> Scene:
+    """The scene with the first cause in what is expected; its numbers may still move as far as was thought of them
+    beforehand."""
+    known = scene.changed_by(first.applied)
+    factor, lines = scene.factor, scene.factor.lines
+    rho = LAW_SHARE * first.effect.misfit * scene.prior.rho_scale
+    rough = replace(factor, healthy=with_law(factor.healthy, lines, lines.of(known), rho, scene.prior))
+    cause = ready([first.applied], scene.response)
+    return replace(
+        scene,
+        factor=replace(rough.doubting(_unsure(scene, first, known)), gap=factor.gap - known),
+        change=lambda causes: scene.change([*cause, *causes]) - known,
+    )
+
+
+def _unsure(scene: Scene, first: Fit, known: Column) -> Column:
+    """(n, k) what one standard deviation of each of the first cause's numbers changes, by slopes at its fit."""
+    columns = []
+    for name, size, spread in zip(first.law.free, first.sizes, number_spreads(first, scene.prior), strict=True):
+        step = STEP * max(abs(float(size)), STEP * spread)
+        moved = dict(first.applied.numbers) | {name: float(size) + step}
+        moved |= {other: moved[owner] for other, owner in first.law.tied.items()}
+        columns.append((scene.changed_by(Applied(first.applied.stage, moved)) - known) * (spread / step))
+    slopes: Column = np.nan_to_num(np.column_stack(columns), nan=0.0, posinf=0.0, neginf=0.0)
+    return slopes

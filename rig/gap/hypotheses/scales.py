@@ -1,0 +1,26 @@
+"""What the grids of the laws count in: how far, how high and how fast the expected courses of the records go."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from rig.gap.hypotheses.propagate import Track
+
+
+def law_scales(tracks: Sequence[Track]) -> dict[str, float]:
+    """What the laws' grids count in, from the expected courses of the records."""
+    references = [track.reference for track in tracks]
+    high = max(float(reference.angle_deg.max()) for reference in references)
+    low = min(float(reference.angle_deg.min()) for reference in references)
+    pressures = [column for reference in references for column in (reference.p1_mpa, reference.p2_mpa)]
+    top, bottom = max(float(column.max()) for column in pressures), min(float(column.min()) for column in pressures)
+    rates = np.concatenate([np.diff(column) / track.pair.dt_s for track in tracks for column in track.regulated])
+    return {
+        "one": 1.0,
+        "span_deg": 0.5 * (high - low),
+        "high_deg": high,
+        "low_deg": low,
+        "top_mpa": top,
+        "swing_mpa": top - bottom,
+        "rate_mpa_s": float(np.quantile(np.abs(rates), 0.998)) + 1e-9,
+    }

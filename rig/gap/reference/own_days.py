@@ -1,0 +1,104 @@
+"""What a rig's own days say of how surely their mean is known: the levels of the population, replaced as days come in.
+
+K days differ in K - 1 independent contrasts, each as large as one day's deviation. So the variance from day to day of
+each pattern, and of each line beside them, has an inverse-gamma posterior: the population's with the degrees of freedom
+that it is worth, and one more for every contrast. A further day differs from the mean of K days by 1 + 1/K of that.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from rig.columns import rms
+from rig.gap.evidence.gaussian import Gaussian
+from rig.gap.evidence.lines import Lines
+from rig.gap.hypotheses.propagate import Track
+from rig.gap.records.grid import Session
+from rig.gap.reference.expectation import Factor, Parts
+from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, LINE_DEGREES, PATTERN_DEGREES, FactorLevels, Prior
+from rig.model.response import ResponseModel
+from rig.record import Column
+
+ROUNDS = 20
+"""Steps of expectation and maximisation; the spreads stand still to a percent long before."""
+BETWEEN_TWO_DAYS = 2.0
+"""The population's levels are of what two days of a rig differ by: twice the variance of one."""
+
+
+def pressure_days(tracks: Sequence[Track]) -> Column:
+    """(n, K) both monitors on each earlier day, valve 1 of every record and then valve 2; K is 0 without days."""
+    first = _by_day(tracks, lambda day, track: day.p1_mpa)
+    second = _by_day(tracks, lambda day, track: day.p2_mpa)
+    return np.vstack([first, second])
+
+
+def angle_days(tracks: Sequence[Track], response: ResponseModel, driven: bool) -> Column:
+    """(n, K) the angle on each earlier day, less what its own pressures do to it when `driven`."""
+
+    def beside_its_pressures(day: Session, track: Track) -> Column:
+        if not driven or day.p1_mpa is None or day.p2_mpa is None:
+            return day.angle_deg
+        return day.angle_deg - response.angle(day.p1_mpa, day.p2_mpa, track.pair.dt_s)
+
+    return _by_day(tracks, beside_its_pressures)
+
+
+def _by_day(tracks: Sequence[Track], column: Callable[[Session, Track], Column | None]) -> Column:
+    count = len(tracks[0].pair.sessions)
+    days = [np.concatenate([column(track.pair.sessions[k], track) for track in tracks]) for k in range(count)]
+    return np.array(days).T if days else np.zeros((sum(len(track.pair) for track in tracks), 0))
+
+
+def own_factor(parts: Parts, days: Column, levels: FactorLevels, prior: Prior) -> Factor:
+    """The factor at the population's levels, or at those that two and more earlier days (n, K) give the rig itself."""
+    usual, count = parts.factor(levels, prior), days.shape[1]
+    if count < 2:
+        return usual
+    apart, further = days @ contrasts(count), 1.0 + 1.0 / count
+    own = learnt(scaled(usual.healthy, 1.0 / BETWEEN_TWO_DAYS), parts.lines.of(apart), parts.lines)
+    healthy = replace(scaled(own, further), degrees=prior.degrees + count - 1.0)
+    return replace(usual, healthy=healthy, floor=own_floor(usual.floor, days, parts.lines.used))
+
+
+def own_floor(usual: float, days: Column, used: Column) -> float:
+    """Rms that a healthy day is off the mean of the earlier days (n, K): the population's `usual` one with the degrees
+    of freedom that it is worth, and one for every contrast of the rig's own."""
+    count = days.shape[1]
+    if count < 2:
+        return usual
+    own = sum(rms(one, used) ** 2 for one in (days @ contrasts(count)).T)
+    one_day = (PATTERN_DEGREES * usual**2 / BETWEEN_TWO_DAYS + own) / (PATTERN_DEGREES + count - 1.0)
+    return float(np.sqrt((1.0 + 1.0 / count) * one_day))
+
+
+def contrasts(count: int) -> Column:
+    """(K, K - 1) orthonormal columns that are orthogonal to the mean (Helmert)."""
+    made = np.zeros((count, count - 1))
+    for k in range(1, count):
+        made[:k, k - 1] = 1.0
+        made[k, k - 1] = -float(k)
+        made[:, k - 1] /= np.sqrt(k * (k + 1.0))
+    return made
+
+
+def scaled(expected: Gaussian, share: float) -> Gaussian:
+    """The same with this share of all variance."""
+    return replace(expected, variance=share * expected.variance, patterns=np.sqrt(share) * expected.patterns)
+
+
+def learnt(population: Gaussian, own: Column, lines: Lines) -> Gaussian:
+    """What is expected of one day of this rig: the population's, given its own days' deviations (l, K - 1), by
+    expectation (the patterns' sizes in them) and maximisation (their spreads, and the lines' variances)."""
+    count, now = own.shape[1], population
+    worth = count * lines.beside(ENVELOPE_HZ) * population.effective / len(population.variance)
+    spread = np.ones(population.patterns.shape[1])
+    for _ in range(ROUNDS):
+        sizes, unsure = now.sizes_with_covariance(own)
+        left = np.mean((own - now.patterns @ sizes) ** 2, axis=1) + now.power_of(unsure)
+        power = lines.blurred(left, ENVELOPE_HZ, ENVELOPE_EVEN)
+        variance = (LINE_DEGREES * population.variance + worth * power) / (LINE_DEGREES + worth)
+        squares = spread**2 * (np.sum(sizes**2, axis=1) + count * np.diag(unsure))
+        spread = np.sqrt((PATTERN_DEGREES + squares) / (PATTERN_DEGREES + count))
+        now = replace(population, variance=variance, patterns=population.patterns * spread)
+    return now

@@ -1,0 +1,41 @@
+"""What the simulator says of a record under its commands, and how far it is from the healthy days."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from rig.errors import RigError
+from rig.gap.records.pairs import Pair
+from rig.gap.records.usable import check_reach
+from rig.model.kernels import simulate
+from rig.model.parameters import Model
+from rig.record import Column
+
+
+def modelled(model: Model, pair: Pair) -> tuple[Column | None, Column | None, Column]:
+    """What the model says under the pair's command, on its grid, from where the healthy rig, or else the record,
+    starts."""
+    start = [session.angle_deg[0] for session in pair.sessions] or [pair.case.angle_deg[0]]
+    said = simulate(model, pair.raw, start_deg=float(np.mean(start)))
+    assert said.angle_deg is not None
+    check_reach(pair.name, said.angle_deg, pair.case.angle_deg)
+    own = said.t_s - said.t_s[0]
+
+    def on_grid(column: Column | None) -> Column | None:
+        return None if column is None else np.interp(pair.t_s, own, column)
+
+    return on_grid(said.p1_mpa), on_grid(said.p2_mpa), np.interp(pair.t_s, own, said.angle_deg)
+
+
+def misfit_deg(model: Model, pairs: Sequence[Pair], healthy: Sequence[Column]) -> float | None:
+    """How far (deg rms) the model as it stands is from the healthy days' angles (n,); None where it cannot be
+    simulated.
+
+    No part of the gap: the diagnosis works on differences. The augmented model inherits it.
+    """
+    try:
+        said = [modelled(model, pair)[2] for pair in pairs]
+    except RigError:
+        return None
+    missed = [(angle - expected)[pair.used > 0] for angle, expected, pair in zip(said, healthy, pairs, strict=True)]
+    return float(np.sqrt(np.mean(np.concatenate(missed) ** 2)))

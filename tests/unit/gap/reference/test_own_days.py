@@ -1,0 +1,70 @@
+"""What a rig's own days say of its levels: the population's without them, its own with many, and nothing that is not
+there."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rig.gap.evidence.gaussian import Gaussian
+from rig.gap.evidence.lines import lines_of
+from rig.gap.reference.own_days import contrasts, learnt, own_floor
+
+ROWS = 2000
+LINES = lines_of([ROWS], [0.01], [np.ones(ROWS)], 6.0)
+COUNT = len(LINES.frequency_hz)
+
+
+def population(spread: float, patterns: int = 1) -> Gaussian:
+    """White lines of variance 1, and patterns that each stand on a line of their own."""
+    columns = np.zeros((COUNT, patterns))
+    columns[10 + 20 * np.arange(patterns), np.arange(patterns)] = spread
+    return Gaussian(np.ones(COUNT), columns, float(COUNT), 6.0)
+
+
+def days(random: np.random.Generator, count: int, true: Gaussian) -> np.ndarray:
+    """(l, count) deviations drawn from what is true."""
+    sizes = random.standard_normal((true.patterns.shape[1], count))
+    return np.asarray(np.sqrt(true.variance)[:, None] * random.standard_normal((COUNT, count)) + true.patterns @ sizes)
+
+
+@given(st.integers(2, 12))
+def test_contrasts_are_orthonormal_and_see_no_mean(count: int) -> None:
+    made = contrasts(count)
+    assert made.T @ made == pytest.approx(np.eye(count - 1), abs=1e-12)
+    assert np.ones(count) @ made == pytest.approx(np.zeros(count - 1), abs=1e-12)
+
+
+@pytest.mark.parametrize("share", [0.2, 5.0])
+def test_many_days_take_the_populations_place(share: float) -> None:
+    true = population(share * 30.0)
+    found = learnt(population(30.0), days(np.random.default_rng(1), 60, true), LINES)
+    assert found.patterns[10, 0] == pytest.approx(share * 30.0, rel=0.25)
+
+
+@pytest.mark.parametrize("loudness", [0.25, 4.0])
+def test_lines_are_as_loud_as_on_the_own_days(loudness: float) -> None:
+    quiet = population(1.0)
+    true = Gaussian(loudness * quiet.variance, quiet.patterns, quiet.effective, quiet.degrees)
+    found = learnt(quiet, days(np.random.default_rng(2), 12, true), LINES)
+    assert float(np.mean(found.variance)) == pytest.approx(loudness, rel=0.2)
+
+
+def test_a_pattern_of_which_the_days_say_nothing_keeps_the_populations_spread() -> None:
+    before = population(1e-3)
+    found = learnt(before, days(np.random.default_rng(3), 5, before), LINES)
+    assert found.patterns[10, 0] == pytest.approx(1e-3, rel=0.05)
+
+
+@given(st.integers(2, 8), st.floats(0.1, 10.0))
+def test_the_floor_lies_between_the_populations_and_the_own_days(count: int, share: float) -> None:
+    random, used = np.random.default_rng(count), np.ones(4000)
+    own = share * random.standard_normal((4000, count))
+    usual = np.sqrt(2.0)
+    low, high = sorted((np.sqrt(1.0 + 1.0 / count), share * np.sqrt(1.0 + 1.0 / count)))
+    assert 0.95 * low <= own_floor(usual, own, used) <= 1.05 * high
+
+
+@pytest.mark.parametrize("count", [0, 1])
+def test_without_a_second_day_the_floor_is_the_usual_one(count: int) -> None:
+    assert own_floor(0.3, np.ones((100, count)), np.ones(100)) == 0.3
