@@ -8,7 +8,8 @@ import numpy as np
 from scipy.special import logsumexp
 
 from rig.gap.evidence.posterior import UNKNOWN, Posterior, judge
-from rig.gap.hypotheses.given import stand_given
+from rig.gap.hypotheses.fit import Fit, refit
+from rig.gap.hypotheses.given import scene_given, stand_given
 from rig.gap.hypotheses.library import Effect
 
 FIRSTS = 3
@@ -33,4 +34,14 @@ def with_second(effects: Sequence[Effect], alone: Posterior, said: Mapping[str, 
     _, name, second = max(pairs, key=lambda pair: pair[0])
     total = logsumexp([pair[0] for pair in pairs])
     chances = dict.fromkeys(alone.probability, 0.0) | {other: float(np.exp(one - total)) for one, other, _ in pairs}
-    return replace(alone, probability=chances, beside=0.0), replace(second, given=name)
+    assert second.fit is not None
+    fits = alone.fits | {name: _beside(alone, name, second.fit)}
+    return replace(alone, probability=chances, beside=0.0, fits=fits), replace(second, given=name)
+
+
+def _beside(alone: Posterior, name: str, second: Fit) -> Fit:
+    """The first effect with the numbers that it has beside the second: by itself it explains some of that too."""
+    scene, first = alone.stand.scene, alone.fits[name]
+    applied = refit(first, scene_given(scene, second))
+    sizes = np.array([applied.numbers[number] for number in first.law.free])
+    return replace(first, applied=applied, sizes=sizes, change=scene.changed_by(applied))
