@@ -135,8 +135,8 @@ def _strange(told: Told) -> list[Signature]:
 
 
 def _floor(told: Told, settings: Fitted) -> float:
-    """Rms that the angle is off under the commands when nothing is wrong, deg: what is usual, or what the rig's own days
-    differ by, and no less than what the reference is known to miss, of the angle and through the pressures."""
+    """Rms that the angle is off under the commands when nothing is wrong, deg: what is usual, or what the rig's own
+    days differ by, and no less than what the reference is known to miss, of the angle and through the pressures."""
     expected = told.expected
     span = float(np.ptp(np.concatenate(expected.base)))
     usual = settings.levels[expected.levels].commanded_floor * span
