@@ -50,7 +50,7 @@ def recommended(answer: Mapping[str, Any]) -> dict[str, Commands]:
     found = {}
     for mode, said in answer["modes"].items():
         wanted = (said.get("diagnosis") or {}).get("next_experiment")
-        if wanted and not (MODES[mode].withheld or MODES[mode].method):
+        if wanted and not MODES[mode].withheld:
             try:
                 found[mode] = commands_of(wanted["config"])
             except RigError:

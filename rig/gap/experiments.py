@@ -43,7 +43,7 @@ def _said_by(question: Question, records: Sequence[Record]) -> Said:
         raise RecordError("--baseline: too short to describe the rig by; a hunt needs some minutes of records")
     asked = replace(question, model=known, records=records, days=[], kind=Kind.FINGERPRINT, sister=False)
     _, grounds = answer(asked)
-    return {posterior.stand.name: heard(posterior) for posterior in grounds.posteriors}
+    return {posterior.stand.name: heard(posterior) for posterior in grounds.posteriors if not posterior.given}
 
 
 def _named(record: Record, number: int) -> Record:
