@@ -64,8 +64,7 @@ class Loop:
         self, device: Device, clock: Clock, ring: RingWriter, commands: Commands, settings: LoopSettings
     ) -> None:
         self._device, self._clock, self.ring, self._commands = device, clock, ring, commands
-        self._settings, self._limits = settings, settings.limits
-        self._period_ns = settings.period_ns
+        self._settings, self._limits, self._period_ns = settings, settings.limits, settings.period_ns
         self.state = State.DISARMED
         self.fault = self._due = Fault.NONE
         self._terminated = Fault.NONE

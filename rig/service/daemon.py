@@ -73,8 +73,7 @@ class Daemon:
         self._runner = QueueRunner(self._monitor, self._queue, parts.rig, settings, self._ledger)
         self._checker = Planner(parts.rig)
         """Apart from the queue runner's: what a client sends must not hold up a sweep that runs."""
-        self._starting = asyncio.Lock()
-        self._starts = 0
+        self._starting, self._starts = asyncio.Lock(), 0
         self._server = Server(self._handle, self.status, self._begin_estop)
         self._live = LiveView(settings.live.port)
         self._page = Page(settings.web, page_orders(parts, settings))
