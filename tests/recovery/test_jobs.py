@@ -1,5 +1,6 @@
 """Pieces of work over processes and over a real local Dask cluster, one of whose workers is killed in the middle."""
 
+import contextlib
 import json
 import os
 import signal
@@ -34,11 +35,12 @@ def test_a_failing_piece_ends_the_work_with_its_own_error() -> None:
 
 
 INTERRUPTED = """
-import sys
+import signal, sys
 from functools import partial
 from cluster_work import begin_and_stay
 from rig.parallel import each, executor
 if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # whoever runs the tests may have had it ignored
     try:
         with executor(workers=2) as pool:
             list(each(pool, partial(begin_and_stay, sys.argv[1]), range(4)))
@@ -62,7 +64,11 @@ def test_ctrl_c_ends_pieces_that_never_would_and_says_nothing(tmp_path: Path) ->
         assert process.poll() is None
         time.sleep(0.02)
     os.killpg(process.pid, signal.SIGINT)
-    _, said = process.communicate(timeout=60)
+    try:
+        _, said = process.communicate(timeout=60)
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
     assert process.returncode == 130
     assert said == ""
 

@@ -181,6 +181,7 @@ def _viewers(chromium: Any, bench: FaultBench, url: str) -> dict[str, Any]:
 def _frames(page: Any) -> float:
     """Pictures a second as the page counts them, once it has counted for a while."""
     page.wait_for_timeout(_WATCHED_S * 1000)
+    page.locator("#rate:not(:empty)").wait_for()  # it counts for two seconds first
     return float(page.locator("#rate").inner_text().split()[0])
 
 

@@ -16,6 +16,7 @@ from rig.qualify.benchmarks import (
     devices_fieldbus,
     devices_tick,
     gap,
+    history,
     identify,
     log,
     loop,
@@ -106,6 +107,11 @@ def test_gap(
 def test_tracking(short: Callable[..., None], capsys: pytest.CaptureFixture[str]) -> None:
     short(tracking, CASES=tracking.CASES[:1], HEALTHY_DAYS=1, SECONDS=0.5, TURNS=1)
     drawn("tracking", tracking.bench_tracking(), capsys)
+
+
+def test_history(short: Callable[..., None], capsys: pytest.CaptureFixture[str]) -> None:
+    short(history, SERIES=10)
+    drawn("history", history.bench_history(), capsys)
 
 
 @pytest.mark.real_time
