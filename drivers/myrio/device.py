@@ -1,46 +1,24 @@
 """NI myRIO-1900 as a device of the rig: two set-points, two monitors and the potentiometer through one FPGA session."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Final
 
-from drivers.calibration import Potentiometer, for_role, nominal
-from drivers.myrio.channels import AngleChannel, FurtherInputChannel, PressureInput, PressureOutput
 from drivers.myrio.rescue import Rescue
 from drivers.myrio.session import VENDOR_ERRORS, FpgaSession, explain, load_bitfile
 from drivers.myrio.settings import MyRioSettings
+from drivers.myrio.wiring import ABSENT, Channels, Wiring
 from rig.errors import DeviceError, DeviceLost
 from rig.interfaces import NAN, Clock, Device, DeviceContext, Measurement, Role
-from rig.sample import Flag
 
 PROBE_CALLS: Final = 200
 RESCUE_SHARE: Final = 0.3
 """Of a period: how long `safe` waits for a new session before it says: not yet."""
 RESCUE_PATIENCE_S: Final = 3.0
 
-# plain numbers: an IntFlag costs half a microsecond an operation, as much as a call into the FPGA
-_P1_ABSENT: Final = int(Flag.P1_ABSENT)
-_P2_ABSENT: Final = int(Flag.P2_ABSENT)
-_ANGLE_ABSENT: Final = int(Flag.ANGLE_ABSENT)
-
-
-@dataclass
-class Channels:
-    """What an open session offers; None where the rig asked for no such role."""
-
-    session: FpgaSession
-    outputs: tuple[PressureOutput | None, PressureOutput | None]
-    strobe: Callable[[int], None] | None
-    monitor_1: PressureInput | None
-    monitor_2: PressureInput | None
-    angle: AngleChannel | None
-    heartbeat: Callable[[int], None] | None
-    calls: int
-    """Calls into the FPGA of one tick."""
-    further: tuple[FurtherInputChannel | None, ...] = ()
-    """In the order of a sample's places."""
-    limited: bool = False
-    """The FPGA has been given its limits in this session."""
+_P1_ABSENT: Final = ABSENT[Role.MONITOR_1]
+_P2_ABSENT: Final = ABSENT[Role.MONITOR_2]
+_ANGLE_ABSENT: Final = ABSENT[Role.ANGLE]
 
 
 class MyRio:
@@ -62,13 +40,8 @@ class MyRio:
         self.further = tuple(settings.further)
         self._clock, self._now = context.clock, context.clock.now_ns
         self._period_ns = context.period_ns
-        self._lines = {
-            role: (getattr(settings, role.value), for_role(context, role, nominal(getattr(settings, role.value).span)))
-            for role in (Role.VALVE_1, Role.VALVE_2, Role.MONITOR_1, Role.MONITOR_2)
-        }
-        self._potentiometer = for_role(context, Role.ANGLE, Potentiometer())
-        absent = {Role.MONITOR_1: _P1_ABSENT, Role.MONITOR_2: _P2_ABSENT, Role.ANGLE: _ANGLE_ABSENT}
-        self._absent = sum(flag for role, flag in absent.items() if role not in self.roles)
+        self._wiring = Wiring(settings, context)
+        self._absent = sum(flag for role, flag in ABSENT.items() if role not in self.roles)
         self._open: Channels | None = None
         self._rescue: Rescue | None = None
         """Once the device has been open: somebody ticks, and `safe` must not make him wait for a new session."""
@@ -205,9 +178,7 @@ class MyRio:
 
     def twin(self, clock: Clock) -> Device:
         """Another on `clock` that touches no device, for rehearsals."""
-        from drivers.myrio.twin import StillMyRio
-
-        return StillMyRio(self._settings, replace(self._context, clock=clock))
+        return _StillMyRio(self._settings, replace(self._context, clock=clock))
 
     def close(self) -> None:
         """Close the session; the FPGA runs on and its outputs stay. A safe write that is under way is waited for."""
@@ -230,40 +201,11 @@ class MyRio:
         settings = self._settings
         session = FpgaSession(settings, self._clock, load_bitfile(settings.bitfile, self._context.where))
         try:
-            channels = self._find(session)
+            channels = self._wiring.find(session)
         except BaseException:
             session.close()
             raise
         return channels
-
-    def _find(self, session: FpgaSession) -> Channels:
-        settings, roles = self._settings, self.roles
-        out = {
-            role: PressureOutput(session, *self._lines[role]) for role in (Role.VALVE_1, Role.VALVE_2) if role in roles
-        }
-        absent = {Role.MONITOR_1: _P1_ABSENT, Role.MONITOR_2: _P2_ABSENT}
-        monitors = {
-            role: PressureInput(session, *self._lines[role], flag) for role, flag in absent.items() if role in roles
-        }
-        angle = AngleChannel(session, settings.angle, self._potentiometer) if Role.ANGLE in roles else None
-        strobe = session.writer(settings.strobe) if out else None
-        heartbeat = session.writer(settings.heartbeat) if settings.heartbeat else None
-        wired = [settings.further.get(name) for name in self._context.places]
-        further = tuple(FurtherInputChannel(session, one) if one else None for one in wired) if any(wired) else ()
-        reads = len(monitors) + (0 if angle is None else 2 if settings.angle.excitation else 1) + len(settings.further)
-        calls = reads + len(out) + bool(strobe) + bool(heartbeat)
-        outputs = out.get(Role.VALVE_1), out.get(Role.VALVE_2)
-        return Channels(
-            session,
-            outputs,
-            strobe,
-            monitors.get(Role.MONITOR_1),
-            monitors.get(Role.MONITOR_2),
-            angle,
-            heartbeat,
-            calls,
-            further,
-        )
 
     def _put(self, channels: Channels, p1_cmd_mpa: float, p2_cmd_mpa: float) -> None:
         if channels.strobe is None:
@@ -287,7 +229,7 @@ class MyRio:
     def _limit(self, channels: Channels) -> None:
         """Give the FPGA its limits before the first output of a session, where the bitfile has registers for them."""
         for role, output in zip((Role.VALVE_1, Role.VALVE_2), channels.outputs, strict=True):
-            line = self._lines[role][0]
+            line = self._wiring.lines[role][0]
             for register, counts in zip(
                 (line.limit_min, line.limit_max), output.count_range if output else (), strict=False
             ):
@@ -322,3 +264,17 @@ class MyRio:
                 f"of a tick take {p99 / 1e6:.1f} ms at p99; run the loop on the myRIO itself (resource RIO0)"
             )
         return {"remote_tick_p50_us": f"{p50 / 1e3:.0f}", "remote_tick_p99_us": f"{p99 / 1e3:.0f}"}
+
+
+class _StillMyRio(MyRio):
+    """At rest for ever: the monitors at the safe pressures, the joint at 0 degrees."""
+
+    def open(self) -> Mapping[str, str]:
+        """Registers as the settings name them; ConfigError as for a real one."""
+        self._open = self._connect()
+        return {}
+
+    def _connect(self) -> Channels:
+        from drivers.myrio.twin import still_channels
+
+        return still_channels(self._settings, self._context, self._wiring)

@@ -4,7 +4,7 @@ The loop rehearses its ticks on it (rig.realtime.rehearsal), so that what a tick
 nifpga's check of each status, is warm when the tick comes. The vendor's library itself is not called.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any, Final
 
@@ -13,10 +13,10 @@ from nifpga.session import _Register  # nifpga makes registers for open sessions
 from nifpga.statuscheckedlibrary import FunctionInfo, StatusCheckedFunctions
 
 from drivers.myrio.channels import AngleChannel
-from drivers.myrio.device import Channels, MyRio
 from drivers.myrio.session import FpgaSession, load_bitfile
 from drivers.myrio.settings import MyRioSettings
-from rig.interfaces import Role
+from drivers.myrio.wiring import Channels, Wiring
+from rig.interfaces import DeviceContext, Role
 
 _COUNTS: Final = range(0, 4096, 8)
 _EXCITATION_V: Final = 5.0
@@ -74,29 +74,21 @@ def _made(described: Any, functions: StatusCheckedFunctions) -> Any:
     return _Register(0, None, described, 0, functions["Read"], functions["Write"])
 
 
-class StillMyRio(MyRio):
-    """At rest for ever: the monitors at the safe pressures, the joint at 0 degrees."""
-
-    def open(self) -> Mapping[str, str]:
-        """Registers as the settings name them; ConfigError as for a real one."""
-        self._open = self._connect()
-        return {}
-
-    def _connect(self) -> Channels:
-        settings, context = self._settings, self._context
-        session = StillSession(settings, load_bitfile(settings.bitfile, context.where))
-        channels = self._find(session)
-        for role, monitor, safe_mpa in (
-            (Role.MONITOR_1, channels.monitor_1, context.safe_p1_mpa),
-            (Role.MONITOR_2, channels.monitor_2, context.safe_p2_mpa),
-        ):
-            if monitor is not None:
-                take = monitor.take
-                line = self._lines[role][0]
-                session.settle(line.register, lambda take=take, safe_mpa=safe_mpa: abs(take()[1] - safe_mpa))  # type: ignore[misc]
-        if channels.angle is not None:
-            _settle_angle(session, settings, channels.angle)
-        return channels
+def still_channels(settings: MyRioSettings, context: DeviceContext, wiring: Wiring) -> Channels:
+    """The channels of a rig at rest for ever: the monitors at the safe pressures, the joint at 0 degrees."""
+    session = StillSession(settings, load_bitfile(settings.bitfile, context.where))
+    channels = wiring.find(session)
+    for role, monitor, safe_mpa in (
+        (Role.MONITOR_1, channels.monitor_1, context.safe_p1_mpa),
+        (Role.MONITOR_2, channels.monitor_2, context.safe_p2_mpa),
+    ):
+        if monitor is not None:
+            take = monitor.take
+            line = wiring.lines[role][0]
+            session.settle(line.register, lambda take=take, safe_mpa=safe_mpa: abs(take()[1] - safe_mpa))  # type: ignore[misc]
+    if channels.angle is not None:
+        _settle_angle(session, settings, channels.angle)
+    return channels
 
 
 def _settle_angle(session: StillSession, settings: MyRioSettings, angle: AngleChannel) -> None:
