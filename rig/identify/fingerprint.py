@@ -23,7 +23,8 @@ from rig.identify.response import (
     fit_response,
     mean_pressure_moves,
 )
-from rig.model.fingerprint import Fingerprint, PressureSource, fingerprint_checksum
+from rig.model.fingerprint import Fingerprint, PressureSource
+from rig.model.fingerprint_check import fingerprint_checksum
 from rig.model.kernels import drive
 from rig.model.parameters import Input, Model
 from rig.model.resample import set_points

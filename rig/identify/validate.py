@@ -11,7 +11,7 @@ from rig.identify.data import Options, Prepared, driving_pressures, prepare
 from rig.identify.objective import predict
 from rig.identify.stability import SweepRange, Verdict, check_bounded
 from rig.model.chain import lay_out
-from rig.model.fingerprint import fingerprint_trouble
+from rig.model.fingerprint_check import fingerprint_trouble
 from rig.model.kernels import DIVERGED_DEG, run_stages
 from rig.model.parameters import Input, Model
 from rig.record import Column, Record

@@ -7,7 +7,8 @@ from tempfile import TemporaryDirectory
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rig.model.fingerprint import Fingerprint, PressureSource, fingerprint_checksum, fingerprint_trouble
+from rig.model.fingerprint import Fingerprint, PressureSource
+from rig.model.fingerprint_check import fingerprint_checksum, fingerprint_trouble
 from rig.model.parameters import Model, load_model, save_model
 
 RIG = load_model(Path(__file__).parents[2] / "configs" / "models" / "simulated.yaml")

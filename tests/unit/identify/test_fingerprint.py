@@ -14,7 +14,8 @@ from rig.identify.fingerprint import make_fingerprint
 from rig.identify.provenance import find_logs
 from rig.identify.stability import SweepRange
 from rig.identify.validate import validate
-from rig.model.fingerprint import Fingerprint, PressureSource, fingerprint_checksum, fingerprint_trouble
+from rig.model.fingerprint import Fingerprint, PressureSource
+from rig.model.fingerprint_check import fingerprint_checksum, fingerprint_trouble
 from rig.model.kernels import simulate
 from rig.model.parameters import AddedEffect, Input, Model, SourceLog, load_model, save_model
 from rig.model.response import regulators_of, response_of

@@ -14,7 +14,7 @@ from rig.identify.data import Options, best_input, prepare
 from rig.identify.fit import Settings, identify
 from rig.identify.mean_law import hold, is_free, mean_law
 from rig.identify.swarm import SwarmSettings
-from rig.model.fingerprint import fingerprint_trouble
+from rig.model.fingerprint_check import fingerprint_trouble
 from rig.model.kernels import simulate
 from rig.model.parameters import Input, load_model
 from rig.record import Record

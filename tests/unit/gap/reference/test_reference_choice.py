@@ -8,7 +8,8 @@ from conftest import ROOT
 
 from rig.errors import ConfigError
 from rig.gap.reference.build import Kind, choose, outside_fingerprint
-from rig.model.fingerprint import Fingerprint, fingerprint_checksum
+from rig.model.fingerprint import Fingerprint
+from rig.model.fingerprint_check import fingerprint_checksum
 from rig.model.parameters import Model, load_model
 
 RIG = load_model(ROOT / "configs" / "models" / "simulated.yaml")
