@@ -10,33 +10,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rig.blind_check.goals import GOALS, bound, figure, figure_text, reached
-from rig.blind_check.modes import MODES
 from rig.outputs import Kind, write_text
+from rig.report.check_results import as_markdown
+from rig.report.check_words import FAMILY_FIGURES, MODE_WORDS, MODES_A_TABLE, NAIVE_WORDS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from rich.console import Group
     from rich.table import Table
 
-MODE_WORDS = {name: mode.words for name, mode in MODES.items()}
-NAIVE_WORDS = {
-    "always_none": "always none",
-    "random": "random",
-    "largest_rmse": "largest RMSE, best lag",
-    "retuned": "re-tuned nominal",
-}
-FAMILY_FIGURES = (
-    "false_alarms",
-    "detected",
-    "stage",
-    "class_first",
-    "exact_first",
-    "truth_in_set",
-    "unknown_flagged",
-    "known_kept",
-    "pairs_both",
-)
-MODES_A_TABLE = 2
 _BLUE, _ORANGE = "#0072b2", "#d55e00"
 
 
@@ -77,8 +59,6 @@ def rows_of(result: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 def write_page(result: Mapping[str, Any], path: Path) -> None:
     """The page as HTML, or tables in Markdown when the name ends in .md; RigError when it cannot be written."""
-    from rig.report.check_results import as_markdown
-
     text = as_markdown(result) if path.suffix == ".md" else as_html(result)
     write_text(path, text, Kind.PAGE)
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from rig.blind_check.goals import GOALS, bound, figure, figure_text, reached
 from rig.blind_check.modes import GROUPS, MODES
-from rig.report.check_page import FAMILY_FIGURES, MODE_WORDS, MODES_A_TABLE, NAIVE_WORDS
+from rig.report.check_words import FAMILY_FIGURES, MODE_WORDS, MODES_A_TABLE, NAIVE_WORDS
 
 MEANT = 400
 """Cases a mode on which the goals are to be reached."""
