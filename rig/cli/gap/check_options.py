@@ -1,0 +1,104 @@
+"""The options of `pamrig gap check` that several of its commands share."""
+
+import functools
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import click
+
+from rig.blind_check.modes import ROUNDS
+from rig.cli.outputs import Output
+from rig.outputs import Kind
+
+path_type = click.Path(path_type=Path, resolve_path=True)
+"""Made absolute here: whoever answers works in another folder than the caller."""
+folder_argument = click.argument("folder", type=path_type)
+_cases = click.option("--cases", type=click.IntRange(4, 100_000), default=40, show_default=True, help="How many cases.")
+_seed = click.option(
+    "--seed", type=click.IntRange(0), help="Seed of the labels; default: a secret one, told after the score."
+)
+development_option = click.option(
+    "--development", is_flag=True, help="Development cases: never the same as any scored ones."
+)
+families_option = click.option(
+    "--family",
+    "families",
+    multiple=True,
+    type=click.Choice(("mckibben", "fluidic", "pleated")),
+    help="Plants of this family only. Repeatable.",
+)
+records_option = click.option(
+    "--records",
+    type=path_type,
+    metavar="FOLDER",
+    help="Put effects of sensor and time base into these records (folders: a session each) in place of a plant's.",
+)
+_modes = click.option(
+    "--modes",
+    multiple=True,
+    type=click.Choice(("days", "one_day", "fingerprint", "simulator", "withheld", "beside")),
+    help="Ask these ways only. Repeatable.",
+)
+_priors = click.option(
+    "--priors",
+    type=click.Path(path_type=Path, exists=True, dir_okay=False),
+    metavar="FILE",
+    help="Answer by these levels, which `pamrig gap calibrate` wrote, in place of the shipped ones.",
+)
+_no_angle = click.option("--no-angle", is_flag=True, help="Do not ask from the angle alone.")
+dask_option = click.option(
+    "--dask", metavar="ADDRESS", help="Use the Dask cluster at ADDRESS; its workers must see the same folder."
+)
+workers_option = click.option("--workers", type=click.IntRange(1), help="Local processes; default: one a core.")
+experiments_option = click.option(
+    "--experiments",
+    type=click.IntRange(0, ROUNDS),
+    default=ROUNDS,
+    show_default=True,
+    help="How many recommended experiments each answer may ask for, one after the other.",
+)
+_sweep = click.option(
+    "--sweep",
+    type=click.Path(path_type=Path),
+    metavar="SWEEP.yaml",
+    help="Record every day under this session, in place of excitations drawn for each unit.",
+)
+html_option = click.option(
+    "--html", "html_to", type=Output(Kind.PAGE), metavar="FILE", help="Write the page to FILE; a .md gets its tables."
+)
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """Which cases are drawn, and who works on them: one field an option of `drawn_options`."""
+
+    cases: int
+    seed: int | None
+    development: bool
+    families: tuple[str, ...]
+    records: Path | None
+    modes: tuple[str, ...]
+    sweep: Path | None
+    no_angle: bool
+    priors: Path | None
+    dask: str | None
+    workers: int | None
+
+
+def drawn_options(command: Callable[..., None]) -> Callable[..., None]:
+    """The options by which cases are drawn, passed to the command together as `drawn`."""
+
+    @functools.wraps(command)
+    def gathered(*arguments: Any, **options: Any) -> None:
+        drawn = Drawn(**{field.name: options.pop(field.name) for field in fields(Drawn)})
+        command(*arguments, drawn=drawn, **options)
+
+    # decorators are applied from the last to the first, and the help lists the last applied on top
+    for option in (
+        workers_option, dask_option, _priors, _no_angle, _sweep, _modes, records_option, families_option,
+        development_option, _seed, _cases,
+    ):  # fmt: skip
+        gathered = option(gathered)
+    return gathered

@@ -1,0 +1,113 @@
+"""Commands of `pamrig gap check` that measure the method itself on simulated plants: sizes, absorbed, sensitivity."""
+
+from pathlib import Path
+
+import click
+
+from rig.app.terminal import console
+from rig.cli.common import emit, json_option
+from rig.cli.gap.check_options import families_option, html_option, workers_option
+from rig.cli.outputs import Command, Output
+from rig.outputs import Kind
+
+
+@click.command(cls=Command)
+@families_option
+@click.option("--units", type=click.IntRange(1), default=1, show_default=True, help="Units of each family.")
+@click.option("--seed", type=click.IntRange(0), default=440001, show_default=True, help="Number of the first unit.")
+@click.option(
+    "--reference",
+    type=click.Choice(("session", "fingerprint")),
+    default="session",
+    show_default=True,
+    help="What stands for the healthy rig: one earlier day, or the fingerprint of one.",
+)
+@workers_option
+@click.option(
+    "-o", "--output", "--out", "html_to", type=Output(Kind.PAGE), metavar="FILE.md", help="The table as a page."
+)
+@json_option
+def sizes(
+    families: tuple[str, ...], units: int, seed: int, reference: str, workers: int | None, html_to: Path | None,
+    json_to: str | None,
+) -> None:  # fmt: skip
+    """The smallest sizes that `pamrig gap capability` says would be seen, beside those from which effects are found on
+    plants of the families."""
+    from dataclasses import asdict
+    from datetime import date
+
+    from rig.app.gap.levels import known_families
+    from rig.app.gap.smallest_sizes import compare_sizes, rows_of, sizes_page
+    from rig.app.terminal import progress
+    from rig.outputs import write_text
+
+    known = known_families(families)
+    with progress("units", units * len(known)) as update:
+        found = compare_sizes(known, seed, units, reference, workers, lambda done: update(done, f"{done} units"))
+    asked = f"Written by `pamrig gap check sizes` on {date.today().isoformat()}: {units} unit(s) of {', '.join(known)}."
+    page = sizes_page(rows_of(found), reference, asked)
+    if html_to is not None:
+        write_text(html_to, page, Kind.PAGE)
+    console(json_to).print(page)
+    emit({"reference": reference, "found": [asdict(one) for one in found]}, json_to)
+
+
+@click.command(cls=Command)
+@click.option("--units", type=click.IntRange(1), default=2, show_default=True, help="Units of each family.")
+@click.option("--seed", type=click.IntRange(0), default=401, show_default=True, help="Seed of the development units.")
+@workers_option
+@json_option
+def absorbed(units: int, seed: int, workers: int | None, json_to: str | None) -> None:
+    """How much of each effect a fit of the simulator's own parameters swallows, on development units.
+
+    Effects from half on are counted apart in the modes of a simulator; the list is declared before any check.
+    """
+    from rich.table import Table
+
+    from rig.app.gap.absorbed import swallowed, table
+    from rig.app.terminal import progress
+    from rig.blind_check.score import ABSORBED, SWALLOWED
+
+    with progress("units", 2 * units) as update:
+        found = swallowed(seed, units, workers, lambda done: update(done, f"{done} units"))
+    shown, rows = Table("effect", "swallowed, median", "units", "declared absorbed"), list(table(found))
+    for effect, share, count in rows:
+        declared = "yes" if effect in ABSORBED else "no"
+        shown.add_row(effect, "-" if share is None else f"{100 * share:.0f} %", str(count), declared)
+    console(json_to).print(shown)
+    effects = {effect: {"share": share, "units": count} for effect, share, count in rows}
+    emit({"seed": seed, "from": SWALLOWED, "effects": effects, "declared": sorted(ABSORBED)}, json_to)
+
+
+@click.command(cls=Command)
+@click.option("--cases", type=click.IntRange(1), default=8, show_default=True, help="Development cases a family.")
+@click.option("--seed", type=click.IntRange(0), default=402, show_default=True, help="Seed of the development cases.")
+@families_option
+@workers_option
+@html_option
+@json_option
+def sensitivity(
+    cases: int, seed: int, families: tuple[str, ...], workers: int | None, html_to: Path | None, json_to: str | None
+) -> None:
+    """Halve and double each number that decides in the likelihood, and count which answers move.
+
+    On development cases; a .md as page is a table in Markdown.
+    """
+    from dataclasses import asdict
+
+    from rig.app.gap import sensitivity as numbers
+    from rig.app.gap.sensitivity_page import as_markdown
+    from rig.app.terminal import progress
+    from rig.outputs import write_text
+
+    asked = numbers.Asked(families or ("mckibben", "fluidic", "pleated"), seed, cases)
+    total = len(numbers.FACTORS) * len(numbers.numbers())
+    with progress("numbers", total) as update:
+        base, moved = numbers.sensitivity(asked, workers, lambda done: update(done, f"{done} of {total}"))
+    page = as_markdown(asked, base, moved, numbers.deciding())
+    if html_to is not None:
+        write_text(html_to, page, Kind.PAGE)
+    console(json_to).print(page, markup=False)
+    emit(
+        {"cases": len(base), "right": sum(one.right for one in base), "moved": [asdict(one) for one in moved]}, json_to
+    )
