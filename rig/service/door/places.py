@@ -95,11 +95,8 @@ def take_lock(path: Path, taken: str) -> int:
         raise StateError(f"{path}: cannot be made: {why}") from None
     try:
         _check_lock(path, os.fstat(descriptor))
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        os.close(descriptor)
-        raise StateError(taken) from None
-    except StateError:
+        _lock(descriptor, taken)
+    except (OSError, StateError):
         os.close(descriptor)
         raise
     return descriptor
@@ -110,14 +107,22 @@ def lock_folder(folder: Path, taken: str) -> int | None:
     where its file system has no locks for folders."""
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
     try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
+        _lock(descriptor, taken)
+    except StateError:
         os.close(descriptor)
-        raise StateError(taken) from None
+        raise
     except OSError:
         os.close(descriptor)
         return None
     return descriptor
+
+
+def _lock(descriptor: int, taken: str) -> None:
+    """StateError, with the words `taken`, when somebody else holds it; OSError where there are no such locks."""
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise StateError(taken) from None
 
 
 def _check_lock(path: Path, found: os.stat_result) -> None:

@@ -1,19 +1,14 @@
 """Reads, expands and checks sweeps in a process of its own: what a client sends may be large, slow or a trap, and is
 kept away from the process that answers to an emergency stop.
 
-The process is niced, bounded in memory, and killed when it takes too long; the next sweep gets a fresh one. It also
-writes a record's program into shared memory, so that no set-point ever passes through the process that commands the
-loop.
+The process also writes a record's program into shared memory, so that no set-point ever passes through the process
+that commands the loop.
 """
 
 import asyncio
 import contextlib
-import multiprocessing
-import os
-import resource
 import signal
-import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
@@ -26,13 +21,12 @@ from rig.excite.envelope import check_run
 from rig.excite.experiment import MOST_SWEEP_BYTES, RunPlan, expand, load_sweep
 from rig.realtime.commands import program_name
 from rig.rig_config import RigConfig
-from rig.service.processes import start_process
+from rig.service.helper_process import HelperProcess, serve_requests
 from rig.service.session.run_setup import program_of
 
 PATIENCE_S: Final = 120.0
 """For one sweep; a day of set-points at 5 ms takes about 45 s on a busy desktop."""
 _MEMORY_BYTES: Final = 2 * 1024**3
-_NICE: Final = 19
 
 
 @dataclass(frozen=True)
@@ -75,121 +69,65 @@ class Planner:
     """One such process, started when it is first needed. One request at a time; the others wait for their turn."""
 
     def __init__(self, rig: RigConfig, patience_s: float = PATIENCE_S) -> None:
-        self._rig, self._patience_s = rig, patience_s
+        self._patience_s = patience_s
         self._turn = asyncio.Lock()
-        self._context = multiprocessing.get_context("spawn")
-        self.process: BaseProcess | None = None
-        self._pipe: Connection | None = None
-        self._starting = threading.Lock()
-        self._closed = False
+        self._helper = HelperProcess(serve, (rig,), "pamrig-planner")
+
+    @property
+    def process(self) -> BaseProcess | None:
+        """The one that runs; None before the first request and after the last one was killed."""
+        return self._helper.process
 
     async def check(self, path: Path) -> Summary:
         """What the sweep at `path` amounts to; RigError, one line, when it does not fit."""
-        return cast(Summary, await self._ask("check", path))
+        return cast(Summary, await self._ask(_Desk.check, path))
 
     async def open(self, path: Path) -> Summary:
         """The same, and keep it for `publish`."""
-        return cast(Summary, await self._ask("open", path))
+        return cast(Summary, await self._ask(_Desk.open, path))
 
     async def publish(self, index: int, run: int, session: int) -> Published:
         """Put the program of a record of the opened sweep where the loop finds it, as run number `run`."""
-        return cast(Published, await self._ask("publish", index, run, session))
+        return cast(Published, await self._ask(_Desk.publish, index, run, session))
 
     async def warm(self) -> None:
         """Start the process before it is needed; what goes wrong is told to who needs it."""
         with contextlib.suppress(RigError):
-            await self._ask("warm")
+            await self._ask(_Desk.warm)
 
     def close(self) -> None:
         """End the process, whatever it is doing."""
-        with self._starting:
-            self._closed = True
-            self._end(self.process)
+        self._helper.close()
 
     async def _ask(self, *request: Any) -> Any:
+        """A method of `_Desk` and its arguments."""
         async with self._turn:
-            work = asyncio.to_thread(self._exchange, request)
             try:
-                kind, result = await work
+                return await asyncio.to_thread(self._exchange, request)
             except asyncio.CancelledError:  # who asked has gone: nobody else is to wait for it
-                with self._starting:
-                    self._end(self.process)
+                self._helper.end()
                 raise
-        if kind == "done":
-            return result
-        raise RigError(result)
 
-    def _exchange(self, request: tuple[Any, ...]) -> tuple[str, Any]:
-        process, pipe = self._ready()
-        if process is None or pipe is None:
-            return "refused", "the daemon is ending"
+    def _exchange(self, request: tuple[Any, ...]) -> Any:
         try:
-            pipe.send(request)
-            if pipe.poll(self._patience_s):
-                answer: tuple[str, Any] = pipe.recv()
-                return answer
+            return self._helper.ask(request, self._patience_s)
+        except TimeoutError:
             why = f"takes more than {self._patience_s:g} s to read and expand; make it smaller"
-        except (EOFError, OSError):
-            why = "the process that read it has ended; it may have needed too much memory"
-        with self._starting:
-            self._end(process)
-        return "refused", f"{request[1] if request[0] in ('check', 'open') else 'the sweep'}: {why}"
-
-    def _ready(self) -> tuple[BaseProcess | None, Connection | None]:
-        with self._starting:
-            if self._closed:
-                return None, None
-            if self.process is None or not self.process.is_alive():
-                self._pipe, theirs = self._context.Pipe()
-                self.process = self._context.Process(
-                    target=serve, args=(theirs, self._rig), name="pamrig-planner", daemon=True
-                )
-                start_process(self.process)
-                theirs.close()
-            return self.process, self._pipe
-
-    def _end(self, process: BaseProcess | None) -> None:
-        """A thread that waits for the process sees its end of the pipe close."""
-        if process is None:
-            return
-        process.kill()
-        process.join()
-        if process is self.process:
-            self.process = None
+        except MemoryError:
+            why = f"needs more than {_MEMORY_BYTES / 1024**3:g} GB to expand; make it smaller"
+        except EOFError:
+            why = "the process that read it has ended: the daemon is ending, or it needed too much memory"
+        sweep = next((part for part in request if isinstance(part, Path)), "the sweep")
+        raise RigError(f"{sweep}: {why}")
 
 
 def serve(pipe: Connection, rig: RigConfig) -> None:
     """Entry of the process: answer requests until the other end closes."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(
-            number, signal.SIG_IGN
-        )  # they are for the process that commands; the end of the pipe ends this one
-    _step_back()
+        # they are for the process that commands; the end of the pipe ends this one
+        signal.signal(number, signal.SIG_IGN)
     desk = _Desk(rig)
-    answers: dict[str, Callable[..., Any]] = {
-        "check": desk.check, "open": desk.open, "publish": desk.publish, "warm": lambda: None,
-    }  # fmt: skip
-    with contextlib.suppress(EOFError, OSError):
-        while True:
-            what, *arguments = pipe.recv()
-            pipe.send(_answer(answers[what], *arguments))
-
-
-def _answer(what: Callable[..., Any], *arguments: Any) -> tuple[str, Any]:
-    try:
-        return "done", what(*arguments)
-    except RigError as error:
-        return "refused", str(error)
-    except MemoryError:
-        return "refused", f"{arguments[0]}: needs more than {_MEMORY_BYTES / 1024**3:g} GB to expand; make it smaller"
-
-
-def _step_back() -> None:
-    """Everybody else first, and the first to go when memory runs out."""
-    os.nice(_NICE)
-    resource.setrlimit(resource.RLIMIT_AS, (_MEMORY_BYTES, resource.RLIM_INFINITY))
-    with contextlib.suppress(OSError):
-        Path("/proc/self/oom_score_adj").write_text("1000", encoding="ascii")
+    serve_requests(pipe, lambda what, *arguments: what(desk, *arguments), _MEMORY_BYTES)
 
 
 class _Desk:
@@ -198,6 +136,9 @@ class _Desk:
     def __init__(self, rig: RigConfig) -> None:
         self._rig = rig
         self._plans: list[RunPlan] = []
+
+    def warm(self) -> None:
+        """There is nothing to do once the process runs."""
 
     def check(self, path: Path) -> Summary:
         return self._summary(path, plans_of(path, self._rig))

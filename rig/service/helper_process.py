@@ -1,0 +1,126 @@
+"""A process for what may be large, slow or a trap, kept away from the process that answers to an emergency stop: niced,
+bounded in memory, killed when it takes too long.
+
+It answers one request at a time: who asks sees to the turns. After it has ended, the next request gets a fresh one.
+"""
+
+import contextlib
+import multiprocessing
+import os
+import resource
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+from typing import Any, Final
+
+from rig.errors import RigError
+from rig.service.processes import start_process
+
+_NICE: Final = 19
+
+
+@dataclass(frozen=True)
+class _Refused:
+    """A RigError on its way back."""
+
+    why: str
+
+
+class HelperProcess:
+    """One such process, started when it is first needed."""
+
+    def __init__(self, entry: Callable[..., None], arguments: tuple[Any, ...], name: str) -> None:
+        """`entry`, a function of a module, gets its end of a pipe and these arguments there; it is to call
+        `serve_requests`."""
+        self._entry, self._arguments, self._name = entry, arguments, name
+        self._context = multiprocessing.get_context("spawn")
+        self._starting = threading.Lock()
+        self._closed = False
+        self._pipe: Connection | None = None
+        self.process: BaseProcess | None = None
+
+    def ask(self, request: tuple[Any, ...], patience_s: float) -> Any:
+        """What the process answers; blocks, so call it from a thread. RigError and MemoryError as they are raised
+        there, TimeoutError when it takes longer, EOFError when it has ended (or `close` was called)."""
+        process, pipe = self._ready()
+        try:
+            pipe.send(request)
+            in_time = pipe.poll(patience_s)
+            answer = pipe.recv() if in_time else None
+        except (EOFError, OSError):
+            self._end(process)
+            raise EOFError from None
+        if not in_time:
+            self._end(process)
+            raise TimeoutError
+        if isinstance(answer, MemoryError):
+            raise answer
+        if isinstance(answer, _Refused):
+            raise RigError(answer.why)
+        return answer
+
+    def end(self) -> None:
+        """End the process, whatever it is doing; the next request gets another. A thread that waits for it sees its end
+        of the pipe close."""
+        with self._starting:
+            self._kill(self.process)
+
+    def close(self) -> None:
+        """End it for good."""
+        with self._starting:
+            self._closed = True
+            self._kill(self.process)
+
+    def _ready(self) -> tuple[BaseProcess, Connection]:
+        with self._starting:
+            if self._closed:
+                raise EOFError
+            if self.process is None or self._pipe is None or not self.process.is_alive():
+                self._pipe, theirs = self._context.Pipe()
+                self.process = self._context.Process(
+                    target=self._entry, args=(theirs, *self._arguments), name=self._name, daemon=True
+                )
+                start_process(self.process)
+                theirs.close()
+            return self.process, self._pipe
+
+    def _end(self, process: BaseProcess) -> None:
+        with self._starting:
+            self._kill(process)
+
+    def _kill(self, process: BaseProcess | None) -> None:
+        if process is None:
+            return
+        process.kill()
+        process.join()
+        if process is self.process:
+            self.process = None
+
+
+def serve_requests(pipe: Connection, carry_out: Callable[..., Any], memory_bytes: int) -> None:
+    """In the process: carry out each request (its parts are the arguments) until the other end closes."""
+    _step_back(memory_bytes)
+    with contextlib.suppress(EOFError, OSError):
+        while True:
+            pipe.send(_answer(carry_out, pipe.recv()))
+
+
+def _answer(carry_out: Callable[..., Any], request: tuple[Any, ...]) -> Any:
+    try:
+        return carry_out(*request)
+    except RigError as error:
+        return _Refused(str(error))
+    except MemoryError:
+        return MemoryError()
+
+
+def _step_back(memory_bytes: int) -> None:
+    """Everybody else first, and the first to go when memory runs out."""
+    with contextlib.suppress(OSError):
+        os.setpriority(os.PRIO_PROCESS, 0, _NICE)
+    resource.setrlimit(resource.RLIMIT_AS, (memory_bytes, resource.RLIM_INFINITY))
+    with contextlib.suppress(OSError):
+        Path("/proc/self/oom_score_adj").write_text("1000", encoding="ascii")
