@@ -10,6 +10,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.optimize import lsq_linear, minimize_scalar
 
+from rig.columns import rms
 from rig.identify.descent import descend
 from rig.model.joint_balance import LOOP_RADII_DEG
 from rig.model.kernels import drive
@@ -107,8 +108,7 @@ def corrected_misfit_mpa(lines: Sequence[Line], regulator: Regulator, correction
 
 
 def _rms_used(columns: Sequence[Column], lines: Sequence[Line]) -> float:
-    total = sum(float(np.sum((column * line.used) ** 2)) for column, line in zip(columns, lines, strict=True))
-    return float(np.sqrt(total / max(sum(float(line.used.sum()) for line in lines), 1.0)))
+    return rms(np.concatenate(columns), np.concatenate([line.used for line in lines]))
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,14 +18,15 @@ from hil.reference.cases import CASES_PER_UNIT, Bench, Case, Purpose, bench_of, 
 from hil.reference.families import NAMES
 from rig.blind_check.generate import nominal_model
 from rig.blind_check.source import records_of
+from rig.columns import rms
 from rig.config import suggest, unstructure
 from rig.errors import ConfigError, ModelError
 from rig.gap.calibrate import Mean, fit_levels, fit_monitors
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Expected, Kind, expect
-from rig.gap.reference.expectation import Parts, angle_parts, pressure_parts, rms_used
+from rig.gap.reference.expectation import Parts, angle_parts, pressure_parts
 from rig.gap.settings import Fitted, Levels, Prior, Provenance, fitted
-from rig.model.fingerprint import fingerprint_checksum
+from rig.model.fingerprint_check import fingerprint_checksum
 from rig.model.parameters import Model
 from rig.outputs import Kind as Output
 from rig.outputs import write_text
@@ -145,7 +146,7 @@ def _healthy(family: str, expected: Expected) -> HealthyDay:
     angle = angle_parts(expected.tracks, expected.base, expected.response, expected.driven)
     reference = np.concatenate([track.reference.angle_deg for track in expected.tracks])
     measured = np.concatenate([track.pair.case.angle_deg for track in expected.tracks])
-    commanded = rms_used(measured - reference, angle.lines.used) / angle.span
+    commanded = rms(measured - reference, angle.lines.used) / angle.span
     return HealthyDay(
         family, expected.levels, pressure_parts(expected.tracks, expected.pairing.p0_mpa), angle, commanded
     )

@@ -80,11 +80,10 @@ class Posterior:
         say what it says of these on average."""
         heard = {name: nats.get(name, float(np.mean(list(nats.values())))) for name in self.probability}
         logs = {name: float(np.log(max(chance, 1e-300))) + heard[name] for name, chance in self.probability.items()}
-        total = logsumexp(list(logs.values()))
-        probability = {name: float(np.exp(value - total)) for name, value in logs.items()}
+        probability, total = _normalised(logs)
         scene = self.stand.scene
         beside = _beside(scene, scene.factor.lines.of(scene.factor.gap), self.fits, probability)
-        return replace(self, probability=probability, beside=beside, log_evidence=self.log_evidence + float(total))
+        return replace(self, probability=probability, beside=beside, log_evidence=self.log_evidence + total)
 
     @property
     def found(self) -> bool:
@@ -120,11 +119,15 @@ def judge(
         - np.log(2.0)
         + prior.log_unknown,
     } | {name: fit.log_evidence for name, fit in fits.items()}
-    logs = {name: value + said.get(name, 0.0) for name, value in logs.items()}
-    total = logsumexp(list(logs.values()))
-    probability = {name: float(np.exp(value - total)) for name, value in logs.items()}
+    probability, total = _normalised({name: value + said.get(name, 0.0) for name, value in logs.items()})
     beside = _beside(scene, gap, fits, probability)
-    return Posterior(stand, probability, fits, beside, float(total))
+    return Posterior(stand, probability, fits, beside, total)
+
+
+def _normalised(logs: Mapping[str, float]) -> tuple[dict[str, float], float]:
+    """Probabilities that sum to one, and ln of what they summed to."""
+    total = float(logsumexp(list(logs.values())))
+    return {name: float(np.exp(value - total)) for name, value in logs.items()}, total
 
 
 def heard(posterior: Posterior) -> dict[str, float]:

@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 
 from rig.gap.records.pairs import Pair
-from rig.gap.reference.nominal import Nominal, Reference
+from rig.gap.reference.nominal import Reference
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.kernels import compiled
+from rig.model.response import ResponseModel
 from rig.model.slots import Slot
 from rig.record import Column
 
@@ -49,7 +50,7 @@ class Track:
     measured."""
 
 
-def lay_tracks(pairs: Sequence[Pair], references: Sequence[Reference], nominal: Nominal) -> list[Track]:
+def lay_tracks(pairs: Sequence[Pair], references: Sequence[Reference], nominal: ResponseModel) -> list[Track]:
     """A track for each pair."""
     return [
         Track(
@@ -62,7 +63,7 @@ def lay_tracks(pairs: Sequence[Pair], references: Sequence[Reference], nominal: 
     ]
 
 
-def full_numbers(applied: Applied, nominal: Nominal) -> dict[str, float]:
+def full_numbers(applied: Applied, nominal: ResponseModel) -> dict[str, float]:
     """Every number of the stage, the nominal rig's filled in."""
     known = EFFECT_STAGES[applied.stage]
     given = {"p0_mpa": nominal.p0_mpa, "tau0_s": nominal.tau0_s} | nominal.balance.stage_numbers()
@@ -81,7 +82,7 @@ class Ready:
     """See `EffectStage.exact`."""
 
 
-def ready(causes: Sequence[Applied], nominal: Nominal) -> list[Ready]:
+def ready(causes: Sequence[Applied], nominal: ResponseModel) -> list[Ready]:
     """The causes as they run, in the order given."""
     made = []
     for cause in causes:
@@ -92,7 +93,7 @@ def ready(causes: Sequence[Applied], nominal: Nominal) -> list[Ready]:
     return made
 
 
-def pressures_with(causes: Sequence[Ready], track: Track, nominal: Nominal) -> tuple[Column, Column]:
+def pressures_with(causes: Sequence[Ready], track: Track, nominal: ResponseModel) -> tuple[Column, Column]:
     """The pressures of the healthy rig with these timing and valve effects (the others are passed over)."""
     track = late(causes, track)
     p1, p2 = track.reference.p1_mpa, track.reference.p2_mpa
@@ -153,7 +154,7 @@ def _delayed(column: Column, rows: float) -> Column:
     return out
 
 
-def angle_under(p1: Column, p2: Column, track: Track, nominal: Nominal) -> Column:
+def angle_under(p1: Column, p2: Column, track: Track, nominal: ResponseModel) -> Column:
     """The healthy rig's angle had its pressures been p1 and p2.
 
     The response model gives what the difference of the pressures does; their mean changes the stiffness, and with it
@@ -170,7 +171,7 @@ def angle_under(p1: Column, p2: Column, track: Track, nominal: Nominal) -> Colum
     return nominal.balanced(angle, np.zeros_like(angle), compliance, dt)
 
 
-def _compliance(p1: Column, p2: Column, q1: Column, q2: Column, nominal: Nominal) -> Column:
+def _compliance(p1: Column, p2: Column, q1: Column, q2: Column, nominal: ResponseModel) -> Column:
     """How much less stiff the joint is under q than under p."""
     least = 0.2 * nominal.p0_mpa
     ratio: Column = (np.maximum(p1 + p2, least) / np.maximum(q1 + q2, least)) ** nominal.compliance
@@ -178,7 +179,7 @@ def _compliance(p1: Column, p2: Column, q1: Column, q2: Column, nominal: Nominal
 
 
 def angle_with(
-    causes: Sequence[Ready], p1: Column, p2: Column, angle: Column, track: Track, nominal: Nominal
+    causes: Sequence[Ready], p1: Column, p2: Column, angle: Column, track: Track, nominal: ResponseModel
 ) -> Column:
     """`angle` (n,) that the healthy rig has under p1 and p2, with these muscle, joint and sensor effects."""
     dt = track.pair.dt_s
@@ -199,7 +200,7 @@ def angle_with(
     return out
 
 
-def response_with(causes: Sequence[Ready], track: Track, nominal: Nominal) -> tuple[Column, Column, Column]:
+def response_with(causes: Sequence[Ready], track: Track, nominal: ResponseModel) -> tuple[Column, Column, Column]:
     """Pressures and angle of the healthy rig under its commands with all these causes."""
     track = late(causes, track)
     causes = [cause for cause in causes if not (cause.exact and cause.slot is Slot.TIMING)]

@@ -15,6 +15,7 @@ from enum import StrEnum
 
 import numpy as np
 
+from rig.columns import rms
 from rig.errors import ConfigError, ModelError
 from rig.gap.hypotheses.propagate import Applied, Track, angle_under, lay_tracks, ready, response_with
 from rig.gap.records.pairs import Pair, Pairing
@@ -22,7 +23,8 @@ from rig.gap.records.usable import check_direction, check_reach
 from rig.gap.reference.monitors import Misread
 from rig.gap.reference.nominal import Reference, describe, mean_session, references_of
 from rig.gap.reference.simulated import modelled
-from rig.model.fingerprint import Fingerprint, PressureSource, fingerprint_trouble
+from rig.model.fingerprint import Fingerprint, PressureSource
+from rig.model.fingerprint_check import fingerprint_trouble
 from rig.model.kernels import drive, simulate
 from rig.model.parameters import Input, Model
 from rig.model.response import ResponseModel, response_of
@@ -159,7 +161,7 @@ def expect(kind: Kind, sister: bool, model: Model | None, pairing: Pairing) -> E
 
 def _from_days(kind: Kind, model: Model | None, pairing: Pairing) -> Expected:
     sessions = [mean_session(pair, pairing.pressures) for pair in pairing.pairs]
-    regulators, references = references_of(model, pairing.pairs, sessions, pairing.pressures, True)
+    regulators, references = references_of(model, pairing.pairs, sessions)
     response = describe(pairing.pairs, references, pairing.p0_mpa, regulators)
     tracks = lay_tracks(pairing.pairs, references, response)
     base = [_under_case(track, response) if pairing.pressures else track.reference.angle_deg for track in tracks]
@@ -248,7 +250,7 @@ def from_response(response: ResponseModel, pairing: Pairing) -> Expected:
 def _from_simulator(levels: str, model: Model, pairing: Pairing) -> Expected:
     at_rest = replace(model, p0_mpa=pairing.p0_mpa)
     pairing, sessions = _followed(at_rest, pairing)
-    regulators, references = references_of(at_rest, pairing.pairs, sessions, pairing.pressures, False)
+    regulators, references = references_of(at_rest, pairing.pairs, sessions)
     response = describe(pairing.pairs, references, pairing.p0_mpa, regulators)
     tracks = lay_tracks(pairing.pairs, references, response)
     driven = pairing.pressures and model.muscle.input is Input.PRESSURE
@@ -322,7 +324,4 @@ def _simulated(model: Model, track: Track, response: ResponseModel) -> Column:
 
 def rms_of(columns: Sequence[Column], pairs: Sequence[Pair]) -> float:
     """Rms of columns over the rows of their pairs that were measured."""
-    used = sum(float(pair.used.sum()) for pair in pairs)
-    return float(
-        np.sqrt(sum(float(np.sum(c**2 * p.used)) for c, p in zip(columns, pairs, strict=True)) / max(used, 1.0))
-    )
+    return rms(np.concatenate(columns), np.concatenate([pair.used for pair in pairs]))

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rig.columns import rms
 from rig.gap.evidence.gaussian import Gaussian
 from rig.gap.evidence.lines import Lines, lines_of
 from rig.gap.hypotheses.propagate import Track
@@ -58,7 +59,7 @@ class Factor:
 
     def rms(self, column: Column) -> float:
         """Root mean square of (n,) over the rows that were measured."""
-        return rms_used(column, self.lines.used)
+        return rms(column, self.lines.used)
 
     def doubting(self, patterns: Column) -> "Factor":
         """The same with further patterns (n, m) that may be there without being a gap, at one standard deviation."""
@@ -100,7 +101,7 @@ class Parts:
 
     def rms(self, column: Column) -> float:
         """Root mean square of (n,) over the rows that were measured."""
-        return rms_used(column, self.lines.used)
+        return rms(column, self.lines.used)
 
     def factor(self, levels: FactorLevels, prior: Prior) -> Factor:
         """The factor at these levels."""
@@ -253,8 +254,3 @@ def line_noise(column: Column | None, pair: Pair) -> float:
         moved = third
     white = float(np.median(np.abs(moved))) / (0.6745 * np.sqrt(20.0)) if len(moved) else 0.0
     return white * float(np.sqrt(min(pair.raw.period_s / pair.dt_s, 1.0)))
-
-
-def rms_used(column: Column, used: Column) -> float:
-    """Root mean square of (n,) where `used` is 1."""
-    return float(np.sqrt(np.sum((column * used) ** 2) / max(float(used.sum()), 1.0)))

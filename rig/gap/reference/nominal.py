@@ -13,12 +13,9 @@ import numpy as np
 from rig.gap.records.pairs import Pair
 from rig.identify.response import Drive, Line, fit_regulator, fit_response
 from rig.model.parameters import Model
-from rig.model.response import Regulator, regulators_of
-from rig.model.response import ResponseModel as Nominal
+from rig.model.response import Regulator, ResponseModel, regulators_of
 from rig.model.response_kernels import regulated
 from rig.record import Column
-
-__all__ = ["Nominal", "Reference", "describe", "fit_regulators", "mean_session", "references_of"]
 
 
 @dataclass(frozen=True)
@@ -51,7 +48,7 @@ def fit_regulators(pairs: Sequence[Pair], measured: Sequence[tuple[Column, Colum
 
 def describe(
     pairs: Sequence[Pair], references: Sequence[Reference], p0_mpa: float, regulators: tuple[Regulator, Regulator]
-) -> Nominal:
+) -> ResponseModel:
     """The response model of the reference rig."""
     records = [
         Drive(pair.dt_s, reference.p1_mpa, reference.p2_mpa, reference.angle_deg, pair.used)
@@ -64,13 +61,11 @@ def references_of(
     model: Model | None,
     pairs: Sequence[Pair],
     sessions: Sequence[tuple[Column | None, Column | None, Column]],
-    pressures: bool,
-    has_baseline: bool,
 ) -> tuple[tuple[Regulator, Regulator], list[Reference]]:
-    """Regulators and references: with measured pressures fitted to them, else the model's or usual ones and virtual
-    pressures."""
+    """Regulators and references: with the sessions' pressures fitted to them, else the model's or usual ones and
+    virtual pressures."""
     measured = [(first, second) for first, second, _ in sessions if first is not None and second is not None]
-    if len(measured) == len(pairs) and (pressures or not has_baseline):
+    if len(measured) == len(pairs):
         regulators: tuple[Regulator, Regulator] = fit_regulators(pairs, measured)
         return regulators, [
             Reference(first, second, angle) for (first, second), (_, _, angle) in zip(measured, sessions, strict=True)
