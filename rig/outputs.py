@@ -117,15 +117,25 @@ def check_apart(outputs: Iterable[tuple[str, Path]], inputs: Iterable[tuple[str,
         taken.append((f"{name} writes", here))
 
 
+def make_folder(path: Path) -> None:
+    """A folder and those on the way to it; RigError when one cannot be made."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RigError(f"{path}: cannot be made: {error.strerror}") from None
+
+
 @contextlib.contextmanager
 def writing(path: Path, kind: Kind) -> Iterator[Path]:
-    """The place to write to (with the suffix of `path`), which becomes `path` at the end and vanishes after an error.
+    """The place to write to (with the suffix of `path`), which becomes `path` at the end and vanishes after an error;
+    folders on the way are made.
 
     RigError when nothing of that kind may be written there, or the disk refuses.
     """
-    check_place(path, kind)
+    check_place(path, kind, make_folder=True)
     target = path.resolve()
     part = path if _is_stream(path) else target.with_name(f".{secrets.token_hex(6)}.writing{target.suffix[:16]}")
+    make_folder(target.parent)
     try:
         yield part
         if part is not path:

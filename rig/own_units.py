@@ -25,7 +25,9 @@ _PER_UNIT: Final = {"deg": ("output", 1.0), "MPa": ("input", 1.0), "kPa": ("inpu
 """Unit -> the channel that it belongs to, and how much of a working unit it is."""
 _KEPT: Final = frozenset({"added_to_model", "config", "fingerprint", "file", "log", "model", "path", "source"})
 """Keys whose values are a model file's own numbers, or no sentences."""
-_SIZES: Final = frozenset({"value", "low", "high", "from", "to", "std", "before", "after", "per_day"})
+_SIZES: Final = frozenset(
+    {"value", "low", "high", "from", "to", "std", "before", "after", "per_day", "detectable", "nameable"}
+)
 _KEY: Final = re.compile(r"_(deg|mpa)(?=_|$)")
 
 

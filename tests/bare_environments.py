@@ -15,10 +15,15 @@ import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TypeAlias
 
 ROOT = Path(__file__).resolve().parent.parent
-EXTRAS = "tables,frames,fmu,web"
-SESSION = (
+EXTRAS = "tables,frames,fmu,web,live,dask,metrics"
+LOOSE = ("pytest", "nbclient", "ipykernel")
+"""What a user has beside pamrig: a test runner, and what carries notebooks out."""
+KINDS = ("wheel", "sdist", "extras")
+Steps: TypeAlias = tuple[tuple[str, ...], ...]
+SESSION: Steps = (
     ("pamrig", "--help"),
     ("pamrig", "run", "quick", "--clock", "virtual", "--out", "first"),
     ("pamrig", "validate", "simulated", "first"),
@@ -26,6 +31,14 @@ SESSION = (
     ("python", "-c", "import pamrig; pamrig.read('first').plot().save('first.png')"),
 )
 """What a first session calls; every one must end with status 0."""
+BESIDE: Steps = (
+    ("python", "-c", "import fmpy, foxglove, distributed, nptdms, prometheus_client, starlette, uvicorn, websockets"),
+    ("python", "-c", "import pamrig; one = pamrig.read('first')[0]; one.to_pandas(); one.to_xarray()"),
+    ("pamrig", "log", "export", "first", "-o", "tables", "--to", "parquet"),
+    ("python", "-m", "pytest", "-q", "-p", "no:cacheprovider", "rig_in_ci"),
+    ("python", "-c", "import nbclient, nbformat; nbclient.execute(nbformat.read('first_sweep.ipynb', 4))"),
+)
+"""What extras and other people's tools are for, after the session; beside the example repository and a notebook."""
 
 
 def built(folder: Path) -> Path:
@@ -39,15 +52,17 @@ def built(folder: Path) -> Path:
     return folder / "dist"
 
 
-def tried(interpreter: str, package: str, folder: Path) -> Iterator[tuple[str, float]]:
-    """Install a package in an environment of that interpreter and carry the session out: each step with its seconds.
+def tried(interpreter: str, packages: list[str], session: Steps, folder: Path) -> Iterator[tuple[str, float]]:
+    """Install packages in an environment of that interpreter and carry the session out: each step with its seconds.
 
     CalledProcessError when a step fails.
     """
     call([interpreter, "-m", "venv", "env"], folder)
-    yield "install", call(["env/bin/python", "-m", "pip", "install", "-q", package], folder)
-    for words in SESSION:
-        yield " ".join(words[:2]), call([str(folder / "env" / "bin" / words[0]), *words[1:]], folder)
+    yield "install", call(["env/bin/python", "-m", "pip", "install", "-q", *packages], folder)
+    shutil.copytree(ROOT / "docs/examples/rig_in_ci", folder / "rig_in_ci")
+    shutil.copy(ROOT / "docs/notebooks/first_sweep.ipynb", folder)
+    for number, words in enumerate(session, 1):
+        yield f"{number} {' '.join(words[:3])[:60]}", call([str(folder / "env/bin" / words[0]), *words[1:]], folder)
 
 
 def started(wheel: Path, folder: Path) -> Iterator[tuple[str, float]]:
@@ -73,14 +88,20 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("interpreters", nargs="*", default=[sys.executable])
     parser.add_argument("--dist", type=Path, help="folder with a wheel and an sdist, in place of building them")
+    parser.add_argument("--kinds", nargs="+", choices=KINDS, default=KINDS, metavar="KIND", help=", ".join(KINDS))
     given = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="pamrig-") as scratch:
         dist = given.dist.resolve() if given.dist else built(Path(scratch))
         (wheel,), (sdist,) = dist.glob("*.whl"), dist.glob("*.tar.gz")
+        kinds = {
+            "wheel": ([str(wheel)], SESSION),
+            "sdist": ([str(sdist)], SESSION),
+            "extras": ([f"{wheel}[{EXTRAS}]", *LOOSE], SESSION + BESIDE),
+        }
         for interpreter in given.interpreters:
-            for kind, package in (("wheel", str(wheel)), ("sdist", str(sdist)), ("extras", f"{wheel}[{EXTRAS}]")):
+            for kind in given.kinds:
                 with tempfile.TemporaryDirectory(prefix="pamrig-") as folder:
-                    steps = dict(tried(interpreter, package, Path(folder)))
+                    steps = dict(tried(interpreter, *kinds[kind], Path(folder)))
                 told(interpreter, kind, steps)
         with tempfile.TemporaryDirectory(prefix="pamrig-") as folder:
             told("launchers", "wheel", dict(started(wheel, Path(folder))))

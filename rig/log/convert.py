@@ -20,6 +20,7 @@ from rig.log.mcap.columns import DTYPES, Array, Samples, message_rows, pack_colu
 from rig.log.mcap.reader import McapLog
 from rig.log.mcap.writer import RunWriter
 from rig.log.replay import Comparison
+from rig.outputs import make_folder
 from rig.record import Record
 from rig.sample import WIRES, Flag, Phase
 
@@ -52,7 +53,8 @@ def read_content(path: Path) -> LogContent:
 
 
 def write_content(content: LogContent, path: Path) -> Path:
-    """Write a log as it was; RecordError when `path` exists."""
+    """Write a log as it was, folders on the way are made; RecordError when `path` exists or cannot be written."""
+    make_folder(path.parent)
     writer = RunWriter(path, content.run_facts, content.attachments, unfinished=f".{os.getpid()}.writing")
     try:
         extra = sorted([*_log_messages(writer, content.lines), *_comparison_messages(writer, content.comparison)])

@@ -13,7 +13,8 @@ import numpy as np
 from hil.reference.families import disturbance, family
 from hil.reference.families import unit as plant_unit
 from rig.app.compose import find_config
-from rig.app.gap.planning import USUAL_SWEEP, best_of, known_of
+from rig.app.gap.known_rigs import USUAL_SWEEP, known_of
+from rig.app.gap.planning import best_of
 from rig.blind_check.follow_up import commands_of
 from rig.blind_check.generate import nominal_model
 from rig.blind_check.source import records_of
@@ -23,7 +24,7 @@ from rig.gap.evidence.posterior import judge
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.hypotheses.scenes import angle_stand, pressure_stand
 from rig.gap.plan.capability import CHANCE, capability
-from rig.gap.plan.rehearse import PERIOD_NS, rehearse
+from rig.gap.plan.rehearse import rehearse
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Kind, expect
 from rig.gap.settings import fitted
@@ -77,8 +78,9 @@ def of_unit(rig: tuple[str, int, str]) -> list[Found]:
     healthy = days.recorded({}, 0)
     model, kind = nominal_model(healthy, P0_MPA), Kind(reference)
     before = [healthy] if kind is Kind.SESSION else []
-    plans = expand(load_sweep(find_config(USUAL_SWEEP, "sweeps")), PERIOD_NS)
-    made = capability(rehearse(known_of(model, before, reference), plans), list(LIBRARY.values()), fitted())
+    known = known_of(model, before, reference)
+    plans = expand(load_sweep(find_config(USUAL_SWEEP, "sweeps")), known.grid_ns)
+    made = capability(rehearse(known, plans), list(LIBRARY.values()), fitted())
     said = {one.effect: abs(one.detectable) for one in best_of(made.abilities) if one.detectable is not None}
     shared = [effect for effect, law in family(name).effects.items() if law.library_parameter and not law.falling]
 

@@ -20,7 +20,7 @@ from rig.log.mcap.reader import McapLog
 from rig.log.mcap.schema import ended_of, unsound
 from rig.log.mcap.writer import PARTIAL_SUFFIX
 from rig.model.resample import on_grid
-from rig.outputs import file_name, targets_in
+from rig.outputs import file_name, make_folder, targets_in
 from rig.record import Record
 from rig.sample import Phase
 
@@ -161,14 +161,11 @@ def _resampled(record: Record, period_s: float) -> Record:
 
 
 def export_targets(log_files: list[Path], kind: str, out: Path | None) -> list[Path]:
-    """Where the exports of `log_files` go; RecordError when the folder cannot be made."""
+    """Where the exports of `log_files` go; RigError when the folder cannot be made."""
     names = [reader.stem(file) for file in log_files]
     if out is None:
         return [file.with_name(name + SUFFIXES[kind]) for file, name in zip(log_files, names, strict=True)]
     if len(log_files) == 1 and not out.is_dir() and out.suffix:
         return [out]
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise RecordError(f"{out}: cannot be made: {error.strerror}") from None
+    make_folder(out)
     return targets_in(out, names, SUFFIXES[kind])

@@ -12,6 +12,7 @@ from rig.cli.outputs import Command, output_option
 from rig.outputs import Kind
 
 if TYPE_CHECKING:
+    from rig.channels import Channels
     from rig.gap.plan.capability import Ability, Capability
 
 _path = click.Path(path_type=Path)
@@ -53,37 +54,36 @@ def capability(
 ) -> None:
     """Say, before anything is wrong, how small an effect on MODEL's rig would be detected, from which size on it would
     be named, and which effects could not be told apart."""
-    from rig.app.gap.planning import Asked, capability_of, report_capability
+    from rig.app.gap.known_rigs import Asked
+    from rig.app.gap.planning import capability_of, report_capability
 
     with progress("computing"):
         found = capability_of(Asked(model, baselines, reference, rig, not no_pressures), sweeps)
-    for name, one in found.items():
-        _show(name, one, json_to)
+    for name, one in found.sweeps.items():
+        _show(name, one, found.channels, json_to)
     if output is not None:
         from rig.report.log_figures import save
         from rig.report.plan_figures import matrix_figure
 
-        name, first = next(iter(found.items()))
+        name, first = next(iter(found.sweeps.items()))
         save(matrix_figure(name, first), output)
     emit(report_capability(found), json_to)
 
 
-def _show(name: str, one: "Capability", json_to: str | None) -> None:
-    from rig.app.gap.planning import best_of
-    from rig.gap.plan.data_sheet import ALLOWED
+def _show(name: str, one: "Capability", channels: "Channels", json_to: str | None) -> None:
+    from rig.app.gap.planning import best_of, sheet_of
+    from rig.own_units import factor
 
     out = console(json_to)
     out.print(f"Records of the sweep {name}, at a false-alarm rate of 1 %:", style="bold")
-    table = listing("effect", "seen from", "named from", "hardest to tell from", "data sheet")
+    sheets = ["data sheet"] if channels.has_valves else []
+    table = listing("effect", "seen from", "named from", "hardest to tell from", *sheets)
     for ability in best_of(one.abilities):
-        sheet = ALLOWED.get(ability.effect)
-        table.add_row(
-            ability.effect,
-            _size(ability.detectable, ability.unit),
-            _size(ability.nameable, ability.unit),
-            ability.rival or "-",
-            "-" if sheet is None else _beside_sheet(ability, sheet.size),
-        )
+        sheet = sheet_of(ability, channels)
+        beside = "-" if sheet is None else _beside_sheet(ability, sheet.size)
+        times, unit = factor(ability.unit, channels)
+        sizes = (_size(size, unit, times) for size in (ability.detectable, ability.nameable))
+        table.add_row(ability.effect, *sizes, ability.rival or "-", *([beside] if sheets else []))
     out.print(table)
     pairs = ", ".join(f"{first} and {second}" for first, second in one.confusable)
     out.print(f"not told apart at usual sizes: {pairs or 'none'}")
@@ -95,8 +95,8 @@ def _beside_sheet(ability: "Ability", allowed: float) -> str:
     return f"{_size(allowed, ability.unit)}{seen}"
 
 
-def _size(value: float | None, unit: str) -> str:
-    return "not within its range" if value is None else f"{abs(value):.2g}{'' if unit == '1' else f' {unit}'}"
+def _size(value: float | None, unit: str, times: float = 1.0) -> str:
+    return "not within its range" if value is None else f"{abs(times * value):.2g}{'' if unit == '1' else f' {unit}'}"
 
 
 @click.command(cls=Command, short_help="The session of records that tells most.")
@@ -132,16 +132,15 @@ def design(
 ) -> None:
     """Choose the session of records that tells the effects apart best on MODEL's rig, within the rig's limits, and
     write it as a sweep for `pamrig run`."""
-    from rig.app.gap.levels import known_families
-    from rig.app.gap.planning import Asked, design_session
+    from rig.app.gap.known_rigs import Asked
+    from rig.app.gap.planning import design_session
     from rig.outputs import write_text
 
-    known = () if families == ("none",) else known_families(families)
     with progress("designing", 100.0) as update:
         found = design_session(
             Asked(model, baselines, reference, rig),
             60.0 * minutes,
-            known,
+            families,
             lambda done, of: update(90.0 * done / of, f"{done} of {of} rigs"),
         )
     write_text(output, found.text(output.stem), Kind.SWEEP)

@@ -14,7 +14,6 @@ from rig.excite.experiment import Entry, RunPlan, Sweep, Timing, expand
 from rig.excite.signals import Chirp, Mixed, Multisine, Signal, Sine, Triangle
 from rig.excite.steps import Hold, Staircase
 from rig.gap.hypotheses.propagate import Track
-from rig.gap.plan.rehearse import PERIOD_NS
 
 SINES_HZ = (0.1, 0.2, 0.35, 0.5, 0.8, 1.5, 2.5, 4.0)
 TRIANGLES_HZ = (0.1, 0.3, 0.5)
@@ -46,19 +45,19 @@ def room_within(tracks: Sequence[Track]) -> Room:
     return replace(Room(), swing_mpa=min(swing, MOST_SWING_MPA), rests_mpa=tuple(rests))
 
 
-def candidates(room: Room, lengths_s: Sequence[float]) -> list[Entry]:
-    """Every record of the pool that stays inside the room."""
+def candidates(room: Room, lengths_s: Sequence[float], grid_ns: int) -> list[Entry]:
+    """Every record of the pool that stays inside the room, as it lies on that grid."""
     found: list[Entry] = []
     for p0, length in itertools.product(room.rests_mpa, lengths_s):
         timing = Timing(settle_s=SETTLE_S, duration_s=length)
         entries = [Entry(signal, timing, (p0,)) for signal in _signals(_largest(room, p0), length)]
-        found.extend(entry for entry in entries if _fits(entry, room))
+        found.extend(entry for entry in entries if _fits(entry, room, grid_ns))
     return found
 
 
-def planned(entries: Sequence[Entry], name: str = "planned") -> list[RunPlan]:
+def planned(entries: Sequence[Entry], grid_ns: int, name: str = "planned") -> list[RunPlan]:
     """The records on the grid on which they are compared, one for each entry."""
-    return expand(Sweep(name, tuple(entries)), PERIOD_NS)
+    return expand(Sweep(name, tuple(entries)), grid_ns)
 
 
 def lasts_s(entry: Entry) -> float:
@@ -104,11 +103,11 @@ def _signals(largest: float, length_s: float) -> Iterator[Signal]:
     yield Hold(largest)
 
 
-def _fits(entry: Entry, room: Room) -> bool:
+def _fits(entry: Entry, room: Room, grid_ns: int) -> bool:
     if min(entry.p0_mpa[0] - room.pressure_mpa[0], room.pressure_mpa[1] - entry.p0_mpa[0]) <= 0.0:
         return False
     try:
-        check(planned([entry])[0], room, PERIOD_NS)
+        check(planned([entry], grid_ns)[0], room, grid_ns)
     except EnvelopeError:
         return False
     return True

@@ -115,7 +115,7 @@ def _known(rig: Rig, pool: Sequence[Entry], effects: Sequence[Effect], settings:
     factors: list[Information] = []
     owners: list[tuple[str, ...]] = []
     needed: list[Column] = []
-    whole, some = (factors_of(rehearse(rig, planned(records)), settings) for records in (pool, _few(pool)))
+    whole, some = (factors_of(rehearse(rig, planned(records, rig.grid_ns)), settings) for records in (pool, _few(pool)))
     for stand, few in zip(whole, some, strict=True):
         if directions := usual_directions(fitting, stand, settings.prior.share, few):
             names = [one.effect.name for one in directions]

@@ -132,7 +132,7 @@ def next_experiment(
     factors = dict.fromkeys(one.factor for one in open_ones)
     rivals = {name: [one for one in open_ones if one.factor == name][:MOST] for name in factors}
     rivals = {name: those for name, those in rivals.items() if len(those) > 1}
-    pool, plans = _pool(room) if rivals else ((), ())
+    pool, plans = _pool(room, rig.grid_ns) if rivals else ((), ())
     if not pool:
         return None
     known = [
@@ -145,10 +145,10 @@ def next_experiment(
 
 
 @lru_cache(maxsize=4)
-def _pool(room: Room) -> tuple[tuple[Entry, ...], tuple[RunPlan, ...]]:
+def _pool(room: Room, grid_ns: int) -> tuple[tuple[Entry, ...], tuple[RunPlan, ...]]:
     """What could be recorded, and its plans: the same for every case of a rig."""
-    entries = candidates(room, LENGTHS_S)
-    return tuple(entries), tuple(planned(entries))
+    entries = candidates(room, LENGTHS_S, grid_ns)
+    return tuple(entries), tuple(planned(entries, grid_ns))
 
 
 @dataclass(frozen=True)

@@ -18,9 +18,6 @@ from rig.gap.settings import Fitted
 from rig.model.response import ResponseModel
 from rig.record import Column, Record
 
-PERIOD_NS = round(GRID_S * 1e9)
-"""Planned records are laid on the grid on which measured ones are compared."""
-
 
 @dataclass(frozen=True)
 class Noise:
@@ -44,11 +41,18 @@ class Rig:
     missed_mpa: float = 0.0
     missed_deg: float = 0.0
     """Rms by which the reference misses the records that it was made from, where that is known; see `Expected`."""
+    grid_s: float = GRID_S
+    """Grid on which measured records of the rig are compared: planned ones are laid on it as well."""
+
+    @property
+    def grid_ns(self) -> int:
+        """The same in whole nanoseconds."""
+        return round(self.grid_s * 1e9)
 
 
 def rehearse(rig: Rig, plans: Sequence[RunPlan], seed: int = 0) -> Expected:
-    """The reference brought to records that answer exactly as it expects, but for noise; plans on a grid of
-    PERIOD_NS."""
+    """The reference brought to records that answer exactly as it expects, but for noise; plans on the rig's
+    grid."""
     draw = np.random.default_rng(seed)
     pairs = [_expected_pair(rig, plan, draw) for plan in plans]
     made = from_response(rig.response, Pairing(pairs, rig.pressures, 0, rig.response.p0_mpa))
@@ -57,10 +61,11 @@ def rehearse(rig: Rig, plans: Sequence[RunPlan], seed: int = 0) -> Expected:
 
 def _expected_pair(rig: Rig, plan: RunPlan, draw: np.random.Generator) -> Pair:
     dp = np.asarray(plan.dp_mpa, dtype=np.float64)
-    t = np.arange(len(dp), dtype=np.float64) * GRID_S
+    dt_s = rig.grid_s
+    t = np.arange(len(dp), dtype=np.float64) * dt_s
     u1, u2 = around(plan.p0_mpa, dp)
-    p1, p2 = rig.response.pressures(u1, u2, GRID_S)
-    angle = rig.response.angle(p1, p2, GRID_S)
+    p1, p2 = rig.response.pressures(u1, u2, dt_s)
+    angle = rig.response.angle(p1, p2, dt_s)
 
     def measured(column: Column, noise: float) -> Column:
         return column + noise * draw.standard_normal(len(column))
@@ -68,7 +73,7 @@ def _expected_pair(rig: Rig, plan: RunPlan, draw: np.random.Generator) -> Pair:
     heard = [measured(p, rig.noise.pressure_mpa) for p in (p1, p2)] if rig.pressures else [None, None]
     raw = Record(plan.name, t, dp, measured(angle, rig.noise.angle_deg), u1, u2, *heard)
     case = Session(p1, p2, angle) if rig.pressures else Session(None, None, angle)
-    return Pair(plan.name, GRID_S, t, u1, u2, case, (), np.ones_like(t), raw, ())
+    return Pair(plan.name, dt_s, t, u1, u2, case, (), np.ones_like(t), raw, ())
 
 
 def known_rig(expected: Expected) -> Rig:
@@ -84,6 +89,7 @@ def known_rig(expected: Expected) -> Rig:
             expected.kind,
             expected.missed_mpa,
             expected.missed_deg,
+            expected.pairs[0].dt_s,
         )
     )
 
@@ -98,7 +104,10 @@ def known_by(response: ResponseModel, days: Sequence[Track], *, pressures: bool)
         rms_of([track.reference.p2_mpa - track.regulated[1] for track in days], pairs),
     ]
     levels = Kind.FINGERPRINT.value
-    return Rig(response, levels, pressures, _noise(days), missed_mpa=max(missed_mpa), missed_deg=missed_deg)
+    grid_s = pairs[0].dt_s
+    return Rig(
+        response, levels, pressures, _noise(days), missed_mpa=max(missed_mpa), missed_deg=missed_deg, grid_s=grid_s
+    )
 
 
 def _of_days(expected: Expected) -> bool:

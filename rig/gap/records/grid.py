@@ -53,6 +53,11 @@ class Pair:
         return len(self.t_s)
 
 
+def rows_apart(period_s: float) -> int:
+    """Samples of a record of that period from one row of the grid to the next."""
+    return max(1, round(GRID_S / period_s))
+
+
 def on_grid(
     record: Record,
     partners: Sequence[Partner],
@@ -72,7 +77,7 @@ def on_grid(
     read = record
     record, others = with_rows(read, theirs), tuple(with_rows(other, [read]) for other in theirs)
     dt = max(record.period_s, 1e-4)
-    stride = max(1, round(GRID_S / dt))
+    stride = rows_apart(dt)
     length = min(float(each.t_s[-1]) - start_s for each in (record, *others))
     fine = np.arange(0.0, length + 0.5 * dt, dt)
     t = fine[::stride]

@@ -81,8 +81,8 @@ def test_recover(call, tmp_path: Path) -> None:
 def test_there_and_back(call, tmp_path: Path, kind: str) -> None:
     content = made_log(tmp_path / "run.mcap", 300)
     assert call("log", "export", tmp_path / "run.mcap", "--to", kind, "-o", tmp_path / "out")[0] == 0
-    assert call("log", "import", tmp_path / "out" / f"run.{kind}", "-o", tmp_path / "back.mcap")[0] == 0
-    assert_same_content(read_content(tmp_path / "back.mcap"), content)
+    assert call("log", "import", tmp_path / "out" / f"run.{kind}", "-o", tmp_path / "new" / "back.mcap")[0] == 0
+    assert_same_content(read_content(tmp_path / "new" / "back.mcap"), content)
 
 
 def test_resampling_only_on_request_and_said(call, tmp_path: Path) -> None:

@@ -137,3 +137,20 @@ def test_the_play_is_named_in_mm_and_over_the_days(motor: Path, tmp_path: Path) 
     assert {"gap_mm", "floor_mm"} <= plain["days"][2].keys()
     assert plain["days"][2]["gap_mm"] > 2 * plain["days"][1]["gap_mm"]
     assert not {key for key in keys(plain) if UNITS.search(key)}
+
+
+def test_what_it_can_tell_is_said_in_mm_and_a_session_is_designed_on_its_own_grid(motor: Path, tmp_path: Path) -> None:
+    record = "{sine: {frequency_hz: 0.5, amplitude_mpa: 0.2}}"
+    (tmp_path / "short.yaml").write_text(f"{{settle_s: 1, duration_s: 6, records: [{record}]}}")
+    said, plain = known(tmp_path, "gap", "capability", motor / "model.yaml", "--sweep", tmp_path / "short.yaml")
+    assert {"backlash", "delay"} < plain["effects"].keys()
+    assert not {"valve_lag", "valve_gain", "co_contraction", "leak"} & plain["effects"].keys()
+    assert plain["effects"]["backlash"]["unit"] == "mm"
+    assert 0.1 < plain["effects"]["backlash"]["detectable"] < 5.0
+    assert plain["channels"] == MAPPING["channels"]
+    assert not re.search("data sheet|ITV", said), said
+    called("gap", "design", motor / "model.yaml", "--minutes", 0.5, "-o", tmp_path / "session.yaml")
+    assert "0.2 MPa are 50 mm of the set point" in (tmp_path / "session.yaml").read_text()
+    plants = ("gap", "design", motor / "model.yaml", "--family", "mckibben", "-o", tmp_path / "no.yaml")
+    refused = CliRunner().invoke(cli, [str(word) for word in plants])
+    assert "plant families are pneumatic joints" in str(refused.exception)

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.fft import idct
 
-from rig.app.gap.planning import Asked, rig_of
+from rig.app.gap.known_rigs import Asked, known_by_call
 from rig.excite.experiment import expand, load_sweep
 from rig.gap.evidence.posterior import judge
 from rig.gap.hypotheses.library import LIBRARY
@@ -22,17 +22,18 @@ from rig.gap.plan.design import design
 from rig.gap.plan.directions import columns, sized, usual_directions
 from rig.gap.plan.information import inform, log_odds, needed_separation, separations
 from rig.gap.plan.next_experiment import Hypothesis, next_experiment
-from rig.gap.plan.rehearse import PERIOD_NS, Rig, factors_of, rehearse
+from rig.gap.plan.rehearse import Rig, factors_of, rehearse
 from rig.gap.settings import fitted
 from rig.record import Column
 
+PERIOD_NS = 10_000_000
 CONFIGS = ROOT / "configs"
 FEW = [LIBRARY[name] for name in ("delay", "valve_lag", "valve_gain", "viscous_friction", "backlash", "sensor_lag")]
 
 
 @pytest.fixture(scope="module")
 def rig() -> Rig:
-    return replace(rig_of(Asked(CONFIGS / "models" / "simulated.yaml")), levels="fingerprint")
+    return replace(known_by_call(Asked(CONFIGS / "models" / "simulated.yaml")).rig, levels="fingerprint")
 
 
 @pytest.fixture(scope="module")
@@ -125,8 +126,8 @@ def test_what_looks_alike_is_said_and_named_later_than_seen(rig: Rig) -> None:
 @given(st.floats(0.0, 0.15), st.floats(0.25, 0.5), st.floats(0.05, 3.0))
 def test_candidates_stay_inside_the_room(low: float, high: float, slew: float) -> None:
     room = Room((low, high), slew)
-    for entry in candidates(room, (5.0,)):
-        (plan,) = planned([entry])
+    for entry in candidates(room, (5.0,), PERIOD_NS):
+        (plan,) = planned([entry], PERIOD_NS)
         dp = np.asarray(plan.dp_mpa)
         assert plan.p0_mpa - 0.5 * np.abs(dp).max() >= low - 1e-6
         assert plan.p0_mpa + 0.5 * np.abs(dp).max() <= high + 1e-6
@@ -134,17 +135,17 @@ def test_candidates_stay_inside_the_room(low: float, high: float, slew: float) -
 
 
 def test_a_design_tells_more_than_its_first_record_and_keeps_the_time(rig: Rig, tmp_path: Path) -> None:
-    pool = candidates(Room(rests_mpa=(0.2,)), (10.0,))
+    pool = candidates(Room(rests_mpa=(0.2,)), (10.0,), PERIOD_NS)
     short, whole = (design([rig], pool, seconds, FEW, fitted()) for seconds in (20.0, 60.0))
     assert sum(lasts_s(entry) for entry in whole.entries) <= 60.0
     assert whole.told.score > short.told.score > 0.0
     (tmp_path / "made.yaml").write_text(sweep_text("made", whole.entries, "why"))
     again = expand(load_sweep(tmp_path / "made.yaml"), PERIOD_NS)
-    assert [list(plan.dp_mpa) for plan in again] == [list(plan.dp_mpa) for plan in planned(whole.entries)]
+    assert [list(plan.dp_mpa) for plan in again] == [list(plan.dp_mpa) for plan in planned(whole.entries, PERIOD_NS)]
 
 
 def test_a_sweep_keeps_rest_pressures_apart(tmp_path: Path) -> None:
-    entries = candidates(Room(rests_mpa=(0.2, 0.3)), (5.0,))
+    entries = candidates(Room(rests_mpa=(0.2, 0.3)), (5.0,), PERIOD_NS)
     chosen = [entries[0], entries[-1]]
     (tmp_path / "made.yaml").write_text(sweep_text("made", chosen))
     again = expand(load_sweep(tmp_path / "made.yaml"), PERIOD_NS)

@@ -11,7 +11,7 @@ from gap_rigs import model, session
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rig.app.gap.planning import known_of
+from rig.app.gap.known_rigs import known_of
 from rig.app.gap.smallest_sizes import REACH, Found, rows_of, sizes_page, threshold
 from rig.errors import RigError
 from rig.excite.experiment import Entry, Timing
@@ -31,7 +31,7 @@ from rig.gap.settings import fitted
 from rig.identify.fingerprint import fingerprint_of
 
 FEW = [LIBRARY[name] for name in ("valve_lag", "viscous_friction")]
-PLANS = planned([Entry(Sine(0.5, 0.2), Timing(settle_s=1.0, duration_s=10.0), (0.2,))])
+PLANS = planned([Entry(Sine(0.5, 0.2), Timing(settle_s=1.0, duration_s=10.0), (0.2,))], 10_000_000)
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,120 @@
+"""What is known of the rig that a plan is asked for: by its days, by its model's fingerprint, by a simulator."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from rig.app.compose import find_config
+from rig.app.gap.baselines import read_sessions
+from rig.app.model.simulating import by_plant, commands_of
+from rig.channels import Channels, common
+from rig.errors import ConfigError
+from rig.gap.hypotheses.library import LIBRARY, Effect
+from rig.gap.offered import channels_of_call, possible
+from rig.gap.plan.rehearse import Noise, Rig, known_rig
+from rig.gap.records.grid import rows_apart
+from rig.gap.records.pairs import pair_up
+from rig.gap.reference.build import AUTO, Kind, choose, expect, known_how
+from rig.gap.settings import fitted
+from rig.identify.fingerprint import fingerprint_of
+from rig.model.fingerprint import Fingerprint, PressureSource
+from rig.model.kernels import simulate
+from rig.model.parameters import Model, load_model
+from rig.model.response import response_of
+from rig.record import Record
+from rig.rig_config import load_rig
+
+USUAL_SWEEP = Path("gap")
+"""What a simulator's answer is described on, and what is asked about when no sweep is named."""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is known of the rig that is asked about."""
+
+    model: Path
+    baselines: tuple[Path, ...] = ()
+    reference: str = AUTO
+    rig: Path | None = None
+    """The rig's YAML, for its envelope."""
+    pressures: bool = True
+
+
+@dataclass(frozen=True)
+class Known:
+    """The rig that is asked about."""
+
+    rig: Rig
+    model: Model
+    period_s: float
+    """Sample time of its records."""
+    channels: Channels
+    effects: tuple[Effect, ...]
+    """That it can have."""
+
+
+def known_by_call(asked: Asked) -> Known:
+    """The rig as the best reference there is describes it; ModelError, ConfigError or RecordError when none does, or
+    when model, earlier days and YAML are of different rigs."""
+    model = load_model(find_config(asked.model, "models"))
+    days = [day.records for day in read_sessions(asked.baselines, asked.model)]
+    file = None if asked.rig is None else load_rig(find_config(asked.rig, "rigs"))
+    channels = channels_of_call(model, [], days)
+    if file is not None:
+        channels = common([(str(asked.rig), file.channels), (str(asked.model), channels)])
+    period_s = model.sample_time_s if file is None else file.period_ns * 1e-9
+    if file is None and days:
+        period_s = days[0][0].period_s
+    known = known_of(model, days, asked.reference)
+    rig = replace(known, pressures=known.pressures and asked.pressures, grid_s=_grid_s(period_s))
+    names = possible(channels, [], None if file is None else file.effects, f"{asked.rig}: effects")
+    return Known(rig, model, period_s, channels, tuple(LIBRARY[name] for name in names))
+
+
+def _grid_s(period_s: float) -> float:
+    return period_s * rows_apart(period_s)
+
+
+def known_of(model: Model, days: Sequence[Sequence[Record]], reference: str = AUTO) -> Rig:
+    """The rig of a model, and of earlier days of it, on the grid of their records; ModelError or ConfigError when they
+    do not describe one."""
+    period_s = days[0][0].period_s if days else model.sample_time_s
+    return replace(_described(model, days, reference), grid_s=_grid_s(period_s))
+
+
+def _described(model: Model, days: Sequence[Sequence[Record]], reference: str) -> Rig:
+    kind = choose(reference, model, len(days))
+    if kind in (Kind.SESSION, Kind.SESSIONS):
+        levels = kind.value if kind.value in fitted().levels else Kind.SESSION.value
+        made = fingerprint_of([record for day in days for record in day], model)
+        if made is None:
+            raise ConfigError("--baseline: the records are too short to describe the rig by them")
+        return replace(_by_fingerprint(made), levels=levels, kind=kind, missed_mpa=0.0, missed_deg=0.0)
+    if kind is Kind.FINGERPRINT and model.fingerprint is not None:
+        return _by_fingerprint(model.fingerprint)
+    return _by_simulator(model, sister=reference == Kind.SIMULATOR)
+
+
+def _by_fingerprint(known: Fingerprint) -> Rig:
+    levels, missed_mpa, missed_deg = known_how(known)
+    noise = Noise(known.noise_deg, float(np.mean(known.noise_mpa)) if known.noise_mpa else Noise.pressure_mpa)
+    driven = known.pressures is PressureSource.MEASURED
+    return Rig(response_of(known), levels, driven, noise, missed_mpa=missed_mpa, missed_deg=missed_deg)
+
+
+def _by_simulator(model: Model, *, sister: bool) -> Rig:
+    records = [simulate(model, record) for record in commands_of(USUAL_SWEEP, model.sample_time_s)]
+    known = known_rig(expect(Kind.SIMULATOR, sister, model, pair_up(records, [], model.p0_mpa)))
+    return replace(known, noise=Noise())  # a simulator's own records have none
+
+
+def family_rig(family: str, unit: int) -> Rig:
+    """A unit of a plant family, described by a fingerprint of one day of the usual session."""
+    simulator = by_plant(family, unit, 0)
+    records = [simulator.answer(record) for record in commands_of(USUAL_SWEEP, simulator.period_s)]
+    model = load_model(find_config(Path("simulated"), "models"))
+    known = fingerprint_of(records, model)
+    assert known is not None
+    return _by_fingerprint(known)
