@@ -7,6 +7,7 @@ Fourier transform would ask. No statistics and no physics here.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import groupby
 
 import numpy as np
 from scipy.fft import dct
@@ -49,15 +50,22 @@ class Lines:
         seconds = float(np.mean([n * dt for n, dt in zip(self.rows, self.dt_s, strict=True)]))
         return 2.0 * float(np.sqrt(np.pi)) * max(2.0 * seconds * width_hz, 0.5)
 
+    @cached_property
+    def _alike(self) -> list[tuple[int, int, float, int]]:
+        """How many records of one length follow one another, their rows, period and lines: one transform serves all."""
+        return [
+            (len(list(those)), *kind) for kind, those in groupby(zip(self.rows, self.dt_s, self.counts, strict=True))
+        ]
+
     def of(self, columns: Column) -> Column:
         """(l,) or (l, m) lines of (n,) or (n, m) columns, zero where nothing was measured."""
+        measured = columns * (self.used if columns.ndim == 1 else self.used[:, None])
+        beside = columns.shape[1:]
         parts, start = [], 0
-        for n, count in zip(self.rows, self.counts, strict=True):
-            block = columns[start : start + n]
-            weight = self.used[start : start + n]
-            block = block * (weight if block.ndim == 1 else weight[:, None])
-            parts.append(dct(block, axis=0, norm="ortho")[:count])
-            start += n
+        for records, n, _, count in self._alike:
+            block = measured[start : start + records * n].reshape(records, n, *beside)
+            parts.append(dct(block, axis=1, norm="ortho")[:, :count].reshape(records * count, *beside))
+            start += records * n
         return np.concatenate(parts)
 
     def envelope(self, lines: Column, width_hz: float, share_all: float) -> Column:
@@ -70,11 +78,11 @@ class Lines:
     def blurred(self, powers: Column, width_hz: float, share_all: float) -> Column:
         """`envelope` of (l,) powers."""
         parts, start = [], 0
-        for count, n, dt in zip(self.counts, self.rows, self.dt_s, strict=True):
-            power = powers[start : start + count]
+        for records, n, dt, count in self._alike:
+            power = powers[start : start + records * count].reshape(records, count)
             near = gaussian_filter1d(power, max(width_hz * 2.0 * n * dt, 0.5), mode="nearest")
-            parts.append((1.0 - share_all) * near + share_all * power.mean())
-            start += count
+            parts.append(((1.0 - share_all) * near + share_all * power.mean(axis=1, keepdims=True)).ravel())
+            start += records * count
         return np.concatenate(parts)
 
 

@@ -136,7 +136,7 @@ def _session(
 ) -> tuple[Session, Rows]:
     """A record on the grid, and True in its holes; before its start and after its end is a hole as well."""
     columns: list[Column | None] = []
-    holes = np.zeros(len(t), dtype=bool)
+    holes, last = np.zeros(len(t), dtype=bool), np.zeros(0, dtype=bool)
     for column in (record.p1_mpa, record.p2_mpa, record.angle_deg):
         if column is None or (not pressures and column is not record.angle_deg):
             columns.append(None)
@@ -144,11 +144,18 @@ def _session(
         known = np.isfinite(column)
         times = record.t_s[known] - start_s
         columns.append(_resampled(times, column[known], t, dt)[::stride].copy())
-        after = np.clip(np.searchsorted(times, t), 1, len(times) - 1)
-        holes |= times[after] - times[after - 1] > max(LONGEST_BRIDGE_S, 3 * dt)
-        holes |= (t < times[0] - dt) | (t > times[-1] + dt)
+        if not np.array_equal(known, last):  # mostly all three are known at the same times
+            holes |= _holes(times, t, dt)
+        last = known
     assert columns[2] is not None
     return Session(columns[0], columns[1], columns[2]), holes[::stride]
+
+
+def _holes(times: Column, t: Column, dt: float) -> Rows:
+    """True where no row is near enough to read a column at t between them."""
+    after = np.clip(np.searchsorted(times, t), 1, len(times) - 1)
+    between: Rows = times[after] - times[after - 1] > max(LONGEST_BRIDGE_S, 3 * dt)
+    return between | (t < times[0] - dt) | (t > times[-1] + dt)
 
 
 def _resampled(times: Column, column: Column, t: Column, dt: float) -> Column:
