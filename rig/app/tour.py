@@ -3,18 +3,27 @@
 Sweep and record, identify and validate, replay, then the diagnosis of what has changed on another rig.
 """
 
+import os
 import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import NamedTuple
 
 from rig.app.runs import runner
 from rig.app.terminal import console, styled
 
 
-def steps(out: Path) -> list[tuple[str, list[list[str]]]]:
-    """What each step shows, and its command lines, which run side by side: only what needs no true period has
-    company."""
+class Step(NamedTuple):
+    """What is shown above it, and its command lines; of several, each shows its last line only."""
+
+    title: str
+    commands: list[list[str]]
+
+
+def steps(out: Path) -> list[list[Step]]:
+    """The steps in their order; those of one group run side by side: none needs another's files, and what needs a true
+    period is alone."""
     baselines = [out / f"baseline_{n}" for n in (1, 2, 3)]
     model, worn = out / "model.yaml", out / "worn"
     sine = out / "quick" / "sine_0.5hz_0.20mpa.mcap"
@@ -22,68 +31,97 @@ def steps(out: Path) -> list[tuple[str, list[list[str]]]]:
     sessions = [
         ["run", "gap", *virtual, "--seed", f"{seed}", "--out", f"{folder}"] for seed, folder in enumerate(baselines, 11)
     ]
+    programme = ["run", "paper", *virtual, "--out", f"{out / 'paper'}"]
     changed = ["run", "gap", *virtual, "--seed", "21", "--rig", "simulated_worn", "--out", f"{worn}"]
     return [
-        ("One sine in real time, a tick each 5 ms", [["run", "quick", "--out", f"{out / 'quick'}"]]),
-        ("Its hysteresis loop", [["log", "plot", f"{sine}", "-o", f"{out / 'loop.png'}"]]),
-        ("The records of the paper, in virtual time", [["run", "paper", *virtual, "--out", f"{out / 'paper'}"]]),
-        ("Three healthy sessions for the diagnosis, and one on a rig that has changed", [*sessions, changed]),
-        (
-            "The model, identified from the first healthy session",
-            [["identify", f"{baselines[0]}", "--early-stop", "100", "-o", f"{model}"]],
-        ),
-        (
-            "How well it predicts the paper's records, which it has not seen",
-            [["validate", f"{model}", f"{out / 'paper'}"]],
-        ),
-        ("The recorded commands once more, on the simulator", [["replay", f"{sine}", "-o", f"{out / 'replay.mcap'}"]]),
-        (
-            "What does a simulator lack that says nothing of this? No earlier day is needed",
-            [["gap", "diagnose", "--model", "configs/models/simulated.yaml", "--log", f"{worn}"]],
-        ),
-        (
-            "What has changed (its regulators answer 10 ms later: configs/rigs/simulated_worn.yaml)",
-            [
-                ["gap", "diagnose", "--model", f"{model}", "--log", f"{worn}"]
-                + [word for baseline in baselines for word in ("--baseline", f"{baseline}")]
-                + ["--json", f"{out / 'gap.json'}", "--html", f"{out / 'report.html'}"]
-            ],
-        ),
+        [Step("One sine in real time, a tick each 5 ms", [["run", "quick", "--out", f"{out / 'quick'}"]])],
+        [
+            Step("The records of the paper, in virtual time", [programme]),
+            Step("Three healthy sessions for the diagnosis, and one on a rig that has changed", [*sessions, changed]),
+        ],
+        [
+            Step("The hysteresis loop of the sine", [["log", "plot", f"{sine}", "-o", f"{out / 'loop.png'}"]]),
+            Step(
+                "The model, identified from the first healthy session",
+                [["identify", f"{baselines[0]}", "--early-stop", "100", "-o", f"{model}"]],
+            ),
+        ],
+        [
+            Step(
+                "How well it predicts the paper's records, which it has not seen",
+                [["validate", f"{model}", f"{out / 'paper'}"]],
+            ),
+            Step(
+                "The recorded commands once more, on the simulator",
+                [["replay", f"{sine}", "-o", f"{out / 'replay.mcap'}"]],
+            ),
+            Step(
+                "What does a simulator lack that says nothing of this? No earlier day is needed",
+                [["gap", "diagnose", "--model", "configs/models/simulated.yaml", "--log", f"{worn}"]],
+            ),
+            Step(
+                "What has changed (its regulators answer 10 ms later: configs/rigs/simulated_worn.yaml)",
+                [
+                    ["gap", "diagnose", "--model", f"{model}", "--log", f"{worn}"]
+                    + [word for baseline in baselines for word in ("--baseline", f"{baseline}")]
+                    + ["--json", f"{out / 'gap.json'}", "--html", f"{out / 'report.html'}"]
+                ],
+            ),
+        ],
     ]
 
 
-def run_together(commands: list[list[str]]) -> int:
-    """Run commands side by side; the first status that is not 0, else 0. Of several, each shows its last line only."""
-    output = subprocess.PIPE if len(commands) > 1 else None
-    running = [
-        subprocess.Popen([sys.executable, "-m", "rig.cli.main", *words], stdout=output, text=True) for words in commands
-    ]
+def begun(words: list[str], shown: bool) -> "subprocess.Popen[str]":
+    """A command as a process of its own: `shown` as it speaks, else once it is done, as wide as the terminal."""
+    wide = os.environ | {"COLUMNS": f"{console().width}"}
+    output = None if shown else subprocess.PIPE
+    return subprocess.Popen([sys.executable, "-m", "rig.cli.main", *words], stdout=output, text=True, env=wide)
+
+
+def told(step: Step, running: "list[subprocess.Popen[str]]") -> int:
+    """Wait for a step's commands and show what they said; the first status that is not 0, else 0."""
     for process in running:
         said, _ = process.communicate()
         if said:
-            print(said.rstrip().rpartition("\n")[2], flush=True)
+            print(said.rstrip().rpartition("\n")[2] if len(running) > 1 else said.rstrip(), flush=True)
     return next((process.returncode for process in running if process.returncode), 0)
 
 
-def main() -> int:
-    """Run every step; the first that fails ends it with its status."""
-    out = runner.new_folder("tour")
+def together(group: list[Step]) -> int:
+    """Carry out the steps of a group side by side and tell of one after the other; the first status that is not 0."""
+    alone = len(group) == 1 and len(group[0].commands) == 1
+    running = [[begun(words, alone) for words in step.commands] for step in group]
+    statuses = []
+    for step, processes in zip(group, running, strict=True):
+        announce(step)
+        statuses.append(told(step, processes))
+    return next((status for status in statuses if status), 0)
+
+
+def announce(step: Step) -> None:
+    """Its title and its command lines."""
     terminal = console()
-    begun = time.monotonic()
+    terminal.print(f"\n{step.title}", style="bold")
+    for words in step.commands:
+        terminal.print(f"$ pamrig {' '.join(words)}", style="dim", soft_wrap=True)
+    sys.stdout.flush()
+
+
+def main(words: list[str]) -> int:
+    """Carry out every group, into the folder that `words` names or a new one; the first that fails ends it with its
+    status."""
+    out = Path(words[0]) if words else runner.new_folder("tour")
+    terminal = console()
+    at_s = time.monotonic()
     programme = steps(out)
-    in_real_time = programme[0][1]
-    for title, commands in programme:
-        terminal.print(f"\n{title}", style="bold")
-        for words in commands:
-            terminal.print(f"$ pamrig {' '.join(words)}", style="dim", soft_wrap=True)
-        sys.stdout.flush()
-        status = run_together(commands)
-        if status == 1 and commands is in_real_time:
-            status = _again_in_virtual_time(out, commands[0])
+    for group in programme:
+        status = together(group)
+        if status == 1 and group is programme[0]:
+            status = _again_in_virtual_time(out, group[0])
         if status:
             terminal.print(f"that ended with status {status}", style="red")
             return status
-    done = f"\nDone in {time.monotonic() - begun:.0f} s. Open "
+    done = f"\nDone in {time.monotonic() - at_s:.0f} s. Open "
     terminal.print(
         styled(done, (f"{out / 'report.html'}", "bold"), " in a browser; everything else lies beside it."),
         soft_wrap=True,
@@ -91,15 +129,15 @@ def main() -> int:
     return 0
 
 
-def _again_in_virtual_time(out: Path, words: list[str]) -> int:
+def _again_in_virtual_time(out: Path, step: Step) -> int:
     """A machine that stood still for some periods has ended the real-time step; the tour goes on without its clock."""
     (out / "quick").rename(out / "quick_in_real_time")
     console().print(
         "this machine did not hold 5 ms just now (pamrig latency shows how well it can); once more in virtual time",
         style="yellow",
     )
-    return run_together([[*words, "--clock", "virtual"]])
+    return together([Step("The same sine in virtual time", [[*step.commands[0], "--clock", "virtual"]])])
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(sys.argv[1:]))
