@@ -172,17 +172,22 @@ def _compile() -> dict[str, Any]:
     }
 
 
-def _limit() -> dict[str, Any]:
-    """Steps a second of the bare kernel with every lane busy."""
+def steps_per_second() -> float:
+    """Of the bare kernel on one core, every lane busy."""
     import numpy as np
 
-    from rig.model.lanes import WIDTH
     from rig.model.swarm_kernel import swarm_errors
 
     objective, space = _objective()
     table = objective.law(np.random.default_rng(1).random((960, len(space))))
-    seconds = _best_of(lambda: swarm_errors(table, objective.inputs))
-    rate = 960 * 1999 / seconds
+    return 960 * 1999 / _best_of(lambda: swarm_errors(table, objective.inputs))
+
+
+def _limit() -> dict[str, Any]:
+    """Steps a second of the bare kernel with every lane busy."""
+    from rig.model.lanes import WIDTH
+
+    rate = steps_per_second()
     return {
         "kernel alone, one core": figure(rate, "steps/s", better="higher", why=_SEEN_FROM),
         "kernel alone, one lane of one core": figure(

@@ -24,6 +24,7 @@ from rig.qualify.benchmarks import (
     record,
     safety,
     tracking,
+    waits,
 )
 from rig.qualify.figures.rounds import measured
 
@@ -112,6 +113,13 @@ def test_tracking(short: Callable[..., None], capsys: pytest.CaptureFixture[str]
 def test_history(short: Callable[..., None], capsys: pytest.CaptureFixture[str]) -> None:
     short(history, SERIES=10)
     drawn("history", history.bench_history(), capsys)
+
+
+def test_waits(short: Callable[..., None], capsys: pytest.CaptureFixture[str]) -> None:
+    short(waits, SWEEP="quick", DAYS=1, PARTS=(waits.diagnosed, waits.identified))
+    figures = waits.bench_waits()
+    assert all(row["value"] > row["limit_value"] for row in figures.values()), "nothing is quicker than its limit"
+    drawn("waits", figures, capsys)
 
 
 @pytest.mark.real_time
