@@ -24,7 +24,7 @@ import yaml
 
 from drivers.calibration import parse_all
 from drivers.modbus_io.maps import load_map
-from rig.app import compose, inventory
+from rig.app import compose, inventory, shipped
 from rig.app.devices import calibrating
 from rig.app.runs.replaying import load_gate
 from rig.config import load, read_yaml
@@ -142,7 +142,7 @@ Reader = Callable[[Path], None]
 
 def sources(folder: Path) -> list[tuple[Path, Reader]]:
     """The project's own files, copied to `folder`, and who reads each."""
-    shutil.copytree(compose.configs(), folder, dirs_exist_ok=True)
+    shutil.copytree(shipped.configs(), folder, dirs_exist_ok=True)
     by_folder: dict[str, Reader] = {
         "rigs": _rig, "sweeps": _sweep, "references": _sweep, "models": _model, "modbus": _map, "imports": _mapping,
     }  # fmt: skip

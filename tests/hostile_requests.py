@@ -97,7 +97,7 @@ def line(draw: random.Random, folder: Path) -> bytes:
 def sweep(draw: random.Random, folder: Path) -> Path:
     """A sweep's file that something is wrong with."""
     path = folder / "hostile_sweep.yaml"
-    sound = (hostile_configs.compose.configs() / "sweeps" / "quick.yaml").read_text(encoding="utf-8")
+    sound = (hostile_configs.shipped.configs() / "sweeps" / "quick.yaml").read_text(encoding="utf-8")
     path.write_text(hostile_configs.changed_text(sound, draw), encoding="utf-8", errors="replace")
     return path
 

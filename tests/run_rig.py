@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from run_command import SWEEP
 
-from rig.app import compose
+from rig.app import shipped
 
 
 @pytest.fixture
@@ -18,7 +18,7 @@ def sweep(tmp_path: Path) -> Path:
 @pytest.fixture
 def rig(tmp_path: Path) -> Path:
     """The simulated rig with the patience that a test on a busy machine needs."""
-    text = compose.default_rig().read_text().replace("../models", str(compose.configs() / "models"))
+    text = shipped.default_rig().read_text().replace("../models", str(shipped.configs() / "models"))
     path = tmp_path / "patient.yaml"
     path.write_text(
         text.replace("stall_periods: 40", "stall_periods: 1000").replace("misses_per_s: 20", "misses_per_s: 1000")

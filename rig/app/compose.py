@@ -16,10 +16,10 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
+from rig.app.shipped import default_rig, find_config
 from rig.config import structure, suggest
 from rig.errors import ConfigError, DeviceError, RigError
 from rig.interfaces import Clock, Device, DeviceContext, Role
-from rig.model.external import is_external
 from rig.realtime import closed_loop, measures
 from rig.realtime.clock import MonotonicClock, VirtualClock, WarmUpClock
 from rig.realtime.commands import Mailbox, Script, program_path
@@ -41,34 +41,6 @@ STAND_INS = {
 """Devices that are no hardware: kind -> where; the real ones stand in drivers.catalog."""
 
 _PR_SET_PDEATHSIG = 1
-
-
-def configs() -> Path:
-    """The folder of the configs that come with pamrig: in the checkout, or inside the installed package."""
-    root = Path(__file__).resolve().parent.parent
-    checkout = root.parent / "configs"
-    return checkout if checkout.is_dir() else root / "_configs"
-
-
-def default_rig() -> Path:
-    """The simulated rig."""
-    return configs() / "rigs" / "simulated.yaml"
-
-
-def find_config(path: Path, folder: str) -> Path:
-    """`path` as it stands, or the config of that name among those that come with pamrig (`paper`,
-    `configs/sweeps/paper.yaml`).
-
-    ConfigError when `path` is neither.
-    """
-    if os.path.exists(path) or (folder == "models" and is_external(path)):
-        return path
-    ours = {item.stem: item for item in (configs() / folder).glob("*.yaml")}
-    if path.parent in (Path("."), Path("configs") / folder):
-        if found := ours.get(path.name.removesuffix(".yaml")):
-            return found
-        raise ConfigError(f"{path}: no such file, nor one of pamrig's own {folder}; {suggest(path.stem, list(ours))}")
-    return path
 
 
 def device_class(kind: str, where: str) -> Any:

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import Final
 
-from rig.app import compose
+from rig.app import shipped
 from rig.errors import RigError
 
 TARGETS: Final = {"systemd": Path("/etc/systemd/system/pamrig.service"), "sysv": Path("/etc/init.d/pamrig")}
@@ -31,7 +31,7 @@ def program() -> str:
 
 def render(kind: str, pamrig: str, rig: Path, config: Path, logs: Path) -> str:
     """The unit or script with its places filled in."""
-    text = (compose.configs() / _TEMPLATES[kind]).read_text(encoding="utf-8")
+    text = (shipped.configs() / _TEMPLATES[kind]).read_text(encoding="utf-8")
     for place, value in {"pamrig": pamrig, "rig": rig, "config": config, "logs": logs}.items():
         text = text.replace(f"{{{place}}}", str(value))
     return text

@@ -10,7 +10,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Final
 
-from rig.app import compose
+from rig.app import compose, shipped
 from rig.errors import DeviceError, RigError
 from rig.interfaces import Device
 from rig.realtime import measures
@@ -151,8 +151,8 @@ def parts_of(rig: RigConfig, *, virtual: bool = False, seed: int | None = None) 
         virtual=virtual,
         seed=seed,
         warnings=lambda: _warnings(rig),
-        sweeps=(compose.configs() / "sweeps",),
-        models=(compose.configs() / "models",),
+        sweeps=(shipped.configs() / "sweeps",),
+        models=(shipped.configs() / "models",),
         simulator=_own_model(rig) if compose.is_simulated(rig) else None,
     )
 

@@ -100,7 +100,7 @@ def _named(param: click.Parameter, incomplete: str) -> Iterator[CompletionItem]:
     folder = OURS.get(param.name or "")
     if folder is None or "/" in incomplete:
         return
-    from rig.app.compose import configs
+    from rig.app.shipped import configs
 
     for one in sorted((configs() / folder).glob("*.yaml")):
         if one.stem.startswith(incomplete):

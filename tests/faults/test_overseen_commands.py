@@ -14,7 +14,7 @@ import pytest
 from click.testing import CliRunner
 
 from hil.terminals import Terminals
-from rig.app import compose
+from rig.app import shipped
 from rig.cli.commands import cli
 from rig.qualify.faults.bench import RIG, SAFE_MPA, named_children
 from rig.qualify.faults.wired import ModbusFaultBench
@@ -30,7 +30,7 @@ class Calibration:
         self.terminals = Terminals.at(folder / "terminals")
         self.terminals.write(*SAFE_MPA)
         rig = folder / "rig.yaml"
-        model = compose.configs() / "models" / "simulated.yaml"
+        model = shipped.configs() / "models" / "simulated.yaml"
         rig.write_text(RIG.format(model=model, terminals=folder / "terminals"))
         command = [
             sys.executable,

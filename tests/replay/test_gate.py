@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from rig.app import compose
+from rig.app import shipped
 from rig.app.runs import replaying
 from rig.log.convert import read_content
 
@@ -43,7 +43,7 @@ def test_nothing_has_moved(reference: Path, tmp_path: Path) -> None:
 
 def test_a_moved_parameter_of_the_model_is_caught(tmp_path: Path) -> None:
     """The gate itself can fail: a valve that answers a little more slowly is named by field, tick and difference."""
-    changed = yaml.safe_load((compose.configs() / "models" / "simulated.yaml").read_text())
+    changed = yaml.safe_load((shipped.configs() / "models" / "simulated.yaml").read_text())
     changed["valve"]["parameters"]["valve1_tau_s"]["value"] *= 1.5
     model = tmp_path / "changed.yaml"
     model.write_text(yaml.safe_dump(changed))

@@ -11,7 +11,7 @@ from typing import Any, Final
 
 import yaml
 
-from rig.app import compose
+from rig.app import compose, shipped
 from rig.config import read_yaml
 from rig.errors import ConfigError
 from rig.outputs import Kind, write_text
@@ -45,7 +45,7 @@ def settings_of(raw: Mapping[str, Any], before: str = "") -> Iterator[tuple[str,
 
 def filled(pattern: str, target: Path, ask: Ask) -> dict[str, Any]:
     """The YAML of a rig after `pattern`, with every answer in its place; files are named relative to `target`."""
-    source = compose.find_config(Path(pattern), "rigs")
+    source = shipped.find_config(Path(pattern), "rigs")
     raw = copy.deepcopy(read_yaml(source))
     assert isinstance(raw, dict)
     raw["name"] = ask("name", target.stem)

@@ -13,6 +13,8 @@ from rig.errors import RigError
 if TYPE_CHECKING:
     from rig.record import Record
 
+    Pairs = Mapping[tuple[int, int], Sequence[tuple[Record, Record]]]
+
 ODD_RATIO: Final = 3.0
 """A day is odd when it is so many times farther from the others than they usually are from each other."""
 CHANNELS: Final[Mapping[str, tuple[float, str]]] = {
@@ -38,7 +40,7 @@ MODEL: Final = Path("model")
 
 def logs_of_model(model_file: Path) -> list[Path]:
     """The logs that a model was identified from; RigError when they are not at hand."""
-    from rig.app.compose import find_config
+    from rig.app.shipped import find_config
     from rig.identify.provenance import find_logs
     from rig.model.parameters import load_model
 
@@ -97,21 +99,27 @@ def read_sessions(baselines: Sequence[Path], model_file: Path | None = None) -> 
     return sessions
 
 
-def described(sessions: Sequence[Session]) -> Iterator[str]:
-    """What is compared with, a line a session, and a line for each day that disagrees with the others."""
+def described(sessions: Sequence[Session], odd: Sequence[str]) -> Iterator[str]:
+    """What is compared with, a line a session, and a line for each day that disagrees with the others (`odd_days`)."""
     for session in sessions:
         yield f"compared with {session.path}: {len(session.records)} records"
-    yield from (f"note: {said}" for said in odd_days(sessions))
+    yield from (f"note: {said}" for said in odd)
 
 
 def odd_days(sessions: Sequence[Session]) -> list[str]:
     """Days that are farther from the others than those are from each other; none of less than three, where nobody can
     say which."""
-    return [said for channel in CHANNELS for said in _odd_in(channel, sessions)] if len(sessions) > 2 else []
+    if len(sessions) < 3:
+        return []
+    pairs = {
+        (first, second): list(_pairs(sessions[first].records, sessions[second].records))
+        for first, second in combinations(range(len(sessions)), 2)
+    }
+    return [said for channel in CHANNELS for said in _odd_in(channel, sessions, pairs)]
 
 
-def _odd_in(channel: str, sessions: Sequence[Session]) -> Iterator[str]:
-    between = _distances(channel, sessions)
+def _odd_in(channel: str, sessions: Sequence[Session], pairs: "Pairs") -> Iterator[str]:
+    between = _distances(channel, pairs)
     floor, unit = CHANNELS[channel]
     for number, session in enumerate(sessions):
         own = [distance for pair, distance in between.items() if number in pair]
@@ -125,29 +133,37 @@ def _odd_in(channel: str, sessions: Sequence[Session]) -> Iterator[str]:
             yield f"{session.path} disagrees with the other days: {apart}, {usually}; was the rig well on that day?"
 
 
-def _distances(channel: str, sessions: Sequence[Session]) -> dict[tuple[int, int], float]:
+def _distances(channel: str, pairs: "Pairs") -> dict[tuple[int, int], float]:
     """How far each two sessions are apart in that channel: the median over the records that both have."""
     found = {}
-    for first, second in combinations(range(len(sessions)), 2):
-        pairs = _pairs(sessions[first].records, sessions[second].records)
-        apart = [distance for a, b in pairs if (distance := _apart(channel, a, b)) is not None]
+    for both, records in pairs.items():
+        apart = [distance for a, b in records if (distance := _apart(channel, a, b)) is not None]
         if apart:
-            found[first, second] = median(apart)
+            found[both] = median(apart)
     return found
 
 
 def _pairs(first: "Sequence[Record]", second: "Sequence[Record]") -> "Iterator[tuple[Record, Record]]":
+    """The records of two sessions that have one name and the same commands."""
     named = {record.name: record for record in second}
-    return ((record, named[record.name]) for record in first if record.name in named)
+    both = ((record, named[record.name]) for record in first if record.name in named)
+    return ((a, b) for a, b in both if _commanded_alike(a, b))
+
+
+def _commanded_alike(first: "Record", second: "Record") -> bool:
+    import numpy as np
+
+    rows = min(len(first), len(second))
+    return np.allclose(first.dp_cmd_mpa[:rows], second.dp_cmd_mpa[:rows], atol=1e-3)
 
 
 def _apart(channel: str, first: "Record", second: "Record") -> float | None:
-    """rms of the difference after its mean; None where one lacks the channel or the commands are not the same."""
+    """rms of the difference after its mean; None where one lacks the channel."""
     import numpy as np
 
     a, b = getattr(first, channel), getattr(second, channel)
     rows = min(len(first), len(second))
-    if a is None or b is None or not np.allclose(first.dp_cmd_mpa[:rows], second.dp_cmd_mpa[:rows], atol=1e-3):
+    if a is None or b is None:
         return None
     difference = a[:rows] - b[:rows]
     return float(np.nanstd(difference)) if np.isfinite(difference).any() else None

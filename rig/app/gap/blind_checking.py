@@ -10,8 +10,8 @@ from typing import Any
 from hil.reference.cases import Purpose
 from hil.reference.families import NAMES as FAMILIES
 from hil.reference.source import PhysicsSource
-from rig.app.compose import find_config
 from rig.app.gap.baselines import days_in
+from rig.app.shipped import find_config
 from rig.app.terminal import progress
 from rig.blind_check.folder import CheckFolder
 from rig.blind_check.follow_up import commands_of

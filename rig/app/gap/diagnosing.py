@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rig.app.gap.baselines import Session, days_in, odd_days, read_sessions
+from rig.app.gap.baselines import Session, days_in, read_sessions
 from rig.errors import ConfigError
 from rig.outputs import Kind, write_text
 from rig.tags import told
@@ -69,7 +69,7 @@ def diagnose_case(
     options: DiagnosisOptions, case: Case, sessions: Sequence[Session] | None = None
 ) -> "tuple[Case, Diagnosis]":
     """Read (the sessions too, where the caller has not), diagnose, write the files that were asked for."""
-    from rig.app.compose import find_config
+    from rig.app.shipped import find_config
     from rig.gap.diagnosis import diagnose_with_grounds
     from rig.model.parameters import load_model
     from rig.rig_config import load_rig
@@ -98,7 +98,7 @@ def diagnose_case(
 
 def _gains_of(reference: Path) -> "ClosedLoop":
     """Those of a reference's YAML; ConfigError when it has none."""
-    from rig.app.compose import find_config
+    from rig.app.shipped import find_config
     from rig.excite.experiment import load_sweep
 
     place = find_config(reference, "references")
@@ -190,10 +190,10 @@ def write_overview(
     options: DiagnosisOptions, results: "Mapping[str | None, Diagnosis]", days: Sequence[Session]
 ) -> None:
     """The page of a whole campaign, at the name that was asked for; each day has its own beside it."""
-    from rig.report import overview
-
     named = {name: diagnosis for name, diagnosis in results.items() if name is not None}
     if options.html_to is not None and named:
+        from rig.report import overview
+
         pages = {name: place_of(options.html_to, name) for name in named}
         overview.write_overview(options.html_to, named, pages, [str(day.path) for day in days])
 
@@ -237,9 +237,9 @@ def _told_once(records: "Sequence[Record]") -> dict[str, str]:
     return {name: "; ".join(dict.fromkeys(one[name] for one in each if name in one)) for name in ("Tags", "Note")}
 
 
-def report(results: "Mapping[str | None, Diagnosis]", days: Sequence[Session] = ()) -> dict[str, object]:
+def report(results: "Mapping[str | None, Diagnosis]", days: Sequence[Session], odd: Sequence[str]) -> dict[str, object]:
     """The JSON of the command: one diagnosis as it is, several by the names of their days; and what they were compared
-    with."""
+    with, `odd` as `odd_days` says it."""
     plain = {name: diagnosis.to_json() for name, diagnosis in results.items()}
     sessions = [{"path": str(day.path), "records": len(day.records)} for day in days]
-    return plain.get(None, {"days": plain}) | {"baseline": {"sessions": sessions, "disagree": odd_days(days)}}
+    return plain.get(None, {"days": plain}) | {"baseline": {"sessions": sessions, "disagree": list(odd)}}

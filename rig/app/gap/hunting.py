@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from rig.app import compose
+from rig.app import shipped
 from rig.app.gap.campaign import FILE, Campaign, Step, open_campaign
 from rig.app.gap.planning import resting, room_of
 from rig.app.runs.outcome import Outcome
@@ -104,7 +104,7 @@ def hunt(
     """Hunt until it is known; `allowed` is asked before anything moves, `report` hears of every step that is thought
     through. What is known stays in the folder, also when the rig faults (CheckFailed) or somebody interrupts.
     EnvelopeError before anything is planned when the first session would leave the rig's limits."""
-    model = load_model(compose.find_config(options.model, "models"))
+    model = load_model(shipped.find_config(options.model, "models"))
     choose(options.reference, model, len(options.days))
     campaign = open_campaign(options.folder, _asked(options))
     thought: Thought | None = None
@@ -161,7 +161,7 @@ def _room(options: HuntOptions, thought: Thought) -> Room:
 
 def _first(campaign: Campaign, options: HuntOptions) -> Campaign:
     """The campaign with the session that it begins with."""
-    path = compose.find_config(options.first, "sweeps")
+    path = shipped.find_config(options.first, "sweeps")
     for plan in expand(load_sweep(path), options.rig.period_ns):
         check_run(plan, options.rig.limits, options.rig.period_ns)
     minutes = lasting_s(resting(load_sweep(path))) / 60.0
@@ -285,7 +285,7 @@ def _write_pages(options: HuntOptions, found: Hunted) -> None:
     if not folder.is_dir():
         return
     if thought is not None:
-        model = load_model(compose.find_config(options.model, "models"))
+        model = load_model(shipped.find_config(options.model, "models"))
         write_page(folder / "report.html", thought.diagnosis, thought.grounds, model, {"Rig": options.rig.name})
     steps = [
         ToldStep(step.sweep, step.why, f"{step.minutes:.1f}", step.set if step.done else ())

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from rig.app.compose import find_config
 from rig.app.gap.baselines import read_sessions
 from rig.app.model.simulating import by_plant, commands_of
+from rig.app.shipped import find_config
 from rig.channels import Channels, common
 from rig.errors import ConfigError
 from rig.gap.hypotheses.library import LIBRARY, Effect

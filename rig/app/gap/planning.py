@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from rig.app.compose import find_config
 from rig.app.gap.known_rigs import USUAL_SWEEP, Asked, Known, family_rig, known_by_call
 from rig.app.gap.levels import known_families
 from rig.app.model.simulating import commands_of
+from rig.app.shipped import find_config
 from rig.channels import FACT, PNEUMATIC, REST_MPA, Channels, said
 from rig.errors import ConfigError, EnvelopeError
 from rig.excite.envelope import check

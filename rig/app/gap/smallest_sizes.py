@@ -12,9 +12,9 @@ import numpy as np
 
 from hil.reference.families import disturbance, family
 from hil.reference.families import unit as plant_unit
-from rig.app.compose import find_config
 from rig.app.gap.known_rigs import USUAL_SWEEP, known_of
 from rig.app.gap.planning import best_of
+from rig.app.shipped import find_config
 from rig.blind_check.follow_up import commands_of
 from rig.blind_check.generate import nominal_model
 from rig.blind_check.source import records_of

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rig.app.compose import find_config
+from rig.app.shipped import find_config
 from rig.channels import common
 from rig.errors import RecordError
 from rig.identify.data import Options, best_input, cut

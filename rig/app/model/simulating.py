@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from rig.app.compose import find_config
+from rig.app.shipped import find_config
 from rig.channels import FACT, common
 from rig.columns import rms
 from rig.errors import ConfigError

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rig.app import compose
+from rig.app import compose, shipped
 from rig.app.runs import runner
 from rig.app.runs.outcome import Outcome
 from rig.channels import PNEUMATIC, REST_MPA, Channels, channels_of, common
@@ -100,7 +100,7 @@ def prepare(log: Path, rig: RigConfig | Path | None, model: Path | None, p0_mpa:
             raise RigError(f"{rig.path}: --model is for a simulated rig; this one is real")
         from rig.model.parameters import load_model
 
-        model = compose.find_config(model, "models")
+        model = shipped.find_config(model, "models")
         simulator = load_model(model)  # whatever is wrong with it is said before the session starts
     recordings = [_recording(name, source, content, rig, p0_mpa, resample) for name, source, content in _contents(log)]
     if simulator is None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from rig.app import compose
+from rig.app import compose, shipped
 from rig.app.runs import runner
 from rig.app.runs.outcome import Outcome
 from rig.errors import RigError
@@ -35,7 +35,7 @@ def run_sweep(sweep: Path, rig: RigConfig, options: SweepOptions) -> Outcome:
     ConfigError for a sweep that cannot be read, EnvelopeError for one that would leave the envelope: before anything
     moves.
     """
-    sweep = compose.find_config(sweep, "sweeps")
+    sweep = shipped.find_config(sweep, "sweeps")
     if options.virtual and not compose.is_simulated(rig):
         raise RigError(f"{rig.path}: a real rig runs in real time; --clock virtual needs a simulated one")
     plan = load_sweep(sweep)

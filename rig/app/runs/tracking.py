@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import yaml
 
-from rig.app import compose
+from rig.app import shipped
 from rig.app.runs import runner
 from rig.app.runs.outcome import Outcome
 from rig.config import read_yaml
@@ -96,7 +96,7 @@ class Prepared:
 
 def prepare(options: TrackOptions, rig: RigConfig) -> Prepared:
     """References, gains and feed-forwards; RigError, one line, when something does not fit or cannot be followed."""
-    path = compose.find_config(options.reference, "references")
+    path = shipped.find_config(options.reference, "references")
     sweep = load_sweep(path)
     if not sweep.tracks:
         raise ConfigError(f"{path}: records: expected angles to follow, for example `- sine: {{frequency_hz: 0.5, "
@@ -145,12 +145,12 @@ def _models(options: TrackOptions) -> "dict[Kind, Model]":
 
     found: dict[Kind, Model] = {}
     if options.model is not None:
-        model = load_model(compose.find_config(options.model, "models"))
+        model = load_model(shipped.find_config(options.model, "models"))
         found[Kind.MODEL] = replace(model, effects=[])
         if model.effects:
             found[Kind.AUGMENTED] = model
     if options.augmented is not None:
-        found[Kind.AUGMENTED] = load_model(compose.find_config(options.augmented, "models"))
+        found[Kind.AUGMENTED] = load_model(shipped.find_config(options.augmented, "models"))
     if missing := next((kind for kind in options.kinds if kind is not Kind.NONE and kind not in found), None):
         lacks = (
             "needs --model"
@@ -192,7 +192,7 @@ def _with_feedforward(
 
 def _attachments(path: Path, options: TrackOptions) -> dict[str, bytes]:
     models = {f"{name}.yaml": place for name, place in (("model", options.model), ("augmented", options.augmented))}
-    read = {name: compose.find_config(place, "models").read_bytes() for name, place in models.items() if place}
+    read = {name: shipped.find_config(place, "models").read_bytes() for name, place in models.items() if place}
     return {"reference.yaml": path.read_bytes(), **read}
 
 

@@ -100,7 +100,7 @@ def diagnose(
 
     A folder of several days as LOG gives one diagnosis a day, side by side.
     """
-    from rig.app.gap.baselines import check_apart, described, read_sessions
+    from rig.app.gap.baselines import check_apart, described, odd_days, read_sessions
     from rig.app.gap.diagnosing import (
         DiagnosisOptions,
         cases_of,
@@ -125,10 +125,11 @@ def diagnose(
     results = {case.name: results[case.name] for case in cases}
     for name, diagnosis in results.items():
         _show(diagnosis, name, json_to)
-    for line in (*described(days), *without_next(chosen, results)):
+    odd = odd_days(days)
+    for line in (*described(days, odd), *without_next(chosen, results)):
         console(json_to).print(line)
     write_overview(chosen, results, days)
-    emit(report(results, days), json_to)
+    emit(report(results, days, odd), json_to)
 
 
 @gap.command(short_help="Fit the levels of the method on simulated plants.")

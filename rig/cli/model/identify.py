@@ -192,7 +192,7 @@ def validate(model: Path, logs: tuple[Path, ...], beside: tuple[Path, ...], json
     Exit status 1 when the model is not bounded over the sweep range.
     """
     _one_blas_thread()
-    from rig.app.compose import find_config
+    from rig.app.shipped import find_config
     from rig.cli.model.shown import show_validation, show_worst, validation_json
     from rig.errors import CheckFailed
     from rig.identify.validate import validate as judge

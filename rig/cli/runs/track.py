@@ -136,21 +136,21 @@ def tune(
     json_to: str | None,
 ) -> None:
     """PI gains for `pamrig track` from MODEL, with stated margins; nothing is tried on the rig."""
-    from rig.app import compose
+    from rig.app import compose, shipped
     from rig.app.runs import tracking
     from rig.app.terminal import progress
     from rig.model.parameters import load_model
 
     if (reference is None) != (output is None):
         raise click.UsageError("--reference and -o go together")
-    rig, loaded = compose.load(rig_path), load_model(compose.find_config(model, "models"))
+    rig, loaded = compose.load(rig_path), load_model(shipped.find_config(model, "models"))
     with progress("tuning", None):
         found = tracking.tune_for(
             loaded, p0_mpa or loaded.p0_mpa, rig.period_ns, sensitivity=sensitivity, off=off, later_s=later_s
         )
     _tell_tuned(found, json_to)
     if reference is not None and output is not None:
-        tracking.write_gains(compose.find_config(reference, "references"), found.gains, output)
+        tracking.write_gains(shipped.find_config(reference, "references"), found.gains, output)
     emit(tuned_json(found), json_to)
 
 

@@ -176,10 +176,10 @@ def arm(client: Any) -> None:
 )
 def start(client: Any, sweeps: tuple[Path, ...], pause_s: float, before: str | None, wait: bool) -> None:
     """Queue SWEEPS and work on the queue; without any, go on with what is in it."""
-    from rig.app import compose
+    from rig.app import shipped
     from rig.cli.service import queued
 
-    paths = [compose.find_config(sweep, "sweeps") for sweep in sweeps]
+    paths = [shipped.find_config(sweep, "sweeps") for sweep in sweeps]
     waiting = queued.interrupted(client.status())
     if waiting and not sweeps:
         console().print(f"going on with the queue: {queued.described(waiting)}")

@@ -32,13 +32,13 @@ def _init_option(command: F) -> F:
 @click.option("--dry-run", is_flag=True, help="Only say what would be done.")
 def install(rig_path: Path | None, init: str | None, root: Path, dry_run: bool) -> None:
     """Install, enable and start the daemon as a service of this machine. Says each thing it does; needs root."""
-    from rig.app import compose, installing
+    from rig.app import compose, installing, shipped
     from rig.service.settings import load_settings
 
     kind = init or installing.running_init()
     rig = compose.load(rig_path)
     config = root / installing.SETTINGS.relative_to("/")
-    settings = load_settings(config if config.exists() else compose.configs() / "daemon.yaml")
+    settings = load_settings(config if config.exists() else shipped.configs() / "daemon.yaml")
     target = root / installing.TARGETS[kind].relative_to("/")
     text = installing.render(kind, installing.program(), rig.path.absolute(), installing.SETTINGS, settings.logs)
     say = console().print
@@ -50,7 +50,7 @@ def install(rig_path: Path | None, init: str | None, root: Path, dry_run: bool) 
     if dry_run:
         return
     if not config.exists():
-        installing.write(config, (compose.configs() / "daemon.yaml").read_text(encoding="utf-8"), 0o644)
+        installing.write(config, (shipped.configs() / "daemon.yaml").read_text(encoding="utf-8"), 0o644)
     installing.write(target, text, 0o755 if kind == "sysv" else 0o644)
     for command in commands:
         installing.run(command)

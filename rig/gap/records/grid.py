@@ -154,8 +154,9 @@ def _session(
 def _holes(times: Column, t: Column, dt: float) -> Rows:
     """True where no row is near enough to read a column at t between them."""
     after = np.clip(np.searchsorted(times, t), 1, len(times) - 1)
-    between: Rows = times[after] - times[after - 1] > max(LONGEST_BRIDGE_S, 3 * dt)
-    return between | (t < times[0] - dt) | (t > times[-1] + dt)
+    wide = times[after] - times[after - 1] > max(LONGEST_BRIDGE_S, 3 * dt)
+    holes: Rows = wide | (t < times[0] - dt) | (t > times[-1] + dt)
+    return holes
 
 
 def _resampled(times: Column, column: Column, t: Column, dt: float) -> Column:

@@ -9,9 +9,9 @@ import numpy as np
 from pamrig._picture import Picture, html_table, shown
 from pamrig._places import Logs, records_of, sweep_file
 from pamrig._records import Records
-from rig.app.compose import find_config
 from rig.app.model import simulating
 from rig.app.model.identifying import SearchOptions, StartOptions, identify_model, sweep_range
+from rig.app.shipped import find_config
 from rig.identify import fit
 from rig.identify import validate as judging
 from rig.identify.data import Options, prepare

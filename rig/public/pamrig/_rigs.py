@@ -8,7 +8,7 @@ from typing import Any, Literal
 from pamrig._picture import Picture, html_table, shown
 from pamrig._places import sweep_file
 from pamrig._records import Record, Records, read
-from rig.app import compose
+from rig.app import compose, shipped
 from rig.app.runs import replaying, runner
 from rig.app.runs.outcome import Outcome
 from rig.app.runs.sweeping import SweepOptions, run_sweep
@@ -65,7 +65,7 @@ def simulated_rig(
     options: dict[str, Any] = {"effects": structure(unstructure(added), list[AddedEffect], "effects")}
     options |= {} if drift is None else {"drift": drift}
     if model is not None:
-        options["model"] = compose.find_config(Path(model), "models").resolve()
+        options["model"] = shipped.find_config(Path(model), "models").resolve()
     return Rig(compose.load(None), options, seed)
 
 

@@ -17,7 +17,7 @@ from hil.emulators.nifpga.bitfile import personality
 from hil.emulators.nifpga.board import Wiring
 from hil.emulators.nifpga.stand_in import StandIn
 from hil.emulators.world import World
-from rig.app import compose
+from rig.app import compose, shipped
 from rig.interfaces import Device, DeviceContext, Role
 from rig.model.chain import Chain
 from rig.model.parameters import load_model
@@ -129,7 +129,7 @@ def _simulated() -> dict[str, Any]:
 
 
 def _plant() -> Chain:
-    chain = Chain(load_model(compose.configs() / "models" / "simulated.yaml"))
+    chain = Chain(load_model(shipped.configs() / "models" / "simulated.yaml"))
     chain.reset(0.2, 0.2)
     return chain
 

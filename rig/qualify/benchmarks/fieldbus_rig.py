@@ -9,7 +9,7 @@ from drivers.signals import Signal
 from hil.emulators.emulation import Emulation
 from hil.emulators.modbus.module import Wire, Wiring
 from hil.emulators.spec import BusSpec, ModuleSpec, RigSpec, ValveSpec
-from rig.app import compose
+from rig.app import shipped
 from rig.interfaces import DeviceContext, Role
 from rig.realtime.clock import MonotonicClock
 
@@ -28,8 +28,8 @@ WIRING: Final = Wiring(Wire(0), Wire(1), Wire(0, 1.0, 5.0), Wire(1, 1.0, 5.0), w
 
 def spec(rtu_baud: int | None = None, serial_baud: int | None = None) -> RigSpec:
     """A WAGO coupler on TCP or RTU, and serial valves when they have a baud rate."""
-    model = compose.configs() / "models" / "simulated.yaml"
-    module = ModuleSpec(compose.configs() / "modbus/wago_750.yaml", WIRING, kind="wago")
+    model = shipped.configs() / "models" / "simulated.yaml"
+    module = ModuleSpec(shipped.configs() / "modbus/wago_750.yaml", WIRING, kind="wago")
     valves = {name: ValveSpec(serial_baud) for name in ("valve_1", "valve_2")} if serial_baud else {}
     return RigSpec(model, left_at_mpa=SAFE, valves=valves, buses={"io": BusSpec([module], baud=rtu_baud)})
 
@@ -40,7 +40,7 @@ def modbus(running: Emulation, mode: Mode = Mode.SEPARATE, baud: int | None = No
         return modbus_at(int(place), mode)
     line = SerialLine(str(place), baud, "N", 2)
     return ModbusSettings(
-        compose.configs() / "modbus/wago_750.yaml",
+        shipped.configs() / "modbus/wago_750.yaml",
         serial=line,
         watchdog_s=30.0,
         patience_s=0.5,
@@ -50,7 +50,7 @@ def modbus(running: Emulation, mode: Mode = Mode.SEPARATE, baud: int | None = No
 
 
 def modbus_at(port: int, mode: Mode) -> ModbusSettings:
-    table = compose.configs() / "modbus/wago_750.yaml"
+    table = shipped.configs() / "modbus/wago_750.yaml"
     return ModbusSettings(
         table,
         "127.0.0.1",

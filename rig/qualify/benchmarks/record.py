@@ -8,7 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from rig.app import compose
+from rig.app import compose, shipped
 from rig.excite.experiment import RunPlan, expand, load_sweep
 from rig.qualify.benchmarks import figure
 from rig.qualify.benchmarks.record_limits import alone, peers_of
@@ -24,7 +24,7 @@ _OURS = "processor time of the two processes, which nothing else does"
 def bench_record() -> dict[str, Any]:
     """The paper's programme in virtual time, and one record of it in real time."""
     rig = compose.load(None)
-    plans = expand(load_sweep(compose.configs() / "sweeps" / f"{SWEEP}.yaml"), rig.period_ns)
+    plans = expand(load_sweep(shipped.configs() / "sweeps" / f"{SWEEP}.yaml"), rig.period_ns)
     virtual = _carried_out(rig, plans, virtual=True)
     real = _carried_out(rig, plans[:1], virtual=False)
     rig_s = virtual["ticks"] * rig.period_ns / 1e9

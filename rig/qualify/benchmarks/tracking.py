@@ -19,7 +19,7 @@ from typing import Any
 
 import yaml
 
-from rig.app import compose
+from rig.app import compose, shipped
 from rig.config import read_yaml
 from rig.errors import RigError
 from rig.gains import ClosedLoop
@@ -142,11 +142,11 @@ def _track(place: Path, rig: Path, name: str, kinds: Sequence[str], more: Sequen
 
 def _rig(place: Path, rig: str, day: int, changed: Mapping[str, Any]) -> Path:
     """The rig's YAML for that day, which is its seed where days are drawn by that."""
-    raw: Any = read_yaml(compose.configs() / "rigs" / f"{rig}.yaml")
+    raw: Any = read_yaml(shipped.configs() / "rigs" / f"{rig}.yaml")
     device = raw["devices"]["main"]
     device |= {"seed" if "model" in device else "day": day, **changed}
     if "model" in device:
-        device["model"] = str(compose.configs() / "rigs" / device["model"])
+        device["model"] = str(shipped.configs() / "rigs" / device["model"])
     path = place / f"rig_{day}{'_changed' if changed else ''}.yaml"
     path.write_text(yaml.safe_dump(raw), encoding="utf-8")
     return path

@@ -17,7 +17,7 @@ from typing import Any, Final, Self, TypeVar
 
 from hil.faults import Injection
 from hil.terminals import Terminals
-from rig.app import compose
+from rig.app import shipped
 from rig.errors import RigError, StateError
 from rig.realtime.shared import folder as shared_folder
 from rig.service.client import Client
@@ -90,7 +90,7 @@ class FaultBench:
         self.logs, self.state, self.socket = folder / "logs", folder / "state", folder / "s.sock"
         self._terminals_path = terminals or shared_folder() / f"terminals-{os.getpid()}-{time.monotonic_ns():x}"
         self.terminals = Terminals.at(self._terminals_path)
-        model = compose.configs() / "models" / "simulated.yaml"
+        model = shipped.configs() / "models" / "simulated.yaml"
         self.rig = folder / "rig.yaml"
         self.rig.write_text(rig.format(model=model, terminals=self._terminals_path), encoding="utf-8")
         self.sweep = folder / "long.yaml"

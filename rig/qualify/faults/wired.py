@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from hil.terminals import Terminals
-from rig.app import compose
+from rig.app import shipped
 from rig.config import read_yaml
 from rig.errors import RigError
 from rig.qualify.faults.bench import SAFE_MPA, FaultBench
@@ -38,7 +38,7 @@ class WiredFaultBench(FaultBench):
         self, folder: Path, lab: str, settings: Mapping[str, Mapping[str, Any]], limits: Mapping[str, Any]
     ) -> None:
         """`lab`: one of pamrig's own rigs; `settings`: device -> settings that replace the lab's."""
-        raw: Any = read_yaml(compose.configs() / "rigs" / f"{lab}.yaml")
+        raw: Any = read_yaml(shipped.configs() / "rigs" / f"{lab}.yaml")
         devices = {name: _found(device) | dict(settings.get(name, {})) for name, device in raw["devices"].items()}
         terminals = folder / "terminals"
         Terminals.at(terminals)
@@ -111,7 +111,7 @@ class SerialFaultBench(WiredFaultBench):
 
 def _found(device: Mapping[str, Any]) -> dict[str, Any]:
     """Settings of a lab's device, its register map as this process finds it."""
-    maps = {"map": str((compose.configs() / "rigs" / device["map"]).resolve())} if "map" in device else {}
+    maps = {"map": str((shipped.configs() / "rigs" / device["map"]).resolve())} if "map" in device else {}
     return dict(device) | maps
 
 
@@ -160,7 +160,7 @@ def serve(terminals_path: Path, devices: Mapping[str, Any]) -> None:
             super().command(valve, pressure_mpa)
             terminals.write(*self.commands)
 
-    chain = Chain(load_model(compose.configs() / "models" / "simulated.yaml"))
+    chain = Chain(load_model(shipped.configs() / "models" / "simulated.yaml"))
     chain.reset(*SAFE_MPA)
     world = Wired(chain, MonotonicClock(), commands=SAFE_MPA)
     terminals.write(*SAFE_MPA)

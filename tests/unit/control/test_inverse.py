@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rig.app import compose
+from rig.app import shipped
 from rig.control.feedforward import Inverter, envelope_box
 from rig.control.frequency_response import best_linear_approximation
 from rig.control.inverse import ANYTHING, Box, Inverse, invert
@@ -32,7 +32,7 @@ EFFECTS = {
 
 @pytest.fixture(scope="module")
 def model() -> Model:
-    return load_model(compose.configs() / "models" / "simulated.yaml")
+    return load_model(shipped.configs() / "models" / "simulated.yaml")
 
 
 def plan_of(shape: Signal, amplitude_deg: float) -> RunPlan:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hil.reference import families
-from rig.app import compose
+from rig.app import shipped
 from rig.control.frequency_response import FrequencyResponse, best_linear_approximation
 from rig.control.plant import plant_of
 from rig.control.tuning import OFF, SENSITIVITY, Tuned, is_stable, margins, open_loop, responses, tune
@@ -30,7 +30,7 @@ def lagging(gain: float, tau_s: float, delay_s: float) -> FrequencyResponse:
 
 @pytest.fixture(scope="module")
 def model() -> Model:
-    return load_model(compose.configs() / "models" / "simulated.yaml")
+    return load_model(shipped.configs() / "models" / "simulated.yaml")
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rig.app import compose
+from rig.app import shipped
 from rig.app.model.simulating import by_model, commands_of
 from rig.control.frequency_response import best_linear_approximation
 from rig.control.plant import plant_of
@@ -21,7 +21,7 @@ PERIOD_S = 0.005
 
 @pytest.fixture(scope="module")
 def model() -> Model:
-    return load_model(compose.configs() / "models" / "simulated.yaml")
+    return load_model(shipped.configs() / "models" / "simulated.yaml")
 
 
 def recorded(model: Model, folder: Path) -> list[Record]:

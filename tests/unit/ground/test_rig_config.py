@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from rig.app import compose
+from rig.app import compose, shipped
 from rig.errors import ConfigError
 from rig.interfaces import Role
 from rig.rig_config import load_rig
@@ -87,7 +87,7 @@ def test_the_roof_checks_the_device_s_own_settings(tmp_path: Path) -> None:
         assert str(error.value) == expected
 
 
-@pytest.mark.parametrize("path", sorted((compose.configs() / "rigs").glob("*.yaml")), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", sorted((shipped.configs() / "rigs").glob("*.yaml")), ids=lambda path: path.stem)
 def test_the_rigs_that_come_with_pamrig_load(path: Path) -> None:
     rig = compose.load(path)
     assert set().union(*(device.roles for device in rig.devices)) >= {Role.VALVE_1, Role.VALVE_2, Role.ANGLE}
@@ -96,22 +96,22 @@ def test_the_rigs_that_come_with_pamrig_load(path: Path) -> None:
 def test_the_log_gets_the_rig_and_its_model() -> None:
     rig = compose.load(None)
     assert set(rig.files) == {"rig.yaml", "simulated.yaml"}
-    assert rig.files["simulated.yaml"] == (compose.configs() / "models" / "simulated.yaml").read_bytes()
+    assert rig.files["simulated.yaml"] == (shipped.configs() / "models" / "simulated.yaml").read_bytes()
 
 
 def test_own_configs_are_found_by_name_and_strangers_by_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    own = compose.configs() / "sweeps" / "quick.yaml"
+    own = shipped.configs() / "sweeps" / "quick.yaml"
     for name in ("quick", "quick.yaml", "configs/sweeps/quick.yaml"):
-        assert compose.find_config(Path(name), "sweeps") == own
+        assert shipped.find_config(Path(name), "sweeps") == own
     (tmp_path / "quick").write_text("")
-    assert compose.find_config(Path("quick"), "sweeps") == Path("quick"), "a file of the user comes first"
-    assert compose.find_config(Path("/elsewhere/quick"), "sweeps") == Path("/elsewhere/quick")
+    assert shipped.find_config(Path("quick"), "sweeps") == Path("quick"), "a file of the user comes first"
+    assert shipped.find_config(Path("/elsewhere/quick"), "sweeps") == Path("/elsewhere/quick")
     with pytest.raises(ConfigError, match="quik: no such file, nor one of pamrig's own sweeps; did you mean 'quick'"):
-        compose.find_config(Path("quik"), "sweeps")
+        shipped.find_config(Path("quik"), "sweeps")
 
 
 def test_an_emulated_rig_names_every_file_that_it_stands_on() -> None:
-    files = compose.load(compose.configs() / "rigs" / "emulated_all_modbus.yaml").files
+    files = compose.load(shipped.configs() / "rigs" / "emulated_all_modbus.yaml").files
     assert sorted(files) == ["all_modbus.yaml", "rig.yaml", "simulated.yaml", "wago_750.yaml"]
     assert b"emulated" in files["rig.yaml"]

@@ -7,13 +7,13 @@ from dataclasses import replace
 import pytest
 
 from hil.bench import SimulatedRig, SimulatedSettings
-from rig.app import compose
+from rig.app import shipped
 from rig.errors import DeviceLost
 from rig.interfaces import DeviceContext, Measurement, Role
 from rig.realtime.clock import VirtualClock
 from rig.sample import Flag
 
-MODEL = compose.configs() / "models" / "simulated.yaml"
+MODEL = shipped.configs() / "models" / "simulated.yaml"
 PERIOD_NS = 5_000_000
 
 

@@ -9,9 +9,9 @@ import pytest
 from fmu_plant import DEG_PER_MPA, LAG_S, PLAY_DEG, make_fmu
 
 from rig.app import compose
-from rig.app.compose import find_config
 from rig.app.model.simulating import commands_of
 from rig.app.runs import replaying
+from rig.app.shipped import find_config
 from rig.errors import ConfigError, ModelError
 from rig.gap.diagnosis import diagnose
 from rig.identify.stability import SweepRange

@@ -1,6 +1,6 @@
 """The program of `pamrig bench tracking` that times a closed tick is one: it looks at the angle in every tick."""
 
-from rig.app import compose
+from rig.app import compose, shipped
 from rig.qualify.benchmarks.tracking import CASES, closed_at_rest
 from rig.realtime.closed_loop import TrackingProgram
 from rig.sample import Phase
@@ -17,5 +17,5 @@ def test_the_timed_program_follows_an_angle_all_the_time() -> None:
 
 def test_every_case_names_a_rig_that_comes_with_pamrig() -> None:
     for case in CASES:
-        assert (compose.configs() / "rigs" / f"{case.rig}.yaml").is_file()
+        assert (shipped.configs() / "rigs" / f"{case.rig}.yaml").is_file()
         assert case.changed

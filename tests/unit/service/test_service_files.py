@@ -14,7 +14,7 @@ from click.testing import CliRunner
 from rich.console import Console
 
 from hil.terminals import Terminals
-from rig.app import compose
+from rig.app import shipped
 from rig.channels import PNEUMATIC
 from rig.cli.service.install import service
 from rig.cli.service.watch import WINDOW_S, Window, act, lateness_bars, picture
@@ -99,7 +99,7 @@ def test_safe_needs_no_daemon() -> None:
 def test_safe_says_whether_it_was_seen_at_the_device(tmp_path: Path) -> None:
     terminals = Terminals.at(tmp_path / "terminals")
     terminals.write(0.3, 0.1)
-    model = compose.configs() / "models" / "simulated.yaml"
+    model = shipped.configs() / "models" / "simulated.yaml"
     (tmp_path / "rig.yaml").write_text(RIG.format(model=model, terminals=tmp_path / "terminals"))
     outcome = CliRunner().invoke(service, ["safe", "--rig", str(tmp_path / "rig.yaml")], catch_exceptions=False)
     assert outcome.output == "faulty: safe, 0.15 and 0.15 MPa, seen at the device\n"
@@ -110,7 +110,7 @@ def test_safe_says_whether_it_was_seen_at_the_device(tmp_path: Path) -> None:
 
 
 def test_the_shipped_settings_are_valid_and_open_nothing_to_the_network() -> None:
-    settings = load_settings(compose.configs() / "daemon.yaml")
+    settings = load_settings(shipped.configs() / "daemon.yaml")
     assert (settings.live.port, settings.view.port) == (0, 0)
     assert not settings.force
     assert (DaemonSettings().live.port, DaemonSettings().view.port) == (0, 0)
@@ -132,7 +132,7 @@ def test_an_unknown_setting_is_refused(tmp_path: Path) -> None:
 
 
 def test_the_layout_shows_fields_that_exist_and_every_panel_it_configures() -> None:
-    layout = json.loads((compose.configs() / "layouts" / "pamrig.json").read_text())
+    layout = json.loads((shipped.configs() / "layouts" / "pamrig.json").read_text())
     assert sorted(panels(layout["layout"])) == sorted(layout["configById"])
     shown = [value for config in layout["configById"].values() for value in paths(config)]
     assert len(shown) > 8

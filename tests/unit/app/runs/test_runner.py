@@ -14,7 +14,7 @@ import pytest
 from rich.console import Console
 from scripted import program
 
-from rig.app import compose
+from rig.app import compose, shipped
 from rig.app.runs import runner
 from rig.app.runs.outcome import Outcome
 from rig.app.runs.runner import Planned, RunOptions
@@ -162,7 +162,7 @@ def test_a_fact_that_warns_is_coloured_and_one_that_speaks_of_warnings_is_not(mo
 def test_planned_set_points_are_the_paper_s() -> None:
     from rig.excite.experiment import expand, load_sweep
 
-    plan = expand(load_sweep(compose.configs() / "sweeps" / "quick.yaml"), 5_000_000)[0]
+    plan = expand(load_sweep(shipped.configs() / "sweeps" / "quick.yaml"), 5_000_000)[0]
     made = program_of(plan, 4)
     assert made.run == 4
     assert [p1 - p2 for p1, p2 in zip(made.p1_cmd_mpa, made.p2_cmd_mpa, strict=True)] == pytest.approx(

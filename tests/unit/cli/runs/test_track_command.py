@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner, Result
 from mcap_files import contents
 
-from rig.app import compose
+from rig.app import shipped
 from rig.cli.gap.group import gap
 from rig.cli.runs.track import track, tune
 from rig.errors import RigError
@@ -20,7 +20,7 @@ from rig.sample import pack
 GAINS = "closed_loop: {kp_mpa_per_deg: 0.002, ki_mpa_per_deg_s: 0.04}\n"
 TIMES = "settle_s: 0.5\nzero_s: 0.2\nramp_in_s: 0.5\nduration_s: 2.0\nramp_out_s: 0.2\n"
 RECORDS = "records:\n  - sine: {frequency_hz: 0.5, amplitude_deg: 20}\n"
-MODEL = str(compose.configs() / "models" / "simulated.yaml")
+MODEL = str(shipped.configs() / "models" / "simulated.yaml")
 
 
 def call(*words: object) -> Result:
@@ -111,7 +111,7 @@ def test_a_sweep_of_pressures_is_no_reference(tmp_path: Path) -> None:
 
 def test_what_cannot_be_followed_is_refused_before_anything_moves(tmp_path: Path, wave: Path) -> None:
     narrow = tmp_path / "narrow.yaml"
-    rig = (compose.configs() / "rigs" / "simulated.yaml").read_text(encoding="utf-8")
+    rig = (shipped.configs() / "rigs" / "simulated.yaml").read_text(encoding="utf-8")
     narrow.write_text(
         rig.replace("pressure_mpa: [0.0, 0.5]", "pressure_mpa: [0.18, 0.22]").replace(
             "../models/simulated.yaml", MODEL

@@ -7,13 +7,13 @@ from typing import Any
 
 import pytest
 
-from rig.app import compose
+from rig.app import compose, shipped
 from rig.service.queue.job_queue import Job, JobState, Queue
 from rig.service.queue.queue_runner import NoSpace, QueueRunner
 from rig.service.records.ledger import Ledger
 from rig.service.settings import DaemonSettings
 
-QUICK = compose.configs() / "sweeps" / "quick.yaml"
+QUICK = shipped.configs() / "sweeps" / "quick.yaml"
 
 
 def runner(folder: Path, spare_gb: float) -> tuple[QueueRunner, Queue]:

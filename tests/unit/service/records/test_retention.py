@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
-from rig.app import compose
+from rig.app import shipped
 from rig.cli.service.daemon import daemon
 from rig.errors import RigError
 from rig.service.records.ledger import Ledger
@@ -66,7 +66,7 @@ def test_without_a_setting_nothing_ever_goes(desk: Desk) -> None:
 
 
 def test_the_settings_that_are_shipped_delete_nothing() -> None:
-    assert load_settings(compose.configs() / "daemon.yaml").retention.off
+    assert load_settings(shipped.configs() / "daemon.yaml").retention.off
 
 
 def test_records_that_are_too_old_go_after_a_day_of_notice(desk: Desk) -> None:

@@ -6,7 +6,8 @@ from typing import Any, cast
 
 import pytest
 
-from rig.app.compose import find_config, load
+from rig.app.compose import load
+from rig.app.shipped import find_config
 from rig.app.supervise import parts_of
 from rig.realtime.faults import Fault
 from rig.realtime.state import State

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from conftest import ROOT
 
-from rig.app import compose
+from rig.app import compose, shipped
 from rig.errors import EnvelopeError, RigError
 from rig.service.web.files import curves
 
@@ -26,7 +26,7 @@ def test_no_peak_is_lost_however_long_the_record() -> None:
 
 def test_a_preview_is_what_the_loop_would_be_told() -> None:
     rig = compose.load(None)
-    found = curves.preview(compose.configs() / "sweeps" / "quick.yaml", rig)
+    found = curves.preview(shipped.configs() / "sweeps" / "quick.yaml", rig)
     assert found["records"] == 1
     assert found["columns"]["t_s"][-1] == pytest.approx(found["seconds"], abs=0.02)
     assert found["allowed"][0] <= found["lowest"] < found["highest"] <= found["allowed"][1]

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from rig.app import compose
+from rig.app import shipped
 from rig.model.chain import Chain
 from rig.model.parameters import load_model
 from rig.service.web.stream.feed import COLUMNS, STRETCH, Feed
@@ -47,7 +47,7 @@ def test_another_session_begins_anew_and_a_late_repeat_does_not() -> None:
 
 
 def test_the_simulator_answers_the_same_set_points_tick_by_tick_over_holes_too() -> None:
-    model = load_model(compose.configs() / "models" / "simulated.yaml")
+    model = load_model(shipped.configs() / "models" / "simulated.yaml")
     feed = Feed(PERIOD_S, Chain(model), model.sample_time_s)
     for begin in (0, 30, 70):  # what lies between 60 and 70 never came
         feed.add(samples(range(begin, begin + 30)))
@@ -61,7 +61,7 @@ def test_the_simulator_answers_the_same_set_points_tick_by_tick_over_holes_too()
 
 
 def test_there_is_no_residual_before_the_angle_is_zeroed() -> None:
-    model = load_model(compose.configs() / "models" / "simulated.yaml")
+    model = load_model(shipped.configs() / "models" / "simulated.yaml")
     feed = Feed(PERIOD_S, Chain(model), model.sample_time_s)
     feed.add(samples(range(40), phase="settle"))
     assert {row[COLUMNS.index("residual")] for row in feed.fine} == {None}

@@ -12,7 +12,7 @@ from urllib.parse import urlencode
 
 import pytest
 
-from rig.app import compose
+from rig.app import compose, shipped
 from rig.service.web.door.visitors import COOKIE, GUESSES
 from rig.service.web.orders import PageOrders
 from rig.service.web.site import Site
@@ -73,7 +73,7 @@ def site_of(tmp_path: Path, *, local: bool, token: str = "", names: tuple[str, .
     rig = compose.load(None)
     return Site(
         PageOrders(
-            tmp_path / "none.sock", rig, True, tmp_path, tmp_path, local, sweeps=(compose.configs() / "sweeps",),
+            tmp_path / "none.sock", rig, True, tmp_path, tmp_path, local, sweeps=(shipped.configs() / "sweeps",),
             names=names, token=token, key=b"k" * 32,
         )
     )  # fmt: skip

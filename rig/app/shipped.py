@@ -1,0 +1,36 @@
+"""The configs that come with pamrig: where they lie, and which is meant by a name. No part of a loop is imported."""
+
+import os
+from pathlib import Path
+
+from rig.config import suggest
+from rig.errors import ConfigError
+from rig.model.external import is_external
+
+
+def configs() -> Path:
+    """The folder of the configs that come with pamrig: in the checkout, or inside the installed package."""
+    root = Path(__file__).resolve().parent.parent
+    checkout = root.parent / "configs"
+    return checkout if checkout.is_dir() else root / "_configs"
+
+
+def default_rig() -> Path:
+    """The simulated rig."""
+    return configs() / "rigs" / "simulated.yaml"
+
+
+def find_config(path: Path, folder: str) -> Path:
+    """`path` as it stands, or the config of that name among those that come with pamrig (`paper`,
+    `configs/sweeps/paper.yaml`).
+
+    ConfigError when `path` is neither.
+    """
+    if os.path.exists(path) or (folder == "models" and is_external(path)):
+        return path
+    ours = {item.stem: item for item in (configs() / folder).glob("*.yaml")}
+    if path.parent in (Path("."), Path("configs") / folder):
+        if found := ours.get(path.name.removesuffix(".yaml")):
+            return found
+        raise ConfigError(f"{path}: no such file, nor one of pamrig's own {folder}; {suggest(path.stem, list(ours))}")
+    return path
