@@ -186,6 +186,6 @@ def summary(found: Sequence[Trial]) -> dict[str, Any]:
 
     return {
         "trials": len(found), "safe": len(good), "p50_ms": quantile(0.5), "p99_ms": quantile(0.99),
-        "max_ms": quantile(1.0),
+        "max_ms": quantile(1.0), "ms": times,
         "problems": [f"{trial}: {trial.problem}" for trial in found if trial.problem],
     }  # fmt: skip
