@@ -5,8 +5,10 @@ The same code path for both: anything with the interface of concurrent.futures.E
 piece whose worker died is done again, so a piece writes its result whole and under one name.
 """
 
+import ctypes
 import os
 import signal
+import sys
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
@@ -18,6 +20,7 @@ from rig.errors import RigError
 R = TypeVar("R")
 PATIENCE_S = 10.0
 """For a scheduler's first answer."""
+_PR_SET_PDEATHSIG = 1
 
 
 @contextmanager
@@ -30,8 +33,8 @@ def executor(dask: str | None = None, workers: int | None = None) -> Iterator[Ex
         pool = ProcessPoolExecutor(
             workers or os.cpu_count() or 1,
             get_context("spawn"),
-            signal.signal,
-            (signal.SIGINT, signal.SIG_IGN),  # Ctrl-C is for the parent
+            _begin_worker,
+            (os.getpid(),),
         )
         with pool:
             try:
@@ -53,6 +56,20 @@ def executor(dask: str | None = None, workers: int | None = None) -> Iterator[Ex
         ) from None
     with client:
         yield client.get_executor(pure=False)
+
+
+def _begin_worker(parent: int) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent
+    end_with(parent)
+
+
+def end_with(parent: int) -> None:
+    """From now on the kernel ends this process with its parent, which has that pid, however that one ends; at once if
+    it is gone. Linux only (prctl(2)); elsewhere this process stays until its work is done."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+        if os.getppid() != parent:
+            os.kill(os.getpid(), signal.SIGKILL)
 
 
 def finished(futures: Iterable["Future[R]"], done: Callable[[int], None] | None = None) -> Iterator[R]:

@@ -18,6 +18,7 @@ from rig.blind_check import sandbox
 from rig.blind_check.folder import MODEL_FILES, PRIORS_FILE, read_json, write_json
 from rig.blind_check.modes import DEFAULT, MODES, Mode
 from rig.errors import RecordError, RigError
+from rig.parallel import end_with
 
 KEPT_ENVIRONMENT: Final = ("PATH", "LANG", "LC_ALL", "LD_LIBRARY_PATH", "TZ")
 ONE_THREAD: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -36,7 +37,7 @@ def answer_cases(questions: str, answers: str, tokens: Sequence[str]) -> int:
     Path(answers).mkdir(parents=True, exist_ok=True)
     environment = {name: os.environ[name] for name in KEPT_ENVIRONMENT if name in os.environ}
     environment |= dict.fromkeys(ONE_THREAD, "1") | {"NUMBA_CACHE_DIR": str(compiled_beside(Path(answers)))}
-    call = [sys.executable, "-I", "-B", "-m", "rig.blind_check.answer", questions, answers, *missing]
+    call = [sys.executable, "-I", "-B", "-m", "rig.blind_check.answer", str(os.getpid()), questions, answers, *missing]
     ended = subprocess.run(
         call, env=environment, cwd=questions, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False
     )
@@ -66,13 +67,12 @@ def compiled_beside(answers: Path) -> Path:
 
 
 def main(arguments: Sequence[str]) -> None:
-    """The answering process: questions folder, answers folder, tokens."""
-    questions, answers = Path(arguments[0]).resolve(), Path(arguments[1]).resolve()
-    parent = os.getppid()
-    layers = sandbox.enter([questions / token for token in arguments[2:]], [answers])
-    for token in arguments[2:]:
-        if os.getppid() != parent:
-            return
+    """The answering process: pid of who started it, questions folder, answers folder, tokens."""
+    parent, *places = arguments[:3]
+    (questions, answers), tokens = (Path(place).resolve() for place in places), arguments[3:]
+    layers = sandbox.enter([questions / token for token in tokens], [answers])
+    end_with(int(parent))  # after the sandbox: whoever gets another identity loses what he asked of the kernel before
+    for token in tokens:
         write_json(answers / f"{token}.json", answer_question(questions / token) | {"sandbox_layers": layers})
 
 

@@ -28,6 +28,8 @@ SAFE_MPA: Final = (0.15, 0.15)
 _COUNT_MPA: Final = 0.001
 _TRIES: Final = 10
 _PATIENCE_S: Final = 40.0
+START_S: Final = 150.0
+"""For a process to start and come to its work: on a machine that does other work too, imports alone take a minute."""
 _LOOK_S: Final = 0.0005
 
 RIG: Final = """\
@@ -112,7 +114,7 @@ class FaultBench:
         web = () if self._web else ("--web", "off")
         folders = "--logs", str(self.logs), "--state", str(self.state), "--socket", str(self.socket)
         self.command("daemon", "--rig", str(self.rig), *folders, *web, *self._arguments)
-        self.wait(self._answers, "the daemon to answer")
+        self.wait(self._answers, "the daemon to start and answer", START_S)
 
     def command(self, *arguments: str, stdin: int = subprocess.DEVNULL) -> None:
         """Start `pamrig` with these arguments as the process that commands; what it says goes to the log."""

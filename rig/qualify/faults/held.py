@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from rig.errors import RigError
-from rig.qualify.faults.bench import SAFE_MPA, FaultBench, Spoilt, named_children
+from rig.qualify.faults.bench import SAFE_MPA, START_S, FaultBench, Spoilt, named_children
 from rig.qualify.faults.wired import ModbusFaultBench, SerialFaultBench, io_processes_of
 
 _INTO_THE_SWEEP_S: Final = 0.3
@@ -32,7 +32,7 @@ class HeldBench(FaultBench, ABC):
         self.terminals.write(*SAFE_MPA)
         self._log_chars = len(self.log_text()) if self._number > 1 else 0
         self.begin(self.folder / f"trial_{self._number}")
-        self.wait(lambda: self._under_way, "the command to hold the rig")
+        self.wait(lambda: self._under_way, "the command to hold the rig", START_S)
         time.sleep(_INTO_THE_SWEEP_S)
 
     @abstractmethod
@@ -80,8 +80,9 @@ class ReplayBench(HeldBench):
         recorded = self.folder / "recorded"
         if not recorded.exists():
             self.command("run", str(self.sweep), "--clock", "virtual", "--out", str(recorded))
-            self.wait(lambda: not self.alive, "a recording")
-        self.command("replay", str(recorded), "--rig", str(self.rig), "-o", str(out), "--force")
+            self.wait(lambda: not self.alive, "a recording", START_S)
+        target = "--rig", str(self.rig), "-o", str(out)
+        self.command("replay", str(recorded), *target, "--clock", "real", "--force")
 
 
 class RunOverModbus(RunBench, ModbusFaultBench):

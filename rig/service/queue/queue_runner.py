@@ -4,14 +4,14 @@ import asyncio
 import logging
 import shutil
 import time
-from collections.abc import Collection
+from collections.abc import Collection, Coroutine
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 from rig.errors import RigError
 from rig.log.mcap.schema import Ended
-from rig.realtime.commands import Request
+from rig.realtime.commands import Request, program_path
 from rig.realtime.state import State
 from rig.rig_config import RigConfig
 from rig.service.door.protocol import Code, Refused
@@ -25,6 +25,7 @@ from rig.service.session.session import Session
 from rig.service.session.session_monitor import SessionMonitor
 from rig.service.settings import DaemonSettings
 
+T = TypeVar("T")
 _POLL_S: Final = 0.02
 _RESULT_PATIENCE_S: Final = 5.0
 _LAST_RESULT_S: Final = 0.1
@@ -34,6 +35,10 @@ _LOG = logging.getLogger("pamrig")
 
 class NoSpace(Refused):
     """The disk is too full for another record."""
+
+
+class _Held(Exception):
+    """A stop came while the planner was at work."""
 
 
 class QueueRunner:
@@ -48,6 +53,8 @@ class QueueRunner:
         """Nothing is started by itself: not after a restart, not after a stop or a fault."""
         self._only: frozenset[int] | None = None
         """The jobs that were asked for; None: the whole queue."""
+        self._planning: asyncio.Future[Any] | None = None
+        """What the planner is asked for at present."""
         self._wake = asyncio.Event()
         self._last_run = 0
         self._now: tuple[Published, int] | None = None
@@ -69,6 +76,8 @@ class QueueRunner:
         """Start no further record."""
         self._held = True
         self._pause_until = 0.0
+        if self._planning is not None:
+            self._planning.cancel()
 
     @property
     def interrupted(self) -> str:
@@ -108,13 +117,15 @@ class QueueRunner:
         job.state, job.error = JobState.RUNNING, ""
         await asyncio.to_thread(self._queue.save)
         try:
-            sweep = await self.planner.open(Path(job.sweep))
+            sweep = await self._planned(self.planner.open(Path(job.sweep)))
             if sweep.records != job.total:
                 raise RigError(
                     f"{job.sweep}: has {sweep.records} records now and had {job.total} when it was queued; start it "
                     "anew"
                 )
             await self._records(job, sweep)
+        except _Held:
+            pass  # stopped, below
         except NoSpace as error:
             self._give_up(job, JobState.STOPPED, str(error))
         except RigError as error:
@@ -122,6 +133,20 @@ class QueueRunner:
         if job.state is JobState.RUNNING:
             job.state = JobState.DONE if job.done == job.total else JobState.STOPPED
         await asyncio.to_thread(self._queue.save)
+
+    async def _planned(self, asked: Coroutine[Any, Any, T]) -> T:
+        """What the planner answers, which may take minutes; _Held as soon as nothing is to be begun any more, for a
+        reset waits for us."""
+        self._planning = task = asyncio.ensure_future(asked)
+        try:
+            return await task
+        except asyncio.CancelledError:
+            this = asyncio.current_task()
+            if self._held and this is not None and not this.cancelling():  # else the daemon ends
+                raise _Held from None
+            raise
+        finally:
+            self._planning = None
 
     async def _records(self, job: Job, sweep: Summary) -> None:
         self.check_space()
@@ -163,7 +188,11 @@ class QueueRunner:
             return None
         self._last_run += 1
         run = self._last_run
-        plan = await self.planner.publish(index, run, session.id)
+        try:
+            plan = await self._planned(self.planner.publish(index, run, session.id))
+        except _Held:
+            program_path(session.id, run).unlink(missing_ok=True)  # what was written of it so far
+            raise
         session.adopt(run)
         try:
             self.current = await asyncio.to_thread(vacated, Path(job.folder) / f"{plan.name}.mcap")

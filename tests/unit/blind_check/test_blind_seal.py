@@ -1,12 +1,15 @@
 """Seal and sandbox of the blind check: labels stay closed, and the answering process cannot get at them."""
 
+import contextlib
 import hashlib
 import json
 import os
+import signal
 import socket
 import subprocess
 import sys
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -163,6 +166,7 @@ def test_the_answering_process_is_told_nothing_but_places(monkeypatch: pytest.Mo
         "-B",
         "-m",
         "rig.blind_check.answer",
+        str(os.getpid()),
         str(tmp_path / "questions"),
         str(tmp_path / "answers"),
         "a1",
@@ -171,6 +175,50 @@ def test_the_answering_process_is_told_nothing_but_places(monkeypatch: pytest.Mo
     assert isinstance(environment, dict)
     assert set(environment) <= {*answer.KEPT_ENVIRONMENT, *answer.ONE_THREAD, "NUMBA_CACHE_DIR"}
     assert seen["stdin"] is subprocess.DEVNULL
+
+
+ENDED_SOON_S = 20.0
+ASKING = """
+import sys
+from rig.blind_check.answer import answer_cases
+from rig.parallel import executor
+if __name__ == "__main__":
+    with executor(workers=1) as pool:
+        pool.submit(answer_cases, sys.argv[1], sys.argv[2], ["a"] * 3000).result()
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
+def test_nobody_goes_on_answering_for_a_check_that_was_ended(tmp_path: Path, number: int) -> None:
+    """The answering process has its question in its command line; the workers hold the end of what they all print."""
+    records, script = tmp_path / "questions" / "a" / "records", tmp_path / "asking.py"
+    records.mkdir(parents=True)
+    rows = (f"{n / 100},{n % 50 / 100},{n % 50}" for n in range(1000))
+    (records / "x.csv").write_text("\n".join(["t_s,dp_cmd_mpa,angle_deg", *rows]))
+    (records.parent / "question.json").write_text('{"modes": [], "leave_out": []}')
+    script.write_text(ASKING)
+    call = [sys.executable, str(script), str(tmp_path / "questions"), str(tmp_path / "answers")]
+    with subprocess.Popen(call, stdout=subprocess.PIPE) as asking:
+        became(lambda: (tmp_path / "answers" / "a.json").exists(), "the first of many answers")
+        asking.send_signal(number)
+        asking.communicate(timeout=ENDED_SOON_S)
+        became(lambda: not named_in_a_call(tmp_path), "the end of the answering process")
+
+
+def named_in_a_call(place: Path) -> list[Path]:
+    """The processes that have it in their command line."""
+    found = []
+    for line in Path("/proc").glob("[0-9]*/cmdline"):
+        with contextlib.suppress(OSError):
+            found += [line] if os.fsencode(place) in line.read_bytes() else []
+    return found
+
+
+def became(condition: Callable[[], bool], what: str) -> None:
+    deadline = time.monotonic() + ENDED_SOON_S
+    while not condition():
+        assert time.monotonic() < deadline, f"waited in vain for {what}"
+        time.sleep(0.02)
 
 
 def test_seal_opens_with_its_key_and_the_hash_is_that_of_the_labels() -> None:

@@ -3,22 +3,25 @@
 import asyncio
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, TypeVar
 
 import pytest
 
 from rig.app import compose, shipped
+from rig.realtime.commands import program_path
 from rig.service.queue.job_queue import Job, JobState, Queue
+from rig.service.queue.planner import Planner, Published, Summary
 from rig.service.queue.queue_runner import NoSpace, QueueRunner
 from rig.service.records.ledger import Ledger
 from rig.service.settings import DaemonSettings
 
+T = TypeVar("T")
 QUICK = shipped.configs() / "sweeps" / "quick.yaml"
 
 
-def runner(folder: Path, spare_gb: float) -> tuple[QueueRunner, Queue]:
+def runner(folder: Path, spare_gb: float, session: Any = None) -> tuple[QueueRunner, Queue]:
     queue = Queue(folder / "queue.json")
-    monitor: Any = SimpleNamespace(fault=None, session=None, telemetry=None)
+    monitor: Any = SimpleNamespace(fault=None, session=session, telemetry=None)
     settings = DaemonSettings(logs=folder / "logs", state=folder, spare_gb=spare_gb)
     return QueueRunner(monitor, queue, compose.load(None), settings, Ledger(settings.ledger)), queue
 
@@ -79,3 +82,66 @@ def test_only_the_jobs_that_were_asked_for_are_begun(tmp_path: Path) -> None:
     old, new, left = asyncio.run(asyncio.wait_for(look(), 30.0))
     assert (old.state, new.state) == (JobState.WAITING, JobState.FAILED)  # there is no such file
     assert left == "1 sweep of before: old (1 of 1 records); 1 records, 10 s"
+
+
+class SlowPlanner(Planner):
+    """Takes longer than anybody waits, for a sweep or for a record of it."""
+
+    def __init__(self, slow: str) -> None:
+        super().__init__(compose.load(None))
+        self._slow, self.asked = slow, asyncio.Event()
+
+    async def open(self, path: Path) -> Summary:
+        return await self._answer("open", Summary(1, 10.0, b""))
+
+    async def publish(self, index: int, run: int, session: int) -> Published:
+        program_path(session, run).write_bytes(b"half of it")
+        return await self._answer("publish", Published("x", {}, 10, 10))
+
+    async def _answer(self, what: str, answer: T) -> T:
+        if what == self._slow:
+            self.asked.set()
+            await asyncio.Event().wait()
+        return answer
+
+
+def begun_with(planner: SlowPlanner, folder: Path) -> tuple[QueueRunner, Job, "asyncio.Task[None]"]:
+    """At work on a job that the planner does not come to an end with."""
+    (folder / "logs").mkdir()
+    session: Any = SimpleNamespace(id=0x7357)
+    work, queue = runner(folder, 0.0, session)
+    work.planner = planner
+    job = queue.add(QUICK, "quick", 1, 10.0, 0.0)
+    work.go_on()
+    return work, job, asyncio.create_task(work.run())
+
+
+@pytest.mark.parametrize("slow", ["open", "publish"])
+def test_a_stop_does_not_wait_for_a_sweep_that_is_expanded(tmp_path: Path, slow: str) -> None:
+    """A reset waits until the runner is idle, and nobody waits minutes for a reset."""
+
+    async def stop() -> Job:
+        planner = SlowPlanner(slow)
+        work, job, task = begun_with(planner, tmp_path)
+        await planner.asked.wait()
+        work.hold()
+        await asyncio.wait_for(work.idle(), 10.0)
+        assert not work.working
+        task.cancel()
+        return job
+
+    assert asyncio.run(stop()).state is JobState.STOPPED
+    assert not program_path(0x7357, 1).exists()
+
+
+def test_the_end_of_the_daemon_does_not_wait_for_it_either(tmp_path: Path) -> None:
+    async def end() -> None:
+        planner = SlowPlanner("open")
+        work, _, task = begun_with(planner, tmp_path)
+        await planner.asked.wait()
+        work.hold()
+        task.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await asyncio.wait_for(task, 10.0)
+
+    asyncio.run(end())
