@@ -32,6 +32,11 @@ class Outcome:
         }
 
     @property
+    def stopped(self) -> bool:
+        """Somebody or something stopped the rig before it was done."""
+        return self.interrupted or bool(self.error) or any(run.fault for run in self.runs)
+
+    @property
     def _rest(self) -> str:
         """What became of the rig, for the end of a bad line; nothing where it never was under way."""
         return f"; {self.safe.words}" if self.safe.writer or self.safe.outcome else ""

@@ -121,7 +121,8 @@ def load_gate(path: Path) -> dict[str, float]:
 
 
 def replay_all(job: Job, options: ReplayOptions) -> list[Replayed]:
-    """Each recording in a session of its own, so that what comes before it does not matter."""
+    """Each recording in a session of its own, so that what comes before it does not matter; a rig that was stopped does
+    not move again for the next one. CheckFailed, with what is known of the safe state, when nothing can be compared."""
     out = options.out or runner.new_folder("replay")
     single = out.suffix == ".mcap" and len(job.recordings) == 1
     targets = [out] if single else targets_in(out, (recording.name for recording in job.recordings), ".mcap")
@@ -130,7 +131,12 @@ def replay_all(job: Job, options: ReplayOptions) -> list[Replayed]:
     for target in targets:
         if target.exists():
             raise RecordError(f"{target}: exists already; a log is never overwritten")
-    return [_replay(job, recording, options, target) for recording, target in zip(job.recordings, targets, strict=True)]
+    done: list[Replayed] = []
+    for recording, target in zip(job.recordings, targets, strict=True):
+        done.append(_replay(job, recording, options, target))
+        if done[-1].outcome.stopped:
+            break
+    return done
 
 
 def _contents(log: Path) -> Iterator[tuple[str, Path, LogContent]]:
@@ -199,7 +205,7 @@ def _replay(job: Job, recording: Recording, options: ReplayOptions, target: Path
                 device_options=job.device_options,
             ),
         )
-    if not outcome.runs:
+    if not outcome.runs or outcome.recorder_lost:  # what a recorder left behind is not whole
         outcome.judge()
         raise CheckFailed(f"{recording.source}: the replay recorded nothing")
     return _compared(recording, outcome, target, options)

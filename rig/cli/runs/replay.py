@@ -84,6 +84,8 @@ def replay(
         terminal.print(f"  {item.figure}")
         for finding in item.departures:
             terminal.print(f"  {finding}")
+    if left := len(job.recordings) - len(done):
+        terminal.print(f"not replayed, for the rig was stopped: {left} of {len(job.recordings)} recordings")
     emit({"runs": [item.to_json() for item in done]}, json_to)
     moved = sum(bool(item.departures) for item in done)
     if moved:

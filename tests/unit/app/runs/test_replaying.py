@@ -1,0 +1,49 @@
+"""What a replay does when the rig was stopped, or when somebody was lost."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rig.app.runs import replaying, runner
+from rig.app.runs.outcome import Outcome
+from rig.app.runs.replaying import ReplayOptions, prepare, replay_all
+from rig.errors import CheckFailed
+from rig.realtime.safe_state import Outcome as Reached
+from rig.realtime.safe_state import SafeReport, Writer
+from rig.service.records.recorder import RunResult
+
+RECORDINGS = Path(__file__).parents[3] / "replay"
+
+
+def test_a_rig_that_was_stopped_does_not_move_again_for_the_next_recording(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    calls = []
+
+    def stopped(*given: Any) -> Outcome:
+        calls.append(given)
+        outcome = carry_out(*given)
+        outcome.interrupted = True
+        return outcome
+
+    carry_out = runner.carry_out
+    monkeypatch.setattr(replaying.runner, "carry_out", stopped)
+    job = prepare(RECORDINGS, None, None, None, resample=False)
+    assert len(job.recordings) > 1
+    (done,) = replay_all(job, ReplayOptions(tmp_path))
+    assert len(calls) == 1
+    assert done.outcome.interrupted
+
+
+def test_with_the_recorder_lost_the_safe_state_is_told_all_the_same(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    cut = RunResult(1, tmp_path / "x.mcap.part", error="the recorder ended")
+    cut.file.write_bytes(b"\x89MCAP0\r\n")
+    safe = SafeReport(Writer.SUPERVISOR, outcome=Reached.SEEN)
+    lost = Outcome([cut], 1, error="the rig was stopped: RECORDER_DIED", recorder_lost=True, safe=safe)
+    monkeypatch.setattr(replaying.runner, "carry_out", lambda *_: lost)
+    job = prepare(sorted(RECORDINGS.glob("*.mcap"))[0], None, None, None, resample=False)
+    with pytest.raises(CheckFailed, match="RECORDER_DIED; safe state written by the supervisor, seen at the device"):
+        replay_all(job, ReplayOptions(tmp_path / "out"))
