@@ -35,7 +35,8 @@ class Command(click.Command):
 
     def invoke(self, ctx: click.Context) -> Any:
         """As click does, after that check."""
-        check_apart(_places(self, ctx, outputs=True), _places(self, ctx, outputs=False))
+        inputs = [(name, place) for name, path in _places(self, ctx, outputs=False) for place in _meant(path)]
+        check_apart(_places(self, ctx, outputs=True), inputs)
         return super().invoke(ctx)
 
 
@@ -66,3 +67,12 @@ def _places(command: click.Command, ctx: click.Context, *, outputs: bool) -> Ite
                     max(param.opts, key=len) if isinstance(param, click.Option) else param.make_metavar(ctx),
                     Path(place),
                 )
+
+
+def _meant(path: Path) -> list[Path]:
+    """The file that an input names; where there is none, what comes with pamrig by that name, of whatever kind."""
+    if os.path.exists(path):
+        return [path]
+    from rig.app.compose import configs
+
+    return [path, *(place for place in configs().glob("*/*.yaml") if place.stem == path.name.removesuffix(".yaml"))]

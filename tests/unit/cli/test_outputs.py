@@ -11,6 +11,7 @@ import pytest
 from click.testing import CliRunner
 from made_logs import made_content, made_log
 
+from rig.app import compose
 from rig.cli.commands import cli
 from rig.cli.outputs import Command, Output
 from rig.errors import RigError
@@ -115,6 +116,17 @@ def test_a_model_that_is_read_is_not_written(log: Path, tmp_path: Path) -> None:
     link = tmp_path / "link.yaml"
     link.symlink_to(model)
     assert run("identify", log, "--start", model, "-o", link)[1] == 2
+
+
+@pytest.mark.parametrize("named", ["simulated", "simulated.yaml", MODEL])
+def test_nor_is_one_that_comes_with_us_and_is_read_by_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, named: str
+) -> None:
+    monkeypatch.chdir(tmp_path)  # an empty folder: there is no log to go on with
+    model = compose.configs() / "models" / "simulated.yaml"
+    said, status = run("gap", "diagnose", "--model", named, "--log", ".", "--augmented-model", model)
+    assert status == 2
+    assert f"{model}: that is the file which --model reads" in said
 
 
 def test_two_outputs_are_two_files(log: Path, tmp_path: Path) -> None:
