@@ -73,6 +73,6 @@ def _meant(path: Path) -> list[Path]:
     """The file that an input names; where there is none, what comes with pamrig by that name, of whatever kind."""
     if os.path.exists(path):
         return [path]
-    from rig.app.compose import configs
+    from rig.app.shipped import configs
 
     return [path, *(place for place in configs().glob("*/*.yaml") if place.stem == path.name.removesuffix(".yaml"))]

@@ -11,7 +11,7 @@ import pytest
 from click.testing import CliRunner
 from made_logs import made_content, made_log
 
-from rig.app import compose
+from rig.app import shipped
 from rig.cli.commands import cli
 from rig.cli.outputs import Command, Output
 from rig.errors import RigError
@@ -123,7 +123,7 @@ def test_nor_is_one_that_comes_with_us_and_is_read_by_its_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, named: str
 ) -> None:
     monkeypatch.chdir(tmp_path)  # an empty folder: there is no log to go on with
-    model = compose.configs() / "models" / "simulated.yaml"
+    model = shipped.configs() / "models" / "simulated.yaml"
     said, status = run("gap", "diagnose", "--model", named, "--log", ".", "--augmented-model", model)
     assert status == 2
     assert f"{model}: that is the file which --model reads" in said
