@@ -4,9 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.signal import savgol_filter
 
 from rig.errors import RecordError
-from rig.identify.data import Options, prepare, repeated_packets
+from rig.identify.data import Options, prepare, repeated_packets, through_parabolas
 from rig.identify.templates import Template, input_gain, template_model
 from rig.model.parameters import Input
 from rig.model.resample import on_grid
@@ -133,3 +136,10 @@ def test_the_gain_has_the_rigs_sign_even_where_a_sweep_lags_by_half_a_turn(sign:
 def test_a_wrong_time_stamp_does_not_take_all_the_memory() -> None:
     with pytest.raises(RecordError, match=r"2000 rows over 1e\+09 s would become 2e\+11 rows"):
         on_grid(with_value(good(), "t_s", slice(1999, 2000), 1e9), 0.005)
+
+
+@given(seed=st.integers(0, 1000), half=st.integers(2, 20), more=st.integers(0, 60))
+def test_parabolas_smooth_as_scipys_filter_does(seed: int, half: int, more: int) -> None:
+    rows = 2 * half + 1
+    column = np.random.default_rng(seed).standard_normal(rows + more)
+    assert np.allclose(through_parabolas(column, rows), savgol_filter(column, rows, 2), rtol=0.0, atol=1e-12)
