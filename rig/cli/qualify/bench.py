@@ -49,15 +49,18 @@ BENCHMARKS = {
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
     help="Compare with the figures of an earlier `--json FILE`; status 1 when a ratio is worse beyond its spread.",
 )
+@click.option(
+    "--add", is_flag=True, help="Keep what the `--json FILE` holds of other benchmarks, measured on the same machine."
+)
 @click.option("--rounds", type=click.IntRange(1, 100), help="Measure each benchmark so many times.  [default: 1 to 5]")
 @json_option
-def bench(names: tuple[str, ...], against: Path | None, rounds: int | None, json_to: str | None) -> None:
+def bench(names: tuple[str, ...], against: Path | None, add: bool, rounds: int | None, json_to: str | None) -> None:
     """Run the benchmarks NAMES, or all. Quote the ratios: absolute times are this machine's."""
     from rig.qualify.figures.against import compared, earlier
 
     chosen = names or tuple(BENCHMARKS)
     before = earlier(against) if against else None
-    results, failed = _measured(chosen, rounds, json_to)
+    results, failed = _measured(chosen, rounds, json_to, _kept(add, chosen, json_to))
     comparison = compared(before, results, str(against)) if before else None
     if comparison:
         results["against"] = {"file": str(against), **comparison.to_json()}
@@ -73,9 +76,21 @@ def bench(names: tuple[str, ...], against: Path | None, rounds: int | None, json
         raise CheckFailed("; ".join(failed))
 
 
-def _measured(chosen: Sequence[str], rounds: int | None, json_to: str | None) -> tuple[dict[str, Any], list[str]]:
-    """The figures, and why some could not be had."""
-    results: dict[str, Any] = {"machine": _machine()}
+def _kept(add: bool, chosen: Sequence[str], json_to: str | None) -> dict[str, Any]:
+    """What an earlier run of the same machine has measured of other benchmarks, where that is to be kept."""
+    from rig.qualify.figures.against import joined
+
+    if not add:
+        return {"machine": _machine()}
+    if json_to in (None, "-"):
+        raise click.UsageError("--add: to which file? --json FILE is missing")
+    return joined(Path(str(json_to)), _machine(), chosen)
+
+
+def _measured(
+    chosen: Sequence[str], rounds: int | None, json_to: str | None, results: dict[str, Any]
+) -> tuple[dict[str, Any], list[str]]:
+    """The figures, beside those in `results`, and why some could not be had."""
     lacking: list[str] = []
     with progress("benchmarks", len(chosen)) as update:
         for done, name in enumerate(chosen):

@@ -6,7 +6,7 @@ seed fixes.
 """
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -81,15 +81,28 @@ class Comparison:
         }
 
 
-def earlier(path: Path) -> Results:
-    """The results of an earlier run; ConfigError when the file is none."""
+def earlier(path: Path, option: str = "--against") -> dict[str, Any]:
+    """The results of an earlier run, which that option names; ConfigError when the file is none."""
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
-        raise ConfigError(f"--against {path}: {error}") from None
+        raise ConfigError(f"{option} {path}: {error}") from None
     if not isinstance(found, dict) or "machine" not in found or not all(map(_is_figures, figures_of(found).values())):
-        raise ConfigError(f"--against {path}: these are no figures of `pamrig bench --json`")
+        raise ConfigError(f"{option} {path}: these are no figures of `pamrig bench --json`")
     return found
+
+
+def joined(path: Path, machine: dict[str, Any], anew: Collection[str]) -> dict[str, Any]:
+    """What `path` holds, if it is there, without the benchmarks that are measured `anew`; its load is the larger of
+    both runs. ConfigError when another machine measured it, or the same one on another day."""
+    found = earlier(path, "--add") if path.exists() else {"machine": machine}
+    was = found["machine"]
+    if other := [key for key in ("date", "cpu", "cores", "system", "python") if was.get(key) != machine.get(key)]:
+        raise ConfigError(f"--add {path}: {other[0]} is {was.get(other[0])!r} there and {machine.get(other[0])!r} here")
+    load = max(float(was.get("load", 0.0)), float(machine.get("load", 0.0)))
+    return {"machine": machine | {"load": load}} | {
+        name: figures for name, figures in figures_of(found).items() if name not in anew
+    }
 
 
 def _is_figures(found: object) -> bool:

@@ -144,3 +144,24 @@ def test_the_page_is_drawn_from_the_file_with_its_date_and_machine() -> None:
     busy = machine_line({"machine": MACHINE | {"load": 34.5}})
     assert busy.endswith("Python 3.11; other work kept 34.5 processes busy.\n")
     assert machine_line(one) == "Measured 2026-11-22 on one, 2 cores, Linux, Python 3.11.\n"
+
+
+def test_pieces_of_one_machine_and_day_are_joined(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    out, now = tmp_path / "figures.json", dict(MACHINE)
+    monkeypatch.setattr(command, "_machine", lambda: dict(now))
+    monkeypatch.setattr(command, "_run", lambda name, rounds: rounds_of_one(name))
+    for names, load in ((["loop", "log"], 3.0), (["log", "record"], 1.0)):
+        now["load"] = load
+        assert CliRunner().invoke(cli, ["bench", *names, "--add", "--json", str(out)]).exit_code == 0
+    found = json.loads(out.read_text())
+    assert set(found) == {"machine", "loop", "log", "record"}
+    assert found["machine"]["load"] == 3.0
+    now["date"] = "2026-11-23"
+    result = CliRunner().invoke(cli, ["bench", "log", "--add", "--json", str(out)])
+    assert isinstance(result.exception, ConfigError)
+    assert str(result.exception) == f"--add {out}: date is '2026-11-22' there and '2026-11-23' here"
+    assert CliRunner().invoke(cli, ["bench", "log", "--add"]).exit_code == 2
+
+
+def rounds_of_one(name: str) -> dict[str, Any]:
+    return {f"{name} row": figure(1.0, "s", "peer", 2.0)}
