@@ -1,9 +1,5 @@
-"""A rig over many days: when its gap changed, when a cause appeared, and how it grows.
-
-Change points by binary segmentation on the largest standardised difference of means, each judged by permutation of the
-days (Good, Permutation, Parametric and Bootstrap Tests, 3rd ed., 2005): under no change the days are exchangeable, so
-the false-alarm rate of the whole series holds whatever their distribution. Growth by the Theil-Sen slope.
-"""
+"""A rig over many days: when its gap changed (`rig.gap.change_points`), when a cause appeared, and how it grows, by the
+Theil-Sen slope."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -15,6 +11,7 @@ from scipy.stats import theilslopes
 
 from rig.channels import PNEUMATIC, Channels
 from rig.gap.answer.result import Diagnosis, Interval
+from rig.gap.change_points import FEWEST_DAYS, change_points
 from rig.gap.hypotheses.library import LIBRARY
 from rig.record import Column
 
@@ -22,10 +19,6 @@ GAP: Final = "gap_deg"
 """The quantity of a change in the gap itself; any other is an effect's name."""
 FALSE_ALARM_RATE: Final = 0.01
 """Of a series without a change. Less: later and larger changes only."""
-PERMUTATIONS: Final = 1999
-"""The finest probability that is told is one in this many and one."""
-FEWEST_DAYS: Final = 3
-"""On each side of a change, and for a slope."""
 
 
 @dataclass(frozen=True)
@@ -134,45 +127,6 @@ def growth(days: Sequence[Day]) -> list[Growth]:
 def sizes_of(days: Sequence[Day], effect: str) -> Column:
     """(d,) an effect's size on every day, 0 where it is not named."""
     return np.array([day.sizes[effect].value if effect in day.sizes else 0.0 for day in days])
-
-
-def change_points(values: Column, rate: float, seed: int = 0) -> list[tuple[int, float]]:
-    """Indices at which a new level begins, with their p-values, in order; `rate` is the chance of any in a series
-    without a change."""
-    random = np.random.default_rng(seed)
-    found: list[tuple[int, float]] = []
-    open_parts = [(0, len(values))]
-    while open_parts:
-        start, end = open_parts.pop()
-        part = values[start:end]
-        if len(part) < 2 * FEWEST_DAYS or np.ptp(part) == 0.0:
-            continue
-        at, strength = _strongest(part)
-        shuffled = random.permuted(np.tile(part, (PERMUTATIONS, 1)), axis=1)
-        beyond = int(np.sum(_strengths(shuffled).max(axis=1) >= strength - 1e-12))
-        p_value = (beyond + 1) / (PERMUTATIONS + 1)
-        if p_value <= rate:
-            found.append((start + at, p_value))
-            open_parts += [(start, start + at), (start + at, end)]
-    return sorted(found)
-
-
-def _strongest(values: Column) -> tuple[int, float]:
-    """Where two means differ most, and by how much."""
-    strength = _strengths(values)
-    best = int(np.argmax(strength))
-    return FEWEST_DAYS + best, float(strength[best])
-
-
-def _strengths(values: Column) -> Column:
-    """(..., s) by how many of their standard errors the means of (..., n) values differ before and after each split, up
-    to a factor that is the same for all orders of the values."""
-    count = values.shape[-1]
-    split = np.arange(FEWEST_DAYS, count - FEWEST_DAYS + 1)
-    sums = np.cumsum(values, axis=-1)
-    before, after = sums[..., split - 1] / split, (sums[..., -1:] - sums[..., split - 1]) / (count - split)
-    out: Column = np.abs(after - before) * np.sqrt(split * (count - split) / count)
-    return out
 
 
 def size_of(effect: str, parameters: Mapping[str, Interval]) -> Interval | None:

@@ -1,7 +1,7 @@
 """`pamrig bench history`: how often a history of healthy days is said to have changed, and how often a change is found.
 
-The false-alarm rate is promised for days that may come in any order; days that remember each other break that, and how
-badly is measured too.
+The false-alarm rate is promised for days that may come in any order; of days that remember each other it is measured
+too.
 """
 
 from collections.abc import Callable

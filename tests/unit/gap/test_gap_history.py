@@ -10,11 +10,13 @@ from click.testing import CliRunner
 from gap_rigs import session
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.signal import lfilter
 
 from rig.cli.commands import cli
 from rig.errors import ConfigError
 from rig.gap.answer.result import Interval
-from rig.gap.history import FALSE_ALARM_RATE, Change, Day, change_points, changes, growth, look_back
+from rig.gap.change_points import change_points
+from rig.gap.history import FALSE_ALARM_RATE, Change, Day, changes, growth, look_back
 from rig.gap.history_words import told
 from rig.log.convert import write_record
 from rig.model.parameters import AddedEffect
@@ -50,6 +52,12 @@ def test_series_without_a_change_hardly_ever_alarm() -> None:
     random = np.random.default_rng(3)
     series = [random.standard_t(3.0, 14) for _ in range(100)]
     assert sum(bool(change_points(values, 0.05, seed=k)) for k, values in enumerate(series)) <= 11  # 5 % of 100, + 3 sd
+
+
+def test_days_that_remember_the_day_before_hardly_ever_alarm() -> None:
+    random = np.random.default_rng(4)
+    series = [lfilter([1.0], [1.0, -0.5], random.standard_normal(70))[50:] for _ in range(100)]
+    assert sum(bool(change_points(values, 0.05, seed=k)) for k, values in enumerate(series)) <= 13  # 32 by shuffling
 
 
 @settings(max_examples=20, deadline=None)
