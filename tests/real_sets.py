@@ -143,7 +143,7 @@ def ask(what: str, earlier: str, now: str, model: Model, case: list[Record], day
     named = [cause for cause in plain["causes"] if cause["effect"] != "unknown"]
     number = next(iter(named[0]["parameters"].values())) if named and named[0]["parameters"] else None
     return Trial(
-        what, earlier, now, said.verdict, float(said.gap["ratio"]),
+        what, earlier, now, said.verdict, float(said.gap.ratio),
         tuple(cause["effect"] for cause in plain["causes"]),
         None if number is None else number["value"], "" if number is None else number["unit"],
         tuple(named[0]["ambiguous_with"]) if named else (), said.confidence,

@@ -90,8 +90,8 @@ def day_of(name: str, days: float, diagnosis: Diagnosis) -> Day:
         for cause in diagnosis.causes
         if (size := size_of(cause.effect, cause.parameters)) is not None
     }
-    said = diagnosis.evidence.get("said", {})
-    gap, floor = diagnosis.gap["rms_deg"], diagnosis.gap["floor_deg"]
+    said = diagnosis.evidence.said
+    gap, floor = diagnosis.gap.rms_deg, diagnosis.gap.floor_deg
     return Day(name, days, gap, floor, diagnosis.verdict, sizes, said, diagnosis.channels)
 
 

@@ -87,7 +87,8 @@ def answer(question: Question) -> tuple[Diagnosis, Grounds]:
     expected, posteriors = _judged(question, expected, fitting, settings)
     at_rest = None if question.model is None else replace(question.model, p0_mpa=pairing.p0_mpa)
     missed = None if at_rest is None or not expected.by_days else _misfit_deg(at_rest, expected)
-    at_rest = None if missed is not None and _of_another_rig(missed, expected) else at_rest
+    if missed is not None and (strange := _of_another_rig(missed, expected)):
+        at_rest, expected = None, replace(expected, pairing=expected.pairing.noting(strange))
     retuning = None
     if at_rest is not None and not expected.by_days:  # what has changed is no matter of the simulator's
         retuning = retune(at_rest, expected.pairs, expected.driven)
@@ -103,16 +104,15 @@ def _misfit_deg(model: Model, expected: Expected) -> float | None:
     return misfit_deg(model, expected.pairs, [track.reference.angle_deg for track in expected.tracks])
 
 
-def _of_another_rig(missed_deg: float, expected: Expected) -> bool:
-    """Whether a model that misses the earlier days by so many degrees does not follow them at all; said then."""
+def _of_another_rig(missed_deg: float, expected: Expected) -> str:
+    """A note where a model that misses the earlier days by so many degrees does not follow them at all; else none."""
     spread = float(np.std(np.concatenate([track.reference.angle_deg for track in expected.tracks])))
     if missed_deg <= ANOTHER_RIG * spread:
-        return False
-    expected.pairing.notes.append(
+        return ""
+    return (
         f"the model misses the earlier days by {missed_deg:.2g} deg, {100 * missed_deg / spread:.0f} % of their "
         "spread: another rig's? How far the gap shrinks is by the description of those days, not by this model"
     )
-    return True
 
 
 def _judged(

@@ -118,7 +118,7 @@ def _chain(diagnosis: Diagnosis) -> "Figure":
     figure = _figure(8.0, 1.7)
     axes = figure.subplots()
     for place, (stage, share, found) in enumerate(chain_rows(diagnosis)):
-        part = diagnosis.where["chain"][place]["share"]
+        part = diagnosis.where.chain[place].share
         axes.add_patch(Rectangle((place, 0.0), 0.8, part, color=BEFORE, alpha=0.45))
         axes.add_patch(Rectangle((place, 0.0), 0.8, 1.0, fill=False, edgecolor=MEASURED, linewidth=1.2))
         axes.text(place + 0.4, 0.68, stage, ha="center", fontsize=11, weight="bold")
@@ -204,22 +204,22 @@ def _spectrum(grounds: Grounds, before: Sequence[Column], after: Sequence[Column
 
 
 def _records(diagnosis: Diagnosis, added: bool) -> "Figure":
-    lines = diagnosis.evidence["records"][:20]
+    lines = diagnosis.evidence.records[:20]
     figure = _figure(8.0, 1.0 + 0.4 * len(lines))
     axes = figure.subplots()
     rows, by = np.arange(len(lines)), diagnosis.channels.output_per_deg
-    axes.barh(rows + 0.2, [by * line["gap_before_deg"] for line in lines], 0.38, color=BEFORE, label="before")
+    axes.barh(rows + 0.2, [by * line.gap_before_deg for line in lines], 0.38, color=BEFORE, label="before")
     if added:
         axes.barh(
             rows - 0.2,
-            [by * line["gap_after_deg"] for line in lines],
+            [by * line.gap_after_deg for line in lines],
             0.38,
             color=AFTER,
             hatch="//",
             label="with the causes",
         )
-    axes.axvline(by * diagnosis.gap["floor_deg"], color=FLOOR, linestyle=":", label="usual")
-    axes.set_yticks(rows, [line["record"] for line in lines], fontsize=8)
+    axes.axvline(by * diagnosis.gap.floor_deg, color=FLOOR, linestyle=":", label="usual")
+    axes.set_yticks(rows, [line.record for line in lines], fontsize=8)
     axes.invert_yaxis()
     axes.set_xlabel("gap [deg rms]")
     axes.legend(fontsize=8)
@@ -230,22 +230,20 @@ def _regions(diagnosis: Diagnosis) -> "Figure":
     figure = _figure(8.0, 3.0)
     own = diagnosis.channels
     by = own.output_per_deg
-    for axes, key, name in zip(
-        figure.subplots(1, 2, sharey=True), ("phase", "region"), ("phase", "angle"), strict=True
-    ):
-        lines = diagnosis.where[key]
+    where = {"phase": diagnosis.where.phase, "angle": diagnosis.where.region}
+    for axes, (name, lines) in zip(figure.subplots(1, 2, sharey=True), where.items(), strict=True):
         rows = np.arange(len(lines))
         axes.bar(
             rows,
-            [by * line["mean_deg"] for line in lines],
-            yerr=[by * line["rms_deg"] for line in lines],
+            [by * line.mean_deg for line in lines],
+            yerr=[by * line.rms_deg for line in lines],
             color=BEFORE,
             ecolor="0.4",
             capsize=3,
         )
         axes.set_xticks(
             rows,
-            [f"{_short(own_text(line[name], own), own.output.unit)}\n{100 * line['share']:.0f} %" for line in lines],
+            [f"{_short(own_text(line.name, own), own.output.unit)}\n{100 * line.share:.0f} %" for line in lines],
             fontsize=7,
         )
         _zero(axes)

@@ -48,8 +48,8 @@ def page(diagnosis: Diagnosis, grounds: Grounds, model: Model, origin: Mapping[s
 
 def _assumed(diagnosis: Diagnosis, grounds: Grounds, model: Model) -> list[str]:
     """What the answers rest on."""
-    nominal, sessions = grounds.expected.response, diagnosis.evidence["sessions"]
-    used, valves = diagnosis.evidence["pressures_used"], diagnosis.channels.has_valves
+    nominal, sessions = grounds.expected.response, diagnosis.evidence.sessions
+    used, valves = diagnosis.evidence.pressures_used, diagnosis.channels.has_valves
     description = "The description"
     if valves:
         description = (
@@ -58,7 +58,7 @@ def _assumed(diagnosis: Diagnosis, grounds: Grounds, model: Model) -> list[str]:
         )
     told = [
         f"What is expected is {f'the mean of {sessions} earlier days' if sessions else 'what the model says'}; "
-        f"what is usual comes from {SOURCES[diagnosis.gap['floor_source']]}.",
+        f"what is usual comes from {SOURCES[diagnosis.gap.floor_source]}.",
         *([f"Pressures were {'used: each valve is judged by its monitor' if used else 'not used'}."] if valves else []),
         f"{description} misses {nominal.misfit_deg:.2g} deg rms of what is expected and is used in differences only.",
         f"The model ({model.muscle.kind}, driven by {model.muscle.input.value}) was not tuned to these records.",

@@ -2,7 +2,7 @@
 whichever process."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -89,9 +89,9 @@ def diagnose_case(
         effects=None if options.rig is None else load_rig(find_config(options.rig, "rigs")).effects,
     )
     if gains is not None:
-        _tell_worth(gains, model, diagnosis, grounds, records)
+        diagnosis = _with_worth(gains, model, diagnosis, grounds, records)
     if said := {name: text for name, text in _told_once(records).items() if text}:
-        diagnosis.evidence["said"] = said
+        diagnosis = replace(diagnosis, evidence=replace(diagnosis.evidence, said=said))
     _write(options, case, model, diagnosis, grounds, _origin(options, case, records, days))
     return case, diagnosis
 
@@ -108,27 +108,29 @@ def _gains_of(reference: Path) -> "ClosedLoop":
     return gains
 
 
-def _tell_worth(
+def _with_worth(
     gains: "ClosedLoop",
     model: "Model",
     diagnosis: "Diagnosis",
     grounds: "Grounds",
     records: "Sequence[Record]",
-) -> None:
-    """What the causes are worth to a feed-forward, into the evidence and the notes."""
+) -> "Diagnosis":
+    """The diagnosis with what its causes are worth to a feed-forward, in the evidence and in a note."""
     from rig.control.worth import worth
     from rig.gap.answer.augment import augmented
+    from rig.gap.answer.facts import Tracking
 
     if not any(cause.applied for cause in diagnosis.causes):
-        diagnosis.notes.append("no cause with a course of its own was found: the feed-forward stays as it is")
-        return
+        nothing = "no cause with a course of its own was found: the feed-forward stays as it is"
+        return replace(diagnosis, notes=[*diagnosis.notes, nothing])
     found = worth(model, augmented(model, diagnosis, grounds.expected), records, gains)
     way = "closer" if found.closer >= 0.0 else "less closely"
-    diagnosis.evidence["tracking"] = {"before_deg": found.before_deg, "after_deg": found.after_deg}
-    diagnosis.notes.append(
+    evidence = replace(diagnosis.evidence, tracking=Tracking(found.before_deg, found.after_deg))
+    note = (
         f"with the causes in it the feed-forward follows {100 * abs(found.closer):.0f} % {way}: of these movements the "
         f"loop would leave {found.after_deg:.2f} deg rms, {found.before_deg:.2f} with the simulator as it was"
     )
+    return replace(diagnosis, evidence=evidence, notes=[*diagnosis.notes, note])
 
 
 def diagnose_campaign(

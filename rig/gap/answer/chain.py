@@ -1,8 +1,8 @@
 """The gap along the chain: command, valves, muscles, joint, sensor, with the share of each stage."""
 
 from collections.abc import Sequence
-from typing import Any
 
+from rig.gap.answer.facts import Link
 from rig.gap.answer.result import Cause
 
 STAGES = ("timing", "valve", "muscle", "joint", "sensor")
@@ -10,7 +10,7 @@ NAMES = {"timing": "command", "valve": "valves", "muscle": "muscles", "joint": "
 """What a stage is called in pictures and tables."""
 
 
-def chain(causes: Sequence[Cause], left_deg: float, usual_deg: float) -> list[dict[str, Any]]:
+def chain(causes: Sequence[Cause], left_deg: float, usual_deg: float) -> list[Link]:
     """Every stage in the order of the chain with what was found there and its share of the gap's mean square.
 
     A named effect has what it closes; what is left above the usual goes to where something unknown was seen. The
@@ -26,10 +26,10 @@ def chain(causes: Sequence[Cause], left_deg: float, usual_deg: float) -> list[di
     if causes and total <= 0.0:
         share[causes[0].stage] = total = 1.0
     return [
-        {
-            "stage": stage,
-            "effects": list(dict.fromkeys(cause.effect for cause in causes if cause.stage == stage)),
-            "share": share[stage] / total if total > 0.0 else 0.0,
-        }
+        Link(
+            stage,
+            tuple(dict.fromkeys(cause.effect for cause in causes if cause.stage == stage)),
+            share[stage] / total if total > 0.0 else 0.0,
+        )
         for stage in STAGES
     ]

@@ -1,10 +1,11 @@
 """The diagnosis as plain data, and its JSON."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from rig.channels import PNEUMATIC, Channels
+from rig.gap.answer.facts import Evidence, Gap, Where
 from rig.gap.hypotheses.propagate import Applied
 from rig.own_units import own_plain
 
@@ -103,28 +104,28 @@ class Ranked:
         }
 
 
-@dataclass
+@dataclass(frozen=True)
 class Diagnosis:
     """Where, which, how far, and what cannot be told."""
 
     verdict: str
     """none, explained, partly_explained or unknown."""
     confidence: float
-    gap: dict[str, Any]
-    where: dict[str, Any]
-    causes: list[Cause]
-    ranking: list[Ranked]
+    gap: Gap
+    where: Where
+    causes: Sequence[Cause]
+    ranking: Sequence[Ranked]
     next_experiment: dict[str, Any] | None = None
-    evidence: dict[str, Any] = field(default_factory=dict)
-    """Triggers, signatures, per-record gaps, what re-identification could hide, what was assumed."""
-    notes: list[str] = field(default_factory=list)
+    evidence: Evidence = field(default_factory=Evidence)
+    notes: Sequence[str] = ()
+    """What is to be said of the records and the reference."""
     reference: str = "sessions"
     """sessions, session, fingerprint or simulator: what stood for the rig without a gap."""
     retuning: dict[str, Any] | None = None
     """What re-tuning the simulator's own parameters would close, and which moved."""
     reference_because: str = ""
     """How the reference was chosen."""
-    observations: list[Observation] = field(default_factory=list)
+    observations: Sequence[Observation] = ()
     """What the raw samples show beside the causes."""
     channels: Channels = PNEUMATIC
     """What the rig's input and output are: all numbers here stand on the working range, `to_json` tells its own."""
@@ -142,15 +143,15 @@ class Diagnosis:
             "reference": self.reference,
             "reference_because": self.reference_because,
             "confidence": self.confidence,
-            "gap": self.gap,
+            "gap": self.gap.to_json(),
             "retuning": self.retuning,
-            "where": self.where,
+            "where": self.where.to_json(),
             "causes": [cause.to_json() for cause in self.causes],
             "observations": [one.to_json() for one in self.observations],
             "ranking": [line.to_json() for line in self.ranking],
             "next_experiment": self.next_experiment,
-            "evidence": self.evidence,
-            "notes": self.notes,
+            "evidence": self.evidence.to_json(),
+            "notes": list(self.notes),
         }
         told: dict[str, Any] = own_plain(plain, self.channels)
         return told if self.channels.has_valves else told | {"channels": self.channels.plain()}

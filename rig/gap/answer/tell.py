@@ -7,6 +7,7 @@ import numpy as np
 
 from rig.gap.answer.augment import remaining_gap
 from rig.gap.answer.chain import STAGES, chain
+from rig.gap.answer.facts import Evidence, Gap, Judged, RecordGap, Where
 from rig.gap.answer.held_out import HowFar
 from rig.gap.answer.observations import told_apart
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Ranked
@@ -94,18 +95,18 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
         causes = [replace(cause, confidence=min(cause.confidence, EITHER)) for cause in causes]
     verdict = _verdict(told, causes)
     names_something = any(cause.effect != UNKNOWN for cause in causes)
-    gap = {
-        "rms_deg": before,
-        "floor_deg": floor,
-        "ratio": before / floor,
-        "explained_fraction": _explained(kept, before, far.after_deg if added else before, floor)
+    gap = Gap(
+        rms_deg=before,
+        floor_deg=floor,
+        ratio=before / floor,
+        explained_fraction=_explained(kept, before, far.after_deg if added else before, floor)
         if names_something
         else 0.0,
-        "after_deg": far.after_deg if added else before,
-        "after_low_deg": min(far.low_deg, far.after_deg) if added else before,
-        "after_high_deg": max(far.high_deg, far.after_deg) if added else before,
-        "floor_source": _floor_source(told.expected),
-    }
+        after_deg=far.after_deg if added else before,
+        after_low_deg=min(far.low_deg, far.after_deg) if added else before,
+        after_high_deg=max(far.high_deg, far.after_deg) if added else before,
+        floor_source=_floor_source(told.expected),
+    )
     return Diagnosis(
         verdict,
         _confidence(told, marks),
@@ -273,20 +274,18 @@ def _confidence(told: Told, marks: Sequence[Cause]) -> float:
     return float(np.prod([*chances, *(mark.confidence for mark in marks)]))
 
 
-def _where(
-    told: Told, causes: Sequence[Cause], gaps: Sequence[Column], left_deg: float, floor_deg: float
-) -> dict[str, object]:
+def _where(told: Told, causes: Sequence[Cause], gaps: Sequence[Column], left_deg: float, floor_deg: float) -> Where:
     pairs = told.expected.pairs
     healthy = [track.reference.angle_deg for track in told.expected.tracks]
-    return {
-        "stage": causes[0].stage if causes else None,
-        "shares": _shares(told),
-        "chain": chain(causes, left_deg, floor_deg),
-        "frequency": frequency_shares(pairs, gaps),
-        "phase": phase_shares(pairs, healthy, gaps),
-        "region": region_shares(pairs, healthy, gaps),
-        "time": over_time(pairs, gaps),
-    }
+    return Where(
+        causes[0].stage if causes else None,
+        shares=_shares(told),
+        chain=chain(causes, left_deg, floor_deg),
+        frequency=frequency_shares(pairs, gaps),
+        phase=phase_shares(pairs, healthy, gaps),
+        region=region_shares(pairs, healthy, gaps),
+        time=over_time(pairs, gaps),
+    )
 
 
 def _shares(told: Told) -> dict[str, float]:
@@ -322,41 +321,38 @@ def _next(told: Told) -> dict[str, object] | None:
     return None if found is None else found.to_json()
 
 
-def _evidence(told: Told, gaps: Sequence[Column], far: HowFar, added: bool) -> dict[str, object]:
+def _evidence(told: Told, gaps: Sequence[Column], far: HowFar, added: bool) -> Evidence:
     pairs = told.expected.pairs
     before = [rms_of([gap], [pair]) for gap, pair in zip(gaps, pairs, strict=True)]
     after = [float(np.sqrt(value)) for value in far.per_record_deg2] if added else before
-    return {
-        "factors": {_judged_on(posterior): _factor_facts(posterior) for posterior in told.posteriors},
-        "signatures": [mark.to_json() for mark in told.marks],
-        "records": [
-            {"record": pair.name, "gap_before_deg": one, "gap_after_deg": other}
-            for pair, one, other in zip(pairs, before, after, strict=True)
-        ],
-        "sessions": len(pairs[0].sessions),
-        "pressures_used": told.expected.driven,
-        "unpaired": told.expected.pairing.unpaired,
-        "model_misfit_deg": told.misfit_deg,
-        "pairing": [match.to_json() for match in told.expected.pairing.matches],
-    }
+    return Evidence(
+        factors={_judged_on(posterior): _judged(posterior) for posterior in told.posteriors},
+        signatures=told.marks,
+        records=[RecordGap(pair.name, one, other) for pair, one, other in zip(pairs, before, after, strict=True)],
+        sessions=len(pairs[0].sessions),
+        pressures_used=told.expected.driven,
+        unpaired=told.expected.pairing.unpaired,
+        model_misfit_deg=told.misfit_deg,
+        pairing=told.expected.pairing.matches,
+    )
 
 
 def _judged_on(posterior: Posterior) -> str:
     return f"{posterior.stand.name} beside {posterior.given}" if posterior.given else posterior.stand.name
 
 
-def _factor_facts(posterior: Posterior) -> dict[str, object]:
+def _judged(posterior: Posterior) -> Judged:
     factor = posterior.stand.scene.factor
-    return {
-        "gap": factor.rms(factor.gap),
-        "floor": factor.floor,
-        "unit": "MPa" if posterior.stand.name == PRESSURES else "deg",
-        "found": posterior.found,
-        "probability": {name: chance for name, chance in posterior.probability.items() if chance > 1e-4},
-        "set": posterior.names,
-        "unknown_beside": posterior.beside,
-        "stage_probability": _by_stage(posterior),
-    }
+    return Judged(
+        gap=factor.rms(factor.gap),
+        floor=factor.floor,
+        unit="MPa" if posterior.stand.name == PRESSURES else "deg",
+        found=posterior.found,
+        probability={name: chance for name, chance in posterior.probability.items() if chance > 1e-4},
+        names=posterior.names,
+        unknown_beside=posterior.beside,
+        stage_probability=_by_stage(posterior),
+    )
 
 
 def _by_stage(posterior: Posterior) -> dict[str, float]:

@@ -4,12 +4,13 @@ Every breakdown is of the same mean square, so the shares of each add up to 1. W
 elsewhere.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
+from rig.columns import rms
+from rig.gap.answer.facts import Band, Course, Lines
 from rig.gap.records.pairs import Pair
 from rig.record import Column
 
@@ -18,13 +19,13 @@ STEP_SHARE = 0.5
 """A step in the residual counts when it holds at least this share of the residual's mean square."""
 
 
-def frequency_shares(pairs: Sequence[Pair], gaps: Sequence[Column]) -> list[dict[str, Any]]:
+def frequency_shares(pairs: Sequence[Pair], gaps: Sequence[Column]) -> list[Lines]:
     """For each record: the share of the gap that is constant, at the excitation's lines, at odd and even multiples, and
     the rest."""
     return [_lines_of(pair, gap) for pair, gap in zip(pairs, gaps, strict=True)]
 
 
-def _lines_of(pair: Pair, gap: Column) -> dict[str, Any]:
+def _lines_of(pair: Pair, gap: Column) -> Lines:
     n = len(gap)
     power = np.abs(np.fft.rfft(gap * 1.0)) ** 2
     power[1:] *= 2.0
@@ -48,15 +49,10 @@ def _lines_of(pair: Pair, gap: Column) -> dict[str, Any]:
     total = max(float(power.sum()), 1e-30)
     shares = {name: float(value) / total for name, value in kinds.items()}
     shares["rest"] = max(1.0 - sum(shares.values()), 0.0)
-    return {
-        "record": pair.name,
-        "excited_hz": float(top / (n * pair.dt_s)),
-        "rms_deg": _rms(gap, pair.used),
-        "shares": shares,
-    }
+    return Lines(pair.name, float(top / (n * pair.dt_s)), rms(gap, pair.used), shares)
 
 
-def phase_shares(pairs: Sequence[Pair], healthy: Sequence[Column], gaps: Sequence[Column]) -> list[dict[str, Any]]:
+def phase_shares(pairs: Sequence[Pair], healthy: Sequence[Column], gaps: Sequence[Column]) -> list[Band]:
     """Rising, falling, and at turning points (the slowest third of the motion): share of the gap, rms and mean."""
     parts: dict[str, list[Column]] = {"rising": [], "falling": [], "turning": []}
     for pair, angle, gap in zip(pairs, healthy, gaps, strict=True):
@@ -66,10 +62,10 @@ def phase_shares(pairs: Sequence[Pair], healthy: Sequence[Column], gaps: Sequenc
         parts["turning"].append(gap[slow & used])
         parts["rising"].append(gap[~slow & (speed > 0) & used])
         parts["falling"].append(gap[~slow & (speed < 0) & used])
-    return _told("phase", {name: np.concatenate(columns) for name, columns in parts.items()})
+    return _bands({name: np.concatenate(columns) for name, columns in parts.items()})
 
 
-def region_shares(pairs: Sequence[Pair], healthy: Sequence[Column], gaps: Sequence[Column]) -> list[dict[str, Any]]:
+def region_shares(pairs: Sequence[Pair], healthy: Sequence[Column], gaps: Sequence[Column]) -> list[Band]:
     """Over the angle, in bands of equal width: share of the gap, rms and mean."""
     angle, gap = np.concatenate(healthy), np.concatenate(gaps)
     used = np.concatenate([pair.used for pair in pairs]) > 0
@@ -77,10 +73,10 @@ def region_shares(pairs: Sequence[Pair], healthy: Sequence[Column], gaps: Sequen
     bands = {
         f"{low:.1f} to {high:.1f} deg": gap[used & (angle >= low) & (angle < high)] for low, high in pairwise(edges)
     }
-    return _told("angle", bands)
+    return _bands(bands)
 
 
-def over_time(pairs: Sequence[Pair], gaps: Sequence[Column]) -> list[dict[str, Any]]:
+def over_time(pairs: Sequence[Pair], gaps: Sequence[Column]) -> list[Course]:
     """For each record: the gap in its first and last quarter, its drift, and a step when there is a plain one."""
     told = []
     for pair, gap in zip(pairs, gaps, strict=True):
@@ -88,13 +84,13 @@ def over_time(pairs: Sequence[Pair], gaps: Sequence[Column]) -> list[dict[str, A
         slope = np.polyfit(pair.t_s, gap, 1)[0] if len(gap) > 2 else 0.0
         at, share = _step(gap)
         told.append(
-            {
-                "record": pair.name,
-                "first_quarter_rms_deg": _rms(gap[:quarter], pair.used[:quarter]),
-                "last_quarter_rms_deg": _rms(gap[-quarter:], pair.used[-quarter:]),
-                "drift_deg_min": float(60.0 * slope),
-                "step_at_s": float(pair.t_s[at]) if share > STEP_SHARE else None,
-            }
+            Course(
+                pair.name,
+                first_quarter_rms_deg=rms(gap[:quarter], pair.used[:quarter]),
+                last_quarter_rms_deg=rms(gap[-quarter:], pair.used[-quarter:]),
+                drift_deg_min=float(60.0 * slope),
+                step_at_s=float(pair.t_s[at]) if share > STEP_SHARE else None,
+            )
         )
     return told
 
@@ -113,18 +109,14 @@ def _step(gap: Column) -> tuple[int, float]:
     return int(rows[best]), float(explained[best] / total)
 
 
-def _told(what: str, parts: dict[str, Column]) -> list[dict[str, Any]]:
+def _bands(parts: Mapping[str, Column]) -> list[Band]:
     total = max(sum(float(column @ column) for column in parts.values()), 1e-30)
     return [
-        {
-            what: name,
-            "share": float(column @ column) / total,
-            "rms_deg": float(np.sqrt(np.mean(column**2))) if len(column) else 0.0,
-            "mean_deg": float(column.mean()) if len(column) else 0.0,
-        }
+        Band(
+            name,
+            share=float(column @ column) / total,
+            rms_deg=rms(column) if len(column) else 0.0,
+            mean_deg=float(column.mean()) if len(column) else 0.0,
+        )
         for name, column in parts.items()
     ]
-
-
-def _rms(gap: Column, used: Column) -> float:
-    return float(np.sqrt((gap * used) @ gap / max(used.sum(), 1.0)))

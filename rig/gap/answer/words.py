@@ -46,8 +46,8 @@ def answers(diagnosis: Diagnosis) -> dict[str, str]:
     if diagnosis.causes:
         told["Where:"] = _where(diagnosis)
     told["How sure:"] = _how_sure(diagnosis)
-    misfit = diagnosis.evidence.get("model_misfit_deg")
-    if misfit is not None and misfit > FAR * diagnosis.gap["floor_deg"]:
+    misfit = diagnosis.evidence.model_misfit_deg
+    if misfit is not None and misfit > FAR * diagnosis.gap.floor_deg:
         told["Model:"] = (
             f"as it stands it misses the earlier days by {degrees(misfit)} deg rms. That is no part of the gap, "
             "which is what changed "
@@ -149,7 +149,7 @@ def _error(diagnosis: Diagnosis) -> str:
 
 def _how_far(diagnosis: Diagnosis) -> str:
     gap = diagnosis.gap
-    before, after = gap["rms_deg"], gap["after_deg"]
+    before, after = gap.rms_deg, gap.after_deg
     with_it = "that" if len(_named(diagnosis)) == 1 else "these"
     if all(cause.side in ("signature", "raw data") for cause in _named(diagnosis)):
         return f"It lies in the single samples: the smoothed angle, {degrees(before)} deg off, is not helped by it."
@@ -165,23 +165,23 @@ def _how_far(diagnosis: Diagnosis) -> str:
 def _after(diagnosis: Diagnosis) -> tuple[str, str]:
     """What is left, and its interval in brackets where there is one, to the same digit."""
     gap = diagnosis.gap
-    low, high = gap.get("after_low_deg"), gap.get("after_high_deg")
-    if low is None or high is None or not low < high:
-        return degrees(gap["after_deg"]), ""
-    left, least, most = (degrees(value, high - low) for value in (gap["after_deg"], low, high))
+    low, high = gap.after_low_deg, gap.after_high_deg
+    if not low < high:
+        return degrees(gap.after_deg), ""
+    left, least, most = (degrees(value, high - low) for value in (gap.after_deg, low, high))
     return left, f" ({least} to {most})" if least != most else ""
 
 
 def _nothing(diagnosis: Diagnosis) -> str:
     gap = diagnosis.gap
-    size_of, usual = degrees(gap["rms_deg"]), degrees(gap["floor_deg"])
+    size_of, usual = degrees(gap.rms_deg), degrees(gap.floor_deg)
     if diagnosis.reference in FROM_MODEL:
         start = "The simulator says what these records show"
-        rest = f"it is {size_of} deg off (rms), and {usual} deg is {SOURCES[gap['floor_source']]}."
+        rest = f"it is {size_of} deg off (rms), and {usual} deg is {SOURCES[gap.floor_source]}."
     else:
         start = f"Nothing has changed that these records show: they are as {_than(diagnosis).removeprefix('than ')}"
-        rest = f"the angle differs by {size_of} deg (rms), and {usual} deg is {SOURCES[gap['floor_source']]}."
-    if gap["rms_deg"] > gap["floor_deg"]:
+        rest = f"the angle differs by {size_of} deg (rms), and {usual} deg is {SOURCES[gap.floor_source]}."
+    if gap.rms_deg > gap.floor_deg:
         rest += " What is above that is of the kind that may differ anyhow: offset, gain, lag and width of the loop."
     return f"{start}; {rest}"
 
@@ -244,14 +244,14 @@ def _moved(one: dict[str, object]) -> str:
 
 
 def _helps(diagnosis: Diagnosis) -> bool:
-    return bool(_named(diagnosis)) and diagnosis.gap["after_deg"] < diagnosis.gap["rms_deg"]
+    return bool(_named(diagnosis)) and diagnosis.gap.after_deg < diagnosis.gap.rms_deg
 
 
 def _beyond(diagnosis: Diagnosis) -> str:
     """What the named effects close that re-tuning does not."""
     gap, tuning = diagnosis.gap, diagnosis.retuning
     assert tuning is not None
-    more = (tuning["after_deg"] ** 2 - gap["after_deg"] ** 2) / max(gap["rms_deg"] ** 2, 1e-12)
+    more = (tuning["after_deg"] ** 2 - gap.after_deg**2) / max(gap.rms_deg**2, 1e-12)
     what = _noun(_named(diagnosis)[0].effect) if len(_named(diagnosis)) == 1 else "the effects named"
     if abs(more) < AS_MUCH:
         return f"That is as much as {what} closes: in these records the two look the same."
@@ -263,10 +263,10 @@ def _beyond(diagnosis: Diagnosis) -> str:
 def _stays(diagnosis: Diagnosis) -> str:
     """What is left with the named effects in it, and why."""
     gap = diagnosis.gap
-    left, usual = gap["after_deg"], gap["floor_deg"]
-    usually = f"where {degrees(usual)} deg are {SOURCES[gap['floor_source']]}"
+    left, usual = gap.after_deg, gap.floor_deg
+    usually = f"where {degrees(usual)} deg are {SOURCES[gap.floor_source]}"
     if left <= usual:
-        return f"{degrees(left)} deg, no more than the {degrees(usual)} deg that are {SOURCES[gap['floor_source']]}."
+        return f"{degrees(left)} deg, no more than the {degrees(usual)} deg that are {SOURCES[gap.floor_source]}."
     if diagnosis.verdict in ("unknown", "partly_explained"):
         return f"{degrees(left)} deg, {usually}; the rest is what the library has no name for."
     return (
@@ -284,37 +284,37 @@ def _reference(diagnosis: Diagnosis) -> str:
     }.get(diagnosis.reference, diagnosis.reference)
     because = f", {diagnosis.reference_because}" if diagnosis.reference_because else ""
     gap = diagnosis.gap
-    usual = f"{degrees(gap['floor_deg'])} deg is {SOURCES[gap['floor_source']]}"
-    return f"{name}{because}. The angle is {degrees(gap['rms_deg'])} deg rms off; {usual}."
+    usual = f"{degrees(gap.floor_deg)} deg is {SOURCES[gap.floor_source]}"
+    return f"{name}{because}. The angle is {degrees(gap.rms_deg)} deg rms off; {usual}."
 
 
 def _where(diagnosis: Diagnosis) -> str:
-    stages = dict.fromkeys([diagnosis.where["stage"], *(cause.stage for cause in _named(diagnosis))])
+    stages = dict.fromkeys([diagnosis.where.stage, *(cause.stage for cause in _named(diagnosis))])
     text = " and ".join(STAGES[stage] for stage in stages if stage in STAGES) or "somewhere in the chain"
     return f"{text}{_pressures(diagnosis)}."
 
 
 def _pressures(diagnosis: Diagnosis) -> str:
     """What the pressures show, where the angle by itself would show nothing."""
-    factor = diagnosis.evidence.get("factors", {}).get("pressures")
+    factor = diagnosis.evidence.factors.get("pressures")
     gap = diagnosis.gap
-    if factor is None or not factor["found"] or gap["rms_deg"] > gap["floor_deg"]:
+    if factor is None or not factor.found or gap.rms_deg > gap.floor_deg:
         return ""
-    by = Interval(factor["gap"], factor["gap"], factor["gap"], "MPa")
+    by = Interval(factor.gap, factor.gap, factor.gap, "MPa")
     return (
         f"; the pressures show it ({size(by)} rms off, of a course that nothing usual has), where the angle alone "
-        f"({degrees(gap['rms_deg'])} deg, {degrees(gap['floor_deg'])} deg is usual) would not"
+        f"({degrees(gap.rms_deg)} deg, {degrees(gap.floor_deg)} deg is usual) would not"
     )
 
 
 def chain_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
     """(stage, share of the gap, what was found there) of every stage, for a table."""
-    lines = diagnosis.where.get("chain", []) if diagnosis.causes else []
+    lines = diagnosis.where.chain if diagnosis.causes else []
     if not diagnosis.channels.has_valves:
-        lines = [line for line in lines if line["stage"] != VALVES]
-    found = [(line["effects"], 100.0 * line["share"]) for line in lines]
+        lines = [line for line in lines if line.stage != VALVES]
+    found = [(line.effects, 100.0 * line.share) for line in lines]
     return [
-        (NAMES[line["stage"]], f"{share:.0f} %" if effects or share >= 0.5 else "-", ", ".join(effects) or "nothing")
+        (NAMES[line.stage], f"{share:.0f} %" if effects or share >= 0.5 else "-", ", ".join(effects) or "nothing")
         for line, (effects, share) in zip(lines, found, strict=True)
     ]
 

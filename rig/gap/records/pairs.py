@@ -4,7 +4,7 @@ No effect and no verdict is known here.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -30,14 +30,18 @@ class Pairing:
     pressures: bool
     sessions: int
     p0_mpa: float
-    notes: list[str] = field(default_factory=list)
-    unpaired: list[str] = field(default_factory=list)
+    notes: tuple[str, ...] = ()
+    unpaired: Sequence[str] = ()
     clipped: bool = False
     """A sensor seems clipped: what cuts off a value cannot be told from that."""
-    matches: list[Match] = field(default_factory=list)
+    matches: Sequence[Match] = ()
     """The table: each usable record beside each session, what paired by what, and how far off what did not."""
     elsewhere: bool = False
     """The measured P0 lies elsewhere than the earlier days', and nobody says which was commanded."""
+
+    def noting(self, *lines: str) -> "Pairing":
+        """The same with further lines for whoever reads the answer."""
+        return replace(self, notes=(*self.notes, *lines))
 
 
 def pair_up(
@@ -76,9 +80,8 @@ def pair_up(
     if pairs[0].sessions:
         days = [np.mean([session.angle_deg for session in pair.sessions], axis=0) for pair in pairs]
         check_direction([pair.case.angle_deg for pair in pairs], days, "the earlier days'")
-    return Pairing(
-        pairs, pressed, len(pairs[0].sessions), p0, notes, unpaired, _clipped(pairs, notes), matches, elsewhere
-    )
+    clipped = _clipped(pairs, notes)
+    return Pairing(pairs, pressed, len(pairs[0].sessions), p0, tuple(notes), unpaired, clipped, matches, elsewhere)
 
 
 def _sessions(

@@ -29,22 +29,19 @@ def without_strangers(pairing: Pairing) -> Pairing:
     apart = _distances([pair for pair in pairing.pairs if len(pair.sessions) == count], count)
     nearest = np.min(apart + np.diag(np.full(count, np.inf)), axis=1)
     far = [k for k in range(count) if _is_far(k, nearest)]
-    for k in far if count >= FEWEST else far[:1]:
-        who = (
-            f"baseline session {k + 1} differs from every other"
-            if count >= FEWEST
-            else "the two baseline sessions differ"
-        )
-        end = "left out" if count >= FEWEST else "the floor is as high; a third session would tell which"
-        pairing.notes.append(
-            f"{who} by {100 * nearest[k]:.0f} % of the angle's spread or more: another rig, or a day with a fault; "
-            f"{end}"
-        )
+    pairing = pairing.noting(*(_note(k, count, float(nearest[k])) for k in (far if count >= FEWEST else far[:1])))
     if count < FEWEST or not far or len(far) > count - 2:
         return pairing
     kept = [k for k in range(count) if k not in far]
     pairs = [_with_sessions(pair, kept) for pair in pairing.pairs]
     return replace(pairing, pairs=pairs, sessions=len(kept))
+
+
+def _note(k: int, count: int, apart: float) -> str:
+    who, end = f"baseline session {k + 1} differs from every other", "left out"
+    if count < FEWEST:
+        who, end = "the two baseline sessions differ", "the floor is as high; a third session would tell which"
+    return f"{who} by {100 * apart:.0f} % of the angle's spread or more: another rig, or a day with a fault; {end}"
 
 
 def _is_far(k: int, nearest: Column) -> bool:

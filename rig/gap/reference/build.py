@@ -155,7 +155,7 @@ def expect(kind: Kind, sister: bool, model: Model | None, pairing: Pairing) -> E
     if kind is Kind.FINGERPRINT:
         return _from_fingerprint(model, pairing)
     if trouble := fingerprint_trouble(model):
-        pairing.notes.append(trouble)
+        pairing = pairing.noting(trouble)
     return _from_simulator(SISTER if sister else kind.value, model, pairing)
 
 
@@ -173,7 +173,7 @@ def _from_fingerprint(model: Model, pairing: Pairing) -> Expected:
     assert known is not None
     response, driven = response_of(known), pairing.pressures and known.pressures is PressureSource.MEASURED
     if pairing.pressures and not driven:
-        pairing.notes.append(
+        pairing = pairing.noting(
             "the model was identified on records without pressures: its file says nothing of them, and the angle "
             "alone is judged"
         )
@@ -187,11 +187,17 @@ def _from_fingerprint(model: Model, pairing: Pairing) -> Expected:
     )
     seen = [(track.reference.p1_mpa, track.reference.p2_mpa) for track in made.tracks]
     outside = outside_fingerprint(known, [drive(p1, p2, known.p0_mpa, known.exponent) for p1, p2 in seen], seen)
-    pairing.notes.extend(outside.values())
     levels, missed_mpa, missed_deg = known_how(known)
-    lag_s = _unsure_lag_s(model, pairing)
-    made = replace(made, levels=levels, missed_mpa=missed_mpa, missed_deg=missed_deg, unsure_lag_s=lag_s)
-    return replace(made, mean_unseen=MEAN in outside)
+    lag_s, coarse = _unsure_lag_s(model, pairing)
+    return replace(
+        made,
+        pairing=made.pairing.noting(*outside.values(), *coarse),
+        levels=levels,
+        missed_mpa=missed_mpa,
+        missed_deg=missed_deg,
+        unsure_lag_s=lag_s,
+        mean_unseen=MEAN in outside,
+    )
 
 
 def known_how(known: Fingerprint) -> tuple[str, float, float]:
@@ -206,16 +212,17 @@ def _missed_mpa(known: Fingerprint | None) -> float:
     return 0.0 if known is None else max(*known.misfit_mpa, *known.left_out_mpa, 0.0, 0.0)
 
 
-def _unsure_lag_s(model: Model, pairing: Pairing) -> float:
-    """Half of what the records' sample time is longer than the simulator's step; said where it matters."""
+def _unsure_lag_s(model: Model, pairing: Pairing) -> tuple[float, list[str]]:
+    """Half of what the records' sample time is longer than the simulator's step; with a note where it matters."""
     period_s = max(pair.raw.period_s for pair in pairing.pairs)
     lag_s = max(0.5 * (period_s - model.sample_time_s), 0.0)
-    if lag_s > LAG_SAID * model.sample_time_s:
-        pairing.notes.append(
-            f"sampled every {1e3 * period_s:.3g} ms, the simulator works at {1e3 * model.sample_time_s:.3g} ms: when "
-            f"commands were written is not known, and about {1e3 * lag_s:.2g} ms of lag there are no finding"
-        )
-    return lag_s
+    if lag_s <= LAG_SAID * model.sample_time_s:
+        return lag_s, []
+    note = (
+        f"sampled every {1e3 * period_s:.3g} ms, the simulator works at {1e3 * model.sample_time_s:.3g} ms: when "
+        f"commands were written is not known, and about {1e3 * lag_s:.2g} ms of lag there are no finding"
+    )
+    return lag_s, [note]
 
 
 def outside_fingerprint(
@@ -256,18 +263,15 @@ def _from_simulator(levels: str, model: Model, pairing: Pairing) -> Expected:
     driven = pairing.pressures and model.muscle.input is Input.PRESSURE
     base = [_simulated(at_rest, track, response) if driven else track.reference.angle_deg for track in tracks]
     if pairing.pressures and not driven:
-        pairing.notes.append(
+        pairing = pairing.noting(
             "the model is driven by the command: it says nothing of the pressures, and the angle alone is judged"
         )
     missed_deg = model.provenance.rmse_deg or 0.0
     check_direction([pair.case.angle_deg for pair in pairing.pairs], [said[2] for said in sessions], "the simulator's")
-    made = Expected(Kind.SIMULATOR, levels, replace(pairing, pressures=driven), tracks, response, tuple(base))
-    return replace(
-        made,
-        missed_mpa=_missed_mpa(model.fingerprint),
-        missed_deg=missed_deg,
-        unsure_lag_s=_unsure_lag_s(model, pairing),
-    )
+    lag_s, coarse = _unsure_lag_s(model, pairing)
+    judged = replace(pairing, pressures=driven).noting(*coarse)
+    made = Expected(Kind.SIMULATOR, levels, judged, tracks, response, tuple(base))
+    return replace(made, missed_mpa=_missed_mpa(model.fingerprint), missed_deg=missed_deg, unsure_lag_s=lag_s)
 
 
 def read_right(expected: Expected, wrong: Misread) -> Expected:
@@ -296,8 +300,7 @@ def _followed(model: Model, pairing: Pairing) -> tuple[Pairing, list[Modelled]]:
             refused.append(str(error))
     if len(kept) <= len(refused):
         raise ModelError(refused[0])
-    pairing.notes.extend(f"{why}; left out" for why in refused)
-    return replace(pairing, pairs=kept), said
+    return replace(pairing, pairs=kept).noting(*(f"{why}; left out" for why in refused)), said
 
 
 def _under_case(track: Track, response: ResponseModel) -> Column:

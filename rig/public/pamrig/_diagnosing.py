@@ -41,12 +41,12 @@ class Diagnosis:
     @property
     def causes(self) -> list[Cause]:
         """What was named: effect, stage, parameters with their intervals, confidence, what it may be mistaken for."""
-        return self._answer.causes
+        return list(self._answer.causes)
 
     @property
     def gap(self) -> Mapping[str, Any]:
         """How large the gap is, and the floor below which none is seen."""
-        return self._answer.gap
+        return self._answer.gap.to_json()
 
     @property
     def answers(self) -> dict[str, str]:

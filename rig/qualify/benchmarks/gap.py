@@ -97,9 +97,7 @@ def _scored(data: dict[str, Any], pressures: bool) -> dict[str, Any]:
             tally.setdefault("truth in the set", []).append(names[0] in around)
             tally.setdefault("known kept", []).append(first is not None and first.effect != "unknown")
             sizes.append(len(around))
-    closed = [
-        diagnosis.gap["explained_fraction"] for results in found.values() for names, diagnosis in results if names
-    ]
+    closed = [diagnosis.gap.explained_fraction for results in found.values() for names, diagnosis in results if names]
     lower = {"false alarms": {"better": "lower"}}
     rows = {name: share(outcomes, **lower.get(name, {})) for name, outcomes in tally.items()}
     rows["size of the set"] = figure(sum(sizes) / len(sizes), "names", limit="one name", limit_value=1.0)
@@ -130,10 +128,10 @@ def _held_out(data: dict[str, Any], pressures: bool) -> dict[str, Any]:
                 kind, False, None, pair_up(records[-UNTOUCHED:], one["baselines"], p0_mpa, pressures=pressures)
             )
             before, after = (rms_of(commanded_gaps(fresh, causes), fresh.pairs) for causes in ([], told.added))
-            floor = told.gap["floor_deg"]
+            floor = told.gap.floor_deg
             if told.added and before > EXCITED * floor:
                 closed.append((before**2 - after**2) / (before**2 - floor**2))
-                near.append(abs(closed[-1] - told.gap["explained_fraction"]) <= CLOSE)
+                near.append(abs(closed[-1] - told.gap.explained_fraction) <= CLOSE)
     return {
         "gap closed on records never given, median": figure(
             100 * sorted(closed)[len(closed) // 2], "%", better="higher", limit="all of it", limit_value=100.0

@@ -92,7 +92,7 @@ def test_its_page_and_its_json_know_neither_degrees_nor_megapascals(told: tuple[
     assert "position [mm]" in body
     assert not FOREIGN.search(body), body[max(0, FOREIGN.search(body).start() - 80) :][:160]  # type: ignore[union-attr]
     plain = diagnosis.to_json()
-    assert plain["gap"]["rms_mm"] == pytest.approx(2.5 * diagnosis.gap["rms_deg"])
+    assert plain["gap"]["rms_mm"] == pytest.approx(2.5 * diagnosis.gap.rms_deg)
     assert "rms_deg" not in json.dumps({key: plain[key] for key in ("gap", "where", "causes")})
 
 
@@ -112,6 +112,6 @@ def test_records_of_another_rig_are_refused(found: Identified) -> None:
 
 def test_a_day_of_a_history_keeps_what_was_said_of_its_records(told: tuple[Diagnosis, str, str]) -> None:
     said = {"Tags": "muscle DMSP-10", "Note": "after the new hose"}
-    tagged = replace(told[0], evidence=told[0].evidence | {"said": said})
+    tagged = replace(told[0], evidence=replace(told[0].evidence, said=said))
     assert day_of("2026-01-01", 0.0, tagged).said == said
     assert day_of("2026-01-01", 0.0, told[0]).said == {}

@@ -42,14 +42,14 @@ def test_single_effect_is_named_with_its_size(effect: str, numbers: dict[str, fl
     assert effect in {first.effect, *first.ambiguous_with}
     if first.effect == effect:
         assert first.parameters[size].value == pytest.approx(numbers[size], rel=0.12)
-    assert found.gap["explained_fraction"] > 0.85
+    assert found.gap.explained_fraction > 0.85
     assert found.verdict == "explained"
 
 
 def test_pair_of_valve_and_joint_is_found_on_both_sides() -> None:
     found = asked(session(31, AddedEffect("delay", {"delay_s": 0.04}), AddedEffect("backlash", {"width_deg": 1.5})))
     assert {"delay", "backlash"} <= names(found)
-    assert found.where["shares"]["valve"] + found.where["shares"]["downstream"] == pytest.approx(1.0)
+    assert found.where.shares["valve"] + found.where.shares["downstream"] == pytest.approx(1.0)
 
 
 def test_effect_withheld_from_the_library_is_not_named() -> None:
@@ -61,10 +61,10 @@ def test_effect_withheld_from_the_library_is_not_named() -> None:
 
 def test_shares_of_every_breakdown_add_up() -> None:
     found = asked(session(22, AddedEffect("backlash", {"width_deg": 1.0})))
-    for line in found.where["frequency"]:
-        assert sum(line["shares"].values()) == pytest.approx(1.0)
-    for key in ("phase", "region"):
-        assert sum(line["share"] for line in found.where[key]) == pytest.approx(1.0)
+    for line in found.where.frequency:
+        assert sum(line.shares.values()) == pytest.approx(1.0)
+    for bands in (found.where.phase, found.where.region):
+        assert sum(band.share for band in bands) == pytest.approx(1.0)
 
 
 def test_json_is_plain_and_repeatable() -> None:
@@ -79,7 +79,7 @@ def test_a_simulator_alone_names_what_it_lacks() -> None:
     assert found.reference == "simulator"
     assert names(found) == {"delay"}
     assert found.causes[0].parameters["delay_s"].value == pytest.approx(0.2, rel=0.1)
-    assert found.gap["after_deg"] < 0.3 * found.gap["rms_deg"]
+    assert found.gap.after_deg < 0.3 * found.gap.rms_deg
 
 
 def test_nothing_to_compare_with_is_refused() -> None:
@@ -109,7 +109,7 @@ def test_sessions_that_pair_with_nothing_are_an_error_of_the_call() -> None:
 def test_a_session_of_other_sweeps_beside_a_fitting_one_is_said_and_not_used() -> None:
     found = diagnose(model(), session(54), [_other_sweeps(), list(baselines()[0])])
     assert any("baseline session 1 pairs with no record; nearest:" in note for note in found.notes)
-    assert found.evidence["sessions"] == 1
+    assert found.evidence.sessions == 1
 
 
 def test_what_pairs_with_what_is_a_table_in_the_answer() -> None:
@@ -126,7 +126,7 @@ def test_records_without_a_partner_are_named() -> None:
     t_s = records[0].t_s
     lonely = simulate(model(), Record("lonely", t_s, 0.1 * np.sin(2.5 * t_s) ** 3), start_deg=0.0)
     found = asked([*records, lonely])
-    assert found.evidence["unpaired"] == ["lonely"]
+    assert found.evidence.unpaired == ["lonely"]
     assert found.verdict == "none"
 
 
@@ -139,7 +139,7 @@ def test_holes_and_missing_pressure_are_survived() -> None:
     holed = [replace(records[0], angle_deg=angle), replace(records[1], p1_mpa=None), records[2]]
     found = asked(holed)
     assert found.verdict == "none"
-    assert not found.evidence["pressures_used"]
+    assert not found.evidence.pressures_used
     assert any("the angle alone is used" in note for note in found.notes)
 
 
@@ -198,9 +198,9 @@ def test_hundreds_of_records_are_one_diagnosis() -> None:
 def test_a_day_that_is_given_twice_counts_once() -> None:
     days = [list(day) for day in baselines()]
     twice = diagnose(model(), session(151), [*days, days[0]])
-    assert twice.evidence["sessions"] == len(days)
+    assert twice.evidence.sessions == len(days)
     assert any("repeats records" in note for note in twice.notes)
-    assert diagnose(model(), days[0], days).evidence["sessions"] == len(days) - 1, "nor is the case its own baseline"
+    assert diagnose(model(), days[0], days).evidence.sessions == len(days) - 1, "nor is the case its own baseline"
 
 
 def test_two_days_in_one_session_are_said() -> None:
@@ -230,7 +230,7 @@ def test_what_the_model_itself_misses_is_told_apart_from_the_gap() -> None:
     late = [list(session(160 + k, AddedEffect("delay", {"delay_s": 0.1}))) for k in range(3)]
     found = diagnose(model(), session(170, AddedEffect("delay", {"delay_s": 0.1})), late)
     assert found.verdict == "none"
-    assert found.evidence["model_misfit_deg"] > 1.0
+    assert found.evidence.model_misfit_deg > 1.0
     assert "misses the earlier days" in answers(found)["Model:"]
 
 
@@ -245,7 +245,7 @@ def test_a_monitor_that_hears_nothing_is_no_monitor(read: Callable[[Record], Col
     found = asked(_worse(session(154), p1_mpa=read))
     assert any(f"the monitor of p1 {said}; broken wire? the angle alone is used" in note for note in found.notes)
     assert found.verdict == "none"
-    assert not found.evidence["pressures_used"]
+    assert not found.evidence.pressures_used
 
 
 @pytest.mark.parametrize("column", ["p1_mpa", "angle_deg"])
@@ -264,7 +264,7 @@ def test_a_session_of_another_rig_is_left_out_and_said() -> None:
     other = session(156, AddedEffect("sensor_gain", {"gain": 0.2}))
     late = session(157, AddedEffect("delay", {"delay_s": 0.03}))
     found = diagnose(model(), late, [*(list(day) for day in baselines()), other])
-    assert found.evidence["sessions"] == 3
+    assert found.evidence.sessions == 3
     assert any("baseline session 4 differs from every other" in note and "left out" in note for note in found.notes)
     assert names(found) == {"delay"}
     two = diagnose(model(), late, [list(baselines()[0]), other])

@@ -69,7 +69,7 @@ def test_what_a_rig_cannot_have_is_neither_named_nor_unknown() -> None:
     assert names(found) == {"valve_lag"}
     found, _ = diagnose_with_grounds(model(), session(301, SLOW), day, effects=["joint", "sensor"])
     assert found.verdict == "none"
-    assert "pressures" not in found.evidence["factors"]
+    assert "pressures" not in found.evidence.factors
     assert {LIBRARY[line.effect].stage for line in found.ranking} <= {"joint", "sensor"}
 
 

@@ -36,8 +36,8 @@ def test_an_effect_ahead_of_the_monitors_needs_no_healthy_day(
     found, grounds = alone(AddedEffect(effect, numbers))
     assert [cause.effect for cause in found.causes] == [effect]
     assert found.causes[0].parameters[size].value == pytest.approx(numbers[size], rel=within)
-    assert found.gap["after_deg"] < 0.5 * found.gap["rms_deg"]
-    assert found.gap["after_low_deg"] <= found.gap["after_deg"] <= found.gap["after_high_deg"]
+    assert found.gap.after_deg < 0.5 * found.gap.rms_deg
+    assert found.gap.after_low_deg <= found.gap.after_deg <= found.gap.after_high_deg
     assert grounds.posteriors[0].names == [effect]
 
 
@@ -91,7 +91,7 @@ def test_records_without_pressures_are_judged_on_the_angle_alone() -> None:
     assert isinstance(grounds, Grounds)
     assert [posterior.stand.name for posterior in grounds.posteriors] == ["angle"]
     assert found.verdict != "none"
-    assert np.isfinite(found.gap["after_deg"])
+    assert np.isfinite(found.gap.after_deg)
 
 
 OFF_MPA = 0.003

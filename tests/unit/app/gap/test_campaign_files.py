@@ -8,14 +8,15 @@ import pytest
 
 from rig.app.gap.baselines import Session
 from rig.app.gap.diagnosing import DiagnosisOptions, without_next, write_overview
+from rig.gap.answer.facts import Gap, Where
 from rig.gap.answer.result import Cause, Diagnosis
 
 
 def diagnosis(effect: str | None = None, next_experiment: dict[str, Any] | None = None) -> Diagnosis:
     """An answer with one cause or none."""
     causes = [] if effect is None else [Cause(effect, "valve", "valve", None, {}, 1.5, 0.25, 0.97, (), 0.9)]
-    gap = {"rms_deg": 1.5, "floor_deg": 0.3, "ratio": 5.0, "floor_source": "sessions"}
-    return Diagnosis("none" if effect is None else "explained", 0.9, gap, {}, causes, [], next_experiment)
+    gap = Gap(1.5, 0.3, 5.0, 0.97, 0.25, 0.2, 0.3, "sessions")
+    return Diagnosis("none" if effect is None else "explained", 0.9, gap, Where(None), causes, [], next_experiment)
 
 
 def options(tmp_path: Path) -> DiagnosisOptions:

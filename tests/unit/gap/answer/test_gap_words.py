@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 
 from rig.gap.answer.consistency import contradictions
+from rig.gap.answer.facts import Evidence, Gap, Judged, Where
 from rig.gap.answer.on_the_rig import ON_THE_RIG
 from rig.gap.answer.result import Cause, Diagnosis, Interval
 from rig.gap.answer.sizes import rounded, size
@@ -13,10 +14,7 @@ from rig.gap.answer.words import answers, headline
 from rig.gap.hypotheses.library import LIBRARY
 from rig.model.effect_stages import EFFECT_STAGES
 
-GAP: dict[str, Any] = {
-    "rms_deg": 0.751, "floor_deg": 0.1, "ratio": 7.5, "explained_fraction": 0.98, "after_deg": 0.0804,
-    "after_low_deg": 0.0711,    "after_high_deg": 0.0893, "floor_source": "simulator",
-}  # fmt: skip
+GAP = Gap(0.751, 0.1, 7.5, 0.98, 0.0804, 0.0711, 0.0893, "simulator")
 TUNING = {
     "closes_fraction": 0.97, "before_deg": 0.751, "after_deg": 0.13,
     "parameters": [{"name": "valve1_tau_s", "from": 0.043, "to": 0.0531, "low": 0.0525, "high": 0.0537, "unit": "s"}],
@@ -35,9 +33,14 @@ NOTHING_KNOWN = Cause("unknown", "joint", "angle", None, {}, 0.751, 0.751, 0.0, 
 
 
 def told(*causes: Cause, verdict: str = "explained", reference: str = "simulator", **gap: Any) -> Diagnosis:
-    where = {"stage": causes[0].stage if causes else None, "shares": {"valve": 0.9, "downstream": 0.1}}
-    evidence = {"factors": {"pressures": {"found": True}}, "signatures": []}
-    return Diagnosis(verdict, 0.9, GAP | gap, where, list(causes), [], evidence=evidence, reference=reference)
+    where = Where(causes[0].stage if causes else None, {"valve": 0.9, "downstream": 0.1})
+    made = replace(GAP, **gap)
+    return Diagnosis(verdict, 0.9, made, where, causes, [], evidence=judged("pressures", True), reference=reference)
+
+
+def judged(factor: str, found: bool) -> Evidence:
+    """What one factor showed, or did not."""
+    return Evidence({factor: Judged(0.02, 0.001, "MPa", found, {}, [], 0.0, {})})
 
 
 def test_the_first_lines_are_understood_at_once() -> None:
@@ -160,7 +163,7 @@ def test_a_sound_answer_does_not_contradict_itself() -> None:
     assert contradictions(told(verdict="none", rms_deg=0.2).to_json()) == []
 
 
-BELOW = {"factors": {"angle": {"found": False}}, "signatures": []}
+BELOW = judged("angle", False)
 
 
 @pytest.mark.parametrize(

@@ -122,6 +122,6 @@ def cause(effect: str, stage: str, before: float, after: float) -> Cause:
 def test_the_shares_along_the_chain_add_up(found: list[tuple[str, float]], unknown: bool) -> None:
     causes = [cause("delay", stage, 1.0, after) for stage, after in found]
     causes += [cause("unknown", "joint", 1.0, 1.0)] if unknown else []
-    shares = [line["share"] for line in chain(causes, 0.6, 0.1)]
+    shares = [line.share for line in chain(causes, 0.6, 0.1)]
     assert sum(shares) == pytest.approx(1.0 if causes else 0.0)
     assert min(shares) >= 0.0

@@ -17,15 +17,15 @@ def test_from_the_angle_alone_a_pair_is_named_and_followed_by_both() -> None:
     sizes = {name: one.value for cause in said.causes for name, one in cause.parameters.items()}
     assert sizes["delay_s"] == pytest.approx(0.08, rel=0.1)
     assert sizes["gain"] == pytest.approx(0.3, rel=0.1)
-    assert said.gap["after_deg"] < 0.2 * said.gap["rms_deg"]
-    assert set(said.evidence["factors"]) in ({"angle", "angle beside delay"}, {"angle", "angle beside sensor_gain"})
+    assert said.gap.after_deg < 0.2 * said.gap.rms_deg
+    assert set(said.evidence.factors) in ({"angle", "angle beside delay"}, {"angle", "angle beside sensor_gain"})
 
 
 @pytest.mark.parametrize("alone", [LATE, LOUD])
 def test_a_single_cause_gets_no_second(alone: AddedEffect) -> None:
     said = asked(session(81, alone), pressures=False, library=FEW)
     assert names(said) == {alone.effect}
-    assert set(said.evidence["factors"]) == {"angle"}
+    assert set(said.evidence.factors) == {"angle"}
 
 
 def test_what_no_two_effects_explain_stays_unknown() -> None:

@@ -34,7 +34,7 @@ def answers(request: pytest.FixtureRequest) -> list[tuple[float, Grounds]]:
         found, grounds = diagnose_with_grounds(with_fingerprint(missed_mpa), session(71), reference=request.param)
         assert found.verdict == "none"
         assert isinstance(grounds, Grounds)
-        out.append((found.gap["floor_deg"], grounds))
+        out.append((found.gap.floor_deg, grounds))
     return out
 
 
