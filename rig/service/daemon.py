@@ -14,27 +14,26 @@ from pathlib import Path
 from typing import Any, Final
 
 from rig.channels import FACT as CHANNELS
-from rig.errors import RigError
-from rig.realtime.faults import Fault, explain
-from rig.realtime.safe_state import Outcome
+from rig.realtime.faults import explain
 from rig.realtime.state import Event, State
 from rig.service.door import places
-from rig.service.door.arguments import check_line, check_start
+from rig.service.door.arguments import check_line
 from rig.service.door.control import Server
 from rig.service.door.protocol import VERSION, Code, Refused, Request
 from rig.service.processes import processes_json
 from rig.service.queue.job_queue import Queue
 from rig.service.queue.planner import Planner
 from rig.service.queue.queue_runner import QueueRunner
-from rig.service.records import blackbox
+from rig.service.queue.starting import Starting
 from rig.service.records.ledger import Ledger
 from rig.service.records.recorder import Mark
-from rig.service.records.retention import NOTICE_S, Retention
+from rig.service.records.retention import Retention
 from rig.service.session.session import ending_signals
 from rig.service.session.session_monitor import Parts, SessionMonitor
 from rig.service.session.telemetry import fault_json, safe_json
 from rig.service.settings import DaemonSettings, make_folder, read_token
 from rig.service.views import metrics
+from rig.service.views.fault_reports import FaultReports
 from rig.service.views.live import LiveView
 from rig.service.views.notify import Notifier
 from rig.service.web.host import Page, page_orders
@@ -44,9 +43,6 @@ _SWITCH_S: Final = 0.0002
 _NICE: Final = -10
 """Where it is allowed: the loop stops when this process does not get to its heartbeat for a second."""
 _HOUSEKEEPING_S: Final = 10.0
-_RETENTION_S: Final = 600.0
-_MOST_STARTS: Final = 4
-"""At a time: each holds a client's place for as long as its sweep takes to expand."""
 _LOG = logging.getLogger("pamrig")
 
 
@@ -72,8 +68,8 @@ class Daemon:
         self._retention = Retention(self._ledger, settings.retention)
         self._runner = QueueRunner(self._monitor, self._queue, parts.rig, settings, self._ledger)
         self._checker = Planner(parts.rig)
-        """Apart from the queue runner's: what a client sends must not hold up a sweep that runs."""
-        self._starting, self._starts = asyncio.Lock(), 0
+        self._starting = Starting(self._monitor, self._queue, self._runner, self._checker)
+        self._reports = FaultReports(self._monitor, settings.state / "blackbox", self._runner.hold)
         self._server = Server(self._handle, self.status, self._begin_estop)
         self._live = LiveView(settings.live.port)
         self._page = Page(settings.web, page_orders(parts, settings))
@@ -82,14 +78,11 @@ class Daemon:
         self._starter = ThreadPoolExecutor(
             1, "session"
         )  # lives as long as the daemon: the loop is told when its maker's thread dies
-        self._reported, self._reported_s = Fault.NONE, 0.0
-        self._reported_safe = ""
         self._safe_mpa = parts.rig.safe.p1_mpa, parts.rig.safe.p2_mpa
         self._resetting = False
         self._over = asyncio.Event()
         self._began = time.monotonic()
         self._tasks: list[asyncio.Task[None]] = []
-        self.black_boxes: list[Path] = []
 
     async def serve(self) -> None:
         """Listen, start the session, work; until SIGTERM, SIGINT or `end`."""
@@ -118,8 +111,7 @@ class Daemon:
             token = read_token(self._settings.view.token_file)
             port = await self._server.listen_for_viewers(self._settings.view.host, self._settings.view.port, token)
             _LOG.info("viewers may look at %s:%d", self._settings.view.host, port)
-        for saved in await asyncio.to_thread(blackbox.salvage, self._settings.state / "blackbox"):
-            self._keep(saved, "left by a daemon that had died")
+        await self._reports.salvage()
         await asyncio.to_thread(self._page.open)
         await loop.run_in_executor(self._starter, self._monitor.open)
         self._live.follow(self._monitor.session)
@@ -135,7 +127,7 @@ class Daemon:
         )
 
     def _own_work(self) -> Iterator[Coroutine[Any, Any, None]]:
-        yield from (self._turn(), self._runner.run(), self._house(), self._make_room(), self._page.watch())
+        yield from (self._turn(), self._runner.run(), self._house(), self._retention.run(), self._page.watch())
 
     def _task_ended(self, task: "asyncio.Task[None]") -> None:
         """A task of the daemon ends only at the end; otherwise it is a bug, and the rig is not to go on with it."""
@@ -145,11 +137,12 @@ class Daemon:
 
     async def _finish(self) -> None:
         self._notifier.say(STOPPING=1)
-        for task in self._tasks:
+        tasks = [*self._tasks, *self._reports.tasks]
+        for task in tasks:
             task.cancel()
         for planner in (self._checker, self._runner.planner):
             await asyncio.to_thread(planner.close)
-        await asyncio.gather(*self._tasks, return_exceptions=True)
+        await asyncio.gather(*tasks, return_exceptions=True)
         self._live.close()
         await asyncio.to_thread(self._page.close)
         left = await asyncio.get_running_loop().run_in_executor(self._starter, self._monitor.close)
@@ -167,8 +160,7 @@ class Daemon:
         while True:
             if not self._resetting:
                 self._monitor.check()
-                self._report_fault()
-                self._report_safe()
+                self._reports.look()
             session = self._monitor.session
             now, now_ns = (
                 time.monotonic(),
@@ -181,43 +173,6 @@ class Daemon:
                 self._notifier.say(WATCHDOG=1, STATUS=self._monitor.state.name.lower())
             await asyncio.sleep(_TURN_S)
 
-    def _report_fault(self) -> None:
-        fault = self._monitor.fault
-        if fault is self._reported:
-            return
-        self._reported, self._reported_s = fault, time.monotonic()
-        if fault is Fault.NONE:
-            _LOG.info("fault cleared")
-            return
-        self._runner.hold()
-        _LOG.error("%s", explain(fault, self._monitor.said))
-        self._tasks.append(asyncio.create_task(self._save_black_box(fault)))
-
-    def _report_safe(self) -> None:
-        """During a fault, each time that more is known of the safe state."""
-        report = self._monitor.safe if self._monitor.state is State.FAULT else None
-        if report is None or report.outcome is Outcome.UNKNOWN:
-            self._reported_safe = ""
-        elif report.words != self._reported_safe:
-            self._reported_safe = report.words
-            _LOG.log(logging.WARNING if report.safe else logging.ERROR, "%s", report.words)
-
-    async def _save_black_box(self, fault: Fault) -> None:
-        session = self._monitor.session
-        if session is None:
-            return
-        try:
-            saved = await asyncio.to_thread(
-                blackbox.save, session.ring, self._settings.state / "blackbox", fault, self._monitor.said
-            )
-            self._keep(saved, explain(fault))
-        except RigError as error:
-            _LOG.error("the black box could not be written: %s", error)
-
-    def _keep(self, saved: Path, why: str) -> None:
-        self.black_boxes.append(saved)
-        _LOG.warning("black box saved: %s (%s)", saved, why)
-
     async def _house(self) -> None:
         """Metrics, out of the way of everything else."""
         while True:
@@ -225,22 +180,6 @@ class Daemon:
                 with contextlib.suppress(OSError):
                     await asyncio.to_thread(metrics.write, self._settings.metrics, self.status(None))
             await asyncio.sleep(_HOUSEKEEPING_S)
-
-    async def _make_room(self) -> None:
-        """Retention: what goes is announced a day before and named when it has gone."""
-        while True:
-            try:
-                announced, removed = await asyncio.to_thread(self._retention.turn)
-            except RigError as error:
-                _LOG.error("retention: %s", error)
-            else:
-                for entry in announced:
-                    _LOG.warning(
-                        "retention: %s goes in %.0f h (keep_gb, keep_days in the settings)", entry.path, NOTICE_S / 3600
-                    )
-                for entry in removed:
-                    _LOG.warning("retention: removed %s (%d bytes)", entry.path, entry.size)
-            await asyncio.sleep(_RETENTION_S)
 
     # commands
 
@@ -255,7 +194,9 @@ class Daemon:
             self._armed_by = given.get("by", "")
             return [*known, *self._of_before()]
         if name == "start":
-            return await self._start(given.get("sweeps", []), float(given.get("pause_s", 0.0)), given.get("before", ""))
+            return await self._starting.start(
+                given.get("sweeps", []), float(given.get("pause_s", 0.0)), given.get("before", "")
+            )
         if name == "stop":
             return await self._stop(bool(given.get("after_current", False)))
         if name == "estop":
@@ -285,34 +226,6 @@ class Daemon:
         waits = self._runner.interrupted
         return [f"the queue holds {waits}; `pamrig start` goes on with it, `pamrig clear` drops it"] if waits else []
 
-    async def _start(self, sweeps: list[Any], pause_s: float, before: str) -> list[dict[str, Any]]:
-        if self._monitor.state is not State.RUNNING:
-            self._monitor.must(Event.START)
-        check_start(sweeps, pause_s, before)
-        if self._starts >= _MOST_STARTS:
-            raise Refused(Code.REFUSED, f"{_MOST_STARTS} starts are being looked at already; try again")
-        self._starts += 1
-        try:
-            return await self._in_turn([Path(sweep) for sweep in sweeps], pause_s, before)
-        finally:
-            self._starts -= 1
-
-    async def _in_turn(self, sweeps: list[Path], pause_s: float, before: str) -> list[dict[str, Any]]:
-        async with self._starting:  # what one start adds is not what the next finds left over
-            return await self._queue_up(sweeps, pause_s, before)
-
-    async def _queue_up(self, sweeps: list[Path], pause_s: float, before: str) -> list[dict[str, Any]]:
-        await asyncio.to_thread(self._runner.check_space)
-        planned = [(sweep, await self._checker.check(sweep)) for sweep in sweeps]
-        waits = self._runner.interrupted
-        if sweeps and waits and not before:
-            raise Refused(Code.WRONG_STATE, f"the queue holds {waits}; {_DECIDE}")
-        jobs = [await asyncio.to_thread(self._runner.add, path, summary, pause_s) for path, summary in planned]
-        if self._queue.next() is None:
-            raise Refused(Code.WRONG_STATE, "the queue is empty; give a sweep to start")
-        self._runner.go_on([job.id for job in jobs] if waits and before == "leave" else None)
-        return [{"id": job.id, "sweep": job.sweep, "records": job.total, "seconds": job.seconds} for job in jobs]
-
     async def _stop(self, after_current: bool) -> dict[str, str]:
         running = self._monitor.state is State.RUNNING
         self._runner.hold()
@@ -341,7 +254,7 @@ class Daemon:
                 self._resetting = False
             self._live.follow(self._monitor.session)
         self._monitor.check()
-        self._report_fault()
+        self._reports.tell_fault()
         if fault := self._monitor.fault:
             raise Refused(Code.REFUSED, f"the cause is not gone: {explain(fault, self._monitor.said)}")
         return {"state": self._monitor.state.name.lower()}
@@ -357,7 +270,7 @@ class Daemon:
             "simulated": self._parts.simulated,
             "state": monitor.state.name.lower(),
             "fault": fault_json(monitor.fault, monitor.said),
-            "fault_since_s": time.monotonic() - self._reported_s if monitor.fault and self._reported else None,
+            "fault_since_s": self._reports.since_s,
             "safe_state": safe_json(monitor.safe, self._safe_mpa),
             "session": f"{session.id:016x}" if session else None,
             "uptime_s": time.monotonic() - self._began,
@@ -372,7 +285,7 @@ class Daemon:
             "dropped_events": self._server.dropped_events,
             "page": self._page.to_json(),
             "armed_by": self._armed_by if monitor.state in _ARMED else None,
-            "black_boxes": [str(path) for path in self.black_boxes[-5:]],
+            "black_boxes": [str(path) for path in self._reports.black_boxes[-5:]],
         }
         if cursor is not None and monitor.telemetry:
             status["cursor"], status["samples"] = monitor.telemetry.columns(cursor)
@@ -380,11 +293,6 @@ class Daemon:
 
 
 _ARMED: Final = (State.ARMED, State.RUNNING, State.DONE)
-_DECIDE: Final = (
-    "say what is to become of it: `pamrig start --first` does it before the new sweeps, `pamrig start --only` leaves "
-    "it where it "
-    "is, `pamrig clear` drops it"
-)
 
 
 def _ask_for_attention() -> None:

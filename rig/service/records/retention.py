@@ -5,17 +5,22 @@ somebody renamed or replaced, and never a folder. Everything else under the logs
 at.
 """
 
+import asyncio
+import logging
 import os
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, Final
 
+from rig.errors import RigError
 from rig.service.records.ledger import Entry, Ledger
 
 NOTICE_S: Final = 86400.0
 """From the announcement of a record to its end. Counted while the daemon runs: a restart announces anew, and a wall
 clock that jumps gives nobody less time to object."""
+_TURN_S: Final = 600.0
+_LOG = logging.getLogger("pamrig")
 
 
 @dataclass(frozen=True)
@@ -62,6 +67,22 @@ class Retention:
     ) -> None:
         self._ledger, self._policy, self._wall_s, self._clock_s = ledger, policy, wall_s, clock_s
         self._announced: dict[str, float] = {}
+
+    async def run(self) -> None:
+        """A turn every ten minutes, for ever; each removal stands in the log, a day ahead and once it is done."""
+        while True:
+            try:
+                announced, removed = await asyncio.to_thread(self.turn)
+            except RigError as error:
+                _LOG.error("retention: %s", error)
+            else:
+                for entry in announced:
+                    _LOG.warning(
+                        "retention: %s goes in %.0f h (keep_gb, keep_days in the settings)", entry.path, NOTICE_S / 3600
+                    )
+                for entry in removed:
+                    _LOG.warning("retention: removed %s (%d bytes)", entry.path, entry.size)
+            await asyncio.sleep(_TURN_S)
 
     def turn(self) -> tuple[list[Entry], list[Entry]]:
         """What is announced now, and what has been removed now. A record that is not due any more loses its

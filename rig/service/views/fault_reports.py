@@ -1,0 +1,80 @@
+"""What is told of a fault: lines in the log as more becomes known, and the black box."""
+
+import asyncio
+import logging
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from rig.errors import RigError
+from rig.realtime.faults import Fault, explain
+from rig.realtime.safe_state import Outcome
+from rig.realtime.state import State
+from rig.service.records import blackbox
+from rig.service.session.session_monitor import SessionMonitor
+
+_LOG = logging.getLogger("pamrig")
+
+
+class FaultReports:
+    """Looks at the session's fault and safe state, and tells each change once."""
+
+    def __init__(self, monitor: SessionMonitor, folder: Path, hold: Callable[[], None]) -> None:
+        """Black boxes go into `folder`; `hold` is called for every new fault, before it is told."""
+        self._monitor, self._folder, self._hold = monitor, folder, hold
+        self._fault, self._since_s = Fault.NONE, 0.0
+        self._safe_words = ""
+        self.black_boxes: list[Path] = []
+        self.tasks: list[asyncio.Task[None]] = []
+        """Black boxes that are being written."""
+
+    @property
+    def since_s(self) -> float | None:
+        """For how long there has been a fault; None without one."""
+        return time.monotonic() - self._since_s if self._monitor.fault and self._fault else None
+
+    def look(self) -> None:
+        """Tell what has changed."""
+        self.tell_fault()
+        self._tell_safe()
+
+    def tell_fault(self) -> None:
+        """A new fault, or that it was cleared."""
+        fault = self._monitor.fault
+        if fault is self._fault:
+            return
+        self._fault, self._since_s = fault, time.monotonic()
+        if fault is Fault.NONE:
+            _LOG.info("fault cleared")
+            return
+        self._hold()
+        _LOG.error("%s", explain(fault, self._monitor.said))
+        self.tasks.append(asyncio.create_task(self._save_black_box(fault)))
+
+    def _tell_safe(self) -> None:
+        """During a fault, each time that more is known of the safe state."""
+        report = self._monitor.safe if self._monitor.state is State.FAULT else None
+        if report is None or report.outcome is Outcome.UNKNOWN:
+            self._safe_words = ""
+        elif report.words != self._safe_words:
+            self._safe_words = report.words
+            _LOG.log(logging.WARNING if report.safe else logging.ERROR, "%s", report.words)
+
+    async def _save_black_box(self, fault: Fault) -> None:
+        session = self._monitor.session
+        if session is None:
+            return
+        try:
+            saved = await asyncio.to_thread(blackbox.save, session.ring, self._folder, fault, self._monitor.said)
+            self._keep(saved, explain(fault))
+        except RigError as error:
+            _LOG.error("the black box could not be written: %s", error)
+
+    async def salvage(self) -> None:
+        """The black boxes that a daemon left that had died."""
+        for saved in await asyncio.to_thread(blackbox.salvage, self._folder):
+            self._keep(saved, "left by a daemon that had died")
+
+    def _keep(self, saved: Path, why: str) -> None:
+        self.black_boxes.append(saved)
+        _LOG.warning("black box saved: %s (%s)", saved, why)
