@@ -42,12 +42,12 @@ def info(logs: tuple[Path, ...], json_to: str | None) -> None:
     emit({"files": descriptions}, json_to)
 
 
-@log.command(short_help="Are logs whole and true?")
+@log.command(short_help="Are logs complete and consistent?")
 @_FILES
 @json_option
 def check(logs: tuple[Path, ...], json_to: str | None) -> None:
-    """Are LOGS whole and true: CRCs, schema, ticks, time, values, `valid`? One line a finding; exit status 1 if there
-    is any."""
+    """Are LOGS complete and consistent: CRCs, schema, ticks, time, values, `valid`? One line a finding; exit status 1
+    if there is any."""
     from rig.app.records.logs import UNFINISHED, found_or_unfinished
     from rig.errors import CheckFailed
     from rig.log.check import check as check_file
@@ -68,7 +68,8 @@ def check(logs: tuple[Path, ...], json_to: str | None) -> None:
 @output_option(Kind.RECORDING, "Default: NAME.recovered.mcap beside LOG.", metavar="FILE")
 @json_option
 def recover(log_file: Path, output: Path | None, json_to: str | None) -> None:
-    """Save what proves itself of a cut or damaged LOG into a new file, and say what was lost. LOG stays as it is."""
+    """Save every part of a cut or damaged LOG that passes its CRC into a new file, and say what was lost. LOG stays as
+    it is."""
     from rig.log.recover import recover as rescue
 
     result = rescue(log_file, output)

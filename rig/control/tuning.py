@@ -1,6 +1,6 @@
 """Gains of the feedback from a model, with stated margins.
 
-Of all PI controllers whose largest sensitivity stays below a bound for every response of the plant at hand, the one
+Of all PI controllers whose maximum sensitivity stays below a bound for every response of the plant at hand, the one
 with the most integral action: it takes away disturbances fastest (Åström, Panagopoulos and Hägglund, Automatica 34,
 1998). The sensitivity's bound is the margin: 1 / Ms is how near the loop comes to the critical point. The responses are
 those of the model at several amplitudes, each with its gain and its lag off by what the model may be wrong.
@@ -22,7 +22,7 @@ from rig.record import Column
 AMPLITUDES_MPA: Final = (0.03, 0.1, 0.2)
 """Sizes at which the plant is looked at; a muscle with hysteresis is stiffer in small movements."""
 SENSITIVITY: Final = 1.6
-"""Bound of the largest sensitivity Ms. 1.2 to 2.0 are usual; it implies a gain margin of Ms / (Ms - 1) and a phase
+"""Bound of the maximum sensitivity Ms. 1.2 to 2.0 are usual; it implies a gain margin of Ms / (Ms - 1) and a phase
 margin of 2 asin(1 / (2 Ms)): 2.7 and 36 degrees."""
 OFF: Final = 0.2
 """By how much gain and dead time of the plant may differ from the model's, relative; the bound holds for these too."""
@@ -50,7 +50,7 @@ class Margins:
     def __str__(self) -> str:
         return (
             f"gain margin {self.gain:.1f}, phase margin {self.phase_deg:.0f} deg, delay margin "
-            f"{1e3 * self.delay_s:.0f} ms, largest sensitivity {self.sensitivity:.2f}, crossover "
+            f"{1e3 * self.delay_s:.0f} ms, maximum sensitivity {self.sensitivity:.2f}, crossover "
             f"{self.crossover_hz:.2g} Hz"
         )
 
@@ -80,7 +80,7 @@ def tune(
     best = max((_most_integral(varied, time_s, sensitivity, sign), time_s) for time_s in INTEGRAL_TIMES_S)
     ki, time_s = best
     if ki <= _LOWEST:
-        raise ModelError(f"no PI controller keeps the largest sensitivity below {sensitivity:g} on this model")
+        raise ModelError(f"no PI controller keeps the maximum sensitivity below {sensitivity:g} on this model")
     gains = ClosedLoop(kp_mpa_per_deg=_rounded(sign * ki * time_s), ki_mpa_per_deg_s=_rounded(sign * ki))
     return Tuned(gains, margins(plants, gains), margins(varied, gains))
 

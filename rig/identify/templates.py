@@ -43,36 +43,36 @@ class Template:
     it."""
 
 
-def template_model(wish: Template, gain_deg: float = 40.0) -> Model:
+def template_model(template: Template, gain_deg: float = 40.0) -> Model:
     """A model with free parameters in the middle of their bounds; ModelError for a kind that does not exist.
 
     `gain_deg` is g, see `input_gain`; its sign is that of the rig's.
     """
-    for slot, kind in (("muscle", wish.kind), ("joint", wish.joint)):
+    for slot, kind in (("muscle", template.kind), ("joint", template.joint)):
         if kind not in KINDS[slot]:
             raise ModelError(f"{slot} kind {kind!r}: {suggest(kind, list(KINDS[slot]))}")
     fixed = {
-        "theta_divisor_s": wish.sample_time_s,
-        "u_unit_mpa": wish.u_unit_mpa,
+        "theta_divisor_s": template.sample_time_s,
+        "u_unit_mpa": template.u_unit_mpa,
         "y_unit_deg": 1.0,
-    } | ({} if wish.mean_exponent is None else {"mean_exponent": wish.mean_exponent})
-    bounds = _muscle_bounds(wish, gain_deg) | {"mean_exponent": (0.0, MOST_EXPONENT)}
+    } | ({} if template.mean_exponent is None else {"mean_exponent": template.mean_exponent})
+    bounds = _muscle_bounds(template, gain_deg) | {"mean_exponent": (0.0, MOST_EXPONENT)}
     muscle = {
         name: Parameter(fixed[name], _UNITS_OF.get(name, "1")) if name in fixed else _free(*bounds[name])
-        for name in KINDS["muscle"][wish.kind]
+        for name in KINDS["muscle"][template.kind]
     }
     joint = {
         name: _free(low, high, unit)
         for name, (low, high, unit) in _JOINT_BOUNDS.items()
-        if wish.joint == "second_order"
+        if template.joint == "second_order"
     }
     offset = {"gain": Parameter(1.0), "offset_deg": Parameter(0.0, "deg", -abs(gain_deg), abs(gain_deg), free=True)}
     return Model(
-        muscle=MuscleModel(wish.kind, muscle, wish.drive),
-        sample_time_s=wish.sample_time_s,
-        p0_mpa=wish.p0_mpa,
-        joint=StageModel(wish.joint, joint),
-        sensor=StageModel("affine", offset) if wish.free_offset else StageModel("ideal"),
+        muscle=MuscleModel(template.kind, muscle, template.drive),
+        sample_time_s=template.sample_time_s,
+        p0_mpa=template.p0_mpa,
+        joint=StageModel(template.joint, joint),
+        sensor=StageModel("affine", offset) if template.free_offset else StageModel("ideal"),
     )
 
 
@@ -104,14 +104,14 @@ def rest_pressure(records: list[Record]) -> float:
     return 0.2
 
 
-def _muscle_bounds(wish: Template, gain_deg: float) -> dict[str, tuple[float, float]]:
-    divisor, ticks = wish.sample_time_s, wish.sample_time_s / 0.005
+def _muscle_bounds(template: Template, gain_deg: float) -> dict[str, tuple[float, float]]:
+    divisor, ticks = template.sample_time_s, template.sample_time_s / 0.005
     scale = gain_deg * divisor
     bounds = {name: (max(0.0, 1.0 - high * ticks), 1.0 - low * ticks) for name, (low, high) in _LEAK.items()}
     xi = (min(0.0, _XI * scale), max(0.0, _XI * scale))
-    if wish.kind == "bw":
+    if template.kind == "bw":
         return bounds | {"xi": xi, "psi": _both(_PHI * divisor), "beta": _both(_PHI * divisor)}
-    if wish.kind == "bw_continuous":
+    if template.kind == "bw_continuous":
         return _CONTINUOUS | {"k": (min(0.0, 2.0 * gain_deg), max(0.0, 2.0 * gain_deg))}
     first = {"xi1": xi, "phi1": _both(_PHI * divisor), "beta1": _both(_PHI * divisor)}
     second = {

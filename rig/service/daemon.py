@@ -234,14 +234,14 @@ class Daemon:
             if not after_current:
                 session.mailbox.stop()
             return {"did": "stops after the record that runs" if after_current else "ramping down"}
-        self._monitor.must(Event.DISARM)
+        self._monitor.require(Event.DISARM)
         await self._monitor.disarm()
         return {"did": "disarmed"}
 
     async def _reset(self) -> dict[str, str]:
         if self._resetting:
             raise Refused(Code.WRONG_STATE, "a reset is under way")
-        self._monitor.must(Event.RESET)
+        self._monitor.require(Event.RESET)
         self._runner.hold()
         await self._runner.idle()
         if not self._monitor.needs_new_session:
@@ -256,7 +256,7 @@ class Daemon:
         self._monitor.check()
         self._reports.tell_fault()
         if fault := self._monitor.fault:
-            raise Refused(Code.REFUSED, f"the cause is not gone: {explain(fault, self._monitor.said)}")
+            raise Refused(Code.REFUSED, f"the cause is not gone: {explain(fault, self._monitor.message)}")
         return {"state": self._monitor.state.name.lower()}
 
     def status(self, cursor: int | None) -> dict[str, Any]:
@@ -269,7 +269,7 @@ class Daemon:
             CHANNELS: None if self._parts.rig.channels.has_valves else self._parts.rig.channels.plain(),
             "simulated": self._parts.simulated,
             "state": monitor.state.name.lower(),
-            "fault": fault_json(monitor.fault, monitor.said),
+            "fault": fault_json(monitor.fault, monitor.message),
             "fault_since_s": self._reports.since_s,
             "safe_state": safe_json(monitor.safe, self._safe_mpa),
             "session": f"{session.id:016x}" if session else None,

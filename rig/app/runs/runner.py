@@ -27,7 +27,7 @@ from rig.realtime.program import Program
 from rig.realtime.ring import RingReader
 from rig.rig_config import RigConfig
 from rig.sample import unpack
-from rig.service.records.recorder import RunOrder, RunResult, said_of
+from rig.service.records.recorder import RunOrder, RunResult, message_of
 from rig.service.session.run_setup import order_of, session_facts
 from rig.service.session.session import Session, ending_signals, is_warning, own_signals, spoken
 
@@ -234,7 +234,7 @@ def _look(session: Session, outcome: Outcome) -> None:
     if loss is None or loss.fault is Fault.LOOP_DIED:
         return  # the loop's end is told when it has ended
     outcome.recorder_lost = loss.fault is Fault.RECORDER_DIED
-    outcome.error = f"the rig was stopped: {explain(loss.fault, loss.said)}"
+    outcome.error = f"the rig was stopped: {explain(loss.fault, loss.message)}"
 
 
 def ending(session: Session) -> str:
@@ -245,7 +245,7 @@ def ending(session: Session) -> str:
         return explain(Fault.LOOP_DIED, session.watch.how_it_ended() if session.watch is not None else "")
     last = session.ring.latest()
     if last is not None and last.fault and not last.run:  # outside a record, so that none of them tells it
-        return explain(last.fault, said_of(last.fault, session.ring))
+        return explain(last.fault, message_of(last.fault, session.ring))
     return ""
 
 

@@ -31,8 +31,8 @@ def sizes(
     families: tuple[str, ...], units: int, seed: int, reference: str, workers: int | None, html_to: Path | None,
     json_to: str | None,
 ) -> None:  # fmt: skip
-    """The smallest sizes that `pamrig gap capability` says would be seen, beside those from which effects are found on
-    plants of the families."""
+    """Compare the smallest sizes that `pamrig gap capability` predicts with those from which on effects are found on
+    simulated plants."""
     from dataclasses import asdict
     from datetime import date
 
@@ -58,7 +58,7 @@ def sizes(
 @workers_option
 @json_option
 def absorbed(units: int, seed: int, workers: int | None, json_to: str | None) -> None:
-    """How much of each effect a fit of the simulator's own parameters swallows, on development units.
+    """How much of each effect is absorbed when the simulator's own parameters are fitted again, on development units.
 
     Effects from half on are counted apart in the modes of a simulator; the list is declared before any check.
     """
@@ -70,7 +70,7 @@ def absorbed(units: int, seed: int, workers: int | None, json_to: str | None) ->
 
     with progress("units", 2 * units) as update:
         found = swallowed(seed, units, workers, lambda done: update(done, f"{done} units"))
-    shown, rows = Table("effect", "swallowed, median", "units", "declared absorbed"), list(table(found))
+    shown, rows = Table("effect", "absorbed, median", "units", "declared absorbed"), list(table(found))
     for effect, share, count in rows:
         declared = "yes" if effect in ABSORBED else "no"
         shown.add_row(effect, "-" if share is None else f"{100 * share:.0f} %", str(count), declared)

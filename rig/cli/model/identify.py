@@ -45,13 +45,13 @@ def _shared(command: Any) -> Any:
             "skip_s",
             default=0.0,
             show_default=True,
-            help="Seconds at the start of each record that do not count.",
+            help="Seconds at the start of each record that are simulated but not scored.",
         ),
         click.option(
             "--until",
             "until_s",
             type=click.FloatRange(0.1),
-            help="Seconds of each record after which nothing is looked at.",
+            help="Ignore each record after so many seconds.",
         ),
         click.option("--figures", type=Output(Kind.FOLDER), metavar="DIR", help="Folder for figures and tables."),
         json_option,
@@ -125,11 +125,12 @@ def _shared(command: Any) -> Any:
     show_default=True,
     help="With second_order the joint has an inertia, which the muscles' stiffness moves.",
 )
-@click.option("--free-offset", is_flag=True, help="The angle's zero is not known: identify it.")
+@click.option("--free-offset", is_flag=True, help="Identify an offset of the angle's zero as well.")
 @click.option(
     "--mean-exponent",
     type=click.FloatRange(0.0, 2.0),
-    help="How far the mean pressure counts, 1: by its ratio; default: identified where it moves.",
+    help="Exponent n of (2 P0 / (p1 + p2))^n, by which the mean pressure scales the drive; default: identified where "
+    "it varies.",
 )
 @click.option(
     "--p0", "p0_mpa", type=click.FloatRange(0.0, 0.5), help="Pressure at rest in MPa; default: what the records say."

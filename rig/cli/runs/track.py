@@ -108,16 +108,18 @@ def track(
 @click.option(
     "--sensitivity",
     type=click.FloatRange(1.05, 4.0),
-    help="Bound of the largest sensitivity, 1.2 (careful) to 2 (brisk); default 1.6.",
+    help="Upper bound of the maximum sensitivity Ms, 1.2 (careful) to 2 (brisk); default 1.6.",
 )
 @click.option(
-    "--off", type=click.FloatRange(0.0, 1.0), help="By how much the model may be wrong in gain and lag; default 0.2."
+    "--off",
+    type=click.FloatRange(0.0, 1.0),
+    help="Relative error of the model's gain and lag to be robust against; default 0.2.",
 )
 @click.option(
     "--later",
     "later_s",
     type=click.FloatRange(0.0, 1.0),
-    help="By how many seconds the rig may be later than the model besides; default 0.04.",
+    help="Delay, s, beyond the model's to be robust against; default 0.04.",
 )
 @click.option(
     "--reference", type=_path, metavar="REFERENCE.yaml", help="A reference whose gains are to be replaced; needs -o."

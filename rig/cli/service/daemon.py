@@ -23,7 +23,7 @@ def socket_option(command: F) -> F:
 
 
 @click.command(cls=Command)
-@click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig to keep; default: the simulated rig.")
+@click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig to serve; default: the simulated rig.")
 @click.option("--config", type=click.Path(path_type=Path), help="The daemon's own YAML: logs, group, live view, ...")
 @click.option("--logs", type=click.Path(path_type=Path), help="Folder for the records; overrides the config.")
 @click.option(
@@ -206,7 +206,7 @@ def queue(client: Any, json_to: str | None) -> None:
 
 
 @_client_command("stop")
-@click.option("--after-current", is_flag=True, help="Let the record that runs come to its end.")
+@click.option("--after-current", is_flag=True, help="Finish the current record, then stop.")
 def stop(client: Any, after_current: bool) -> None:
     """Ramp down and hold the queue; while nothing runs, disarm."""
     console().print(client.call("stop", after_current=after_current)["did"])

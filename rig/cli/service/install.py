@@ -21,7 +21,7 @@ def _init_option(command: F) -> F:
 
 
 @service.command(short_help="Install and start the daemon as a service.")
-@click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig to keep; default: the simulated rig.")
+@click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig to serve; default: the simulated rig.")
 @_init_option
 @click.option(
     "--root",

@@ -247,7 +247,7 @@ class QueueRunner:
     def _why(self, result: RunResult | None) -> str:
         fault = self._monitor.fault
         if result is None or fault:
-            return f"{fault.name}: {self._monitor.said}".rstrip(": ") if fault else "the recorder gave no result"
+            return f"{fault.name}: {self._monitor.message}".rstrip(": ") if fault else "the recorder gave no result"
         return result.error or "the run ended in a fault"
 
     @property

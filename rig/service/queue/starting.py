@@ -36,7 +36,7 @@ class Starting:
         does not fit.
         """
         if self._monitor.state is not State.RUNNING:
-            self._monitor.must(Event.START)
+            self._monitor.require(Event.START)
         check_start(sweeps, pause_s, before)
         if self._starts >= _MOST_STARTS:
             raise Refused(Code.REFUSED, f"{_MOST_STARTS} starts are being looked at already; try again")

@@ -88,7 +88,7 @@ class RunResult:
     lateness_us: dict[str, float] = field(default_factory=dict)
     angle_zero_deg: float = 0.0
     cpu_s: float = 0.0
-    said: str = ""
+    message: str = ""
     """The device's own words, where the fault is the device's."""
 
     @property
@@ -103,7 +103,7 @@ class RunResult:
     @property
     def cause(self) -> str:
         """The fault in words; empty without one."""
-        return explain(self.fault, self.said) if self.fault else ""
+        return explain(self.fault, self.message) if self.fault else ""
 
 
 def record(ring_path: Path, session: int, orders: Connection, results: Connection) -> None:
@@ -258,7 +258,7 @@ class _OpenRun:
         else:
             result.dropped += 1
         if sample.fault and not result.fault:
-            result.fault, result.said = sample.fault, said_of(sample.fault, self._ring)
+            result.fault, result.message = sample.fault, message_of(sample.fault, self._ring)
         self._last = sample
 
     def mark(self, text: str, sample: Sample) -> None:
@@ -339,7 +339,7 @@ class _OpenRun:
         self._result.error = str(error)
 
 
-def said_of(fault: int, ring: Ring) -> str:
+def message_of(fault: int, ring: Ring) -> str:
     """The driver's words, for a fault that is the device's."""
     return ring.told if fault in _OF_THE_DEVICE else ""
 
@@ -352,7 +352,9 @@ def _news(before: Sample | None, now: Sample, ring: Ring) -> list[tuple[str, str
     if now.missed:
         lines.append(("warning", f"{now.missed} ticks missed before tick {now.tick}"))
     if now.fault and (before is None or before.fault != now.fault):
-        lines.append(("fatal" if now.fault != Fault.ESTOP else "error", explain(now.fault, said_of(now.fault, ring))))
+        lines.append(
+            ("fatal" if now.fault != Fault.ESTOP else "error", explain(now.fault, message_of(now.fault, ring)))
+        )
     appeared = now.flags & ~(before.flags if before else 0)
     if appeared:
         why = f": {ring.told}" if appeared & _ERRORS else ""

@@ -49,7 +49,7 @@ class Loss:
     """A process that the rig must not run without is lost."""
 
     fault: Fault
-    said: str
+    message: str
 
 
 PathMaker = Callable[[], SecondPath]

@@ -20,7 +20,7 @@ from rig.realtime.shared import KEPT_RING
 from rig.realtime.state import Event, State, after
 from rig.rig_config import RigConfig
 from rig.service.door.protocol import Code, Refused
-from rig.service.records.recorder import RunResult, said_of
+from rig.service.records.recorder import RunResult, message_of
 from rig.service.session.last_resort import last_resort
 from rig.service.session.process_watch import is_final
 from rig.service.session.session import LoopEntry, Session, Watching, spoken
@@ -63,7 +63,7 @@ class SessionMonitor:
         self.results: dict[int, RunResult] = {}
         self._broken = Fault.NONE
         """A fault of the processes, which only a new session cures."""
-        self._said = ""
+        self._message = ""
         self._busy = asyncio.Lock()
 
     # life of the session
@@ -84,7 +84,7 @@ class SessionMonitor:
             self._break(fault, str(error))
             return
         self.session, self.telemetry = session, Telemetry(session.ring)
-        self._broken, self._said = Fault.NONE, ""
+        self._broken, self._message = Fault.NONE, ""
 
     def close(self) -> str:
         """End the session through the safe state; returns what became of the rig, in words."""
@@ -112,13 +112,13 @@ class SessionMonitor:
         return self._broken
 
     @property
-    def said(self) -> str:
+    def message(self) -> str:
         """What is known of the fault beside its cause."""
         session = self.session
         if session is None:
-            return self._said
+            return self._message
         ended = session.watch.how_it_ended() if session.watch is not None and not session.loop_alive else ""
-        return "; ".join(part for part in (self._said or said_of(self.fault, session.ring), ended) if part)
+        return "; ".join(part for part in (self._message or message_of(self.fault, session.ring), ended) if part)
 
     @property
     def safe(self) -> SafeReport | None:
@@ -144,12 +144,12 @@ class SessionMonitor:
         self.results |= {result.run: result for result in session.results()}
         loss = session.watch.look() if session.watch is not None else None
         if loss is not None and not self._broken:
-            self._break(loss.fault, loss.said or session.loop_error())
+            self._break(loss.fault, loss.message or session.loop_error())
         if self._broken and not session.loop_alive:
             session.end_recording()
 
-    def _break(self, fault: Fault, said: str) -> None:
-        self._broken, self._said = fault, said
+    def _break(self, fault: Fault, message: str) -> None:
+        self._broken, self._message = fault, message
 
     # requests
 
@@ -180,7 +180,7 @@ class SessionMonitor:
     async def arm(self) -> list[str]:
         """ARM, when the machine keeps time or nothing real moves. Returns what the operator should know, a line
         each."""
-        self.must(Event.ARM)
+        self.require(Event.ARM)
         if self.session is None:  # the socket listens before the rig is open
             raise Refused(Code.REFUSED, _NOT_OPEN)
         missing = measures.denied(self.session.facts["realtime"])
@@ -209,7 +209,7 @@ class SessionMonitor:
         """Let go of the rig: the safe set-points stay."""
         await self.request(Request.DISARM)
 
-    def must(self, event: Event) -> None:
+    def require(self, event: Event) -> None:
         """Refused, with what to do first, when `event` does not fit the state."""
         state = self.state
         if state is State.FAULT and event is not Event.RESET:
@@ -275,7 +275,7 @@ class SessionMonitor:
             self.session.watch.withdraw()
         self.session.mailbox.stop(False)
         await self.request(Request.RESET)
-        self._said = ""
+        self._message = ""
 
 
 _UNFIT: Final = {

@@ -48,7 +48,7 @@ class FaultReports:
             _LOG.info("fault cleared")
             return
         self._hold()
-        _LOG.error("%s", explain(fault, self._monitor.said))
+        _LOG.error("%s", explain(fault, self._monitor.message))
         self.tasks.append(asyncio.create_task(self._save_black_box(fault)))
 
     def _tell_safe(self) -> None:
@@ -65,7 +65,7 @@ class FaultReports:
         if session is None:
             return
         try:
-            saved = await asyncio.to_thread(blackbox.save, session.ring, self._folder, fault, self._monitor.said)
+            saved = await asyncio.to_thread(blackbox.save, session.ring, self._folder, fault, self._monitor.message)
             self._keep(saved, explain(fault))
         except RigError as error:
             _LOG.error("the black box could not be written: %s", error)

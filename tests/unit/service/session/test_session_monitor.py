@@ -36,5 +36,5 @@ def test_a_file_that_the_device_needs_is_the_device_s_fault_not_the_loop_s() -> 
     monitor = SessionMonitor(parts_of(rig))
     monitor.open()
     assert (monitor.fault, monitor.state) == (Fault.DEVICE_LOST, State.FAULT)
-    assert f"{rig.path}: devices.myrio.bitfile: " in monitor.said
-    assert "bitfiles/myRIO-1900.lvbitx: the bitfile cannot be read" in monitor.said
+    assert f"{rig.path}: devices.myrio.bitfile: " in monitor.message
+    assert "bitfiles/myRIO-1900.lvbitx: the bitfile cannot be read" in monitor.message
