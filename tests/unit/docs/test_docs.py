@@ -85,3 +85,5 @@ def test_the_overview_names_only_what_exists() -> None:
     ]
     assert len(files) > 20
     assert not [file for file in files if not (ROOT / file).exists()]
+    known = {path.name for room in ("rig", "drivers", "hil") for path in (ROOT / room).rglob("*.py")}
+    assert not set(re.findall(r"`([a-z_]+\.py)`", text)) - known
