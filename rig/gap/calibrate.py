@@ -4,10 +4,12 @@ What comes in are healthy days beside their reference, of many units; nothing of
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from enum import StrEnum
 
 import numpy as np
 from scipy.optimize import minimize
+from scipy.special import ndtri, stdtrit
 
 from rig.gap.reference.expectation import Parts
 from rig.gap.reference.monitors import OWN, misread
@@ -16,6 +18,7 @@ from rig.record import Column
 
 START = {
     "offset_mpa": 1e-3, "gain": 5e-3, "lag_s": 2e-3, "curvature_s2": 1e-4, "one_way_s": 1e-3, "bend": 5e-3,
+    "regulators": 0.02, "one_way": 0.02,
     "offset": 3e-3,
     "loop": 0.05, "monitor_mpa": 8e-4, "monitor_gain": 5e-3, "mean_law": 0.03, "drift": 1e-3, "warming": 2e-3,
     "bank": 3e-3,
@@ -25,6 +28,8 @@ MOST = {"gain": 0.1, "monitor_gain": 0.06, "loop": 0.5, "mean_law": 0.5}
 """Largest levels that physics allows: a monitor is at most 6 % of full scale off (data sheet), a simulator 10 % of
 gain. Two patterns that all but undo each other would else grow without end."""
 START_SHARE, START_EVEN = 0.01, 0.003
+LIKELY = 0.9
+"""Mass at which a normal spread is made as wide as Student's. More: wider."""
 PULL = 0.02
 """How firmly levels are held to the start, per squared factor e, in nats."""
 ROUNDS = 20
@@ -53,6 +58,13 @@ def fit_levels(families: Sequence[Sequence[Parts]], prior: Prior, mean: Mean = M
     draws = np.array([_start(names), *found] if mean is Mean.WITH_START else found)
     squares = mean is Mean.SQUARES
     return _levels(names, 0.5 * np.log(np.mean(np.exp(2.0 * draws), 0)) if squares else draws.mean(0), floor)
+
+
+def of_another_build(levels: FactorLevels, builds: int) -> FactorLevels:
+    """Levels of what rigs of one build differ by, for a build that is not among the `builds` that they were fitted on:
+    a spread known from so few is Student's, which is as wide at LIKELY (Gelman et al., Bayesian Data Analysis, 3.2)."""
+    wider = float(stdtrit(builds, 0.5 + 0.5 * LIKELY) / ndtri(0.5 + 0.5 * LIKELY))
+    return replace(levels, patterns={name: wider * value for name, value in levels.patterns.items()})
 
 
 def fit_monitors(

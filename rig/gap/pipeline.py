@@ -4,7 +4,7 @@ answer.
 The same for every reference: earlier days, a fingerprint, the simulator alone.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -35,6 +35,13 @@ USUAL_P0_MPA = 0.2
 STILL_LIKELY = 0.02
 """Hypotheses ahead of the monitors of at least this probability are judged by the angle as well: what a valve does
 reaches the joint, what a monitor misreads does not. Less: one angle more to judge, seldom another name."""
+FAINT = 1e-4
+"""Hypotheses ahead of the monitors of at least this probability are tried on the angle where they read the monitors
+otherwise: an effect costs some nats beforehand, and the angle may say more than that."""
+MOST_FAINT = 3
+"""Of those, the likeliest so many. More: slower."""
+POSSIBLE = 1e-3
+"""Effects behind the monitors of at least this probability go into that trial."""
 ANOTHER_RIG = 0.3
 """A model that misses the earlier days by this share of the angle's spread is no simulator of this rig."""
 
@@ -91,7 +98,8 @@ def answer(question: Question) -> tuple[Diagnosis, Grounds]:
         at_rest, expected = None, replace(expected, pairing=expected.pairing.noting(strange))
     retuning = None
     if at_rest is not None and not expected.by_days:  # what has changed is no matter of the simulator's
-        retuning = retune(at_rest, expected.pairs, expected.driven)
+        changes = {name: fit.change for name, fit in posteriors[-1].fits.items()}
+        retuning = retune(at_rest, expected.pairs, expected.driven, changes)
     grounds = Grounds(at_rest, expected, posteriors, retuning)
 
     def after(causes: Sequence[tuple[str, Fit]]) -> HowFar:
@@ -133,18 +141,43 @@ def _judged(
     if not expected.driven or not question.ahead:
         return expected, seconded(judged(angle_stand(expected, settings)))
     ahead = judged(pressure_stand(expected, settings))
-    likely = ahead.likely(STILL_LIKELY)
-    told = {name: _told_by(ahead, name, expected, settings) for name in likely}
-    found = {name: judged(angle_stand(told[name], settings)) for name in likely}
-    if len(likely) > 1:
-        ahead = ahead.with_evidence({name: one.log_evidence for name, one in found.items()})
-    best = max(likely, key=lambda name: ahead.probability[name])
+    told = {name: _told_by(ahead, name, expected, settings) for name in ahead.likely(STILL_LIKELY)}
+    found = {name: judged(angle_stand(told[name], settings)) for name in told}
+    faint = _faint(ahead, told, expected, settings)
+    if len(told) + len(faint) > 1:
+        heard = {name: one.log_evidence for name, one in found.items()}
+        few = _still_open(effects, found.values())
+        heard |= {name: judge(few, angle_stand(one, settings)).log_evidence for name, one in faint.items()}
+        ahead = ahead.with_evidence(heard)
+    best = max((*told, *faint), key=lambda name: ahead.probability[name])
+    if best in faint:
+        told, found = faint, {best: judged(angle_stand(faint[best], settings))}
     two, expected, angle = seconded(ahead), told[best], found[best]
     if len(two) > 1:
         for fit in (one.fit for one in two):
             expected = expected if fit is None else behind(expected, fit.applied)
         angle = judged(angle_stand(expected, settings))
     return expected, (*two, *seconded(angle))
+
+
+def _faint(
+    ahead: Posterior, told: Mapping[str, Expected], expected: Expected, settings: Fitted
+) -> dict[str, Expected]:
+    """What is expected of the angle by hypotheses ahead of the monitors that are unlikely by the pressures, and that
+    read the monitors otherwise than the likeliest: an offset that is really there moves the joint, one of a monitor
+    does not, and the pressures alone do not tell these apart."""
+    likeliest = next(iter(told.values())).misread
+    if likeliest is None:
+        return {}
+    unlikely = [name for name in ahead.likely(FAINT) if name not in told and name in ahead.fits][:MOST_FAINT]
+    made = {name: _told_by(ahead, name, expected, settings) for name in unlikely}
+    return {name: one for name, one in made.items() if one.misread and one.misread.differs(likeliest)}
+
+
+def _still_open(effects: Sequence[Effect], found: Iterable[Posterior]) -> list[Effect]:
+    """The effects that any of these posteriors holds for possible."""
+    possible = {name for one in found for name in one.likely(POSSIBLE)}
+    return [effect for effect in effects if effect.name in possible]
 
 
 def _told_by(ahead: Posterior, name: str, expected: Expected, settings: Fitted) -> Expected:

@@ -115,6 +115,22 @@ class Prior:
 
 
 @dataclass(frozen=True)
+class Spread:
+    """How unsure it is what is left of a gap on further records (`rig.gap.answer.further`); fitted on cases of
+    development, by `pamrig gap check further`."""
+
+    floor: float
+    """Share of the floor's mean square. More: wider where gaps are small."""
+    law: float
+    """Share of a law's usual error (`Effect.misfit`), of what it closes. More: wider for rough laws."""
+    below: float
+    above: float
+    """Ends of the interval, in standard deviations."""
+    cases: int
+    """On how many cases."""
+
+
+@dataclass(frozen=True)
 class Provenance:
     """Where the fitted numbers come from."""
 
@@ -133,6 +149,7 @@ class Fitted:
     """By reference: session, fingerprint, uncorrected (a fingerprint without its regulators' corrections), simulator,
     and sister: a simulator made for another rig of the build."""
     prior: Prior
+    further: Spread
 
 
 @cache

@@ -21,9 +21,9 @@ from rig.blind_check.source import records_of
 from rig.columns import rms
 from rig.config import suggest, unstructure
 from rig.errors import ConfigError, ModelError
-from rig.gap.calibrate import Mean, fit_levels, fit_monitors
+from rig.gap.calibrate import Mean, fit_levels, fit_monitors, of_another_build
 from rig.gap.records.pairs import pair_up
-from rig.gap.reference.build import Expected, Kind, expect
+from rig.gap.reference.build import SISTER, Expected, Kind, expect
 from rig.gap.reference.expectation import Parts, angle_parts, pressure_parts
 from rig.gap.settings import Fitted, Levels, Prior, Provenance, fitted
 from rig.model.fingerprint_check import fingerprint_checksum
@@ -80,8 +80,9 @@ def known_families(names: Sequence[str], left_out: Sequence[str] = ()) -> tuple[
 
 
 def calibrate(plan: Plan, report: Callable[[int], None] = lambda done: None) -> Fitted:
-    """The levels of session, fingerprint, simulator and sister; the prior stays as it is."""
-    prior = fitted().prior
+    """The levels of session, fingerprint, simulator and sister; the rest stays as it is."""
+    shipped = fitted()
+    prior = shipped.prior
     sheets = [_first_cases(name, plan) for name in plan.families]
     rigs = [case for sheet in sheets for case in sheet]
     with executor(None, plan.workers) as pool:
@@ -93,7 +94,7 @@ def calibrate(plan: Plan, report: Callable[[int], None] = lambda done: None) -> 
         of_each = [[day for day in days if day.reference == name] for name in names]
         levels = dict(zip(names, pool.map(partial(_levels, prior=prior), of_each), strict=True))
     command = f"pamrig gap calibrate --units {plan.units} --seed {plan.seed}"
-    return Fitted(Provenance(command, list(plan.families), len(rigs), len(rigs) * len(DAYS)), levels, prior)
+    return Fitted(Provenance(command, list(plan.families), len(rigs), len(rigs) * len(DAYS)), levels, prior, shipped.further)
 
 
 def _reported(results: Iterable[R], report: Callable[[int], None], before: int) -> Iterator[R]:
@@ -148,7 +149,11 @@ def _healthy(family: str, expected: Expected) -> HealthyDay:
     measured = np.concatenate([track.pair.case.angle_deg for track in expected.tracks])
     commanded = rms(measured - reference, angle.lines.used) / angle.span
     return HealthyDay(
-        family, expected.levels, pressure_parts(expected.tracks, expected.pairing.p0_mpa), angle, commanded
+        family,
+        expected.levels,
+        pressure_parts(expected.tracks, expected.pairing.p0_mpa, expected.response),
+        angle,
+        commanded,
     )
 
 
@@ -162,6 +167,8 @@ def _levels(days: Sequence[HealthyDay], prior: Prior) -> Levels:
     monitors = fit_monitors(
         [[(day.pressures, day.angle) for day in some] for some in families], pressures, angle, prior
     )
+    if days[0].reference == SISTER:
+        pressures, angle = (of_another_build(one, len(families)) for one in (pressures, angle))
     commanded = [np.sqrt(np.mean([day.commanded**2 for day in some])) for some in families]
     return Levels(pressures, angle, float(np.exp(np.mean(np.log(commanded)))), monitors)
 

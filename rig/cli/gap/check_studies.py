@@ -1,4 +1,5 @@
-"""Commands of `pamrig gap check` that measure the method itself on simulated plants: sizes, absorbed, sensitivity."""
+"""Commands of `pamrig gap check` that measure the method itself on simulated plants: sizes, absorbed, sensitivity; and
+further, which fits to checks of development cases."""
 
 from pathlib import Path
 
@@ -6,8 +7,8 @@ import click
 
 from rig.app.terminal import console
 from rig.cli.common import emit, json_option
-from rig.cli.gap.check_options import families_option, html_option, workers_option
-from rig.cli.outputs import Command, Output
+from rig.cli.gap.check_options import families_option, html_option, path_type, workers_option
+from rig.cli.outputs import Command, Output, output_option
 from rig.outputs import Kind
 
 
@@ -111,3 +112,36 @@ def sensitivity(
     emit(
         {"cases": len(base), "right": sum(one.right for one in base), "moved": [asdict(one) for one in moved]}, json_to
     )
+
+
+@click.command(cls=Command)
+@click.argument("folders", nargs=-1, required=True, type=path_type)
+@click.option(
+    "--priors",
+    type=click.Path(path_type=Path, exists=True, dir_okay=False),
+    metavar="FILE",
+    help="Levels to go on from, in place of the shipped ones.",
+)
+@click.option("--leave-out", "left_out", multiple=True, metavar="NAME", help="Families whose cases do not count.")
+@output_option(Kind.LEVELS, "Where the levels go.", required=True, metavar="FILE.yaml")
+@json_option
+def further(
+    folders: tuple[Path, ...], priors: Path | None, left_out: tuple[str, ...], output: Path, json_to: str | None
+) -> None:
+    """Fit how unsure it is what is left of a gap on further records, from scored checks of development cases, and write
+    it with the levels."""
+    from rig.app.gap.intervals import with_further
+    from rig.app.gap.levels import known_families, write
+    from rig.blind_check.folder import CheckFolder
+    from rig.config import unstructure
+    from rig.gap.settings import fitted
+
+    known_families((), left_out)
+    levels = fitted(priors) if priors else fitted()
+    found = with_further(levels, [CheckFolder(folder) for folder in folders], left_out)
+    write(found, output)
+    spread = found.further
+    console(json_to).print(
+        f"{output}: from {spread.below:.2g} below to {spread.above:.2g} above, by {spread.cases} answers"
+    )
+    emit(unstructure(found.further), json_to)

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import ndtri, stdtrit
 
 from rig.gap.answer.augment import remaining_gap
 from rig.gap.hypotheses.fit import Fit, refit
@@ -16,22 +15,12 @@ from rig.gap.settings import Fitted
 from rig.model.parameters import Model
 from rig.record import Column
 
-DRAWS = 400
-"""Resamples of the records behind the interval."""
-SEED = 20
-"""Of these resamples: the same records give the same interval."""
-LEVEL = 0.90
-"""Of the interval."""
-
 
 @dataclass(frozen=True)
 class HowFar:
     """Rms of the simulator's error, deg, with the causes in it."""
 
     after_deg: float
-    low_deg: float
-    high_deg: float
-    """90 % interval for further records of the same kind."""
     per_record_deg2: tuple[float, ...]
     """Mean square of each record, by a fit to the others."""
 
@@ -49,23 +38,7 @@ def how_far(causes: Sequence[tuple[str, Fit]], expected: Expected, model: Model 
         for k in range(count):
             if k % 2 == odd or count == 1:
                 left[k] = _mean_square(remaining[k], expected.pairs[k].used)
-    random = np.random.default_rng(SEED)
-    drawn = np.sqrt(np.mean(left[random.integers(count, size=(DRAWS, count))], axis=1))
-    middle = float(np.sqrt(left.mean()))
-    ends = np.quantile(drawn, (0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL))
-    low, high = (float(middle * (value / max(middle, 1e-12)) ** widening(count)) for value in ends)
-    return HowFar(middle, low, high, tuple(left.tolist()))
-
-
-def widening(count: int) -> float:
-    """By how much the resampled spread of the mean over `count` records (on logarithmic axes) falls short of what as
-    many further records will show: those scatter as well, the spread itself is known from few, and resampling takes it
-    by one record too small (Efron and Tibshirani 1993, ch. 5; Student's t for a prediction)."""
-    if count < 2:
-        return 1.0
-    quantile = 0.5 + 0.5 * LEVEL
-    heavier = float(stdtrit(count - 1, quantile) / ndtri(quantile))
-    return heavier * float(np.sqrt(2.0 * count / (count - 1)))
+    return HowFar(float(np.sqrt(left.mean())), tuple(left.tolist()))
 
 
 def _refitted(k: int, causes: Sequence[tuple[str, Fit]], some: Expected, settings: Fitted, whole: Expected) -> Applied:

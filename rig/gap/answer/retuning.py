@@ -4,7 +4,7 @@ A model that is fitted again follows the records closer whatever causes the gap;
 never instead of them, and judged on records that the fit has not seen.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,7 +13,7 @@ import numpy as np
 from rig.errors import ModelError, RigError
 from rig.gap.records.pairs import Pair
 from rig.gap.reference.build import Expected
-from rig.identify.descent import Fit, descend
+from rig.identify.descent import Fit, descend, square_sum
 from rig.model.kernels import simulate
 from rig.model.parameters import Model, Parameter, StageModel
 from rig.record import Column
@@ -28,6 +28,11 @@ USEFUL = 0.9
 """Re-tuning that leaves more than this share of the mean square on other records moved nothing worth telling."""
 LEAST_MOVE = 0.01
 """Relative moves below this are none, whatever their standard deviation says."""
+ALIKE = 0.5
+"""Share of the mean square of what re-tuning closes from which on an effect, re-tuned away, is the same; and of an
+effect's own that re-tuning must swallow."""
+WIDE = 20.0
+"""Scales by which a parameter may move at most."""
 THINNED = 4
 """Every so manieth row of a record counts: neighbours say the same."""
 TUNED = {
@@ -83,6 +88,9 @@ class Retuning:
     """Rms of the simulator's error on records that the fit had not seen."""
     moved: tuple[Moved, ...]
     """Parameters that plainly moved, those that matter most first."""
+    looks_like: tuple[str, ...] = ()
+    """Effects of the angle that a fit of these parameters swallows in the same way: where it closes the gap, any of
+    them may be what is there."""
 
     @property
     def closes_fraction(self) -> float:
@@ -95,6 +103,7 @@ class Retuning:
             "before_deg": self.before_deg,
             "after_deg": self.after_deg,
             "parameters": [one.to_json() for one in self.moved],
+            "looks_like": list(self.looks_like),
         }
 
 
@@ -112,8 +121,13 @@ def retuned_model(model: Model, expected: Expected) -> Model:
     return replace(found.model, provenance=replace(model.provenance, text=text))
 
 
-def retune(model: Model, pairs: Sequence[Pair], pressures: bool) -> Retuning | None:
-    """The simulator fitted again to these records; None where it runs away under them or has no parameters to fit."""
+def retune(
+    model: Model, pairs: Sequence[Pair], pressures: bool, changes: Mapping[str, Column] | None = None
+) -> Retuning | None:
+    """The simulator fitted again to these records; None where it runs away under them or has no parameters to fit.
+
+    `changes`: what each effect, as it fits best, changes in the angle of all pairs, deg; (n,) one after the other.
+    """
     names = [
         (slot, name)
         for slot, stage in model.stages().items()
@@ -147,7 +161,24 @@ def retune(model: Model, pairs: Sequence[Pair], pressures: bool) -> Retuning | N
         float(np.sqrt(before.mean())),
         float(np.sqrt(after.mean())),
         tuple(sorted(moved, key=lambda one: -abs(one.after - one.before) / max(one.high - one.low, 1e-12))),
+        _alike(errors, fit, len(names), changes or {}),
     )
+
+
+def _alike(errors: "_Errors", fit: Fit, count: int, changes: Mapping[str, Column]) -> tuple[str, ...]:
+    """The effects that these parameters swallow, and whose swallowed part is what the fit closed; likeliest first."""
+    slopes = fit.jacobian[:-count] * errors.of_angle[:, None]
+    closed = slopes @ fit.x
+    inverse = np.linalg.pinv(slopes.T @ slopes + np.eye(count))
+    found = {}
+    for name, change in changes.items():
+        moved = -errors.of_change(change)
+        swallowed = slopes @ (inverse @ (slopes.T @ moved))
+        share = square_sum(swallowed) / max(square_sum(moved), 1e-12)
+        same = float(swallowed @ closed) / max(float(np.sqrt(square_sum(swallowed) * square_sum(closed))), 1e-12)
+        if share >= ALIKE and same > 0.0 and same**2 >= ALIKE:
+            found[name] = same
+    return tuple(sorted(found, key=lambda name: -found[name]))
 
 
 def _scale(parameter: Parameter, name: str) -> float:
@@ -162,7 +193,7 @@ def _cross_fitted(errors: "_Errors", count: int) -> tuple[Fit, Column, Column]:
     def residual(x: Column) -> Column:
         return np.concatenate([errors.weighed(x), x])
 
-    wide = np.full(count, 5.0)
+    wide = np.full(count, WIDE)
     fit = descend(residual, np.zeros(count), -wide, wide, STEPS)
     rows = len(fit.residual) - count
     slopes, left = fit.jacobian[:rows], fit.residual[:rows]
@@ -243,6 +274,22 @@ class _Errors:
             return np.full(len(self.record), np.nan)
         units = (self._angle_unit, self._pressure_unit, self._pressure_unit)
         return np.concatenate([column / unit for one in said for column, unit in zip(one, units, strict=True)])
+
+    @property
+    def of_angle(self) -> Column:
+        """(r,) 1 for errors of the angle, 0 for those of the pressures."""
+        return np.concatenate(
+            [np.repeat([1.0, 0.0], [rows, 2 * rows]) for rows in (len(pair.t_s[::THINNED]) for pair in self._pairs)]
+        )
+
+    def of_change(self, change: Column) -> Column:
+        """(r,) a change of the angle of all pairs (n,), deg, as errors are counted."""
+        ends = np.cumsum([len(pair.t_s) for pair in self._pairs])[:-1]
+        parts = [
+            (one * pair.used)[::THINNED] / self._angle_unit
+            for one, pair in zip(np.split(change, ends), self._pairs, strict=True)
+        ]
+        return np.concatenate([np.concatenate([one, np.zeros(2 * len(one))]) for one in parts])
 
     def angle_ms(self, weighed: Column) -> Column:
         """Mean square of each record's angle error, deg^2, from its thinned errors."""

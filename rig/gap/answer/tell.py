@@ -8,6 +8,7 @@ import numpy as np
 from rig.gap.answer.augment import remaining_gap
 from rig.gap.answer.chain import STAGES, chain
 from rig.gap.answer.facts import Evidence, Gap, Judged, RecordGap, Where
+from rig.gap.answer.further import Shrunk, further
 from rig.gap.answer.held_out import HowFar
 from rig.gap.answer.observations import told_apart
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Ranked
@@ -94,6 +95,7 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
     if told.expected.pairing.clipped:
         causes = [replace(cause, confidence=min(cause.confidence, EITHER)) for cause in causes]
     verdict = _verdict(told, causes)
+    low, high = _further(kept, before, floor, far, told.settings) if added else (before, before)
     names_something = any(cause.effect != UNKNOWN for cause in causes)
     gap = Gap(
         rms_deg=before,
@@ -103,8 +105,8 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
         if names_something
         else 0.0,
         after_deg=far.after_deg if added else before,
-        after_low_deg=min(far.low_deg, far.after_deg) if added else before,
-        after_high_deg=max(far.high_deg, far.after_deg) if added else before,
+        after_low_deg=low,
+        after_high_deg=high,
         floor_source=_floor_source(told.expected),
     )
     return Diagnosis(
@@ -128,6 +130,14 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
         retuning=None if told.retuning is None else told.retuning.to_json(),
         observations=found.observations,
     )
+
+
+def _further(
+    kept: Sequence[Kept], before: float, floor: float, far: HowFar, settings: Fitted
+) -> tuple[float, float]:
+    """Between what rms (deg) further records will lie with the kept effects in the simulator."""
+    rho = max(one.fit.effect.misfit for one in kept)
+    return further(Shrunk(before, floor, far.per_record_deg2, rho), settings.further)
 
 
 def _strange(told: Told) -> list[Signature]:
@@ -167,14 +177,32 @@ def _floor_source(expected: Expected) -> str:
 
 
 def _helping(told: Told, before: float) -> list[Kept]:
-    """The named effects without any that makes the simulator follow these records worse."""
-    kept = []
-    for posterior, fit in told.named:
-        alone = rms_of(remaining_gap(told.simulator, [fit.applied], told.expected), told.expected.pairs)
-        helps = alone <= SPOILT * before or posterior.stand.name == PRESSURES
-        if helps and share_closed(posterior, fit) > 0.0:
-            kept.append(Kept(posterior, fit, alone))
-    return kept
+    """The named effects without any that makes the simulator, with the others in it, follow these records worse."""
+    named = [(posterior, fit) for posterior, fit in told.named if share_closed(posterior, fit) > 0.0]
+    while (spoiler := _spoiler(told, named, before)) is not None:
+        named.pop(spoiler)
+    return [Kept(posterior, fit, _left(told, [fit], before)) for posterior, fit in named]
+
+
+def _spoiler(told: Told, named: Sequence[tuple[Posterior, Fit]], before: float) -> int | None:
+    """Which of the effects found on the angle the simulator is better off without, most of all; None where it needs
+    each beside the others: friction hides what a larger gain of a valve does, and the other way round."""
+    fits = [fit for _, fit in named]
+    together = _left(told, fits, before)
+    without = {
+        k: _left(told, [*fits[:k], *fits[k + 1 :]], before)
+        for k, (posterior, _) in enumerate(named)
+        if posterior.stand.name != PRESSURES
+    }
+    spoilt = {k: left for k, left in without.items() if together > SPOILT * left}
+    return min(spoilt, key=lambda k: spoilt[k]) if spoilt else None
+
+
+def _left(told: Told, fits: Sequence[Fit], before: float) -> float:
+    """Rms of the simulator's error, deg, with these effects in it."""
+    if not fits:
+        return before
+    return rms_of(remaining_gap(told.simulator, [fit.applied for fit in fits], told.expected), told.expected.pairs)
 
 
 def _causes(told: Told, kept: Sequence[Kept], before: float, far: HowFar, added: bool) -> list[Cause]:

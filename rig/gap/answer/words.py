@@ -22,6 +22,8 @@ FAR = 3.0
 """Floors by which a model must miss the healthy rig for that to be worth a line."""
 AS_MUCH = 0.05
 """Shares of the error that differ by less than this are told as the same."""
+SWALLOWED = 0.5
+"""Share of the mean square from which on re-tuning is said to close a gap."""
 FROM_MODEL = ("simulator", "fingerprint")
 STAGES = {
     "timing": "in the timing",
@@ -36,7 +38,7 @@ def answers(diagnosis: Diagnosis) -> dict[str, str]:
     """Question -> answer: what it is, how far, re-tuning, what stays, what to look at; then where and how sure."""
     told = {"Answer:": " ".join(headline(diagnosis))}
     told |= {"Why:": _reasons(diagnosis), "Look at:": _look_at(diagnosis)} if _named(diagnosis) else {}
-    if diagnosis.retuning and diagnosis.verdict != "none":
+    if diagnosis.retuning and (diagnosis.verdict != "none" or _swallowed(diagnosis)):
         told["Re-tuning:"] = _retuning(diagnosis)
     if _named(diagnosis) or diagnosis.verdict == "unknown":
         told["What stays:"] = _stays(diagnosis)
@@ -227,7 +229,15 @@ def _retuning(diagnosis: Diagnosis) -> str:
         f"{degrees(tuning['after_deg'])} deg ({_percent(tuning['closes_fraction'])} of the mean square)"
         + (f": {moved}." if moved else "; no valve, joint or sensor parameter moves plainly.")
     )
+    if _swallowed(diagnosis) and tuning["looks_like"]:
+        said += f" In these records any of these would look the same: {', '.join(map(_noun, tuning['looks_like']))}."
     return f"{said} {_beyond(diagnosis)}" if diagnosis.reference in FROM_MODEL and _helps(diagnosis) else said
+
+
+def _swallowed(diagnosis: Diagnosis) -> bool:
+    """A gap above the usual one that goes when the simulator's own parameters are fitted again."""
+    gap, tuning = diagnosis.gap, diagnosis.retuning
+    return tuning is not None and tuning["closes_fraction"] >= SWALLOWED and gap["rms_deg"] > gap["floor_deg"]
 
 
 def _percent(fraction: float) -> str:

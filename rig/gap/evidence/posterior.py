@@ -77,8 +77,9 @@ class Posterior:
 
     def with_evidence(self, nats: Mapping[str, float]) -> "Posterior":
         """The same once another factor has said so many nats for some of the hypotheses; of the others it is taken to
-        say what it says of these on average."""
-        heard = {name: nats.get(name, float(np.mean(list(nats.values())))) for name in self.probability}
+        say what it says of none, or else of these on average."""
+        others = nats.get(NONE, float(np.mean(list(nats.values()))))
+        heard = {name: nats.get(name, others) for name in self.probability}
         logs = {name: float(np.log(max(chance, 1e-300))) + heard[name] for name, chance in self.probability.items()}
         probability, total = _normalised(logs)
         scene = self.stand.scene

@@ -93,6 +93,7 @@ _LIBRARY: tuple[Effect, ...] = (
     ), "one pressure (or the difference) off by a constant", "offset", "valve_offset", 0.05),
     Effect("valve_lag", (Law("valve_lag", ("tau_s",), TIMES, shapes=_both()),
                          Law("valve_lag", ("tau_s",), TIMES, shapes=({"balance": 0.0, "tau0_s": 0.0},)),
+                         Law("valve_lag", ("tau_s",), TIMES, shapes=({"balance": 0.0, "tau0_s": 0.0, "second": 0.5},)),
                          Law("valve_lag", ("tau_s",), TIMES, shapes=ONE_VALVE),
                          Law("valve_lag", ("tau_s",), (-0.005, -0.015, -0.03), shapes=_both())),
            "pressures follow more slowly, filling and exhausting alike", "late", "valve_lag", 0.12),
@@ -176,10 +177,6 @@ _LIBRARY: tuple[Effect, ...] = (
     Effect("sensor_noise", (Law("sensor_noise", ("std_deg",), (0.1,)),), "more noise at all frequencies", "noise", "noise", signature=True),
     Effect("sensor_dropout", (Law("sensor_dropout", ("probability",), (0.01,)),), "samples fall to zero or to the end of the range and come back", "dropout", "dropout", signature=True),
 )  # fmt: skip
-
-FAINT = ("delay", "valve_gain", "valve_offset", "valve_lag", "co_contraction", "leak")
-"""Upstream effects that may hide in the monitors' own spread between days and yet show in the angle."""
-
 
 def _from_outside(_key: str, module: Any) -> Effect | None:
     """The effect of a package that registers one; None for a stage that the diagnosis shall not name."""

@@ -5,14 +5,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rig.gap.hypotheses.fit import Scene, angle_change, pressure_change
+from rig.gap.hypotheses.fit import Scene, angle_change, pressure_change, with_law
 from rig.gap.hypotheses.library import Law
 from rig.gap.hypotheses.propagate import Applied, Track, angle_under, late, ready
 from rig.gap.hypotheses.scales import law_scales
 from rig.gap.reference.build import Expected
-from rig.gap.reference.expectation import angle_parts, mean_doubt, pressure_parts
+from rig.gap.reference.expectation import Factor, angle_parts, mean_doubt, pressure_parts
 from rig.gap.reference.own_days import angle_days, own_factor, pressure_days
-from rig.gap.settings import Fitted
+from rig.gap.settings import Fitted, Prior
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.slots import Slot
 from rig.record import Column
@@ -68,7 +68,7 @@ def behind(expected: Expected, cause: Applied) -> Expected:
 def pressure_scene(expected: Expected, settings: Fitted, whole: Expected | None = None) -> Scene:
     """The pressures of some records; scales are those of the `whole`."""
     levels = settings.levels[expected.levels].pressures.later(expected.unsure_lag_s)
-    parts = pressure_parts(expected.tracks, expected.pairing.p0_mpa)
+    parts = pressure_parts(expected.tracks, expected.pairing.p0_mpa, expected.response)
     factor = own_factor(parts, pressure_days(expected.tracks), levels, settings.prior)
     factor = factor.at_least(expected.missed_mpa)
     moving = float(np.std(np.concatenate([track.reference.p1_mpa for track in expected.tracks])))
@@ -88,13 +88,24 @@ def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = N
     parts = angle_parts(tracks, base, response, expected.driven)
     factor = own_factor(parts, angle_days(tracks, response, expected.driven), levels, settings.prior)
     if expected.driven:
-        factor = factor.doubting(mean_doubt(tracks, base))
+        factor = _answering_other_pressures(factor.doubting(mean_doubt(tracks, base)), expected, settings.prior)
     factor = factor.at_least(expected.missed_deg).noisier(expected.marked_deg2)
     moving = float(np.std(np.concatenate(base)))
     scales = law_scales((whole or expected).tracks)
     return Scene(
         factor, angle_change(tracks, base, response, expected.driven), response, scales, moving, settings.prior
     )
+
+
+def _answering_other_pressures(factor: Factor, expected: Expected, prior: Prior) -> Factor:
+    """The same with what is unsure of the angle because the pressures are others than usual: the description of the
+    rig is as rough in what they change as it is in the angles that it was made from."""
+    usual = np.concatenate([track.reference.angle_deg for track in expected.tracks])
+    angle = np.concatenate(list(expected.base))
+    missed_deg = max(expected.response.misfit_deg, expected.missed_deg)
+    rho = missed_deg / max(float(np.std(usual)), 1e-9)
+    moved = factor.lines.of(angle - usual)
+    return replace(factor, healthy=with_law(factor.healthy, factor.lines, moved, rho, prior))
 
 
 def on_records(expected: Expected, chosen: Sequence[int]) -> Expected:

@@ -27,8 +27,9 @@ def dropouts(pairs: Sequence[Pair], column: str = ANGLE) -> Signature:
         _visible_rows(pairs, mine),
     )
     usual_fallen, usual_bursts, usual_rows = _baselines(pairs, column)
-    expected = rows / max(usual_rows, rows) * max(usual_bursts, BASELINE_FALLS)
-    p_value = float(pdtrc(bursts - 1, expected)) if bursts else 1.0
+    seen, usual = (bursts, usual_bursts) if usual_bursts else (fallen, BASELINE_FALLS)
+    expected = rows / max(usual_rows, rows) * usual
+    p_value = float(pdtrc(seen - 1, expected)) if seen else 1.0
     share, base, run = fallen / rows, usual_fallen / max(usual_rows, 1), fallen / bursts
     level = float(np.median([one.level for one in mine]))
     unit = "deg" if angle else "MPa"

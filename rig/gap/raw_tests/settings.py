@@ -114,7 +114,8 @@ NOTCH_QUALITY = 4.0
 DROPOUT_CHANCE = 1e-4
 """Probability by chance below which drop-outs are found, given as many as the baselines have."""
 BASELINE_FALLS = 0.5
-"""Falls that baselines without any are taken to have had (Jeffreys)."""
+"""Samples that are taken to have fallen in baselines without any (Jeffreys). Where baselines have some, bursts are
+counted: their samples fall together."""
 
 # time stamps and monitors
 STAMP_GAP = 2.5

@@ -157,7 +157,7 @@ def _bridged(column: Column, gone: Rows) -> Column:
 def _often_enough(found: Sequence[tuple[Dropouts, ...]]) -> set[tuple[str, float]]:
     counts: dict[tuple[str, float], int] = {}
     for one in (one for mine in found for one in mine):
-        counts[one.column, one.rail] = counts.get((one.column, one.rail), 0) + one.bursts
+        counts[one.column, one.rail] = counts.get((one.column, one.rail), 0) + int(one.fallen.sum())
     return {key for key, count in counts.items() if count >= FEWEST_DROPOUTS}
 
 

@@ -31,7 +31,7 @@ FEWEST_VALUES, MOST_DIFFERENT = 3, 0.5
 EXACT = 1e-9
 """Share of a column's range within which values without such a step are the same."""
 FEWEST_DROPOUTS = 3
-"""Falls to one rail from which on they are drop-outs and not outliers; 0.5 % of two 20 s records are 40."""
+"""Samples that fell to one rail from which on they are drop-outs and not outliers; 0.5 % of two 20 s records are 40."""
 RAIL_STEPS = 2.5
 """A converter reads a rail within so many of its steps: one either way, counted from the lowest."""
 LONGEST_BRIDGE_S = 0.05

@@ -26,12 +26,17 @@ from rig.gap.settings import (
     Prior,
 )
 from rig.model.response import ResponseModel
-from rig.model.response_kernels import RESPONSE_TERMS, response_terms
+from rig.model.response_kernels import RESPONSE_TERMS, regulated, response_terms
 from rig.record import Column
 
 VALVE_PATTERNS = ("offset_mpa", "gain", "lag_s", "curvature_s2", "one_way_s", "bend")
 """What is unsure of each regulator with its monitor: zero, gain, first and second order of its answer, filling against
 exhausting, curvature of its characteristic."""
+REGULATOR_PATTERNS = ("regulators", "one_way")
+"""What is unsure of both regulators alike, which are of one make: their time constant, and that of exhausting against
+filling; relative."""
+REGULATOR_STEP = 0.1
+"""Relative change of a time constant by which these patterns are taken."""
 ANGLE_PATTERNS = (
     "offset", "gain", "lag_s", "loop", "monitor_mpa", "monitor_mpa", "monitor_gain", "monitor_gain", "mean_law",
     "drift", "warming",
@@ -121,7 +126,7 @@ class Parts:
         return max(prior.effective * min(1.0, seconds / SESSION_S), LEAST_EFFECTIVE)
 
 
-def pressure_parts(tracks: Sequence[Track], p0_mpa: float) -> Parts:
+def pressure_parts(tracks: Sequence[Track], p0_mpa: float, response: ResponseModel) -> Parts:
     """Both monitors against what the reference's regulators give under the commands; valve 1 of every record, then
     valve 2."""
     pairs = [track.pair for track in tracks]
@@ -132,7 +137,8 @@ def pressure_parts(tracks: Sequence[Track], p0_mpa: float) -> Parts:
     blocks = [_valve_patterns(column, p0_mpa, pair.dt_s) for column, pair in zip(expected, pairs * 2, strict=True)]
     first, second = np.concatenate(blocks[: len(pairs)]), np.concatenate(blocks[len(pairs) :])
     zero = np.zeros_like(first)
-    columns = lines.of(np.vstack([np.hstack([first, zero]), np.hstack([zero, second])]))
+    alike = np.concatenate([_regulator_patterns(track, response, valve) for valve in (0, 1) for track in tracks])
+    columns = lines.of(np.hstack([np.vstack([first, zero]), np.vstack([zero, second]), alike]))
     noise = [line_noise(pair.raw.p1_mpa, pair) for pair in pairs] + [
         line_noise(pair.raw.p2_mpa, pair) for pair in pairs
     ]
@@ -141,7 +147,7 @@ def pressure_parts(tracks: Sequence[Track], p0_mpa: float) -> Parts:
         lines,
         np.concatenate(measured) - np.concatenate(expected),
         columns,
-        VALVE_PATTERNS * 2,
+        VALVE_PATTERNS * 2 + REGULATOR_PATTERNS,
         lines.envelope(moving, ENVELOPE_HZ, ENVELOPE_EVEN),
         max(float(np.ptp(np.concatenate(expected))), 1e-4),
         np.square(noise)[lines.record],
@@ -155,6 +161,17 @@ def _valve_patterns(pressure: Column, p0_mpa: float, dt_s: float) -> Column:
     return np.column_stack(
         [np.ones_like(pressure), moved, -speed, np.gradient(speed, dt_s), -np.abs(speed), moved**2 / p0_mpa]
     )
+
+
+def _regulator_patterns(track: Track, response: ResponseModel, valve: int) -> Column:
+    """(n, 2) of one valve in the order of REGULATOR_PATTERNS."""
+    pair, (dead_s, fill_s, exhaust_s) = track.pair, response.regulators[valve]
+    u = pair.u1_mpa if valve == 0 else pair.u2_mpa
+    more, less = 1.0 + REGULATOR_STEP, 1.0 - REGULATOR_STEP
+    here = regulated(u, dead_s, fill_s, exhaust_s, pair.dt_s)
+    slower = regulated(u, dead_s, more * fill_s, more * exhaust_s, pair.dt_s)
+    uneven = regulated(u, dead_s, less * fill_s, more * exhaust_s, pair.dt_s)
+    return np.column_stack([slower - here, uneven - here]) / REGULATOR_STEP
 
 
 def angle_parts(tracks: Sequence[Track], base: Sequence[Column], response: ResponseModel, driven: bool) -> Parts:

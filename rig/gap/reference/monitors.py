@@ -32,6 +32,11 @@ class Misread:
         """The angle's levels with what stays in doubt of the monitors."""
         return replace(angle, patterns={**angle.patterns, OWN: self.spread_mpa})
 
+    def differs(self, other: "Misread") -> bool:
+        """Whether another reading of the monitors is off by more than the doubt that stays."""
+        apart = [abs(one - two) for one, two in zip(self.offset_mpa, other.offset_mpa, strict=True)]
+        return max(apart) > max(self.spread_mpa, other.spread_mpa)
+
 
 def misread(pressures: Factor, left: Column, levels: Levels) -> Misread:
     """From what a cause leaves of the pressures' gap, in lines (l,)."""

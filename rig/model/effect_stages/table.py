@@ -149,10 +149,11 @@ OWN_STAGES: dict[str, EffectStage] = {
         "valve_lag",
         "valve",
         valve.valve_lag,
-        5,
+        7,
         _P("tau_s", "s", -0.5, 1.0, 0.0, "further time constant; negative is quicker"),
         _BALANCE,
         _TAU0,
+        _P("second", "1", 0.0, 0.5, 0.0, "share of tau_s that is a second pole behind the first"),
     ),
     "valve_slew": _entry(
         "valve_slew",
@@ -164,6 +165,7 @@ OWN_STAGES: dict[str, EffectStage] = {
         _BALANCE,
         _TAU0,
         _P("choked", "1", 0.0, 1.0, 0.0, "1: exhausting slows down as the pressure falls, as through an orifice"),
+        _P("rounded", "1", 0.0, 1.0, 0.0, "1: the limit is only approached; 0: a sharp corner"),
     ),
     "fill_exhaust_asymmetry": _entry(
         "fill_exhaust_asymmetry",

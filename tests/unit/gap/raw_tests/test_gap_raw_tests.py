@@ -137,15 +137,28 @@ def test_more_noise_is_noise_and_no_lost_sample() -> None:
     assert set(found) == {"noise"}
 
 
-def test_two_falls_are_outliers_and_three_are_drop_outs() -> None:
-    for count, taken in ((2, 0), (3, 3)):
+def test_two_fallen_samples_are_outliers_and_three_are_drop_outs() -> None:
+    for rows, taken in (([300, 900], 0), ([300, 900, 1500], 3), ([300, 301, 302], 3)):
         angle = day(5)[0].angle_deg
         assert angle is not None
         angle = angle.copy()
-        angle[[300, 900, 1500][:count]] = -172.5
+        angle[rows] = -172.5
         cleaned, _ = without_dropouts([replace(day(5)[0], angle_deg=angle)])
         assert cleaned[0].angle_deg is not None
         assert np.isnan(cleaned[0].angle_deg).sum() == taken
+
+
+@pytest.mark.parametrize(("rows", "found"), [(3, False), (8, True)])
+def test_one_long_burst_is_a_drop_out(rows: int, found: bool) -> None:
+    """Eight samples at a rail that no joint reaches are no accident, though they fell at once."""
+    records, day_before = day(5), day(6)
+    angle = records[0].angle_deg
+    assert angle is not None
+    angle = angle.copy()
+    angle[300 : 300 + rows] = -180.0
+    case = [replace(records[0], angle_deg=angle), *records[1:]]
+    marks = read_signatures(pair_up(case, [day_before], 0.2).pairs)
+    assert {mark.test: mark.found for mark in marks}["drop-outs"] is found
 
 
 def test_a_filter_s_way_back_is_taken_out_with_the_fall() -> None:

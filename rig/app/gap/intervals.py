@@ -1,0 +1,60 @@
+"""What `pamrig gap check further` does: how unsure it is what is left of a gap, from checks of development cases.
+
+Every case tells what was said to be left and what was left on records that the diagnosis never got.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from rig.blind_check.folder import CheckFolder, read_json
+from rig.blind_check.statistics import CLEAR
+from rig.errors import RecordError
+from rig.gap.answer.consistency import RAW
+from rig.gap.answer.further import Shrunk, fit_spread
+from rig.gap.hypotheses.library import LIBRARY
+from rig.gap.settings import Fitted
+
+LEAST_CASES = 20
+"""Fewer tell nothing of the outermost twentieths."""
+
+
+def with_further(levels: Fitted, folders: Sequence[CheckFolder], left_out: Sequence[str]) -> Fitted:
+    """The levels with the spread of what is left, as these checks' cases show it; without those of the families
+    `left_out`. RecordError where there are too few."""
+    found = [case for folder in folders for case in _cases(folder, left_out)]
+    if len(found) < LEAST_CASES:
+        raise RecordError(
+            f"{len(found)} cases name an effect whose shrinking was seen on untouched records; at least {LEAST_CASES} "
+            "are needed"
+        )
+    said, left_deg2 = zip(*found, strict=True)
+    return replace(levels, further=fit_spread(said, left_deg2))
+
+
+def _cases(folder: CheckFolder, left_out: Sequence[str]) -> Iterator[tuple[Shrunk, float]]:
+    """For each clear case and way of asking that named something: what was said, and the mean square (deg^2) that was
+    left."""
+    for path in sorted((folder.root / "scores").glob("*.json")):
+        answers = read_json(folder.answer(path.stem))["modes"]
+        for mode, row in read_json(path)["rows"].items():
+            if row["family"] not in left_out and _tells(row):
+                said = _said(answers[mode]["diagnosis"])
+                closed = said.before_deg**2 - said.floor_deg**2
+                yield said, said.floor_deg**2 + (1.0 - min(row["realised_ef"], 1.0)) * closed
+
+
+def _tells(row: Mapping[str, Any]) -> bool:
+    return (
+        row["kind"] in ("single", "pair")
+        and row["ratio"] >= CLEAR
+        and row["realised_ef"] is not None
+        and row["ef_interval"] is not None
+    )
+
+
+def _said(diagnosis: Mapping[str, Any]) -> Shrunk:
+    left = tuple(one["gap_after_deg"] ** 2 for one in diagnosis["evidence"]["records"])
+    added = [cause["effect"] for cause in diagnosis["causes"] if cause["judged_on"] not in RAW]
+    rho = max(LIBRARY[name].misfit for name in added if name in LIBRARY)
+    return Shrunk(diagnosis["gap"]["rms_deg"], diagnosis["gap"]["floor_deg"], left, rho)
