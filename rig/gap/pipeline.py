@@ -160,9 +160,7 @@ def _judged(
     return expected, (*two, *seconded(angle))
 
 
-def _faint(
-    ahead: Posterior, told: Mapping[str, Expected], expected: Expected, settings: Fitted
-) -> dict[str, Expected]:
+def _faint(ahead: Posterior, told: Mapping[str, Expected], expected: Expected, settings: Fitted) -> dict[str, Expected]:
     """What is expected of the angle by hypotheses ahead of the monitors that are unlikely by the pressures, and that
     read the monitors otherwise than the likeliest: an offset that is really there moves the joint, one of a monitor
     does not, and the pressures alone do not tell these apart."""

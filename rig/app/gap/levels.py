@@ -94,7 +94,9 @@ def calibrate(plan: Plan, report: Callable[[int], None] = lambda done: None) -> 
         of_each = [[day for day in days if day.reference == name] for name in names]
         levels = dict(zip(names, pool.map(partial(_levels, prior=prior), of_each), strict=True))
     command = f"pamrig gap calibrate --units {plan.units} --seed {plan.seed}"
-    return Fitted(Provenance(command, list(plan.families), len(rigs), len(rigs) * len(DAYS)), levels, prior, shipped.further)
+    return Fitted(
+        Provenance(command, list(plan.families), len(rigs), len(rigs) * len(DAYS)), levels, prior, shipped.further
+    )
 
 
 def _reported(results: Iterable[R], report: Callable[[int], None], before: int) -> Iterator[R]:

@@ -80,8 +80,8 @@ def _at(cases: Sequence[Shrunk], off: Column, floor: float, law: float) -> tuple
 
 
 def conformal(scores: Column) -> tuple[float, float]:
-    """How far below and above zero an interval must reach to hold LEVEL of further scores (n,) like these: the quantiles
-    of order (n + 1) p, the outermost where there are too few."""
+    """How far below and above zero an interval must reach to hold LEVEL of further scores (n,) like these: the
+    quantiles of order (n + 1) p, the outermost where there are too few."""
     ordered, count, tail = np.sort(scores), len(scores), 0.5 * (1.0 - LEVEL)
     least = int(np.floor((count + 1) * tail)) - 1
     below, above = ordered[max(least, 0)], ordered[min(count - 1 - least, count - 1)]

@@ -12,6 +12,7 @@ from rig.gap.evidence.gaussian import Gaussian
 from rig.gap.hypotheses.fit import Fit, Scene, fit_effect, with_law
 from rig.gap.hypotheses.library import Effect
 from rig.gap.hypotheses.scenes import Stand
+from rig.gap.reference.expectation import Factor
 from rig.gap.settings import CREDIBLE, ENVELOPE_HZ, UNKNOWN_EVEN
 from rig.record import Column
 
@@ -114,9 +115,7 @@ def judge(
     gap = scene.factor.lines.of(scene.factor.gap)
     logs = {
         NONE: scene.factor.healthy.log_density(gap) + prior.log_none,
-        UNKNOWN: float(
-            np.logaddexp(log_unknown(scene, scene.factor.healthy, gap), log_beyond(scene.factor.healthy, gap))
-        )
+        UNKNOWN: float(np.logaddexp(log_unknown(scene, scene.factor.healthy, gap), log_beyond(scene.factor, gap)))
         - np.log(2.0)
         + prior.log_unknown,
     } | {name: fit.log_evidence for name, fit in fits.items()}
@@ -155,10 +154,13 @@ def log_unknown(scene: Scene, expected: Gaussian, left: Column) -> float:
     return float(logsumexp(np.array(logs) + log_prior + np.log(width)))
 
 
-def log_beyond(expected: Gaussian, left: Column) -> float:
-    """Evidence that what is left (lines) is of the kinds that are expected, and more than is ever expected of them: an
-    offset, a gain or a lag that no effect of the library explains."""
-    logs = [replace(expected, patterns=times * expected.patterns).log_density(left) for times in _BEYOND]
+def log_beyond(factor: Factor, left: Column) -> float:
+    """Evidence that what is left (lines) is of the kinds that days differ in, and more than is ever expected of them:
+    an offset, a gain or a lag that no effect of the library explains."""
+    expected, logs = factor.healthy, []
+    for times in _BEYOND:
+        size = np.where(np.arange(expected.patterns.shape[1]) < factor.between_days, times, 1.0)
+        logs.append(replace(expected, patterns=size * expected.patterns).log_density(left))
     return float(logsumexp(logs)) - float(np.log(len(_BEYOND)))
 
 

@@ -178,6 +178,7 @@ _LIBRARY: tuple[Effect, ...] = (
     Effect("sensor_dropout", (Law("sensor_dropout", ("probability",), (0.01,)),), "samples fall to zero or to the end of the range and come back", "dropout", "dropout", signature=True),
 )  # fmt: skip
 
+
 def _from_outside(_key: str, module: Any) -> Effect | None:
     """The effect of a package that registers one; None for a stage that the diagnosis shall not name."""
     made: Effect | None = module.library() if hasattr(module, "library") else None

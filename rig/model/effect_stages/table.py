@@ -165,7 +165,6 @@ OWN_STAGES: dict[str, EffectStage] = {
         _BALANCE,
         _TAU0,
         _P("choked", "1", 0.0, 1.0, 0.0, "1: exhausting slows down as the pressure falls, as through an orifice"),
-        _P("rounded", "1", 0.0, 1.0, 0.0, "1: the limit is only approached; 0: a sharp corner"),
     ),
     "fill_exhaust_asymmetry": _entry(
         "fill_exhaust_asymmetry",

@@ -61,11 +61,10 @@ def valve_lag(p1: Values, p2: Values, y: Values, state: Values, params: Sequence
 
 
 def valve_slew(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
-    """|dp/dt| has a limit inside the regulator; params: fill_mpa_s, exhaust_mpa_s, balance, tau0_s, choked, rounded.
+    """|dp/dt| has a limit inside the regulator; params: fill_mpa_s, exhaust_mpa_s, balance, tau0_s, choked.
 
     With a balance the less limited valve has the limits divided by its share. choked 1: a small orifice, through which
-    the muscle exhausts the more slowly the less (absolute) pressure is left; the limit then holds at 0.3 MPa. rounded
-    1: the limit is only approached, as by a restriction in series with the valve, in place of a sharp corner.
+    the muscle exhausts the more slowly the less (absolute) pressure is left; the limit then holds at 0.3 MPa.
     """
     was = math.exp(-dt_s / max(params[3], 1e-6))
     share1, share2 = max(min(1.0, 1.0 + params[2]), 1e-6), max(min(1.0, 1.0 - params[2]), 1e-6)
@@ -74,14 +73,12 @@ def valve_slew(p1: Values, p2: Values, y: Values, state: Values, params: Sequenc
             state[0], state[1], state[2], state[3], state[4] = 1.0, p1[i], p2[i], p1[i], p2[i]
         goal1, goal2 = (p1[i] - was * state[3]) / (1.0 - was), (p2[i] - was * state[4]) / (1.0 - was)
         state[3], state[4] = p1[i], p2[i]
-        for valve in (1, 2):
-            share, goal = (share1, goal1) if valve == 1 else (share2, goal2)
-            move = (1.0 - was) * (goal - state[valve])
-            down = params[1] * dt_s / share * (1.0 + params[4] * ((state[valve] + 0.1013) / 0.4013 - 1.0))
-            up = params[0] * dt_s / share
-            sharp = min(max(move, -down), up)
-            smooth = move / (1.0 + abs(move) / max(up if move > 0.0 else down, 1e-12))
-            state[valve] += sharp + params[5] * (smooth - sharp)
+        down = params[1] * dt_s * (1.0 + params[4] * ((state[1] + 0.1013) / 0.4013 - 1.0))
+        move = (1.0 - was) * (goal1 - state[1])
+        state[1] += min(max(move, -down / share1), params[0] * dt_s / share1)
+        down = params[1] * dt_s * (1.0 + params[4] * ((state[2] + 0.1013) / 0.4013 - 1.0))
+        move = (1.0 - was) * (goal2 - state[2])
+        state[2] += min(max(move, -down / share2), params[0] * dt_s / share2)
         p1[i], p2[i] = state[1], state[2]
 
 
