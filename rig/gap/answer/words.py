@@ -229,7 +229,7 @@ def _retuning(diagnosis: Diagnosis) -> str:
         f"{degrees(tuning['after_deg'])} deg ({_percent(tuning['closes_fraction'])} of the mean square)"
         + (f": {moved}." if moved else "; no valve, joint or sensor parameter moves plainly.")
     )
-    if _swallowed(diagnosis) and tuning["looks_like"]:
+    if _swallowed(diagnosis) and tuning.get("looks_like"):
         said += f" In these records any of these would look the same: {', '.join(map(_noun, tuning['looks_like']))}."
     return f"{said} {_beyond(diagnosis)}" if diagnosis.reference in FROM_MODEL and _helps(diagnosis) else said
 
