@@ -25,7 +25,7 @@ class Gap:
     after_deg: float
     after_low_deg: float
     after_high_deg: float
-    """95 % interval on further records."""
+    """90 % interval on further records (`rig.gap.answer.further`)."""
     floor_source: str
     """What the floor rests on: the rig's own days (sessions), or what is usual of such a reference."""
 

@@ -237,7 +237,7 @@ def _retuning(diagnosis: Diagnosis) -> str:
 def _swallowed(diagnosis: Diagnosis) -> bool:
     """A gap above the usual one that goes when the simulator's own parameters are fitted again."""
     gap, tuning = diagnosis.gap, diagnosis.retuning
-    return tuning is not None and tuning["closes_fraction"] >= SWALLOWED and gap["rms_deg"] > gap["floor_deg"]
+    return tuning is not None and tuning["closes_fraction"] >= SWALLOWED and gap.rms_deg > gap.floor_deg
 
 
 def _percent(fraction: float) -> str:
