@@ -13,6 +13,7 @@ from rig.blind_check.goals import GOALS, bound, figure, figure_text, reached
 from rig.outputs import Kind, write_text
 from rig.report.check_results import as_markdown
 from rig.report.check_words import FAMILY_FIGURES, MODE_WORDS, MODES_A_TABLE, NAIVE_WORDS
+from rig.report.figure_texts import as_written
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -122,6 +123,7 @@ def _picture(mode: Mapping[str, Any]) -> str:
         if axes.get_legend_handles_labels()[0]:
             axes.legend(loc="lower right")
     text = StringIO()
+    as_written(drawing)
     drawing.savefig(text, format="svg", metadata={"Date": None})
     return text.getvalue()[text.getvalue().index("<svg") :]
 

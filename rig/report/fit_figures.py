@@ -13,6 +13,7 @@ from rig.errors import RigError
 from rig.outputs import Kind, writing
 from rig.own_units import own_text, speaker
 from rig.record import Column, Record
+from rig.report.figure_texts import as_written
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -138,5 +139,6 @@ def save_figure(figure: "Figure", path: Path) -> Path:
     except OSError as error:
         raise RigError(f"{path.parent}: cannot be made: {error.strerror}") from None
     with writing(path, Kind.FIGURE) as part:
+        as_written(figure)
         figure.savefig(part, dpi=130)
     return path

@@ -18,6 +18,7 @@ from rig.gap.pipeline import Grounds
 from rig.gap.reference.build import commanded_gaps
 from rig.own_units import own_text
 from rig.record import Column
+from rig.report.figure_texts import as_written
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -87,6 +88,7 @@ def _svg(figure: "Figure") -> str:
         {"svg.fonttype": "none", "font.family": "sans-serif", "font.size": 10, "svg.hashsalt": "pamrig"}
     ):
         text = StringIO()
+        as_written(figure)
         figure.savefig(text, format="svg", metadata={"Date": None})
     drawn = text.getvalue()
     return drawn[drawn.index("<svg") :]

@@ -18,6 +18,7 @@ from rig.log.replay import Comparison
 from rig.outputs import Kind, writing
 from rig.own_units import own_text, speaker
 from rig.record import Column, Record
+from rig.report.figure_texts import as_written
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -128,6 +129,7 @@ def _beside(
 def save(figure: "Figure", path: Path) -> None:
     """Write a figure in the format of the suffix; RigError when that is unknown or the file cannot be written."""
     with writing(path, Kind.FIGURE) as part:
+        as_written(figure)
         figure.savefig(part, dpi=150)
 
 

@@ -29,7 +29,10 @@ class Picture:
         save(self.figure, Path(place))
 
     def _repr_png_(self) -> bytes:
+        from rig.report.figure_texts import as_written
+
         png = BytesIO()
+        as_written(self.figure)
         self.figure.savefig(png, format="png", dpi=_DPI)
         return png.getvalue()
 

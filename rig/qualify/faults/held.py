@@ -12,7 +12,6 @@ from rig.qualify.faults.bench import SAFE_MPA, START_S, FaultBench, Spoilt, name
 from rig.qualify.faults.wired import ModbusFaultBench, SerialFaultBench, io_processes_of
 
 _INTO_THE_SWEEP_S: Final = 0.3
-_ENDED_S: Final = 15.0
 _LEVELS: Final = "0.3,0.2"
 _STEP_S: Final = "4"
 """A step of a valve is held for so long, which is longer than all blows of a trial take."""
@@ -52,7 +51,7 @@ class HeldBench(FaultBench, ABC):
 
     def said_of_safe(self, patience_s: float) -> str:
         """What the last line says of the safe state; RigError when it says none."""
-        self.wait(lambda: not self.alive, "the command to end", _ENDED_S)
+        self.wait(lambda: not self.alive, "the command to end", START_S)  # a replay draws first
         return self.wait(self._words, "a word on the safe state", patience_s)
 
     def _words(self) -> str:

@@ -1,0 +1,38 @@
+"""The texts of figures: names from records are shown as they are, and nothing of ours is lost."""
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from rig.report.log_figures import save
+
+NAME = "$\\foo$ \x1b[31m _{x"
+
+
+@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
+def test_a_name_is_no_formula_and_no_command(tmp_path: Path, suffix: str) -> None:
+    figure = Figure()
+    axes = figure.subplots()
+    axes.loglog([1e-3, 1e3], [1.0, 2.0], label=NAME)
+    axes.set(xlabel=NAME, title=NAME)
+    axes.legend()
+    figure.suptitle(NAME)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # a sign without a glyph would be told to the terminal as it is
+        save(figure, tmp_path / f"x{suffix}")
+    assert axes.get_title() == "$\\foo$ \\x1b[31m _{x"
+
+
+def test_powers_of_ten_stay_what_they_are() -> None:
+    """What matplotlib itself writes beside an axis is mathematics."""
+    from rig.report.figure_texts import as_written
+
+    figure = Figure()
+    axes = figure.subplots()
+    axes.loglog(np.array([1e-3, 1e3]), [1.0, 2.0])
+    figure.draw_without_rendering()
+    as_written(figure)
+    assert all(label.get_parse_math() for label in axes.get_xticklabels())
