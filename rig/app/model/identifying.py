@@ -124,10 +124,11 @@ def sample_time_s(records: Sequence[Record], options: Options) -> float:
         return USUAL_SAMPLE_TIME_S
     period = float(f"{np.median([record.period_s for record in records if len(record) > 1] or [0.0]):.3g}")
     if period and not SHORTEST_SAMPLE_TIME_S <= period <= LONGEST_SAMPLE_TIME_S:
+        doubt = "is t_s in ms? Else " if SHORTEST_SAMPLE_TIME_S <= period / 1e3 <= LONGEST_SAMPLE_TIME_S else ""
         raise RecordError(
             f"{records[0].name}: sampled every {1e3 * period:.4g} ms; a model is identified at "
-            f"{1e3 * SHORTEST_SAMPLE_TIME_S:g} to {1e3 * LONGEST_SAMPLE_TIME_S:g} ms; --resample puts the records onto "
-            f"{1e3 * USUAL_SAMPLE_TIME_S:g} ms, --sample-time insists"
+            f"{1e3 * SHORTEST_SAMPLE_TIME_S:g} to {1e3 * LONGEST_SAMPLE_TIME_S:g} ms; {doubt}--resample puts the "
+            f"records onto {1e3 * USUAL_SAMPLE_TIME_S:g} ms, --sample-time insists"
         )
     return period or USUAL_SAMPLE_TIME_S
 
