@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
-from scipy.optimize import lsq_linear, minimize_scalar
 
 from rig.columns import rms
 from rig.identify.descent import descend
@@ -167,6 +166,8 @@ def mean_pressure_moves(means_mpa: Sequence[Column], p0_mpa: float) -> bool:
 
 def fit_mean_exponent(records: Sequence[Drive], p0_mpa: float) -> float:
     """The exponent of the mean pressure, 0 .. MOST_EXPONENT, with which the bank leaves least of the angles."""
+    from scipy.optimize import minimize_scalar  # see fit_balance
+
     fit = minimize_scalar(
         lambda exponent: fit_bank(records, p0_mpa, exponent)[1],
         bounds=(0.0, MOST_EXPONENT),
@@ -178,6 +179,8 @@ def fit_mean_exponent(records: Sequence[Drive], p0_mpa: float) -> float:
 
 def fit_balance(records: Sequence[Drive], p0_mpa: float, exponent: float = 1.0) -> Balance:
     """The joint's balance over its stiffness, by bounded linear least squares."""
+    from scipy.optimize import lsq_linear  # a tenth of a second to import, and whoever has a fingerprint fits none
+
     blocks = [_balance_rows(record, p0_mpa, exponent) for record in records]
     rows = np.concatenate([terms for terms, _ in blocks])
     angle = np.concatenate([target for _, target in blocks])

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
-from scipy.optimize import brentq
 
 from rig.gap.hypotheses.scenes import PRESSURES, Stand
 from rig.gap.settings import SESSION_S, Prior
@@ -113,6 +112,7 @@ def needed_separation(nats: float, prior: Prior, quantile: float) -> float:
     scatter by about the separation itself."""
     if nats <= 0.0:
         return 0.0
+    from scipy.optimize import brentq  # a tenth of a second to import, and a diagnosis alone plans nothing
 
     def short(separation: float) -> float:
         scatter = separation / (1.0 + separation**2 / (prior.degrees + prior.effective))
