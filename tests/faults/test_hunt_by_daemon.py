@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from rich.text import Text
 
-from rig.app import compose
+from rig.app import compose, shipped
 from rig.app.gap.hunting import Hunted, HuntOptions, hunt, hunt_and_tell
 from rig.cli.service.picture import status_lines
 from rig.errors import CheckFailed, StateError
@@ -56,7 +56,7 @@ def watcher(bench: FaultBench, client: Client) -> Iterator[Watcher]:
 @pytest.fixture
 def options(bench: FaultBench, watcher: Watcher, tmp_path: Path) -> HuntOptions:
     (tmp_path / "first.yaml").write_text(SESSION)
-    model = compose.configs() / "models" / "simulated.yaml"
+    model = shipped.configs() / "models" / "simulated.yaml"
     return HuntOptions(compose.load(bench.rig), model, tmp_path / "hunt", first=tmp_path / "first.yaml", daemon=watcher)
 
 
