@@ -19,6 +19,7 @@ from rig.gap.plan.data_sheet import ALLOWED, Allowed
 from rig.gap.plan.design import Design, Told, appraise, design
 from rig.gap.plan.raw_ability import raw_abilities
 from rig.gap.plan.rehearse import rehearse
+from rig.gap.reference.build import Kind
 from rig.gap.settings import fitted
 from rig.own_units import own_plain
 from rig.rig_config import load_rig
@@ -35,6 +36,8 @@ class Able:
 
     sweeps: dict[str, Capability]
     channels: Channels
+    kind: Kind
+    """What stands for the rig without a gap."""
 
 
 def capability_of(asked: Asked, sweeps: Sequence[Path]) -> Able:
@@ -47,7 +50,7 @@ def capability_of(asked: Asked, sweeps: Sequence[Path]) -> Able:
         _check_room(plans, asked.rig, known.rig.grid_ns)
         made = capability(rehearse(known.rig, plans), known.effects, settings)
         found[sweep.name] = replace(made, abilities=(*made.abilities, *_raw(asked, known, path)))
-    return Able(found, known.channels)
+    return Able(found, known.channels, known.rig.kind)
 
 
 def _raw(asked: Asked, known: Known, sweep: Path) -> list[Ability]:
@@ -164,7 +167,8 @@ def report_capability(found: Able) -> dict[str, Any]:
     plain = {name: _plain(one, found.channels) for name, one in found.sweeps.items()}
     first = next(iter(plain))
     more = {"sweeps": plain} if len(plain) > 1 else {}
-    return plain[first] | {"sweep": first, "false_alarm_rate": FALSE_ALARM_RATE} | more | _map_of(found.channels)
+    said = {"sweep": first, "reference": found.kind.value, "false_alarm_rate": FALSE_ALARM_RATE}
+    return plain[first] | said | more | _map_of(found.channels)
 
 
 def _plain(one: Capability, channels: Channels) -> dict[str, Any]:

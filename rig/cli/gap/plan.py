@@ -59,6 +59,8 @@ def capability(
 
     with progress("computing"):
         found = capability_of(Asked(model, baselines, reference, rig, not no_pressures), sweeps)
+    hint = "" if baselines else "; --baseline DAY shows far smaller effects"
+    console(json_to).print(f"compared with: {found.kind.value}{hint}")
     for name, one in found.sweeps.items():
         _show(name, one, found.channels, json_to)
     if output is not None:

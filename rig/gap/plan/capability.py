@@ -160,13 +160,14 @@ def _distance(stand: Stand, change: Column) -> float:
 
 
 def _joined(blocks: Sequence[tuple[list[str], Column]]) -> tuple[list[str], Column]:
-    """The factors' matrices in one: effects of different factors are told apart by where they show."""
+    """The factors' matrices in one: effects of different factors are told apart by where they show, so that each lies
+    as far from them as from nothing."""
     names = list(dict.fromkeys(name for block, _ in blocks for name in block))
     out = np.full((len(names), len(names)), np.inf)
     for block, between in blocks:
         at = [names.index(name) for name in block]
         out[np.ix_(at, at)] = np.minimum(out[np.ix_(at, at)], between)
-    return names, out
+    return names, np.where(np.isinf(out), np.diag(out)[:, None], out)
 
 
 def _confusable(names: Sequence[str], matrix: Column, needed: float) -> list[tuple[str, str]]:

@@ -51,12 +51,21 @@ class Hypothesis:
     probability: float
     spread: Mapping[str, float]
     """Standard deviations of the fitted numbers."""
+    given: str = ""
+    """The first of two effects on this factor, where this may be the second."""
+    effect: str = ""
+    """Its name where that is not its stage's: effects may share one."""
+
+    @property
+    def name(self) -> str:
+        """Of the effect."""
+        return self.effect or self.applied.effect
 
 
 def hypotheses_of(posteriors: Sequence[Posterior]) -> list[Hypothesis]:
     """What is still possible on every factor that leaves a choice, the likeliest first."""
     return [
-        Hypothesis(posterior.stand.name, fit.applied, posterior.probability[name], spreads(fit))
+        Hypothesis(posterior.stand.name, fit.applied, posterior.probability[name], spreads(fit), posterior.given, name)
         for posterior in posteriors
         if posterior.found and sum(one in posterior.fits for one in posterior.names) > 1
         for name, fit in sorted(posterior.fits.items(), key=lambda item: -posterior.probability[item[0]])
@@ -129,17 +138,14 @@ def next_experiment(
     """The records that tell most of these hypotheses within `seconds`; None when nothing is open, or none tells any
     more."""
     open_ones = [one for one in hypotheses if one.probability >= LEAST_PROBABILITY]
-    factors = dict.fromkeys(one.factor for one in open_ones)
-    rivals = {name: [one for one in open_ones if one.factor == name][:MOST] for name in factors}
-    rivals = {name: those for name, those in rivals.items() if len(those) > 1}
+    places = dict.fromkeys((one.factor, one.given) for one in open_ones)
+    rivals = [[one for one in open_ones if (one.factor, one.given) == place][:MOST] for place in places]
+    rivals = [those for those in rivals if len(those) > 1]
     pool, plans = _pool(room, rig.grid_ns) if rivals else ((), ())
     if not pool:
         return None
-    known = [
-        _weigh(stand, rivals[stand.name])
-        for stand in factors_of(rehearse(rig, plans), settings)
-        if stand.name in rivals
-    ]
+    stands = {stand.name: stand for stand in factors_of(rehearse(rig, plans), settings)}
+    known = [_weigh(stands[those[0].factor], those) for those in rivals if those[0].factor in stands]
     chosen = _chosen(known, [lasts_s(entry) for entry in pool], seconds)
     return _described(known, pool, chosen) if chosen else None
 
@@ -197,7 +203,7 @@ def _weigh(stand: Stand, rivals: Sequence[Hypothesis]) -> _Open:
             slopes.append(stand.scene.changed_by(moved) - changes[k])
             owner.append(k)
     information = inform(stand, np.nan_to_num(np.column_stack([*changes, *slopes])))
-    names = tuple(one.applied.effect for one in rivals)
+    names = tuple(one.name for one in rivals)
     return _Open(names, chance / chance.sum(), information, tuple(owner))
 
 

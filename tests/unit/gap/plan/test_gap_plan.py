@@ -117,6 +117,9 @@ def test_what_looks_alike_is_said_and_named_later_than_seen(rig: Rig) -> None:
     plans = expand(load_sweep(CONFIGS / "sweeps" / "gap.yaml"), PERIOD_NS)
     found = capability(rehearse(rig, plans), FEW, fitted())
     assert ("delay", "valve_lag") in found.confusable
+    seen = dict(zip(found.names, np.diag(found.separation), strict=True))
+    apart = found.separation[found.names.index("delay"), found.names.index("viscous_friction")]
+    assert apart == seen["delay"], "what is not seen is not told from what shows elsewhere"
     delay = next(one for one in found.abilities if one.effect == "delay")
     assert delay.rival == "valve_lag"
     assert delay.nameable is None or delay.nameable > (delay.detectable or 0.0)
@@ -157,6 +160,13 @@ def late(stage: str, seconds: float, probability: float, factor: str = PRESSURES
     return Hypothesis(factor, Applied(stage, {name: seconds}), probability, {name: 0.1 * seconds})
 
 
+def test_effects_that_share_a_stage_keep_their_names(rig: Rig) -> None:
+    rivals = [late("delay", 0.02, 0.5), replace(late("valve_lag", 0.02, 0.5), effect="supply_droop")]
+    found = next_experiment(rivals, rig, Room(rests_mpa=(0.2,)), fitted())
+    assert found is not None
+    assert set(found.separates) == {"delay", "supply_droop"}
+
+
 def test_a_delay_and_a_lag_are_parted_by_something_fast(rig: Rig) -> None:
     rivals = [late("delay", 0.02, 0.5), late("valve_lag", 0.02, 0.5)]
     found = next_experiment(rivals, rig, Room(rests_mpa=(0.2,)), fitted())
@@ -176,8 +186,9 @@ def test_a_delay_and_a_lag_are_parted_by_something_fast(rig: Rig) -> None:
         [late("delay", 0.02, 0.995), late("valve_lag", 0.02, 0.005)],
         [late("delay", 0.02, 0.5), late("delay", 0.02, 0.5)],
         [late("delay", 0.02, 0.5), late("sensor_lag", 0.02, 0.5, ANGLE)],
+        [late("delay", 0.02, 0.5), replace(late("valve_lag", 0.02, 0.5), given="delay")],
     ],
-    ids=["nothing", "one", "settled", "the same twice", "one on each factor"],
+    ids=["nothing", "one", "settled", "the same twice", "one on each factor", "a first and a second cause"],
 )
 def test_where_nothing_is_open_no_experiment_is_recommended(rig: Rig, rivals: list[Hypothesis]) -> None:
     assert next_experiment(rivals, rig, Room(rests_mpa=(0.2,)), fitted()) is None
