@@ -13,6 +13,8 @@ from scipy.ndimage import gaussian_filter1d
 from rig.columns import white_noise
 from rig.identify.data import Options, Prepared, best_input, prepare
 from rig.identify.response import (
+    GRID_S,
+    SMOOTHING_S,
     Drive,
     Line,
     bank_sums,
@@ -32,11 +34,6 @@ from rig.model.response import REGULATOR_TERMS, Regulator, regulators_of
 from rig.model.response_kernels import RESPONSE_TERMS, regulated
 from rig.record import Column, Record
 
-GRID_S = 0.01
-"""Finest grid of the fits: no regulator and no joint of this kind has anything above it."""
-SMOOTHING_S = 0.012
-"""Standard deviation of the symmetric smoothing, as the diagnosis smooths: noise must not rattle in the bank's
-plays."""
 LEAST_ROWS = 10.0 * RESPONSE_TERMS
 """Fewer rows of the grid than this, in all records together, do not determine the bank."""
 MOST_HOLES = 0.4

@@ -17,6 +17,11 @@ from rig.model.response import NO_FRICTION, REGULATOR_TERMS, Balance, Regulator,
 from rig.model.response_kernels import RESPONSE_TERMS, regulated, response_terms, stops
 from rig.record import Column
 
+GRID_S = 0.01
+"""Finest grid of the fits, and of the diagnosis, s: regulators and joint have nothing above 15 Hz."""
+SMOOTHING_S = 0.012
+"""Standard deviation of the symmetric smoothing before a fit and before a diagnosis, s; the sample time when that is
+longer. It keeps noise from rattling in the bank's plays."""
 RIDGE = 1e-6
 """Of the bank's weights, in units of each term's own spread: its low-passes and plays are nearly dependent."""
 BALANCE_RIDGE = 1e-4

@@ -11,10 +11,10 @@ from rig.gap.hypotheses.propagate import Track
 from rig.gap.hypotheses.scenes import Stand, angle_stand, pressure_stand
 from rig.gap.records.grid import Pair, Session
 from rig.gap.records.pairs import Pairing
-from rig.gap.records.settings import GRID_S
 from rig.gap.reference.build import Expected, Kind, from_response, rms_of
 from rig.gap.reference.expectation import line_noise
 from rig.gap.settings import Fitted
+from rig.identify.response import GRID_S
 from rig.model.response import ResponseModel
 from rig.record import Column, Record
 

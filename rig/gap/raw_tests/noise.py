@@ -11,7 +11,7 @@ from rig.gap.raw_tests.settings import CLEAR, DAYS_NOISE, LEAST_LOUDER, MOST_HEA
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.raw_tests.spectral_lines import without_line
 from rig.gap.raw_tests.statistics import about, between_days, by_chance
-from rig.gap.records.settings import SMOOTHING_S
+from rig.identify.response import SMOOTHING_S
 from rig.model.resample import is_regular
 from rig.record import Column, Record
 

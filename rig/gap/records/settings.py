@@ -1,11 +1,6 @@
 """Every number that decides which records and rows can be used and what pairs with what: unit, source, what moves if it
 moves."""
 
-SMOOTHING_S = 0.012
-"""Standard deviation of the symmetric smoothing, s; the sample time when that is longer. It keeps noise from rattling
-in plays."""
-GRID_S = 0.01
-"""Finest grid on which effects are fitted, s: regulators and joint have nothing above 15 Hz."""
 CLIPPED = 0.1
 """A column that stands at its end for more than this share of the time is said to be clipped."""
 
