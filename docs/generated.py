@@ -146,10 +146,32 @@ def attack_rows() -> str:
     return table("attack | what is done", ([attack.name, attack.done] for attack in ATTACKS))
 
 
-def measured() -> dict[str, Any]:
-    """What `pamrig bench --json docs/reference/figures.json` wrote last."""
-    found: dict[str, Any] = json.loads((DOCS / "reference" / "figures.json").read_text(encoding="utf-8"))
+def stored(name: str) -> dict[str, Any]:
+    """What a command has written into docs/reference/NAME.json: `pamrig bench`, or a script of tests/."""
+    found: dict[str, Any] = json.loads((DOCS / "reference" / f"{name}.json").read_text(encoding="utf-8"))
     return found
+
+
+def library_figures() -> str:
+    """What `python tests/library_figures.py` measured, each part with its date and machine."""
+    parts = stored("library_figures").values()
+    return "\n".join(f"{drawn.machine_line(part)}\n{drawn.table(part['figures'])}" for part in parts)
+
+
+def real_summary() -> str:
+    """What `python tests/real_sets.py` counted: a column a set."""
+    sets = stored("real_records").values()
+    names = dict.fromkeys(name for one in sets for name in one["summary"])
+    head = " | ".join(["", *(f"{one['title']} ({one['date']})" for one in sets)])
+    return table(head, ([name, *(one["summary"].get(name, "") for one in sets)] for name in names))
+
+
+def real_rows() -> str:
+    """Every change of every set, and what was said of it."""
+    return "\n".join(
+        f"### {one['title'][0].upper()}{one['title'][1:]}\n\n{table(' | '.join(one['head']), iter(one['rows']))}"
+        for one in stored("real_records").values()
+    )
 
 
 BLOCKS: dict[str, Callable[[], str]] = {
@@ -165,8 +187,11 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "safe": lambda: settings(Safe),
     "limits": lambda: settings(Limits),
     "realtime": lambda: settings(Measures),
-    "machine": lambda: drawn.machine_line(measured()),
-    "figures": lambda: drawn.sections(measured()),
+    "machine": lambda: drawn.machine_line(stored("figures")),
+    "figures": lambda: drawn.sections(stored("figures")),
+    "library_figures": library_figures,
+    "real_summary": real_summary,
+    "real_rows": real_rows,
 }
 """Name of a block -> what belongs into it."""
 

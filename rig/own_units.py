@@ -23,6 +23,7 @@ _QUANTITY: Final = re.compile(
 _WORDS: Final = re.compile(r"(?<![\w/.\-])(?P<word>p1 - p2|angle|deg|MPa|kPa|degrees)(?![\w/.\-]\w)")
 _PER_UNIT: Final = {"deg": ("output", 1.0), "MPa": ("input", 1.0), "kPa": ("input", 1e-3)}
 """Unit -> the channel that it belongs to, and how much of a working unit it is."""
+_AMPLITUDE: Final = re.compile(r"_(\d+\.?\d*)mpa(?=_|$)")
 _KEPT: Final = frozenset({"added_to_model", "config", "fingerprint", "file", "log", "model", "path", "source"})
 """Keys whose values are a model file's own numbers, or no sentences."""
 _SIZES: Final = frozenset(
@@ -42,6 +43,15 @@ def own_plain(value: Any, channels: Channels) -> Any:
     """Plain data in the rig's own units: numbers under keys that end in _deg or _mpa, with their keys; sizes beside a
     `unit`; and every text."""
     return value if channels.has_valves else _own_value(value, channels)
+
+
+def own_label(label: str, channels: Channels) -> str:
+    """The short name of an excitation with its amplitude in the rig's own unit: sine_0.5hz_40mm. No name of a file:
+    those stay as they were written."""
+    if channels.has_valves:
+        return label
+    unit, times = unit_word(channels.input.unit), channels.input_per_mpa
+    return _AMPLITUDE.sub(lambda found: f"_{times * float(found[1]):.4g}{unit}", label)
 
 
 def factor(unit: str, channels: Channels) -> tuple[float, str]:

@@ -54,6 +54,10 @@ class DeviceEntry:
     roles: frozenset[Role]
 
 
+PERIODS_MS = (1.0, 100.0)
+"""Periods that a rig's loop may have."""
+
+
 @dataclass(frozen=True)
 class _File:
     """The keys of a rig's YAML."""
@@ -61,7 +65,7 @@ class _File:
     name: str
     devices: dict[str, Any]
     roles: dict[str, str]
-    period_ms: float = bounded(1.0, 100.0, "ms", default=5.0)
+    period_ms: float = bounded(*PERIODS_MS, "ms", default=5.0)
     safe: Safe = field(default_factory=Safe)
     limits: Limits = field(default_factory=Limits)
     realtime: Measures = field(default_factory=Measures)

@@ -1,22 +1,27 @@
 """The diagnosis on real records that nobody here made: repeats, changes of a dial, and what was named, as a table.
 
-    python tests/real_sets.py ../shared/real [--set friction_damper or xl330_gain] [--json FILE]
+    python tests/real_sets.py ../shared/real [--set friction_damper] [--to FILE] [--anew]
 
 The records come in by a channel map each, as `pamrig log import` would take them; nothing is tuned on them. The
 damper's cycles at full stroke are its sessions, each mounting has three. The servo has one run of each gain.
+
+Every answer goes into docs/reference/real_records.json as soon as it is there, and is not asked again when the call is
+repeated (`--anew` asks all); `python docs/generated.py` then draws the page's tables.
 """
 
 import argparse
 import json
 import math
 import sys
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
-from itertools import pairwise
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from itertools import pairwise, permutations
 from pathlib import Path
 from typing import Final
 
 import numpy as np
+from real_tables import RealSet, Trial, row, told
 
 from rig.app.model.identifying import SearchOptions, StartOptions, identify_model, sweep_range
 from rig.channels import Channel, Channels
@@ -51,22 +56,6 @@ CHANGES: Final = (
 )  # fmt: skip
 """(earlier, now) of the damper."""
 GAINS: Final = ("kp100", "kp200", "kp400", "kp800")
-
-
-@dataclass(frozen=True)
-class Trial:
-    """One question and its answer."""
-
-    what: str
-    earlier: str
-    now: str
-    verdict: str
-    ratio: float
-    causes: tuple[str, ...]
-    size: float | None
-    unit: str
-    ambiguous: tuple[str, ...]
-    confidence: float
 
 
 def damper(folder: Path, as_joint: bool) -> dict[str, list[list[Record]]]:
@@ -137,8 +126,9 @@ def ask(what: str, earlier: str, now: str, model: Model, case: list[Record], day
     """One diagnosis, told in the rig's own units."""
     try:
         said = diagnose(model, case, days)
-    except RecordError:  # another stroke is another sweep
-        return Trial(what, earlier, now, "pairs with nothing", math.nan, (), None, "", (), math.nan)
+    except RecordError as error:
+        verdict = "pairs with nothing" if "pairs with a record" in str(error) else "refused"
+        return Trial(what, earlier, now, verdict, None, (), None, "", (), None)
     plain = own_plain(said.to_json(), case[0].channels)
     named = [cause for cause in plain["causes"] if cause["effect"] != "unknown"]
     number = next(iter(named[0]["parameters"].values())) if named and named[0]["parameters"] else None
@@ -150,63 +140,96 @@ def ask(what: str, earlier: str, now: str, model: Model, case: list[Record], day
     )  # fmt: skip
 
 
-def damper_trials(folder: Path, as_joint: bool) -> Iterator[Trial]:
+@dataclass(frozen=True)
+class Question:
+    """A trial before it is asked."""
+
+    what: str
+    earlier: str
+    now: str
+    answer: Callable[[], Trial]
+
+    @property
+    def key(self) -> tuple[str, str, str]:
+        """What tells it from the others of its set."""
+        return self.what, self.earlier, self.now
+
+
+def question(
+    what: str, earlier: str, now: str, model: Callable[[str], Model], case: list[Record], days: list[list[Record]]
+) -> Question:
+    """One diagnosis, and the model of its reference once it is needed."""
+    return Question(what, earlier, now, lambda: ask(what, earlier, now, model(earlier), case, days))
+
+
+def damper_questions(folder: Path, as_joint: bool) -> Iterator[Question]:
     """Every repeat, each cycle against the two others; then every change."""
     mountings = damper(folder, as_joint)
-    models = {name: simulator(sessions[0]) for name, sessions in mountings.items()}
+    model = cache(lambda name: simulator(mountings[name][0]))
     for name, sessions in mountings.items():
         for number, case in enumerate(sessions):
             others = [one for place, one in enumerate(sessions) if place != number]
-            yield ask("repeat", name, f"{name}, cycle {number + 1}", models[name], case, others)
+            yield question("repeat", name, f"{name}, cycle {number + 1}", model, case, others)
     for earlier, now in CHANGES:
-        yield ask("change", earlier, now, models[earlier], mountings[now][0], mountings[earlier])
+        yield question("change", earlier, now, model, mountings[now][0], mountings[earlier])
 
 
-def servo_trials(folder: Path) -> Iterator[Trial]:
+def servo_questions(folder: Path) -> Iterator[Question]:
     """Every gain against every other one."""
     runs = servo(folder)
-    models = {gain: simulator(records) for gain, records in runs.items()}
-    for earlier in GAINS:
-        for now in GAINS:
-            if now != earlier:
-                yield ask("change", earlier, now, models[earlier], runs[now], [runs[earlier]])
+    model = cache(lambda gain: simulator(runs[gain]))
+    for earlier, now in permutations(GAINS, 2):
+        yield question("change", earlier, now, model, runs[now], [runs[earlier]])
 
 
-HEAD: Final = "| what | earlier | now | verdict | in floors | named | size | alike | sure |"
-SETS: Final = {
-    "friction_damper": lambda real: damper_trials(real / "friction_damper", as_joint=False),
-    "friction_damper_as_joint": lambda real: damper_trials(real / "friction_damper", as_joint=True),
-    "xl330_gain": lambda real: servo_trials(real / "xl330_gain"),
+def tightened_lb(earlier: str, now: str) -> float | None:
+    """Within one set of mountings: between sets the damper was taken apart."""
+    (first, one), (second, other) = (name.removesuffix("lb").split("_") for name in (earlier, now))
+    return float(other) - float(one) if first == second else None
+
+
+def times_gain(earlier: str, now: str) -> float | None:
+    """Logarithm of the ratio of both gains."""
+    return math.log(float(now.removeprefix("kp")) / float(earlier.removeprefix("kp")))
+
+
+DRY: Final = ("coulomb_friction", "backlash")
+SETS: Final[dict[str, tuple[Callable[[Path], Iterator[Question]], RealSet]]] = {
+    "friction_damper": (
+        lambda real: damper_questions(real / "friction_damper", as_joint=False),
+        RealSet("damper, force as output", DRY, tightened_lb),
+    ),
+    "friction_damper_as_joint": (
+        lambda real: damper_questions(real / "friction_damper", as_joint=True),
+        RealSet("damper as a joint", DRY, tightened_lb),
+    ),
+    "xl330_gain": (
+        lambda real: servo_questions(real / "xl330_gain"),
+        RealSet("servo", ("stiffness",), times_gain),
+    ),
 }
+KEPT: Final = Path(__file__).resolve().parent.parent / "docs" / "reference" / "real_records.json"
 
 
 def main() -> None:
+    """Ask what is not answered yet, and keep each answer."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("real", type=Path)
     parser.add_argument("--set", choices=list(SETS), action="append")
-    parser.add_argument("--json", type=Path)
+    parser.add_argument("--to", type=Path, default=KEPT)
+    parser.add_argument("--anew", action="store_true")
     asked = parser.parse_args()
-    told = {}
+    known = json.loads(asked.to.read_text(encoding="utf-8")) if asked.to.exists() else {}
     for name in asked.set or SETS:
-        print(
-            f"\n{name}\n\n| what | earlier | now | verdict | in floors | named | size | alike | sure |\n|{'---|' * 9}"
-        )
-        told[name] = []
-        for trial in SETS[name](asked.real):
-            told[name].append(asdict(trial))
-            print(line(trial), flush=True)
-    if asked.json:
-        asked.json.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
-
-
-def line(trial: Trial) -> str:
-    """A row of the table."""
-    size = "" if trial.size is None else f"{trial.size:.3g} {trial.unit}"
-    cells = (
-        trial.what, trial.earlier, trial.now, trial.verdict, f"{trial.ratio:.1f}", ", ".join(trial.causes), size,
-        ", ".join(trial.ambiguous), f"{trial.confidence:.2f}",
-    )  # fmt: skip
-    return f"| {' | '.join(cells)} |"
+        questions, real = SETS[name]
+        trials = [] if asked.anew else [Trial(**one) for one in known.get(name, {}).get("trials", [])]
+        answered = {(one.what, one.earlier, one.now) for one in trials}
+        for one in questions(asked.real):
+            if one.key not in answered:
+                trials.append(one.answer())
+                known[name] = told(real, trials)
+                asked.to.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
+                print(name, " | ".join(row(trials[-1])), flush=True)
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-from rig.app.shipped import default_rig, find_config
+from rig.app.shipped import default_rig, find_config, own_file
 from rig.config import structure, suggest
 from rig.errors import ConfigError, DeviceError, RigError
 from rig.interfaces import Clock, Device, DeviceContext, Role
@@ -39,7 +39,6 @@ STAND_INS = {
     "playback": "rig.app.stand_ins.playback:PlaybackRig",
 }
 """Devices that are no hardware: kind -> where; the real ones stand in drivers.catalog."""
-
 _PR_SET_PDEATHSIG = 1
 
 
@@ -62,7 +61,15 @@ def device_settings(entry: DeviceEntry, rig: RigConfig, options: Mapping[str, An
     settings = structure(entry.settings, kind.Settings, where)
     own = {f.name for f in dataclasses.fields(settings)}
     overrides = {key: value for key, value in options.items() if key in own}
-    return kind, dataclasses.replace(settings, **resolve_paths(settings, rig.path.parent) | overrides)
+    files = {name: _own_or(place, name) for name, place in resolve_paths(settings, rig.path.parent).items()}
+    return kind, dataclasses.replace(settings, **files | overrides)
+
+
+def _own_or(place: Path, setting: str) -> Path:
+    """The file that a device's setting names, or pamrig's own model or rig of that bare name: a rig's YAML that says
+    `model: simulated` holds wherever pamrig is installed."""
+    ours = own_file(setting, place.name)
+    return ours if not place.exists() and ours.is_file() else place
 
 
 def make_device(rig: RigConfig, clock: Clock, options: Mapping[str, Any] | None = None) -> Device:

@@ -7,6 +7,9 @@ from rig.config import suggest
 from rig.errors import ConfigError
 from rig.model.external import is_external
 
+OWN_FOLDERS = {"model": "models", "rig": "rigs", "map": "modbus"}
+"""Setting of a device that names a file -> folder of pamrig's own files that may be named without path and suffix."""
+
 
 def configs() -> Path:
     """The folder of the configs that come with pamrig: in the checkout, or inside the installed package."""
@@ -34,3 +37,8 @@ def find_config(path: Path, folder: str) -> Path:
             return found
         raise ConfigError(f"{path}: no such file, nor one of pamrig's own {folder}; {suggest(path.stem, list(ours))}")
     return path
+
+
+def own_file(setting: str, name: str) -> Path:
+    """Where pamrig's own file of that name lies, which a device's setting may mean."""
+    return configs() / OWN_FOLDERS.get(setting, "") / f"{name}.yaml"

@@ -21,7 +21,8 @@ from rig.realtime.program import Program
 from rig.record import Column
 from rig.sample import WIRES, Phase
 
-_PERIOD_TOLERANCE: Final = 0.01
+PERIOD_TOLERANCE: Final = 0.01
+"""Share by which a rig's period may differ from a recording's."""
 LISTED_DIFFERENCES: Final = 20
 
 
@@ -169,14 +170,23 @@ def _relative(samples: Samples, name: str) -> Column:
 
 
 def _require_period(samples: Samples, sweep: Timeline, period_ns: int, where: str) -> None:
-    if len(sweep.rows) < 2:
-        raise RecordError(f"{where}: one tick is no sweep")
-    recorded_ns = np.median(np.diff(samples["scheduled_ns"][sweep.rows]) / np.diff(sweep.index))
-    if abs(recorded_ns - period_ns) > _PERIOD_TOLERANCE * period_ns:
+    recorded_ns = _recorded_ns(samples, sweep, where)
+    if abs(recorded_ns - period_ns) > PERIOD_TOLERANCE * period_ns:
         hint = "--resample holds each command on the rig's grid"
         raise RecordError(
             f"{where}: recorded every {recorded_ns / 1e6:g} ms, the rig ticks every {period_ns / 1e6:g} ms; {hint}"
         )
+
+
+def recorded_period_ns(samples: Samples, where: str) -> int:
+    """How far the ticks of the sweep lie apart, ns; RecordError when there are not two."""
+    return round(_recorded_ns(samples, timeline(samples, where), where))
+
+
+def _recorded_ns(samples: Samples, sweep: Timeline, where: str) -> float:
+    if len(sweep.rows) < 2:
+        raise RecordError(f"{where}: one tick is no sweep")
+    return float(np.median(np.diff(samples["scheduled_ns"][sweep.rows]) / np.diff(sweep.index)))
 
 
 def _setpoints(samples: Samples, rows: NDArray[np.intp], p0_mpa: float | None, where: str) -> tuple[Column, Column]:

@@ -64,7 +64,7 @@ def filled(pattern: str, target: Path, ask: Ask) -> dict[str, Any]:
     limits["angle_deg"] = [ask("lowest angle, deg", float(left)), ask("highest angle, deg", float(right))]
     for name, device in raw["devices"].items():
         for key, usual in list(settings_of(device)):
-            _put(device, key, ask(f"{name}: {key}", _beside(usual, source, target)))
+            _put(device, key, ask(f"{name}: {key}", _beside(key, usual, source, target)))
     return raw
 
 
@@ -86,10 +86,13 @@ def write_rig(raw: Mapping[str, Any], target: Path) -> RigConfig:
     return compose.load(target)
 
 
-def _beside(usual: Any, source: Path, target: Path) -> Any:
-    """A setting of the pattern as it has to be written in the target's folder."""
+def _beside(key: str, usual: Any, source: Path, target: Path) -> Any:
+    """A setting of the pattern as it has to be written in the target's folder: pamrig's own files by their names."""
     if isinstance(usual, str) and usual.endswith(_PATHS) and not os.path.isabs(usual):
-        return os.path.relpath((source.parent / usual).resolve(), target.resolve().parent)
+        place = (source.parent / usual).resolve()
+        if place == shipped.own_file(key.rpartition(".")[2], place.stem).resolve():
+            return place.stem
+        return os.path.relpath(place, target.resolve().parent)
     return usual
 
 

@@ -4,7 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from rig.channels import PNEUMATIC, Channels
 from rig.errors import CheckFailed, Interrupted
+from rig.own_units import own_plain
 from rig.realtime.faults import Fault
 from rig.realtime.safe_state import SafeReport
 from rig.service.records.recorder import RunResult
@@ -16,6 +18,7 @@ class Outcome:
 
     runs: list[RunResult]
     planned: int
+    channels: Channels = PNEUMATIC
     interrupted: bool = False
     error: str = ""
     recorder_lost: bool = False
@@ -24,9 +27,12 @@ class Outcome:
     """What is known of the safe state at the end."""
 
     def to_json(self) -> dict[str, Any]:
-        """The result in the shape that `--json` promises."""
+        """The result in the shape that `--json` promises, in the rig's own units."""
         keys = ("ticks", "missed", "dropped", "valid", "complete", "ended", "lateness_us", "error", "angle_zero_deg")
-        runs = [{"file": str(r.file), **{k: getattr(r, k) for k in keys}, "fault": r.cause} for r in self.runs]
+        runs = [
+            {"file": str(r.file), **own_plain({k: getattr(r, k) for k in keys}, self.channels), "fault": r.cause}
+            for r in self.runs
+        ]
         return {"runs": runs, "interrupted": self.interrupted, "error": self.error, "realtime": dict(self.realtime)} | {
             "safe_state": {"outcome": self.safe.outcome.name.lower(), "by": self.safe.writer.name.lower()}
         }

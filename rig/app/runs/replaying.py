@@ -2,7 +2,7 @@
 figure."""
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -18,13 +18,21 @@ from rig.excite.envelope import check_setpoints
 from rig.log import reader
 from rig.log.convert import LogContent, content_of_record, read_content, write_content
 from rig.log.foreign.kinds import Kind, kind_of
-from rig.log.replay import Comparison, compare, departures, onto_period, program_of
+from rig.log.replay import (
+    PERIOD_TOLERANCE,
+    Comparison,
+    compare,
+    departures,
+    onto_period,
+    program_of,
+    recorded_period_ns,
+)
 from rig.model.external import KIND as EXTERNAL
 from rig.outputs import targets_in
 from rig.own_units import own_plain
 from rig.realtime.program import Program
 from rig.report import log_figures
-from rig.rig_config import RigConfig
+from rig.rig_config import PERIODS_MS, RigConfig
 from rig.sample import Phase
 
 if TYPE_CHECKING:
@@ -86,14 +94,15 @@ class Replayed:
 
     def to_json(self) -> dict[str, Any]:
         """The result as the commands' reference has it, in the rig's own units."""
-        run: dict[str, Any] = self.outcome.to_json()["runs"][0] | {"file": str(self.file), "figure": str(self.figure)}
-        told: dict[str, Any] = own_plain(dict(self.comparison), self.channels)
-        return run | told | {"departures": self.departures}
+        told: dict[str, Any] = own_plain({**self.outcome.to_json()["runs"][0], **self.comparison}, self.channels)
+        return told | {"file": str(self.file), "figure": str(self.figure), "departures": self.departures}
 
 
 def prepare(log: Path, rig: RigConfig | Path | None, model: Path | None, p0_mpa: float | None, resample: bool) -> Job:
-    """Read, turn into programs, and check against the rig's envelope: nothing has moved yet."""
-    rig = rig if isinstance(rig, RigConfig) else compose.load(rig)
+    """Read, turn into programs, and check against the rig's envelope: nothing has moved yet. Without a rig it is the
+    simulated one, at the recordings' own period unless `resample`."""
+    contents = list(_contents(log))
+    rig = rig if isinstance(rig, RigConfig) else _loaded(rig, contents if rig is None and not resample else ())
     simulator = None
     if model is not None:
         if not compose.is_simulated(rig):
@@ -102,7 +111,7 @@ def prepare(log: Path, rig: RigConfig | Path | None, model: Path | None, p0_mpa:
 
         model = shipped.find_config(model, "models")
         simulator = load_model(model)  # whatever is wrong with it is said before the session starts
-    recordings = [_recording(name, source, content, rig, p0_mpa, resample) for name, source, content in _contents(log)]
+    recordings = [_recording(name, source, content, rig, p0_mpa, resample) for name, source, content in contents]
     if simulator is None:
         _check_rig(str(rig.path), rig.channels, recordings)
     elif simulator.muscle.kind != EXTERNAL:  # one of another kind answers whatever is asked of it
@@ -110,6 +119,16 @@ def prepare(log: Path, rig: RigConfig | Path | None, model: Path | None, p0_mpa:
     if simulator is not None and simulator.muscle.kind == EXTERNAL:
         return Job(rig, recordings, simulator=simulator)
     return Job(rig, recordings, {} if model is None else {"model": model.resolve()})
+
+
+def _loaded(path: Path | None, recordings: Sequence[tuple[str, Path, LogContent]]) -> RigConfig:
+    """The rig at `path`, or the simulated one at the period that these recordings share."""
+    rig = compose.load(path)
+    periods = {recorded_period_ns(content.samples, str(source)) for _, source, content in recordings}
+    (period_ns,) = periods if len(periods) == 1 else {rig.period_ns}
+    same = abs(period_ns - rig.period_ns) <= PERIOD_TOLERANCE * rig.period_ns
+    low_ms, high_ms = PERIODS_MS
+    return rig if same or not low_ms <= period_ns * 1e-6 <= high_ms else replace(rig, period_ns=period_ns)
 
 
 def load_gate(path: Path) -> dict[str, float]:

@@ -17,7 +17,7 @@ from rig.identify.stability import Verdict
 from rig.identify.validate import Score, Validation
 from rig.model.fingerprint import Fingerprint, PressureSource
 from rig.model.parameters import Model
-from rig.own_units import own_plain, own_text, speaker
+from rig.own_units import own_label, own_plain, own_text, speaker
 from rig.record import Record
 from rig.report.fit_figures import terminal_comparison
 from rig.report.fit_files import score_cells
@@ -128,7 +128,7 @@ def show_identified(found: Identified, output: Path, terminal: Console) -> None:
         terminal.print(f"staying bounded over the sweep range costs {say(cost)} of it")
     verdict = found.verdict
     state = "bounded" if verdict.bounded else ("NOT bounded", "red")
-    terminal.print(styled(state, f" over the sweep range: {_largest(verdict, found.model)} in {verdict.worst}"))
+    terminal.print(styled(state, f" over the sweep range: {_largest(verdict, found.model)}"))
     if found.valves is not None:
         dead = f", dead time {1e3 * found.valves.dead_time_s:.0f} ms" if found.valves.dead_time_s else ""
         terminal.print(
@@ -148,12 +148,13 @@ def show_identified(found: Identified, output: Path, terminal: Console) -> None:
 
 
 def _largest(verdict: Verdict, model: Model) -> str:
-    """How far the output goes: an angle from rest, or from the middle of the range of a rig with a channel map."""
+    """How far the output goes, and under what: an angle from rest, or from the middle of the range of a rig with a
+    channel map."""
     own = model.own_channels
     if own.has_valves:
-        return f"largest angle {verdict.peak_deg:.1f} deg"
+        return f"largest angle {verdict.peak_deg:.1f} deg in {verdict.worst}"
     far = f"{own.output_per_deg * verdict.peak_deg:.1f} {own.output.unit}"
-    return f"{own.output.spoken} at most {far} from the middle of its range"
+    return f"{own.output.spoken} at most {far} from the middle of its range in {own_label(verdict.worst, own)}"
 
 
 def _fingerprint_line(known: Fingerprint, *, pneumatic: bool) -> str:
@@ -179,7 +180,7 @@ def show_validation(result: Validation, model: Model, beside: Mapping[str, Valid
     verdict = result.verdict
     state = "bounded" if verdict.bounded else "NOT bounded"
     limit = say(f"limit {verdict.limit_deg:.1f} deg").removesuffix(f" {channels.output.unit}")
-    terminal.print(f"{state} over the sweep range: {_largest(verdict, model)} in {verdict.worst} ({limit})")
+    terminal.print(f"{state} over the sweep range: {_largest(verdict, model)} ({limit})")
     _warn(map(say, result.warnings), terminal)
 
 

@@ -79,12 +79,13 @@ def bench(names: tuple[str, ...], against: Path | None, add: bool, rounds: int |
 def _kept(add: bool, chosen: Sequence[str], json_to: str | None) -> dict[str, Any]:
     """What an earlier run of the same machine has measured of other benchmarks, where that is to be kept."""
     from rig.qualify.figures.against import joined
+    from rig.qualify.figures.machine import machine
 
     if not add:
-        return {"machine": _machine()}
+        return {"machine": machine()}
     if json_to in (None, "-"):
         raise click.UsageError("--add: to which file? --json FILE is missing")
-    return joined(Path(str(json_to)), _machine(), chosen)
+    return joined(Path(str(json_to)), machine(), chosen)
 
 
 def _measured(
@@ -110,27 +111,6 @@ def _run(name: str, rounds: int | None) -> dict[str, Any]:
     module, function = BENCHMARKS[name].place.split(":")
     run: Callable[[], dict[str, Any]] = getattr(importlib.import_module(module), function)
     return measured(run, rounds or BENCHMARKS[name].rounds)
-
-
-def _machine() -> dict[str, Any]:
-    import os
-    import platform
-    from datetime import UTC, datetime
-
-    model = ""
-    try:
-        with open("/proc/cpuinfo", encoding="utf-8") as file:
-            model = next((line.split(":", 1)[1].strip() for line in file if line.startswith("model name")), "")
-    except OSError:
-        pass  # not Linux
-    return {
-        "date": datetime.now(UTC).date().isoformat(),
-        "cpu": model or platform.processor(),
-        "cores": os.cpu_count(),
-        "system": platform.platform(),
-        "python": platform.python_version(),
-        "load": round(os.getloadavg()[0], 1),
-    }
 
 
 def show(name: str, figures: dict[str, Any], json_to: str | None) -> None:

@@ -21,8 +21,13 @@ from rig.log.foreign.units import UNITS
 from rig.log.mcap.columns import Array
 
 _TIME: Final = ("t", "time", "zeit", "temps", "timestamp", "stamp", "log_time", "seconds", "ms")
-_COMMAND: Final = ("cmd", "command", "soll", "set", "setpoint", "ref", "reference", "goal", "target", "u", "desired")
-_MEASURED: Final = ("meas", "measured", "ist", "act", "actual", "monitor", "mon", "y", "feedback")
+_COMMAND: Final = (
+    "cmd", "command", "soll", "sollwert", "set", "setpoint", "ref", "reference", "goal", "target", "u", "desired",
+    "consigne",
+)  # fmt: skip
+_MEASURED: Final = (
+    "meas", "measured", "ist", "istwert", "act", "actual", "monitor", "mon", "y", "feedback", "mesure",
+)  # fmt: skip
 _ANGLE: Final = ("angle", "winkel", "theta", "phi", "encoder", "pot", "deg", "rad")
 _PRESSURE: Final = ("p", "p1", "p2", "dp", "pressure", "druck", "pression", "mpa", "kpa", "bar", "psi")
 _FIRST: Final = ("1", "p1", "a", "left", "l", "df", "flex", "agonist")
@@ -69,7 +74,8 @@ def guess(path: Path) -> Guess:
     found = Guess()
     seen = [_seen(name, column) for name, column in _table(path, found).columns.items()]
     time = _time(seen, found, path)
-    rest = [one for one in seen if one is not time and np.isfinite(one.values).any() and np.ptp(_known(one)) > 0.0]
+    known = [one for one in seen if one is not time and np.isfinite(one.values).any()]
+    rest = [one for one in known if np.ptp(_known(one)) > 0.0]
     if len(rest) < 2:
         raise RecordError(f"{path}: {len(rest)} columns beside the time that move; a command and an answer are needed")
     commands, angle, pressures = _roles(rest)
@@ -77,7 +83,7 @@ def guess(path: Path) -> Guess:
         _pneumatic(found, commands, angle, pressures)
     else:
         _one_in_one_out(found, rest)
-    _further(found, rest)
+    _further(found, [*rest, *(one for one in known if one not in rest)])  # what stands still may be a condition
     return found
 
 

@@ -201,7 +201,8 @@ def replay(
     where it left them. RecordError when a recording does not fit the rig's period, unless `resample`.
     """
     chosen = _rig(rig)
-    job = replaying.prepare(Path(log), chosen.config, None if model is None else Path(model), None, resample)
+    config = None if rig is None else chosen.config
+    job = replaying.prepare(Path(log), config, None if model is None else Path(model), None, resample)
     job = replace(job, device_options={**chosen.options, **job.device_options})
     folder = Path(out) if out is not None else runner.new_folder("replay")
     options = replaying.ReplayOptions(folder, clock, chosen.seed, force, None, tolerances)

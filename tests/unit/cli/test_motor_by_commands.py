@@ -65,7 +65,7 @@ def motor(tmp_path_factory: pytest.TempPathFactory) -> Path:
     said = called("identify", folder / "days" / "20260301", "-o", folder / "model.yaml", *size)
     assert not FOREIGN.search(without_parameters(said)), said
     assert not re.search("mean pressure|muscle|valve", said), said
-    assert re.search(r"position at most \d+\.\d mm from the middle of its range", said)
+    assert re.search(r"position at most \d+\.\d mm from the middle of its range in \w+_[\d.]+hz_[\d.]+mm", said)
     return folder
 
 
@@ -124,6 +124,10 @@ def test_the_model_predicts_and_simulates_at_its_own_period(motor: Path, tmp_pat
     assert plain["runs"][0]["rmse_mm"] < 1.0
     _, beside = known(tmp_path, "log", "compare", motor / "days" / "20260302", tmp_path / "sim")
     assert beside["rmse_mm"] < 1.0
+    again = ("replay", motor / "days" / "20260302" / "sine_0.5hz.mcap", "--model", motor / "model.yaml")
+    said, plain = known(tmp_path, *again, "-o", tmp_path / "again.mcap")
+    assert plain["runs"][0]["rmse_mm"] < 1.0
+    assert not {key for key in keys(plain) if UNITS.search(key)}
 
 
 def test_the_play_is_named_in_mm_and_over_the_days(motor: Path, tmp_path: Path) -> None:

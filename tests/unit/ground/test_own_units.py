@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rig.channels import PNEUMATIC, Channel, Channels
-from rig.own_units import own_plain, own_text
+from rig.own_units import own_label, own_plain, own_text
 
 MOTOR = Channels(Channel("set_point", "mm", (-50.0, 50.0)), Channel("position", "mm", (-100.0, 100.0)))
 """1 MPa is 250 mm of the set-point, 1 deg is 5 mm of the position."""
@@ -29,6 +29,12 @@ MOTOR = Channels(Channel("set_point", "mm", (-50.0, 50.0)), Channel("position", 
 )  # fmt: skip
 def test_sentences(told: str, own: str) -> None:
     assert own_text(told, MOTOR) == own
+
+
+def test_an_excitation_is_called_by_its_amplitude_in_mm() -> None:
+    assert own_label("sine_0.5hz_0.20mpa_r2", MOTOR) == "sine_0.5hz_50mm_r2"
+    assert own_label("chirp_0.1-4hz_0.08mpa", MOTOR) == "chirp_0.1-4hz_20mm"
+    assert own_label("sine_0.5hz_0.20mpa", PNEUMATIC) == "sine_0.5hz_0.20mpa"
 
 
 @given(st.floats(-1e3, 1e3).filter(lambda value: abs(value) > 1e-3), st.integers(1, 5))

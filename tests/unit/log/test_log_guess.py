@@ -70,6 +70,16 @@ def test_the_proposal_imports_the_file_that_it_was_made_for(tmp_path: Path) -> N
     assert record.channels.own_output(record.angle_deg)[0] == pytest.approx(0.2)
 
 
+def test_what_stands_still_is_kept_as_it_may_be_a_condition(tmp_path: Path) -> None:
+    path = table(tmp_path, "Zeit_ms,Istwert mm,Sollwert mm,Kraft_N", 7.3 * T, 38 * SINE, 40 * SINE, 20 + 0 * T)
+    found = guess(path)
+    assert found.mapping["columns"]["input"] == {"source": "Sollwert mm", "unit": "mm"}
+    assert found.mapping["further"] == {"kraft_n": {"source": "Kraft_N", "unit": "N"}}
+    assert found.doubts == [
+        "the ranges are those of this record; state what the rig moves in, the same for all its records"
+    ]
+
+
 def test_a_tdms_by_its_own_units(tmp_path: Path) -> None:
     nptdms = pytest.importorskip("nptdms")
     path = tmp_path / "unknown.tdms"
