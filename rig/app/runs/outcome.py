@@ -18,13 +18,14 @@ class Outcome:
 
     runs: list[RunResult]
     planned: int
-    channels: Channels = PNEUMATIC
     interrupted: bool = False
     error: str = ""
     recorder_lost: bool = False
     realtime: Mapping[str, str] = field(default_factory=dict)
     safe: SafeReport = field(default_factory=SafeReport)
     """What is known of the safe state at the end."""
+    channels: Channels = PNEUMATIC
+    """Of the rig: whose units are told."""
 
     def to_json(self) -> dict[str, Any]:
         """The result in the shape that `--json` promises, in the rig's own units."""

@@ -62,7 +62,7 @@ def carry_out(rig: RigConfig, runs: Sequence[Planned], options: RunOptions) -> O
     """Carry out the runs in order, one MCAP file each in `options.out`; the rig ends in its safe state on every
     path."""
     prepare_folder(options.out, [f"{planned.name}.mcap" for planned in runs])
-    outcome = Outcome([], len(runs), rig.channels)
+    outcome = Outcome([], len(runs), channels=rig.channels)
     operator = _Operator()
     before = {number: signal.getsignal(number) for number in ending_signals()}
     own_signals(operator.signalled)
