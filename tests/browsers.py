@@ -10,7 +10,10 @@ from typing import Any
 import pytest
 from conftest import ROOT
 
+REBOUND = "rebound.example"
+"""A name that leads to this machine, as somebody's server on the network could make one (DNS rebinding)."""
 FLAGS = (
+    f"--host-resolver-rules=MAP {REBOUND} 127.0.0.1",
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
     "--disable-component-update", "--disable-sync",
 )  # fmt: skip

@@ -19,7 +19,8 @@ from typing import Any, Final
 from rig.errors import RigError
 from rig.service.processes import start_process
 
-_NICE: Final = 19
+_NICE: Final = 10
+"""Below what an emergency stop goes through, and above what nobody waits for (decision 0423)."""
 
 
 @dataclass(frozen=True)

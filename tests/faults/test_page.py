@@ -10,7 +10,9 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import psutil
 import pytest
+from made_logs import made_log
 from page_visitor import Visitor, free_port
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
@@ -20,6 +22,7 @@ from rig.log.mcap.collector import LogLine
 from rig.log.mcap.reader import McapLog
 from rig.qualify.faults.bench import FaultBench
 from rig.service.web.door.gate import MOST
+from rig.service.web.stream.viewers import MOST as MOST_VIEWERS
 
 pytestmark = pytest.mark.xdist_group("real processes")
 BY_THE_MACHINE = ("MISSED_TICKS", "LONG_STALL", "LOOP_DIED")
@@ -153,6 +156,31 @@ def test_stop_while_the_pages_process_is_frozen_or_gone(bench: FaultBench, visit
     assert bench.status()["loop"]["missed"] - missed <= 2
 
 
+def test_a_diagnosis_ends_with_the_page_that_began_it(bench: FaultBench, visitor: Visitor) -> None:
+    session = bench.logs / "to diagnose"
+    session.mkdir()
+    made_log(session / "a.mcap")
+    visitor.come()
+    bench.wait(lambda: page_pid(bench), "a page")
+    visitor.do("/api/command/take")
+    visitor.do("/api/diagnoses/begin", session=session.name, model="simulated", reference="simulator")
+    began = bench.wait(lambda: diagnosing(session), "the diagnosis")
+    os.kill(page_pid(bench), signal.SIGKILL)
+    bench.wait(lambda: not began & diagnosing(session), "its end")
+    bench.wait(lambda: page_pid(bench), "another page")
+    _, told = visitor.ask("/api/diagnoses")
+    assert told["diagnoses"][0]["state"] == "failed"
+
+
+def diagnosing(session: Path) -> set[int]:
+    """Pids of the processes that were called with this session and have not ended."""
+    return {
+        process.pid
+        for process in psutil.process_iter(["cmdline", "status"])
+        if str(session) in (process.info["cmdline"] or []) and process.info["status"] != psutil.STATUS_ZOMBIE
+    }
+
+
 def test_stop_while_a_thousand_sockets_say_nothing(bench: FaultBench, visitor: Visitor) -> None:
     bench.ready()
     visitor.come()
@@ -171,6 +199,20 @@ def test_stop_while_a_thousand_sockets_say_nothing(bench: FaultBench, visitor: V
         assert bench.ms_to_safe(since_ns) < 1000
         descriptors = len(list(Path(f"/proc/{page_pid(bench)}/fd").iterdir()))
         assert descriptors < MOST + 60
+    assert stopped(bench)
+
+
+def test_there_is_a_place_for_so_many_viewers_and_stop_needs_none(bench: FaultBench, visitor: Visitor) -> None:
+    bench.ready()
+    visitor.come()
+    live = visitor.url.replace("http", "ws") + "live"
+    with contextlib.ExitStack() as viewers:
+        for _ in range(MOST_VIEWERS):
+            viewer = connect(live, origin=visitor.origin, additional_headers={"Cookie": visitor.cookie})  # type: ignore[arg-type]
+            viewers.callback(viewer.socket.close)
+        with pytest.raises(InvalidStatus):
+            connect(live, origin=visitor.origin, additional_headers={"Cookie": visitor.cookie})  # type: ignore[arg-type]
+        assert visitor.ask("/stop", {})[1]["ok"]
     assert stopped(bench)
 
 

@@ -1,123 +1,23 @@
-"""The operator's page in a real browser: every flow from arming to a record compared with another, Stop in every way,
-and what a glove, a phone or a screen reader needs."""
+"""The operator's page in a real browser: every flow from arming to a record compared with another, and to what the
+days say; who commands and who looks."""
 
-import contextlib
 import os
-import re
 import signal
-import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
-from urllib.parse import urlsplit
 
 import browsers
 import pytest
+from page_rig import CHANGED, DAYS, MARKUP, REFERENCE, armed, badge, part, says, stopped, two_records
 
-from rig.errors import RigError
 from rig.qualify.faults.bench import FaultBench
-from rig.service.web.stream.glance import FRESH_S
 
 sync_api = pytest.importorskip("playwright.sync_api")
 
 pytestmark = pytest.mark.xdist_group("real processes")
-BY_THE_MACHINE = ("MISSED_TICKS", "LONG_STALL", "LOOP_DIED")
-PARTS = ("rig", "runs", "records", "diagnosis", "bringup")
-MOST_BYTES = 200_000
-NASTY = "<img src=x onerror=document.title='hit'>.mcap"
-SHORT = """\
-settle_s: 0.1
-zero_s: 0.05
-ramp_in_s: 0.1
-duration_s: 2.5
-ramp_out_s: 0.1
-records: [{sine: {frequency_hz: 1.0, amplitude_mpa: [0.1, 0.12]}}]
-"""
 
 
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with browsers.started() as browser:
-        yield browser
-
-
-@pytest.fixture(scope="module")
-def bench(browser: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[FaultBench]:
-    folder = Path(tmp_path_factory.mktemp("browser"))
-    (folder / "daemon.yaml").write_text(f"web: {{sweeps: [{folder}]}}\n")
-    (folder / "short.yaml").write_text(SHORT)
-    with FaultBench(folder, arguments=("--config", str(folder / "daemon.yaml")), web=True) as bench:
-        bench.start()
-        yield bench
-
-
-@pytest.fixture
-def url(bench: FaultBench) -> str:
-    """Of a page that is there, before a rig without a fault."""
-    bench.wait(lambda: bench.status()["page"]["pid"], "a page")
-    with bench.client() as client:
-        bench.wait(lambda: _at_rest(client), "the rig to be disarmed")
-        client.clear()
-    return str(bench.status()["page"]["url"])
-
-
-def _at_rest(client: Any) -> bool:
-    """Disarmed; a step on the way there otherwise."""
-    state = client.status()["state"]
-    with contextlib.suppress(RigError):
-        if state == "fault":
-            client.reset()
-        elif state != "disarmed":
-            client.stop()
-    return bool(state == "disarmed")
-
-
-@pytest.fixture
-def page(browser: Any, url: str) -> Iterator[Any]:
-    """Opened; no error may appear in its console."""
-    context = browser.new_context(viewport={"width": 1280, "height": 900})
-    page = context.new_page()
-    errors: list[str] = []
-    page.on("console", lambda line: errors.append(line.text) if line.type == "error" else None)
-    page.on("pageerror", lambda error: errors.append(str(error)))
-    page.goto(url)
-    says(page, "now-viewers", "page")
-    yield page
-    if page.locator("#give-up").is_visible():
-        page.click("#give-up")
-        page.wait_for_selector("#take:visible")
-    context.close()
-    assert errors == []
-
-
-def says(page: Any, name: str, pattern: str) -> None:
-    """Wait until the element of that id holds such a text; the page's policy forbids to evaluate anything."""
-    sync_api.expect(page.locator(f"#{name}")).to_have_text(re.compile(pattern), timeout=20_000)
-
-
-def badge(page: Any, word: str) -> None:
-    says(page, "badge-word", f"^{word}$")
-
-
-def armed(page: Any) -> None:
-    page.click("#take")
-    page.click("#arm:enabled")
-    badge(page, "armed")
-
-
-def part(page: Any, name: str) -> None:
-    page.click(f"nav a[href='#{name}']")
-    page.wait_for_selector(f"#{name}:visible")
-
-
-def stopped(bench: FaultBench) -> bool:
-    return bench.wait(bench.fault, "the fault", 5.0) in ("ESTOP", *BY_THE_MACHINE)
-
-
-# the flows
-
-
-def test_arm_preview_start_watch_mark_and_stop(bench: FaultBench, page: Any) -> None:
+def test_arm_preview_start_watch_mark_and_stop(page_bench: FaultBench, page: Any) -> None:
     armed(page)
     assert "browser" in page.inner_text("#now-armed")
     part(page, "runs")
@@ -129,37 +29,38 @@ def test_arm_preview_start_watch_mark_and_stop(bench: FaultBench, page: Any) -> 
     assert "1,5" in page.inner_text("#pause-said")
     assert page.is_disabled("#queue-it")
     page.fill("#pause-s", "1,5")
-    assert bench.status()["state"] == "armed"  # nothing has moved so far
+    assert page_bench.status()["state"] == "armed"  # nothing has moved so far
     page.click("#queue-it:enabled")
     badge(page, "running")
-    assert bench.status()["queue"][-1]["pause_s"] == 1.5
+    says(page, "runs-answer", "^Queued: 1 record,")
+    assert page_bench.status()["queue"][-1]["pause_s"] == 1.5
     part(page, "rig")
-    bench.wait(lambda: bench.status()["loop"]["phase"] == "sweep", "the sweep")
-    page.fill("#mark-text", "here it squeaked")
+    page_bench.wait(lambda: page_bench.status()["loop"]["phase"] == "sweep", "the sweep")
+    page.fill("#mark-text", f"here it {MARKUP} squeaked")
     page.click("#mark button")
     says(page, "answer", "^Marked.$")
     says(page, "rate", r"^(\d\d|[5-9])(\.\d)? frames")
     page.click("#stop-button")
     says(page, "stop-said", "^Stopped")
-    assert bench.is_safe
+    assert page_bench.is_safe
     badge(page, "fault")
-    assert stopped(bench)
+    assert stopped(page_bench)
     assert page.inner_text("#fault-hint")
     assert "ago" in page.inner_text("#fault-time")
     page.click("#reset:enabled")
     badge(page, "ready")
-
-
-def test_records_with_plots_check_and_comparison(bench: FaultBench, page: Any, tmp_path: Path) -> None:
-    armed(page)
-    part(page, "runs")
-    page.select_option("#sweep", "short")
-    page.click("#queue-it:enabled")
-    says(page, "runs-answer", "^Queued: 2 records")
-    bench.wait(lambda: bench.status()["queue"][-1]["done"] == 2, "two records")
-    newest = max(bench.logs.iterdir(), key=lambda folder: folder.stat().st_mtime_ns)
-    (newest / NASTY).write_bytes(b"no record at all")
+    assert page.inner_text("#stop-said") == ""  # it was of that fault
     part(page, "records")
+    page.locator("#record-list button").first.click()
+    says(page, "record-lines", f"marker: here it {MARKUP} squeaked")
+
+
+def test_records_with_plots_check_and_comparison(page_bench: FaultBench, page: Any) -> None:
+    two_records(page_bench, page)
+    newest = max(page_bench.logs.iterdir(), key=lambda folder: folder.stat().st_mtime_ns)
+    (newest / f"{MARKUP}.mcap").write_bytes(b"no record at all")
+    part(page, "records")
+    assert page.is_hidden("#record-seen")
     page.locator("#record-list tr").nth(2).wait_for()
     assert "✖ cannot be read" in page.inner_text("#record-list")
     assert page.locator("#record-list img").count() == 0  # a name is text, whatever stands in it
@@ -175,61 +76,111 @@ def test_records_with_plots_check_and_comparison(bench: FaultBench, page: Any, t
     page.click("#record-keep")
     second.click()
     says(page, "compare-said", "deg rms")
+    assert all(drawn(page, f"plot-record-{name}") for name in ("pressure", "angle", "difference", "loop"))
+    assert browsers.violations(page) == []
     page.click("#record-keep")
     page.locator("#record-list button", has_text="img").click()
     says(page, "record-said", "cannot be shown")
     assert page.title() != "hit"
 
 
-def test_nothing_starts_by_itself_after_a_reload_or_a_reconnect(bench: FaultBench, page: Any) -> None:
+def drawn(page: Any, name: str) -> bool:
+    """There is more than one colour on the plot."""
+    return bool(page.eval_on_selector(f"#{name} canvas", _COLOURS) > 2)
+
+
+_COLOURS = """canvas => {
+  const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+  return new Set(new Uint32Array(data.buffer)).size;
+}"""
+
+
+def test_nothing_starts_by_itself_after_a_reload_or_a_reconnect(page_bench: FaultBench, page: Any) -> None:
+    with page_bench.client() as client:
+        client.arm()
+        client.start(page_bench.sweep)
+        client.stop()
+        page_bench.wait(lambda: client.status()["state"] in ("done", "disarmed"), "the end of the ramp")
+        if client.status()["state"] == "done":
+            client.stop()
+        assert client.status()["left_s"] > 0  # what was stopped waits
     armed(page)
     page.reload()
     badge(page, "armed")
     assert "You command" in page.inner_text("#commander")
-    before = bench.status()["page"]["restarts"]
-    os.kill(bench.status()["page"]["pid"], signal.SIGKILL)
+    before = page_bench.status()["page"]["restarts"]
+    os.kill(page_bench.status()["page"]["pid"], signal.SIGKILL)
     says(page, "commander", "^Nobody")
-    assert bench.status()["page"]["restarts"] == before + 1
-    assert bench.status()["state"] == "armed"
-    with bench.client() as client:
+    assert page_bench.status()["page"]["restarts"] == before + 1
+    assert page_bench.status()["state"] == "armed"
+    with page_bench.client() as client:
         client.stop()
     badge(page, "ready")
 
 
-def test_many_look_and_one_commands(browser: Any, bench: FaultBench, page: Any, url: str) -> None:
+def test_many_look_and_one_commands(chromium: Any, page_bench: FaultBench, page: Any, page_url: str) -> None:
     armed(page)
-    other = browser.new_context().new_page()
+    contexts = [chromium.new_context(viewport={"width": 500, "height": 400}) for _ in range(3)]
     try:
-        other.goto(url)
-        says(other, "commander", "you look on")
-        assert all(other.is_disabled(f"#{step}") for step in ("take", "arm", "start", "ramp-down", "reset"))
-        assert other.is_enabled("#stop-button")
-        other.click("#stop-button")
+        others = [context.new_page() for context in contexts]
+        for other in others:
+            other.goto(page_url)
+            says(other, "commander", "you look on")
+            assert all(other.is_disabled(f"#{step}") for step in ("take", "arm", "start", "ramp-down", "reset"))
+            assert other.is_enabled("#stop-button")
+        says(page, "now-viewers", "^4 pages")
+        page.click("#give-up")
+        others[1].click("#take:enabled")
+        says(page, "commander", "you look on")
+        says(others[2], "commander", "you look on")
+        others[2].click("#stop-button")
         says(page, "stop-said", "Stopped by browser")
-        assert stopped(bench)
+        assert stopped(page_bench)
+        others[1].click("#reset:enabled")
+        badge(page, "ready")
+        others[1].click("#give-up")
+        page.wait_for_selector("#take:enabled")
     finally:
-        other.context.close()
+        for context in contexts:
+            context.close()
 
 
-def test_a_diagnosis_with_its_report_and_a_place_in_the_history(bench: FaultBench, page: Any) -> None:
-    armed(page)
-    part(page, "runs")
-    page.select_option("#sweep", "short")
-    page.click("#queue-it:enabled")
-    says(page, "runs-answer", "^Queued")
-    bench.wait(lambda: bench.status()["queue"][-1]["done"] == 2, "two records")
+def test_a_diagnosis_with_its_report_and_a_place_in_the_history(page_bench: FaultBench, page: Any) -> None:
+    two_records(page_bench, page)
     part(page, "diagnosis")
     page.select_option("#diagnose-reference", "simulator")
     page.click("#diagnose-begin:enabled")
-    sync_api.expect(page.locator("#diagnose-answer")).to_have_text("Done.", timeout=90_000)
+    says(page, "diagnose-answer", r"^Done\.$", 90.0)
     report = page.frame_locator("#report")
     sync_api.expect(report.locator("h1")).to_contain_text("simulator")
-    assert "simulator" not in page.inner_text("#diagnoses td:nth-child(3)")
-    assert page.locator("#diagnoses button").count() == 1
+    assert "simulator" not in page.inner_text("#diagnoses td:nth-child(3) >> nth=0")
+    assert page.locator("#diagnoses button").count() > DAYS
     assert browsers.violations(page) == []
 
 
-def test_bring_up_says_what_is_next_and_keeps_what_was_confirmed(bench: FaultBench, page: Any) -> None:
+def test_gap_and_causes_over_the_days_and_the_steps_of_hunts(page_bench: FaultBench, page: Any) -> None:
+    part(page, "diagnosis")
+    page.select_option("#diagnose-reference", REFERENCE)
+    says(page, "history-said", f"the gap went from .* on day {CHANGED:02d}", 60.0)
+    says(page, "history-said", f"backlash, named since day {CHANGED:02d}")
+    assert page.locator("#history-sizes [role=img]").get_attribute("aria-label").startswith("Size of backlash")
+    assert drawn(page, "plot-history")
+    assert drawn(page, "history-sizes")
+    assert "hunt_a: named" in page.inner_text("#hunts")
+    assert "hunt_b: goes on" in page.inner_text("#hunts")
+    assert "still possible: delay 55 %, valve_lag 40 %" in page.inner_text("#hunts")
+    assert "not run yet" in page.inner_text("#hunts")
+    assert page.locator("#hunts img").count() == 0
+    assert browsers.violations(page) == []
+    page.locator("#diagnoses button").last.click()
+    sync_api.expect(page.frame_locator("#report").locator("h1")).to_have_text("Report of day 0")
+    page.frame_locator("#report").locator("h1").click()  # the keyboard is in the report now
+    page.keyboard.press("Escape")
+    says(page, "stop-said", "^Stopped")
+    assert stopped(page_bench)
+
+
+def test_bring_up_says_what_is_next_and_keeps_what_was_confirmed(page_bench: FaultBench, page: Any) -> None:
     page.click("#take")
     part(page, "bringup")
     says(page, "bringup-next", "^Next: 0. On paper")
@@ -243,123 +194,32 @@ def test_bring_up_says_what_is_next_and_keeps_what_was_confirmed(bench: FaultBen
     says(page, "bringup-next", "^Next: 0")
 
 
-# Stop
-
-
-def test_stop_by_the_keyboard_from_anywhere(bench: FaultBench, url: str, page: Any) -> None:
-    part(page, "runs")
-    page.focus("#pause-s")
-    page.keyboard.press("Escape")
-    assert stopped(bench)
-    says(page, "stop-said", "^Stopped")
-
-
-def test_stop_is_the_second_stop_of_the_tab_key_and_never_disabled(bench: FaultBench, page: Any) -> None:
-    page.keyboard.press("Tab")
-    page.keyboard.press("Tab")
-    assert page.evaluate("document.activeElement.id") == "stop-button"
+def test_a_sweep_from_arming_to_stop_by_the_keyboard_alone(page_bench: FaultBench, page: Any) -> None:
+    for name in ("take", "arm"):
+        tab_to(page, name)
+        page.keyboard.press("Enter")
+    badge(page, "armed")
+    tab_to(page, "", "#runs", back=True)
     page.keyboard.press("Enter")
-    assert stopped(bench)
-    assert page.is_enabled("#stop-button")
+    page.locator("#sweep option[value=long]").wait_for(state="attached")
+    tab_to(page, "sweep")
+    page.keyboard.type("long")
+    says(page, "preview-seconds", "1 min 0 s")
+    tab_to(page, "queue-it")
+    page.keyboard.press("Space")
+    badge(page, "running")
+    page.keyboard.press("Escape")
+    says(page, "stop-said", "^Stopped")
+    assert stopped(page_bench)
 
 
-def test_state_and_stop_without_scripts(browser: Any, bench: FaultBench, url: str) -> None:
-    bench.ready()
-    context = browser.new_context(java_script_enabled=False)
-    try:
-        page = context.new_page()
-        page.goto(url)
-        assert page.inner_text("#badge-word").lower() == "running"
-        assert "SIMULATED" in page.inner_text("#reality")
-        since_ns = time.monotonic_ns()
-        page.click("#stop-button")
-        page.wait_for_selector("text=the device took the safe state")
-        assert bench.ms_to_safe(since_ns) < 1000
-        assert page.inner_text("#badge-word").lower() == "fault"
-    finally:
-        context.close()
-    assert stopped(bench)
-
-
-def test_stop_while_the_page_is_frozen_and_ten_others_hang_on_it(browser: Any, bench: FaultBench, url: str) -> None:
-    bench.ready()
-    context = browser.new_context(viewport={"width": 400, "height": 700})
-    try:
-        pages = [context.new_page() for _ in range(10)]
-        for each in pages:
-            each.goto(url)
-        badge(pages[0], "running")
-        bench.ready()
-        os.kill(bench.status()["page"]["pid"], signal.SIGSTOP)
-        since_ns = time.monotonic_ns()
-        pages[0].click("#stop-button")
-        assert bench.ms_to_safe(since_ns, 20.0) < 10_000
-        assert stopped(bench)
-        says(pages[0], "stop-said", "^Stopped")
-    finally:
-        context.close()
-
-
-# what is true, and for whom
-
-
-def test_stale_data_is_said_within_a_second(bench: FaultBench, page: Any) -> None:
-    assert FRESH_S < 1
-    assert page.is_hidden("#stale")
-    os.kill(bench.daemon_pid, signal.SIGSTOP)
-    try:
-        began = page.evaluate("performance.now()")
-        page.wait_for_selector("#stale:visible")
-        took_ms = page.evaluate("performance.now()") - began
-        assert page.inner_text("#badge-word").lower() == "stale"
-    finally:
-        bench.revive()
-    assert took_ms < 3000  # 1 s on a machine that does nothing else; the limit itself is FRESH_S
-    page.wait_for_selector("#stale", state="hidden", timeout=20_000)
-
-
-def test_nothing_comes_from_elsewhere_and_it_is_light(browser: Any, url: str) -> None:
-    context = browser.new_context()
-    try:
-        page = context.new_page()
-        asked: list[str] = []
-        sizes: list[int] = []
-        page.on("request", lambda request: asked.append(request.url))
-        page.on("response", lambda response: sizes.append(int(response.headers["content-length"]) + 500))
-        page.goto(url, wait_until="load")
-        page.wait_for_timeout(500)
-        assert {urlsplit(one).netloc for one in asked} == {urlsplit(url).netloc}
-        assert len(asked) > 8
-        assert sum(sizes) < MOST_BYTES
-    finally:
-        context.close()
-
-
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_axe_finds_nothing_in_any_part(bench: FaultBench, page: Any, scheme: str) -> None:
-    page.emulate_media(color_scheme=scheme)
-    for name in PARTS:
-        part(page, name)
-        page.wait_for_timeout(200)
-        assert browsers.violations(page) == []
-    if scheme == "dark":
-        page.keyboard.press("Escape")
-        badge(page, "fault")
-        part(page, "rig")
-        assert browsers.violations(page) == []
-
-
-def test_on_a_phone_everything_fits_and_every_target_is_large(page: Any) -> None:
-    page.set_viewport_size({"width": 360, "height": 740})
-    for name in PARTS:
-        part(page, name)
-        page.wait_for_timeout(200)
-        assert page.evaluate("document.documentElement.scrollWidth") <= 360
-        stop = page.locator("#stop-button").bounding_box()
-        assert stop["y"] + stop["height"] <= 740
-        assert stop["height"] >= 80
-        sizes = page.eval_on_selector_all(
-            "button, select, nav a, .button, input:not([type=hidden]):not([type=radio]):not([type=checkbox])",
-            "all => all.filter(e => e.offsetParent).map(e => [e.outerHTML, e.getBoundingClientRect().height])",
-        )
-        assert [size for size in sizes if size[1] < 44] == []
+def tab_to(page: Any, wanted: str, address: str = "", *, back: bool = False) -> None:
+    """As somebody would who has no mouse: on to the next that takes the keyboard, which shows that it has it."""
+    page.wait_for_selector(f"#{wanted}:enabled" if wanted else f"a[href='{address}']")
+    for _ in range(60):
+        page.keyboard.press("Shift+Tab" if back else "Tab")
+        here = page.evaluate("[document.activeElement.id, document.activeElement.getAttribute('href')]")
+        if here == [wanted or here[0], address or here[1]]:
+            assert page.evaluate("getComputedStyle(document.activeElement).outlineStyle") != "none"
+            return
+    raise AssertionError(f"the Tab key never comes to {wanted or address}")

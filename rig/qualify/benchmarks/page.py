@@ -8,9 +8,12 @@ import contextlib
 import http.client
 import os
 import shutil
+import signal
 import tempfile
+import threading
 import time
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 from urllib.parse import urlsplit
@@ -20,6 +23,7 @@ from rig.qualify.benchmarks import figure
 from rig.qualify.benchmarks.safety import estop, lateness
 from rig.qualify.faults.bench import FaultBench, Spoilt
 from rig.qualify.lateness import quantiles
+from rig.service.web.stream.glance import FRESH_S
 
 TRIALS: Final = 50
 VIEWERS: Final = 10
@@ -30,7 +34,12 @@ _ONE_PAGE: Final = "there is no other page of this rig"
 _GOAL_STOP_MS: Final = 50.0
 _GOAL_PAINT_MS: Final = 500.0
 _GOAL_KB: Final = 200.0
+_GOAL_STALE_MS: Final = 1000.0
 _WATCHED_S: Final = 10.0
+_FLOODS: Final = 4
+_FREEZES: Final = 5
+_PATIENCE_MS: Final = 120_000
+"""For a browser whose pages all draw at once on a machine that does other work too."""
 _HEAD_BYTES: Final = 500
 """Of an answer's headers, about."""
 FLAGS: Final = (
@@ -49,6 +58,7 @@ def bench_page(trials: int = TRIALS) -> dict[str, Any]:
                 **_first_look(chromium, url),
                 **_stops(chromium, bench, url, trials),
                 **_viewers(chromium, bench, url),
+                **_stale(chromium, bench, url),
             }
 
 
@@ -72,6 +82,7 @@ def browser() -> Iterator[Any]:
 def looking(chromium: Any, url: str, pages: int = 1) -> Iterator[list[Any]]:
     """So many pages of one visitor, each alive."""
     context = chromium.new_context(viewport={"width": 1280, "height": 900})
+    context.set_default_timeout(_PATIENCE_MS)
     try:
         opened = [context.new_page() for _ in range(pages)]
         for page in opened:
@@ -128,8 +139,7 @@ def _stops(chromium: Any, bench: FaultBench, url: str, trials: int) -> dict[str,
 
 def _post(url: str) -> int:
     """The same request as the browser's; returns when it was begun."""
-    place = urlsplit(url)
-    connection = http.client.HTTPConnection(place.hostname or "", place.port, timeout=20)
+    connection = _connected(url)
     now_ns = time.monotonic_ns()
     connection.request("POST", "/stop", headers={"Origin": url.rstrip("/"), "Accept": "application/json"})
     connection.getresponse().read()
@@ -155,37 +165,123 @@ def _trial(bench: FaultBench, act: Any) -> float:
             return bench.ms_to_safe(act())
 
 
+@dataclass(frozen=True)
+class _Watched:
+    """A sweep while so many pages look."""
+
+    late_us: list[float]
+    server_share: float
+    """Of one core."""
+    browser_share: float
+    """Of one core, all its processes together."""
+    frames: list[float]
+    """Pictures a second, of each page."""
+
+
 def _viewers(chromium: Any, bench: FaultBench, url: str) -> dict[str, Any]:
-    """Frames, the server's processor time and the loop's lateness with ten viewers, beside nobody looking."""
-    before = lateness(bench)
-    with looking(chromium, url) as (page,):
-        alone = _frames(page)
-    with looking(chromium, url, VIEWERS) as pages:
-        pages[0].bring_to_front()
-        began_s, cpu_s = time.monotonic(), _cpu_s(bench)
-        watched = lateness(bench)
-        share = (_cpu_s(bench) - cpu_s) / (time.monotonic() - began_s)
-        crowded = _frames(pages[0])
-    quiet = quantiles(before + lateness(bench))
+    """Frames, processor time of server and browser, and the loop's lateness with one viewer and with ten, beside nobody
+    looking; and its lateness while the page is flooded."""
+    before = lateness(bench, _WATCHED_S)
+    one, many = _watched(chromium, bench, url, 1), _watched(chromium, bench, url, VIEWERS)
+    with _flood(url):
+        flooded = quantiles(lateness(bench, _WATCHED_S))
+    quiet, watched = quantiles(before + lateness(bench, _WATCHED_S)), quantiles(many.late_us)
+    front, alone = many.frames[0], one.frames[0]
+    screen: dict[str, Any] = {"better": "higher", "limit": "the screen", "limit_value": _SCREEN_HZ}
     return {
-        "frames a second, one viewer": figure(
-            alone, "1/s", better="higher", limit="the screen", limit_value=_SCREEN_HZ
-        ),
-        f"frames a second of one page, {VIEWERS} viewers": figure(crowded, "1/s", "one viewer", alone, better="higher"),
-        f"server's share of a core, {VIEWERS} viewers": figure(100 * share, "%", why=_ONE_PAGE),
-        f"lateness p50, {VIEWERS} viewers": figure(quantiles(watched)["p50"], "us", "nobody looks", quiet["p50"]),
-        f"lateness p99, {VIEWERS} viewers": figure(quantiles(watched)["p99"], "us", "nobody looks", quiet["p99"]),
+        "frames a second, one viewer": figure(alone, "1/s", **screen),
+        f"frames a second of one page, {VIEWERS} viewers": figure(front, "1/s", "one viewer", alone, better="higher"),
+        **_shares("one viewer", one),
+        **_shares(f"{VIEWERS} viewers, {sum(rate > 1 for rate in many.frames)} of them drawing", many),
+        f"lateness p50, {VIEWERS} viewers": figure(watched["p50"], "us", "nobody looks", quiet["p50"]),
+        f"lateness p99, {VIEWERS} viewers": figure(watched["p99"], "us", "nobody looks", quiet["p99"]),
+        f"lateness p99, {_FLOODS} floods of the page": figure(flooded["p99"], "us", "nobody looks", quiet["p99"]),
     }
 
 
+def _shares(who: str, seen: _Watched) -> dict[str, Any]:
+    return {
+        f"server's share of a core, {who}": figure(100 * seen.server_share, "%", why=_ONE_PAGE),
+        f"browser's share of a core, {who}": figure(100 * seen.browser_share, "%", why=_ONE_PAGE),
+    }
+
+
+def _watched(chromium: Any, bench: FaultBench, url: str, count: int) -> _Watched:
+    with looking(chromium, url, count) as pages:
+        pages[0].bring_to_front()
+        bench.ready()
+        began_s, server_s, browser_s = time.monotonic(), _cpu_s(bench), _browser_s(chromium)
+        late = lateness(bench, _WATCHED_S)
+        spent_s = time.monotonic() - began_s
+        shares = (_cpu_s(bench) - server_s) / spent_s, (_browser_s(chromium) - browser_s) / spent_s
+        return _Watched(late, *shares, [_frames(page) for page in pages])
+
+
 def _frames(page: Any) -> float:
-    """Pictures a second as the page counts them, once it has counted for a while."""
-    page.wait_for_timeout(_WATCHED_S * 1000)
-    page.locator("#rate:not(:empty)").wait_for()  # it counts for two seconds first
-    return float(page.locator("#rate").inner_text().split()[0])
+    """Pictures a second as the page counts them; 0 where it has not begun to."""
+    return float((page.locator("#rate").inner_text().split() or ["0"])[0])
+
+
+def _browser_s(chromium: Any) -> float:
+    """Processor time of all processes of the browser so far, as it says itself."""
+    session = chromium.new_browser_cdp_session()
+    told = session.send("SystemInfo.getProcessInfo")["processInfo"]
+    session.detach()
+    return sum(float(process["cpuTime"]) for process in told)
+
+
+@contextlib.contextmanager
+def _flood(url: str) -> Iterator[None]:
+    """Clients that ask the page for the status as fast as they are let."""
+    over = threading.Event()
+    threads = [threading.Thread(target=_ask_on, args=(url, over)) for _ in range(_FLOODS)]
+    for thread in threads:
+        thread.start()
+    try:
+        yield
+    finally:
+        over.set()
+        for thread in threads:
+            thread.join()
+
+
+def _ask_on(url: str, over: threading.Event) -> None:
+    while not over.is_set():
+        with contextlib.suppress(OSError, http.client.HTTPException), contextlib.closing(_connected(url)) as connection:
+            while not over.is_set():
+                connection.request("GET", "/api/status")
+                connection.getresponse().read()
+
+
+def _connected(url: str) -> http.client.HTTPConnection:
+    place = urlsplit(url)
+    return http.client.HTTPConnection(place.hostname or "", place.port, timeout=20)
 
 
 def _cpu_s(bench: FaultBench) -> float:
     """Processor time of the page's process so far (proc(5), stat, utime and stime)."""
     stat = Path(f"/proc/{bench.status()['page']['pid']}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
     return (int(stat[11]) + int(stat[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def _stale(chromium: Any, bench: FaultBench, url: str) -> dict[str, Any]:
+    """From the moment the daemon freezes until the page says that what it shows is old."""
+    times = []
+    with looking(chromium, url) as (page,):
+        for _ in range(_FREEZES):
+            page.locator("#stale").wait_for(state="hidden")
+            begun = page.evaluate("performance.now()")
+            bench.send("control", signal.SIGSTOP)
+            times.append(float(page.evaluate(_SAID_STALE)) - begun)
+            bench.revive()
+    row = figure(max(times), "ms", limit="what is still fresh", limit_value=1000 * FRESH_S, goal=_GOAL_STALE_MS)
+    return {f"old data said to be old: max of {_FREEZES}": row}
+
+
+_SAID_STALE: Final = """new Promise((said) => {
+  const look = setInterval(() => {
+    if (document.getElementById("stale").hidden) return;
+    clearInterval(look);
+    said(performance.now());
+  }, 5);
+})"""

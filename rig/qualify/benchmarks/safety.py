@@ -96,8 +96,8 @@ def _disturbance(bench: FaultBench) -> dict[str, Any]:
     return {name: figure(p99, "us", "the loop left alone", alone)}
 
 
-def lateness(bench: FaultBench) -> list[float]:
-    """Microseconds that each tick was late, over _QUIET_S of a sweep, read from the ring itself."""
+def lateness(bench: FaultBench, seconds: float | None = None) -> list[float]:
+    """Microseconds that each tick was late, over so much of a sweep, read from the ring itself."""
     from rig.realtime.ring import Ring, RingReader
     from rig.realtime.shared import KEPT_RING, folder
     from rig.sample import unpack
@@ -106,7 +106,7 @@ def lateness(bench: FaultBench) -> list[float]:
     session = bench.status()["session"]
     ring = Ring.attach(folder() / f"pamrig-{session}{KEPT_RING}")
     reader, late = RingReader(ring), []
-    until = time.monotonic() + _QUIET_S
+    until = time.monotonic() + (_QUIET_S if seconds is None else seconds)
     while time.monotonic() < until:
         time.sleep(0.2)
         for packed in reader:

@@ -19,7 +19,6 @@ REFERENCES: Final = ("auto", "sessions", "session", "fingerprint", "simulator")
 PATIENCE_S: Final = 1800.0
 MOST_SHOWN: Final = 100
 _ASKED, _FOUND, _REPORT, _SAID = "asked.json", "found.json", "report.html", "said.txt"
-_NICE: Final = 19
 
 
 @dataclass(frozen=True)
@@ -91,14 +90,13 @@ class Diagnoses:
 
     async def _work(self, folder: Path, call: list[str]) -> None:
         outputs = ["--json", str(folder / _FOUND), "--html", str(folder / _REPORT)]
-        command = [sys.executable, "-m", "rig.cli.main", *call, *outputs]
+        bound = [sys.executable, "-m", "rig.service.web.files.bound", str(os.getpid())]
+        command = [*bound, "rig.cli.main", *call, *outputs]
         try:
             with (folder / _SAID).open("wb") as said:
                 process = await asyncio.create_subprocess_exec(
                     *command, stdin=asyncio.subprocess.DEVNULL, stdout=asyncio.subprocess.DEVNULL, stderr=said
                 )
-                with contextlib.suppress(OSError):
-                    os.setpriority(os.PRIO_PROCESS, process.pid, _NICE)
                 await _ended(process)
         finally:
             self._working = ""

@@ -22,8 +22,11 @@ from rig.service.web.files.records import Records
 from rig.service.web.routes.actions import Actions
 from rig.service.web.routes.library import answered
 
-REPORT_POLICY: Final = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; frame-ancestors 'self'; sandbox"
-"""A report brings its own styles and figures, and may run nothing: it is shown without scripts, forms or origin."""
+REPORT_POLICY: Final = (
+    "default-src 'none'; style-src 'unsafe-inline'; img-src data:; frame-ancestors 'self'; sandbox allow-same-origin"
+)
+"""A report brings its own styles and figures, and may run nothing: it is shown without scripts and forms. The page
+around it may look into it, so that the Escape key stops there too."""
 
 
 class Studies:

@@ -2,6 +2,7 @@
 import { carryOut, isCommanding } from "./command.js";
 import { ask, by, fill, make, put, show, shown } from "./dom.js";
 import * as history from "./history.js";
+import { hearKeys } from "./stop.js";
 
 const LOOK_MS = 2000;
 let timer = null;
@@ -16,6 +17,7 @@ export function wire() {
     by("diagnose-begin").disabled = !(isCommanding() && detail.state !== "running" && by("diagnose-session").value);
   });
   by("diagnose").addEventListener("submit", start);
+  by("report").addEventListener("load", () => { if (by("report").contentDocument) hearKeys(by("report").contentDocument); });
   for (const each of ["model", "reference"]) by(`diagnose-${each}`).addEventListener("change", history.look);
 }
 
@@ -66,8 +68,10 @@ async function list() {
   }
 }
 
+const when = ({ name, asked }) => (asked.asked_s ? new Date(asked.asked_s * 1000).toLocaleString(undefined, { dateStyle: "medium", timeStyle: "short" }) : name);
+
 function row(one) {
-  const opens = one.state === "done" ? make("button", { type: "button", onclick: () => open(one) }, one.name) : one.name;
+  const opens = one.state === "done" ? make("button", { type: "button", onclick: () => open(one) }, when(one)) : when(one);
   return make("tr", {},
     make("th", { scope: "row" }, opens),
     make("td", {}, one.asked.session ?? "–"),
@@ -90,4 +94,5 @@ function open(one) {
   const address = `/diagnoses/${encodeURIComponent(one.name)}`;
   by("report").src = address;
   by("report-link").href = address;
+  by("report-title").focus();
 }

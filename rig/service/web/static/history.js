@@ -1,6 +1,6 @@
 // Gap and causes over the days: what was diagnosed with the model and the reference that are chosen.
 import { ask, by, fill, make, put } from "./dom.js";
-import { line, overDays } from "./plots.js";
+import { inked, line, overDays, word } from "./plots.js";
 
 const MOST_EFFECTS = 6;
 let drawn = "";
@@ -9,6 +9,7 @@ let plots = [];
 export async function look() {
   const asked = ["model", "reference"].map((each) => `${each}=${encodeURIComponent(by(`diagnose-${each}`).value)}`);
   let found;
+  if (!drawn) put("history-said", "Looking back …");
   try { found = await ask(`/api/history?${asked.join("&")}`); } catch (error) { put("history-said", error.message); return; }
   put("history-said", said(found));
   const key = JSON.stringify(found);
@@ -40,23 +41,25 @@ function sizes(effect, unit, days, times, changed) {
   const element = make("div", { role: "img", "aria-label": `Size of ${name} over the days, with its 95 % interval` });
   by("history-sizes").append(element);
   const of = (which) => days.map((day) => day.sizes[effect]?.[which] ?? null);
-  const plot = overDays(element, [line(name, 2)], unit === "1" ? name : `${name} [${unit}]`, 160, { draw: [bars(times, of("low"), of("high")), marks(changed)] });
+  const [low, high] = [of("low"), of("high")];
+  const plot = overDays(element, [line(name, 2)], unit === "1" ? name : `${name} [${unit}]`, 220, { draw: [bars(times, low, high), marks(changed)] }, [...low, ...high]);
   plot.setData([times, of("value")]);
   return plot;
 }
 
 // The 95 % interval of each day.
-const bars = (times, low, high) => (plot) => inked(plot, ({ ctx }) => {
+const bars = (times, low, high) => inked((plot) => {
   times.forEach((time, index) => {
     if (low[index] === null) return;
     const x = plot.valToPos(time, "x", true);
     const [top, bottom] = [high[index], low[index]].map((value) => plot.valToPos(value, "y", true));
-    ctx.fillRect(x - devicePixelRatio, top, 2 * devicePixelRatio, bottom - top);
+    plot.ctx.fillRect(x - devicePixelRatio, top, 2 * devicePixelRatio, bottom - top);
   });
 });
 
 // A day from which on a quantity is another: a line, named for those who do not see it in the sentences above.
-const marks = (times) => (plot) => inked(plot, ({ ctx, bbox }) => {
+const marks = (times) => inked((plot) => {
+  const { ctx, bbox } = plot;
   ctx.setLineDash([3 * devicePixelRatio, 3 * devicePixelRatio]);
   for (const time of times) {
     const x = plot.valToPos(time, "x", true);
@@ -64,18 +67,6 @@ const marks = (times) => (plot) => inked(plot, ({ ctx, bbox }) => {
     ctx.moveTo(x, bbox.top);
     ctx.lineTo(x, bbox.top + bbox.height);
     ctx.stroke();
-    ctx.fillText("changed", x + 4, bbox.top + 14 * devicePixelRatio);
+    word(plot, "changed", x);
   }
 });
-
-function inked(plot, paint) {
-  const { ctx, bbox } = plot;
-  ctx.save();
-  ctx.beginPath();
-  ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
-  ctx.clip();
-  ctx.fillStyle = ctx.strokeStyle = getComputedStyle(document.body).color;
-  ctx.font = `${Math.round(12 * devicePixelRatio)}px system-ui`;
-  paint(plot);
-  ctx.restore();
-}

@@ -1,6 +1,6 @@
 // The live plots: rows come many times a second, drawing follows the screen's frames, at most 30 a second.
 import { by, put } from "./dom.js";
-import { curves, line, overTime } from "./plots.js";
+import { curves, inked, line, overTime, word } from "./plots.js";
 import { inputAxis, outputAxis, rig, setPointLines } from "./units.js";
 
 const [T, INPUT, OUTPUT, SIM, RESIDUAL, P1C, P2C, P1, P2] = [0, 1, 2, 3, 4, 5, 6, 7, 8];
@@ -19,11 +19,11 @@ let drawnAt = 0;
 let frames = 0;
 
 export function wire() {
-  const marks = { draw: [drawMarkers] };
+  const marks = (named) => ({ draw: [inked((plot) => drawMarkers(plot, named))] });
   plots = {
-    pressure: overTime(by("plot-pressure"), setPointLines(rig), rig.valves ? "pressure [MPa]" : inputAxis(rig), 220, marks),
-    angle: overTime(by("plot-angle"), [line(rig.output, 2), line("simulator", 3, [8, 4])], outputAxis(rig), 220, marks),
-    residual: overTime(by("plot-residual"), [line(`${rig.output} − simulator`, 1)], `residual [${rig.output_unit}]`, 150, marks),
+    pressure: overTime(by("plot-pressure"), setPointLines(rig), rig.valves ? "pressure [MPa]" : inputAxis(rig), 220, marks(true)),
+    angle: overTime(by("plot-angle"), [line(rig.output, 2), line("simulator", 3, [8, 4])], outputAxis(rig), 220, marks(false)),
+    residual: overTime(by("plot-residual"), [line(`${rig.output} − simulator`, 1)], `residual [${rig.output_unit}]`, 190, marks(false)),
     loop: curves(by("plot-loop"), [line("rig", 2), line("simulator", 3, [8, 4])], inputAxis(rig), outputAxis(rig), 420, rig.least),
   };
   by("window").addEventListener("change", () => { dirty = true; });
@@ -134,16 +134,12 @@ function from(rows, time) {
   return low;
 }
 
-function drawMarkers(plot) {
+function drawMarkers(plot, named) {
   const { ctx, bbox } = plot;
-  ctx.save();
-  ctx.fillStyle = ctx.strokeStyle = getComputedStyle(document.body).color;
-  ctx.font = `${Math.round(12 * devicePixelRatio)}px system-ui`;
   for (const { t, text } of markers) {
     const x = plot.valToPos(t - (plots?.end ?? 0), "x", true);
     if (x < bbox.left || x > bbox.left + bbox.width) continue;
     ctx.fillRect(x, bbox.top, devicePixelRatio, bbox.height);
-    ctx.fillText(text.slice(0, 40), x + 4, bbox.top + 14 * devicePixelRatio);
+    if (named) word(plot, text.slice(0, 40), x);
   }
-  ctx.restore();
 }

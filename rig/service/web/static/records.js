@@ -1,5 +1,5 @@
 // Past records: their plots, whether they are valid and whole, and one beside another.
-import { ask, by, fill, make, put, shown } from "./dom.js";
+import { ask, by, fill, make, put, show, shown } from "./dom.js";
 import { curves, line, overTime } from "./plots.js";
 import { inputAxis, outputAxis, rig, setPointColumns, setPointLines } from "./units.js";
 
@@ -35,7 +35,7 @@ function plotsFor(wanted) {
   plots = {
     pressure: overTime(by("plot-record-pressure"), setPointLines(units), units.valves ? "pressure [MPa]" : inputAxis(units), 220),
     angle: overTime(by("plot-record-angle"), both, outputAxis(units), 220),
-    difference: overTime(by("plot-record-difference"), [line("this − compared with", 1)], `difference [${units.output_unit}]`, 150),
+    difference: overTime(by("plot-record-difference"), [line("this − compared with", 1)], `difference [${units.output_unit}]`, 190),
     loop: curves(by("plot-record-loop"), both, inputAxis(units), outputAxis(units), 420, units.least),
   };
 }
@@ -81,6 +81,7 @@ export async function choose(record) {
     if (found.problem) throw new Error(found.problem);
     put("record-said", `${found.valid ? "✔ Valid" : "✖ Not valid"}, ${shown(found.seconds, 1)} s, ${found.missed} missed, ${found.dropped} dropped${found.fault ? `, fault ${found.fault}` : ""}`);
     fill("record-lines", ...found.lines.map((one) => make("tr", {}, make("td", { class: "n" }, shown(one.t_s, 3, "s")), make("td", {}, one.level), make("td", {}, one.text))));
+    show("record-seen", true);
     plotsFor(found.units);
     draw(found.columns);
     if (kept && kept !== record) await compare(record);

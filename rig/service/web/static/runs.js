@@ -71,7 +71,7 @@ async function start(event) {
   event.preventDefault();
   const asked = !by("before").hidden && document.querySelector("input[name=before]:checked").value;
   const body = { sweeps: [by("sweep").value], pause_s: by("pause-s").value, before: asked || "" };
-  await carryOut("/api/start", body, ([job]) => `Queued: ${job.records} records, ${seconds(job.seconds)}.`, "runs-answer");
+  await carryOut("/api/start", body, ([job]) => `Queued: ${job.records} ${job.records === 1 ? "record" : "records"}, ${seconds(job.seconds)}.`, "runs-answer");
 }
 
 function queue(message) {

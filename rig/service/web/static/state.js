@@ -6,12 +6,14 @@ const MARKS = { ready: "○", armed: "◐", running: "▶", stopping: "▼", fau
 let freshS = 0.8;
 let heardAt = performance.now();
 let now = null;
+let announced = "";
 
 export function hello(message) { freshS = message.fresh_s; }
 
 export function heard() { heardAt = performance.now(); }
 
 export function status(message) {
+  if (now?.state === "fault" && message.state && message.state !== "fault") put("stop-said", "");  // it was of that fault
   now = message;
   badge(message.badge, message.means);
   if (message.badge === "no daemon") return;
@@ -46,6 +48,7 @@ function badge(word, means) {
 
 function fault({ fault, fault_since_s, safe_state, black_box }) {
   show("fault", Boolean(fault));
+  announce(fault ? `Fault ${fault.name}: ${fault.cause}. What to do: ${fault.hint}` : "");
   if (!fault) return;
   put("fault-name", fault.name);
   put("fault-cause", fault.cause + (fault.said ? ` (${fault.said})` : ""));
@@ -57,6 +60,13 @@ function fault({ fault, fault_since_s, safe_state, black_box }) {
   }
 }
 
+// Once, for who hears the page: what is shown beside it counts seconds, and would be read again with each.
+function announce(text) {
+  if (text === announced) return;
+  announced = text;
+  put("announce", text);
+}
+
 export function stopped(message) {
   put("stop-said", message.safe ? `Stopped by browser ${message.by}: ${message.said}` : `NOT CONFIRMED: ${message.said}`);
 }
@@ -65,11 +75,18 @@ export function stopped(message) {
 export function look() {
   const silentS = (performance.now() - heardAt) / 1000;
   let why = "";
-  if (silentS > freshS) why = `STALE: nothing heard from the page's server for ${silentS.toFixed(1)} s. Stop still sends; pamrig estop and the dump valve always work.`;
-  else if (now?.badge === "no daemon") why = `STALE: ${now.why}`;
-  else if (now?.loop?.live === false && now.loop.tick !== null) why = `STALE: the loop was last seen ${shown(now.loop.age_s, 1, "s")} ago`;
+  let sinceS = null;
+  if (silentS > freshS) {
+    why = "STALE: nothing is heard from the page's server. Stop still sends; pamrig estop and the dump valve always work.";
+    sinceS = silentS;
+  } else if (now?.badge === "no daemon") why = `STALE: ${now.why}`;
+  else if (now?.loop?.live === false && now.loop.tick !== null) {
+    why = "STALE: the loop is not seen any more.";
+    sinceS = now.loop.age_s;
+  }
   document.body.classList.toggle("old", Boolean(why));
   show("stale", Boolean(why));
-  if (why) put("stale", why);
+  put("stale-why", why);
+  put("stale-since", why ? shown(sinceS, 1, "s").replace("–", "") : "");
   if (silentS > freshS) badge("stale", "What is shown is old");
 }

@@ -49,6 +49,15 @@ export async function stop() {
   }
 }
 
+function byKey(event) {
+  if (event.key !== "Escape" || event.repeat) return;
+  event.preventDefault();
+  stop();
+}
+
+// The Escape key stops wherever the keyboard is, also in a report that is shown within the page.
+export function hearKeys(of) { of.addEventListener("keydown", byKey, { capture: true }); }
+
 export function wire() {
   let pressedAt = -Infinity;
   // A finger or a mouse stops as it comes down; the click that follows, and the keyboard's, is the form's.
@@ -61,9 +70,5 @@ export function wire() {
     event.preventDefault();
     if (performance.now() - pressedAt > PRESS_MS) stop();
   });
-  document.addEventListener("keydown", (event) => {
-    if (event.key !== "Escape" || event.repeat) return;
-    event.preventDefault();
-    stop();
-  }, { capture: true });
+  hearKeys(document);
 }

@@ -1,5 +1,7 @@
 """Cookies, form keys, tokens and the limit on guessing them; who commands. Clocks are turned by hand."""
 
+import hmac
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -57,6 +59,23 @@ def test_a_form_key_is_its_visitors_own() -> None:
     assert visitors.is_form_key(one, visitors.form_key(one))
     assert not visitors.is_form_key(one, visitors.form_key(other))
     assert not visitors.is_form_key(one, "ä")
+
+
+def test_whatever_is_secret_is_compared_in_constant_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    visitors, compared, compare = Visitors(KEY, TOKEN), [], hmac.compare_digest
+    visitor = visitors.new(trusted=True)
+    cookie, form_key = visitors.cookie(visitor), visitors.form_key(visitor)
+    monkeypatch.setattr(hmac, "compare_digest", lambda a, b: compared.append((a, b)) or compare(a, b))
+    for ask in (
+        lambda: visitors.token_fits(TOKEN),
+        lambda: visitors.recognised(cookie) is not None,
+        lambda: visitors.is_form_key(visitor, form_key),
+    ):
+        before = len(compared)
+        assert ask()
+        assert len(compared) == before + 1
+        assert compared[-1][0] == compared[-1][1]  # the whole of it, and nothing looked at before
+    assert all(TOKEN.encode() not in pair for pair in compared)  # whose length would tell something, too
 
 
 def test_who_guesses_wrong_waits_and_others_do_not() -> None:

@@ -3,6 +3,7 @@ without sockets. No daemon listens behind it, so nothing that gets through does 
 
 import asyncio
 import contextlib
+import html
 import json
 import socket
 from dataclasses import dataclass, field
@@ -11,10 +12,12 @@ from typing import Any
 from urllib.parse import urlencode
 
 import pytest
+from starlette.requests import Request
 
 from rig.app import compose, shipped
-from rig.service.web.door.visitors import COOKIE, GUESSES
+from rig.service.web.door.visitors import COOKIE, GUESSES, Guesses, Visitors
 from rig.service.web.orders import PageOrders
+from rig.service.web.routes.pages import Pages
 from rig.service.web.site import Site
 
 TOKEN = "0123456789abcdef"
@@ -207,6 +210,16 @@ def test_what_no_form_of_ours_sends_is_refused(local: Site, kind: str, body: byt
         assert ask(local, path, OWN | {"content-type": kind}, method="POST", body=body).status == status
 
 
+@pytest.mark.parametrize("method", ["PUT", "DELETE", "PATCH", "OPTIONS", "TRACE", "CONNECT"])
+def test_nothing_is_uploaded_removed_or_allowed_to_others(local: Site, method: str) -> None:
+    paths = ("/", "/stop", "/api/status", "/api/start", "/api/records/day/a.mcap/file", "/static/main.js", "/static/x")
+    for path in paths:
+        refused = ask(local, path, OWN, method=method, body=b"x")
+        assert refused.status in (404, 405)
+        assert not any(name.startswith("access-control") for name in refused.headers)
+        assert ask(local, path, {"origin": "http://evil.example"}, method=method).status == 403
+
+
 @pytest.mark.parametrize(
     "given",
     [{"sweeps": ["../../../etc/passwd"]}, {"sweeps": ["/etc/passwd"]}, {"sweeps": "quick"}, {"sweeps": [7]},
@@ -243,6 +256,28 @@ def test_the_pages_hold_no_script_or_style_of_their_own_and_nothing_from_elsewhe
         assert " onclick" not in text
         assert "<script>" not in text
         assert "//" not in text.replace("<!doctype html>", "")
+
+
+def test_markup_in_what_the_daemon_says_is_text_without_scripts_too(local: Site) -> None:
+    markup = "<script>alert(1)</script>"
+    shown = {"rig": markup, "badge": markup, "means": markup, "simulated": False, "safe_state": {"words": markup}}
+    fault = {"name": markup, "cause": markup, "said": markup, "hint": markup}
+    visitors, units = Visitors(b"k" * 32, ""), {"valves": False, "input": markup, "output": f'"{markup}'}
+
+    async def nothing() -> None: ...
+
+    pages = Pages(visitors, Guesses(), nothing, lambda: shown | {"fault": fault}, units)
+    scope = {
+        "type": "http",
+        "method": "GET",
+        "headers": [],
+        "query_string": b"",
+        "visitor": visitors.new(trusted=False),
+    }
+    text = bytes(asyncio.run(pages.front(Request(scope))).body).decode()
+    assert "<script>" not in text
+    assert text.count("&lt;script&gt;") >= 10
+    assert json.loads(html.unescape(text.partition('data-units="')[2].partition('"')[0])) == units
 
 
 @pytest.mark.parametrize(

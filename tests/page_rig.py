@@ -1,0 +1,152 @@
+"""A daemon with its page and Debian's Chromium, one pair for the tests of a file, in a lab that has a past: days of
+diagnoses, hunts, and names with markup in them."""
+
+import contextlib
+import json
+import re
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import browsers
+import pytest
+
+from rig.app.gap.campaign import Campaign, Step
+from rig.errors import RigError
+from rig.qualify.faults.bench import FaultBench
+
+BY_THE_MACHINE = ("MISSED_TICKS", "LONG_STALL", "LOOP_DIED")
+PARTS = ("rig", "runs", "records", "diagnosis", "bringup")
+MARKUP = "<img src=x onerror=document.title='hit'>"
+DAYS, CHANGED = 12, 7
+"""Of diagnoses, and the first on which the gap was another."""
+REFERENCE = "fingerprint"
+"""What the days of before were diagnosed against."""
+SHORT = """\
+settle_s: 0.1
+zero_s: 0.05
+ramp_in_s: 0.1
+duration_s: 2.5
+ramp_out_s: 0.1
+records: [{sine: {frequency_hz: 1.0, amplitude_mpa: [0.1, 0.12]}}]
+"""
+
+
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Any]:
+    with browsers.started() as browser:
+        yield browser
+
+
+@pytest.fixture(scope="module")
+def page_bench(chromium: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[FaultBench]:
+    folder = Path(tmp_path_factory.mktemp("browser"))
+    (folder / "daemon.yaml").write_text(f"web: {{sweeps: [{folder}]}}\n")
+    (folder / "short.yaml").write_text(SHORT)
+    (folder / f"{MARKUP}.yaml").write_text(SHORT)
+    with FaultBench(folder, arguments=("--config", str(folder / "daemon.yaml")), web=True) as bench:
+        a_past(bench.state / "diagnoses", bench.logs)
+        bench.start()
+        yield bench
+
+
+def a_past(diagnoses: Path, logs: Path) -> None:
+    """Days on which nothing was found, then days with backlash; one hunt that ended and one that goes on."""
+    for day in range(DAYS):
+        at_s = 1_793_000_000.0 + 86400.0 * day
+        folder = diagnoses / time.strftime("%Y%m%dT%H%M%SZ", time.gmtime(at_s))
+        folder.mkdir(parents=True)
+        asked = {"session": f"day {day:02d}", "model": "simulated", "reference": REFERENCE, "baselines": []}
+        (folder / "asked.json").write_text(json.dumps(asked | {"asked_s": at_s, "recorded_s": at_s - 3600.0}))
+        (folder / "found.json").write_text(json.dumps(found(day)))
+        (folder / "report.html").write_text(f"<!doctype html><title>{day}</title><h1>Report of day {day}</h1>")
+    first = Step("step_1.yaml", "parts delay from friction", 2.5, "step_1", (("delay", 0.55), ("valve_lag", 0.4)))
+    last = Step("step_2.yaml", f"parts delay from {MARKUP}", 1.2, "step_2", (("delay", 0.97),))
+    for name, steps, ended in (("hunt_a", (first, last), "named"), ("hunt_b", (first, Step("s.yaml", "y", 4.0)), "")):
+        (logs / name).mkdir(parents=True)
+        Campaign(logs / name, {}, steps, ended).save()
+
+
+def found(day: int) -> dict[str, Any]:
+    """The JSON of a diagnosis, as far as the page reads it."""
+    width = {"value": 3.5 + 0.05 * day, "low": 3.2 + 0.05 * day, "high": 3.8 + 0.05 * day, "unit": "deg"}
+    cause = {"effect": "backlash", "parameters": {"width_deg": width}}
+    changed = day >= CHANGED
+    gap = {"rms_deg": 0.2 + 0.01 * day + 1.5 * changed, "floor_deg": 0.2}
+    return {"verdict": "explained" if changed else "none", "gap": gap, "causes": [cause] if changed else []}
+
+
+@pytest.fixture
+def page_url(page_bench: FaultBench) -> str:
+    """Of a page that is there, before a rig without a fault."""
+    page_bench.wait(lambda: page_bench.status()["page"]["pid"], "a page")
+    with page_bench.client() as client:
+        page_bench.wait(lambda: _at_rest(client), "the rig to be disarmed")
+        client.clear()
+    return str(page_bench.status()["page"]["url"])
+
+
+def _at_rest(client: Any) -> bool:
+    """Disarmed; a step on the way there otherwise."""
+    state = client.status()["state"]
+    with contextlib.suppress(RigError):
+        if state == "fault":
+            client.reset()
+        elif state != "disarmed":
+            client.stop()
+    return bool(state == "disarmed")
+
+
+@pytest.fixture
+def page(chromium: Any, page_url: str) -> Iterator[Any]:
+    """Opened; no error may appear in its console."""
+    context = chromium.new_context(viewport={"width": 1280, "height": 900})
+    page = context.new_page()
+    errors: list[str] = []
+    page.on("console", lambda line: errors.append(line.text) if line.type == "error" else None)
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.goto(page_url)
+    says(page, "now-viewers", "page")
+    yield page
+    if page.locator("#give-up").is_visible():
+        page.click("#give-up")
+        page.wait_for_selector("#take:visible")
+    context.close()
+    assert errors == []
+
+
+def says(page: Any, name: str, pattern: str, patience_s: float = 60.0) -> None:
+    """Wait until the element of that id holds such a text; the page's policy forbids to evaluate anything."""
+    from playwright.sync_api import expect
+
+    expect(page.locator(f"#{name}")).to_have_text(re.compile(pattern), timeout=1000 * patience_s)
+
+
+def badge(page: Any, word: str) -> None:
+    says(page, "badge-word", f"^{word}$")
+
+
+def armed(page: Any) -> None:
+    page.click("#take")
+    page.click("#arm:enabled")
+    badge(page, "armed")
+
+
+def part(page: Any, name: str) -> None:
+    page.click(f"nav a[href='#{name}']")
+    page.wait_for_selector(f"#{name}:visible")
+
+
+def two_records(bench: FaultBench, page: Any) -> None:
+    """Carried out from the page."""
+    armed(page)
+    part(page, "runs")
+    page.select_option("#sweep", "short")
+    page.click("#queue-it:enabled")
+    says(page, "runs-answer", "^Queued: 2 records")
+    bench.wait(lambda: bench.status()["queue"][-1]["done"] == 2, "two records")
+
+
+def stopped(bench: FaultBench) -> bool:
+    return bench.wait(bench.fault, "the fault", 5.0) in ("ESTOP", *BY_THE_MACHINE)
