@@ -73,7 +73,7 @@ def test_a_busy_daemon_is_not_disturbed(bench: FaultBench, watcher: Watcher, opt
     told: list[Hunted] = []
     with pytest.raises(StateError, match="works on its queue"):
         hunt_and_tell(options, lambda step: True, lambda step: None, told.append)
-    assert watcher.status()["state"] == "running"
+    bench.wait(lambda: watcher.status()["state"] == "running", "the sweep to run")
     assert len(told) == 1
     assert not (options.folder / "step_1_records").exists()
 

@@ -170,7 +170,7 @@ def _levels(days: Sequence[HealthyDay], prior: Prior) -> Levels:
         [[(day.pressures, day.angle) for day in some] for some in families], pressures, angle, prior
     )
     if days[0].reference == SISTER:
-        pressures, angle = (of_another_build(one, len(families)) for one in (pressures, angle))
+        pressures = of_another_build(pressures, len(families))
     commanded = [np.sqrt(np.mean([day.commanded**2 for day in some])) for some in families]
     return Levels(pressures, angle, float(np.exp(np.mean(np.log(commanded)))), monitors)
 

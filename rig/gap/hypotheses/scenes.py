@@ -9,7 +9,7 @@ from rig.gap.hypotheses.fit import Scene, angle_change, pressure_change, with_la
 from rig.gap.hypotheses.library import Law
 from rig.gap.hypotheses.propagate import Applied, Track, angle_under, late, ready
 from rig.gap.hypotheses.scales import law_scales
-from rig.gap.reference.build import Expected
+from rig.gap.reference.build import Expected, Kind
 from rig.gap.reference.expectation import Factor, angle_parts, mean_doubt, pressure_parts
 from rig.gap.reference.own_days import angle_days, own_factor, pressure_days
 from rig.gap.settings import Fitted, Prior
@@ -88,7 +88,9 @@ def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = N
     parts = angle_parts(tracks, base, response, expected.driven)
     factor = own_factor(parts, angle_days(tracks, response, expected.driven), levels, settings.prior)
     if expected.driven:
-        factor = _answering_other_pressures(factor.doubting(mean_doubt(tracks, base)), expected, settings.prior)
+        factor = factor.doubting(mean_doubt(tracks, base))
+    if expected.driven and expected.kind is not Kind.SIMULATOR:  # a simulator is asked itself under these pressures
+        factor = _answering_other_pressures(factor, expected, settings.prior)
     factor = factor.at_least(expected.missed_deg).noisier(expected.marked_deg2)
     moving = float(np.std(np.concatenate(base)))
     scales = law_scales((whole or expected).tracks)
@@ -102,8 +104,7 @@ def _answering_other_pressures(factor: Factor, expected: Expected, prior: Prior)
     rig is as rough in what they change as it is in the angles that it was made from."""
     usual = np.concatenate([track.reference.angle_deg for track in expected.tracks])
     angle = np.concatenate(list(expected.base))
-    missed_deg = max(expected.response.misfit_deg, expected.missed_deg)
-    rho = missed_deg / max(float(np.std(usual)), 1e-9)
+    rho = max(expected.response.misfit_deg, expected.missed_deg) / max(float(np.std(usual)), 1e-9)
     moved = factor.lines.of(angle - usual)
     return replace(factor, healthy=with_law(factor.healthy, factor.lines, moved, rho, prior))
 

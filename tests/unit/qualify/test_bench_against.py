@@ -148,7 +148,7 @@ def test_the_page_is_drawn_from_the_file_with_its_date_and_machine() -> None:
 
 def test_pieces_of_one_machine_and_day_are_joined(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     out, now = tmp_path / "figures.json", dict(MACHINE)
-    monkeypatch.setattr(command, "_machine", lambda: dict(now))
+    monkeypatch.setattr("rig.qualify.figures.machine.machine", lambda: dict(now))
     monkeypatch.setattr(command, "_run", lambda name, rounds: rounds_of_one(name))
     for names, load in ((["loop", "log"], 3.0), (["log", "record"], 1.0)):
         now["load"] = load
