@@ -14,6 +14,7 @@ from rig.blind_check.modes import MODES
 from rig.blind_check.source import Named, records_of
 from rig.errors import RigError
 from rig.gap.answer.consistency import contradictions
+from rig.gap.answer.facts import SWALLOWED
 from rig.gap.hypotheses.library import LIBRARY, effect_class
 from rig.gap.raw_tests.levels import loudness
 from rig.record import Column, Record
@@ -31,8 +32,6 @@ ABSORBED: Final = {
 }  # fmt: skip
 """Effects that a fit of the simulator's own parameters swallows, declared before any check: the muscles' curve and loop
 are free in it."""
-SWALLOWED: Final = 0.5
-"""Share of the mean square from which on re-tuning is said to close a gap."""
 FLAGS: Final = {"unknown", "partly_explained"}
 """Verdicts that say something is there which the library does not hold."""
 

@@ -67,7 +67,8 @@ def absorbed(units: int, seed: int, workers: int | None, json_to: str | None) ->
 
     from rig.app.gap.absorbed import swallowed, table
     from rig.app.terminal import progress
-    from rig.blind_check.score import ABSORBED, SWALLOWED
+    from rig.blind_check.score import ABSORBED
+    from rig.gap.answer.facts import SWALLOWED
 
     with progress("units", 2 * units) as update:
         found = swallowed(seed, units, workers, lambda done: update(done, f"{done} units"))

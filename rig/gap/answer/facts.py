@@ -10,6 +10,9 @@ from typing import Any
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.partners import Match
 
+SWALLOWED = 0.5
+"""Share of the mean square from which on re-tuning is said to close a gap."""
+
 
 @dataclass(frozen=True)
 class Gap:

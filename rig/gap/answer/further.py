@@ -21,6 +21,9 @@ from rig.record import Column
 
 LEVEL = 0.90
 """Of the interval."""
+FLOORS = (0.1, 0.2, 0.4, 0.8)
+LAWS = (0.1, 0.2, 0.4, 0.8)
+"""Shares that are tried."""
 
 
 @dataclass(frozen=True)
@@ -58,11 +61,6 @@ def further(one: Shrunk, spread: Spread) -> tuple[float, float]:
     scale = scale_deg2(one, spread.floor, spread.law)
     low = min(one.middle_deg2 - spread.below * scale, one.after_deg2)
     return float(np.sqrt(max(low, 0.0))), float(np.sqrt(one.middle_deg2 + spread.above * scale))
-
-
-FLOORS = (0.1, 0.2, 0.4, 0.8)
-LAWS = (0.1, 0.2, 0.4, 0.8)
-"""Shares that are tried."""
 
 
 def fit_spread(cases: Sequence[Shrunk], left_deg2: Sequence[float]) -> Spread:

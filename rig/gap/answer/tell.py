@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -177,23 +178,24 @@ def _floor_source(expected: Expected) -> str:
 def _helping(told: Told, before: float) -> list[Kept]:
     """The named effects without any that makes the simulator, with the others in it, follow these records worse."""
     named = [(posterior, fit) for posterior, fit in told.named if share_closed(posterior, fit) > 0.0]
-    while (spoiler := _spoiler(told, named, before)) is not None:
-        named.pop(spoiler)
-    return [Kept(posterior, fit, _left(told, [fit], before)) for posterior, fit in named]
+    left = cache(lambda *some: _left(told, [named[k][1] for k in some], before))
+    kept = tuple(range(len(named)))
+    while (spoiler := _spoiler(kept, named, left)) is not None:
+        kept = _but(kept, spoiler)
+    return [Kept(*named[k], left(k)) for k in kept]
 
 
-def _spoiler(told: Told, named: Sequence[tuple[Posterior, Fit]], before: float) -> int | None:
+def _spoiler(kept: tuple[int, ...], named: Sequence[tuple[Posterior, Fit]], left: Callable[..., float]) -> int | None:
     """Which of the effects found on the angle the simulator is better off without, most of all; None where it needs
     each beside the others: friction hides what a larger gain of a valve does, and the other way round."""
-    fits = [fit for _, fit in named]
-    together = _left(told, fits, before)
-    without = {
-        k: _left(told, [*fits[:k], *fits[k + 1 :]], before)
-        for k, (posterior, _) in enumerate(named)
-        if posterior.stand.name != PRESSURES
-    }
-    spoilt = {k: left for k, left in without.items() if together > SPOILT * left}
+    together = left(*kept)
+    without = {k: left(*_but(kept, k)) for k in kept if named[k][0].stand.name != PRESSURES}
+    spoilt = {k: rms_deg for k, rms_deg in without.items() if together > SPOILT * rms_deg}
     return min(spoilt, key=lambda k: spoilt[k]) if spoilt else None
+
+
+def _but(kept: tuple[int, ...], one: int) -> tuple[int, ...]:
+    return tuple(k for k in kept if k != one)
 
 
 def _left(told: Told, fits: Sequence[Fit], before: float) -> float:

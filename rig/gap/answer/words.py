@@ -5,6 +5,7 @@ What each effect is called and means on the rig stands in `rig.gap.answer.on_the
 """
 
 from rig.gap.answer.chain import NAMES
+from rig.gap.answer.facts import SWALLOWED
 from rig.gap.answer.on_the_rig import ON_THE_RIG
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Observation
 from rig.gap.answer.sizes import degrees, size
@@ -22,8 +23,6 @@ FAR = 3.0
 """Floors by which a model must miss the healthy rig for that to be worth a line."""
 AS_MUCH = 0.05
 """Shares of the error that differ by less than this are told as the same."""
-SWALLOWED = 0.5
-"""Share of the mean square from which on re-tuning is said to close a gap."""
 FROM_MODEL = ("simulator", "fingerprint")
 STAGES = {
     "timing": "in the timing",

@@ -20,7 +20,7 @@ from urllib.parse import urlsplit
 
 from rig.errors import RigError
 from rig.qualify.benchmarks import figure
-from rig.qualify.benchmarks.safety import estop, lateness
+from rig.qualify.benchmarks.safety import busy, estop, lateness
 from rig.qualify.faults.bench import FaultBench, Spoilt
 from rig.qualify.lateness import quantiles
 from rig.service.web.stream.glance import FRESH_S
@@ -235,14 +235,8 @@ def _flood(url: str) -> Iterator[None]:
     """Clients that ask the page for the status as fast as they are let."""
     over = threading.Event()
     threads = [threading.Thread(target=_ask_on, args=(url, over)) for _ in range(_FLOODS)]
-    for thread in threads:
-        thread.start()
-    try:
+    with busy(threads, over):
         yield
-    finally:
-        over.set()
-        for thread in threads:
-            thread.join()
 
 
 def _ask_on(url: str, over: threading.Event) -> None:

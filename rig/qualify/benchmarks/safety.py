@@ -11,7 +11,7 @@ import socket
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -121,6 +121,13 @@ def _crowd(path: Path) -> Iterator[None]:
     over = threading.Event()
     threads = [threading.Thread(target=_flood, args=(path, over)) for _ in range(_FLOODS)]
     threads += [threading.Thread(target=_subscribe, args=(path, over)) for _ in range(_SUBSCRIBERS)]
+    with busy(threads, over):
+        yield
+
+
+@contextlib.contextmanager
+def busy(threads: Sequence[threading.Thread], over: threading.Event) -> Iterator[None]:
+    """These threads at work, which end when `over` is set."""
     for thread in threads:
         thread.start()
     try:
