@@ -8,7 +8,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from rig.columns import white_noise
 from rig.identify.data import Options, Prepared, best_input, prepare
@@ -33,6 +32,7 @@ from rig.model.resample import set_points
 from rig.model.response import REGULATOR_TERMS, Regulator, regulators_of
 from rig.model.response_kernels import RESPONSE_TERMS, regulated
 from rig.record import Column, Record
+from rig.smoothing import smoothed
 
 LEAST_ROWS = 10.0 * RESPONSE_TERMS
 """Fewer rows of the grid than this, in all records together, do not determine the bank."""
@@ -216,7 +216,7 @@ def _gridded(each: Prepared, p0_mpa: float, given: tuple[Regulator, Regulator] |
 
 
 def _smooth(column: Column, dt_s: float) -> Column:
-    smooth: Column = gaussian_filter1d(column, SMOOTHING_S / dt_s, mode="nearest") if dt_s < SMOOTHING_S else column
+    smooth: Column = smoothed(column, SMOOTHING_S / dt_s) if dt_s < SMOOTHING_S else column
     return smooth
 
 

@@ -7,15 +7,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from rig.columns import rms
 from rig.identify.descent import descend
+from rig.identify.nonnegative import nonnegative
 from rig.model.joint_balance import LOOP_RADII_DEG
 from rig.model.kernels import drive
 from rig.model.response import NO_FRICTION, REGULATOR_TERMS, Balance, Regulator, ResponseModel, regulator_terms
 from rig.model.response_kernels import RESPONSE_TERMS, regulated, response_terms, stops
 from rig.record import Column
+from rig.smoothing import smoothed
 
 GRID_S = 0.01
 """Finest grid of the fits, and of the diagnosis, s: regulators and joint have nothing above 15 Hz."""
@@ -171,7 +172,7 @@ def mean_pressure_moves(means_mpa: Sequence[Column], p0_mpa: float) -> bool:
 
 def fit_mean_exponent(records: Sequence[Drive], p0_mpa: float) -> float:
     """The exponent of the mean pressure, 0 .. MOST_EXPONENT, with which the bank leaves least of the angles."""
-    from scipy.optimize import minimize_scalar  # see fit_balance
+    from scipy.optimize import minimize_scalar  # 0.3 s to import, and most rigs keep their mean pressure
 
     fit = minimize_scalar(
         lambda exponent: fit_bank(records, p0_mpa, exponent)[1],
@@ -184,8 +185,6 @@ def fit_mean_exponent(records: Sequence[Drive], p0_mpa: float) -> float:
 
 def fit_balance(records: Sequence[Drive], p0_mpa: float, exponent: float = 1.0) -> Balance:
     """The joint's balance over its stiffness, by bounded linear least squares."""
-    from scipy.optimize import lsq_linear  # a tenth of a second to import, and whoever has a fingerprint fits none
-
     blocks = [_balance_rows(record, p0_mpa, exponent) for record in records]
     rows = np.concatenate([terms for terms, _ in blocks])
     angle = np.concatenate([target for _, target in blocks])
@@ -196,12 +195,7 @@ def fit_balance(records: Sequence[Drive], p0_mpa: float, exponent: float = 1.0) 
     columns = rows.shape[1]
     ridge = np.column_stack([np.sqrt(BALANCE_RIDGE * len(angle)) * np.eye(columns), np.zeros(columns)])
     triangle: Column = np.asarray(np.linalg.qr(np.vstack([np.column_stack([rows / spread, angle]), ridge]), mode="r"))
-    low = np.full(columns, -np.inf)
-    low[4:] = 0.0
-    solved = (
-        lsq_linear(triangle[:columns, :columns], triangle[:columns, columns], (low, np.full(columns, np.inf))).x
-        / spread
-    )
+    solved = nonnegative(triangle[:columns, :columns], triangle[:columns, columns], 4) / spread
     slip = tuple(float(min(weight, MOST_SLIP)) for weight in solved[4 : 4 + len(LOOP_RADII_DEG)])
     viscous, inertia = float(min(solved[-2], MOST_VISCOUS_S)), float(np.sqrt(min(solved[-1], MOST_INERTIA_S**2)))
     return Balance(viscous, inertia, slip, (float(solved[1]), float(solved[2]), float(solved[3])))
@@ -212,8 +206,7 @@ def _balance_rows(record: Drive, p0_mpa: float, exponent: float) -> tuple[Column
     sigma = BALANCE_SMOOTHING_S / record.dt_s
 
     def smooth(column: Column) -> Column:
-        out: Column = gaussian_filter1d(column, sigma, mode="nearest") if sigma > 0.5 else column
-        return out
+        return smoothed(column, sigma) if sigma > 0.5 else column
 
     angle = record.angle_deg
     speed = np.gradient(angle, record.dt_s)

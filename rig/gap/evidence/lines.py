@@ -6,14 +6,13 @@ Fourier transform would ask. No statistics and no physics here.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import groupby
 
 import numpy as np
-from scipy.fft import dct
-from scipy.ndimage import gaussian_filter1d
 
 from rig.record import Column
+from rig.smoothing import smoothed
 
 
 @dataclass(frozen=True)
@@ -64,7 +63,7 @@ class Lines:
         parts, start = [], 0
         for records, n, _, count in self._alike:
             block = measured[start : start + records * n].reshape(records, n, *beside)
-            parts.append(dct(block, axis=1, norm="ortho")[:, :count].reshape(records * count, *beside))
+            parts.append(_cosines(block, count).reshape(records * count, *beside))
             start += records * n
         return np.concatenate(parts)
 
@@ -80,10 +79,33 @@ class Lines:
         parts, start = [], 0
         for records, n, dt, count in self._alike:
             power = powers[start : start + records * count].reshape(records, count)
-            near = gaussian_filter1d(power, max(width_hz * 2.0 * n * dt, 0.5), mode="nearest")
+            width = max(width_hz * 2.0 * n * dt, 0.5)
+            near = np.array([smoothed(one, width) for one in power])
             parts.append(((1.0 - share_all) * near + share_all * power.mean(axis=1, keepdims=True)).ravel())
             start += records * count
         return np.concatenate(parts)
+
+
+def _cosines(block: Column, count: int) -> Column:
+    """(r, count, ...) the first lines of the orthonormal DCT-II of (r, n, ...) rows, by one transform of n reals
+    (Makhoul, IEEE Trans. ASSP 28, 1980): the even rows, then the odd ones backwards."""
+    n = block.shape[1]
+    found = np.fft.rfft(np.concatenate([block[:, ::2], block[:, 1::2][:, ::-1]], axis=1), axis=1)
+    low = found[:, :count]
+    if count > found.shape[1]:  # the upper half of the spectrum is the lower one mirrored
+        low = np.concatenate([found, found[:, 1 : n - found.shape[1] + 1][:, ::-1].conj()], axis=1)[:, :count]
+    cosine, sine = (turn.reshape(1, count, *[1] * (block.ndim - 2)) for turn in _turns(n, count))
+    lines: Column = low.real * cosine + low.imag * sine
+    return lines
+
+
+@lru_cache
+def _turns(n: int, count: int) -> tuple[Column, Column]:
+    """(count,) cosines and sines of k pi / 2n, scaled to orthonormal lines."""
+    angle = 0.5 * np.pi * np.arange(count) / n
+    scale = np.full(count, np.sqrt(2.0 / n))
+    scale[0] = np.sqrt(1.0 / n)
+    return scale * np.cos(angle), scale * np.sin(angle)
 
 
 def lines_of(rows: Sequence[int], dt_s: Sequence[float], used: Sequence[Column], top_hz: float) -> Lines:

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
-from scipy.special import logsumexp
 
 from rig.gap.evidence.gaussian import Gaussian
 from rig.gap.hypotheses.fit import Fit, Scene, fit_effect, with_law
@@ -126,7 +125,7 @@ def judge(
 
 def _normalised(logs: Mapping[str, float]) -> tuple[dict[str, float], float]:
     """Probabilities that sum to one, and ln of what they summed to."""
-    total = float(logsumexp(list(logs.values())))
+    total = float(np.logaddexp.reduce(list(logs.values())))
     return {name: float(np.exp(value - total)) for name, value in logs.items()}, total
 
 
@@ -151,7 +150,7 @@ def log_unknown(scene: Scene, expected: Gaussian, left: Column) -> float:
     log_prior = -0.5 * ((np.log(share) - np.log(prior.share)) / prior.share_spread) ** 2
     logs = [expected.with_variance(level**2 * shape).log_density(left) for level in _LEVELS]
     width = np.log(_LEVELS[1] / _LEVELS[0]) / (prior.share_spread * np.sqrt(2 * np.pi))
-    return float(logsumexp(np.array(logs) + log_prior + np.log(width)))
+    return float(np.logaddexp.reduce(np.array(logs) + log_prior + np.log(width)))
 
 
 def log_beyond(factor: Factor, left: Column) -> float:
@@ -161,7 +160,7 @@ def log_beyond(factor: Factor, left: Column) -> float:
     for times in _BEYOND:
         size = np.where(np.arange(expected.patterns.shape[1]) < factor.between_days, times, 1.0)
         logs.append(replace(expected, patterns=size * expected.patterns).log_density(left))
-    return float(logsumexp(logs)) - float(np.log(len(_BEYOND)))
+    return float(np.logaddexp.reduce(logs)) - float(np.log(len(_BEYOND)))
 
 
 def _beside(scene: Scene, gap: Column, fits: dict[str, Fit], probability: dict[str, float]) -> float:

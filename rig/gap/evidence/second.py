@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.special import logsumexp
 
 from rig.gap.evidence.posterior import UNKNOWN, Posterior, judge
 from rig.gap.hypotheses.fit import Fit, refit
@@ -32,7 +31,7 @@ def with_second(effects: Sequence[Effect], alone: Posterior, said: Mapping[str, 
     if not pairs:
         return (alone,)
     _, name, second = max(pairs, key=lambda pair: pair[0])
-    total = logsumexp([pair[0] for pair in pairs])
+    total = np.logaddexp.reduce([pair[0] for pair in pairs])
     chances = dict.fromkeys(alone.probability, 0.0) | {other: float(np.exp(one - total)) for one, other, _ in pairs}
     assert second.fit is not None
     fits = alone.fits | {name: _beside(alone, name, second.fit)}

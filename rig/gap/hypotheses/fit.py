@@ -9,7 +9,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import logsumexp
 
 from rig.gap.evidence.gaussian import Gaussian
 from rig.gap.evidence.lines import Lines
@@ -185,7 +184,7 @@ class _Trial:
         left = self._gap - moved
         rho = effect.misfit * prior.rho_scale
         logs = [with_law(healthy, lines, moved, share * rho, prior).log_density(left) for share in LAW_SHARES]
-        log_density = float(logsumexp(logs)) - float(np.log(len(logs)))
+        log_density = float(np.logaddexp.reduce(logs)) - float(np.log(len(logs)))
         stiff = (healthy.degrees + healthy.effective) / (healthy.degrees + cost)
         hessian = stiff * (jacobian.T @ jacobian)
         log_prior, precision = self._log_prior(x, change)

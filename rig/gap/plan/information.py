@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 
 from rig.gap.hypotheses.scenes import PRESSURES, Stand
 from rig.gap.settings import SESSION_S, Prior
@@ -43,8 +42,7 @@ class Information:
         total = total * min(1.0, SESSION_S / max(seconds, 1e-9))
         split = total.shape[0] - self.directions
         patterns, mixed, directions = total[:split, :split], total[:split, split:], total[split:, split:]
-        factor = cho_factor(np.eye(split) + patterns)
-        out: Column = directions - mixed.T @ cho_solve(factor, mixed)
+        out: Column = directions - mixed.T @ np.linalg.solve(np.eye(split) + patterns, mixed)
         return out
 
     def distinct(self, owners: Sequence[str]) -> list[int]:

@@ -4,11 +4,11 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
 
 from rig.columns import grouped_median, rms, white_noise
 from rig.gap.raw_tests.settings import MAD_TO_STD, NOISE_WINDOW_ROWS
 from rig.record import Column, Record
+from rig.smoothing import running_mean
 
 
 def angles_of(records: Sequence[Record]) -> list[Column]:
@@ -50,8 +50,8 @@ def level_deg(angles: Sequence[Column]) -> float:
 def _rest(angle: Column) -> Column:
     """What a running mean leaves, where nothing is missing within its window."""
     whole = filled(angle)
-    beside = uniform_filter1d((~np.isfinite(angle)).astype(float), NOISE_WINDOW_ROWS) > 0.5 / NOISE_WINDOW_ROWS
-    rest: Column = (whole - uniform_filter1d(whole, NOISE_WINDOW_ROWS))[~beside]
+    beside = running_mean((~np.isfinite(angle)).astype(float), NOISE_WINDOW_ROWS) > 0.5 / NOISE_WINDOW_ROWS
+    rest: Column = (whole - running_mean(whole, NOISE_WINDOW_ROWS))[~beside]
     return rest
 
 

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from rig.columns import THIRD_DIFFERENCE_POWER
 from rig.gap.raw_tests.levels import angles_of, filled, level_deg, white_level_deg
@@ -14,6 +13,7 @@ from rig.gap.raw_tests.statistics import about, between_days, by_chance
 from rig.identify.response import SMOOTHING_S
 from rig.model.resample import is_regular
 from rig.record import Column, Record
+from rig.smoothing import smoothed
 
 Measure = Callable[[Sequence[Column]], float]
 """Noise of columns, in their unit."""
@@ -73,8 +73,7 @@ def _elsewhere(case: Record, day: Record) -> bool:
 def _motion(day: Record) -> Column:
     """(n,) the angle without what changes from row to row, smoothed as the diagnosis does."""
     assert day.angle_deg is not None
-    motion: Column = gaussian_filter1d(filled(day.angle_deg), SMOOTHING_S / day.period_s, mode="nearest")
-    return motion
+    return smoothed(filled(day.angle_deg), SMOOTHING_S / day.period_s)
 
 
 def _spread(levels: Sequence[float]) -> float:

@@ -4,7 +4,6 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from rig.gap.raw_tests.levels import angles_of, filled, level_deg
 from rig.gap.raw_tests.settings import (
@@ -21,6 +20,7 @@ from rig.gap.raw_tests.signature import Signature
 from rig.gap.raw_tests.statistics import about
 from rig.identify.response import SMOOTHING_S
 from rig.record import Column, Record
+from rig.smoothing import smoothed
 
 
 def quantisation_step(cases: Sequence[Record], sessions: Sequence[Sequence[Record]]) -> Signature:
@@ -69,6 +69,6 @@ def _rounding(records: Sequence[Record], step: float) -> float:
     parts = []
     for record, angle in zip(records, angles_of(records), strict=True):
         rows = SMOOTHING_S / record.period_s
-        course = gaussian_filter1d(filled(angle), max(rows, 1.0))
-        parts.append(np.mean(gaussian_filter1d(step * np.round(course / step) - course, max(rows, 0.1)) ** 2))
+        course = smoothed(filled(angle), max(rows, 1.0), mirrored=True)
+        parts.append(np.mean(smoothed(step * np.round(course / step) - course, max(rows, 0.1), mirrored=True) ** 2))
     return float(np.mean(parts))

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter1d
 
 from rig.gap.raw_tests.levels import angles_of, filled, level_deg
 from rig.gap.raw_tests.settings import (
@@ -34,6 +33,7 @@ from rig.gap.raw_tests.settings import (
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.raw_tests.statistics import about, by_chance
 from rig.record import Column, Record
+from rig.smoothing import smoothed
 
 Lost = tuple["NDArray[np.bool_]", "NDArray[np.bool_]"]
 
@@ -124,7 +124,7 @@ def count(records: Sequence[Record], least: float) -> Repeats:
     unit = max(least, 1e-9)
     rows, repeated, onward, runs = np.zeros(SPEED_CLASSES), np.zeros(SPEED_CLASSES), np.zeros(SPEED_CLASSES), 0
     for angle in angles_of(records):
-        slope = np.gradient(gaussian_filter1d(filled(angle), SLOPE_ROWS))[1:-1]
+        slope = np.gradient(smoothed(filled(angle), SLOPE_ROWS, mirrored=True))[1:-1]
         moving = np.abs(slope) > max(least, float(np.quantile(np.abs(slope), MOVING_QUANTILE)), 1e-9)
         steps = np.diff(angle)
         moving &= np.isfinite(steps[:-1]) & np.isfinite(steps[1:])
@@ -195,7 +195,7 @@ def _dealt(records: Sequence[Record], step: float) -> list[Record]:
     dealt = []
     for record, angle in zip(records, angles_of(records), strict=True):
         whole = filled(angle)
-        smooth = gaussian_filter1d(whole, SLOPE_ROWS)
+        smooth = smoothed(whole, SLOPE_ROWS, mirrored=True)
         noise = np.roll(whole - smooth, int(random.integers(len(whole) // 4, 3 * len(whole) // 4 + 1)))
         own = math.sqrt(max(1.0 - step**2 / 12.0 / max(float(np.var(noise)), 1e-30), 0.0))
         dealt.append(replace(record, angle_deg=step * np.round((smooth + own * noise) / step)))

@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter1d, median_filter
 
 from rig.gap.raw_tests.levels import filled
 from rig.gap.raw_tests.settings import (
@@ -31,6 +30,7 @@ from rig.gap.raw_tests.signature import Signature, Size
 from rig.gap.raw_tests.statistics import about
 from rig.identify.response import SMOOTHING_S
 from rig.record import Column, Record
+from rig.smoothing import running_median_at, smoothed
 
 
 class Spectrum(NamedTuple):
@@ -75,7 +75,7 @@ def spurious_tone(cases: Sequence[Spectrum], sessions: Sequence[Sequence[Spectru
     free = _free_of_mains(grid)
     stands = np.where(free, own, 0.0)
     k = int(np.argmax(stands))
-    around = float(median_filter(own, max(3, round(TONE_AROUND_HZ / float(grid[1]))), mode="nearest")[k])
+    around = running_median_at(own, k, max(3, round(TONE_AROUND_HZ / float(grid[1]))))
     others = float(np.max(np.where(np.abs(grid - grid[k]) > BESIDE_FROM_HZ, stands, 0.0)))
     found = bool(stands[k] > max(TONE_CLEAR**2 * around, TONE_ALONE**2 * others, TONE_MORE**2 * usual[k]))
     amplitude = float(np.sqrt(2.0 * max(own[k] - usual[k], 0.0)))
@@ -172,7 +172,7 @@ def _fast_spectrum(record: Record) -> Spectrum:
     grid = record.t_s[0] + np.arange(len(record)) / rate
     known = np.isfinite(record.angle_deg)
     angle = np.interp(grid, record.t_s[known], record.angle_deg[known])
-    rest = angle - gaussian_filter1d(angle, SMOOTHING_S * rate)
+    rest = angle - smoothed(angle, SMOOTHING_S * rate, mirrored=True)
     frequency: Column = np.fft.rfftfreq(len(rest), 1.0 / rate).astype(np.float64)
     return Spectrum(rate, frequency, _power(rest))
 

@@ -1,12 +1,17 @@
 """Intervals and probabilities of the raw-data tests."""
 
+import math
 from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
-from scipy.special import stdtr
 
 from rig.gap.raw_tests.settings import NORMAL_95, PRIOR_DEGREES
 from rig.gap.raw_tests.signature import Size
+
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(100)
+_MANY: Final = 1000.0
+"""From so many degrees of freedom on, Student's t is taken for normal."""
 
 
 def wilson(count: float, rows: float, run: float = 1.0) -> tuple[float, float]:
@@ -36,4 +41,18 @@ def by_chance(excess: float, spread: float, degrees: float = np.inf, days: int =
     """One-sided probability that a new day exceeds the others' mean by so much; Student's t with the days' degrees of
     freedom."""
     scale = spread * np.sqrt(1.0 + 1.0 / days) if days else spread
-    return float(stdtr(degrees, -excess / max(float(scale), 1e-30)))
+    return student_above(excess / max(float(scale), 1e-30), degrees)
+
+
+def student_above(t: float, degrees: float) -> float:
+    """Probability that Student's t is above t (SciPy's `stdtr` of -t): with t = sqrt(degrees) tan(angle) the density is
+    a power of a cosine, which Gauss and Legendre's rule integrates."""
+    if degrees > _MANY:
+        return 0.5 * math.erfc(t / math.sqrt(2.0))
+    if t < 0.0:
+        return 1.0 - student_above(-t, degrees)
+    from_end = math.atan2(math.sqrt(degrees), t)
+    angle = 0.5 * from_end * (_POINTS + 1.0)
+    area = 0.5 * from_end * float(_WEIGHTS @ np.sin(angle) ** (degrees - 1.0))
+    scale = math.lgamma(0.5 * (degrees + 1.0)) - math.lgamma(0.5 * degrees)
+    return min(area * math.exp(scale) / math.sqrt(math.pi), 0.5)

@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from rig.excite.setpoints import around
 from rig.gap.records.alignment import on_clock_of
@@ -16,6 +15,7 @@ from rig.gap.records.periods import whole_periods
 from rig.gap.records.settings import LONGEST_BRIDGE_S
 from rig.identify.response import GRID_S, SMOOTHING_S
 from rig.record import Column, Record
+from rig.smoothing import smoothed
 
 
 @dataclass(frozen=True)
@@ -168,5 +168,4 @@ def _resampled(times: Column, column: Column, t: Column, dt: float) -> Column:
 
         course: Column = Akima1DInterpolator(times, column)(np.clip(t, times[0], times[-1]))
         return course
-    smooth: Column = gaussian_filter1d(np.interp(t, times, column), SMOOTHING_S / dt, mode="nearest")
-    return smooth
+    return smoothed(np.interp(t, times, column), SMOOTHING_S / dt)

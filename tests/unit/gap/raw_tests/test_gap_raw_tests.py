@@ -1,6 +1,7 @@
 """Tests on the raw samples: each threshold from both sides, drop-outs and lost samples at small rates, intervals that
 hold the truth."""
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -8,13 +9,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.special import stdtr
 
 from rig.columns import grouped_median, white_noise
 from rig.gap.raw_tests.quantisation import quantisation_step
 from rig.gap.raw_tests.read import read_signatures
 from rig.gap.raw_tests.settings import COARSER, DAYS_MEAN_MPA, HIGHEST_CONFIDENCE
 from rig.gap.raw_tests.signature import Signature
-from rig.gap.raw_tests.statistics import by_chance, wilson
+from rig.gap.raw_tests.statistics import by_chance, student_above, wilson
 from rig.gap.records.dropouts import without_dropouts
 from rig.gap.records.pairs import pair_up
 from rig.record import Column, Record
@@ -203,3 +205,12 @@ def test_missing_values_are_no_noise() -> None:
     column = np.random.default_rng(1).standard_normal(5000)
     column[::50] = np.nan
     assert white_noise([column]) == pytest.approx(1.0, rel=0.06)
+
+
+@given(degrees=st.integers(1, 1000), t=st.floats(-20.0, 1e6))
+def test_the_tail_of_students_t_is_scipys(degrees: int, t: float) -> None:
+    assert student_above(t, degrees) == pytest.approx(float(stdtr(degrees, -t)), rel=1e-7, abs=1e-300)
+
+
+def test_with_endless_degrees_of_freedom_it_is_the_normal_one() -> None:
+    assert student_above(1.959964, math.inf) == pytest.approx(0.025, rel=1e-6)
