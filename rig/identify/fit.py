@@ -152,9 +152,9 @@ class _Searched:
 
 def _search(task: "_Task", start: Model, settings: Settings) -> _Searched:
     """Every seed's search, the best of them polished; once more with all that is free, where something was held."""
-    found = task.search_all()
+    found, unbounded = task.search_all()
     point, spent = task.refine(list(found.values()))
-    free_rmse, free_spent = task.without_bound(point) if settings.bounded else (None, 0)
+    free_rmse, free_spent = (None, 0) if unbounded is None else task.without_bound(unbounded, point)
     if is_free(start):
         wider = task.widened(start)
         found = {seed: replace(each, point=wider.taken_over(task, each.point)) for seed, each in found.items()}
@@ -210,16 +210,13 @@ class _Task:
     def objective(self, term: StabilityTerm | None, thin: int = 1) -> ChainObjective:
         return make_objective(self._start, self.space, self._data, term, thin)
 
-    def search_all(self) -> dict[int, Found]:
-        """One search from every seed, as many at once as there are cores."""
-        bounded = self._settings.bounded
-        return dict(
-            zip(
-                self._settings.seeds,
-                self._at_once(lambda seed: self._search(seed, bounded), self._settings.seeds),
-                strict=True,
-            )
-        )
+    def search_all(self) -> tuple[dict[int, Found], Found | None]:
+        """One search from every seed, and one more from the first that need not stay bounded where the others do; as
+        many at once as there are cores."""
+        seeds, bounded = self._settings.seeds, self._settings.bounded
+        asked = [(seed, bounded) for seed in seeds] + ([(seeds[0], False)] if bounded else [])
+        found = self._at_once(lambda each: self._search(*each), asked)
+        return dict(zip(seeds, found, strict=False)), found[-1] if bounded else None
 
     def refine(self, found: Sequence[Found]) -> tuple[Table, int]:
         """The best point after a polish of every search, kept bounded under the dense check; with the evaluations that
@@ -240,10 +237,9 @@ class _Task:
             spent += more + again.evaluations
         return point, spent
 
-    def without_bound(self, bounded_best: Table) -> tuple[float, int]:
-        """RMSE that is reached when the model need not stay bounded, and what it cost: one more search, and the best so
-        far, polished."""
-        found = self._search(self._settings.seeds[0], False)
+    def without_bound(self, found: Found, bounded_best: Table) -> tuple[float, int]:
+        """RMSE that is reached when the model need not stay bounded, and what it cost: where a search ended that did
+        not look at that, and the best so far, polished."""
         point, spent = self._best_polished([found.point, bounded_best], False)
         return float(self.objective(None).scores(point[np.newaxis])[0]), spent + found.evaluations
 

@@ -14,11 +14,10 @@ from rig.identify.data import Prepared
 from rig.identify.space import Space
 from rig.identify.stability import StabilityTerm
 from rig.model.chain import lay_out
-from rig.model.kernels import DIVERGED_DEG, compiled, drive, run_stages
+from rig.model.kernels import DIVERGED_DEG, drive, run_stages
 from rig.model.parameters import Model
 from rig.model.slots import Placed, Slot
-from rig.model.stages import modified_bouc_wen
-from rig.model.swarm_kernel import HOPELESS, LAW, Table, lay_inputs, swarm_errors
+from rig.model.swarm_kernel import HOPELESS, LAW, Table, lay_inputs, swarm_courses, swarm_errors
 from rig.record import Column
 
 _BW_NAMES = {"xi1": "xi", "phi1": "psi", "beta1": "beta"}
@@ -147,10 +146,12 @@ class SwarmObjective(ChainObjective):
         super().__init__(model, space, data, stability, thin)
         muscle = model.muscle
         self.law, self._workers = LawTable(model, space), workers
-        self._y_unit, self._divisor_s = muscle.value("y_unit_deg"), muscle.value("theta_divisor_s")
-        self._u = [muscle_input(model, record.p1_mpa, record.p2_mpa) for record in data]
+        self._y_unit = muscle.value("y_unit_deg")
+        u = [muscle_input(model, record.p1_mpa, record.p2_mpa) for record in data]
         y = [record.angle_deg / self._y_unit for record in data]
-        self.inputs = lay_inputs(self._u, y, self._divisor_s, [record.skip for record in data])
+        self.inputs = lay_inputs(u, y, muscle.value("theta_divisor_s"), [record.skip for record in data])
+        parts = zip(self.inputs.ends[:-1], self.inputs.ends[1:], data, strict=True)
+        self._looked_at = np.concatenate([np.arange(first + record.skip, last, thin) for first, last, record in parts])
 
     @property
     def steps(self) -> int:
@@ -168,25 +169,19 @@ class SwarmObjective(ChainObjective):
         return np.asarray(np.sqrt(np.minimum(total, HOPELESS) / self._rows))
 
     def _errors(self, points: Table) -> Table:
-        run = compiled(modified_bouc_wen)
-        errors = np.empty((len(points), self._kept))
-        for particle, row in zip(self.law(points).T, errors, strict=True):
-            params = np.array([*particle[:8], self._divisor_s, 1.0, self._y_unit, 0.0, 1.0])
-            filled, offset = 0, particle[8] * self._y_unit
-            for u, record in zip(self._u, self._data, strict=True):
-                angle = np.empty(len(u))
-                start = (record.angle_deg[0] - offset) / self._y_unit
-                run(u, np.zeros(len(u)), angle, np.array([0.0, 0.0, start]), params, 0.0)
-                miss = _miss(angle + offset, record, self._thin)
-                row[filled : filled + len(miss)] = miss
-                filled += len(miss)
-        return errors
+        table = self.law(points)
+        with np.errstate(over="ignore", invalid="ignore"):  # of sets that diverge
+            angles = (swarm_courses(table, self.inputs, self._looked_at) + table[8][:, np.newaxis]) * self._y_unit
+        return _bounded(angles - self._y_unit * self.inputs.y[self._looked_at])
 
 
 def _miss(angle_deg: Column, record: Prepared, thin: int) -> Column:
     """Simulated less measured angle after the skipped start, finite and bounded in size."""
-    miss = np.clip(np.nan_to_num(angle_deg - record.angle_deg, nan=DIVERGED_DEG), -DIVERGED_DEG, DIVERGED_DEG)
-    return np.asarray(miss[record.skip :: thin])
+    return _bounded(angle_deg - record.angle_deg)[record.skip :: thin]
+
+
+def _bounded(miss: Table) -> Table:
+    return np.asarray(np.clip(np.nan_to_num(miss, nan=DIVERGED_DEG), -DIVERGED_DEG, DIVERGED_DEG))
 
 
 def excess_weight(stability: StabilityTerm, rows: int) -> float:

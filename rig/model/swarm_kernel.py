@@ -144,6 +144,32 @@ def _peaks(table: Any, stride: Any, first: Any, last: Any, u: Any, nu: Any, ends
             store(out, record * stride + b, peak_b)
 
 
+@numba.njit(cache=True, nogil=True)
+def _courses(
+    table: Any, stride: Any, first: Any, last: Any, u: Any, nu: Any, y: Any, ends: Any, kept: Any, out: Any
+) -> None:
+    """The output of the particles first .. last at the rows `kept` (rising, closed by -1), into out[which * stride +
+    particle]."""
+    for a in range(first, last, BLOCK):
+        b = a + BLOCK // 2
+        law_a, law_b = _read_law(table, stride, a), _read_law(table, stride, b)
+        offset_a, offset_b = load(table, 8 * stride + a), load(table, 8 * stride + b)
+        which = 0
+        for record in range(len(ends) - 1):
+            row = ends[record]
+            y_a, y_b = difference(spread(y[row]), offset_a), difference(spread(y[row]), offset_b)
+            before = spread(u[row])
+            for k in range(row, ends[record + 1]):
+                if k > row:
+                    now, change = spread(u[k]), spread(nu[k])
+                    y_a, y_b = _advance(y_a, law_a, now, before, change), _advance(y_b, law_b, now, before, change)
+                    before = now
+                if k == kept[which]:
+                    store(out, which * stride + a, y_a)
+                    store(out, which * stride + b, y_b)
+                    which += 1
+
+
 def swarm_errors(particles: Table, inputs: Inputs, workers: int = 1) -> Table:
     """Sum of squared errors of each particle on each record, shape (records, particles), in units of y squared; never
     NaN.
@@ -159,6 +185,16 @@ def swarm_errors(particles: Table, inputs: Inputs, workers: int = 1) -> Table:
         lambda a, b: _errors(table, stride, a, b, inputs.u, inputs.nu, inputs.y, inputs.ends, inputs.scored_from, out),
     )
     return _finite(out.reshape(-1, stride)[:, : particles.shape[1]])
+
+
+def swarm_courses(particles: Table, inputs: Inputs, rows: NDArray[np.int64]) -> Table:
+    """The output of each particle at these rows (rising), offset aside, shape (particles, rows), in units of y; neither
+    finite nor bounded where a set diverges. Every record starts at its first measured output."""
+    table, stride = _padded(particles)
+    out = np.empty(len(rows) * stride)
+    kept = np.append(rows, -1)
+    _courses(table, stride, 0, stride, inputs.u, inputs.nu, inputs.y, inputs.ends, kept, out)
+    return out.reshape(-1, stride)[:, : particles.shape[1]].T
 
 
 def swarm_peaks(particles: Table, inputs: Inputs, workers: int = 1) -> Table:

@@ -7,7 +7,15 @@ from hypothesis.extra.numpy import arrays
 
 from rig.model.kernels import compiled
 from rig.model.stages import modified_bouc_wen
-from rig.model.swarm_kernel import BLOCK, HOPELESS, lay_inputs, reference_errors, swarm_errors, swarm_peaks
+from rig.model.swarm_kernel import (
+    BLOCK,
+    HOPELESS,
+    lay_inputs,
+    reference_errors,
+    swarm_courses,
+    swarm_errors,
+    swarm_peaks,
+)
 
 ANYTHING = [
     (0.0, 1.2),
@@ -77,6 +85,20 @@ def test_kernel_and_stage_run_the_same_model(each: tuple[float, ...], u: np.ndar
     assert error <= 1e-12 * (1.0 + float(np.sum(y**2)))
     peak = swarm_peaks(table, lay_inputs([u], [y], 0.005, [0]))[0, 0]
     assert np.isclose(peak, np.max(np.abs(y)), rtol=1e-6, atol=1e-12)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(particle(TAME), min_size=1, max_size=BLOCK + 1), inputs, st.integers(0, 50), st.integers(1, 9))
+def test_the_courses_are_those_that_the_errors_are_of(
+    particles: list[tuple[float, ...]], u: np.ndarray, skip: int, thin: int
+) -> None:
+    laid = lay_inputs([u, u[::-1].copy()], [10.0 * u, 5.0 * u[::-1]], 0.005, [min(skip, len(u) - 1), 0])
+    table, rows = np.array(particles).T, np.arange(laid.scored_from[0], laid.ends[-1])
+    rows = rows[(rows < laid.ends[1]) | (rows >= laid.scored_from[1])]
+    courses = swarm_courses(table, laid, rows)
+    sums = np.sum((laid.y[rows] - table[8][:, np.newaxis] - courses) ** 2, axis=1)
+    assert np.allclose(np.minimum(sums, HOPELESS), np.minimum(np.sum(swarm_errors(table, laid), axis=0), HOPELESS))
+    assert np.array_equal(swarm_courses(table, laid, rows[::thin]), courses[:, ::thin])
 
 
 @settings(max_examples=30, deadline=None)
