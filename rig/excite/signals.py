@@ -8,6 +8,7 @@ levels, table.py those from a file. None knows P0, ramps or repeats: see experim
 import math
 import random
 from array import array
+from collections.abc import Hashable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -18,7 +19,7 @@ DP_MAX_MPA = 1.0
 """Schema bound of every amplitude; what the rig at hand allows is its envelope, checked before a run."""
 
 
-class Signal(Protocol):
+class Signal(Hashable, Protocol):
     """A waveform of dp over the time of a sweep."""
 
     @property

@@ -6,6 +6,7 @@ excitations here go into the score of the search, and a denser set judges the re
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,10 +68,13 @@ def dense_signals(sweep: SweepRange) -> list[Signal]:
     return found + [Mixed(float(f), sweep.amplitude_mpa / 2) for f in np.linspace(sweep.low_hz, sweep.high_hz, 3)]
 
 
+@lru_cache(maxsize=256)
 def excitation(signal: Signal, dt_s: float, periods: float = 3.0) -> Column:
     """dp (MPa) of some periods of a signal, and at least 4 s of one that has parts slower than its name says."""
     seconds = max(periods / signal.highest_hz, 4.0 if isinstance(signal, Mixed) else 0.0)
-    return np.array(sampled(signal, round(seconds / dt_s) + 1, round(dt_s * 1e9)), dtype=np.float64)
+    column = np.array(sampled(signal, round(seconds / dt_s) + 1, round(dt_s * 1e9)), dtype=np.float64)
+    column.setflags(write=False)  # every verdict asks for the same
+    return column
 
 
 class StabilityTerm:
