@@ -7,8 +7,10 @@ from pathlib import Path
 import hostile_configs
 import pytest
 
+COUNT = 60
+
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_configs_made_against_the_readers(tmp_path: Path, seed: int) -> None:
-    for _, _, read in itertools.islice(hostile_configs.one(tmp_path, seed), 60):
-        read()
+    done = [read() for _, _, read in itertools.islice(hostile_configs.one(tmp_path, seed), COUNT)]
+    assert len(done) == COUNT, "each reading asserts for itself"
