@@ -43,7 +43,19 @@ RATIO_RANGE: Final = (0.6, 12.0)
 """Gap over floor of single effects, log-uniform: from below the floor to more than ten times above."""
 CLEAR_RANGE: Final = (3.0, 10.0)
 """Of each part of a pair, and of effects outside the library."""
-SHARES: Final = {"none": 0.30, "foreign": 0.15, "pair": 0.15}
+
+
+class CaseKind(StrEnum):
+    """What is wrong on the rig of a case."""
+
+    NONE = "none"
+    SINGLE = "single"
+    PAIR = "pair"
+    FOREIGN = "foreign"
+    """An effect of which the library has no law."""
+
+
+SHARES: Final = {CaseKind.NONE: 0.30, CaseKind.FOREIGN: 0.15, CaseKind.PAIR: 0.15}
 """Of all cases; the rest are single effects. 400 cases: 120, 60, 60, 160."""
 RAN_AWAY: Final = 1e6
 """Counts as the gap over floor of a size under which the joint leaves its range: far too large."""
@@ -67,8 +79,7 @@ class Case:
     purpose: Purpose
     seed: int
     number: int
-    kind: str
-    """none, single, pair or foreign."""
+    kind: CaseKind
     effects: tuple[str, ...]
     signs: tuple[int, ...]
     wanted_ratios: tuple[float, ...]
@@ -87,7 +98,7 @@ class Case:
 
     def label(self) -> dict[str, Any]:
         """The case as plain data for sealing."""
-        return asdict(self) | {"purpose": self.purpose.value}
+        return asdict(self) | {"purpose": self.purpose.value, "kind": self.kind.value}
 
 
 @dataclass(frozen=True)
@@ -148,11 +159,16 @@ def draw_sheet(
     random, chosen = _random(purpose, (family_name, against), seed, 0), family(family_name)
     effects = {name: law for name, law in chosen.effects.items() if known is None or name in known}
     kinds = [kind for kind, share in SHARES.items() for _ in range(round(share * n))]
-    kinds += ["single"] * (n - len(kinds))
+    kinds += [CaseKind.SINGLE] * (n - len(kinds))
     singles, foreign, pairs = (
         _endless(random, items) for items in (_alone(effects), _alone(chosen.foreign), _pairs(effects))
     )
-    drawn = {"none": _endless(random, [()]), "single": singles, "foreign": foreign, "pair": pairs}
+    drawn = {
+        CaseKind.NONE: _endless(random, [()]),
+        CaseKind.SINGLE: singles,
+        CaseKind.FOREIGN: foreign,
+        CaseKind.PAIR: pairs,
+    }
     rows = [(kind, next(drawn[kind])) for kind in kinds]
     order = random.permutation(n)
     return [
@@ -248,7 +264,7 @@ def made_to_order(family_name: str, unit_seed: int, sizes: Mapping[str, float], 
     bench = draw_bench(chosen, chosen.make(unit_seed), random)
     signs, kind = (
         tuple(1 if size >= 0.0 else -1 for size in sizes.values()),
-        ("none", "single", "pair")[min(len(sizes), 2)],
+        (CaseKind.NONE, CaseKind.SINGLE, CaseKind.PAIR)[min(len(sizes), 2)],
     )
     case = Case(
         Purpose.DEVELOPMENT, seed, 0, kind, tuple(sizes), signs, (math.nan,) * len(sizes), BASELINE_DAYS, family_name
@@ -268,13 +284,13 @@ def _draw_case(
     purpose: Purpose,
     seed: int,
     number: int,
-    kind: str,
+    kind: CaseKind,
     effects: tuple[str, ...],
     branch: tuple[str, str],
     random: Generator,
 ) -> Case:
     laws = family(branch[0]).laws
-    low, high = RATIO_RANGE if kind == "single" else CLEAR_RANGE
+    low, high = RATIO_RANGE if kind is CaseKind.SINGLE else CLEAR_RANGE
     ratios = np.exp(random.uniform(math.log(low), math.log(high), len(effects))).tolist()
     signs = [int(random.choice((-1, 1))) if laws[effect].signed else 1 for effect in effects]
     return Case(purpose, seed, number, kind, effects, tuple(signs), tuple(ratios), int(random.choice((3, 6))), *branch)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from hil.reference.cases import DAYS, SISTERS, Case, Purpose, bench_of, draw_sheet, realise, record_day
+from hil.reference.cases import DAYS, SISTERS, Case, CaseKind, Purpose, bench_of, draw_sheet, realise, record_day
 from hil.reference.compiling import Array
 from hil.reference.disturbance import Disturbance
 from hil.reference.families import NAMES, Named, Unit
@@ -111,7 +111,7 @@ class PhysicsSource:
 
 def _case(label: dict[str, Any]) -> Case:
     lists = {name: tuple(label[name]) for name in ("effects", "signs", "wanted_ratios")}
-    return Case(**label | lists | {"purpose": Purpose(label["purpose"])})
+    return Case(**label | lists | {"purpose": Purpose(label["purpose"]), "kind": CaseKind(label["kind"])})
 
 
 def _rest_mpa(session: Commands) -> float:

@@ -2,6 +2,6 @@
 
 `source` says what a generator must offer, `seal` closes the labels, `folder` lays out a check on disk, `make` writes
 questions, `sandbox` and `answer` run the diagnosis where it cannot see the labels, `naive` are the baselines to beat,
-`score` opens the labels, `tally` counts, `jobs` spreads the work. No generator is known here: the command line brings
-one.
+`score` opens the labels and makes each case a `row`, `statistics` counts rows, `check` is the whole. No generator is
+known here: the command line brings one.
 """

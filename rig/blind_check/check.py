@@ -7,6 +7,7 @@ was.
 import hashlib
 import shutil
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -16,6 +17,7 @@ from rig.blind_check.folder import MODEL_FILES, CheckFolder, read_json, read_tru
 from rig.blind_check.follow_up import carry_out, rounds_of
 from rig.blind_check.generate import Unit, make_unit, open_labels
 from rig.blind_check.modes import MODES, ROUNDS
+from rig.blind_check.row import Row, Scored, facts_of, read_scored, truth_of
 from rig.blind_check.sandbox import LAYERS
 from rig.blind_check.score import realised, score_mode
 from rig.blind_check.source import Label
@@ -53,30 +55,27 @@ def score_unit(unit: Unit, rounds: int = ROUNDS) -> int:
     missing = {token: label for token, label in labels.items() if not unit.folder.score(token).exists()}
     carry_out(unit.source, unit.folder, missing, rounds)
     for token, label in missing.items():
-        write_json(unit.folder.score(token), score_case(unit.folder, token, label))
+        write_json(unit.folder.score(token), score_case(unit.folder, token, label).to_json())
     return len(labels)
 
 
-def score_case(folder: CheckFolder, token: str, label: Label) -> dict[str, Any]:
+def score_case(folder: CheckFolder, token: str, label: Label) -> Scored:
     """Everything about one case: a row for each mode with what further experiments made of it, and naive answers."""
     from rig.model.parameters import load_model
 
     answer = read_json(folder.answer(token))
-    facts, untouched, healthy = read_truth(folder.truth(token))
-    rows, later = {}, rounds_of(folder, token, label, facts)
+    told, untouched, healthy = read_truth(folder.truth(token))
+    truth, facts = truth_of(label), facts_of(told)
+    rows, later = {}, rounds_of(folder, token, truth, facts)
     for mode, said in answer["modes"].items():
         model = load_model(folder.question(token) / MODEL_FILES[MODES[mode].model])
-        rows[mode] = score_mode(mode, said, label, facts)
-        rows[mode]["realised_ef"] = realised(model, said, label, untouched, healthy)
-        rows[mode]["truth_withheld"] = bool(set(label["effects"]) & set(answer["leave_out"]))
-        rows[mode]["rounds"] = later.get(mode, [])
-    return {
-        "token": token,
-        "rows": rows,
-        "naive": answer["naive"],
-        "sandbox_layers": answer["sandbox_layers"],
-        "facts": facts,
-    }
+        rows[mode] = replace(
+            score_mode(mode, said, truth, facts),
+            realised_ef=realised(model, said, truth, untouched, healthy),
+            truth_withheld=bool(set(truth.effects) & set(answer["leave_out"])),
+            rounds=tuple(later.get(mode, ())),
+        )
+    return Scored(rows, answer["naive"], answer["sandbox_layers"], told, token)
 
 
 def result_of(folder: CheckFolder) -> dict[str, Any]:
@@ -102,12 +101,12 @@ def result_of_all(folders: Sequence[CheckFolder], unfinished: bool = False) -> d
     return public | result_from(cases, parts[0][0]["seed"], sorted(known))
 
 
-def _judged(cases: Sequence[Mapping[str, Any]]) -> set[str]:
+def _judged(cases: Sequence[Scored]) -> set[str]:
     """The families of these cases."""
-    return {row["family"] for case in cases for row in case["rows"].values()}
+    return {row.family for case in cases for row in case.rows.values()}
 
 
-def _scored(folder: CheckFolder, unfinished: bool = False) -> tuple[dict[str, Any], list[Any]]:
+def _scored(folder: CheckFolder, unfinished: bool = False) -> tuple[dict[str, Any], list[Scored]]:
     """(what is public of a check and its seed, its scores by token)."""
     labels, seed = open_labels(folder)
     missing = [token for token in labels if not folder.score(token).exists()]
@@ -119,7 +118,7 @@ def _scored(folder: CheckFolder, unfinished: bool = False) -> tuple[dict[str, An
     scored = [token for token in sorted(labels) if token not in missing]
     sha256 = read_json(folder.sealed)["sealed_sha256"]
     public = {"sealed_sha256": sha256, "seed": seed, "cases": len(labels), "scored": len(scored)}
-    return public | {"fitted_on": families_of_levels(folder)}, [read_json(folder.score(token)) for token in scored]
+    return public | {"fitted_on": families_of_levels(folder)}, [read_scored(folder.score(token)) for token in scored]
 
 
 def families_of_levels(folder: CheckFolder) -> list[str]:
@@ -128,10 +127,10 @@ def families_of_levels(folder: CheckFolder) -> list[str]:
     return list(levels.provenance.families)
 
 
-def result_from(cases: Sequence[Mapping[str, Any]], seed: int, fitted_on: Sequence[str]) -> dict[str, Any]:
+def result_from(cases: Sequence[Scored], seed: int, fitted_on: Sequence[str]) -> dict[str, Any]:
     """The figures of scored cases, mode by mode; `fitted_on`: families that were judged by levels fitted on them."""
-    kinds = [next(iter(case["rows"].values()))["kind"] for case in cases]
-    rows = {mode: [case["rows"][mode] for case in cases if mode in case["rows"]] for mode in MODES}
+    kinds = [next(iter(case.rows.values())).kind.value for case in cases]
+    rows = {mode: [case.rows[mode] for case in cases if mode in case.rows] for mode in MODES}
     asked = [mode for mode in MODES if rows[mode] and not MODES[mode].withheld]
     modes = {mode: mode_result(rows[mode]) | breakdown(rows[mode]) for mode in asked}
     for mode in asked:
@@ -153,19 +152,19 @@ def result_from(cases: Sequence[Mapping[str, Any]], seed: int, fitted_on: Sequen
     }
 
 
-def _families(rows: Mapping[str, Sequence[Mapping[str, Any]]]) -> list[str]:
-    return sorted({row["family"] for some in rows.values() for row in some if row["family"]})
+def _families(rows: Mapping[str, Sequence[Row]]) -> list[str]:
+    return sorted({row.family for some in rows.values() for row in some if row.family})
 
 
-def _apart(rows: Mapping[str, Sequence[Mapping[str, Any]]], asked: Sequence[str], family: str) -> dict[str, Any]:
+def _apart(rows: Mapping[str, Sequence[Row]], asked: Sequence[str], family: str) -> dict[str, Any]:
     """Mode by mode the figures of one family's cases."""
-    own = {mode: [row for row in rows[mode] if row["family"] == family] for mode in asked}
+    own = {mode: [row for row in rows[mode] if row.family == family] for mode in asked}
     return {mode: mode_result(some) for mode, some in own.items() if some}
 
 
-def _sandbox(cases: Sequence[Mapping[str, Any]]) -> dict[str, list[str]]:
+def _sandbox(cases: Sequence[Scored]) -> dict[str, list[str]]:
     """The layers that stood around every single answer, and those that did not."""
-    stood = set(LAYERS).intersection(*(case["sandbox_layers"] for case in cases))
+    stood = set(LAYERS).intersection(*(case.sandbox_layers for case in cases))
     return {
         "sandbox_layers": [layer for layer in LAYERS if layer in stood],
         "sandbox_missing": [layer for layer in LAYERS if layer not in stood],
@@ -179,17 +178,17 @@ def write_result(folder: CheckFolder, result: Mapping[str, Any]) -> Path:
     return path
 
 
-def _naive(cases: Sequence[Mapping[str, Any]], name: str) -> dict[str, Any]:
+def _naive(cases: Sequence[Scored], name: str) -> dict[str, Any]:
     """A baseline's figures with and without pressures, on the cases of the first mode that has them or not; it answered
     every case."""
 
-    asked = [mode for mode in MODES if any(mode in case["rows"] for case in cases)]
+    asked = [mode for mode in MODES if any(mode in case.rows for case in cases)]
 
     def answered(pressures: bool) -> dict[str, Any]:
         mode = next((mode for mode in asked if MODES[mode].pressures is pressures), asked[0])
         column = "pressures" if pressures else "angle"
-        rows = [case["rows"][mode] | {"naive": case["naive"][column][name]} for case in cases if mode in case["rows"]]
-        return naive_result(rows, lambda row: str(row["naive"]), lambda said, truth: _alike(said, truth, pressures))
+        said = [(case.rows[mode], case.naive[column][name]) for case in cases if mode in case.rows]
+        return naive_result(said, lambda name, truth: _alike(name, truth, pressures))
 
     return {"pressures": answered(True), "angle": answered(False)}
 

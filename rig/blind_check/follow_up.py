@@ -25,6 +25,7 @@ from rig.blind_check.folder import (
     write_json,
 )
 from rig.blind_check.modes import MODES, ROUNDS
+from rig.blind_check.row import Facts, Round, Row, Truth
 from rig.blind_check.score import score_mode
 from rig.blind_check.source import Commands, Label, Source
 from rig.errors import RigError
@@ -71,35 +72,34 @@ def commands_of(config: Any) -> Commands:
 
 
 def rounds_of(
-    folder: CheckFolder, token: str, label: Label, facts: Mapping[str, Any], rounds: int = ROUNDS
-) -> dict[str, list[dict[str, Any]]]:
+    folder: CheckFolder, token: str, truth: Truth, facts: Facts, rounds: int = ROUNDS
+) -> dict[str, list[Round]]:
     """Mode by mode the scored answers after each further experiment, with what that had promised."""
-    found: dict[str, list[dict[str, Any]]] = {}
+    found: dict[str, list[Round]] = {}
     for number in range(1, rounds + 1):
         answered = _round(folder, number).answer(token)
         if not answered.exists():
             break
         before = read_json(_round(folder, number - 1).answer(token))["modes"]
         for mode, said in read_json(answered)["modes"].items():
-            row = score_mode(mode, said, label, facts)
+            row = score_mode(mode, said, truth, facts)
             wanted = before[mode]["diagnosis"]["next_experiment"]
-            found.setdefault(mode, []).append(row | _kept_promise(wanted, said, label))
+            found.setdefault(mode, []).append(_round_after(wanted, said, row))
     return found
 
 
-def _kept_promise(wanted: Mapping[str, Any], said: Mapping[str, Any], label: Label) -> dict[str, Any]:
-    """What an experiment cost and promised; `parted`: of the effects that it was to tell apart the truth is still named
-    and no other. None where the truth is not among them."""
+def _round_after(wanted: Mapping[str, Any], said: Mapping[str, Any], row: Row) -> Round:
     names = set(wanted["separates"])
     causes = (said.get("diagnosis") or {"causes": []})["causes"]
-    truth = names & set(label["effects"])
+    truth = names & set(row.effects)
     left = names & {name for cause in causes for name in (cause["effect"], *cause["ambiguous_with"])}
-    return {
-        "minutes": wanted["minutes"],
-        "promised": wanted["expected_confidence"],
-        "separates": sorted(names),
-        "parted": left == truth if truth else None,
-    }
+    return Round(
+        row,
+        minutes=wanted["minutes"],
+        promised=wanted["expected_confidence"],
+        separates=tuple(sorted(names)),
+        parted=left == truth if truth else None,
+    )
 
 
 def _round(folder: CheckFolder, number: int) -> CheckFolder:

@@ -33,11 +33,6 @@ class Mode:
     """With a library that is short: the mode that asks the same with all of it."""
 
     @property
-    def ratio(self) -> str:
-        """The fact that says how large a case's gap is."""
-        return "ratio_sisters" if self.against == SISTERS else "ratio_angle"
-
-    @property
     def retunes(self) -> bool:
         """The simulator's own parameters are in doubt, so some effects are swallowed when they are fitted again."""
         return self.model != OWN

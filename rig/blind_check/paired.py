@@ -8,42 +8,29 @@ from typing import Any, Final
 
 from scipy.stats import binomtest
 
-from rig.blind_check.folder import CheckFolder, read_json
+from rig.blind_check.folder import CheckFolder
 from rig.blind_check.generate import open_labels
 from rig.blind_check.rates import Rate
-from rig.blind_check.statistics import CLEAR, SIZED
+from rig.blind_check.row import CLEAR, CaseKind, Row, Scored, read_scored
 from rig.errors import RecordError
 
-Row = Mapping[str, Any]
 Pair = tuple[Row, Row]
 
 
-def _clear(row: Row) -> bool:
-    return bool(row["ratio"] >= CLEAR)
+def _nameable(row: Row) -> bool:
+    return row.is_nameable
 
 
-def _wrong(row: Row) -> bool:
-    return bool(row["kind"] != "none")
-
-
-def _single(row: Row) -> bool:
-    return row["kind"] == "single" and _clear(row) and not row["absorbed"]
-
-
-def _pair(row: Row) -> bool:
-    return row["kind"] == "pair" and _clear(row) and bool(row["weakest"] >= SIZED * CLEAR)
-
-
-FIGURES: Final[Mapping[str, tuple[Callable[[Row], bool], Callable[[Row], bool]]]] = {
-    "healthy days left alone": (lambda row: row["kind"] == "none", lambda row: not row["detected"]),
-    "detected, 1 to 3 floors": (lambda row: _wrong(row) and 1.0 <= row["ratio"] < CLEAR, lambda row: row["detected"]),
-    "detected, from 3 floors": (lambda row: _wrong(row) and _clear(row), lambda row: row["detected"]),
-    "exact name first": (_single, lambda row: row["exact"]),
-    "truth in the set": (_single, lambda row: row["in_set"]),
-    "one name left": (_single, lambda row: len(row["set"]) == 1),
-    "pairs, both right": (_pair, lambda row: row["both"]),
-    "unknown flagged": (lambda row: row["kind"] == "foreign" and _clear(row), lambda row: row["flagged"]),
-}  # fmt: skip
+FIGURES: Final[Mapping[str, tuple[Callable[[Row], bool], Callable[[Row], object]]]] = {
+    "healthy days left alone": (lambda row: not row.has_cause, lambda row: not row.detected),
+    "detected, 1 to 3 floors": (lambda row: row.has_cause and 1.0 <= row.ratio < CLEAR, lambda row: row.detected),
+    "detected, from 3 floors": (lambda row: row.has_cause and row.is_clear, lambda row: row.detected),
+    "exact name first": (_nameable, lambda row: row.exact),
+    "truth in the set": (_nameable, lambda row: row.in_set),
+    "one name left": (_nameable, lambda row: len(row.names) == 1),
+    "pairs, both right": (lambda row: row.is_clear and row.is_sized_pair, lambda row: row.both),
+    "unknown flagged": (lambda row: row.kind is CaseKind.FOREIGN and row.is_clear, lambda row: row.flagged),
+}
 """Figure -> (which cases count, what is right)."""
 
 
@@ -53,7 +40,7 @@ def compared(first: CheckFolder, other: CheckFolder) -> dict[str, Any]:
     cases = [_by_case(folder) for folder in (first, other)]
     if cases[0].keys() != cases[1].keys():
         raise RecordError(f"{other.root}: other cases than in {first.root}; compare checks of one seed and size")
-    scored = [(cases[0][key]["rows"], cases[1][key]["rows"]) for key in cases[0]]
+    scored = [(cases[0][key].rows, cases[1][key].rows) for key in cases[0]]
     modes = list(dict.fromkeys(mode for rows, others in scored for mode in rows if mode in others))
     return {
         "first": first.root.name,
@@ -63,7 +50,7 @@ def compared(first: CheckFolder, other: CheckFolder) -> dict[str, Any]:
     }
 
 
-def _by_case(folder: CheckFolder) -> dict[tuple[Any, ...], Any]:
+def _by_case(folder: CheckFolder) -> dict[tuple[Any, ...], Scored]:
     """Scored cases by what chance decided of them."""
     labels, seed = open_labels(folder)
     keys = ("family", "against", "number")
@@ -71,7 +58,7 @@ def _by_case(folder: CheckFolder) -> dict[tuple[Any, ...], Any]:
     if missing:
         raise RecordError(f"{folder.root}: {len(missing)} of {len(labels)} cases are not scored; run the check again")
     return {
-        (seed, *(label.get(key) for key in keys)): read_json(folder.score(token)) for token, label in labels.items()
+        (seed, *(label.get(key) for key in keys)): read_scored(folder.score(token)) for token, label in labels.items()
     }
 
 

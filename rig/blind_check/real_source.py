@@ -18,6 +18,7 @@ from typing import Any, Final
 import numpy as np
 
 from rig.blind_check.put_in import PUT_IN, PutIn, reread
+from rig.blind_check.row import CaseKind
 from rig.blind_check.source import BenchData, CaseData, Columns, Commands, Label, Named
 from rig.columns import rms, white_noise
 from rig.errors import RecordError
@@ -27,7 +28,7 @@ from rig.gap.records.usable import reasons, usable
 from rig.model.resample import is_regular
 from rig.record import MAIN_COLUMNS, Column, Record
 
-SHARES: Final = {"none": 0.30, "foreign": 0.15, "pair": 0.15}
+SHARES: Final = {CaseKind.NONE: 0.30, CaseKind.FOREIGN: 0.15, CaseKind.PAIR: 0.15}
 """Of all cases, as for the plants; the rest are single effects."""
 RATIOS: Final = (0.6, 12.0)
 CLEAR: Final = (3.0, 10.0)
@@ -66,16 +67,16 @@ class RecordsSource:
     def sheet(self, seed: int, cases: int) -> list[Label]:
         random, count = Random(f"records by {seed}"), len(_sessions(self.folder))
         kinds = [kind for kind, share in SHARES.items() for _ in range(round(share * cases))]
-        kinds += ["single"] * (cases - len(kinds))
-        drawn = {kind: _endless(random, _of_kind(kind)) for kind in ("none", "single", "pair", "foreign")}
+        kinds += [CaseKind.SINGLE] * (cases - len(kinds))
+        drawn = {kind: _endless(random, _of_kind(kind)) for kind in CaseKind}
         labels = [self._label(seed, number, kind, next(drawn[kind]), random) for number, kind in enumerate(kinds)]
         random.shuffle(labels)
         return [label | {"held": number % count} for number, label in enumerate(labels)]
 
-    def _label(self, seed: int, number: int, kind: str, effects: Sequence[str], random: Random) -> Label:
-        low, high = np.log(RATIOS if kind == "single" else CLEAR)
+    def _label(self, seed: int, number: int, kind: CaseKind, effects: Sequence[str], random: Random) -> Label:
+        low, high = np.log(RATIOS if kind is CaseKind.SINGLE else CLEAR)
         return {
-            "kind": kind, "effects": list(effects), "seed": seed, "number": number, "family": self.folder.name,
+            "kind": kind.value, "effects": list(effects), "seed": seed, "number": number, "family": self.folder.name,
             "baselines": max(len(_sessions(self.folder)) - 1, 1), "against": "days",
             "signs": [random.choice((-1, 1)) if PUT_IN[name].signed else 1 for name in effects],
             "wanted_ratios": [float(np.exp(random.uniform(low, high))) for _ in effects],
@@ -243,13 +244,13 @@ def _size_for(law: PutIn, sign: int, wanted: float, held: Held, seed: int) -> fl
     return float(np.exp(0.5 * (low + high)))
 
 
-def _of_kind(kind: str) -> list[tuple[str, ...]]:
+def _of_kind(kind: CaseKind) -> list[tuple[str, ...]]:
     known = [name for name, law in PUT_IN.items() if law.known and name in LIBRARY]
-    kinds: dict[str, list[tuple[str, ...]]] = {
-        "none": [()],
-        "single": [(name,) for name in known],
-        "pair": [("delay", name) for name in PAIRED],
-        "foreign": [(name,) for name, law in PUT_IN.items() if not law.known],
+    kinds: dict[CaseKind, list[tuple[str, ...]]] = {
+        CaseKind.NONE: [()],
+        CaseKind.SINGLE: [(name,) for name in known],
+        CaseKind.PAIR: [("delay", name) for name in PAIRED],
+        CaseKind.FOREIGN: [(name,) for name, law in PUT_IN.items() if not law.known],
     }
     return kinds[kind]
 

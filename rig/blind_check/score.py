@@ -1,7 +1,7 @@
 """Scoring one case: the opened label beside what was answered, and the stated shrinkage tried on records nobody was
 given.
 
-Produces plain rows; counting them is `tally`. Nothing here looks at more than one case.
+Produces rows; counting them is `statistics`. Nothing here looks at more than one case.
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,10 +11,12 @@ from typing import Any, Final
 import numpy as np
 
 from rig.blind_check.modes import MODES
+from rig.blind_check.row import CaseKind, EffectFact, Facts, Row, Truth
 from rig.blind_check.source import Named, records_of
 from rig.errors import RigError
 from rig.gap.answer.consistency import contradictions
-from rig.gap.answer.facts import SWALLOWED
+from rig.gap.answer.facts import SWALLOWED, Verdict
+from rig.gap.evidence.posterior import UNKNOWN
 from rig.gap.hypotheses.library import LIBRARY, effect_class
 from rig.gap.raw_tests.levels import loudness
 from rig.record import Column, Record
@@ -32,41 +34,52 @@ ABSORBED: Final = {
 }  # fmt: skip
 """Effects that a fit of the simulator's own parameters swallows, declared before any check: the muscles' curve and loop
 are free in it."""
-FLAGS: Final = {"unknown", "partly_explained"}
+FLAGS: Final = {Verdict.UNKNOWN, Verdict.PARTLY_EXPLAINED}
 """Verdicts that say something is there which the library does not hold."""
 
 
-def score_mode(
-    mode: str, answer: Mapping[str, Any], label: Mapping[str, Any], facts: Mapping[str, Any]
-) -> dict[str, Any]:
-    """One case in one mode as a row: what was true, what was said, what of it was right."""
+def score_mode(mode: str, answer: Mapping[str, Any], truth: Truth, facts: Facts) -> Row:
+    """One case in one mode as a row: what was true, what was said (the JSON of an answer), what of it was right."""
     said, asked = answer.get("diagnosis") or {"verdict": "error", "gap": {}, "where": {}, "causes": []}, MODES[mode]
-    causes = [cause for cause in said["causes"] if cause["effect"] != "unknown"]
+    causes = [cause for cause in said["causes"] if cause["effect"] != UNKNOWN]
     verdict, first = said["verdict"], causes[0] if causes else {}
-    row = {
-        "mode": mode, "kind": label["kind"], "effects": list(label["effects"]), "baselines": label["baselines"],
-        "family": label.get("family", ""), "ratio": facts[asked.ratio], "ratio_pressure": facts["ratio_pressure"],
-        "verdict": verdict, "detected": verdict not in ("none", "error"), "flagged": verdict in FLAGS,
-        "unknown": verdict == "unknown",
-        "named": [cause["effect"] for cause in causes], "set": [first["effect"],
-        *first["ambiguous_with"]] if first else [],
-        "stage_said": said["where"].get("stage"), "confidence": first.get("confidence"),
-        "predicted_ef": said["gap"].get("explained_fraction"),
-        "ef_interval": _interval(said["gap"]) if causes else None,
-        "contradictions": contradictions(said) if said["gap"] else [], "reference": said.get("reference"),
-        "absorbed": asked.retunes and bool(ABSORBED & set(label["effects"])),
-        "seconds": answer["seconds"], "cpu_seconds": answer.get("cpu_seconds"), "error": answer.get("error"),
-    }  # fmt: skip
-    return row if label["kind"] == "none" else row | _right(row, first, facts, asked.pressures) | _retuned(said, row)
+    row = Row(
+        kind=truth.kind,
+        effects=truth.effects,
+        ratio=facts.ratio(asked.against),
+        mode=mode,
+        baselines=truth.baselines,
+        family=truth.family,
+        ratio_pressure=facts.ratio_pressure,
+        verdict=verdict,
+        detected=verdict not in (Verdict.NONE, "error"),
+        flagged=verdict in FLAGS,
+        unknown=verdict == Verdict.UNKNOWN,
+        named=tuple(cause["effect"] for cause in causes),
+        names=(first["effect"], *first["ambiguous_with"]) if first else (),
+        stage_said=said["where"].get("stage"),
+        confidence=first.get("confidence"),
+        predicted_ef=said["gap"].get("explained_fraction"),
+        ef_interval=_interval(said["gap"]) if causes else None,
+        contradictions=tuple(contradictions(said)) if said["gap"] else (),
+        reference=said.get("reference"),
+        absorbed=asked.retunes and bool(ABSORBED & set(truth.effects)),
+        seconds=answer["seconds"],
+        cpu_seconds=answer.get("cpu_seconds"),
+        error=answer.get("error"),
+    )
+    if truth.kind is CaseKind.NONE:
+        return row
+    return replace(_right(row, first, facts, asked.pressures), absorbed_right=_retuned(said, row))
 
 
-def _retuned(said: Mapping[str, Any], row: Mapping[str, Any]) -> dict[str, Any]:
+def _retuned(said: Mapping[str, Any], row: Row) -> bool:
     """Of an effect that a fit of the simulator's own parameters swallows: is that said, which one moved, and what would
     look the same?"""
     retuning = said.get("retuning") or {"closes_fraction": 0.0, "parameters": []}
-    alike = {*row["set"], *retuning.get("looks_like", [])}
+    alike = {*row.names, *retuning.get("looks_like", [])}
     swallowed = retuning["closes_fraction"] >= SWALLOWED and bool(retuning["parameters"])
-    return {"absorbed_right": swallowed and bool(alike & set(row["effects"]))}
+    return swallowed and bool(alike & set(row.effects))
 
 
 def _interval(gap: Mapping[str, Any]) -> tuple[float, float] | None:
@@ -79,29 +92,45 @@ def _interval(gap: Mapping[str, Any]) -> tuple[float, float] | None:
     return (gap["rms_deg"] ** 2 - high**2) / span, (gap["rms_deg"] ** 2 - low**2) / span
 
 
-def _right(
-    row: Mapping[str, Any], first: Mapping[str, Any], facts: Mapping[str, Any], pressures: bool
-) -> dict[str, Any]:
-    """What of a row's answer fits the truth."""
-    truths, effects = row["effects"], facts["effects"]
-    stages = {fact["stage"] for fact in effects.values()}.union(*(ALSO_RIGHT.get(effect, set()) for effect in truths))
-    right = {"stage_right": row["stage_said"] in stages, "stages": sorted(fact["stage"] for fact in effects.values())}
-    two = row["named"][:2]
-    if row["kind"] == "single":
-        right["exact"] = two[:1] == truths
-        right["class"] = any(_same_class(name, truths[0], pressures) for name in two[:1])
-        right["in_set"] = truths[0] in row["set"]
-        right["size_error"] = _size_error(first, truths[0], effects[truths[0]]) if first else None
-        right["size_held"] = _size_held(first, truths[0], effects[truths[0]]) if first else None
-    if row["kind"] == "pair":
-        right["weakest"] = min(fact.get("ratio", facts["ratio_angle"]) for fact in effects.values())
-        right["both"] = set(truths) <= set(two)
-        right["both_class"] = all(any(_same_class(name, truth, pressures) for name in two) for truth in truths)
-    return right
+def _right(row: Row, first: Mapping[str, Any], facts: Facts, pressures: bool) -> Row:
+    """The row with what of its answer fits the truth."""
+    also = (ALSO_RIGHT.get(effect, set()) for effect in row.effects)
+    stages = {fact.stage for fact in facts.effects.values()}.union(*also)
+    row = replace(
+        row,
+        stage_right=row.stage_said in stages,
+        stages=tuple(sorted(fact.stage for fact in facts.effects.values())),
+    )
+    if row.kind is CaseKind.SINGLE:
+        return _right_single(row, first, facts.effects[row.effects[0]], pressures)
+    return _right_pair(row, facts, pressures) if row.kind is CaseKind.PAIR else row
+
+
+def _right_single(row: Row, first: Mapping[str, Any], fact: EffectFact, pressures: bool) -> Row:
+    truth = row.effects[0]
+    return replace(
+        row,
+        exact=row.named[:1] == (truth,),
+        class_right=any(_same_class(name, truth, pressures) for name in row.named[:1]),
+        in_set=truth in row.names,
+        size_error=_size_error(first, truth, fact) if first else None,
+        size_held=_size_held(first, truth, fact) if first else None,
+    )
+
+
+def _right_pair(row: Row, facts: Facts, pressures: bool) -> Row:
+    two = row.named[:2]
+    ratios = (facts.ratio_angle if fact.ratio is None else fact.ratio for fact in facts.effects.values())
+    return replace(
+        row,
+        weakest=min(ratios),
+        both=set(row.effects) <= set(two),
+        both_class=all(any(_same_class(name, truth, pressures) for name in two) for truth in row.effects),
+    )
 
 
 def realised(
-    model: Any, answer: Mapping[str, Any], label: Mapping[str, Any], untouched: Named, healthy: Sequence[Named]
+    model: Any, answer: Mapping[str, Any], truth: Truth, untouched: Named, healthy: Sequence[Named]
 ) -> float | None:
     """Explained fraction (G - E) / (G - F) on records that the diagnosis never got, by its augmented model.
 
@@ -111,7 +140,7 @@ def realised(
     """
     added = answer.get("added") or []
     days = [{record.name: record for record in records_of(day)} for day in healthy]
-    stochastic = any(effect in UNPREDICTABLE for effect in label["effects"])
+    stochastic = any(effect in UNPREDICTABLE for effect in truth.effects)
     gap = left = floor = 0.0
     for record in records_of(untouched):
         change = _model_change(model, added, answer.get("mean_exponent"), record)
@@ -164,15 +193,19 @@ def _same_class(name: str, truth: str, pressures: bool) -> bool:
     )
 
 
-def _size_error(cause: Mapping[str, Any], truth: str, fact: Mapping[str, Any]) -> float | None:
+def _size_error(cause: Mapping[str, Any], truth: str, fact: EffectFact) -> float | None:
     """Relative error of the size where the right name was given and both laws have that number in common."""
-    number = cause["parameters"].get(fact["library_parameter"]) if cause["effect"] == truth else None
-    return None if number is None else abs(number["value"] - fact["size"]) / abs(fact["size"])
+    number = _size_said(cause, truth, fact)
+    return None if number is None or fact.size is None else abs(number["value"] - fact.size) / abs(fact.size)
 
 
-def _size_held(cause: Mapping[str, Any], truth: str, fact: Mapping[str, Any]) -> bool | None:
+def _size_held(cause: Mapping[str, Any], truth: str, fact: EffectFact) -> bool | None:
     """Whether the stated interval of the size holds the true one, where there is one and it can be compared."""
-    number = cause["parameters"].get(fact["library_parameter"]) if cause["effect"] == truth else None
-    if number is None or number.get("low") is None:
+    number = _size_said(cause, truth, fact)
+    if number is None or fact.size is None or number.get("low") is None:
         return None
-    return bool(number["low"] <= fact["size"] <= number["high"])
+    return bool(number["low"] <= fact.size <= number["high"])
+
+
+def _size_said(cause: Mapping[str, Any], truth: str, fact: EffectFact) -> Mapping[str, Any] | None:
+    return cause["parameters"].get(fact.library_parameter) if cause["effect"] == truth else None

@@ -6,15 +6,17 @@ Labels are JSON: name of the question -> list of {"effect": NAME}, empty or "non
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from rig.blind_check.check import families_of_levels, result_from
 from rig.blind_check.folder import CheckFolder, read_json
+from rig.blind_check.row import CaseKind, EffectFact, Facts, Scored, Truth
 from rig.blind_check.score import score_mode
-from rig.blind_check.source import Label
 from rig.errors import RecordError
+from rig.gap.evidence.posterior import NONE, UNKNOWN
 from rig.gap.hypotheses.library import LIBRARY
 
 
@@ -29,39 +31,43 @@ def score_own(folder: CheckFolder, labels_path: Path) -> dict[str, Any]:
     return {"sealed_sha256": sha256} | result_from(cases, 0, families_of_levels(folder))
 
 
-def label_of(name: str, entry: Any, where: Path) -> Label:
-    """One entry of the labels as the check's own label."""
+@dataclass(frozen=True)
+class OwnLabel:
+    """What somebody says of their records."""
+
+    truth: Truth
+    ratio: float | None
+    """Gap over floor, where they know it."""
+
+
+def label_of(name: str, entry: Any, where: Path) -> OwnLabel:
+    """One entry of the labels; RecordError where it is none."""
     if not isinstance(entry, list) or not all(isinstance(part, dict) and "effect" in part for part in entry):
         raise RecordError(f'{where}: {name}: expected a list of {{"effect": NAME}}, empty for a healthy rig')
-    effects = [str(part["effect"]) for part in entry if part["effect"] != "none"]
-    foreign = any(effect not in LIBRARY for effect in effects)
-    kind = "none" if not effects else "foreign" if foreign else "single" if len(effects) == 1 else "pair"
-    return {"kind": kind, "effects": effects, "baselines": 0, "ratio": entry[0].get("ratio") if entry else None}
+    effects = [str(part["effect"]) for part in entry if part["effect"] != NONE]
+    return OwnLabel(Truth(_kind(effects), tuple(effects), 0), entry[0].get("ratio") if entry else None)
 
 
-def _scored(folder: CheckFolder, name: str, label: Label) -> dict[str, Any]:
+def _kind(effects: Sequence[str]) -> CaseKind:
+    if not effects:
+        return CaseKind.NONE
+    if any(effect not in LIBRARY for effect in effects):
+        return CaseKind.FOREIGN
+    return CaseKind.SINGLE if len(effects) == 1 else CaseKind.PAIR
+
+
+def _scored(folder: CheckFolder, name: str, label: OwnLabel) -> Scored:
     path = folder.answer(name.replace("/", "_"))
     if not path.exists():
         raise RecordError(f"{path}: no answer to {name!r}; run `pamrig gap check answer {folder.root}` first")
     answer = read_json(path)
     facts = _facts(label, answer)
-    rows = {
-        mode: score_mode(mode, said, label, facts) | {"realised_ef": None, "truth_withheld": False, "rounds": []}
-        for mode, said in answer["modes"].items()
-    }
-    return {
-        "rows": rows,
-        "naive": answer["naive"],
-        "sandbox_layers": answer["sandbox_layers"],
-        "facts": facts,
-    }
+    rows = {mode: score_mode(mode, said, label.truth, facts) for mode, said in answer["modes"].items()}
+    return Scored(rows, answer["naive"], answer["sandbox_layers"])
 
 
-def _facts(label: Label, answer: Mapping[str, Any]) -> dict[str, Any]:
+def _facts(label: OwnLabel, answer: Mapping[str, Any]) -> Facts:
     said = answer["modes"]["pressures"].get("diagnosis") or {"gap": {}}
-    ratio = label["ratio"] if label["ratio"] is not None else said["gap"].get("ratio", 0.0)
-    stages = {
-        effect: {"stage": LIBRARY[effect].stage if effect in LIBRARY else "unknown", "library_parameter": ""}
-        for effect in label["effects"]
-    }
-    return {"effects": stages, "ratio_angle": ratio, "ratio_pressure": None}
+    ratio = label.ratio if label.ratio is not None else said["gap"].get("ratio", 0.0)
+    stages = {effect: LIBRARY[effect].stage if effect in LIBRARY else UNKNOWN for effect in label.truth.effects}
+    return Facts({effect: EffectFact(stage, "") for effect, stage in stages.items()}, ratio)

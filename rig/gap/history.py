@@ -92,7 +92,7 @@ def day_of(name: str, days: float, diagnosis: Diagnosis) -> Day:
     }
     said = diagnosis.evidence.said
     gap, floor = diagnosis.gap.rms_deg, diagnosis.gap.floor_deg
-    return Day(name, days, gap, floor, diagnosis.verdict, sizes, said, diagnosis.channels)
+    return Day(name, days, gap, floor, diagnosis.verdict.value, sizes, said, diagnosis.channels)
 
 
 def changes(days: Sequence[Day], seed: int = 0) -> list[Change]:

@@ -12,7 +12,7 @@ import numpy as np
 from rig.errors import RecordError
 from rig.gap.answer.held_out import HowFar, how_far
 from rig.gap.answer.result import Diagnosis
-from rig.gap.answer.retuning import Retuning, retune
+from rig.gap.answer.retuning import retune
 from rig.gap.answer.tell import Told, tell
 from rig.gap.evidence.posterior import UNKNOWN, Posterior, judge
 from rig.gap.evidence.second import with_second
@@ -53,7 +53,6 @@ class Grounds:
     simulator: Model | None
     expected: Expected
     posteriors: tuple[Posterior, ...]
-    retuning: Retuning | None
 
 
 Said = Mapping[str, Mapping[str, float]]
@@ -96,15 +95,16 @@ def answer(question: Question) -> tuple[Diagnosis, Grounds]:
     missed = None if at_rest is None or not expected.by_days else _misfit_deg(at_rest, expected)
     if missed is not None and (strange := _of_another_rig(missed, expected)):
         at_rest, expected = None, replace(expected, pairing=expected.pairing.noting(strange))
-    retuning = None
+    refit = None
     if at_rest is not None and not expected.by_days:  # what has changed is no matter of the simulator's
         changes = {name: fit.change for name, fit in posteriors[-1].fits.items()}
-        retuning = retune(at_rest, expected.pairs, expected.driven, changes)
-    grounds = Grounds(at_rest, expected, posteriors, retuning)
+        refit = retune(at_rest, expected.pairs, expected.driven, changes)
+    grounds = Grounds(at_rest, expected, posteriors)
 
     def after(causes: Sequence[tuple[str, Fit]]) -> HowFar:
         return how_far(causes, expected, at_rest, settings)
 
+    retuning = None if refit is None else refit.told
     return tell(Told(expected, at_rest, posteriors, marks, retuning, settings, missed), after), grounds
 
 

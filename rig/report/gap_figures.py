@@ -12,6 +12,7 @@ import numpy as np
 
 from rig.channels import Channels
 from rig.gap.answer.augment import remaining_gap
+from rig.gap.answer.facts import Verdict
 from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.words import chain_rows
 from rig.gap.pipeline import Grounds
@@ -59,7 +60,7 @@ def figures(diagnosis: Diagnosis, grounds: Grounds) -> list[tuple[str, str]]:
     if _visible(grounds, before[top], top):
         caption = "Loops of the record with the largest gap: angle against the commanded difference of pressures"
         drawn.append((caption, lambda: _loops(grounds, before, after, top)))
-    if diagnosis.ranking and diagnosis.verdict != "none":
+    if diagnosis.ranking and diagnosis.verdict is not Verdict.NONE:
         drawn.append(("Ranking: what each effect explains, and how probable it is", lambda: _ranking(diagnosis)))
     return [(caption, _svg(draw())) for caption, draw in drawn]
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hil.reference.cases import SISTERS, Bench, Case, Purpose, bench_of, draw_sheet, realise
+from hil.reference.cases import SISTERS, Bench, Case, CaseKind, Purpose, bench_of, draw_sheet, realise
 from hil.reference.families import NAMES, family
 from rig.blind_check.generate import nominal_model, without_fingerprint
 from rig.blind_check.source import records_of
@@ -56,7 +56,7 @@ def of_unit(rig: tuple[str, int, int]) -> list[Swallowed]:
 
 
 def _share(model: Model, unit: Case, bench: Bench, effect: str, missed: tuple[float, float] | None) -> float | None:
-    case = replace(unit, kind="single", effects=(effect,), signs=(1,), wanted_ratios=(STRENGTH,))
+    case = replace(unit, kind=CaseKind.SINGLE, effects=(effect,), signs=(1,), wanted_ratios=(STRENGTH,))
     errors = _errors(model, records_of(realise(case, bench).records))
     if errors is None or missed is None:
         return None
@@ -69,7 +69,7 @@ def _errors(model: Model, records: Sequence[Record]) -> tuple[float, float] | No
     """Rms (deg) of the simulator's error on records that the fit has not seen, before and after it."""
     pairing = pair_up(list(records), [], model.p0_mpa)
     found = retune(model, pairing.pairs, pairing.pressures)
-    return None if found is None else (found.before_deg, found.after_deg)
+    return None if found is None else (found.told.before_deg, found.told.after_deg)
 
 
 def table(found: Sequence[Swallowed]) -> Iterator[tuple[str, float | None, int]]:

@@ -180,7 +180,7 @@ def _write(
 
         save_model(retuned_model(model, grounds.expected), place(options.retuned_to))
     if options.next_to and diagnosis.next_experiment:
-        write_text(place(options.next_to), str(diagnosis.next_experiment["config"]), Kind.SWEEP)
+        write_text(place(options.next_to), diagnosis.next_experiment.sweep(), Kind.SWEEP)
 
 
 def place_of(path: Path, day: str | None) -> Path:

@@ -172,9 +172,8 @@ def _first(campaign: Campaign, options: HuntOptions) -> Campaign:
 
 def _with_step(campaign: Campaign, planned: Experiment) -> Campaign:
     number = len(campaign.steps) + 1
-    plain = planned.to_json(f"step_{number}")
     why = f"to tell {' from '.join(planned.separates)}: {planned.why}, {planned.weakest:.1f} standard deviations apart"
-    return _planned(campaign, str(plain["config"]), why, planned.seconds / 60.0)
+    return _planned(campaign, planned.sweep(f"step_{number}"), why, planned.seconds / 60.0)
 
 
 def _planned(campaign: Campaign, sweep: str, why: str, minutes: float) -> Campaign:

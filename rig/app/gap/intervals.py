@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from rig.blind_check.folder import CheckFolder, read_json
-from rig.blind_check.statistics import CLEAR
+from rig.blind_check.row import CaseKind, Row, read_scored
 from rig.errors import RecordError
 from rig.gap.answer.consistency import RAW
 from rig.gap.answer.further import Shrunk, fit_spread
@@ -37,20 +37,16 @@ def _cases(folder: CheckFolder, left_out: Sequence[str]) -> Iterator[tuple[Shrun
     left."""
     for path in sorted((folder.root / "scores").glob("*.json")):
         answers = read_json(folder.answer(path.stem))["modes"]
-        for mode, row in read_json(path)["rows"].items():
-            if row["family"] not in left_out and _tells(row):
-                said = _said(answers[mode]["diagnosis"])
-                closed = said.before_deg**2 - said.floor_deg**2
-                yield said, said.floor_deg**2 + (1.0 - min(row["realised_ef"], 1.0)) * closed
+        for mode, row in read_scored(path).rows.items():
+            if row.family in left_out or not _of_library(row) or row.realised_ef is None or row.ef_interval is None:
+                continue
+            said = _said(answers[mode]["diagnosis"])
+            closed = said.before_deg**2 - said.floor_deg**2
+            yield said, said.floor_deg**2 + (1.0 - min(row.realised_ef, 1.0)) * closed
 
 
-def _tells(row: Mapping[str, Any]) -> bool:
-    return (
-        row["kind"] in ("single", "pair")
-        and row["ratio"] >= CLEAR
-        and row["realised_ef"] is not None
-        and row["ef_interval"] is not None
-    )
+def _of_library(row: Row) -> bool:
+    return row.kind in (CaseKind.SINGLE, CaseKind.PAIR) and row.is_clear
 
 
 def _said(diagnosis: Mapping[str, Any]) -> Shrunk:

@@ -14,12 +14,13 @@ from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, Final
 
-from hil.reference.cases import Case, Purpose, bench_of, draw_sheet, realise
+from hil.reference.cases import Case, CaseKind, Purpose, bench_of, draw_sheet, realise
 from rig import gap
 from rig.blind_check.generate import nominal_model, without_fingerprint
 from rig.blind_check.source import records_of
 from rig.errors import RigError
 from rig.gap import settings
+from rig.gap.answer.facts import Verdict
 from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.settings import FactorLevels, Fitted, Levels, Prior, fitted
 from rig.model.parameters import Model
@@ -63,7 +64,8 @@ class Asked:
 class Said:
     """One answer, as far as it is compared."""
 
-    verdict: str
+    verdict: Verdict | None
+    """None where the case cannot be judged."""
     named: tuple[str, ...]
     right: bool
     """No finding on a healthy rig, the effect first, both of a pair named, or something unknown said of a foreign
@@ -213,16 +215,16 @@ def _said(case: Case, way: str, at_hand: Fitted) -> Said:
     try:
         found, _ = diagnose_with_grounds(simulator, records, [day] if way == "session" else [], settings=at_hand)
     except RigError:
-        return Said("error", (), False)
-    named = tuple(cause.effect for cause in found.causes if cause.effect != "unknown")
+        return Said(None, (), False)
+    named = tuple(cause.effect for cause in found.causes if cause.is_named)
     return Said(found.verdict, named, _right(case, found.verdict, named))
 
 
-def _right(case: Case, verdict: str, named: Sequence[str]) -> bool:
-    if case.kind == "none":
-        return verdict == "none"
-    if case.kind == "foreign":
-        return verdict in ("unknown", "partly_explained")
+def _right(case: Case, verdict: Verdict, named: Sequence[str]) -> bool:
+    if case.kind is CaseKind.NONE:
+        return verdict is Verdict.NONE
+    if case.kind is CaseKind.FOREIGN:
+        return verdict in (Verdict.UNKNOWN, Verdict.PARTLY_EXPLAINED)
     return set(case.effects) <= set(named[: len(case.effects)])
 
 

@@ -19,7 +19,7 @@ def chain(causes: Sequence[Cause], left_deg: float, usual_deg: float) -> list[Li
     share = dict.fromkeys(STAGES, 0.0)
     for cause in causes:
         share[cause.stage] += max(cause.gap_before_deg**2 - cause.gap_after_deg**2, 0.0)
-    unknown = [cause.stage for cause in causes if cause.effect == "unknown"]
+    unknown = [cause.stage for cause in causes if not cause.is_named]
     for stage in unknown:
         share[stage] += max(left_deg**2 - usual_deg**2, 0.0) / len(unknown)
     total = sum(share.values())

@@ -5,13 +5,26 @@ Plain data; `to_json` gives each part of the command's JSON.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from enum import StrEnum
 from typing import Any
+
+import numpy as np
 
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.partners import Match
 
 SWALLOWED = 0.5
 """Share of the mean square from which on re-tuning is said to close a gap."""
+
+
+class Verdict(StrEnum):
+    """What it comes to."""
+
+    NONE = "none"
+    EXPLAINED = "explained"
+    PARTLY_EXPLAINED = "partly_explained"
+    """By effects that the library has, and something beside them that it has not."""
+    UNKNOWN = "unknown"
 
 
 @dataclass(frozen=True)
@@ -34,6 +47,53 @@ class Gap:
 
     def to_json(self) -> dict[str, Any]:
         return asdict(self)
+
+
+@dataclass(frozen=True)
+class Moved:
+    """One of the simulator's own parameters before and after it was fitted again."""
+
+    name: str
+    before: float
+    after: float
+    low: float
+    high: float
+    """95 % interval of `after`."""
+    unit: str
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "name": self.name, "from": self.before, "to": self.after, "low": self.low, "high": self.high,
+            "unit": self.unit
+        }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Retuning:
+    """What fitting the simulator's own parameters again would do."""
+
+    before_deg: float
+    after_deg: float
+    """Rms of the simulator's error on records that the fit had not seen."""
+    moved: tuple[Moved, ...]
+    """Parameters that plainly moved, those that matter most first."""
+    looks_like: tuple[str, ...] = ()
+    """Effects of the angle that a fit of these parameters swallows in the same way: where it closes the gap, any of
+    them may be what is there."""
+
+    @property
+    def closes_fraction(self) -> float:
+        """Share of the mean square of the simulator's error that goes."""
+        return float(np.clip(1.0 - (self.after_deg / max(self.before_deg, 1e-12)) ** 2, 0.0, 1.0))
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "closes_fraction": self.closes_fraction,
+            "before_deg": self.before_deg,
+            "after_deg": self.after_deg,
+            "parameters": [one.to_json() for one in self.moved],
+            "looks_like": list(self.looks_like),
+        }
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rig.gap.answer.result import Cause, Interval, Observation
+from rig.gap.answer.result import SIGNATURE, Cause, Interval, Observation
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.hypotheses.propagate import Applied
 from rig.gap.raw_tests.signature import Signature
@@ -67,7 +67,7 @@ def _cause(mark: Signature, effect: str, before: float, share: float) -> Cause:
     return Cause(
         effect,
         LIBRARY[effect].stage,
-        "signature",
+        SIGNATURE,
         Applied(effect, mark.numbers),
         _numbers(mark, effect),
         before,

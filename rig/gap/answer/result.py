@@ -5,9 +5,15 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from rig.channels import PNEUMATIC, Channels
-from rig.gap.answer.facts import Evidence, Gap, Where
+from rig.gap.answer.facts import Evidence, Gap, Retuning, Verdict, Where
+from rig.gap.evidence.posterior import UNKNOWN
 from rig.gap.hypotheses.propagate import Applied
+from rig.gap.plan.next_experiment import Experiment
+from rig.gap.reference.build import Kind
 from rig.own_units import own_plain
+
+SIGNATURE, RAW_DATA = "signature", "raw data"
+"""Judged on the raw samples: what an effect of the library leaves there, or what no effect makes."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +36,7 @@ class Cause:
     effect: str
     stage: str
     side: str
-    """valve, angle or signature: what it was judged on."""
+    """What it was judged on: pressures, angle, or the raw samples (SIGNATURE, RAW_DATA)."""
     applied: Applied | None
     parameters: Mapping[str, Interval]
     gap_before_deg: float
@@ -38,6 +44,16 @@ class Cause:
     explained_fraction: float
     ambiguous_with: tuple[str, ...]
     confidence: float
+
+    @property
+    def is_named(self) -> bool:
+        """An effect of the library, and not something that it lacks."""
+        return self.effect != UNKNOWN
+
+    @property
+    def is_raw(self) -> bool:
+        """Judged on the raw samples: the smoothed angle need not show it."""
+        return self.side in (SIGNATURE, RAW_DATA)
 
     def to_json(self) -> dict[str, Any]:
         return {
@@ -108,20 +124,19 @@ class Ranked:
 class Diagnosis:
     """Where, which, how far, and what cannot be told."""
 
-    verdict: str
-    """none, explained, partly_explained or unknown."""
+    verdict: Verdict
     confidence: float
     gap: Gap
     where: Where
     causes: Sequence[Cause]
     ranking: Sequence[Ranked]
-    next_experiment: dict[str, Any] | None = None
+    next_experiment: Experiment | None = None
     evidence: Evidence = field(default_factory=Evidence)
     notes: Sequence[str] = ()
     """What is to be said of the records and the reference."""
-    reference: str = "sessions"
-    """sessions, session, fingerprint or simulator: what stood for the rig without a gap."""
-    retuning: dict[str, Any] | None = None
+    reference: Kind = Kind.SESSIONS
+    """What stood for the rig without a gap."""
+    retuning: Retuning | None = None
     """What re-tuning the simulator's own parameters would close, and which moved."""
     reference_because: str = ""
     """How the reference was chosen."""
@@ -134,22 +149,22 @@ class Diagnosis:
     def added(self) -> list[Applied]:
         """What goes into the simulator and has a course there: the causes without those found by a signature and those
         that spoil it."""
-        return [cause.applied for cause in self.causes if cause.applied is not None and cause.side != "signature"]
+        return [cause.applied for cause in self.causes if cause.applied is not None and cause.side != SIGNATURE]
 
     def to_json(self) -> dict[str, Any]:
         """The JSON of the command, plain data throughout, in the rig's own units."""
         plain = {
-            "verdict": self.verdict,
-            "reference": self.reference,
+            "verdict": self.verdict.value,
+            "reference": self.reference.value,
             "reference_because": self.reference_because,
             "confidence": self.confidence,
             "gap": self.gap.to_json(),
-            "retuning": self.retuning,
+            "retuning": None if self.retuning is None else self.retuning.to_json(),
             "where": self.where.to_json(),
             "causes": [cause.to_json() for cause in self.causes],
             "observations": [one.to_json() for one in self.observations],
             "ranking": [line.to_json() for line in self.ranking],
-            "next_experiment": self.next_experiment,
+            "next_experiment": None if self.next_experiment is None else self.next_experiment.to_json(),
             "evidence": self.evidence.to_json(),
             "notes": list(self.notes),
         }

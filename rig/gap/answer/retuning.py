@@ -6,11 +6,11 @@ never instead of them, and judged on records that the fit has not seen.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from rig.errors import ModelError, RigError
+from rig.gap.answer.facts import Moved, Retuning
 from rig.gap.records.pairs import Pair
 from rig.gap.reference.build import Expected
 from rig.identify.descent import Fit, descend, square_sum
@@ -60,51 +60,11 @@ SCALES = {"offset_mpa": 0.005, "offset_deg": 1.0, "tau_s": 0.01}
 
 
 @dataclass(frozen=True)
-class Moved:
-    """One parameter before and after."""
-
-    name: str
-    before: float
-    after: float
-    low: float
-    high: float
-    """95 % interval of `after`."""
-    unit: str
-
-    def to_json(self) -> dict[str, Any]:
-        return {
-            "name": self.name, "from": self.before, "to": self.after, "low": self.low, "high": self.high,
-            "unit": self.unit
-        }  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Retuning:
-    """What a fit of the simulator's own parameters does."""
+class Refit:
+    """A simulator whose own parameters were fitted again."""
 
     model: Model
-    before_deg: float
-    after_deg: float
-    """Rms of the simulator's error on records that the fit had not seen."""
-    moved: tuple[Moved, ...]
-    """Parameters that plainly moved, those that matter most first."""
-    looks_like: tuple[str, ...] = ()
-    """Effects of the angle that a fit of these parameters swallows in the same way: where it closes the gap, any of
-    them may be what is there."""
-
-    @property
-    def closes_fraction(self) -> float:
-        """Share of the mean square of the simulator's error that goes."""
-        return float(np.clip(1.0 - (self.after_deg / max(self.before_deg, 1e-12)) ** 2, 0.0, 1.0))
-
-    def to_json(self) -> dict[str, Any]:
-        return {
-            "closes_fraction": self.closes_fraction,
-            "before_deg": self.before_deg,
-            "after_deg": self.after_deg,
-            "parameters": [one.to_json() for one in self.moved],
-            "looks_like": list(self.looks_like),
-        }
+    told: Retuning
 
 
 def retuned_model(model: Model, expected: Expected) -> Model:
@@ -123,7 +83,7 @@ def retuned_model(model: Model, expected: Expected) -> Model:
 
 def retune(
     model: Model, pairs: Sequence[Pair], pressures: bool, changes: Mapping[str, Column] | None = None
-) -> Retuning | None:
+) -> Refit | None:
     """The simulator fitted again to these records; None where it runs away under them or has no parameters to fit.
 
     `changes`: what each effect, as it fits best, changes in the angle of all pairs, deg; (n,) one after the other.
@@ -156,13 +116,13 @@ def retune(
         for k, (slot, name) in enumerate(names)
         if abs(x[k]) > max(PLAIN * spread[k], LEAST_MOVE) and slot != "muscle" and after.mean() < USEFUL * before.mean()
     ]
-    return Retuning(
-        _with(model, names, start + scales * x),
+    told = Retuning(
         float(np.sqrt(before.mean())),
         float(np.sqrt(after.mean())),
         tuple(sorted(moved, key=lambda one: -abs(one.after - one.before) / max(one.high - one.low, 1e-12))),
         _alike(errors, fit, len(names), changes or {}),
     )
+    return Refit(_with(model, names, start + scales * x), told)
 
 
 def _alike(errors: "_Errors", fit: Fit, count: int, changes: Mapping[str, Column]) -> tuple[str, ...]:

@@ -8,12 +8,11 @@ import numpy as np
 
 from rig.gap.answer.augment import remaining_gap
 from rig.gap.answer.chain import STAGES, chain
-from rig.gap.answer.facts import Evidence, Gap, Judged, RecordGap, Where
+from rig.gap.answer.facts import Evidence, Gap, Judged, RecordGap, Retuning, Verdict, Where
 from rig.gap.answer.further import Shrunk, further
 from rig.gap.answer.held_out import HowFar
 from rig.gap.answer.observations import told_apart
-from rig.gap.answer.result import Cause, Diagnosis, Interval, Ranked
-from rig.gap.answer.retuning import Retuning
+from rig.gap.answer.result import RAW_DATA, Cause, Diagnosis, Interval, Ranked
 from rig.gap.answer.where import frequency_shares, over_time, phase_shares, region_shares
 from rig.gap.evidence.posterior import NONE, UNKNOWN, Posterior
 from rig.gap.hypotheses.fit import Fit
@@ -92,12 +91,12 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
     found = told_apart(told.marks, told.expected, before, bool(kept or unknowns))
     marks, added = found.causes, bool(kept) and far.after_deg <= before
     causes = [*_causes(told, kept, before, far, added), *marks, *unknowns]
-    causes += [Cause(UNKNOWN, "sensor", "raw data", None, {}, before, before, 0.0, (), 0.5) for _ in _strange(told)]
+    causes += [Cause(UNKNOWN, "sensor", RAW_DATA, None, {}, before, before, 0.0, (), 0.5) for _ in _strange(told)]
     if told.expected.pairing.clipped:
         causes = [replace(cause, confidence=min(cause.confidence, EITHER)) for cause in causes]
-    verdict = _verdict(told, causes)
+    verdict = _verdict(causes)
     low, high = _further(kept, before, floor, far, told.settings) if added else (before, before)
-    names_something = any(cause.effect != UNKNOWN for cause in causes)
+    names_something = any(cause.is_named for cause in causes)
     gap = Gap(
         rms_deg=before,
         floor_deg=floor,
@@ -117,7 +116,7 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
         _where(told, causes, gaps, far.after_deg if added else before, floor),
         causes,
         _ranking(told, marks),
-        _next(told),
+        what_next(told.expected, told.posteriors, settings=told.settings),
         _evidence(told, gaps, far, added),
         list(
             dict.fromkeys(
@@ -127,8 +126,8 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
                 ]
             )
         ),
-        reference=told.expected.kind.value,
-        retuning=None if told.retuning is None else told.retuning.to_json(),
+        reference=told.expected.kind,
+        retuning=told.retuning,
         observations=found.observations,
     )
 
@@ -287,12 +286,12 @@ def _explained(kept: Sequence[Kept], before: float, after: float, floor: float) 
     return max(share_closed(one.posterior, one.fit) for one in kept)
 
 
-def _verdict(told: Told, causes: Sequence[Cause]) -> str:
-    named = any(cause.effect != UNKNOWN for cause in causes)
-    unknown = any(cause.effect == UNKNOWN for cause in causes)
+def _verdict(causes: Sequence[Cause]) -> Verdict:
+    named = any(cause.is_named for cause in causes)
+    unknown = not all(cause.is_named for cause in causes)
     if not named:
-        return "unknown" if unknown else "none"
-    return "partly_explained" if unknown else "explained"
+        return Verdict.UNKNOWN if unknown else Verdict.NONE
+    return Verdict.PARTLY_EXPLAINED if unknown else Verdict.EXPLAINED
 
 
 def _confidence(told: Told, marks: Sequence[Cause]) -> float:
@@ -330,9 +329,7 @@ def _shares(told: Told) -> dict[str, float]:
 
 def _ranking(told: Told, marks: Sequence[Cause]) -> list[Ranked]:
     """All effects of both factors by probability, those of the raw data first."""
-    lines = [
-        Ranked(mark.effect, mark.stage, "raw data", mark.explained_fraction, mark.confidence, 0.0) for mark in marks
-    ]
+    lines = [Ranked(mark.effect, mark.stage, RAW_DATA, mark.explained_fraction, mark.confidence, 0.0) for mark in marks]
     for posterior in told.posteriors:
         for name, fit in posterior.fits.items():
             lies_in = EFFECT_STAGES[fit.applied.stage].lies_in
@@ -341,12 +338,6 @@ def _ranking(told: Told, marks: Sequence[Cause]) -> list[Ranked]:
                 Ranked(name, lies_in, posterior.stand.name, closed, posterior.probability[name], -fit.log_evidence)
             )
     return sorted(lines, key=lambda line: -line.probability)
-
-
-def _next(told: Told) -> dict[str, object] | None:
-    """The experiment that best tells apart what is still possible, on every factor that leaves a choice."""
-    found = what_next(told.expected, told.posteriors, settings=told.settings)
-    return None if found is None else found.to_json()
 
 
 def _evidence(told: Told, gaps: Sequence[Column], far: HowFar, added: bool) -> Evidence:

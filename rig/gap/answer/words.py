@@ -5,11 +5,12 @@ What each effect is called and means on the rig stands in `rig.gap.answer.on_the
 """
 
 from rig.gap.answer.chain import NAMES
-from rig.gap.answer.facts import SWALLOWED
+from rig.gap.answer.facts import SWALLOWED, Moved, Verdict
 from rig.gap.answer.on_the_rig import ON_THE_RIG
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Observation
 from rig.gap.answer.sizes import degrees, size
 from rig.gap.offered import VALVES
+from rig.gap.reference.build import Kind
 
 SOURCES = {
     "sessions": "what the earlier days differ by",
@@ -23,7 +24,7 @@ FAR = 3.0
 """Floors by which a model must miss the healthy rig for that to be worth a line."""
 AS_MUCH = 0.05
 """Shares of the error that differ by less than this are told as the same."""
-FROM_MODEL = ("simulator", "fingerprint")
+FROM_MODEL = (Kind.SIMULATOR, Kind.FINGERPRINT)
 STAGES = {
     "timing": "in the timing",
     "valve": "in the valves",
@@ -37,9 +38,9 @@ def answers(diagnosis: Diagnosis) -> dict[str, str]:
     """Question -> answer: what it is, how far, re-tuning, what stays, what to look at; then where and how sure."""
     told = {"Answer:": " ".join(headline(diagnosis))}
     told |= {"Why:": _reasons(diagnosis), "Look at:": _look_at(diagnosis)} if _named(diagnosis) else {}
-    if diagnosis.retuning and (diagnosis.verdict != "none" or _swallowed(diagnosis)):
+    if diagnosis.retuning and (diagnosis.verdict is not Verdict.NONE or _swallowed(diagnosis)):
         told["Re-tuning:"] = _retuning(diagnosis)
-    if _named(diagnosis) or diagnosis.verdict == "unknown":
+    if _named(diagnosis) or diagnosis.verdict is Verdict.UNKNOWN:
         told["What stays:"] = _stays(diagnosis)
     if diagnosis.observations:
         told["Also seen:"] = "; ".join(_seen_beside(one) for one in diagnosis.observations) + "."
@@ -55,17 +56,17 @@ def answers(diagnosis: Diagnosis) -> dict[str, str]:
             "since; `pamrig identify` on the earlier days makes it smaller."
         )
     if diagnosis.next_experiment:
-        names = " and ".join(_noun(name) for name in diagnosis.next_experiment["separates"])
+        names = " and ".join(_noun(name) for name in diagnosis.next_experiment.separates)
         told["Next:"] = (
-            f"to tell {names} apart, record {diagnosis.next_experiment['why']}: they differ by "
-            f"{diagnosis.next_experiment['expected_ratio']:.1f} standard deviations there."
+            f"to tell {names} apart, record {diagnosis.next_experiment.why}: they differ by "
+            f"{diagnosis.next_experiment.weakest:.1f} standard deviations there."
         )
     return {question: answer for question, answer in told.items() if answer}
 
 
 def headline(diagnosis: Diagnosis) -> list[str]:
     """The first lines: sentences that somebody at the rig understands at once."""
-    if diagnosis.verdict == "none":
+    if diagnosis.verdict is Verdict.NONE:
         return [_nothing(diagnosis)]
     named = _named(diagnosis)
     if not named:
@@ -76,13 +77,13 @@ def headline(diagnosis: Diagnosis) -> list[str]:
 
 
 def _named(diagnosis: Diagnosis) -> list[Cause]:
-    return [cause for cause in diagnosis.causes if cause.effect != "unknown"]
+    return [cause for cause in diagnosis.causes if cause.is_named]
 
 
 def _than(diagnosis: Diagnosis) -> str:
     if diagnosis.reference in FROM_MODEL:
         return "than the simulator says"
-    return "than on the earlier days" if diagnosis.reference == "sessions" else "than on the earlier day"
+    return "than on the earlier days" if diagnosis.reference is Kind.SESSIONS else "than on the earlier day"
 
 
 def _sentence(cause: Cause, diagnosis: Diagnosis) -> str:
@@ -111,13 +112,13 @@ def _sentence(cause: Cause, diagnosis: Diagnosis) -> str:
 
 def _rest(diagnosis: Diagnosis) -> str:
     """Whether the named effects are all there is."""
-    if diagnosis.verdict == "partly_explained":
+    if diagnosis.verdict is Verdict.PARTLY_EXPLAINED:
         return f"; something else is there too{_seen(diagnosis)}, that the library has no name for"
     return "; nothing else is needed to explain these records"
 
 
 def _seen(diagnosis: Diagnosis) -> str:
-    sides = dict.fromkeys(_side(cause) for cause in diagnosis.causes if cause.effect == "unknown")
+    sides = dict.fromkeys(_side(cause) for cause in diagnosis.causes if not cause.is_named)
     return f", seen in {' and '.join(sides)}" if sides else ""
 
 
@@ -143,7 +144,7 @@ def _error(diagnosis: Diagnosis) -> str:
         return "the simulator's error"
     return (
         "the difference from the earlier days"
-        if diagnosis.reference == "sessions"
+        if diagnosis.reference is Kind.SESSIONS
         else "the difference from the earlier day"
     )
 
@@ -152,7 +153,7 @@ def _how_far(diagnosis: Diagnosis) -> str:
     gap = diagnosis.gap
     before, after = gap.rms_deg, gap.after_deg
     with_it = "that" if len(_named(diagnosis)) == 1 else "these"
-    if all(cause.side in ("signature", "raw data") for cause in _named(diagnosis)):
+    if all(cause.is_raw for cause in _named(diagnosis)):
         return f"It lies in the single samples: the smoothed angle, {degrees(before)} deg off, is not helped by it."
     if not after < before:
         return f"It shows in the pressures; {_error(diagnosis)} in the angle, {degrees(before)} deg, hardly changes."
@@ -222,34 +223,33 @@ def _retuning(diagnosis: Diagnosis) -> str:
     """What re-tuning the simulator's own parameters closes, which moved, and what the effects close beyond that."""
     tuning = diagnosis.retuning
     assert tuning is not None
-    moved = "; ".join([told for one in tuning["parameters"] if (told := _moved(one))][:4])
+    moved = "; ".join([told for one in tuning.moved if (told := _moved(one))][:4])
     said = (
-        f"fitting the simulator's own parameters again would take its error from {degrees(tuning['before_deg'])} to "
-        f"{degrees(tuning['after_deg'])} deg ({_percent(tuning['closes_fraction'])} of the mean square)"
+        f"fitting the simulator's own parameters again would take its error from {degrees(tuning.before_deg)} to "
+        f"{degrees(tuning.after_deg)} deg ({_percent(tuning.closes_fraction)} of the mean square)"
         + (f": {moved}." if moved else "; no valve, joint or sensor parameter moves plainly.")
     )
-    if _swallowed(diagnosis) and tuning.get("looks_like"):
-        said += f" In these records any of these would look the same: {', '.join(map(_noun, tuning['looks_like']))}."
+    if _swallowed(diagnosis) and tuning.looks_like:
+        said += f" In these records any of these would look the same: {', '.join(map(_noun, tuning.looks_like))}."
     return f"{said} {_beyond(diagnosis)}" if diagnosis.reference in FROM_MODEL and _helps(diagnosis) else said
 
 
 def _swallowed(diagnosis: Diagnosis) -> bool:
     """A gap above the usual one that goes when the simulator's own parameters are fitted again."""
     gap, tuning = diagnosis.gap, diagnosis.retuning
-    return tuning is not None and tuning["closes_fraction"] >= SWALLOWED and gap.rms_deg > gap.floor_deg
+    return tuning is not None and tuning.closes_fraction >= SWALLOWED and gap.rms_deg > gap.floor_deg
 
 
 def _percent(fraction: float) -> str:
     return "more than 99 %" if fraction > 0.99 else f"{100.0 * fraction:.0f} %"
 
 
-def _moved(one: dict[str, object]) -> str:
+def _moved(one: Moved) -> str:
     """A parameter's move; nothing where it is too small to be seen in the digits that a person is told."""
-    start, value, low, high = (float(str(one[key])) for key in ("from", "to", "low", "high"))
-    unit, half = str(one["unit"]), 0.5 * (high - low)
-    here = size(Interval(start, start - half, start + half, unit), signed=True)
-    there = size(Interval(value, low, high, unit), signed=True)
-    return "" if here == there else f"{one['name']} goes from {here} to {there}"
+    half = 0.5 * (one.high - one.low)
+    here = size(Interval(one.before, one.before - half, one.before + half, one.unit), signed=True)
+    there = size(Interval(one.after, one.low, one.high, one.unit), signed=True)
+    return "" if here == there else f"{one.name} goes from {here} to {there}"
 
 
 def _helps(diagnosis: Diagnosis) -> bool:
@@ -260,7 +260,7 @@ def _beyond(diagnosis: Diagnosis) -> str:
     """What the named effects close that re-tuning does not."""
     gap, tuning = diagnosis.gap, diagnosis.retuning
     assert tuning is not None
-    more = (tuning["after_deg"] ** 2 - gap.after_deg**2) / max(gap.rms_deg**2, 1e-12)
+    more = (tuning.after_deg**2 - gap.after_deg**2) / max(gap.rms_deg**2, 1e-12)
     what = _noun(_named(diagnosis)[0].effect) if len(_named(diagnosis)) == 1 else "the effects named"
     if abs(more) < AS_MUCH:
         return f"That is as much as {what} closes: in these records the two look the same."
@@ -276,7 +276,7 @@ def _stays(diagnosis: Diagnosis) -> str:
     usually = f"where {degrees(usual)} deg are {SOURCES[gap.floor_source]}"
     if left <= usual:
         return f"{degrees(left)} deg, no more than the {degrees(usual)} deg that are {SOURCES[gap.floor_source]}."
-    if diagnosis.verdict in ("unknown", "partly_explained"):
+    if diagnosis.verdict in (Verdict.UNKNOWN, Verdict.PARTLY_EXPLAINED):
         return f"{degrees(left)} deg, {usually}; the rest is what the library has no name for."
     return (
         f"{degrees(left)} deg, {usually}; the rest is how roughly the law of the effect and the "
@@ -286,11 +286,11 @@ def _stays(diagnosis: Diagnosis) -> str:
 
 def _reference(diagnosis: Diagnosis) -> str:
     name = {
-        "sessions": "the earlier days",
-        "session": "the one earlier day",
-        "fingerprint": "the description of the rig in the model file (its fingerprint)",
-        "simulator": "the simulator itself",
-    }.get(diagnosis.reference, diagnosis.reference)
+        Kind.SESSIONS: "the earlier days",
+        Kind.SESSION: "the one earlier day",
+        Kind.FINGERPRINT: "the description of the rig in the model file (its fingerprint)",
+        Kind.SIMULATOR: "the simulator itself",
+    }[diagnosis.reference]
     because = f", {diagnosis.reference_because}" if diagnosis.reference_because else ""
     gap = diagnosis.gap
     usual = f"{degrees(gap.floor_deg)} deg is {SOURCES[gap.floor_source]}"

@@ -98,10 +98,14 @@ class Experiment:
         """On the rig."""
         return lasting_s(self.entries)
 
-    def to_json(self, name: str = "next") -> dict[str, Any]:
+    def sweep(self, name: str = "next") -> str:
+        """It as the text of a sweep."""
+        return sweep_text(name, self.entries, self.why)
+
+    def to_json(self) -> dict[str, Any]:
         """The `next_experiment` of a diagnosis."""
         return {
-            "config": sweep_text(name, self.entries, self.why),
+            "config": self.sweep(),
             "separates": list(self.separates),
             "expected_ratio": self.weakest,
             "expected_confidence": self.confidence,

@@ -36,7 +36,7 @@ class Diagnosis:
     @property
     def verdict(self) -> str:
         """none, explained, partly_explained or unknown."""
-        return self._answer.verdict
+        return self._answer.verdict.value
 
     @property
     def causes(self) -> list[Cause]:

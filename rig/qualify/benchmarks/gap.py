@@ -65,6 +65,7 @@ def _unit(practice: Path, unit: str, labels: dict[str, list[str]]) -> dict[str, 
 def _scored(data: dict[str, Any], pressures: bool) -> dict[str, Any]:
     """Goals over both units; a case is detected when something is found."""
     from rig.gap import diagnose
+    from rig.gap.answer.facts import Verdict
     from rig.gap.hypotheses.library import LIBRARY, effect_class
 
     found = {
@@ -79,10 +80,10 @@ def _scored(data: dict[str, Any], pressures: bool) -> dict[str, Any]:
     for results in found.values():
         for names, diagnosis in results:
             if not names:
-                tally.setdefault("false alarms", []).append(diagnosis.verdict != "none")
+                tally.setdefault("false alarms", []).append(diagnosis.verdict is not Verdict.NONE)
                 continue
             said = [cause.effect for cause in diagnosis.causes]
-            tally.setdefault("detected", []).append(diagnosis.verdict != "none")
+            tally.setdefault("detected", []).append(diagnosis.verdict is not Verdict.NONE)
             if len(names) > 1:
                 tally.setdefault("pairs, both right", []).append(set(said) == set(names))
                 continue
@@ -95,7 +96,7 @@ def _scored(data: dict[str, Any], pressures: bool) -> dict[str, Any]:
             )
             tally.setdefault("exact name first", []).append(first is not None and first.effect == names[0])
             tally.setdefault("truth in the set", []).append(names[0] in around)
-            tally.setdefault("known kept", []).append(first is not None and first.effect != "unknown")
+            tally.setdefault("known kept", []).append(first is not None and first.is_named)
             sizes.append(len(around))
     closed = [diagnosis.gap.explained_fraction for results in found.values() for names, diagnosis in results if names]
     lower = {"false alarms": {"better": "lower"}}

@@ -16,6 +16,7 @@ import numpy as np
 
 from rig.blind_check.put_in import dropped, lagging, late, lost, reread
 from rig.errors import RecordError
+from rig.gap.answer.facts import Verdict
 from rig.qualify.benchmarks import figure, share
 
 if TYPE_CHECKING:
@@ -44,7 +45,7 @@ def bench_wrist() -> dict[str, Any]:
         found = [(name, size, asked(put(healthy), healthy, pressures)) for name, size, put in CASES]
         rows |= {f"{name}, {mode}": row for name, row in scored(found, pressures).items()}
         quiet = [asked(again(healthy, seed), healthy, pressures) for seed in range(2, 2 + REPEATS)]
-        rows[f"false alarms, {mode}"] = share([said.verdict != "none" for said in quiet], better="lower")
+        rows[f"false alarms, {mode}"] = share([said.verdict is not Verdict.NONE for said in quiet], better="lower")
     return rows
 
 
@@ -133,7 +134,7 @@ def scored(found: "Sequence[tuple[str, float, Diagnosis]]", pressures: bool) -> 
         if first is not None and first.effect == name and NUMBERS.get(name) in first.parameters:
             errors.append(abs(first.parameters[NUMBERS[name]].value / size - 1.0))
     rows = {
-        "detected": share([said.verdict != "none" for _, _, said in found]),
+        "detected": share([said.verdict is not Verdict.NONE for _, _, said in found]),
         "exact name first": share(exact), "class first": share(alike), "truth in the set": share(held),
     }  # fmt: skip
     return (

@@ -19,6 +19,7 @@ from rig.blind_check.follow_up import carry_out, recommended
 from rig.blind_check.generate import draw, make_unit, open_labels, units
 from rig.blind_check.modes import names_of
 from rig.blind_check.paired import compared
+from rig.blind_check.row import CaseKind, Round, Row, Scored
 from rig.errors import RecordError
 from rig.log.reader import read
 from rig.report.check_pairs import pairs_page
@@ -36,7 +37,7 @@ def recommending(folder: CheckFolder, token: str, wanted: Any, mode: str = "fing
 
 
 @pytest.fixture(scope="module")
-def carried(tmp_path_factory: pytest.TempPathFactory) -> CheckFolder:
+def followed_up(tmp_path_factory: pytest.TempPathFactory) -> CheckFolder:
     """Two cases of one unit, one of which asks for an experiment, and then for another."""
     folder = CheckFolder(tmp_path_factory.mktemp("experiments"))
     source = PhysicsSource(Purpose.DEVELOPMENT, ("mckibben",), known=("delay", "valve_lag"))
@@ -62,24 +63,24 @@ def asked_again(folder: CheckFolder) -> str:
     return answer.stem
 
 
-def test_only_the_case_and_the_mode_that_asked_are_asked_again(carried: CheckFolder) -> None:
-    token = asked_again(carried)
+def test_only_the_case_and_the_mode_that_asked_are_asked_again(followed_up: CheckFolder) -> None:
+    token = asked_again(followed_up)
     for number in (1, 2):
-        assert set(read_json(carried.follow_up(number).answer(token))["modes"]) == {"fingerprint"}
-    assert not (carried.root / "follow_up" / "3").exists()
+        assert set(read_json(followed_up.follow_up(number).answer(token))["modes"]) == {"fingerprint"}
+    assert not (followed_up.root / "follow_up" / "3").exists()
 
 
-def test_the_second_question_holds_the_first_experiment_too_and_no_word_of_the_label(carried: CheckFolder) -> None:
-    token = asked_again(carried)
-    first, second = (carried.follow_up(number).question(token) / "experiments" / "fingerprint" for number in (1, 2))
+def test_the_second_question_holds_the_first_experiment_too_and_no_word_of_the_label(followed_up: CheckFolder) -> None:
+    token = asked_again(followed_up)
+    first, second = (followed_up.follow_up(number).question(token) / "experiments" / "fingerprint" for number in (1, 2))
     (one,) = read(first / "1")
     again, other = read(second / "1")[0], read(second / "2")[0]
     assert np.array_equal(one.angle_deg, again.angle_deg)
     assert not np.array_equal(one.angle_deg, other.angle_deg), "noise of its own"
     assert np.array_equal(one.dp_cmd_mpa, other.dp_cmd_mpa)
-    labels, _ = open_labels(carried)
+    labels, _ = open_labels(followed_up)
     words = {effect.encode() for label in labels.values() for effect in label["effects"]}
-    place = carried.follow_up(2).question(token)
+    place = followed_up.follow_up(2).question(token)
     assert not [path for path in place.rglob("*") if path.is_file() and any(w in path.read_bytes() for w in words)]
     assert {path.stat().st_mtime_ns for path in place.rglob("*")} == {0}
     assert {path.name for path in place.iterdir()} <= {"records", "baselines", "experiments", "question.json"} | {
@@ -87,20 +88,20 @@ def test_the_second_question_holds_the_first_experiment_too_and_no_word_of_the_l
     }
 
 
-def test_no_earlier_day_holds_the_experiment(carried: CheckFolder) -> None:
-    token = asked_again(carried)
-    first, again = carried.question(token), carried.follow_up(1).question(token)
+def test_no_earlier_day_holds_the_experiment(followed_up: CheckFolder) -> None:
+    token = asked_again(followed_up)
+    first, again = followed_up.question(token), followed_up.follow_up(1).question(token)
     for part in ("records", "baselines"):
         names = {str(path.relative_to(place)) for place in (first, again) for path in (place / part).rglob("*.mcap")}
         assert names == {str(path.relative_to(first)) for path in (first / part).rglob("*.mcap")}
 
 
-def test_every_round_is_scored_with_what_it_promised(carried: CheckFolder) -> None:
-    row = read_json(carried.score(asked_again(carried)))["rows"]["fingerprint"]
+def test_every_round_is_scored_with_what_it_promised(followed_up: CheckFolder) -> None:
+    row = read_json(followed_up.score(asked_again(followed_up)))["rows"]["fingerprint"]
     assert [one["minutes"] for one in row["rounds"]] == [0.2, 0.2]
     assert row["rounds"][0]["separates"] == ["delay", "valve_lag"]
     assert {"exact", "verdict"} & set(row["rounds"][0])
-    other = next(path for path in carried.root.glob("scores/*.json") if path.stem != asked_again(carried))
+    other = next(path for path in followed_up.root.glob("scores/*.json") if path.stem != asked_again(followed_up))
     assert json.loads(other.read_text())["rows"]["fingerprint"]["rounds"] == []
 
 
@@ -115,13 +116,13 @@ def test_what_cannot_be_read_is_no_recommendation() -> None:
     assert recommended({"modes": {"withheld": answer(SWEEP)["modes"]["one_day"]}}) == {}
 
 
-def row(names: list[str], truth: str = "delay", rounds: tuple[dict[str, Any], ...] = ()) -> dict[str, Any]:
-    said = {"set": names, "exact": names[:1] == [truth], "in_set": truth in names, "detected": True}
-    return {"kind": "single", "effects": [truth], "ratio": 5.0, "absorbed": False, **said, "rounds": list(rounds)}
+def row(names: list[str], truth: str = "delay", rounds: tuple[Round, ...] = ()) -> Row:
+    right = {"exact": names[:1] == [truth], "in_set": truth in names}
+    return Row(CaseKind.SINGLE, (truth,), 5.0, names=tuple(names), detected=True, **right, rounds=rounds)
 
 
-def later(names: list[str], parted: bool | None) -> dict[str, Any]:
-    return row(names) | {"minutes": 0.5, "promised": 0.9, "parted": parted}
+def later(names: list[str], parted: bool | None) -> Round:
+    return Round(row(names), 0.5, 0.9, parted=parted)
 
 
 def test_a_case_that_asked_for_nothing_keeps_its_answer() -> None:
@@ -148,8 +149,8 @@ def scored(root: Path, seed: int, rights: list[bool]) -> CheckFolder:
     draw(PhysicsSource(Purpose.DEVELOPMENT, known=("delay", "valve_lag", "backlash")), root, seed, len(rights))
     labels, _ = open_labels(folder)
     for token, label in labels.items():
-        said = row(["delay"] if rights[label["number"]] else ["valve_lag"]) | {"flagged": False, "weakest": 5.0}
-        write_json(folder.score(token), {"rows": {"one_day": said}})
+        said = row(["delay"] if rights[label["number"]] else ["valve_lag"])
+        write_json(folder.score(token), Scored({"one_day": said}, {}, []).to_json())
     return folder
 
 

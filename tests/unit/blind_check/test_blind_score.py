@@ -2,6 +2,7 @@
 
 import json
 import random
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,11 +10,13 @@ import pytest
 
 from rig.app.gap.absorbed import Swallowed, table
 from rig.blind_check.check import result_from
+from rig.blind_check.folder import write_json
 from rig.blind_check.follow_up import commands_of
 from rig.blind_check.generate import left_out
 from rig.blind_check.goals import GOALS, bound, figure, figure_text, reached
 from rig.blind_check.modes import GROUPS, MODES, asked, names_of
 from rig.blind_check.rates import Rate
+from rig.blind_check.row import CaseKind, EffectFact, Facts, Round, Row, Scored, Truth, read_scored
 from rig.blind_check.score import realised, score_mode
 from rig.blind_check.statistics import (
     breakdown,
@@ -56,51 +59,40 @@ def said(
     }
 
 
-def label(*effects: str, kind: str = "") -> dict:
-    return {
-        "kind": kind or ("none" if not effects else "single" if len(effects) == 1 else "pair"),
-        "effects": list(effects),
-        "baselines": 3,
-    }
+def label(*effects: str, kind: str = "") -> Truth:
+    return Truth(CaseKind(kind or ("none" if not effects else "single" if len(effects) == 1 else "pair")), effects, 3)
 
 
-def facts(*effects: str, ratio: float = 5.0, size: float = 0.1) -> dict:
-    stages = {
-        e: {"stage": LIBRARY[e].stage if e in LIBRARY else "joint", "size": size, "library_parameter": "tau_s"}
-        for e in effects
-    }
-    return {"effects": stages, "ratio_angle": ratio, "ratio_sisters": ratio, "ratio_pressure": ratio}
+def facts(*effects: str, ratio: float = 5.0, size: float = 0.1) -> Facts:
+    stages = {name: EffectFact(LIBRARY[name].stage if name in LIBRARY else "joint", "tau_s", size) for name in effects}
+    return Facts(stages, ratio, ratio, ratio)
 
 
-def row(truth: str, answer: dict, **more: object) -> dict:
-    return (
-        score_mode("pressures", answer, label(truth), facts(truth))
-        | {"realised_ef": 0.93, "truth_withheld": False}
-        | more
-    )
+def row(truth: str, answer: dict, **more: object) -> Row:
+    return replace(score_mode("pressures", answer, label(truth), facts(truth)), **({"realised_ef": 0.93} | more))
 
 
 def test_right_wrong_and_class_of_a_single_effect() -> None:
     right = score_mode("pressures", said("valve_lag", value=0.11), label("valve_lag"), facts("valve_lag"))
-    assert (right["exact"], right["class"], right["in_set"], right["stage_right"], right["detected"]) == (True,) * 5
-    assert right["size_error"] == pytest.approx(0.1)
+    assert (right.exact, right.class_right, right.in_set, right.stage_right, right.detected) == (True,) * 5
+    assert right.size_error == pytest.approx(0.1)
     wrong = score_mode("pressures", said("backlash", ambiguous=("valve_lag",)), label("valve_lag"), facts("valve_lag"))
-    assert (wrong["exact"], wrong["in_set"], wrong["stage_right"]) == (False, True, False)
+    assert (wrong.exact, wrong.in_set, wrong.stage_right) == (False, True, False)
     alike = next(
         (a, b) for a in LIBRARY for b in LIBRARY if a != b and effect_class(a, False) == effect_class(b, False)
     )
     near = score_mode("angle", said(alike[1]), label(alike[0]), facts(alike[0]))
-    assert (near["exact"], near["class"]) == (False, True)
+    assert (near.exact, near.class_right) == (False, True)
 
 
 def test_silence_and_remainders_are_no_names() -> None:
     nothing = score_mode("pressures", said(verdict="none"), label("backlash"), facts("backlash"))
-    assert (nothing["detected"], nothing["exact"], nothing["in_set"]) == (False, False, False)
+    assert (nothing.detected, nothing.exact, nothing.in_set) == (False, False, False)
     remainder = score_mode("pressures", said("unknown", verdict="unknown"), label("backlash"), facts("backlash"))
-    assert remainder["named"] == remainder["set"] == []
-    assert remainder["flagged"]
+    assert remainder.named == remainder.names == ()
+    assert remainder.flagged
     broken = score_mode("pressures", {"error": "RecordError: no", "seconds": 0.1}, label("backlash"), facts("backlash"))
-    assert (broken["detected"], broken["exact"], broken["verdict"]) == (False, False, "error")
+    assert (broken.detected, broken.exact, broken.verdict) == (False, False, "error")
 
 
 def test_pairs_need_both_names() -> None:
@@ -110,12 +102,12 @@ def test_pairs_need_both_names() -> None:
         (("valve_lag", "creep", "backlash"), False),
     ):
         scored = score_mode("pressures", said(*names), label("valve_lag", "backlash"), facts("valve_lag", "backlash"))
-        assert scored["both"] is both
+        assert scored.both is both
 
 
 def test_a_leak_beside_the_monitor_may_be_placed_on_the_valve_side() -> None:
     for stage, right in (("muscle", True), ("valve", True), ("joint", False)):
-        assert score_mode("pressures", said("leak", stage=stage), label("leak"), facts("leak"))["stage_right"] is right
+        assert score_mode("pressures", said("leak", stage=stage), label("leak"), facts("leak")).stage_right is right
 
 
 def test_counting_gives_every_figure() -> None:
@@ -123,12 +115,10 @@ def test_counting_gives_every_figure() -> None:
         row("backlash", said("coulomb_friction", verdict="partly_explained"))
     ]
     rows += [
-        score_mode("pressures", said(verdict=verdict), label(), facts(ratio=0.0)) | {"realised_ef": None}
-        for verdict in ("none", "unknown")
+        score_mode("pressures", said(verdict=verdict), label(), facts(ratio=0.0)) for verdict in ("none", "unknown")
     ]
     rows += [
         score_mode("pressures", said("unknown", verdict="unknown"), label("cogging", kind="foreign"), facts("cogging"))
-        | {"realised_ef": None}
     ]
     result = mode_result(rows)
     assert (result["exact_first"]["k"], result["exact_first"]["n"]) == (6, 7)
@@ -147,16 +137,9 @@ def test_counting_gives_every_figure() -> None:
 
 
 def test_a_page_of_healthy_cases_alone_is_drawn(tmp_path: Path) -> None:
-    rows = [
-        score_mode(mode, said(verdict="none"), label(), facts(ratio=0.0)) | {"realised_ef": None}
-        for mode in ("pressures", "angle")
-    ]
+    rows = [score_mode(mode, said(verdict="none"), label(), facts(ratio=0.0)) for mode in ("pressures", "angle")]
     naive = dict.fromkeys(("always_none", "random", "largest_rmse", "retuned"), "none")
-    case = {
-        "rows": {row["mode"]: row for row in rows},
-        "naive": dict.fromkeys(("pressures", "angle"), naive),
-        "sandbox_layers": ["audit"],
-    }
+    case = Scored({row.mode: row for row in rows}, dict.fromkeys(("pressures", "angle"), naive), ["audit"])
     result = result_from([case], 1, ("mckibben",)) | {"sealed_sha256": "0"}
     for name in ("page.html", "page.md"):
         write_page(result, tmp_path / name)
@@ -165,10 +148,7 @@ def test_a_page_of_healthy_cases_alone_is_drawn(tmp_path: Path) -> None:
 
 
 def test_weak_effects_do_not_count_for_names() -> None:
-    weak = score_mode("pressures", said("creep"), label("backlash"), facts("backlash", ratio=2.5)) | {
-        "realised_ef": None,
-        "truth_withheld": False,
-    }
+    weak = score_mode("pressures", said("creep"), label("backlash"), facts("backlash", ratio=2.5))
     assert mode_result([weak])["exact_first"]["n"] == 0
     assert mode_result([weak])["detected_ratio_2"]["n"] == 1
 
@@ -198,8 +178,7 @@ def test_withheld_classes_are_counted_apart() -> None:
 
 
 def test_naive_baselines_are_scored_by_the_same_rules() -> None:
-    rows = [row(name, said(name)) | {"naive": "none"} for name in KNOWN]
-    result = naive_result(rows, lambda each: each["naive"], lambda a, b: a == b)
+    result = naive_result([(row(name, said(name)), "none") for name in KNOWN], lambda a, b: a == b)
     assert result["detected"]["k"] == result["exact_first"]["k"] == 0
 
 
@@ -303,14 +282,14 @@ def test_a_case_is_asked_the_modes_that_measure_its_gap() -> None:
 def test_what_a_fit_swallows_is_counted_apart() -> None:
     swallowed = said("sensor_offset", ambiguous=("sensor_gain",)) | {}
     swallowed["diagnosis"]["retuning"] = {"closes_fraction": 0.9, "parameters": [{"name": "xi1"}]}
-    right = score_mode("simulator", swallowed, label("sensor_gain"), facts("sensor_gain")) | {"realised_ef": None}
-    assert (right["absorbed"], right["absorbed_right"], right["exact"]) == (True, True, False)
+    right = score_mode("simulator", swallowed, label("sensor_gain"), facts("sensor_gain"))
+    assert (right.absorbed, right.absorbed_right, right.exact) == (True, True, False)
     swallowed["diagnosis"]["retuning"]["closes_fraction"] = 0.2
-    wrong = score_mode("simulator", swallowed, label("sensor_gain"), facts("sensor_gain")) | {"realised_ef": None}
-    assert not wrong["absorbed_right"]
+    wrong = score_mode("simulator", swallowed, label("sensor_gain"), facts("sensor_gain"))
+    assert not wrong.absorbed_right
     result = mode_result([right, wrong])
     assert (result["absorbed_right"]["k"], result["absorbed_right"]["n"], result["exact_first"]["n"]) == (1, 2, 0)
-    assert not score_mode("pressures", swallowed, label("sensor_gain"), facts("sensor_gain"))["absorbed"]
+    assert not score_mode("pressures", swallowed, label("sensor_gain"), facts("sensor_gain")).absorbed
 
 
 @pytest.mark.parametrize(("low", "high", "holds"), [(0.1, 0.3, True), (0.4, 0.6, False)])
@@ -332,9 +311,9 @@ def test_stated_intervals_are_held_against_what_came_true(low: float, high: floa
 
 
 def test_own_labels_are_read_or_refused() -> None:
-    assert label_of("a", [{"effect": "none"}], Path("l.json"))["kind"] == "none"
-    assert label_of("a", [{"effect": "delay"}, {"effect": "backlash"}], Path("l.json"))["kind"] == "pair"
-    assert label_of("a", [{"effect": "gremlins"}], Path("l.json"))["kind"] == "foreign"
+    assert label_of("a", [{"effect": "none"}], Path("l.json")).truth.kind == "none"
+    assert label_of("a", [{"effect": "delay"}, {"effect": "backlash"}], Path("l.json")).truth.kind == "pair"
+    assert label_of("a", [{"effect": "gremlins"}], Path("l.json")).truth.kind == "foreign"
     with pytest.raises(RecordError, match=r"l\.json: a: expected a list"):
         label_of("a", "delay", Path("l.json"))
 
@@ -353,3 +332,27 @@ def test_absorbed_effects_are_told_by_their_median_share() -> None:
         Swallowed("fluidic", "creep", None),
     ]
     assert list(table(found)) == [("delay", pytest.approx(0.3), 2), ("creep", None, 0)]
+
+
+def test_scored_cases_are_read_as_they_were_written(tmp_path: Path) -> None:
+    again = Round(row("delay", said("delay")), 0.5, 0.9, ("delay", "valve_lag"), parted=True)
+    pair = score_mode("angle", said("creep"), label("creep", "delay"), facts("creep", "delay"))
+    rows = {"pressures": row("delay", said("valve_lag"), rounds=(again,)), "angle": pair}
+    case = Scored(rows, {"angle": {"random": "none"}}, ("audit",), {"effects": {}, "ratio_angle": 5.0}, "t")
+    write_json(tmp_path / "t.json", case.to_json())
+    assert read_scored(tmp_path / "t.json") == replace(case, rows=rows)
+
+
+def test_a_check_of_before_there_were_experiments_is_read(tmp_path: Path) -> None:
+    """Keys as they stand in files: what came later counts nothing, what nobody reads any more is passed over."""
+    old = {"kind": "single", "effects": ["delay"], "ratio": 4.0, "set": ["delay"], "class": True, "gone": 1}
+    write_json(tmp_path / "t.json", {"rows": {"one_day": old}, "naive": {}, "sandbox_layers": []})
+    found = read_scored(tmp_path / "t.json").rows["one_day"]
+    assert (found.names, found.class_right, found.rounds, found.is_nameable) == (("delay",), True, (), True)
+
+
+@pytest.mark.parametrize("broken", [{}, {"kind": "some", "effects": [], "ratio": 1.0}, {"kind": "none", "effects": 3}])
+def test_what_is_no_scored_case_is_refused_in_a_line(tmp_path: Path, broken: dict) -> None:
+    write_json(tmp_path / "t.json", {"rows": {"one_day": broken}, "naive": {}, "sandbox_layers": []})
+    with pytest.raises(RecordError, match=r"t\.json: is not what a blind check writes"):
+        read_scored(tmp_path / "t.json")

@@ -70,8 +70,8 @@ def test_retuning_finds_the_parameter_that_moved() -> None:
     moved = replace(rig, valve=replace(rig.valve, parameters={**rig.valve.parameters, "valve1_tau_s": slower}))
     found = retune(moved, pair_up(session(72), [], rig.p0_mpa).pairs, True)
     assert found is not None
-    assert found.closes_fraction > 0.9
-    (tau,) = [one for one in found.moved if one.name == "valve1_tau_s"]
+    assert found.told.closes_fraction > 0.9
+    (tau,) = [one for one in found.told.moved if one.name == "valve1_tau_s"]
     assert tau.after == pytest.approx(rig.valve.parameters["valve1_tau_s"].value, rel=0.05)
     assert tau.low <= tau.after <= tau.high
 
@@ -79,8 +79,8 @@ def test_retuning_finds_the_parameter_that_moved() -> None:
 def test_retuning_a_simulator_that_fits_moves_no_time_constant() -> None:
     found = retune(model(), pair_up(session(73), [], model().p0_mpa).pairs, True)
     assert found is not None
-    assert [one.name for one in found.moved if one.name.endswith("tau_s")] == []
-    assert found.after_deg < 2.0 * found.before_deg
+    assert [one.name for one in found.told.moved if one.name.endswith("tau_s")] == []
+    assert found.told.after_deg < 2.0 * found.told.before_deg
 
 
 def test_records_without_pressures_are_judged_on_the_angle_alone() -> None:

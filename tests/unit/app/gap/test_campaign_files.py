@@ -2,21 +2,22 @@
 known."""
 
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from rig.app.gap.baselines import Session
 from rig.app.gap.diagnosing import DiagnosisOptions, without_next, write_overview
-from rig.gap.answer.facts import Gap, Where
+from rig.gap.answer.facts import Gap, Verdict, Where
 from rig.gap.answer.result import Cause, Diagnosis
+from rig.gap.plan.next_experiment import Experiment
 
 
-def diagnosis(effect: str | None = None, next_experiment: dict[str, Any] | None = None) -> Diagnosis:
+def diagnosis(effect: str | None = None, next_experiment: Experiment | None = None) -> Diagnosis:
     """An answer with one cause or none."""
     causes = [] if effect is None else [Cause(effect, "valve", "valve", None, {}, 1.5, 0.25, 0.97, (), 0.9)]
     gap = Gap(1.5, 0.3, 5.0, 0.97, 0.25, 0.2, 0.3, "sessions")
-    return Diagnosis("none" if effect is None else "explained", 0.9, gap, Where(None), causes, [], next_experiment)
+    verdict = Verdict.NONE if effect is None else Verdict.EXPLAINED
+    return Diagnosis(verdict, 0.9, gap, Where(None), causes, [], next_experiment)
 
 
 def options(tmp_path: Path) -> DiagnosisOptions:
@@ -48,7 +49,8 @@ def test_without_a_next_experiment_it_is_said(tmp_path: Path, old: bool) -> None
     (said,) = without_next(options(tmp_path), {None: diagnosis()})
     assert said.startswith("no next experiment: ")
     assert ("from before" in said) is old
-    assert list(without_next(options(tmp_path), {None: diagnosis(next_experiment={"config": "x"})})) == []
+    wanted = Experiment((), 0.5, 0.7, 0.9, ("delay", "valve_lag"), 4.0)
+    assert list(without_next(options(tmp_path), {None: diagnosis(next_experiment=wanted)})) == []
     (day,) = without_next(options(tmp_path), {"d1": diagnosis()})
     assert "for d1" in day
     assert "next_d1.yaml" in day

@@ -9,6 +9,7 @@ from rig.app.gap import sensitivity
 from rig.app.gap.sensitivity import Asked, Moved, Number, Said, deciding, moved_priors, numbers
 from rig.app.gap.sensitivity_page import as_markdown
 from rig.gap import settings
+from rig.gap.answer.facts import Verdict
 from rig.gap.reference import expectation
 from rig.gap.settings import fitted
 
@@ -54,7 +55,7 @@ def test_the_table_begins_with_what_moves_most() -> None:
     quiet = replace(TOP, name="ENVELOPE_HZ")
     moved = [Moved(quiet, factor, 0, 0, 3) for factor in sensitivity.FACTORS]
     moved += [Moved(TOP, factor, 1, 2, 1) for factor in sensitivity.FACTORS]
-    base = [Said("none", (), True)] * 3 + [Said("unknown", (), False)]
+    base = [Said(Verdict.NONE, (), True)] * 3 + [Said(Verdict.UNKNOWN, (), False)]
     page = as_markdown(Asked(("pleated",), 1, 4), base, moved, {"some.py": (4, 6)})
     assert "3 of 4 answers are right" in page
     assert page.index("| `TOP_HZ` | 6 | 1, 2, 1 | 1, 2, 1 |") < page.index("| `ENVELOPE_HZ` |")

@@ -6,19 +6,17 @@ from typing import Any
 import pytest
 
 from rig.gap.answer.consistency import contradictions
-from rig.gap.answer.facts import Evidence, Gap, Judged, Where
+from rig.gap.answer.facts import Evidence, Gap, Judged, Moved, Retuning, Verdict, Where
 from rig.gap.answer.on_the_rig import ON_THE_RIG
 from rig.gap.answer.result import Cause, Diagnosis, Interval
 from rig.gap.answer.sizes import rounded, size
 from rig.gap.answer.words import answers, headline
 from rig.gap.hypotheses.library import LIBRARY
+from rig.gap.reference.build import Kind
 from rig.model.effect_stages import EFFECT_STAGES
 
 GAP = Gap(0.751, 0.1, 7.5, 0.98, 0.0804, 0.0711, 0.0893, "simulator")
-TUNING = {
-    "closes_fraction": 0.97, "before_deg": 0.751, "after_deg": 0.13,
-    "parameters": [{"name": "valve1_tau_s", "from": 0.043, "to": 0.0531, "low": 0.0525, "high": 0.0537, "unit": "s"}],
-}  # fmt: skip
+TUNING = Retuning(0.751, 0.13, (Moved("valve1_tau_s", 0.043, 0.0531, 0.0525, 0.0537, "s"),))
 
 
 def cause(
@@ -35,7 +33,8 @@ NOTHING_KNOWN = Cause("unknown", "joint", "angle", None, {}, 0.751, 0.751, 0.0, 
 def told(*causes: Cause, verdict: str = "explained", reference: str = "simulator", **gap: Any) -> Diagnosis:
     where = Where(causes[0].stage if causes else None, {"valve": 0.9, "downstream": 0.1})
     made = replace(GAP, **gap)
-    return Diagnosis(verdict, 0.9, made, where, causes, [], evidence=judged("pressures", True), reference=reference)
+    seen = judged("pressures", True)
+    return Diagnosis(Verdict(verdict), 0.9, made, where, causes, [], evidence=seen, reference=Kind(reference))
 
 
 def judged(factor: str, found: bool) -> Evidence:
@@ -125,7 +124,7 @@ def test_what_looks_alike_is_said() -> None:
     [(0.0804, "the two look the same"), (0.4, "closes another 27 %"), (0.01, "the two look the same")],
 )
 def test_retuning_and_what_the_effect_closes_beyond_it(after: float, words: str) -> None:
-    said = answers(replace(told(LAG), retuning=TUNING | {"after_deg": after}))["Re-tuning:"]
+    said = answers(replace(told(LAG), retuning=replace(TUNING, after_deg=after)))["Re-tuning:"]
     assert "valve1_tau_s goes from 43 ms to 53 ms" in said or "valve1_tau_s goes from 43 ms to 53.1 ms" in said
     assert words in said
 
@@ -192,10 +191,10 @@ def test_each_contradiction_is_found(made: Diagnosis, words: str) -> None:
 
 
 def test_a_move_that_nobody_can_see_is_not_told() -> None:
-    hidden = {"name": "valve1_gain", "from": 1.002, "to": 0.999, "low": 0.9985, "high": 0.9995, "unit": "1"}
-    plain = hidden | {"to": 0.9, "low": 0.89, "high": 0.91}
+    hidden = Moved("valve1_gain", 1.002, 0.999, 0.9985, 0.9995, "1")
+    plain = replace(hidden, after=0.9, low=0.89, high=0.91)
     seen = [
-        answers(replace(told(LAG), retuning=TUNING | {"parameters": [one]}))["Re-tuning:"] for one in (hidden, plain)
+        answers(replace(told(LAG), retuning=replace(TUNING, moved=(one,))))["Re-tuning:"] for one in (hidden, plain)
     ]
     assert "goes from" not in seen[0]
     assert "valve1_gain goes from 100 % to 90 %" in seen[1]
