@@ -3,7 +3,7 @@ more."""
 
 from collections.abc import Mapping, Sequence
 
-from drivers.modbus_io.maps import Failsafe, Identity, ModuleMap
+from drivers.modbus_io.maps import Failsafe, Identity, ModuleMap, SafeIs
 from drivers.modbus_io.session import Session
 from rig.errors import DeviceLost
 
@@ -43,7 +43,7 @@ def arm(
     for step in failsafe.arm:
         value = ticks if step.timeout else step.value if step.safe is None else safe_numbers.get(step.safe - 1, 0)
         session.write(step.address, [value], unit)
-    outcome = "0" if failsafe.safe_is == "zero" else "the safe set-points"
+    outcome = "0" if failsafe.safe_is is SafeIs.ZERO else "the safe set-points"
     takes_s = f"{ticks * failsafe.tick_s:g}"
     return {"failsafe": f"armed: outputs to {outcome} after {takes_s} s without a request", "watchdog_s": takes_s}
 

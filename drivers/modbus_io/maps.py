@@ -110,19 +110,24 @@ class Step:
     """Of valve 1 or valve 2."""
 
 
+class SafeIs(StrEnum):
+    """Where a module's own watchdog takes the outputs."""
+
+    ZERO = "zero"
+    REGISTERS = "registers"
+    """The safe set-points, which its `arm` writes."""
+
+
 @dataclass(frozen=True)
 class Failsafe:
     """The module's own watchdog: what to write so that it makes the outputs safe when the host is gone."""
 
     arm: list[Step]
     disarm: list[Step] = field(default_factory=list)
-    safe_is: str = "zero"
-    """zero: the outputs go to 0; registers: to the safe set-points, which `arm` writes."""
+    safe_is: SafeIs = SafeIs.ZERO
     tick_s: float = bounded(0.001, 10.0, "s", default=0.1)
 
     def __post_init__(self) -> None:
-        if self.safe_is not in ("zero", "registers"):
-            raise ValueError(f"safe_is {self.safe_is!r} is unknown; allowed: zero, registers")
         if not self.arm:
             raise ValueError("arm needs at least one step")
 

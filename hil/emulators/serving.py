@@ -144,23 +144,24 @@ class EmulatedRig:
 
     async def obey(self, command: dict[str, Any]) -> Any:
         """One command of the owner; returns its answer."""
-        what, name = command["do"], command.get("name", "")
-        if what == "state":
-            return self._state()
-        if what == "trouble":
-            _set(self.valves[name].trouble if name in self.valves else self.buses[name].trouble, command["values"])
-        elif what == "damage":
-            _set(self.buses[name].modules[command.get("unit", 1)].damage, command["values"])
-        elif what == "power":
-            self.valves[name].power(command["on"])
-        elif what == "plug":
-            await self._plug(name)
-        elif what == "unplug":
-            await self._unplug(name)
-        elif what == "leave":
-            self._leave_at(*command["at_mpa"])
-        else:
-            raise ValueError(f"unknown command {what!r}")
+        name = command.get("name", "")
+        match command["do"]:
+            case "state":
+                return self._state()
+            case "trouble":
+                _set(self.valves[name].trouble if name in self.valves else self.buses[name].trouble, command["values"])
+            case "damage":
+                _set(self.buses[name].modules[command.get("unit", 1)].damage, command["values"])
+            case "power":
+                self.valves[name].power(command["on"])
+            case "plug":
+                await self._plug(name)
+            case "unplug":
+                await self._unplug(name)
+            case "leave":
+                self._leave_at(*command["at_mpa"])
+            case other:
+                raise ValueError(f"unknown command {other!r}")
         return None
 
     def stop(self) -> None:

@@ -4,20 +4,55 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 from rig.app import shipped
 from rig.errors import RigError
 
-TARGETS: Final = {"systemd": Path("/etc/systemd/system/pamrig.service"), "sysv": Path("/etc/init.d/pamrig")}
-_TEMPLATES: Final = {"systemd": "systemd/pamrig.service", "sysv": "sysvinit/pamrig"}
 SETTINGS: Final = Path("/etc/pamrig/daemon.yaml")
 
 
-def running_init() -> str:
-    """What starts services on this machine."""
-    return "systemd" if Path("/run/systemd/system").is_dir() else "sysv"
+@dataclass(frozen=True)
+class Init:
+    """What starts services on a machine."""
+
+    target: Path
+    """The service's file."""
+    template: str
+    """Below the shipped configs."""
+    mode: int
+    """Of the file."""
+    begin: tuple[tuple[str, ...], ...]
+    """Commands that make the service known and start it."""
+    end: tuple[str, ...]
+    """The command that stops it for good."""
+
+
+SYSTEMD: Final = Init(
+    Path("/etc/systemd/system/pamrig.service"),
+    "systemd/pamrig.service",
+    0o644,
+    (("systemctl", "daemon-reload"), ("systemctl", "enable", "--now", "pamrig")),
+    ("systemctl", "disable", "--now", "pamrig"),
+)
+SYSV: Final = Init(
+    Path("/etc/init.d/pamrig"),
+    "sysvinit/pamrig",
+    0o755,
+    (("update-rc.d", "pamrig", "defaults"), ("/etc/init.d/pamrig", "start")),
+    ("/etc/init.d/pamrig", "stop"),
+)
+INITS: Final = {"systemd": SYSTEMD, "sysv": SYSV}
+
+
+def init_of(name: str | None) -> Init:
+    """By its name, or what runs on this machine."""
+    if name is not None:
+        return INITS[name]
+    return SYSTEMD if Path("/run/systemd/system").is_dir() else SYSV
 
 
 def program() -> str:
@@ -29,21 +64,18 @@ def program() -> str:
     return found
 
 
-def render(kind: str, pamrig: str, rig: Path, config: Path, logs: Path) -> str:
+def render(init: Init, pamrig: str, rig: Path, config: Path, logs: Path) -> str:
     """The unit or script with its places filled in."""
-    text = (shipped.configs() / _TEMPLATES[kind]).read_text(encoding="utf-8")
+    text = (shipped.configs() / init.template).read_text(encoding="utf-8")
     for place, value in {"pamrig": pamrig, "rig": rig, "config": config, "logs": logs}.items():
         text = text.replace(f"{{{place}}}", str(value))
     return text
 
 
-def after_install(kind: str, group: str, logs: Path) -> list[list[str]]:
+def after_install(init: Init, group: str, logs: Path) -> list[list[str]]:
     """The commands that make the service known and start it."""
     first = [["groupadd", "--force", group]] if group else []
-    first.append(["mkdir", "-p", str(logs)])
-    if kind == "systemd":
-        return [*first, ["systemctl", "daemon-reload"], ["systemctl", "enable", "--now", "pamrig"]]
-    return [*first, ["update-rc.d", "pamrig", "defaults"], [str(TARGETS["sysv"]), "start"]]
+    return [*first, ["mkdir", "-p", str(logs)], *map(list, init.begin)]
 
 
 def write(path: Path, text: str, mode: int) -> None:
@@ -57,7 +89,7 @@ def write(path: Path, text: str, mode: int) -> None:
         raise RigError(f"{path}: cannot be written: {error.strerror}{hint}") from None
 
 
-def run(command: list[str]) -> None:
+def run(command: Sequence[str]) -> None:
     """Run one of `after_install`; RigError when it fails."""
     try:
         subprocess.run(command, check=True)

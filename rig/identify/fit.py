@@ -22,7 +22,7 @@ from rig.identify.swarm import SwarmSettings
 from rig.identify.uncertainty import Uncertainty, local_uncertainty
 from rig.identify.validate import Score, angle_limit, excited_hz, score
 from rig.identify.valves import ValveFit, identify_valves
-from rig.model.parameters import AddedEffect, Input, Model, ValidRange
+from rig.model.parameters import AddedEffect, Input, Model, StageKind, ValidRange
 from rig.model.swarm_kernel import cores
 from rig.record import Record
 
@@ -306,7 +306,7 @@ class _Task:
         return search(objective, made, Budget(evaluations, self._settings.patience), told)
 
     def _term(self, bounded: bool) -> StabilityTerm | None:
-        if not bounded or self._start.muscle.kind == "bw_continuous":
+        if not bounded or self._start.muscle.kind == StageKind.BW_CONTINUOUS:
             return None  # model (1) is bounded wherever psi > |gamma|, and the dense check judges it
         return StabilityTerm(self._signals, self._start, _TERM_SHARE * self._limit)
 
@@ -315,7 +315,7 @@ def _valves(records: Sequence[Record], start: Model) -> ValveFit | None:
     """The regulators, where the model has them as a stage and the records show them."""
     if start.muscle.input is not Input.PRESSURE or not all(record.has_pressures for record in records):
         return None
-    if start.valve.kind != "direct":
+    if start.valve.kind != StageKind.DIRECT:
         return None
     return identify_valves(records, start.sample_time_s, start.p0_mpa)
 

@@ -15,7 +15,7 @@ from rig.identify.space import Space
 from rig.identify.stability import StabilityTerm
 from rig.model.chain import lay_out
 from rig.model.kernels import DIVERGED_DEG, drive, run_stages
-from rig.model.parameters import Model
+from rig.model.parameters import Model, StageKind
 from rig.model.slots import Placed, Slot
 from rig.model.swarm_kernel import HOPELESS, LAW, Table, lay_inputs, swarm_courses, swarm_errors
 from rig.record import Column
@@ -56,12 +56,12 @@ def muscle_input(model: Model, p1_mpa: Column, p2_mpa: Column) -> Column:
 def fits_kernel(model: Model, space: Space) -> bool:
     """Only the law of a discrete Bouc-Wen muscle and the sensor's offset are free, and nothing else is in the way."""
     law = set(LAW) | set(_BW_NAMES.values()) | {"offset_deg"}
-    plain = model.muscle.kind in ("bw", "mbw") and {placed.name for placed in downstream(model)} <= {
-        "bw",
-        "mbw",
-        "affine",
+    plain = model.muscle.kind in (StageKind.BW, StageKind.MBW) and {placed.name for placed in downstream(model)} <= {
+        StageKind.BW,
+        StageKind.MBW,
+        StageKind.AFFINE,
     }
-    unit_gain = model.sensor.kind == "ideal" or (
+    unit_gain = model.sensor.kind == StageKind.IDEAL or (
         model.sensor.value("gain") == 1.0 and not model.sensor.parameters["gain"].free
     )
     return plain and unit_gain and set(space.names) <= law
@@ -72,7 +72,7 @@ class LawTable:
 
     def __init__(self, model: Model, space: Space) -> None:
         muscle, offset = model.muscle, model.sensor.parameters.get("offset_deg")
-        names = [_BW_NAMES.get(name, name) for name in LAW] if muscle.kind == "bw" else list(LAW)
+        names = [_BW_NAMES.get(name, name) for name in LAW] if muscle.kind == StageKind.BW else list(LAW)
         fixed = [muscle.value(name) if name in muscle.parameters else 0.0 for name in names]
         self._space, self._y_unit = space, muscle.value("y_unit_deg")
         self._fixed = np.array([*fixed, 0.0 if offset is None else offset.value / self._y_unit])
@@ -101,7 +101,7 @@ class ChainObjective:
         self._prior_deg = PRIOR * float(np.max(np.abs(data[0].angle_deg))) if alone else 0.0
         self._rows = sum(len(record.angle_deg) - record.skip for record in data)
         self._kept = sum(len(range(record.skip, len(record.angle_deg), thin)) for record in data)
-        self._laws = LawTable(model, space) if model.muscle.kind in ("bw", "mbw") else None
+        self._laws = LawTable(model, space) if model.muscle.kind in (StageKind.BW, StageKind.MBW) else None
         self.evaluations = 0
 
     def scores(self, points: Table) -> Table:
@@ -193,7 +193,7 @@ def predict(model: Model, record: Prepared) -> Column:
     """The angle (deg) that muscles, joint and sensor give under what drives the record; it may diverge."""
     p1, p2, angle = record.p1_mpa.copy(), record.p2_mpa.copy(), np.zeros(len(record.angle_deg))
     start = float(record.angle_deg[0])
-    if model.sensor.kind == "affine":
+    if model.sensor.kind == StageKind.AFFINE:
         start = (start - model.sensor.value("offset_deg")) / model.sensor.value("gain")
     run_stages(downstream(model), p1, p2, angle, model.sample_time_s, start)
     return angle

@@ -13,7 +13,7 @@ import numpy as np
 from rig.config import suggest
 from rig.errors import ModelError
 from rig.identify.response import MOST_EXPONENT
-from rig.model.parameters import KINDS, Input, Model, MuscleModel, Parameter, StageModel
+from rig.model.parameters import KINDS, Input, Model, MuscleModel, Parameter, StageKind, StageModel
 from rig.record import Record
 
 _LEAK = {"lambda1": (0.005, 0.1), "lambda2": (0.02, 1.0)}
@@ -30,12 +30,12 @@ _JOINT_BOUNDS = {"omega_rad_per_s": (5.0, 200.0, "rad/s"), "damping": (0.01, 0.9
 class Template:
     """What kind of model to identify."""
 
-    kind: str = "mbw"
+    kind: str = StageKind.MBW
     drive: Input = Input.COMMAND
     sample_time_s: float = 0.005
     p0_mpa: float = 0.2
     u_unit_mpa: float = 0.2
-    joint: str = "rigid"
+    joint: str = StageKind.RIGID
     free_offset: bool = False
     """The sensor's zero is not known: identify an offset of the angle."""
     mean_exponent: float | None = 0.0
@@ -64,7 +64,7 @@ def template_model(template: Template, gain_deg: float = 40.0) -> Model:
     joint = {
         name: _free(low, high, unit)
         for name, (low, high, unit) in _JOINT_BOUNDS.items()
-        if template.joint == "second_order"
+        if template.joint == StageKind.SECOND_ORDER
     }
     offset = {"gain": Parameter(1.0), "offset_deg": Parameter(0.0, "deg", -abs(gain_deg), abs(gain_deg), free=True)}
     return Model(
@@ -72,7 +72,7 @@ def template_model(template: Template, gain_deg: float = 40.0) -> Model:
         sample_time_s=template.sample_time_s,
         p0_mpa=template.p0_mpa,
         joint=StageModel(template.joint, joint),
-        sensor=StageModel("affine", offset) if template.free_offset else StageModel("ideal"),
+        sensor=StageModel(StageKind.AFFINE, offset) if template.free_offset else StageModel(StageKind.IDEAL),
     )
 
 
@@ -109,9 +109,9 @@ def _muscle_bounds(template: Template, gain_deg: float) -> dict[str, tuple[float
     scale = gain_deg * divisor
     bounds = {name: (max(0.0, 1.0 - high * ticks), 1.0 - low * ticks) for name, (low, high) in _LEAK.items()}
     xi = (min(0.0, _XI * scale), max(0.0, _XI * scale))
-    if template.kind == "bw":
+    if template.kind == StageKind.BW:
         return bounds | {"xi": xi, "psi": _both(_PHI * divisor), "beta": _both(_PHI * divisor)}
-    if template.kind == "bw_continuous":
+    if template.kind == StageKind.BW_CONTINUOUS:
         return _CONTINUOUS | {"k": (min(0.0, 2.0 * gain_deg), max(0.0, 2.0 * gain_deg))}
     first = {"xi1": xi, "phi1": _both(_PHI * divisor), "beta1": _both(_PHI * divisor)}
     second = {

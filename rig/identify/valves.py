@@ -13,7 +13,7 @@ from rig.columns import rms
 from rig.errors import RecordError
 from rig.identify.descent import descend
 from rig.model.kernels import compiled
-from rig.model.parameters import Parameter, StageModel
+from rig.model.parameters import Parameter, StageKind, StageModel
 from rig.model.resample import held_commands, on_grid
 from rig.model.stages import regulators
 from rig.record import Column, Record
@@ -90,7 +90,7 @@ def identify_valves(records: Sequence[Record], dt_s: float, p0_mpa: float) -> Va
                 )
             deviation = float(fit.std[index]) if reached and np.isfinite(fit.std[index]) else None
             parameters[f"valve{valve}_{name}"] = Parameter(value, unit, low, high, False, deviation, not reached)
-    return ValveFit(StageModel("regulators", parameters), (errors[0], errors[1]), late * dt_s, notes)
+    return ValveFit(StageModel(StageKind.REGULATORS, parameters), (errors[0], errors[1]), late * dt_s, notes)
 
 
 def _dead_ticks(both: Mapping[int, Sequence[_Step]], dt_s: float) -> int:

@@ -12,16 +12,16 @@ from rig.model import stages
 from rig.model.effect_stages import EFFECT_STAGES, FORMER_NAMES
 from rig.model.external import KIND as EXTERNAL
 from rig.model.external import External
-from rig.model.parameters import KINDS, AddedEffect, Model, MuscleModel, StageModel
+from rig.model.parameters import KINDS, AddedEffect, Model, MuscleModel, StageKind, StageModel
 from rig.model.slots import Placed, Slot, StageFunction
 
 NOMINAL: dict[str, tuple[StageFunction, int]] = {
-    "regulators": (stages.regulators, 3),
-    "mbw": (stages.modified_bouc_wen, 3),
-    "bw": (stages.modified_bouc_wen, 3),
-    "bw_continuous": (stages.bouc_wen, 3),
-    "second_order": (stages.second_order_joint, 3),
-    "affine": (stages.affine_sensor, 0),
+    StageKind.REGULATORS: (stages.regulators, 3),
+    StageKind.MBW: (stages.modified_bouc_wen, 3),
+    StageKind.BW: (stages.modified_bouc_wen, 3),
+    StageKind.BW_CONTINUOUS: (stages.bouc_wen, 3),
+    StageKind.SECOND_ORDER: (stages.second_order_joint, 3),
+    StageKind.AFFINE: (stages.affine_sensor, 0),
 }
 """Kind of a nominal stage -> its function and the length of its state; the kinds direct, rigid and ideal do nothing."""
 
@@ -46,7 +46,7 @@ def place_nominal(slot: Slot, stage: StageModel, p0_mpa: float) -> Placed:
     """The nominal stage of a slot with its numbers as its function reads them."""
     function, n_state = NOMINAL[stage.kind]
     params = [stage.value(name) for name in KINDS[slot][stage.kind]]
-    if stage.kind == "bw":  # the modified model without its second terms
+    if stage.kind == StageKind.BW:  # the modified model without its second terms
         lambda1, lambda2, xi, psi, beta, *units = params
         params = [lambda1, lambda2, xi, 0.0, psi, 0.0, beta, 0.0, *units]
     if function is stages.modified_bouc_wen:
@@ -57,7 +57,7 @@ def place_nominal(slot: Slot, stage: StageModel, p0_mpa: float) -> Placed:
 def _of_the_rig(model: Model) -> dict[str, float]:
     """What an effect acts on, by the names of its numbers: the mean pressure, and the regulators' time constant if it
     has any."""
-    if model.valve.kind != "regulators":
+    if model.valve.kind != StageKind.REGULATORS:
         return {"p0_mpa": model.p0_mpa}
     return {
         "p0_mpa": model.p0_mpa,

@@ -18,7 +18,7 @@ from rig.model.chain import lay_out
 from rig.model.drive import drives
 from rig.model.external import External
 from rig.model.joint_balance import NOTHING_ADDED, STATE_SIZE, balanced_angles
-from rig.model.parameters import Input, Model
+from rig.model.parameters import Input, Model, StageKind
 from rig.model.resample import held_commands, is_regular, on_grid
 from rig.model.slots import Placed, Slot, StageFunction
 from rig.record import Column, Record
@@ -78,7 +78,7 @@ def run_stages(
     for stage in placed:
         state = np.zeros(max(stage.n_state, 1))
         params = np.array(stage.params or (0.0,))
-        if stage.name in ("mbw", "bw"):
+        if stage.name in (StageKind.MBW, StageKind.BW):
             state[2] = start_deg / params[10]
         if isinstance(stage.stage, External):
             state[0] = start_deg

@@ -6,7 +6,7 @@ docs/explanation/paper_findings.md says which readings stay bounded. Table II is
 
 from dataclasses import dataclass
 
-from rig.model.parameters import Input, Model, MuscleModel, Parameter, Provenance, StageModel, ValidRange
+from rig.model.parameters import Input, Model, MuscleModel, Parameter, Provenance, StageKind, StageModel, ValidRange
 
 TABLE_3 = {
     "lambda1": 0.9876,
@@ -51,12 +51,12 @@ def printed_model(numbers: dict[str, float], reading: Reading) -> Model:
         "y_unit_deg": Parameter(reading.y_unit_deg, "deg"),
         "mean_exponent": Parameter(0.0),
     }
-    kind = "bw" if "xi" in numbers else "mbw"
+    kind = StageKind.BW if "xi" in numbers else StageKind.MBW
     muscle = MuscleModel(kind, {name: Parameter(value) for name, value in numbers.items()} | units, Input.COMMAND)
     return Model(
         muscle,
-        valve=StageModel("direct"),
-        valid=ValidRange((0.5, 0.5), 0.18 if kind == "mbw" else 0.2),
+        valve=StageModel(StageKind.DIRECT),
+        valid=ValidRange((0.5, 0.5), 0.18 if kind == StageKind.MBW else 0.2),
         provenance=Provenance(
             text="Printed by Dao et al., ICAMechS 2020; see docs/explanation/paper_findings.md for the reading."
         ),

@@ -123,9 +123,9 @@ class Model:
     """The models are difference equations: their parameters hold for this sample time only."""
     p0_mpa: float = bounded(0.0, 0.5, "MPa", default=0.2)
     """Pressure of both muscles at rest."""
-    valve: StageModel = field(default_factory=lambda: StageModel("direct"))
-    joint: StageModel = field(default_factory=lambda: StageModel("rigid"))
-    sensor: StageModel = field(default_factory=lambda: StageModel("ideal"))
+    valve: StageModel = field(default_factory=lambda: StageModel(StageKind.DIRECT))
+    joint: StageModel = field(default_factory=lambda: StageModel(StageKind.RIGID))
+    sensor: StageModel = field(default_factory=lambda: StageModel(StageKind.IDEAL))
     effects: list[AddedEffect] = field(default_factory=list)
     valid: ValidRange = field(default_factory=ValidRange)
     provenance: Provenance = field(default_factory=Provenance)
@@ -150,16 +150,40 @@ _MUSCLE_UNITS = ("theta_divisor_s", "u_unit_mpa", "y_unit_deg", "mean_exponent")
 """The scales of (8) and (11) that the paper leaves open: divisor of theta, units of u and y, how the mean pressure
 counts."""
 
+
+class StageKind(StrEnum):
+    """What a nominal stage is, in the words of a model's file; its names of parameters stand in KINDS."""
+
+    DIRECT = "direct"
+    """No regulators: the pressures are the commands."""
+    REGULATORS = "regulators"
+    MBW = "mbw"
+    """Modified Bouc-Wen, equation (11)."""
+    BW = "bw"
+    """The same without its second terms."""
+    BW_CONTINUOUS = "bw_continuous"
+    EXTERNAL = EXTERNAL
+    RIGID = "rigid"
+    """The joint follows the muscles."""
+    SECOND_ORDER = "second_order"
+    IDEAL = "ideal"
+    """The sensor reads the angle."""
+    AFFINE = "affine"
+
+
 KINDS: dict[str, dict[str, tuple[str, ...]]] = {
-    "valve": {"direct": (), "regulators": tuple(f"valve{n}_{name}" for n in (1, 2) for name in _REGULATOR)},
+    "valve": {
+        StageKind.DIRECT: (),
+        StageKind.REGULATORS: tuple(f"valve{n}_{name}" for n in (1, 2) for name in _REGULATOR),
+    },
     "muscle": {
-        "mbw": ("lambda1", "lambda2", "xi1", "xi2", "phi1", "phi2", "beta1", "beta2", *_MUSCLE_UNITS),
-        "bw": ("lambda1", "lambda2", "xi", "psi", "beta", *_MUSCLE_UNITS),
-        "bw_continuous": ("rho", "k", "eps", "psi", "gamma", "n", "u_unit_mpa", "y_unit_deg"),
+        StageKind.MBW: ("lambda1", "lambda2", "xi1", "xi2", "phi1", "phi2", "beta1", "beta2", *_MUSCLE_UNITS),
+        StageKind.BW: ("lambda1", "lambda2", "xi", "psi", "beta", *_MUSCLE_UNITS),
+        StageKind.BW_CONTINUOUS: ("rho", "k", "eps", "psi", "gamma", "n", "u_unit_mpa", "y_unit_deg"),
         EXTERNAL: (),
     },
-    "joint": {"rigid": (), "second_order": ("omega_rad_per_s", "damping")},
-    "sensor": {"ideal": (), "affine": ("gain", "offset_deg")},
+    "joint": {StageKind.RIGID: (), StageKind.SECOND_ORDER: ("omega_rad_per_s", "damping")},
+    "sensor": {StageKind.IDEAL: (), StageKind.AFFINE: ("gain", "offset_deg")},
 }
 """Slot -> kind of stage -> the names of its parameters, in the order in which the stage reads them."""
 
@@ -239,7 +263,7 @@ def check_model(model: Model, where: str) -> None:
             f"{where}: muscle.source: {model.muscle.source!r}; the kind {EXTERNAL} has a source, "
             "python:MODULE:FUNCTION or PLANT.fmu, and no other kind has one"
         )
-    if model.muscle.input is Input.COMMAND and model.valve.kind != "direct":
+    if model.muscle.input is Input.COMMAND and model.valve.kind != StageKind.DIRECT:
         raise ModelError(
             f"{where}: valve.kind: muscles driven by the command contain the regulators; allowed with input "
             "'command': direct"

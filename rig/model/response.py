@@ -14,7 +14,7 @@ import numpy as np
 from rig.model.fingerprint import Fingerprint
 from rig.model.joint_balance import LOOP_RADII_DEG
 from rig.model.kernels import balanced, drive
-from rig.model.parameters import Model
+from rig.model.parameters import Model, StageKind
 from rig.model.response_kernels import propagated, regulated
 from rig.record import Column
 
@@ -145,7 +145,7 @@ def regulator_terms(pressure: Column, p0_mpa: float, dt_s: float) -> Column:
 def regulators_of(model: Model | None) -> tuple[Regulator, Regulator]:
     """The model's regulators as the response model has them, without limits of the flow; usual ones where it has
     none."""
-    if model is None or model.valve.kind != "regulators":
+    if model is None or model.valve.kind != StageKind.REGULATORS:
         return USUAL_REGULATOR, USUAL_REGULATOR
     first, second = (float(np.clip(model.valve.value(f"valve{n}_tau_s"), 0.002, 1.0)) for n in (1, 2))
     return (USUAL_REGULATOR[0], first, first), (USUAL_REGULATOR[0], second, second)

@@ -8,7 +8,7 @@ import logging
 import os
 import sys
 import time
-from collections.abc import Coroutine, Iterator
+from collections.abc import Awaitable, Callable, Coroutine, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Final
@@ -44,6 +44,8 @@ _NICE: Final = -10
 """Where it is allowed: the loop stops when this process does not get to its heartbeat for a second."""
 _HOUSEKEEPING_S: Final = 10.0
 _LOG = logging.getLogger("pamrig")
+Given = Mapping[str, Any]
+"""A command's arguments by name, of the types that the protocol asks for."""
 
 
 class Daemon:
@@ -83,6 +85,15 @@ class Daemon:
         self._over = asyncio.Event()
         self._began = time.monotonic()
         self._tasks: list[asyncio.Task[None]] = []
+        self._commands: dict[str, Callable[[Given], Awaitable[Any]]] = {
+            "arm": self._arm,
+            "start": self._start,
+            "stop": self._stop,
+            "estop": self._estop,
+            "reset": self._reset,
+            "mark": self._mark,
+            "clear": self._clear,
+        }
 
     async def serve(self) -> None:
         """Listen, start the session, work; until SIGTERM, SIGINT or `end`."""
@@ -188,28 +199,29 @@ class Daemon:
         if name == "status":
             return self.status(None)
         _LOG.info("command %s %s", name, given or "")
-        if name == "arm":
-            check_line("arm: by", given.get("by", "-"))
-            known = await self._monitor.arm()
-            self._armed_by = given.get("by", "")
-            return [*known, *self._of_before()]
-        if name == "start":
-            return await self._starting.start(
-                given.get("sweeps", []), float(given.get("pause_s", 0.0)), given.get("before", "")
-            )
-        if name == "stop":
-            return await self._stop(bool(given.get("after_current", False)))
-        if name == "estop":
-            self._runner.hold()
-            return safe_json(await self._monitor.estop(), self._safe_mpa)
-        if name == "reset":
-            return await self._reset()
-        if name == "mark":
-            return self._mark(given.get("text", ""))
+        return await self._commands[name](given)
+
+    async def _arm(self, given: Given) -> list[str]:
+        check_line("arm: by", given.get("by", "-"))
+        known = await self._monitor.arm()
+        self._armed_by = given.get("by", "")
+        return [*known, *self._of_before()]
+
+    async def _start(self, given: Given) -> list[dict[str, Any]]:
+        return await self._starting.start(
+            given.get("sweeps", []), float(given.get("pause_s", 0.0)), given.get("before", "")
+        )
+
+    async def _estop(self, _: Given) -> dict[str, Any] | None:
+        self._runner.hold()
+        return safe_json(await self._monitor.estop(), self._safe_mpa)
+
+    async def _clear(self, _: Given) -> dict[str, Any]:
         return {"cleared": await asyncio.to_thread(self._queue.clear)}
 
-    def _mark(self, text: str) -> dict[str, str]:
+    async def _mark(self, given: Given) -> dict[str, str]:
         """Into the log of the record that runs."""
+        text = given.get("text", "")
         check_line("mark: text", text)
         session = self._monitor.session
         if session is None or self._runner.current is None:
@@ -226,7 +238,8 @@ class Daemon:
         waits = self._runner.interrupted
         return [f"the queue holds {waits}; `pamrig start` goes on with it, `pamrig clear` drops it"] if waits else []
 
-    async def _stop(self, after_current: bool) -> dict[str, str]:
+    async def _stop(self, given: Given) -> dict[str, str]:
+        after_current = bool(given.get("after_current", False))
         running = self._monitor.state is State.RUNNING
         self._runner.hold()
         session = self._monitor.session
@@ -238,7 +251,7 @@ class Daemon:
         await self._monitor.disarm()
         return {"did": "disarmed"}
 
-    async def _reset(self) -> dict[str, str]:
+    async def _reset(self, _: Given) -> dict[str, str]:
         if self._resetting:
             raise Refused(Code.WRONG_STATE, "a reset is under way")
         self._monitor.require(Event.RESET)

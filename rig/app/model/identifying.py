@@ -16,7 +16,7 @@ from rig.identify.mean_law import mean_law
 from rig.identify.stability import SweepRange
 from rig.identify.swarm import SwarmSettings
 from rig.identify.templates import Template, input_gain, rest_pressure, template_model
-from rig.model.parameters import Input, Model, load_model
+from rig.model.parameters import Input, Model, StageKind, load_model
 from rig.record import Record
 
 USUAL_SAMPLE_TIME_S = 0.005
@@ -98,7 +98,7 @@ def start_model(start: StartOptions, records: list[Record], options: Options) ->
     exponent = start.mean_exponent
     if exponent is None and not pneumatic:
         exponent = 0.0
-    if exponent is None and start.kind != "bw_continuous":
+    if exponent is None and start.kind != StageKind.BW_CONTINUOUS:
         exponent, why = mean_law(records, drive, p0_mpa)
         choices.append(why)
     template = Template(

@@ -35,23 +35,23 @@ def install(rig_path: Path | None, init: str | None, root: Path, dry_run: bool) 
     from rig.app import compose, installing, shipped
     from rig.service.settings import load_settings
 
-    kind = init or installing.running_init()
+    found = installing.init_of(init)
     rig = compose.load(rig_path)
     config = root / installing.SETTINGS.relative_to("/")
     settings = load_settings(config if config.exists() else shipped.configs() / "daemon.yaml")
-    target = root / installing.TARGETS[kind].relative_to("/")
-    text = installing.render(kind, installing.program(), rig.path.absolute(), installing.SETTINGS, settings.logs)
+    target = root / found.target.relative_to("/")
+    text = installing.render(found, installing.program(), rig.path.absolute(), installing.SETTINGS, settings.logs)
     say = console().print
     say(f"settings: {config}" + (" (kept as it is)" if config.exists() else " (written, with a comment for each key)"))
     say(f"service:  {target}, for the rig {rig.name} ({rig.path.absolute()})")
-    commands = installing.after_install(kind, settings.group, settings.logs) if root == Path("/") else []
+    commands = installing.after_install(found, settings.group, settings.logs) if root == Path("/") else []
     for command in commands:
         say(f"runs:     {' '.join(command)}")
     if dry_run:
         return
     if not config.exists():
         installing.write(config, (shipped.configs() / "daemon.yaml").read_text(encoding="utf-8"), 0o644)
-    installing.write(target, text, 0o755 if kind == "sysv" else 0o644)
+    installing.write(target, text, found.mode)
     for command in commands:
         installing.run(command)
     say("done: the rig is disarmed; `pamrig status`, then `pamrig arm` and `pamrig start SWEEP.yaml`")
@@ -64,12 +64,12 @@ def uninstall(init: str | None, root: Path) -> None:
     """Stop the service and take it away; settings, logs and black boxes stay."""
     from rig.app import installing
 
-    kind = init or installing.running_init()
-    target = root / installing.TARGETS[kind].relative_to("/")
+    found = installing.init_of(init)
+    target = root / found.target.relative_to("/")
     if not target.exists():
         raise RigError(f"{target}: is not there; nothing to take away")
     if root == Path("/"):
-        installing.run(["systemctl", "disable", "--now", "pamrig"] if kind == "systemd" else [str(target), "stop"])
+        installing.run(found.end)
     target.unlink()
     console().print(f"taken away: {target}; {installing.SETTINGS}, logs and black boxes stay")
 
