@@ -101,7 +101,7 @@ def probe(
     "--reference-uncertainty",
     type=click.FloatRange(0.0),
     default=0.0,
-    help="Of the gauge (MPa) or protractor (deg), k = 1.",
+    help="Standard uncertainty (k = 1) of the gauge, MPa, or the protractor, deg.",
 )
 @click.option(
     "--reference-v",

@@ -209,8 +209,8 @@ def export(logs: tuple[Path, ...], kind: str, output: Path | None, period_s: flo
     Kind.FIGURE, "PNG, SVG or PDF by its suffix; without it, a small picture here.", or_folder=True, metavar="FILE"
 )
 @click.option("--all", "whole", is_flag=True, help="All phases of the run, not the sweep alone.")
-@click.option("--from", "from_s", type=float, default=0.0, help="Seconds from the first row shown.")
-@click.option("--to", "to_s", type=float, default=float("inf"), help="Seconds from the first row shown.")
+@click.option("--from", "from_s", type=float, default=0.0, help="Begin so many seconds after the first row.")
+@click.option("--to", "to_s", type=float, default=float("inf"), help="End so many seconds after the first row.")
 def plot(log_file: Path, output: Path | None, whole: bool, from_s: float, to_s: float) -> None:
     """Draw LOG: command, pressures and angle over time with missed ticks marked, and the hysteresis loop."""
     import shutil
@@ -242,7 +242,7 @@ def plot(log_file: Path, output: Path | None, whole: bool, from_s: float, to_s: 
     sys.stdout.flush()
 
 
-@log.command(short_help="Two records or folders beside each other.")
+@log.command(short_help="Compare two records, or folders of them.")
 @click.argument("a", type=click.Path(path_type=Path))
 @click.argument("b", type=click.Path(path_type=Path))
 @click.option(

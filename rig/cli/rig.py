@@ -17,7 +17,7 @@ def rig() -> None:
 
 
 @rig.command(short_help="Make a rig's YAML.")
-@click.option("--like", metavar="PATTERN", help="Which of pamrig's own rigs it is like; asked without.")
+@click.option("--like", metavar="PATTERN", help="Which of pamrig's own rigs it is like; asked for unless given.")
 @click.option(
     "--set",
     "given",
@@ -25,7 +25,7 @@ def rig() -> None:
     metavar="QUESTION=ANSWER",
     help="An answer beforehand: name=mine.",
 )
-@click.option("--yes", is_flag=True, help="Take the usual answer to whatever is not given; nothing is asked.")
+@click.option("--yes", is_flag=True, help="Take the default of whatever is not given; nothing is asked.")
 @output_option(Kind.RIG, "Where the YAML goes.", required=True, metavar="RIG.yaml")
 @json_option
 def new(like: str | None, given: tuple[str, ...], yes: bool, output: Path, json_to: str | None) -> None:
@@ -58,7 +58,7 @@ def new(like: str | None, given: tuple[str, ...], yes: bool, output: Path, json_
     emit({"file": str(output), "rig": made.name, "pattern": pattern}, json_to)
 
 
-@rig.command(short_help="Is it a rig?")
+@rig.command(short_help="Check a rig's YAML.")
 @click.argument("rig_path", metavar="RIG.yaml", type=click.Path(path_type=Path))
 @json_option
 def check(rig_path: Path, json_to: str | None) -> None:

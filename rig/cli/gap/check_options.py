@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from rig.blind_check.modes import ROUNDS
+from rig.blind_check.modes import GROUPS, ROUNDS
 from rig.cli.outputs import Output
 from rig.outputs import Kind
 
@@ -38,16 +38,19 @@ records_option = click.option(
 _modes = click.option(
     "--modes",
     multiple=True,
-    type=click.Choice(("days", "one_day", "fingerprint", "simulator", "withheld", "beside")),
-    help="Ask these ways only. Repeatable.",
+    type=click.Choice(tuple(GROUPS)),
+    help="What the diagnosis is given, only this: several earlier days, one, the model file's fingerprint, a simulator "
+    "alone; withheld: a library without some classes. Repeatable.",
 )
 _priors = click.option(
     "--priors",
     type=click.Path(path_type=Path, exists=True, dir_okay=False),
     metavar="FILE",
-    help="Answer by these levels, which `pamrig gap calibrate` wrote, in place of the shipped ones.",
+    help="Diagnose by the priors of this file, which `pamrig gap calibrate` wrote, in place of the shipped ones.",
 )
-_no_angle = click.option("--no-angle", is_flag=True, help="Do not ask from the angle alone.")
+_no_angle = click.option(
+    "--no-angle", is_flag=True, help="Leave out the questions in which the measured pressures are withheld."
+)
 dask_option = click.option(
     "--dask", metavar="ADDRESS", help="Use the Dask cluster at ADDRESS; its workers must see the same folder."
 )

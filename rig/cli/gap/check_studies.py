@@ -61,7 +61,8 @@ def sizes(
 def absorbed(units: int, seed: int, workers: int | None, json_to: str | None) -> None:
     """How much of each effect is absorbed when the simulator's own parameters are fitted again, on development units.
 
-    Effects from half on are counted apart in the modes of a simulator; the list is declared before any check.
+    Effects of which half or more is absorbed are counted apart where the diagnosis is given a simulator alone; the list
+    is declared before any check.
     """
     from rich.table import Table
 
@@ -129,8 +130,8 @@ def sensitivity(
 def further(
     folders: tuple[Path, ...], priors: Path | None, left_out: tuple[str, ...], output: Path, json_to: str | None
 ) -> None:
-    """Fit how unsure it is what is left of a gap on further records, from scored checks of development cases, and write
-    it with the levels."""
+    """Fit the interval of what is left of a gap on further records, from scored checks of development cases, and write
+    it with the priors."""
     from rig.app.gap.intervals import with_further
     from rig.app.gap.levels import known_families, write
     from rig.blind_check.folder import CheckFolder

@@ -132,7 +132,7 @@ def diagnose(
     emit(report(results, days, odd), json_to)
 
 
-@gap.command(short_help="Fit the levels of the method on simulated plants.")
+@gap.command(short_help="Fit the priors of the method on simulated plants.")
 @output_option(Kind.LEVELS, "Where the fitted levels go.", required=True, metavar="FILE")
 @click.option(
     "--family", "families", multiple=True, metavar="NAME", help="Plant families to fit on; default: all there are."

@@ -15,7 +15,7 @@ from rig.outputs import Kind
 _path = click.Path(path_type=Path)
 
 
-@click.command(cls=Command, short_help="The same diagnosis over many days.")
+@click.command(cls=Command, short_help="Diagnose many days, and say what changed when.")
 @click.argument("folder", type=_path)
 @click.option("--model", required=True, type=_path, metavar="MODEL.yaml", help="The simulator.")
 @baseline_option("Records of one healthy day outside FOLDER; repeat for more days.")

@@ -30,7 +30,11 @@ def socket_option(command: F) -> F:
     "--state", type=click.Path(path_type=Path), help="Folder for queue and black boxes; overrides the config."
 )
 @click.option(
-    "--clock", type=click.Choice(["real", "virtual"]), default="real", show_default=True, help="Virtual: for soaking."
+    "--clock",
+    type=click.Choice(["real", "virtual"]),
+    default="real",
+    show_default=True,
+    help="Virtual: as fast as can be.",
 )
 @click.option(
     "--web",
