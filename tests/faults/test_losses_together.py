@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from rig.cli.qualify.faults import _BENCHES
+from rig.cli.qualify.faults import BENCH_NAMES
 from rig.qualify.faults.bench import FaultBench
 from rig.qualify.faults.held import Calibration, Probe, RunBench
 from rig.qualify.faults.losses import BENCHES, Blow, draw, trials, try_losses
@@ -128,7 +128,7 @@ def test_a_daemon_that_is_told_to_end_leaves_no_pressure_behind(bench: FaultBenc
 
 
 def test_the_command_knows_every_bench() -> None:
-    assert tuple(BENCHES) == _BENCHES
+    assert tuple(BENCHES) == BENCH_NAMES
 
 
 def test_every_pair_and_triple_is_drawn_by_both_signals() -> None:

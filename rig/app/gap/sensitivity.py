@@ -113,7 +113,7 @@ def answered(asked: Asked, number: Number | None = None, factor: float = 1.0) ->
     """The answers to the cases with one number moved."""
     at_hand = moved_priors(fitted(), number, factor) if number and number.where == PRIORS else fitted()
     with _constant(number, factor):
-        return [_said(case, WAYS[k % len(WAYS)], at_hand) for k, case in enumerate(_cases(asked))]
+        return [answer_to(case, WAYS[k % len(WAYS)], at_hand) for k, case in enumerate(cases_of(asked))]
 
 
 def sensitivity(
@@ -185,7 +185,8 @@ def _scaled(number: Number, was: Any, factor: float) -> Any:
 
 
 @lru_cache(maxsize=2)
-def _cases(asked: Asked) -> tuple[Case, ...]:
+def cases_of(asked: Asked) -> tuple[Case, ...]:
+    """The development cases, the families in turn."""
     sheets = [draw_sheet(Purpose.DEVELOPMENT, asked.seed, asked.cases, name) for name in asked.families]
     return tuple(case for some in zip(*sheets, strict=True) for case in some)
 
@@ -209,7 +210,8 @@ def _model(healthy: Sequence[Record], p0_mpa: float, case: Case) -> Model:
     return _models[key]
 
 
-def _said(case: Case, way: str, at_hand: Fitted) -> Said:
+def answer_to(case: Case, way: str, at_hand: Fitted) -> Said:
+    """What the diagnosis says of a case asked in one of WAYS, by these levels."""
     records, day, model = _read(case)
     simulator = {"session": None, "simulator": without_fingerprint(model)}.get(way, model)
     try:

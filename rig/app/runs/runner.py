@@ -102,7 +102,7 @@ def _run(
         orders = _orders(session, rig, runs, options)
         for order in orders:
             session.expect(order)
-        _watch(session, operator, outcome, sum(planned.program.ticks for planned in runs), rig.channels)
+        watch(session, operator, outcome, sum(planned.program.ticks for planned in runs), rig.channels)
         if not session.recorder_alive and not outcome.recorder_lost:  # also when both ended before we could look
             outcome.recorder_lost = True
             outcome.error = outcome.error or f"the rig was stopped: {explain(Fault.RECORDER_DIED)}"
@@ -192,7 +192,7 @@ class _Operator:
             self._session.mailbox.stop()
 
 
-def _watch(session: Session, operator: _Operator, outcome: Outcome, total_ticks: int, own: Channels) -> None:
+def watch(session: Session, operator: _Operator, outcome: Outcome, total_ticks: int, own: Channels) -> None:
     """Let the loop go, and until it ends: beat, show progress, gather results; a dead recorder or a file that is gone
     ends the runs."""
     said = ""

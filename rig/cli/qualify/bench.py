@@ -97,7 +97,7 @@ def _measured(
         for done, name in enumerate(chosen):
             update(done, name)
             try:
-                results[name] = _run(name, rounds)
+                results[name] = run_benchmark(name, rounds)
             except ModuleNotFoundError as error:
                 lacking.append(f"{name} needs the package {error.name}, which is not installed")
             if json_to != "-":
@@ -105,7 +105,8 @@ def _measured(
     return results, lacking
 
 
-def _run(name: str, rounds: int | None) -> dict[str, Any]:
+def run_benchmark(name: str, rounds: int | None) -> dict[str, Any]:
+    """Its figures by name, from so many rounds or its own number of them."""
     from rig.qualify.figures.rounds import measured
 
     module, function = BENCHMARKS[name].place.split(":")

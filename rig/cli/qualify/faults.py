@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 _WIDTH = 150
-_BENCHES = (
+BENCH_NAMES = (
     "simulated", "modbus", "modbus-long-watchdog", "rtu", "serial", "run", "run-modbus", "run-serial", "replay",
     "calibrate", "calibrate-modbus", "calibrate-serial", "probe", "probe-modbus",
 )  # fmt: skip
@@ -35,7 +35,9 @@ _BENCHES = (
 @click.option(
     "--together", type=click.IntRange(1, 100_000), help="Instead: so many random losses of 2 or 3 processes at once."
 )
-@click.option("--on", "benches", multiple=True, type=click.Choice(_BENCHES), help="With --together: where; repeatable.")
+@click.option(
+    "--on", "benches", multiple=True, type=click.Choice(BENCH_NAMES), help="With --together: where; repeatable."
+)
 @click.option(
     "--attacks",
     type=click.IntRange(1, 100_000),
@@ -71,7 +73,7 @@ def faults(
         _soak(soak_hours, real, keep, json_to)
         return
     if together is not None:
-        _together(together, benches or _BENCHES[:1], seed, json_to)
+        _together(together, benches or BENCH_NAMES[:1], seed, json_to)
         return
     if attacks is not None:
         fault_attacks.attacks(names, attacks, seed, json_to)

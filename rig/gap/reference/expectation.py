@@ -266,7 +266,11 @@ def _bank(p1: Column, p2: Column, response: ResponseModel, dt_s: float) -> Colum
 
 def line_noise(column: Column | None, pair: Pair) -> float:
     """Standard deviation that a column's own white noise has on every line of the pair's grid; by medians of third
-    differences."""
+    differences.
+
+    Not `rig.columns.white_noise`, which counts rows that stand still: here they are left out while most rows move, and
+    the shipped priors were fitted to lines with this noise in them. One estimator for both needs them fitted anew.
+    """
     known = np.zeros(0) if column is None else column[np.isfinite(column)]
     third = np.diff(known, 3)
     moved = third[third != 0.0]

@@ -27,7 +27,7 @@ from rig.service.web.stream.glance import FRESH_S
 
 TRIALS: Final = 50
 VIEWERS: Final = 10
-_PAINTS: Final = 10
+PAINTS: Final = 10
 _SCREEN_HZ: Final = 30.0
 """The page draws every other picture of a screen."""
 _ONE_PAGE: Final = "there is no other page of this rig"
@@ -35,7 +35,7 @@ _GOAL_STOP_MS: Final = 50.0
 _GOAL_PAINT_MS: Final = 500.0
 _GOAL_KB: Final = 200.0
 _GOAL_STALE_MS: Final = 1000.0
-_WATCHED_S: Final = 10.0
+WATCHED_S: Final = 10.0
 _FLOODS: Final = 4
 _FREEZES: Final = 5
 _PATIENCE_MS: Final = 120_000
@@ -96,7 +96,7 @@ def looking(chromium: Any, url: str, pages: int = 1) -> Iterator[list[Any]]:
 def _first_look(chromium: Any, url: str) -> dict[str, Any]:
     """First paint from an empty cache, and what went over the wire for it."""
     paints, weight = [], 0
-    for _ in range(_PAINTS):
+    for _ in range(PAINTS):
         context = chromium.new_context()
         page = context.new_page()
         sizes: list[int] = []
@@ -181,11 +181,11 @@ class _Watched:
 def _viewers(chromium: Any, bench: FaultBench, url: str) -> dict[str, Any]:
     """Frames, processor time of server and browser, and the loop's lateness with one viewer and with ten, beside nobody
     looking; and its lateness while the page is flooded."""
-    before = lateness(bench, _WATCHED_S)
+    before = lateness(bench, WATCHED_S)
     one, many = _watched(chromium, bench, url, 1), _watched(chromium, bench, url, VIEWERS)
     with _flood(url):
-        flooded = quantiles(lateness(bench, _WATCHED_S))
-    quiet, watched = quantiles(before + lateness(bench, _WATCHED_S)), quantiles(many.late_us)
+        flooded = quantiles(lateness(bench, WATCHED_S))
+    quiet, watched = quantiles(before + lateness(bench, WATCHED_S)), quantiles(many.late_us)
     front, alone = many.frames[0], one.frames[0]
     screen: dict[str, Any] = {"better": "higher", "limit": "the screen", "limit_value": _SCREEN_HZ}
     return {
@@ -211,7 +211,7 @@ def _watched(chromium: Any, bench: FaultBench, url: str, count: int) -> _Watched
         pages[0].bring_to_front()
         bench.ready()
         began_s, server_s, browser_s = time.monotonic(), _cpu_s(bench), _browser_s(chromium)
-        late = lateness(bench, _WATCHED_S)
+        late = lateness(bench, WATCHED_S)
         spent_s = time.monotonic() - began_s
         shares = (_cpu_s(bench) - server_s) / spent_s, (_browser_s(chromium) - browser_s) / spent_s
         return _Watched(late, *shares, [_frames(page) for page in pages])

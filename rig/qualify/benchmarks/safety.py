@@ -26,7 +26,7 @@ from rig.service.door import protocol
 TRIALS: Final = 50
 _GOAL_MS: Final = {"SIGKILL": 20.0, "SIGSTOP": 20.0, "hang": 20.0, "estop": 10.0}
 _PERIOD_MS: Final = 5.0
-_QUIET_S: Final = 20.0
+QUIET_S: Final = 20.0
 _FLOODS: Final = 4
 _SUBSCRIBERS: Final = 4
 
@@ -106,7 +106,7 @@ def lateness(bench: FaultBench, seconds: float | None = None) -> list[float]:
     session = bench.status()["session"]
     ring = Ring.attach(folder() / f"pamrig-{session}{KEPT_RING}")
     reader, late = RingReader(ring), []
-    until = time.monotonic() + (_QUIET_S if seconds is None else seconds)
+    until = time.monotonic() + (QUIET_S if seconds is None else seconds)
     while time.monotonic() < until:
         time.sleep(0.2)
         for packed in reader:

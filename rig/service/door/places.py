@@ -17,7 +17,8 @@ from typing import Final
 
 from rig.errors import StateError
 
-_SERVICE: Final = Path("/run/pamrig/pamrig.sock")
+SERVICE_SOCKET: Final = Path("/run/pamrig/pamrig.sock")
+"""Of the daemon that the system starts."""
 _CREDENTIALS: Final = struct.Struct("3i")  # struct ucred: pid, uid, gid (unix(7))
 _OTHERS_WRITE: Final = stat.S_IWGRP | stat.S_IWOTH
 
@@ -27,8 +28,8 @@ def default_socket() -> Path:
     /tmp."""
     if named := os.environ.get("PAMRIG_SOCKET"):
         return Path(named)
-    if _SERVICE.exists() or os.access(_SERVICE.parent, os.W_OK):
-        return _SERVICE
+    if SERVICE_SOCKET.exists() or os.access(SERVICE_SOCKET.parent, os.W_OK):
+        return SERVICE_SOCKET
     runtime = os.environ.get("XDG_RUNTIME_DIR")
     return (Path(runtime) if runtime else own_folder()) / "pamrig.sock"
 

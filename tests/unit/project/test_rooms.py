@@ -9,6 +9,9 @@ import pytest
 from conftest import ROOT
 
 SOURCES = sorted(path for room in ("rig", "drivers", "hil") for path in (ROOT / room).rglob("*.py"))
+REACHES = ("setattr", "getattr", "delattr", "patch", "object")
+TESTS = sorted((ROOT / "tests").rglob("*.py"))
+TEST_MODULES = {path.stem for path in TESTS if path.name.startswith("test_")}
 
 
 def test_the_contracts_hold() -> None:
@@ -38,3 +41,55 @@ def test_below_the_roof_nobody_asks_whether_it_is_a_simulation() -> None:
 
 def docstring(path: Path) -> str | None:
     return ast.get_docstring(ast.parse(path.read_text()))
+
+
+def imported(text: str) -> set[str]:
+    """The last names of the modules that a file imports, and what it takes out of packages."""
+    found = set()
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Import):
+            found |= {name.name.rpartition(".")[2] for name in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            found |= {(node.module or "").rpartition(".")[2], *(name.name for name in node.names)}
+    return found
+
+
+def privates(text: str) -> set[str]:
+    """Private names that a file reaches for in others: imported, by a string in `setattr` and the like, or by a
+    keyword that somebody sets. As attributes the linter sees them."""
+    found = set()
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.ImportFrom):
+            found |= {name.name for name in node.names if private(name.name)}
+        elif isinstance(node, ast.Call):
+            called = getattr(node.func, "attr", getattr(node.func, "id", ""))
+            words = [arg.value for arg in node.args if isinstance(arg, ast.Constant) and called in REACHES]
+            found |= {word for word in (*words, *(given.arg for given in node.keywords)) if private(word)}
+    return found
+
+
+def private(name: object) -> bool:
+    return isinstance(name, str) and name.startswith("_") and not name.startswith("__")
+
+
+def test_no_test_imports_from_another() -> None:
+    assert not [path.name for path in TESTS if imported(path.read_text()) & TEST_MODULES]
+
+
+def test_no_test_reaches_for_private_names() -> None:
+    assert not {path.name: found for path in TESTS if (found := privates(path.read_text()))}
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("from test_rooms import docstring", set()),
+        ("from rig.app.runs.runner import _watch", {"_watch"}),
+        ("monkeypatch.setattr(runner, '_watch', stopped)", {"_watch"}),
+        ("monkeypatch.setattr(runner, 'watch', stopped)", set()),
+        ("short(safety, _QUIET_S=0.5)", {"_QUIET_S"}),
+    ],
+)
+def test_a_test_that_does_is_seen(text: str, found: set[str]) -> None:
+    assert privates(text) == found
+    assert bool(imported(text) & TEST_MODULES) is ("test_rooms" in text)

@@ -111,7 +111,7 @@ def test_a_file_that_holds_no_figures_is_refused_in_one_line(tmp_path: Path, tex
 
 
 def run_with(monkeypatch: pytest.MonkeyPatch, ratios: list[float], *words: str) -> Any:
-    monkeypatch.setattr(command, "_run", lambda name, count: rounds(ratios))
+    monkeypatch.setattr(command, "run_benchmark", lambda name, count: rounds(ratios))
     return CliRunner().invoke(cli, ["bench", "log", *words])
 
 
@@ -149,7 +149,7 @@ def test_the_page_is_drawn_from_the_file_with_its_date_and_machine() -> None:
 def test_pieces_of_one_machine_and_day_are_joined(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     out, now = tmp_path / "figures.json", dict(MACHINE)
     monkeypatch.setattr("rig.qualify.figures.machine.machine", lambda: dict(now))
-    monkeypatch.setattr(command, "_run", lambda name, rounds: rounds_of_one(name))
+    monkeypatch.setattr(command, "run_benchmark", lambda name, rounds: rounds_of_one(name))
     for names, load in ((["loop", "log"], 3.0), (["log", "record"], 1.0)):
         now["load"] = load
         assert CliRunner().invoke(cli, ["bench", *names, "--add", "--json", str(out)]).exit_code == 0

@@ -73,7 +73,7 @@ def test_figures_are_kept_when_a_later_benchmark_or_a_table_breaks(
             raise RuntimeError("broken")
         return {"row": figure(1.0, "s")}
 
-    monkeypatch.setattr(command, "_run", run)
+    monkeypatch.setattr(command, "run_benchmark", run)
     out = tmp_path / "x.json"
     result = CliRunner().invoke(cli, ["bench", "loop", "log", "record", "--json", str(out)])
     assert isinstance(result.exception, CheckFailed)

@@ -90,7 +90,7 @@ def test_devices(short: Callable[..., None], capsys: pytest.CaptureFixture[str])
 
 @pytest.mark.real_time
 def test_safety(short: Callable[..., None], capsys: pytest.CaptureFixture[str]) -> None:
-    short(safety, _QUIET_S=0.5)
+    short(safety, QUIET_S=0.5)
     drawn("safety", safety.bench_safety(trials=1), capsys)
 
 
@@ -127,8 +127,8 @@ def test_page(short: Callable[..., None], capsys: pytest.CaptureFixture[str]) ->
     pytest.importorskip("playwright")
     if not (shutil.which("chromium") or shutil.which("chromium-browser")):
         pytest.skip("no Chromium on this machine")
-    short(page, _PAINTS=1, _WATCHED_S=1.0, VIEWERS=2)
-    short(safety, _QUIET_S=0.5)
+    short(page, PAINTS=1, WATCHED_S=1.0, VIEWERS=2)
+    short(safety, QUIET_S=0.5)
     drawn("page", page.bench_page(trials=1), capsys)
 
 

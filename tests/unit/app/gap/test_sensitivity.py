@@ -26,8 +26,8 @@ def test_every_constant_and_every_fitted_number_is_there_once() -> None:
 
 def test_a_constant_is_moved_where_it_is_read_and_put_back(monkeypatch: pytest.MonkeyPatch) -> None:
     seen = []
-    monkeypatch.setattr(sensitivity, "_cases", lambda asked: (None,))
-    monkeypatch.setattr(sensitivity, "_said", lambda case, way, known: seen.append(expectation.TOP_HZ))
+    monkeypatch.setattr(sensitivity, "cases_of", lambda asked: (None,))
+    monkeypatch.setattr(sensitivity, "answer_to", lambda case, way, known: seen.append(expectation.TOP_HZ))
     before = expectation.TOP_HZ
     sensitivity.answered(Asked(("pleated",), 1, 1), TOP, 2.0)
     assert seen == [2.0 * before]

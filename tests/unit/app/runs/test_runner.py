@@ -232,7 +232,7 @@ def test_a_recorder_that_died_while_nobody_could_look_is_told_too(
         session.loop.terminate()
         session.loop.join()
 
-    monkeypatch.setattr(runner, "_watch", stopped)
+    monkeypatch.setattr(runner, "watch", stopped)
     outcome = runner.carry_out(
         compose.load(None), [Planned("a", program())], RunOptions(tmp_path / "out", virtual=True)
     )

@@ -20,7 +20,7 @@ def own(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     monkeypatch.setattr(tempfile, "gettempdir", lambda: str(tmp_path))
     for name in ("PAMRIG_SOCKET", "XDG_RUNTIME_DIR"):
         monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr(places, "_SERVICE", tmp_path / "none" / "pamrig.sock")
+    monkeypatch.setattr(places, "SERVICE_SOCKET", tmp_path / "none" / "pamrig.sock")
     return tmp_path / f"pamrig-{os.getuid()}"
 
 
