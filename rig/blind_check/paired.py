@@ -4,6 +4,7 @@ Case by case one is right where the other is not; an exact sign test on those sa
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, Final
 
 from scipy.stats import binomtest
@@ -34,7 +35,47 @@ FIGURES: Final[Mapping[str, tuple[Callable[[Row], bool], Callable[[Row], object]
 """Figure -> (which cases count, what is right)."""
 
 
-def compared(first: CheckFolder, other: CheckFolder) -> dict[str, Any]:
+@dataclass(frozen=True)
+class Beside:
+    """One figure by both checks, on the same cases."""
+
+    first: Rate
+    other: Rate
+    only_first: int
+    only_other: int
+    """Cases that one alone has right."""
+
+    @property
+    def p_value(self) -> float:
+        """Of their difference, by an exact sign test on those cases."""
+        alone = self.only_first + self.only_other
+        return float(binomtest(self.only_first, alone).pvalue) if alone else 1.0
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "first": self.first.to_json(), "other": self.other.to_json(), "only_first": self.only_first,
+            "only_other": self.only_other, "p_value": self.p_value,
+        }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Compared:
+    """Two checks of the same cases."""
+
+    first: str
+    other: str
+    """Names of their folders."""
+    cases: int
+    modes: Mapping[str, Mapping[str, Beside]]
+    """Way of asking -> words of a figure -> by both."""
+
+    def to_json(self) -> dict[str, Any]:
+        """The JSON of the command."""
+        modes = {mode: {words: one.to_json() for words, one in some.items()} for mode, some in self.modes.items()}
+        return {"first": self.first, "other": self.other, "cases": self.cases, "modes": modes}
+
+
+def compared(first: CheckFolder, other: CheckFolder) -> Compared:
     """Mode by mode and figure by figure: right by each, by one of them alone, and the p-value of their difference.
     RecordError when they are not checks of the same cases."""
     cases = [_by_case(folder) for folder in (first, other)]
@@ -42,12 +83,8 @@ def compared(first: CheckFolder, other: CheckFolder) -> dict[str, Any]:
         raise RecordError(f"{other.root}: other cases than in {first.root}; compare checks of one seed and size")
     scored = [(cases[0][key].rows, cases[1][key].rows) for key in cases[0]]
     modes = list(dict.fromkeys(mode for rows, others in scored for mode in rows if mode in others))
-    return {
-        "first": first.root.name,
-        "other": other.root.name,
-        "cases": len(scored),
-        "modes": {mode: _figures([(a[mode], b[mode]) for a, b in scored if mode in a and mode in b]) for mode in modes},
-    }
+    figures = {mode: _figures([(a[mode], b[mode]) for a, b in scored if mode in a and mode in b]) for mode in modes}
+    return Compared(first.root.name, other.root.name, len(scored), figures)
 
 
 def _by_case(folder: CheckFolder) -> dict[tuple[Any, ...], Scored]:
@@ -62,16 +99,18 @@ def _by_case(folder: CheckFolder) -> dict[tuple[Any, ...], Scored]:
     }
 
 
-def _figures(pairs: Sequence[Pair]) -> dict[str, Any]:
-    found = {}
-    for words, (counts, right) in FIGURES.items():
-        both = [(bool(right(a)), bool(right(b))) for a, b in pairs if counts(a) and counts(b)]
-        first, other = sum(a and not b for a, b in both), sum(b and not a for a, b in both)
-        found[words] = {
-            "first": Rate.of(a for a, _ in both).to_json(),
-            "other": Rate.of(b for _, b in both).to_json(),
-            "only_first": first,
-            "only_other": other,
-            "p_value": float(binomtest(first, first + other).pvalue) if first + other else 1.0,
-        }
-    return found
+def _figures(pairs: Sequence[Pair]) -> dict[str, Beside]:
+    return {
+        words: _figure([pair for pair in pairs if all(map(counts, pair))], right)
+        for words, (counts, right) in FIGURES.items()
+    }
+
+
+def _figure(pairs: Sequence[Pair], right: Callable[[Row], object]) -> Beside:
+    both = [(bool(right(a)), bool(right(b))) for a, b in pairs]
+    return Beside(
+        Rate.of(a for a, _ in both),
+        Rate.of(b for _, b in both),
+        sum(a and not b for a, b in both),
+        sum(b and not a for a, b in both),
+    )

@@ -68,17 +68,17 @@ def probe(
     if step and not yes:
         inventory.ask_to_move(rig, f"steps each valve by {step_mpa:g} MPa")
     with progress("probing", ticks * len(rig.devices)) as update:
-        result = probing.probe(rig, ticks, update)
-    if step and not result["findings"]:
-        result |= probing.steps(rig, step_mpa, settle, force=force)
-    screen.print(probing.table(result))
-    screen.print("\n".join([*probing.moved(result), *probing.facts(result)]))
-    for warning in result["warnings"]:
+        found = probing.probe(rig, ticks, update)
+    if step and not found.findings:
+        found = probing.stepped(rig, found, step_mpa, settle, force=force)
+    screen.print(probing.table(found))
+    screen.print("\n".join([*probing.moved(found), *probing.facts(found)]))
+    for warning in found.warnings:
         screen.print(styled(("warning:", "yellow"), f" {warning}"))
-    for finding in result["findings"][1:]:
+    for finding in found.findings[1:]:
         screen.print(finding)
-    emit(result, json_to)
-    probing.judge(result)
+    emit(found.to_json(), json_to)
+    probing.judge(found.findings)
 
 
 @devices.command(short_help="Calibrate potentiometer or regulators.")

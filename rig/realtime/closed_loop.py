@@ -53,6 +53,8 @@ class Feedback:
         self._lost = 0
         self.tick = 0
         """The last tick of the closed loop that was carried out."""
+        self.left_from: tuple[float, float] | None = None
+        """The set-points (MPa) that stood when the loop was opened; None as long as it is closed."""
 
     def add(self, tick: int, reference_deg: float, angle_deg: float, flags: int, standing_mpa: float) -> float:
         """What the feedback adds to the differential pressure (MPa) in `tick` of the closed loop.
@@ -120,18 +122,18 @@ class TrackingProgram(Program):
     settings: ClosedLoop
     period_s: float
     closed: ClassVar[bool] = True
-    _feedback: list[Feedback] = field(init=False, repr=False, compare=False, default_factory=list)
-    _left_from: list[tuple[float, float]] = field(init=False, repr=False, compare=False, default_factory=list)
+    _feedback: Feedback = field(init=False, repr=False, compare=False)
+    """All that changes from tick to tick."""
 
     def __post_init__(self) -> None:
         if len(self.reference_deg) != self.ramp_in_ticks + len(self.p1_cmd_mpa):
             raise StateError("a tracking program needs a reference for each tick of ramp in and sweep")
-        self._feedback.append(Feedback(self.settings, self.period_s))
+        object.__setattr__(self, "_feedback", Feedback(self.settings, self.period_s))
 
     @property
     def fault(self) -> Fault:
         """What the feedback found against itself."""
-        return self._feedback[0].fault
+        return self._feedback.fault
 
     def wanted_deg(self, index: int) -> float:
         """The reference angle at a tick of the program; NaN where the loop is open."""
@@ -155,13 +157,14 @@ class TrackingProgram(Program):
         if closed < 0:
             return super().at(index, start)
         if swept >= len(self.p1_cmd_mpa):
-            if not self._left_from:
-                self._left_from.append(standing or (self.p1_cmd_mpa[-1], self.p2_cmd_mpa[-1]))
-            return self.way_out(self.ramp_out_ticks - 1 - swept + len(self.p1_cmd_mpa), self._left_from[0])
+            left = self._feedback.left_from
+            if left is None:
+                self._feedback.left_from = left = standing or (self.p1_cmd_mpa[-1], self.p2_cmd_mpa[-1])
+            return self.way_out(self.ramp_out_ticks - 1 - swept + len(self.p1_cmd_mpa), left)
         p1_mpa, p2_mpa = self._forward(closed)
         half = 0.0
         if closed:  # the zero holds from the first tick of the ramp in, which has been measured before it
-            feedback = self._feedback[0]
+            feedback = self._feedback
             before1, before2 = self._forward(feedback.tick)
             passed = 0.0 if standing is None else standing[0] - standing[1] - before1 + before2
             half = 0.5 * feedback.add(closed, self.reference_deg[closed], angle_deg, flags, passed)

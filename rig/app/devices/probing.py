@@ -1,13 +1,14 @@
 """Probing a rig's devices: do they answer, how fast, what do they see, and are the valves wired as the config says."""
 
 import dataclasses
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
 
 from rich.table import Table
 
 from rig.app import compose, inventory
-from rig.app.devices.bringup import DeviceTicker, Timing, let_go, step_valves, time_reads
+from rig.app.devices.bringup import DeviceTicker, StepResult, Timing, let_go, step_valves, time_reads
 from rig.app.overseen import check_last_resort, overseen
 from rig.app.terminal import listing
 from rig.errors import CheckFailed, DeviceError
@@ -15,6 +16,7 @@ from rig.realtime.clock import MonotonicClock
 from rig.rig_config import DeviceEntry, RigConfig
 
 WARM_UP_TICKS = 20
+_MEASURED: Final = ("p1_mpa", "p2_mpa", "angle_deg", "excitation_raw")
 _SEEN = {
     "BROKEN_WIRE": "a monitor reads below its live zero: 0 V on 1-5 V or 0 mA on 4-20 mA is a broken wire, not 0 MPa",
     "SUSPECT": "a value is out of range; for the angle: the potentiometer is open, without excitation, or in its "
@@ -22,53 +24,84 @@ _SEEN = {
 }
 
 
-def probe(rig: RigConfig, ticks: int, update: Callable[[float, str], None] = lambda *_: None) -> dict[str, Any]:
+@dataclass(frozen=True)
+class Answer:
+    """How one device answered; without `timing` it did not."""
+
+    name: str
+    kind: str
+    facts: Mapping[str, Any]
+    """What it says of itself."""
+    findings: tuple[str, ...] = ()
+    timing: Timing | None = None
+
+    @property
+    def sees(self) -> dict[str, float] | None:
+        """What it measured last; None when it measured nothing."""
+        last = None if self.timing is None else self.timing.last
+        return None if last is None else {key: getattr(last, key) for key in _MEASURED}
+
+    def to_json(self, period_ns: int) -> dict[str, Any]:
+        plain = {"name": self.name, "kind": self.kind, "answers": self.timing is not None, "facts": dict(self.facts)}
+        if self.timing is not None:
+            timing = {key: value for key, value in dataclasses.asdict(self.timing).items() if key != "last"}
+            plain |= timing | {
+                "holds_period": self.timing.holds(period_ns),
+                "values_fresh": self.timing.fresh(period_ns),
+                "last": self.sees,
+            }
+        return plain | {"findings": list(self.findings)}
+
+
+@dataclass(frozen=True)
+class Probe:
+    """What a probe of a rig found."""
+
+    rig: str
+    period_ns: int
+    devices: tuple[Answer, ...]
+    findings: tuple[str, ...]
+    warnings: tuple[str, ...]
+    steps: tuple[StepResult, ...] | None = None
+    """None where no valve was stepped."""
+
+    def to_json(self) -> dict[str, Any]:
+        """The JSON of the command."""
+        plain: dict[str, Any] = {
+            "rig": self.rig,
+            "period_ms": self.period_ns / 1e6,
+            "devices": [one.to_json(self.period_ns) for one in self.devices],
+            "findings": list(self.findings),
+            "warnings": list(self.warnings),
+        }
+        return plain if self.steps is None else plain | {"steps": [dataclasses.asdict(one) for one in self.steps]}
+
+
+def probe(rig: RigConfig, ticks: int, update: Callable[[float, str], None] = lambda *_: None) -> Probe:
     """Open each device by itself, time `ticks` reads, close it. Nothing is written."""
-    found: list[dict[str, Any]] = []
+    found: list[Answer] = []
     for number, entry in enumerate(rig.devices):
 
         def tick_done(done: int, before: int = number * ticks, name: str = entry.name) -> None:
             update(before + done, name)
 
         found.append(_probe_one(rig, entry, ticks, tick_done))
-    findings = [line for one in found for line in one["findings"]]
-    return {
-        "rig": rig.name,
-        "period_ms": rig.period_ns / 1e6,
-        "devices": found,
-        "findings": findings,
-        "warnings": inventory.warnings(rig),
-    }
+    findings = tuple(line for one in found for line in one.findings)
+    return Probe(rig.name, rig.period_ns, tuple(found), findings, tuple(inventory.warnings(rig)))
 
 
-def _probe_one(rig: RigConfig, entry: DeviceEntry, ticks: int, tick_done: Callable[[int], None]) -> dict[str, Any]:
+def _probe_one(rig: RigConfig, entry: DeviceEntry, ticks: int, tick_done: Callable[[int], None]) -> Answer:
     device = compose.make_device(dataclasses.replace(rig, devices=(entry,)), MonotonicClock())
-    row: dict[str, Any] = {"name": entry.name, "kind": entry.kind, "answers": False, "facts": {}, "findings": []}
+    facts: Mapping[str, Any] = {}
     try:
-        row["facts"] = dict(device.open())
+        facts = dict(device.open())
         time_reads(device, rig.period_ns, WARM_UP_TICKS)
         timing = time_reads(device, rig.period_ns, ticks, tick_done)
     except (DeviceError, CheckFailed) as error:
-        row["findings"].append(f"{entry.name}: {error}")
-        return row
+        return Answer(entry.name, entry.kind, facts, (f"{entry.name}: {error}",))
     finally:
         let_go(device)
-    row |= {"answers": True, **_timing_facts(timing, rig.period_ns)}
-    row["findings"] += _findings(entry, timing, rig.period_ns)
-    return row
-
-
-def _timing_facts(timing: Timing, period_ns: int) -> dict[str, Any]:
-    facts: dict[str, Any] = {key: value for key, value in dataclasses.asdict(timing).items() if key != "last"}
-    last = timing.last
-    facts["holds_period"] = timing.holds(period_ns)
-    facts["values_fresh"] = timing.fresh(period_ns)
-    facts["last"] = (
-        None
-        if last is None
-        else {key: getattr(last, key) for key in ("p1_mpa", "p2_mpa", "angle_deg", "excitation_raw")}
-    )
-    return facts
+    return Answer(entry.name, entry.kind, facts, tuple(_findings(entry, timing, rig.period_ns)), timing)
 
 
 def _findings(entry: DeviceEntry, timing: Timing, period_ns: int) -> list[str]:
@@ -84,9 +117,9 @@ def _findings(entry: DeviceEntry, timing: Timing, period_ns: int) -> list[str]:
     return lines
 
 
-def steps(rig: RigConfig, step_mpa: float, settle_s: float, *, force: bool = False) -> dict[str, Any]:
-    """Step each valve alone; MOVES THE RIG, and leaves it in its safe state. RigError for a watchdog that takes too
-    long, unless forced."""
+def stepped(rig: RigConfig, found: Probe, step_mpa: float, settle_s: float, *, force: bool = False) -> Probe:
+    """What was found, with what followed when each valve was stepped alone; MOVES THE RIG, and leaves it in its safe
+    state. RigError for a watchdog that takes too long, unless forced."""
     device = compose.make_device(rig, MonotonicClock())
     safe = rig.safe.p1_mpa, rig.safe.p2_mpa
     try:
@@ -94,48 +127,45 @@ def steps(rig: RigConfig, step_mpa: float, settle_s: float, *, force: bool = Fal
             check_last_resort(rig, ticker.facts, force)
             results = step_valves(ticker, safe, step_mpa, settle_s)
     except DeviceError as error:
-        return {"steps": [], "findings": [str(error)]}
-    return {
-        "steps": [dataclasses.asdict(one) for one in results],
-        "findings": list(filter(None, (one.finding() for one in results))),
-    }
+        return dataclasses.replace(found, steps=(), findings=(str(error),))
+    findings = tuple(filter(None, (one.finding() for one in results)))
+    return dataclasses.replace(found, steps=tuple(results), findings=findings)
 
 
-def table(result: dict[str, Any]) -> Table:
+def table(found: Probe) -> Table:
     """For a person: what each device answers."""
-    holds = f"holds {result['period_ms']:g} ms"
+    holds = f"holds {found.period_ns / 1e6:g} ms"
     shown = listing("device", "answers", "read us\np50 / p99", "age ms\np50 / p99", holds, "sees")
-    for row in result["devices"]:
-        if not row["answers"]:
-            shown.add_row(row["name"], "no", "", "", "", "")
+    for one in found.devices:
+        timing = one.timing
+        if timing is None:
+            shown.add_row(one.name, "no", "", "", "", "")
             continue
-        last = row["last"] or {}
-        sees = "\n".join(f"{key} {value:.3f}" for key, value in last.items() if value == value)
-        fresh = "yes" if row["values_fresh"] else "yes, with\nold values"
-        shown.add_row(
-            row["name"], "yes", f"{row['read_p50_us']:.0f} / {row['read_p99_us']:.0f}",
-            f"{row['age_p50_ms']:.2f} / {row['age_p99_ms']:.2f}", fresh if row["holds_period"] else "no", sees,
-        )  # fmt: skip
+        sees = "\n".join(f"{key} {value:.3f}" for key, value in (one.sees or {}).items() if value == value)
+        fresh = "yes" if timing.fresh(found.period_ns) else "yes, with\nold values"
+        holding = fresh if timing.holds(found.period_ns) else "no"
+        took = f"{timing.read_p50_us:.0f} / {timing.read_p99_us:.0f}"
+        shown.add_row(one.name, "yes", took, f"{timing.age_p50_ms:.2f} / {timing.age_p99_ms:.2f}", holding, sees)
     return shown
 
 
-def moved(result: dict[str, Any]) -> list[str]:
+def moved(found: Probe) -> list[str]:
     """What followed from each step, one line a valve."""
     return [
-        f"valve {one['valve']} stepped {one['step_mpa']:+g} MPa: p1 {one['moved_1_mpa']:+.3f} MPa, "
-        f"p2 {one['moved_2_mpa']:+.3f} MPa, angle {one['moved_deg']:+.2f} deg"
-        for one in result.get("steps", ())
+        f"valve {one.valve} stepped {one.step_mpa:+g} MPa: p1 {one.moved_1_mpa:+.3f} MPa, "
+        f"p2 {one.moved_2_mpa:+.3f} MPa, angle {one.moved_deg:+.2f} deg"
+        for one in found.steps or ()
     ]
 
 
-def facts(result: dict[str, Any]) -> list[str]:
+def facts(found: Probe) -> list[str]:
     """What each device said of itself, one line a fact."""
-    return [f"{row['name']}: {key} {value}" for row in result["devices"] for key, value in row["facts"].items()]
+    return [f"{one.name}: {key} {value}" for one in found.devices for key, value in one.facts.items()]
 
 
-def judge(result: dict[str, Any]) -> None:
+def judge(findings: Sequence[str]) -> None:
     """CheckFailed with the first finding, when there is one."""
-    if result["findings"]:
-        first, *others = result["findings"]
+    if findings:
+        first, *others = findings
         count = f"; {len(others)} other finding{'s' * (len(others) > 1)} above" if others else ""
         raise CheckFailed(first + count)

@@ -184,7 +184,7 @@ def compare(first: Path, other: Path, html_to: Path | None, json_to: str | None)
     if html_to is not None:
         write_text(html_to, pairs_page(found), Kind.PAGE)
     console(json_to).print(pairs_table(found))
-    emit(found, json_to)
+    emit(found.to_json(), json_to)
 
 
 def _sealed(folder: "CheckFolder", drawn: Drawn, json_to: str | None) -> Any:

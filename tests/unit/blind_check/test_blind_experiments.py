@@ -158,10 +158,10 @@ def test_two_checks_of_the_same_cases_are_compared_case_by_case(tmp_path: Path) 
     first = scored(tmp_path / "a", 5, [True, True, False, True])
     other = scored(tmp_path / "b", 5, [False, True, True, False])
     found = compared(first, other)
-    figure = found["modes"]["one_day"]["exact name first"]
-    assert (figure["first"]["k"], figure["other"]["k"]) == (3, 2)
-    assert (figure["only_first"], figure["only_other"]) == (2, 1)
-    assert figure["p_value"] == pytest.approx(1.0)
+    figure = found.modes["one_day"]["exact name first"]
+    assert (figure.first.k, figure.other.k) == (3, 2)
+    assert (figure.only_first, figure.only_other) == (2, 1)
+    assert found.to_json()["modes"]["one_day"]["exact name first"]["p_value"] == pytest.approx(1.0)
     assert "| one day | exact name first | 75.0 %" in pairs_page(found)
 
 

@@ -5,7 +5,7 @@ import json
 import os
 import threading
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -133,7 +133,7 @@ def test_probe_of_absent_hardware_is_not_so() -> None:
 
 def test_steps_are_told_a_line_a_valve() -> None:
     step = StepResult(2, 0.03, 0.0, 0.029, -5.6)
-    assert probing.moved({"steps": [asdict(step)]}) == [
+    assert probing.moved(probing.Probe("bench", 5_000_000, (), (), (), (step,))) == [
         "valve 2 stepped +0.03 MPa: p1 +0.000 MPa, p2 +0.029 MPa, angle -5.60 deg"
     ]
 

@@ -14,9 +14,9 @@ PORT = "valves: valve_1 on /dev/ttyUSB0: there is no such port; this machine has
 )
 def test_the_first_finding_ends_the_probe_and_the_others_are_counted_as_such(others: list[str], said: str) -> None:
     with pytest.raises(CheckFailed) as error:
-        judge({"findings": [PORT, *others]})
+        judge([PORT, *others])
     assert str(error.value) == said
 
 
 def test_a_probe_without_findings_is_good() -> None:
-    assert judge({"findings": []}) is None
+    assert judge([]) is None
