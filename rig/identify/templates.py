@@ -50,7 +50,7 @@ def template_model(template: Template, gain_deg: float = 40.0) -> Model:
     """
     for slot, kind in (("muscle", template.kind), ("joint", template.joint)):
         if kind not in KINDS[slot]:
-            raise ModelError(f"{slot} kind {kind!r}: {suggest(kind, list(KINDS[slot]))}")
+            raise ModelError(f"{slot} kind {kind!r}: {suggest(kind, list(map(str, KINDS[slot])))}")
     fixed = {
         "theta_divisor_s": template.sample_time_s,
         "u_unit_mpa": template.u_unit_mpa,

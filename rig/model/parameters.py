@@ -251,10 +251,10 @@ def check_model(model: Model, where: str) -> None:
     for slot, stage in model.stages().items():
         if stage.kind not in KINDS[slot]:
             raise ModelError(
-                f"{where}: {slot}.kind: unknown kind {stage.kind!r}; {suggest(stage.kind, list(KINDS[slot]))}"
+                f"{where}: {slot}.kind: unknown kind {stage.kind!r}; {suggest(stage.kind, list(map(str, KINDS[slot])))}"
             )
         _check_names(
-            f"{where}: {slot}.parameters", list(stage.parameters), KINDS[slot][stage.kind], f"kind {stage.kind!r}"
+            f"{where}: {slot}.parameters", list(stage.parameters), KINDS[slot][stage.kind], f"kind '{stage.kind}'"
         )
         for name, parameter in stage.parameters.items():
             _check_value(f"{where}: {slot}.parameters.{name}", name, parameter)

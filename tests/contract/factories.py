@@ -5,6 +5,7 @@ A factory makes a `Bench`: the device, its clock, what its regulators have been 
 ports and sockets are in factories_fieldbus.py, in a table FIELDBUS of the same form as FACTORIES.
 """
 
+import runpy
 import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
@@ -29,6 +30,7 @@ from rig.interfaces import Clock, Device, DeviceContext, Role
 from rig.realtime.clock import VirtualClock
 
 MODEL = Path(__file__).resolve().parents[2] / "configs/models/simulated.yaml"
+EXAMPLE = Path(__file__).resolve().parents[2] / "docs/examples/pamrig_example/pamrig_example/spring_rig.py"
 SAFE = (0.21, 0.19)
 LEFT_AT = (0.12, 0.34)
 """Where the regulators stand before anybody opens the device; unlike the safe pressures, so that a change shows."""
@@ -138,6 +140,19 @@ def simulated_faulty(folder: Path) -> Iterator[Bench]:
 
 
 @contextmanager
+def example(folder: Path) -> Iterator[Bench]:
+    """The device of the example package, which others copy."""
+    names = runpy.run_path(str(EXAMPLE))
+    made: list[Device] = []
+
+    def make(asked: DeviceContext) -> Device:
+        made.append(names["SpringRig"](names["SpringSettings"](), asked))
+        return made[-1]
+
+    yield Bench(_context(VirtualClock()), make, lambda: made[-1].setpoints_mpa, step_mpa=0.0)
+
+
+@contextmanager
 def myrio(folder: Path) -> Iterator[Bench]:
     """The paper's wiring on connector A, through the real nifpga package."""
     world = World(Lag(), VirtualClock(), commands=LEFT_AT)
@@ -241,9 +256,10 @@ FACTORIES: dict[str, Callable[[Path], AbstractContextManager[Bench]]] = {
     "physics": physics,
     "playback": playback,
     "simulated_faulty": simulated_faulty,
+    "example": example,
     "myrio": myrio,
     "myrio_connector_c": myrio_connector_c,
     "mixed": mixed,
 }
-WITHOUT_PLUG = {"simulated", "physics", "playback"}
+WITHOUT_PLUG = {"example", "simulated", "physics", "playback"}
 """There is nothing to pull: they live in the test's own process."""

@@ -79,7 +79,7 @@ MAP: dict[str, Any] = {"name": "m", "source": "s", "inputs": {"address": 0, "cha
         ({"outputs": {"address": 0, "channels": 4, "function": 6}}, "allowed: 16"),
         ({"identity": {"address": 0, "count": 1}}, "either registers or text"),
         ({"failsafe": {"arm": []}}, "at least one step"),
-        ({"failsafe": {"arm": [{"address": 1}], "safe_is": "hold"}}, "allowed: zero, registers"),
+        ({"failsafe": {"arm": [{"address": 1}], "safe_is": "hold"}}, "allowed: registers, zero"),
         ({"unit": 250}, "outside 0 .. 247"),
         ({"adress": 3}, "unknown key 'adress'"),
     ],

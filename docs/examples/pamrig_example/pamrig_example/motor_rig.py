@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from rig.channels import Channel, Channels
-from rig.errors import ConfigError, DeviceError
+from rig.errors import ConfigError, DeviceError, DeviceLost
 from rig.fields import bounded
 from rig.interfaces import DeviceContext, Measurement
 from rig.sample import P1_ABSENT, P2_ABSENT
@@ -34,6 +34,7 @@ class MotorRig:
         if not settings.range_mm[0] < settings.range_mm[1]:
             raise ConfigError(f"{context.where}: range_mm: the first value must be the smaller one")
         self.roles = context.roles
+        self._range_mm = settings.range_mm
         self._clock, self._answer_s = context.clock, settings.answer_s
         slide = Channel("set_point", "mm", settings.range_mm)
         self._map = Channels(slide, Channel("position", "mm", settings.range_mm))
@@ -55,7 +56,10 @@ class MotorRig:
 
     def write(self, p1_cmd_mpa: float, p2_cmd_mpa: float) -> None:
         self._now_mm()
-        self._set_point_mm = self._map.own_input(p1_cmd_mpa - p2_cmd_mpa)
+        if not (math.isfinite(p1_cmd_mpa) and math.isfinite(p2_cmd_mpa)):
+            raise DeviceError(f"motor_rig: set-points {p1_cmd_mpa} and {p2_cmd_mpa} MPa are no numbers")
+        low_mm, high_mm = self._range_mm
+        self._set_point_mm = min(max(self._map.own_input(p1_cmd_mpa - p2_cmd_mpa), low_mm), high_mm)
 
     def safe(self) -> None:
         self._set_point_mm = self._safe_mm
@@ -66,7 +70,7 @@ class MotorRig:
     def _now_mm(self) -> float:
         """Where the slide is now: it went on since the last call."""
         if self._moved_ns is None:
-            raise DeviceError("motor_rig: not open")
+            raise DeviceLost("motor_rig: not open")
         now_ns = self._clock.now_ns()
         left = math.exp(-(now_ns - self._moved_ns) * 1e-9 / self._answer_s)
         self._position_mm = self._set_point_mm + left * (self._position_mm - self._set_point_mm)
