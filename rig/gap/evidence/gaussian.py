@@ -4,12 +4,11 @@ r ~ N(0, V + P P'), V diagonal, P (l, m) patterns at one standard deviation. Eve
 dimensions. The level of V is itself known with `degrees` of freedom only, so tails are a t distribution's.
 """
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
-from scipy.special import gammaln
 
 from rig.record import Column
 
@@ -37,31 +36,38 @@ class Gaussian:
         return np.ascontiguousarray(self.patterns * self._scale[:, None])
 
     @cached_property
-    def _factor(self) -> tuple[Column, bool]:
+    def _root(self) -> Column:
+        """(m, m) lower triangle L with L L' = 1 + P' V^-1 P."""
         gram = self._weighed.T @ self._weighed
-        found: tuple[Column, bool] = cho_factor(gram + np.eye(gram.shape[0]))
-        return found
+        return np.asarray(np.linalg.cholesky(gram + np.eye(len(gram))), np.float64)
+
+    @cached_property
+    def _inverse_root(self) -> Column:
+        return np.asarray(np.linalg.inv(self._root), np.float64)
+
+    def _solved(self, right: Column) -> Column:
+        """(1 + P' V^-1 P)^-1 right, of (m,) or (m, k)."""
+        out: Column = self._inverse_root.T @ (self._inverse_root @ right)
+        return out
 
     @cached_property
     def log_spread(self) -> float:
         """Half the log determinant of the covariance, against lines of variance 1."""
         share = self.effective / len(self.variance)
-        return float(np.sum(np.log(np.diag(self._factor[0]))) + 0.5 * share * np.sum(np.log(self.variance)))
+        return float(np.sum(np.log(np.diag(self._root))) + 0.5 * share * np.sum(np.log(self.variance)))
 
     def sizes(self, residual: Column) -> Column:
         """(m,) the patterns' likeliest sizes in a residual (l,), in standard deviations."""
-        out: Column = cho_solve(self._factor, self._weighed.T @ (residual * self._scale))
-        return out
+        return self._solved(self._weighed.T @ (residual * self._scale))
 
     def sizes_with_covariance(self, residuals: Column) -> tuple[Column, Column]:
         """(m, k) the patterns' likeliest sizes in residuals (l, k), in standard deviations, and (m, m) their
         covariance."""
-        sizes: Column = cho_solve(self._factor, self._weighed.T @ (residuals * self._scale[:, None]))
-        return sizes, self._size_covariance
+        return self._solved(self._weighed.T @ (residuals * self._scale[:, None])), self._size_covariance
 
     @cached_property
     def _size_covariance(self) -> Column:
-        out: Column = cho_solve(self._factor, np.eye(self.patterns.shape[1]))
+        out: Column = self._inverse_root.T @ self._inverse_root
         return out
 
     def size_variances(self) -> Column:
@@ -79,22 +85,22 @@ class Gaussian:
         """(l + m,) whose sum of squares is the residual's chi-square: what is left beside the patterns, then their
         sizes."""
         scaled = residual * self._scale
-        sizes = cho_solve(self._factor, self._weighed.T @ scaled)
+        sizes = self._solved(self._weighed.T @ scaled)
         return np.concatenate([scaled - self._weighed @ sizes, sizes])
 
     def chi_square(self, residual: Column) -> float:
         """r' (V + P P')^-1 r."""
         scaled = residual * self._scale
-        pull = self._weighed.T @ scaled
-        return float(scaled @ scaled - pull @ cho_solve(self._factor, pull))
+        taken = self._inverse_root @ (self._weighed.T @ scaled)
+        return float(scaled @ scaled - taken @ taken)
 
     def log_density(self, residual: Column) -> float:
         """ln p(residual) but for a constant: a t density of `effective` dimensions and `degrees` degrees of freedom."""
         n, nu = self.effective, self.degrees
         chi = self.chi_square(residual)
         return float(
-            gammaln(0.5 * (nu + n))
-            - gammaln(0.5 * nu)
+            math.lgamma(0.5 * (nu + n))
+            - math.lgamma(0.5 * nu)
             - 0.5 * n * np.log(nu)
             - 0.5 * (nu + n) * np.log1p(chi / nu)
             - self.log_spread
@@ -104,8 +110,7 @@ class Gaussian:
         """Derivatives of `log_density` by the logarithm of each pattern's size (m,) and of each line's variance
         (l,)."""
         scaled = residual * self._scale
-        sizes = cho_solve(self._factor, self._weighed.T @ scaled)
-        inverse: Column = cho_solve(self._factor, np.eye(len(sizes)))
+        sizes, inverse = self._solved(self._weighed.T @ scaled), self._size_covariance
         left = scaled - self._weighed @ sizes
         stiff = (self.degrees + self.effective) / (self.degrees + float(left @ left + sizes @ sizes))
         taken = np.sum((self._weighed @ inverse) * self._weighed, axis=1)

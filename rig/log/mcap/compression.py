@@ -1,7 +1,8 @@
 """The compressions of MCAP chunks, by packages that a machine may lack: the best one to write, and all of them to
 read."""
 
-from collections.abc import Callable
+import struct
+from collections.abc import Callable, Sequence
 
 try:
     import zstandard
@@ -44,6 +45,26 @@ class Decompressor:
                 raise ValueError("that does not decompress") from None
             return data
         raise ValueError(f"compressed by {compression!r}, which this installation cannot open")
+
+    def unpack_together(self, packed: Sequence[memoryview], sizes: Sequence[int]) -> list[bytes] | None:
+        """Zstandard's frames to exactly these sizes, in one call that does not hold the interpreter; None where that
+        cannot be: `unpack` says why."""
+        if (
+            self._zstd is None
+            or "multi_decompress_to_buffer" not in zstandard.backend_features
+            or not (sizes and all(sizes))
+        ):
+            return None
+        try:
+            if any(
+                zstandard.get_frame_parameters(frame).content_size != size
+                for frame, size in zip(packed, sizes, strict=True)
+            ):
+                return None
+            opened = self._zstd.multi_decompress_to_buffer(list(packed), struct.pack(f"={len(sizes)}Q", *sizes), 1)
+        except (zstandard.ZstdError, ValueError):
+            return None
+        return [opened[k].tobytes() for k in range(len(opened))]
 
     @staticmethod
     def _unpack_zstd(zstd: "zstandard.ZstdDecompressor", packed: memoryview, size: int) -> bytes:

@@ -6,7 +6,7 @@ that is to be checked or rescued needs the offsets and the bounds. What the reco
 
 import struct
 import zlib
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from io import BytesIO
@@ -131,6 +131,9 @@ class Unpacker:
 
     def open(self, chunk: Chunk) -> bytes:
         """The records of the chunk, CRC checked; DamageError when they are not what the head says."""
+        return _checked(chunk, self._unpacked(chunk))
+
+    def _unpacked(self, chunk: Chunk) -> bytes:
         if chunk.size > min(_CHUNK_LIMIT, self._budget):
             raise DamageError(
                 chunk.start, f"a chunk that claims {chunk.size} bytes, more than a file of this size may hold"
@@ -142,13 +145,10 @@ class Unpacker:
             raise DamageError(chunk.start, f"a chunk {error}") from None
         if len(data) != chunk.size:
             raise DamageError(chunk.start, f"a chunk of {len(data)} bytes where its head says {chunk.size}")
-        if chunk.crc and zlib.crc32(data) != chunk.crc:
-            raise DamageError(chunk.start, "a chunk whose CRC does not hold")
         return data
 
     def open_ahead(self, chunks: Iterable[Chunk]) -> Iterator[tuple[Chunk, bytes]]:
-        """Each chunk with its records, as `open`; of many the next are opened while the last are worked on: neither
-        zstd nor a CRC holds the interpreter."""
+        """Each chunk with its records, as `open`; of many the next are unpacked while the last are worked on."""
         batches = _batches(chunks)
         opened, coming = self._several(next(batches, [])), next(batches, [])
         if not coming:
@@ -160,16 +160,39 @@ class Unpacker:
                 yield from _told(opened)
                 opened, coming = after.result(), next(batches, [])
 
-    def _several(self, chunks: Iterable[Chunk]) -> list[tuple[Chunk, bytes | DamageError]]:
-        """Up to the first that cannot be opened."""
+    def _several(self, chunks: Sequence[Chunk]) -> list[tuple[Chunk, bytes | DamageError]]:
+        """Up to the first that cannot be unpacked; CRCs are not looked at yet."""
+        whole = self._together(chunks)
+        if whole is not None:
+            return list(zip(chunks, whole, strict=True))
         opened: list[tuple[Chunk, bytes | DamageError]] = []
         for chunk in chunks:
             try:
-                opened.append((chunk, self.open(chunk)))
+                opened.append((chunk, self._unpacked(chunk)))
             except DamageError as error:
                 opened.append((chunk, error))
                 break
         return opened
+
+    def _together(self, chunks: Sequence[Chunk]) -> list[bytes] | None:
+        """All of them in one call, so that a thread that unpacks does not wait for the interpreter at every chunk; None
+        where one of them is no usual one."""
+        total = sum(chunk.size for chunk in chunks)
+        if total > self._budget or any(chunk.size > _CHUNK_LIMIT or chunk.compression != "zstd" for chunk in chunks):
+            return None
+        opened = self._decompressor.unpack_together(
+            [chunk.packed for chunk in chunks], [chunk.size for chunk in chunks]
+        )
+        if opened is not None:
+            self._budget -= total
+        return opened
+
+
+def _checked(chunk: Chunk, data: bytes) -> bytes:
+    """The data; DamageError when the chunk's CRC does not hold."""
+    if chunk.crc and zlib.crc32(data) != chunk.crc:
+        raise DamageError(chunk.start, "a chunk whose CRC does not hold")
+    return data
 
 
 def _batches(chunks: Iterable[Chunk]) -> Iterator[list[Chunk]]:
@@ -190,4 +213,4 @@ def _told(opened: Iterable[tuple[Chunk, bytes | DamageError]]) -> Iterator[tuple
     for chunk, data in opened:
         if isinstance(data, DamageError):
             raise data
-        yield chunk, data
+        yield chunk, _checked(chunk, data)
