@@ -14,6 +14,8 @@ import numpy as np
 from rig.record import Column
 from rig.smoothing import smoothed
 
+Places = np.typing.NDArray[np.intp]
+
 
 @dataclass(frozen=True)
 class Lines:
@@ -56,16 +58,25 @@ class Lines:
             (len(list(those)), *kind) for kind, those in groupby(zip(self.rows, self.dt_s, self.counts, strict=True))
         ]
 
+    @cached_property
+    def _places(self) -> list[tuple[Places, Places]]:
+        """For all records of one length and period: their rows (r, n), the even ones first and then the odd ones
+        backwards, and their lines (r, count)."""
+        first_row, first_line = np.cumsum((0, *self.rows)), np.cumsum((0, *self.counts))
+        found = []
+        for n, count in dict.fromkeys(zip(self.rows, self.counts, strict=True)):
+            own = [k for k, kind in enumerate(zip(self.rows, self.counts, strict=True)) if kind == (n, count)]
+            order = np.concatenate([np.arange(0, n, 2), np.arange(1, n, 2)[::-1]])
+            found.append((first_row[own][:, None] + order, first_line[own][:, None] + np.arange(count)))
+        return found
+
     def of(self, columns: Column) -> Column:
         """(l,) or (l, m) lines of (n,) or (n, m) columns, zero where nothing was measured."""
         measured = columns * (self.used if columns.ndim == 1 else self.used[:, None])
-        beside = columns.shape[1:]
-        parts, start = [], 0
-        for records, n, _, count in self._alike:
-            block = measured[start : start + records * n].reshape(records, n, *beside)
-            parts.append(_cosines(block, count).reshape(records * count, *beside))
-            start += records * n
-        return np.concatenate(parts)
+        out = np.empty((sum(self.counts), *columns.shape[1:]))
+        for rows, lines in self._places:
+            out[lines] = _cosines(measured[rows], lines.shape[1])
+        return out
 
     def envelope(self, lines: Column, width_hz: float, share_all: float) -> Column:
         """(l,) power of lines, blurred: what is unsure about a response is spread wider than the response itself.
@@ -87,10 +98,10 @@ class Lines:
 
 
 def _cosines(block: Column, count: int) -> Column:
-    """(r, count, ...) the first lines of the orthonormal DCT-II of (r, n, ...) rows, by one transform of n reals
-    (Makhoul, IEEE Trans. ASSP 28, 1980): the even rows, then the odd ones backwards."""
+    """(r, count, ...) the first lines of the orthonormal DCT-II of (r, n, ...) rows that stand in this order: the even
+    ones, then the odd ones backwards. By one transform of n reals (Makhoul, IEEE Trans. ASSP 28, 1980)."""
     n = block.shape[1]
-    found = np.fft.rfft(np.concatenate([block[:, ::2], block[:, 1::2][:, ::-1]], axis=1), axis=1)
+    found = np.fft.rfft(block, axis=1)
     low = found[:, :count]
     if count > found.shape[1]:  # the upper half of the spectrum is the lower one mirrored
         low = np.concatenate([found, found[:, 1 : n - found.shape[1] + 1][:, ::-1].conj()], axis=1)[:, :count]
