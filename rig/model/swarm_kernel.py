@@ -9,6 +9,7 @@ import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numba
@@ -248,8 +249,14 @@ def _spread_over(workers: int, stride: int, run: Any) -> None:
     if len(cuts) == 1:
         run(0, stride)
         return
-    with ThreadPoolExecutor(len(cuts)) as pool:
-        list(pool.map(lambda a: run(a, min(a + share, stride)), cuts))
+    list(_threads(len(cuts), os.getpid()).map(lambda a: run(a, min(a + share, stride)), cuts))
+
+
+@cache
+def _threads(count: int, _pid: int) -> ThreadPoolExecutor:
+    """Threads that stay: the kernel puts a new one beside who made it, and spreads them over the cores too late for a
+    work of milliseconds. A forked process has its own."""
+    return ThreadPoolExecutor(count)
 
 
 def _finite(values: Table) -> Table:
