@@ -260,4 +260,4 @@ def _threads(count: int, _pid: int) -> ThreadPoolExecutor:
 
 
 def _finite(values: Table) -> Table:
-    return np.where(values < HOPELESS, values, HOPELESS)
+    return np.asarray(np.fmin(values, HOPELESS))
