@@ -12,7 +12,7 @@ import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from rig.blind_check import sandbox
 from rig.blind_check.folder import MODEL_FILES, PRIORS_FILE, read_json, write_json
@@ -20,9 +20,14 @@ from rig.blind_check.modes import DEFAULT, MODES, Mode
 from rig.errors import RecordError, RigError
 from rig.parallel import end_with
 
+if TYPE_CHECKING:
+    from rig.record import Record
+
 KEPT_ENVIRONMENT: Final = ("PATH", "LANG", "LC_ALL", "LD_LIBRARY_PATH", "TZ")
 ONE_THREAD: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
 """Cases run beside each other, so each keeps to one core."""
+Known = dict[tuple[tuple[str, int, int], ...], "Sequence[Record]"]
+"""Records of days by their files' names, devices and inodes."""
 _FAILURES: Final = (RigError, ValueError, ArithmeticError, LookupError)
 """What a diagnosis may raise on one case without ending the check: that case then counts as wrong."""
 
@@ -72,19 +77,22 @@ def main(arguments: Sequence[str]) -> None:
     (questions, answers), tokens = (Path(place).resolve() for place in places), arguments[3:]
     layers = sandbox.enter([questions / token for token in tokens], [answers])
     end_with(int(parent))  # after the sandbox: whoever gets another identity loses what he asked of the kernel before
+    known: Known = {}
     for token in tokens:
-        write_json(answers / f"{token}.json", answer_question(questions / token) | {"sandbox_layers": layers})
+        write_json(answers / f"{token}.json", answer_question(questions / token, known) | {"sandbox_layers": layers})
 
 
-def answer_question(place: Path) -> dict[str, Any]:
-    """The answers of one question, mode by mode: diagnosis as JSON, augmented model, seconds, or the error."""
+def answer_question(place: Path, known: Known | None = None) -> dict[str, Any]:
+    """The answers of one question, mode by mode: diagnosis as JSON, augmented model, seconds, or the error. `known`:
+    days that were read for a question before, and are added to."""
     from rig.blind_check.naive import naive_answers
     from rig.log.reader import read
 
     told = place / "question.json"
     question = read_json(told) if told.exists() else {"modes": list(DEFAULT), "leave_out": []}
     records = read(place / "records")
-    days = [read(day) for day in sorted((place / "baselines").glob("day_*"))] if (place / "baselines").is_dir() else []
+    found = sorted((place / "baselines").glob("day_*")) if (place / "baselines").is_dir() else []
+    days = [_read_once(day, {} if known is None else known) for day in found]
     modes: dict[str, Any] = {}
     for name in question["modes"]:
         begun, worked = time.perf_counter(), time.process_time()
@@ -96,6 +104,16 @@ def answer_question(place: Path) -> dict[str, Any]:
         modes[name] = said | {"seconds": time.perf_counter() - begun, "cpu_seconds": time.process_time() - worked}
     naive = {mode: naive_answers(records, days, place.name, mode == "pressures") for mode in ("pressures", "angle")}
     return {"modes": modes, "naive": naive, "leave_out": question["leave_out"]}
+
+
+def _read_once(day: Path, known: Known) -> "Sequence[Record]":
+    """The records of a day; the cases of one rig are given the same files (`link_day`), which need be read once."""
+    from rig.log.reader import read
+
+    files = tuple((path.name, path.stat().st_dev, path.stat().st_ino) for path in sorted(day.iterdir()))
+    if files not in known:
+        known[files] = read(day)
+    return known[files]
 
 
 def diagnosed(
