@@ -74,17 +74,20 @@ class LawTable:
         muscle, offset = model.muscle, model.sensor.parameters.get("offset_deg")
         names = [_BW_NAMES.get(name, name) for name in LAW] if muscle.kind == StageKind.BW else list(LAW)
         fixed = [muscle.value(name) if name in muscle.parameters else 0.0 for name in names]
-        self._space, self._y_unit = space, muscle.value("y_unit_deg")
-        self._fixed = np.array([*fixed, 0.0 if offset is None else offset.value / self._y_unit])
+        y_unit = muscle.value("y_unit_deg")
+        self._fixed = np.array([*fixed, 0.0 if offset is None else offset.value / y_unit])
         rows = {name: row for row, name in enumerate([*names, "offset_deg"])}
-        self._free = [(rows[name], column) for column, name in enumerate(space.names) if name in rows]
+        free = [(rows[name], column) for column, name in enumerate(space.names) if name in rows]
+        self._rows, self._columns = np.array([row for row, _ in free]), np.array([column for _, column in free])
+        unit = np.where(self._rows == len(LAW), y_unit, 1.0)
+        self._low = (space.low[self._columns] / unit)[:, np.newaxis]
+        self._range = ((space.high - space.low)[self._columns] / unit)[:, np.newaxis]
 
     def __call__(self, points: Table) -> Table:
         """Points (n, d) to shape (9, n)."""
-        values = self._space.values(points)
-        table = np.repeat(self._fixed[:, np.newaxis], len(points), axis=1)
-        for row, column in self._free:
-            table[row] = values[:, column] / self._y_unit if row == len(LAW) else values[:, column]
+        table = np.empty((len(self._fixed), len(points)))
+        table[:] = self._fixed[:, np.newaxis]
+        table[self._rows] = self._low + points.T[self._columns] * self._range
         return table
 
 
@@ -161,7 +164,7 @@ class SwarmObjective(ChainObjective):
     def scores(self, points: Table) -> Table:
         self.evaluations += len(points)
         table = self.law(points)
-        total = np.sum(swarm_errors(table, self.inputs, self._workers), axis=0) * self._y_unit**2
+        total = np.add.reduce(swarm_errors(table, self.inputs, self._workers)) * self._y_unit**2
         if self._stability is not None:
             weight = excess_weight(self._stability, self._rows)
             total = total + np.sum((self._stability.excess(table, self._workers) * weight) ** 2, axis=0)

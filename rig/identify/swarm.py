@@ -73,9 +73,7 @@ class Swarm:
 
     def tell(self, scores: Table) -> None:
         """The scores of those points, shape (particles,), finite; lower is better. The swarm then moves."""
-        better = scores < self._own_score
-        self._own_best[better], self._own_score[better] = self._at[better], scores[better]
-        first = int(np.argmin(self._own_score))
+        first = _remember(self._at, scores, self._own_best, self._own_score)
         if self._own_score[first] < self.best_score:
             self._common_best, self.best_score = self._own_best[first].copy(), float(self._own_score[first])
         settings = self._settings
@@ -94,6 +92,19 @@ class Swarm:
             settings.speed,
         )
         self._iteration += 1
+
+
+@numba.njit(cache=True)
+def _remember(at: Table, scores: Table, own_best: Table, own_score: Table) -> int:
+    """Where and how well each particle has been best so far, in place; the best of them all. Compiled as `_move` is."""
+    first = 0
+    for i in range(len(scores)):
+        if scores[i] < own_score[i]:
+            own_score[i] = scores[i]
+            own_best[i] = at[i]
+        if own_score[i] < own_score[first]:
+            first = i
+    return first
 
 
 @numba.njit(cache=True)
