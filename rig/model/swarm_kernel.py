@@ -222,7 +222,8 @@ def reference_errors(particle: Sequence[float], inputs: Inputs) -> list[float]:
                 - (beta1 + beta2 * nu) * theta * abs(y)
             )
             if k >= inputs.scored_from[record]:
-                total += (float(inputs.y[k]) - offset - y) ** 2
+                miss = float(inputs.y[k]) - offset - y
+                total += miss * miss  # a power of Python's raises where a product is infinite
         sums.append(total if total < HOPELESS else HOPELESS)
     return sums
 

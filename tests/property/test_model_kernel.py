@@ -61,6 +61,12 @@ def test_kernel_and_reference_agree_to_rounding(particles: list[tuple[float, ...
         assert np.all(sums[~usable, column] == HOPELESS)
 
 
+def test_the_reference_says_hopeless_of_what_diverges_beyond_all_numbers() -> None:
+    u = np.tile([0.0, 2.0], 200)
+    laid = lay_inputs([u], [np.ones(len(u))], 0.005, [0])
+    assert reference_errors((1.0, 1.0, 0.0, 0.0, 0.0078125, 0.09375, 0.0, 0.0, 0.0), laid) == [HOPELESS]
+
+
 @settings(max_examples=60, deadline=None)
 @given(st.lists(particle(ANYTHING), min_size=1, max_size=BLOCK + 1), inputs)
 def test_whatever_diverges_scores_large_and_finite(particles: list[tuple[float, ...]], u: np.ndarray) -> None:
