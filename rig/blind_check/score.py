@@ -16,8 +16,7 @@ from rig.blind_check.source import Named, records_of
 from rig.errors import RigError
 from rig.gap.answer.consistency import contradictions
 from rig.gap.answer.facts import SWALLOWED, Verdict
-from rig.gap.evidence.posterior import UNKNOWN
-from rig.gap.hypotheses.library import LIBRARY, effect_class
+from rig.gap.hypotheses.library import LIBRARY, UNKNOWN, effect_class
 from rig.gap.raw_tests.levels import loudness
 from rig.record import Column, Record
 

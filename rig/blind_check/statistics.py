@@ -11,7 +11,7 @@ import numpy as np
 
 from rig.blind_check.rates import Rate
 from rig.blind_check.row import CaseKind, Row
-from rig.gap.evidence.posterior import NONE
+from rig.gap.hypotheses.library import NONE
 
 RATIO_EDGES: Final = (0.0, 1.0, 2.0, 3.0, 5.0, 100.0)
 SAME: Final = 0.01

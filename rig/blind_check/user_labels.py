@@ -16,8 +16,7 @@ from rig.blind_check.folder import CheckFolder, read_json
 from rig.blind_check.row import CaseKind, EffectFact, Facts, Scored, Truth
 from rig.blind_check.score import score_mode
 from rig.errors import RecordError
-from rig.gap.evidence.posterior import NONE, UNKNOWN
-from rig.gap.hypotheses.library import LIBRARY
+from rig.gap.hypotheses.library import LIBRARY, NONE, UNKNOWN
 
 
 def score_own(folder: CheckFolder, labels_path: Path) -> dict[str, Any]:

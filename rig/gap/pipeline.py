@@ -14,10 +14,10 @@ from rig.gap.answer.held_out import HowFar, how_far
 from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.retuning import retune
 from rig.gap.answer.tell import Told, tell
-from rig.gap.evidence.posterior import UNKNOWN, Posterior, judge
+from rig.gap.evidence.posterior import Posterior, judge
 from rig.gap.evidence.second import with_second
 from rig.gap.hypotheses.fit import Fit
-from rig.gap.hypotheses.library import Effect, chosen
+from rig.gap.hypotheses.library import UNKNOWN, Effect, chosen
 from rig.gap.hypotheses.scenes import Stand, angle_stand, behind, pressure_stand
 from rig.gap.raw_tests.read import read_signatures
 from rig.gap.raw_tests.repeats import bridged, lost_rows

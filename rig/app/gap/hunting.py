@@ -17,10 +17,11 @@ from rig.excite.envelope import check_run
 from rig.excite.experiment import expand, load_sweep
 from rig.gap.answer.result import Diagnosis
 from rig.gap.diagnosis import diagnose_with_grounds
-from rig.gap.evidence.posterior import NONE
+from rig.gap.hypotheses.library import NONE
 from rig.gap.pipeline import Grounds
 from rig.gap.plan.candidates import Room, lasting_s, room_within
-from rig.gap.plan.next_experiment import Experiment, what_next
+from rig.gap.plan.experiment import Experiment
+from rig.gap.plan.next_experiment import what_next
 from rig.gap.reference.build import AUTO, Kind, because, choose
 from rig.gap.settings import CREDIBLE
 from rig.log.reader import read

@@ -6,10 +6,10 @@ from typing import Any
 
 from rig.channels import PNEUMATIC, Channels
 from rig.gap.answer.facts import Evidence, Gap, Retuning, Verdict, Where
-from rig.gap.evidence.posterior import UNKNOWN
+from rig.gap.hypotheses.library import UNKNOWN
 from rig.gap.hypotheses.propagate import Applied
-from rig.gap.plan.next_experiment import Experiment
-from rig.gap.reference.build import Kind
+from rig.gap.plan.experiment import Experiment
+from rig.gap.reference.kinds import Kind
 from rig.own_units import own_plain
 
 SIGNATURE, RAW_DATA = "signature", "raw data"

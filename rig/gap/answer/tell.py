@@ -14,9 +14,9 @@ from rig.gap.answer.held_out import HowFar
 from rig.gap.answer.observations import told_apart
 from rig.gap.answer.result import RAW_DATA, Cause, Diagnosis, Interval, Ranked
 from rig.gap.answer.where import frequency_shares, over_time, phase_shares, region_shares
-from rig.gap.evidence.posterior import NONE, UNKNOWN, Posterior
+from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.fit import Fit
-from rig.gap.hypotheses.library import LIBRARY
+from rig.gap.hypotheses.library import LIBRARY, NONE, UNKNOWN
 from rig.gap.hypotheses.propagate import Applied, full_numbers
 from rig.gap.hypotheses.scenes import PRESSURES
 from rig.gap.plan.next_experiment import spreads, what_next

@@ -10,7 +10,7 @@ from rig.gap.answer.on_the_rig import ON_THE_RIG
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Observation
 from rig.gap.answer.sizes import degrees, size
 from rig.gap.offered import VALVES
-from rig.gap.reference.build import Kind
+from rig.gap.reference.kinds import Kind
 
 SOURCES = {
     "sessions": "what the earlier days differ by",

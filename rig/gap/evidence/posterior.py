@@ -9,13 +9,12 @@ import numpy as np
 
 from rig.gap.evidence.gaussian import Gaussian
 from rig.gap.hypotheses.fit import Fit, Scene, fit_effect, with_law
-from rig.gap.hypotheses.library import Effect
+from rig.gap.hypotheses.library import NONE, UNKNOWN, Effect
 from rig.gap.hypotheses.scenes import Stand
 from rig.gap.reference.expectation import Factor
 from rig.gap.settings import CREDIBLE, ENVELOPE_HZ, UNKNOWN_EVEN
 from rig.record import Column
 
-NONE, UNKNOWN = "none", "unknown"
 _LEVELS = np.exp(np.linspace(np.log(0.1), np.log(1.5), 6))
 """Sizes of something unknown that are tried, as shares of what is to be explained."""
 

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from rig.gap.evidence.posterior import UNKNOWN, Posterior, judge
+from rig.gap.evidence.posterior import Posterior, judge
 from rig.gap.hypotheses.fit import Fit, refit
 from rig.gap.hypotheses.given import scene_given, stand_given
-from rig.gap.hypotheses.library import Effect
+from rig.gap.hypotheses.library import UNKNOWN, Effect
 
 FIRSTS = 3
 """Likeliest single effects that are tried as the first of two. More: slower, and a pair whose parts both look like a

@@ -13,6 +13,8 @@ from typing import Any
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.plugins import EFFECTS, Registered
 
+NONE, UNKNOWN = "none", "unknown"
+"""What an answer may name beside the effects: nothing at all, and something that is not here."""
 BOTH_SIGNS = (-1.0, 1.0)
 FINE = (0.005, 0.01, 0.02, 0.04, 0.08, 0.16)
 

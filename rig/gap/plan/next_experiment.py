@@ -9,7 +9,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 
@@ -18,7 +17,8 @@ from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.propagate import Applied
 from rig.gap.hypotheses.scenes import Stand
-from rig.gap.plan.candidates import Room, candidates, lasting_s, lasts_s, planned, room_within, sweep_text
+from rig.gap.plan.candidates import Room, candidates, lasts_s, planned, room_within
+from rig.gap.plan.experiment import Experiment
 from rig.gap.plan.information import Information, inform
 from rig.gap.plan.rehearse import Rig, factors_of, known_rig, rehearse
 from rig.gap.reference.build import Expected
@@ -75,52 +75,6 @@ def hypotheses_of(posteriors: Sequence[Posterior]) -> list[Hypothesis]:
 def spreads(fit: Fit) -> dict[str, float]:
     """Standard deviations of the fitted numbers."""
     return dict(zip(fit.law.free, fit.spread.tolist(), strict=True))
-
-
-@dataclass(frozen=True)
-class Experiment:
-    """Records that would part hypotheses."""
-
-    entries: tuple[Entry, ...]
-    nats: float
-    """Of information, at least; see `entropy`."""
-    entropy: float
-    """Nats that are open now."""
-    confidence: float
-    """Probability that the truth is expected to have afterwards."""
-    separates: tuple[str, ...]
-    """Effects that would be told from each other, the likeliest first."""
-    weakest: float
-    """Standard deviations between the two of them that lie closest."""
-
-    @property
-    def seconds(self) -> float:
-        """On the rig."""
-        return lasting_s(self.entries)
-
-    def sweep(self, name: str = "next") -> str:
-        """It as the text of a sweep."""
-        return sweep_text(name, self.entries, self.why)
-
-    def to_json(self) -> dict[str, Any]:
-        """The `next_experiment` of a diagnosis."""
-        return {
-            "config": self.sweep(),
-            "separates": list(self.separates),
-            "expected_ratio": self.weakest,
-            "expected_confidence": self.confidence,
-            "information_nats": self.nats,
-            "open_nats": self.entropy,
-            "minutes": self.seconds / 60.0,
-            "needs_reference": False,
-            "why": self.why,
-        }
-
-    @property
-    def why(self) -> str:
-        """In one sentence."""
-        kinds = ", ".join(dict.fromkeys(entry.signal.label for entry in self.entries))
-        return f"{kinds} in {self.seconds / 60:.1f} min"
 
 
 def what_next(

@@ -11,7 +11,6 @@ the pressures.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from enum import StrEnum
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from rig.errors import ConfigError, ModelError
 from rig.gap.hypotheses.propagate import Applied, Track, angle_under, lay_tracks, ready, response_with
 from rig.gap.records.pairs import Pair, Pairing
 from rig.gap.records.usable import check_direction, check_reach
+from rig.gap.reference.kinds import Kind as Kind
 from rig.gap.reference.monitors import Misread
 from rig.gap.reference.nominal import Reference, describe, mean_session, references_of
 from rig.gap.reference.simulated import modelled
@@ -29,16 +29,6 @@ from rig.model.kernels import drive, simulate
 from rig.model.parameters import Input, Model
 from rig.model.response import ResponseModel, response_of
 from rig.record import Column
-
-
-class Kind(StrEnum):
-    """What stands for the rig without a gap."""
-
-    SESSIONS = "sessions"
-    SESSION = "session"
-    FINGERPRINT = "fingerprint"
-    SIMULATOR = "simulator"
-
 
 BY_DAYS = (Kind.SESSIONS, Kind.SESSION)
 """References that are earlier days of the same rig."""

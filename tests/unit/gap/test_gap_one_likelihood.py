@@ -8,7 +8,7 @@ from gap_rigs import model, session
 
 from rig.gap.answer.retuning import retune
 from rig.gap.diagnosis import diagnose_with_grounds
-from rig.gap.evidence.posterior import NONE, UNKNOWN
+from rig.gap.hypotheses.library import NONE, UNKNOWN
 from rig.gap.pipeline import Grounds
 from rig.gap.records.pairs import pair_up
 from rig.gap.settings import fitted

@@ -9,7 +9,7 @@ from rig.app.gap.baselines import Session
 from rig.app.gap.diagnosing import DiagnosisOptions, without_next, write_overview
 from rig.gap.answer.facts import Gap, Verdict, Where
 from rig.gap.answer.result import Cause, Diagnosis
-from rig.gap.plan.next_experiment import Experiment
+from rig.gap.plan.experiment import Experiment
 
 
 def diagnosis(effect: str | None = None, next_experiment: Experiment | None = None) -> Diagnosis:

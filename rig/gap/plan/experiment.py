@@ -1,0 +1,53 @@
+"""An experiment that a plan recommends: the records, what they would tell, and its JSON."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from rig.excite.experiment import Entry
+from rig.gap.plan.candidates import lasting_s, sweep_text
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """Records that would part hypotheses."""
+
+    entries: tuple[Entry, ...]
+    nats: float
+    """Of information, at least; see `entropy`."""
+    entropy: float
+    """Nats that are open now."""
+    confidence: float
+    """Probability that the truth is expected to have afterwards."""
+    separates: tuple[str, ...]
+    """Effects that would be told from each other, the likeliest first."""
+    weakest: float
+    """Standard deviations between the two of them that lie closest."""
+
+    @property
+    def seconds(self) -> float:
+        """On the rig."""
+        return lasting_s(self.entries)
+
+    def sweep(self, name: str = "next") -> str:
+        """It as the text of a sweep."""
+        return sweep_text(name, self.entries, self.why)
+
+    def to_json(self) -> dict[str, Any]:
+        """The `next_experiment` of a diagnosis."""
+        return {
+            "config": self.sweep(),
+            "separates": list(self.separates),
+            "expected_ratio": self.weakest,
+            "expected_confidence": self.confidence,
+            "information_nats": self.nats,
+            "open_nats": self.entropy,
+            "minutes": self.seconds / 60.0,
+            "needs_reference": False,
+            "why": self.why,
+        }
+
+    @property
+    def why(self) -> str:
+        """In one sentence."""
+        kinds = ", ".join(dict.fromkeys(entry.signal.label for entry in self.entries))
+        return f"{kinds} in {self.seconds / 60:.1f} min"
