@@ -193,7 +193,7 @@ def _unnamed(question: Question, stand: Stand) -> dict[str, float]:
     it."""
     kept_out = [effect for effect in chosen(question.withheld) if not effect.signature]
     acting = sum(any(stand.shows(law) for law in effect.laws) for effect in kept_out)
-    heard, log_unknown = question.said.get(stand.name, {}).get(UNKNOWN, 0.0), stand.scene.prior.log_unknown
+    heard, log_unknown = question.said.get(stand.name, {}).get(UNKNOWN, 0.0), stand.scene.odds.unknown
     return {UNKNOWN: heard + float(np.logaddexp(0.0, np.log(acting) - log_unknown))} if acting else {}
 
 

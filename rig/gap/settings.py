@@ -74,6 +74,17 @@ class FactorLevels:
 
 
 @dataclass(frozen=True)
+class Odds:
+    """What is thought beforehand of each factor beside a reference, against each single effect, in nats."""
+
+    none: float = 6.0
+    """Nothing; fitted on cases of development, by `pamrig gap check odds`. Less: more false alarms, smaller effects
+    seen."""
+    unknown: float = -4.0
+    """Something that is not in the library. Less: what nobody knows is called by a name."""
+
+
+@dataclass(frozen=True)
 class Levels:
     """Both factors' levels. Fitted on healthy days (of the same rig, or of rigs of one build) by maximum likelihood."""
 
@@ -85,6 +96,7 @@ class Levels:
     monitors: float = 0.0
     """Of the variance of the offsets that monitors show, the share that is their own error, to which the muscles do not
     answer. 0: what the pressures show tells nothing of the monitors."""
+    odds: Odds = Odds()
 
 
 @dataclass(frozen=True)
@@ -105,11 +117,6 @@ class Prior:
     more false alarms."""
     degrees: float = 6.0
     """Degrees of freedom with which a remainder's level is known. Fewer: heavier tails."""
-    log_none: float = 6.0
-    """Prior odds of no cause on a factor against each single effect, nats. Less: more false alarms, smaller effects
-    seen."""
-    log_unknown: float = -4.0
-    """Prior odds of something unknown on a factor, nats."""
     log_beside: float = -3.0
     """Prior odds of something unknown beside an effect, against that effect alone, nats."""
 

@@ -80,7 +80,7 @@ def known_families(names: Sequence[str], left_out: Sequence[str] = ()) -> tuple[
 
 
 def calibrate(plan: Plan, report: Callable[[int], None] = lambda done: None) -> Fitted:
-    """The levels of session, fingerprint, simulator and sister; the rest stays as it is."""
+    """The levels of session, fingerprint, simulator and sister; the rest, odds as well, stays as it is."""
     shipped = fitted()
     prior = shipped.prior
     sheets = [_first_cases(name, plan) for name in plan.families]
@@ -92,7 +92,8 @@ def calibrate(plan: Plan, report: Callable[[int], None] = lambda done: None) -> 
         days = [day for some in _reported(found, report, len(rigs)) for day in some]
         names = list(dict.fromkeys(day.reference for day in days))
         of_each = [[day for day in days if day.reference == name] for name in names]
-        levels = dict(zip(names, pool.map(partial(_levels, prior=prior), of_each), strict=True))
+        made = zip(names, pool.map(partial(_levels, prior=prior), of_each), strict=True)
+        levels = {name: replace(one, odds=shipped.levels[name].odds) for name, one in made}
     command = f"pamrig gap calibrate --units {plan.units} --seed {plan.seed}"
     return Fitted(
         Provenance(command, list(plan.families), len(rigs), len(rigs) * len(DAYS)), levels, prior, shipped.further

@@ -22,7 +22,7 @@ from rig.errors import RigError
 from rig.gap import settings
 from rig.gap.answer.facts import Verdict
 from rig.gap.diagnosis import diagnose_with_grounds
-from rig.gap.settings import FactorLevels, Fitted, Levels, Prior, fitted
+from rig.gap.settings import FactorLevels, Fitted, Levels, Odds, Prior, fitted
 from rig.model.parameters import Model
 from rig.parallel import each, executor
 from rig.record import Record
@@ -102,6 +102,8 @@ def _priors() -> Iterator[Number]:
     known = fitted()
     for field in fields(Prior):
         yield Number(PRIORS, f"prior.{field.name}", float(getattr(known.prior, field.name)))
+    odds = next(iter(known.levels.values())).odds
+    yield from (Number(PRIORS, f"odds.{field.name}", float(getattr(odds, field.name))) for field in fields(Odds))
     for factor in ("pressures", "angle"):
         levels: FactorLevels = getattr(next(iter(known.levels.values())), factor)
         yield from (Number(PRIORS, f"{factor}.{name}", size) for name, size in levels.patterns.items())
@@ -146,6 +148,8 @@ def moved_priors(known: Fitted, number: Number, factor: float) -> Fitted:
 def _moved_levels(levels: Levels, part: str, name: str, factor: float) -> Levels:
     if part == "commanded_floor":
         return replace(levels, commanded_floor=levels.commanded_floor * factor)
+    if part == "odds":
+        return replace(levels, odds=replace(levels.odds, **{name: getattr(levels.odds, name) * factor}))
     mine: FactorLevels = getattr(levels, part)
     if name in mine.patterns:
         changed = replace(mine, patterns={**mine.patterns, name: mine.patterns[name] * factor})

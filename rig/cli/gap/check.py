@@ -19,7 +19,7 @@ from rig.cli.gap.check_options import (
     records_option,
     workers_option,
 )
-from rig.cli.gap.check_studies import absorbed, further, sensitivity, sizes
+from rig.cli.gap.check_studies import absorbed, further, odds, sensitivity, sizes
 from rig.cli.outputs import Group, Output, output_option
 from rig.outputs import Kind
 
@@ -67,7 +67,7 @@ def check(
     _report(folder, result_of(folder) | {"seconds_of_this_run": time.monotonic() - begun}, html_to, json_to)
 
 
-for _command in (absorbed, further, sensitivity, sizes):
+for _command in (absorbed, further, odds, sensitivity, sizes):
     check.add_command(_command)
 
 

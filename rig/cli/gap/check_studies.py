@@ -1,6 +1,7 @@
 """Commands of `pamrig gap check` that measure the method itself on simulated plants: sizes, absorbed, sensitivity; and
-further, which fits to checks of development cases."""
+further and odds, which fit to checks of development cases."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import click
@@ -116,17 +117,29 @@ def sensitivity(
     )
 
 
+def _fitted_on_checks(command: Callable[..., None]) -> Callable[..., None]:
+    """The options of a command that fits to scored checks of development cases."""
+    options = (
+        click.argument("folders", nargs=-1, required=True, type=path_type),
+        click.option(
+            "--priors",
+            type=click.Path(path_type=Path, exists=True, dir_okay=False),
+            metavar="FILE",
+            help="Levels to go on from, in place of the shipped ones.",
+        ),
+        click.option(
+            "--leave-out", "left_out", multiple=True, metavar="NAME", help="Families whose cases do not count."
+        ),
+        output_option(Kind.LEVELS, "Where the levels go.", required=True, metavar="FILE.yaml"),
+        json_option,
+    )
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
 @click.command(cls=Command)
-@click.argument("folders", nargs=-1, required=True, type=path_type)
-@click.option(
-    "--priors",
-    type=click.Path(path_type=Path, exists=True, dir_okay=False),
-    metavar="FILE",
-    help="Levels to go on from, in place of the shipped ones.",
-)
-@click.option("--leave-out", "left_out", multiple=True, metavar="NAME", help="Families whose cases do not count.")
-@output_option(Kind.LEVELS, "Where the levels go.", required=True, metavar="FILE.yaml")
-@json_option
+@_fitted_on_checks
 def further(
     folders: tuple[Path, ...], priors: Path | None, left_out: tuple[str, ...], output: Path, json_to: str | None
 ) -> None:
@@ -147,3 +160,31 @@ def further(
         f"{output}: from {spread.below:.2g} below to {spread.above:.2g} above, by {spread.cases} answers"
     )
     emit(unstructure(found.further), json_to)
+
+
+@click.command(cls=Command)
+@_fitted_on_checks
+def odds(
+    folders: tuple[Path, ...], priors: Path | None, left_out: tuple[str, ...], output: Path, json_to: str | None
+) -> None:
+    """Fit the prior odds of no cause beside each reference, from scored checks of development cases, and write them
+    with the levels.
+
+    The checks must have been answered by the same odds: those shipped, or of --priors.
+    """
+    from rig.app.gap.levels import known_families, write
+    from rig.app.gap.odds import with_odds
+    from rig.blind_check.folder import CheckFolder
+    from rig.config import unstructure
+    from rig.gap.settings import fitted
+
+    known_families((), left_out)
+    checks = [CheckFolder(folder) for folder in folders]
+    levels, fits = with_odds(fitted(priors) if priors else fitted(), checks, left_out)
+    write(levels, output)
+    for name, fit in fits.items():
+        console(json_to).print(
+            f"{name}: no cause {fit.odds.none:.2g} nats, by {fit.factors} factors; what was true is likelier by "
+            f"{fit.gained:.2g} nats each"
+        )
+    emit(unstructure(fits), json_to)

@@ -106,16 +106,16 @@ def judge(
     effects: Sequence[Effect], stand: Stand, said: Mapping[str, float] = MappingProxyType({}), workers: int = 2
 ) -> Posterior:
     """Every hypothesis on one factor; `said` holds the nats that other records have for some of them."""
-    scene, prior = stand.scene, stand.scene.prior
+    scene = stand.scene
     with ThreadPoolExecutor(workers) as pool:
         found = list(pool.map(lambda effect: fit_effect(effect, scene, stand.shows, stand.rough), effects))
     fits = {fit.effect.name: fit for fit in found if fit is not None and np.isfinite(fit.log_evidence)}
     gap = scene.factor.lines.of(scene.factor.gap)
     logs = {
-        NONE: scene.factor.healthy.log_density(gap) + prior.log_none,
+        NONE: scene.factor.healthy.log_density(gap) + scene.odds.none,
         UNKNOWN: float(np.logaddexp(log_unknown(scene, scene.factor.healthy, gap), log_beyond(scene.factor, gap)))
         - np.log(2.0)
-        + prior.log_unknown,
+        + scene.odds.unknown,
     } | {name: fit.log_evidence for name, fit in fits.items()}
     probability, total = _normalised({name: value + said.get(name, 0.0) for name, value in logs.items()})
     beside = _beside(scene, gap, fits, probability)
@@ -131,8 +131,8 @@ def _normalised(logs: Mapping[str, float]) -> tuple[dict[str, float], float]:
 def heard(posterior: Posterior) -> dict[str, float]:
     """What a posterior says beside its prior, as nats by hypothesis: for a judgement on other records of the same
     rig."""
-    prior = posterior.stand.scene.prior
-    before = {NONE: prior.log_none, UNKNOWN: prior.log_unknown}
+    odds = posterior.stand.scene.odds
+    before = {NONE: odds.none, UNKNOWN: odds.unknown}
     return {
         name: float(np.log(max(chance, LEAST_CHANCE))) - before.get(name, 0.0)
         for name, chance in posterior.probability.items()

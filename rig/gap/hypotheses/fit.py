@@ -15,7 +15,7 @@ from rig.gap.evidence.lines import Lines
 from rig.gap.hypotheses.library import Effect, Law
 from rig.gap.hypotheses.propagate import Applied, Ready, Track, angle_with, pressures_with, ready, response_with
 from rig.gap.reference.expectation import Factor
-from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, FIT_STEPS, WIDTH_SHARES, Prior
+from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, FIT_STEPS, WIDTH_SHARES, Odds, Prior
 from rig.identify.descent import descend
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.response import ResponseModel
@@ -42,6 +42,7 @@ class Scene:
     moving: float
     """Rms of what the factor's columns do without any cause: sizes of changes are seen against it."""
     prior: Prior
+    odds: Odds
 
     def changed_by(self, cause: Applied) -> Column:
         """(n,) what one cause changes in the factor's columns; not finite, or beyond RUNS_AWAY, where a law runs away

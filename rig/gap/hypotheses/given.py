@@ -40,8 +40,11 @@ def _unsure(scene: Scene, first: Fit, known: Column) -> Column:
     columns = []
     for name, size, spread in zip(first.law.free, first.sizes, number_spreads(first, scene.prior), strict=True):
         step = STEP * max(abs(float(size)), STEP * spread)
+        if step == 0.0:  # a cause of no size leaves nothing unsure
+            continue
         moved = dict(first.applied.numbers) | {name: float(size) + step}
         moved |= {other: moved[owner] for other, owner in first.law.tied.items()}
         columns.append((scene.changed_by(Applied(first.applied.stage, moved)) - known) * (spread / step))
+    columns = columns or [np.zeros_like(known)]
     slopes: Column = np.nan_to_num(np.column_stack(columns), nan=0.0, posinf=0.0, neginf=0.0)
     return slopes

@@ -67,21 +67,22 @@ def behind(expected: Expected, cause: Applied) -> Expected:
 
 def pressure_scene(expected: Expected, settings: Fitted, whole: Expected | None = None) -> Scene:
     """The pressures of some records; scales are those of the `whole`."""
-    levels = settings.levels[expected.levels].pressures.later(expected.unsure_lag_s)
+    known = settings.levels[expected.levels]
+    levels = known.pressures.later(expected.unsure_lag_s)
     parts = pressure_parts(expected.tracks, expected.pairing.p0_mpa, expected.response)
     factor = own_factor(parts, pressure_days(expected.tracks), levels, settings.prior)
     factor = factor.at_least(expected.missed_mpa)
     moving = float(np.std(np.concatenate([track.reference.p1_mpa for track in expected.tracks])))
     scales = law_scales((whole or expected).tracks)
-    return Scene(
-        factor, pressure_change(expected.tracks, expected.response), expected.response, scales, moving, settings.prior
-    )
+    change = pressure_change(expected.tracks, expected.response)
+    return Scene(factor, change, expected.response, scales, moving, settings.prior, known.odds)
 
 
 def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = None) -> Scene:
     """The angle of some records; scales are those of the `whole`."""
     tracks, base, response = expected.tracks, expected.base, expected.response
-    levels = settings.levels[expected.levels].angle.later(0.0 if expected.driven else expected.unsure_lag_s)
+    known = settings.levels[expected.levels]
+    levels = known.angle.later(0.0 if expected.driven else expected.unsure_lag_s)
     levels = levels if expected.misread is None else expected.misread.levels(levels)
     if expected.mean_unseen:
         levels = levels.of_any_mean()
@@ -94,9 +95,8 @@ def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = N
     factor = factor.at_least(expected.missed_deg).noisier(expected.marked_deg2)
     moving = float(np.std(np.concatenate(base)))
     scales = law_scales((whole or expected).tracks)
-    return Scene(
-        factor, angle_change(tracks, base, response, expected.driven), response, scales, moving, settings.prior
-    )
+    change = angle_change(tracks, base, response, expected.driven)
+    return Scene(factor, change, response, scales, moving, settings.prior, known.odds)
 
 
 def _answering_other_pressures(factor: Factor, expected: Expected, prior: Prior) -> Factor:

@@ -14,7 +14,7 @@ from rig.gap.plan.directions import Direction, columns, ladder, sized, unit_of, 
 from rig.gap.plan.information import inform, needed_separation, separations
 from rig.gap.plan.rehearse import factors_of
 from rig.gap.reference.build import Expected
-from rig.gap.settings import Fitted, Prior
+from rig.gap.settings import Fitted, Odds, Prior
 from rig.record import Column
 
 FALSE_ALARM_RATE = 0.01
@@ -84,11 +84,11 @@ def named_separation(prior: Prior) -> float:
 
 
 @cache
-def seen_separation(prior: Prior, choices: int, effects: int) -> float:
+def seen_separation(prior: Prior, odds: Odds, choices: int, effects: int) -> float:
     """Standard deviations from nothing at which an effect is seen with the chance CHANCE: its evidence must outweigh
     the odds of no cause, and what any of `effects` would by chance at FALSE_ALARM_RATE (Markov's inequality on the
     evidence ratio), after what the fit pays for its choices."""
-    nats = max(prior.log_none, float(np.log(effects / FALSE_ALARM_RATE)))
+    nats = max(odds.none, float(np.log(effects / FALSE_ALARM_RATE)))
     quantile = float(ndtri(CHANCE))
     found = needed_separation(nats, prior, quantile)
     paid = float(np.log(prior.share_spread * choices * max(found, 1.0)))
@@ -120,7 +120,7 @@ def _abilities(stand: Stand, directions: Sequence[Direction], between: Column, e
         others = [j for j in range(len(firsts)) if j != i]
         nearest = min(others, key=lambda j: between[i, j]) if others else None
         share = 1.0 if nearest is None else between[i, nearest] / max(between[i, i], 1e-12)
-        seen = seen_separation(prior, first.choices, effects)
+        seen = seen_separation(prior, stand.scene.odds, first.choices, effects)
         detectable = _size_at(stand, first, seen)
         nameable = _size_at(stand, first, max(seen, named_separation(prior) / max(share, 1e-9)))
         rival = None if nearest is None else firsts[nearest].effect.name

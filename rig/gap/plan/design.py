@@ -13,7 +13,7 @@ from rig.gap.plan.capability import by_effect, first_of_each, named_separation, 
 from rig.gap.plan.directions import Direction, columns, usual_directions
 from rig.gap.plan.information import Information, inform, separations
 from rig.gap.plan.rehearse import Rig, factors_of, rehearse
-from rig.gap.settings import Fitted, Prior
+from rig.gap.settings import Fitted, Odds, Prior
 from rig.parallel import each, executor
 from rig.record import Column
 
@@ -123,7 +123,7 @@ def _known(rig: Rig, pool: Sequence[Entry], effects: Sequence[Effect], settings:
             kept = known.distinct(names)
             factors.append(known.only(kept))
             owners.append(tuple(names[k] for k in kept))
-            needed.append(_needed(directions, settings.prior, len(fitting)))
+            needed.append(_needed(directions, settings.prior, stand.scene.odds, len(fitting)))
     return _Known(tuple(factors), tuple(owners), tuple(needed))
 
 
@@ -132,9 +132,9 @@ def _few(pool: Sequence[Entry]) -> list[Entry]:
     return list(pool[:: max(1, len(pool) // FEW)])
 
 
-def _needed(directions: Sequence[Direction], prior: Prior, effects: int) -> Column:
+def _needed(directions: Sequence[Direction], prior: Prior, odds: Odds, effects: int) -> Column:
     choices = [directions[k].choices for k in first_of_each([one.effect.name for one in directions])]
-    return np.array([seen_separation(prior, count, effects) for count in choices])
+    return np.array([seen_separation(prior, odds, count, effects) for count in choices])
 
 
 def told_by(known: Sequence[_Known], chosen: Sequence[int]) -> Told:

@@ -19,7 +19,7 @@ TOP = Number(sensitivity.CONSTANTS, "TOP_HZ", settings.TOP_HZ)
 def test_every_constant_and_every_fitted_number_is_there_once() -> None:
     shown = [(one.where, one.shown) for one in numbers()]
     assert len(set(shown)) == len(shown)
-    assert {"TOP_HZ", "WIDTH_SHARES[0]", "WIDTH_SHARES[1]", "prior.log_none", "angle.lag_s", "pressures.floor"} <= {
+    assert {"TOP_HZ", "WIDTH_SHARES[0]", "WIDTH_SHARES[1]", "odds.none", "angle.lag_s", "pressures.floor"} <= {
         name for _, name in shown
     }
 

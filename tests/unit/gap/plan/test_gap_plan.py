@@ -23,7 +23,7 @@ from rig.gap.plan.directions import columns, sized, usual_directions
 from rig.gap.plan.information import inform, log_odds, needed_separation, separations
 from rig.gap.plan.next_experiment import Hypothesis, next_experiment
 from rig.gap.plan.rehearse import Rig, factors_of, rehearse
-from rig.gap.settings import fitted
+from rig.gap.settings import Odds, fitted
 from rig.record import Column
 
 PERIOD_NS = 10_000_000
@@ -77,8 +77,8 @@ def test_the_needed_separation_gives_the_odds(nats: float, quantile: float) -> N
 
 
 def test_more_choices_need_more() -> None:
-    prior = fitted().prior
-    assert seen_separation(prior, 20, 30) > seen_separation(prior, 1, 30) > seen_separation(prior, 1, 5) - 1e-9
+    many, few, fewer = (seen_separation(fitted().prior, Odds(), *count) for count in ((20, 30), (1, 30), (1, 5)))
+    assert many > few > fewer - 1e-9
 
 
 def having(stand: Stand, ability: Ability, size: float) -> Stand:

@@ -1,0 +1,100 @@
+"""What `pamrig gap check odds` does: the prior odds of no cause beside each reference, from checks of development
+cases.
+
+Every factor of every answer counts: what was said of it, and whether something acts on it.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from rig.blind_check.folder import CheckFolder, read_json
+from rig.blind_check.modes import MODES
+from rig.blind_check.row import Row, facts_of, read_scored
+from rig.errors import RecordError
+from rig.gap.hypotheses.library import LIBRARY
+from rig.gap.hypotheses.scenes import ANGLE, PRESSURES
+from rig.gap.odds import Judgement, Truth, fit_odds, log_likelihood
+from rig.gap.reference.build import UNCORRECTED, Kind
+from rig.gap.settings import Fitted, Odds
+
+LEAST_FACTORS = 60
+"""Fewer tell nothing of odds that lie some nats apart."""
+AHEAD = ("timing", "valve")
+
+
+SAME = {Kind.SESSION.value: Kind.SESSIONS.value, UNCORRECTED: Kind.FINGERPRINT.value}
+"""References by whose answers the odds of another are fitted too."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The odds of one reference, and how much likelier they make what was true, in nats a factor."""
+
+    odds: Odds
+    factors: int
+    gained: float
+
+
+def with_odds(levels: Fitted, folders: Sequence[CheckFolder], left_out: Sequence[str]) -> tuple[Fitted, dict[str, Fit]]:
+    """The levels with the odds that these checks' cases ask for, which were answered by the odds of `levels`, and the
+    fit of each reference that enough factors tell of; without the cases of the families `left_out`. RecordError where
+    there are too few."""
+    judged: dict[str, list[Judgement]] = {}
+    for folder in folders:
+        for reference, one in _judgements(folder, left_out):
+            judged.setdefault(SAME.get(reference, reference), []).append(one)
+    most = max((len(some) for some in judged.values()), default=0)
+    if most < LEAST_FACTORS:
+        raise RecordError(
+            f"{most} factors of clear cases beside one reference are there; at least {LEAST_FACTORS} are needed"
+        )
+    fits = {
+        name: _fitted(judged[SAME.get(name, name)], one.odds)
+        for name, one in levels.levels.items()
+        if len(judged.get(SAME.get(name, name), ())) >= LEAST_FACTORS
+    }
+    changed = {name: replace(one, odds=fits[name].odds) if name in fits else one for name, one in levels.levels.items()}
+    return replace(levels, levels=changed), fits
+
+
+def _fitted(judged: Sequence[Judgement], odds: Odds) -> Fit:
+    found = fit_odds(judged, odds)
+    before, after = (log_likelihood(judged, odds, one) for one in (odds, found))
+    return Fit(found, len(judged), after - before)
+
+
+def _judgements(folder: CheckFolder, left_out: Sequence[str]) -> Iterator[tuple[str, Judgement]]:
+    """Of every factor, the reference by whose levels it was judged, what was said and what was true."""
+    for path in sorted((folder.root / "scores").glob("*.json")):
+        answers, scored = read_json(folder.answer(path.stem))["modes"], read_scored(path)
+        stages = {name: fact.stage for name, fact in facts_of(scored.facts).effects.items()}
+        for mode, row in scored.rows.items():
+            if row.family not in left_out and _tells(row) and not MODES[mode].withheld:
+                said = answers[mode]["diagnosis"]
+                yield from ((said["gap"]["floor_source"], one) for one in _of_answer(said, stages))
+
+
+def _tells(row: Row) -> bool:
+    return row.error is None and (row.is_clear or not row.has_cause)
+
+
+def _of_answer(diagnosis: Mapping[str, Any], stages: Mapping[str, str]) -> Iterator[Judgement]:
+    """Both factors, or the angle alone where it was judged alone; those on which only marks in the raw samples act say
+    nothing of odds."""
+    factors = diagnosis["evidence"]["factors"]
+    for name in (PRESSURES, ANGLE):
+        acting = [effect for effect, stage in stages.items() if PRESSURES not in factors or _acts_on(name, stage)]
+        if name in factors and not any(effect in LIBRARY and LIBRARY[effect].signature for effect in acting):
+            said = factors[name]["probability"]
+            yield Judgement(_truth(acting), said.get("none", 0.0), said.get("unknown", 0.0))
+
+
+def _acts_on(factor: str, stage: str) -> bool:
+    return (stage in AHEAD) == (factor == PRESSURES)
+
+
+def _truth(acting: Sequence[str]) -> Truth:
+    if not acting:
+        return Truth.NONE
+    return Truth.EFFECT if any(effect in LIBRARY for effect in acting) else Truth.UNKNOWN

@@ -1,0 +1,87 @@
+"""The prior odds: those under which what was true is likeliest, whatever prior the answers were given under."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from rig.app.gap.odds import with_odds
+from rig.blind_check.folder import CheckFolder
+from rig.cli.gap.check_studies import odds
+from rig.errors import RecordError
+from rig.gap.odds import Judgement, Truth, fit_odds, log_likelihood
+from rig.gap.settings import Odds, fitted
+
+SHARES = (0.6, 0.1, 0.3)
+"""Of factors that hold nothing, something unknown, an effect."""
+
+
+def drawn(count: int, seed: int, odds: Odds) -> list[Judgement]:
+    """Factors judged with evidence that is right on average, under these odds in place of the shares."""
+    random, judged = np.random.default_rng(seed), []
+    for truth in random.choice(3, count, p=SHARES):
+        logs = random.normal(0.0, 1.5, 3) + 2.25 * (np.arange(3) == truth)
+        logs += np.array([odds.none, odds.unknown, 0.0])
+        none, unknown, _ = np.exp(logs - np.logaddexp.reduce(logs))
+        judged.append(Judgement(Truth(truth), float(none), float(unknown)))
+    return judged
+
+
+@pytest.mark.parametrize("none", [-1.0, 3.0])
+def test_odds_come_out_as_often_as_nothing_is_there(none: float) -> None:
+    before = Odds(none, float(np.log(SHARES[1] / SHARES[2])))
+    judged = drawn(4000, 1, before)
+    found = fit_odds(judged, before)
+    assert found.none == pytest.approx(np.log(SHARES[0] / SHARES[2]), abs=0.25)
+    assert found.unknown == before.unknown
+    further = drawn(2000, 2, before)
+    assert log_likelihood(further, before, found) > log_likelihood(further, before, before) + 0.03
+
+
+def check_of(folder: Path, cases: int) -> CheckFolder:
+    """A scored check in which a healthy rig's angle is called unknown as often as not."""
+    for name in ("scores", "answers"):
+        (folder / name).mkdir(parents=True)
+    for number in range(cases):
+        effects = {} if number % 3 else {"backlash": {"stage": "joint", "library_parameter": "width_deg"}}
+        row = {"kind": "single" if effects else "none", "effects": [*effects], "ratio": 5.0, "family": "fluidic"}
+        sure = 0.9 if number % 2 else 0.4
+        angle = {"none": 0.01, "backlash": 0.98, "unknown": 0.01} if effects else {"none": sure, "unknown": 0.99 - sure}
+        factors = {"pressures": {"probability": {"none": 1.0}}, "angle": {"probability": angle}}
+        answer = {"gap": {"floor_source": "session"}, "evidence": {"factors": factors}}
+        (folder / "scores" / f"{number}.json").write_text(
+            json.dumps(
+                {
+                    "rows": {"one_day": row},
+                    "facts": {"effects": effects, "ratio_angle": 5.0},
+                    "naive": {},
+                    "sandbox_layers": [],
+                }
+            )
+        )
+        (folder / "answers" / f"{number}.json").write_text(json.dumps({"modes": {"one_day": {"diagnosis": answer}}}))
+    return CheckFolder(folder)
+
+
+def test_where_healthy_rigs_got_a_finding_nothing_is_likelier_afterwards(tmp_path: Path) -> None:
+    check, shipped = check_of(tmp_path / "check", 60), fitted()
+    levels, fits = with_odds(shipped, [check], [])
+    assert list(fits) == ["session"], "of the others nothing is told"
+    assert fits["session"].factors == 120
+    assert fits["session"].gained > 0.0
+    assert levels.levels["session"].odds.none > shipped.levels["session"].odds.none + 0.5
+    assert {**levels.levels, "session": shipped.levels["session"]} == shipped.levels
+    output = tmp_path / "levels.yaml"
+    said = CliRunner().invoke(odds, [str(check.root), "-o", str(output)], catch_exceptions=False)
+    assert said.exit_code == 0
+    assert "session: no cause" in said.output
+    assert fitted(output).levels["session"].odds.none == pytest.approx(fits["session"].odds.none, rel=1e-3)
+
+
+def test_too_few_factors_are_an_error_and_a_family_can_be_left_out(tmp_path: Path) -> None:
+    with pytest.raises(RecordError, match="at least 60"):
+        with_odds(fitted(), [check_of(tmp_path / "few", 20)], [])
+    with pytest.raises(RecordError, match="0 factors"):
+        with_odds(fitted(), [check_of(tmp_path / "out", 60)], ["fluidic"])
