@@ -88,6 +88,15 @@ class Factor:
             return self
         return replace(self, healthy=replace(self.healthy, variance=scale * variance), floor=max(self.floor, rms))
 
+    def standing_off(self, rms: float) -> "Factor":
+        """The same for a reference that misses the records it was fitted to by `rms`: by so much each record may stand
+        off as a whole. Where a joint with hysteresis rests is a matter of what came before, and the first that a model
+        of it gets wrong."""
+        if rms == 0.0:
+            return self
+        record = np.repeat(np.arange(len(self.lines.rows)), self.lines.rows)
+        return self.doubting(rms * (record[:, None] == np.arange(len(self.lines.rows))))
+
 
 @dataclass(frozen=True)
 class Parts:
