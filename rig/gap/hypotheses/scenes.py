@@ -92,7 +92,9 @@ def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = N
         factor = factor.doubting(mean_doubt(tracks, base))
     if expected.driven and expected.kind is not Kind.SIMULATOR:  # a simulator is asked itself under these pressures
         factor = _answering_other_pressures(factor, expected, settings.prior)
-    factor = factor.at_least(expected.missed_deg).standing_off(expected.missed_deg).noisier(expected.marked_deg2)
+    factor = factor.at_least(expected.missed_deg).noisier(expected.marked_deg2)
+    if expected.kind is Kind.FINGERPRINT:
+        factor = factor.standing_off(expected.missed_deg)
     moving = float(np.std(np.concatenate(base)))
     scales = law_scales((whole or expected).tracks)
     change = angle_change(tracks, base, response, expected.driven)

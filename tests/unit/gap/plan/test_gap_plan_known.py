@@ -144,7 +144,7 @@ def test_a_designed_session_pairs_with_the_usual_one_where_they_share_a_record(t
 
 
 def test_what_is_slow_is_given_longer_records(known: Rig) -> None:
-    slow = Applied("creep", {"share": 0.05, "tau_s": 10.0, "relaxed": 1.0})
+    slow = Applied("creep", {"share": 0.1, "tau_s": 10.0, "relaxed": 1.0})
     rivals = [
         Hypothesis(ANGLE, Applied("sensor_gain", {"gain": -0.04}), 0.5, {"gain": 0.01}),
         Hypothesis(ANGLE, slow, 0.5, {"share": 0.01, "tau_s": 3.0}),
