@@ -32,6 +32,10 @@ class Slot(StrEnum):
     SENSOR = "sensor"
 
 
+AHEAD = (Slot.TIMING, Slot.VALVE)
+"""The slots ahead of the pressure monitors."""
+
+
 class Placed(NamedTuple):
     """A stage with its numbers, ready to run."""
 

@@ -10,7 +10,7 @@ from typing import Any
 from rig.blind_check.folder import CheckFolder, read_json
 from rig.blind_check.row import CaseKind, Row, read_scored
 from rig.errors import RecordError
-from rig.gap.answer.consistency import RAW
+from rig.gap.answer.facts import RAW
 from rig.gap.answer.further import Shrunk, fit_spread
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.settings import Fitted

@@ -17,12 +17,10 @@ from rig.gap.hypotheses.scenes import ANGLE, PRESSURES
 from rig.gap.odds import Judgement, Truth, fit_odds, log_likelihood
 from rig.gap.reference.build import UNCORRECTED, Kind
 from rig.gap.settings import Fitted, Odds
+from rig.model.slots import AHEAD
 
 LEAST_FACTORS = 60
 """Fewer tell nothing of odds that lie some nats apart."""
-AHEAD = ("timing", "valve")
-
-
 SAME = {Kind.SESSION.value: Kind.SESSIONS.value, UNCORRECTED: Kind.FINGERPRINT.value}
 """References by whose answers the odds of another are fitted too."""
 
@@ -43,19 +41,18 @@ def with_odds(levels: Fitted, folders: Sequence[CheckFolder], left_out: Sequence
     judged: dict[str, list[Judgement]] = {}
     for folder in folders:
         for reference, one in _judgements(folder, left_out):
-            judged.setdefault(SAME.get(reference, reference), []).append(one)
+            judged.setdefault(reference, []).append(one)
     most = max((len(some) for some in judged.values()), default=0)
     if most < LEAST_FACTORS:
         raise RecordError(
             f"{most} factors of clear cases beside one reference are there; at least {LEAST_FACTORS} are needed"
         )
+    telling = {name: judged.get(SAME.get(name, name), []) for name in levels.levels}
     fits = {
-        name: _fitted(judged[SAME.get(name, name)], one.odds)
-        for name, one in levels.levels.items()
-        if len(judged.get(SAME.get(name, name), ())) >= LEAST_FACTORS
+        name: _fitted(some, levels.levels[name].odds) for name, some in telling.items() if len(some) >= LEAST_FACTORS
     }
-    changed = {name: replace(one, odds=fits[name].odds) if name in fits else one for name, one in levels.levels.items()}
-    return replace(levels, levels=changed), fits
+    changed = {name: replace(levels.levels[name], odds=fit.odds) for name, fit in fits.items()}
+    return replace(levels, levels={**levels.levels, **changed}), fits
 
 
 def _fitted(judged: Sequence[Judgement], odds: Odds) -> Fit:
@@ -65,14 +62,15 @@ def _fitted(judged: Sequence[Judgement], odds: Odds) -> Fit:
 
 
 def _judgements(folder: CheckFolder, left_out: Sequence[str]) -> Iterator[tuple[str, Judgement]]:
-    """Of every factor, the reference by whose levels it was judged, what was said and what was true."""
+    """Of every factor, by whose answers its odds are fitted, what was said and what was true."""
     for path in sorted((folder.root / "scores").glob("*.json")):
         answers, scored = read_json(folder.answer(path.stem))["modes"], read_scored(path)
         stages = {name: fact.stage for name, fact in facts_of(scored.facts).effects.items()}
         for mode, row in scored.rows.items():
             if row.family not in left_out and _tells(row) and not MODES[mode].withheld:
                 said = answers[mode]["diagnosis"]
-                yield from ((said["gap"]["floor_source"], one) for one in _of_answer(said, stages))
+                reference = said["gap"]["floor_source"]
+                yield from ((SAME.get(reference, reference), one) for one in _of_answer(said, stages))
 
 
 def _tells(row: Row) -> bool:

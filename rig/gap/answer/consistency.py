@@ -9,10 +9,10 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
+from rig.gap.answer.facts import RAW
+
 SAME = 1.001
 """Values closer than this are the same number."""
-RAW = ("signature", "raw data")
-"""Judged on the raw samples: no gap of the smoothed angle need close."""
 AHEAD = ("valve", "pressures")
 """Judged on the pressures: the angle's gap need not close, the pressures' must."""
 TAKEN_BACK = ("less sure", "do not use", "is wrong")

@@ -16,6 +16,11 @@ from rig.gap.records.partners import Match
 SWALLOWED = 0.5
 """Share of the mean square from which on re-tuning is said to close a gap."""
 
+SIGNATURE, RAW_DATA = "signature", "raw data"
+"""What an effect of the library leaves in the raw samples, or what no effect makes there."""
+RAW = (SIGNATURE, RAW_DATA)
+"""Judged on the raw samples: no gap of the smoothed angle need close."""
+
 
 class Verdict(StrEnum):
     """What it comes to."""

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rig.gap.answer.result import SIGNATURE, Cause, Interval, Observation
+from rig.gap.answer.facts import SIGNATURE
+from rig.gap.answer.result import Cause, Interval, Observation
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.hypotheses.propagate import Applied
 from rig.gap.raw_tests.signature import Signature

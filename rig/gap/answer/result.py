@@ -5,15 +5,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from rig.channels import PNEUMATIC, Channels
-from rig.gap.answer.facts import Evidence, Gap, Retuning, Verdict, Where
+from rig.gap.answer.facts import RAW, SIGNATURE, Evidence, Gap, Retuning, Verdict, Where
 from rig.gap.hypotheses.library import UNKNOWN
 from rig.gap.hypotheses.propagate import Applied
 from rig.gap.plan.experiment import Experiment
 from rig.gap.reference.kinds import Kind
 from rig.own_units import own_plain
-
-SIGNATURE, RAW_DATA = "signature", "raw data"
-"""Judged on the raw samples: what an effect of the library leaves there, or what no effect makes."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +33,7 @@ class Cause:
     effect: str
     stage: str
     side: str
-    """What it was judged on: pressures, angle, or the raw samples (SIGNATURE, RAW_DATA)."""
+    """What it was judged on: pressures, angle, or the raw samples (RAW)."""
     applied: Applied | None
     parameters: Mapping[str, Interval]
     gap_before_deg: float
@@ -53,7 +50,7 @@ class Cause:
     @property
     def is_raw(self) -> bool:
         """Judged on the raw samples: the smoothed angle need not show it."""
-        return self.side in (SIGNATURE, RAW_DATA)
+        return self.side in RAW
 
     def to_json(self) -> dict[str, Any]:
         return {

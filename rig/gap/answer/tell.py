@@ -8,11 +8,11 @@ import numpy as np
 
 from rig.gap.answer.augment import remaining_gap
 from rig.gap.answer.chain import STAGES, chain
-from rig.gap.answer.facts import Evidence, Gap, Judged, RecordGap, Retuning, Verdict, Where
+from rig.gap.answer.facts import RAW_DATA, Evidence, Gap, Judged, RecordGap, Retuning, Verdict, Where
 from rig.gap.answer.further import Shrunk, further
 from rig.gap.answer.held_out import HowFar
 from rig.gap.answer.observations import told_apart
-from rig.gap.answer.result import RAW_DATA, Cause, Diagnosis, Interval, Ranked
+from rig.gap.answer.result import Cause, Diagnosis, Interval, Ranked
 from rig.gap.answer.where import frequency_shares, over_time, phase_shares, region_shares
 from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.fit import Fit

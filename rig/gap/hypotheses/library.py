@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from rig.model.effect_stages import EFFECT_STAGES
+from rig.model.slots import AHEAD
 from rig.plugins import EFFECTS, Registered
 
 NONE, UNKNOWN = "none", "unknown"
@@ -64,7 +65,7 @@ class Effect:
     @property
     def upstream(self) -> bool:
         """It shows in the pressures."""
-        return EFFECT_STAGES[self.laws[0].stage].slot in ("timing", "valve")
+        return EFFECT_STAGES[self.laws[0].stage].slot in AHEAD
 
 
 def _both(*more: Mapping[str, float]) -> tuple[Mapping[str, float], ...]:

@@ -14,10 +14,9 @@ from rig.gap.reference.expectation import Factor, angle_parts, mean_doubt, press
 from rig.gap.reference.own_days import angle_days, own_factor, pressure_days
 from rig.gap.settings import Fitted, Prior
 from rig.model.effect_stages import EFFECT_STAGES
-from rig.model.slots import Slot
+from rig.model.slots import AHEAD
 from rig.record import Column
 
-AHEAD = (Slot.TIMING, Slot.VALVE)
 PRESSURES, ANGLE = "pressures", "angle"
 
 
