@@ -15,7 +15,7 @@ settings.load_profile("house")
 
 ROOT = Path(__file__).resolve().parent.parent
 
-pytest_plugins = ("page_rig",)
+pytest_plugins = ("support.page_rig",)
 
 REAL_PROCESSES = ("contract", "faults", "recovery")
 """Folders whose tests run real processes against the real clock. A machine that stands still for tens of milliseconds,
@@ -36,7 +36,7 @@ def shared() -> Path:
 def _emulated_rigs_end_with_their_file() -> Iterator[None]:
     """The emulated rigs that a file of tests keeps running do not outlive it."""
     yield
-    if kept := sys.modules.get("fieldbus_rigs"):
+    if kept := sys.modules.get("support.fieldbus_rigs"):
         kept.end_all()
 
 

@@ -19,8 +19,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import hostile_work
 import yaml
+from support import hostile_work
 
 from drivers.calibration import parse_all
 from drivers.modbus_io.maps import load_map

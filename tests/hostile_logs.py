@@ -18,10 +18,10 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-import hostile_work
 import zstandard
 from click.testing import CliRunner
-from made_logs import made_content, made_log
+from support import hostile_work
+from support.made_logs import made_content, made_log
 
 from rig.cli.commands import cli
 from rig.errors import RigError

@@ -20,8 +20,8 @@ from pathlib import Path
 from typing import Any
 
 import hostile_configs
-import hostile_work
-from page_visitor import free_port
+from support import hostile_work
+from support.page_visitor import free_port
 
 from rig.qualify.faults.bench import FaultBench
 from rig.service.door.protocol import COMMANDS

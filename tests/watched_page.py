@@ -16,7 +16,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-import browsers
+from support import browsers
 
 from rig.qualify.faults.bench import FaultBench
 

@@ -8,8 +8,8 @@ from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-import fieldbus_rigs as rigs
 from factories import Bench
+from support import fieldbus_rigs as rigs
 
 from drivers.itv_serial.device import ItvSerial
 from drivers.mixed import MixedRig

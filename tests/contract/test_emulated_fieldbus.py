@@ -7,10 +7,10 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-import fieldbus_rigs as rigs
 import numpy as np
 import pytest
 from exact_rig import CONFIGS, EXACT, run
+from support import fieldbus_rigs as rigs
 
 from drivers.modbus_io.device import ModbusIo
 from drivers.modbus_io.settings import FurtherChannel, Mode

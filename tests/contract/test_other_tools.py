@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from made_logs import made_log
 from mcap.reader import NonSeekingReader, make_reader
 from mcap.stream_reader import StreamReader
+from support.made_logs import made_log
 
 from rig.log.convert import read_content
 from rig.log.exchange import export

@@ -20,7 +20,7 @@ from rig.service.client import Client
 from rig.service.door import protocol
 from rig.service.door.control import MAX_CLIENTS
 
-pytest_plugins = "daemon_rig"
+pytest_plugins = "support.daemon_rig"
 pytestmark = pytest.mark.xdist_group("real processes")
 
 pytestmark = pytest.mark.xdist_group("real processes")

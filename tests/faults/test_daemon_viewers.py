@@ -20,7 +20,7 @@ from rig.qualify.faults.bench import FaultBench
 from rig.service.client import Client
 from rig.service.door import protocol
 
-pytest_plugins = "daemon_rig"
+pytest_plugins = "support.daemon_rig"
 pytestmark = pytest.mark.xdist_group("real processes")
 
 pytestmark = pytest.mark.xdist_group("real processes")

@@ -6,9 +6,9 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-import fieldbus_rigs as rigs
 import pytest
 from pymodbus.client import ModbusTcpClient
+from support import fieldbus_rigs as rigs
 
 from drivers.modbus_io.device import ModbusIo
 from drivers.modbus_io.settings import AngleChannel, Mode

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import psutil
 import pytest
-from made_logs import made_log
-from page_visitor import Visitor, free_port
+from support.made_logs import made_log
+from support.page_visitor import Visitor, free_port
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 

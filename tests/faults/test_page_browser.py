@@ -6,9 +6,9 @@ import signal
 from pathlib import Path
 from typing import Any
 
-import browsers
 import pytest
-from page_rig import CHANGED, DAYS, MARKUP, REFERENCE, armed, badge, part, says, stopped, two_records
+from support import browsers
+from support.page_rig import CHANGED, DAYS, MARKUP, REFERENCE, armed, badge, part, says, stopped, two_records
 
 from rig.qualify.faults.bench import FaultBench
 

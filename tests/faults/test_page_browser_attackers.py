@@ -8,9 +8,9 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 from urllib.parse import urlsplit
 
-import browsers
 import pytest
-from page_rig import MARKUP, armed, badge, part, says
+from support import browsers
+from support.page_rig import MARKUP, armed, badge, part, says
 
 from rig.qualify.faults.bench import FaultBench
 

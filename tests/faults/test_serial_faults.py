@@ -11,9 +11,9 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-import fieldbus_rigs as rigs
 import pytest
 import serial
+from support import fieldbus_rigs as rigs
 
 from drivers.itv_serial.device import ItvSerial, ItvSettings
 from drivers.serial_port import SerialPort

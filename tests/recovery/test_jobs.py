@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from cluster_work import fail, leave_trace
+from support.cluster_work import fail, leave_trace
 
 from rig.errors import RigError
 from rig.parallel import each, executor
@@ -37,7 +37,7 @@ def test_a_failing_piece_ends_the_work_with_its_own_error() -> None:
 INTERRUPTED = """
 import signal, sys
 from functools import partial
-from cluster_work import begin_and_stay
+from support.cluster_work import begin_and_stay
 from rig.parallel import each, executor
 if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.default_int_handler)  # whoever runs the tests may have had it ignored

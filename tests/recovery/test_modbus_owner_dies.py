@@ -8,15 +8,15 @@ import sys
 import time
 from collections.abc import Iterator
 
-import fieldbus_rigs as rigs
 import pytest
+from support import fieldbus_rigs as rigs
 
 from drivers.modbus_io.settings import Mode
 from hil.emulators.emulation import Emulation
 
 OWNER = """
 import sys, time
-import fieldbus_rigs as rigs
+from support import fieldbus_rigs as rigs
 from drivers.modbus_io.device import ModbusIo
 from drivers.modbus_io.settings import Mode
 place, mode = sys.argv[1:]

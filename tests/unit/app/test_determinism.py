@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from mcap_files import Contents, contents
+from support.mcap_files import Contents, contents
 
 from rig.sample import Phase, pack
 

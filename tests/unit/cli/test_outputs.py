@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 import pytest
 from click.testing import CliRunner
-from made_logs import made_content, made_log
+from support.made_logs import made_content, made_log
 
 from rig.app import shipped
 from rig.cli.commands import cli

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 from click.testing import CliRunner
-from made_logs import made_content
 from rich.text import Text
+from support.made_logs import made_content
 
 from rig.app.terminal import console, listing, styled, visible
 from rig.cli.commands import cli

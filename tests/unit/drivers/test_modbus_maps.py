@@ -5,8 +5,8 @@ import dataclasses
 from pathlib import Path
 from typing import Any
 
-import fieldbus_rigs as rigs
 import pytest
+from support import fieldbus_rigs as rigs
 
 from drivers.itv_serial.device import ItvSerial, ItvSettings
 from drivers.modbus_io.codec import decode, encode, rtu_exchange_s, to_counts

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from gap_rigs import asked, baselines, model, names, session
+from support.gap_rigs import asked, baselines, model, names, session
 
 from rig.cli.common import plain
 from rig.errors import ModelError, RecordError

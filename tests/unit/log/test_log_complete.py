@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from made_logs import made_content
+from support.made_logs import made_content
 
 from rig.app.records.logs import describe, plain_lines
 from rig.app.runs.replaying import prepare

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from google.protobuf import descriptor_pool, message_factory
 from google.protobuf.descriptor_pb2 import FileDescriptorSet
-from made_logs import assert_same_content, made_content
 from mcap.writer import Writer
+from support.made_logs import assert_same_content, made_content
 
 from rig.errors import ConfigError, RecordError
 from rig.log.exchange import SUFFIXES, export, read_exported

@@ -66,7 +66,7 @@ def test_a_dependency_may_stand_beside_apache_2(package: str) -> None:
 
 
 def test_what_others_wrote_and_we_keep_has_its_licence_beside_it() -> None:
-    shipped, tests_only = ROOT / "rig" / "service" / "web" / "static" / "uplot", ROOT / "tests" / "axe"
+    shipped, tests_only = ROOT / "rig" / "service" / "web" / "static" / "uplot", ROOT / "tests" / "support" / "axe"
     assert "MIT License" in (shipped / "LICENSE").read_text()
     assert "Mozilla Public License" in (tests_only / "LICENSE").read_text()  # unchanged, and in no wheel
     assert {path.name for path in shipped.iterdir()} == {"LICENSE", "uPlot.iife.min.js", "uPlot.min.css"}

@@ -93,3 +93,10 @@ def test_no_test_reaches_for_private_names() -> None:
 def test_a_test_that_does_is_seen(text: str, found: set[str]) -> None:
     assert privates(text) == found
     assert bool(imported(text) & TEST_MODULES) is ("test_rooms" in text)
+
+
+def test_beside_the_folders_of_tests_stand_only_programs_to_start() -> None:
+    """What tests share stands in tests/support."""
+    beside = [path for path in (ROOT / "tests").glob("*.py") if path.name != "conftest.py"]
+    assert beside
+    assert not [path.name for path in beside if '__name__ == "__main__"' not in path.read_text()]

@@ -8,7 +8,7 @@ from array import array
 from dataclasses import replace
 
 import pytest
-from scripted import (
+from support.scripted import (
     DEG_PER_MPA,
     PERIOD_NS,
     ScriptedClock,

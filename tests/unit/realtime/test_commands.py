@@ -6,7 +6,7 @@ import time
 from collections.abc import Iterator
 
 import pytest
-from scripted import program
+from support.scripted import program
 
 from rig.errors import StateError
 from rig.realtime.commands import CONTROL_PATIENCE_NS, Answer, Mailbox, Request, Script, program_name

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from scripted import (
+from support.scripted import (
     ListRing,
     ScriptedClock,
     ScriptedDevice,

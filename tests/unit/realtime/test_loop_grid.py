@@ -1,7 +1,7 @@
 """The loop's grid on a scripted clock: late ticks, skipped periods, and when they are a fault."""
 
 import pytest
-from scripted import (
+from support.scripted import (
     PERIOD_NS,
     ScriptedClock,
     ScriptedDevice,

@@ -1,7 +1,7 @@
 """The loop and its operator, by script: stop, emergency stop, reset, disarm, termination, a commander that is lost."""
 
 import pytest
-from scripted import (
+from support.scripted import (
     ListRing,
     ScriptedClock,
     ScriptedDevice,

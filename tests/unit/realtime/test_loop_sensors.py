@@ -4,7 +4,7 @@ import itertools
 import math
 
 import pytest
-from scripted import (
+from support.scripted import (
     OFFSET_DEG,
     ScriptedDevice,
     ScriptedOperator,

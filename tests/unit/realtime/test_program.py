@@ -4,7 +4,7 @@ import itertools
 import secrets
 
 import pytest
-from scripted import program
+from support.scripted import program
 
 from rig.errors import StateError
 from rig.realtime.program import Program

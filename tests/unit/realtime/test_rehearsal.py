@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
-from scripted import PERIOD_NS, ListRing, ScriptedDevice, armed_and_running
+from support.scripted import PERIOD_NS, ListRing, ScriptedDevice, armed_and_running
 
 from rig.app import compose
 from rig.interfaces import Clock, Device

@@ -12,7 +12,7 @@ from types import SimpleNamespace
 
 import pytest
 from rich.console import Console
-from scripted import program
+from support.scripted import program
 
 from rig.app import compose, shipped
 from rig.app.runs import runner

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
-from gap_rigs import MODEL, session
+from support.gap_rigs import MODEL, session
 
 from rig.app.gap.baselines import sessions_of
 from rig.cli.gap.group import gap

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import psutil
 import pytest
-from mcap_files import contents
-from run_command import PATIENCE_S, SWEEP, Running, pamrig, until
+from support.mcap_files import contents
+from support.run_command import PATIENCE_S, SWEEP, Running, pamrig, until
 
 from rig.realtime import shared
 from rig.realtime.faults import Fault
@@ -21,7 +21,7 @@ from rig.realtime.ring import CAPACITY
 from rig.realtime.state import State
 from rig.sample import SAMPLE_BYTES, Phase
 
-pytest_plugins = "run_rig"
+pytest_plugins = "support.run_rig"
 pytestmark = pytest.mark.real_time
 
 

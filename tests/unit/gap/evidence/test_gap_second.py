@@ -1,7 +1,7 @@
 """Two causes on one factor: both are named where one leaves something, one where it leaves nothing."""
 
 import pytest
-from gap_rigs import asked, names, session
+from support.gap_rigs import asked, names, session
 
 from rig.model.parameters import AddedEffect
 

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from mcap_files import contents
-from scripted import PERIOD_NS
+from support.mcap_files import contents
+from support.scripted import PERIOD_NS
 
 from rig.log.check import check
 from rig.log.mcap.schema import Ended

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from made_logs import made_log
+from support.made_logs import made_log
 
 from rig.channels import FACT, Channel, Channels
 from rig.errors import RecordError

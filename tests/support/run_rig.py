@@ -3,9 +3,9 @@
 from pathlib import Path
 
 import pytest
-from run_command import SWEEP
 
 from rig.app import shipped
+from support.run_command import SWEEP
 
 
 @pytest.fixture

@@ -9,12 +9,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import browsers
 import pytest
 
 from rig.app.gap.campaign import Campaign, Step
 from rig.errors import RigError
 from rig.qualify.faults.bench import FaultBench
+from support import browsers
 
 BY_THE_MACHINE = ("MISSED_TICKS", "LONG_STALL", "LOOP_DIED")
 PARTS = ("rig", "runs", "records", "diagnosis", "bringup")

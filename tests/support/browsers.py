@@ -17,7 +17,7 @@ FLAGS = (
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
     "--disable-component-update", "--disable-sync",
 )  # fmt: skip
-AXE = ROOT / "tests" / "axe" / "axe.min.js"
+AXE = ROOT / "tests" / "support" / "axe" / "axe.min.js"
 
 
 def path() -> str:

@@ -43,8 +43,9 @@ def main(module: str, described: str) -> int:
     while time.monotonic() < until:
         folder = Path(tempfile.mkdtemp(prefix=f"{module}_{seed}_"))
         each_s = min(given.each, until - time.monotonic())
-        work = f"from hostile_work import Path, go_on; go_on({module!r}, {seed}, {each_s}, Path({str(folder)!r}))"
-        done = subprocess.run([sys.executable, "-c", work], cwd=Path(__file__).parent, check=False)
+        work = "from support.hostile_work import Path, go_on; "
+        work += f"go_on({module!r}, {seed}, {each_s}, Path({str(folder)!r}))"
+        done = subprocess.run([sys.executable, "-c", work], cwd=Path(__file__).parents[1], check=False)
         if done.returncode:
             bad += 1
             print(f"seed {seed}: status {done.returncode}; the input lies in {folder}", flush=True)
