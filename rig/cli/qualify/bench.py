@@ -1,13 +1,8 @@
-"""`pamrig bench`: the project's own benchmarks, each beside its peer in the same run, and beside an earlier run.
+"""`pamrig bench`: the project's own benchmarks, each beside its peer in the same run, and beside an earlier run."""
 
-A benchmark is a module of rig.qualify.benchmarks with a function `bench_NAME() -> {figure: {value, unit, peer,
-peer_value, ratio}}`.
-"""
-
-import importlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import click
 
@@ -15,30 +10,7 @@ from rig.app.terminal import console, listing, progress
 from rig.cli.common import emit, json_option
 from rig.cli.outputs import Command
 from rig.errors import CheckFailed
-
-
-class Benchmark(NamedTuple):
-    """Where a benchmark lives, imported when it is run, and how many rounds of it say how far it varies."""
-
-    place: str
-    rounds: int = 5
-
-
-BENCHMARKS = {
-    "loop": Benchmark("rig.qualify.benchmarks.loop:bench_loop", 3),
-    "record": Benchmark("rig.qualify.benchmarks.record:bench_record"),
-    "identify": Benchmark("rig.qualify.benchmarks.identify:bench_identify"),
-    "log": Benchmark("rig.qualify.benchmarks.log:bench_log", 3),
-    "devices": Benchmark("rig.qualify.benchmarks.devices:bench_devices", 3),
-    "safety": Benchmark("rig.qualify.benchmarks.safety:bench_safety", 1),
-    "gap": Benchmark("rig.qualify.benchmarks.gap:bench_gap", 1),
-    "tracking": Benchmark("rig.qualify.benchmarks.tracking:bench_tracking", 1),
-    "page": Benchmark("rig.qualify.benchmarks.page:bench_page", 1),
-    "history": Benchmark("rig.qualify.benchmarks.history:bench_history", 1),
-    "waits": Benchmark("rig.qualify.benchmarks.waits:bench_waits", 3),
-    "wrist": Benchmark("rig.qualify.benchmarks.wrist:bench_wrist", 1),
-}
-"""What a seed fixes, or what takes minutes, is measured once."""
+from rig.qualify.benchmarks.catalog import BENCHMARKS, run_benchmark
 
 
 @click.command(cls=Command)
@@ -103,15 +75,6 @@ def _measured(
             if json_to != "-":
                 emit(results, json_to)  # what was measured is kept, whatever comes after it
     return results, lacking
-
-
-def run_benchmark(name: str, rounds: int | None) -> dict[str, Any]:
-    """Its figures by name, from so many rounds or its own number of them."""
-    from rig.qualify.figures.rounds import measured
-
-    module, function = BENCHMARKS[name].place.split(":")
-    run: Callable[[], dict[str, Any]] = getattr(importlib.import_module(module), function)
-    return measured(run, rounds or BENCHMARKS[name].rounds)
 
 
 def show(name: str, figures: dict[str, Any], json_to: str | None) -> None:

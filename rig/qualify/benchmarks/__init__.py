@@ -1,4 +1,4 @@
-"""The project's benchmarks, one file each; see rig.cli.qualify.bench."""
+"""The project's benchmarks, one file each (`catalog` has them all), and the row that each figure is."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
