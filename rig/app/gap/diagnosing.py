@@ -55,16 +55,6 @@ def cases_of(logs: tuple[Path, ...]) -> list[Case]:
     return [Case(day.name, (day,)) for day in days] or [Case(None, logs)]
 
 
-def check_effects(names: Sequence[str]) -> None:
-    """ConfigError for a name that is not in the library."""
-    from rig.config import suggest
-    from rig.gap.hypotheses.library import LIBRARY
-
-    for name in names:
-        if name not in LIBRARY:
-            raise ConfigError(f"--effect: unknown effect {name!r}; {suggest(name, list(LIBRARY))}")
-
-
 def diagnose_case(
     options: DiagnosisOptions, case: Case, sessions: Sequence[Session] | None = None
 ) -> "tuple[Case, Diagnosis]":

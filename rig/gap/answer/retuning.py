@@ -88,12 +88,7 @@ def retune(
 
     `changes`: what each effect, as it fits best, changes in the angle of all pairs, deg; (n,) one after the other.
     """
-    names = [
-        (slot, name)
-        for slot, stage in model.stages().items()
-        for name in stage.parameters
-        if any(name == end or name.endswith(f"_{end}") for end in TUNED[slot])
-    ]
+    names = _tuned(model)
     if not names:
         return None
     scales = np.array([_scale(model.stages()[slot].parameters[name], name) for slot, name in names])
@@ -123,6 +118,16 @@ def retune(
         _alike(errors, fit, len(names), changes or {}),
     )
     return Refit(_with(model, names, start + scales * x), told)
+
+
+def _tuned(model: Model) -> list[tuple[str, str]]:
+    """Slot and name of each parameter that is fitted again."""
+    return [
+        (slot, name)
+        for slot, stage in model.stages().items()
+        for name in stage.parameters
+        if any(name == end or name.endswith(f"_{end}") for end in TUNED[slot])
+    ]
 
 
 def _alike(errors: "_Errors", fit: Fit, count: int, changes: Mapping[str, Column]) -> tuple[str, ...]:

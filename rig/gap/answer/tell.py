@@ -94,42 +94,39 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
     causes += [Cause(UNKNOWN, "sensor", RAW_DATA, None, {}, before, before, 0.0, (), 0.5) for _ in _strange(told)]
     if told.expected.pairing.clipped:
         causes = [replace(cause, confidence=min(cause.confidence, EITHER)) for cause in causes]
-    verdict = _verdict(causes)
+    left = far.after_deg if added else before
     low, high = _further(kept, before, floor, far, told.settings) if added else (before, before)
-    names_something = any(cause.is_named for cause in causes)
+    named = any(cause.is_named for cause in causes)
     gap = Gap(
         rms_deg=before,
         floor_deg=floor,
         ratio=before / floor,
-        explained_fraction=_explained(kept, before, far.after_deg if added else before, floor)
-        if names_something
-        else 0.0,
-        after_deg=far.after_deg if added else before,
+        explained_fraction=_explained(kept, before, left, floor) if named else 0.0,
+        after_deg=left,
         after_low_deg=low,
         after_high_deg=high,
         floor_source=_floor_source(told.expected),
     )
     return Diagnosis(
-        verdict,
+        _verdict(causes),
         _confidence(told, marks),
         gap,
-        _where(told, causes, gaps, far.after_deg if added else before, floor),
+        _where(told, causes, gaps, left, floor),
         causes,
         _ranking(told, marks),
         what_next(told.expected, told.posteriors, settings=told.settings),
         _evidence(told, gaps, far, added),
-        list(
-            dict.fromkeys(
-                [
-                    *told.expected.pairing.notes,
-                    *(f"{mark.text}: no effect of the library does that" for mark in _strange(told)),
-                ]
-            )
-        ),
+        _notes(told),
         reference=told.expected.kind,
         retuning=told.retuning,
         observations=found.observations,
     )
+
+
+def _notes(told: Told) -> list[str]:
+    """What was said on the way, and the marks that have no name; each line once."""
+    nameless = (f"{mark.text}: no effect of the library does that" for mark in _strange(told))
+    return list(dict.fromkeys([*told.expected.pairing.notes, *nameless]))
 
 
 def _further(kept: Sequence[Kept], before: float, floor: float, far: HowFar, settings: Fitted) -> tuple[float, float]:

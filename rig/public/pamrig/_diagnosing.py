@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from pamrig._models import _model, save_model
 from pamrig._picture import Picture, html_table
 from pamrig._places import Logs, records_of
-from rig.app.gap.diagnosing import check_effects
+from rig.app.gap.effects import check_effects
 from rig.errors import ModelError
 from rig.gap.answer.result import Cause
 from rig.gap.answer.result import Diagnosis as Answer

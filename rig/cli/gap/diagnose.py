@@ -1,0 +1,149 @@
+"""`pamrig gap diagnose`: where the gap between simulator and rig lies, and why."""
+
+import shlex
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rig.app.terminal import console, listing, progress, styled
+from rig.cli.common import emit, json_option
+from rig.cli.gap.options import angle_alone_option, baseline_option, reference_option
+from rig.cli.outputs import Command, Output
+from rig.outputs import Kind
+
+if TYPE_CHECKING:
+    from rig.gap.answer.result import Diagnosis
+
+_path = click.Path(path_type=Path)
+
+
+@click.command(cls=Command, short_help="What the simulator lacks, or what has changed.")
+@click.option("--model", "model", required=True, type=_path, metavar="MODEL.yaml", help="The simulator.")
+@click.option(
+    "--log",
+    "logs",
+    required=True,
+    multiple=True,
+    type=_path,
+    metavar="LOG",
+    help="Records of the rig as it is now: files or folders.",
+)
+@baseline_option(
+    "Records of one earlier day, or a folder of such folders; repeat for more days. `model`: the logs it was "
+    "identified from."
+)
+@reference_option(
+    "What stands for the rig without a gap; auto takes the best there is. simulator: the model was made for "
+    "another rig of the build, or from data sheets."
+)
+@click.option(
+    "--html",
+    "html_to",
+    type=Output(Kind.PAGE),
+    metavar="FILE",
+    help="Write the report as one HTML page; with several days an overview, and beside it a page a day.",
+)
+@click.option(
+    "--augmented-model",
+    "augmented_to",
+    type=Output(Kind.MODEL),
+    metavar="FILE",
+    help="Write the simulator with the causes.",
+)
+@click.option(
+    "--retuned",
+    "retuned_to",
+    type=Output(Kind.MODEL),
+    metavar="FILE",
+    help="Write the simulator fitted again to these records.",
+)
+@click.option(
+    "--next-experiment", "next_to", type=Output(Kind.SWEEP), metavar="FILE", help="Write the recommended sweep, if any."
+)
+@click.option(
+    "--tracking",
+    "tracking",
+    type=_path,
+    metavar="REFERENCE.yaml",
+    help="Also say how much closer `pamrig track` would follow with these gains when its feed-forward has the causes.",
+)
+@angle_alone_option
+@click.option(
+    "--rig", "rig", type=_path, metavar="RIG.yaml", help="The rig: its `effects` say what can be wrong with it at all."
+)
+@click.option("--effect", "effects", multiple=True, metavar="NAME", help="Limit the library to these effects.")
+@click.option("--workers", type=click.IntRange(1), help="With several days: local processes; default: one a core.")
+@click.option(
+    "--dask", metavar="ADDRESS", help="With several days: the Dask cluster at ADDRESS, which must see the same files."
+)
+@json_option
+def diagnose(
+    logs: tuple[Path, ...], workers: int | None, dask: str | None, json_to: str | None, **options: Any
+) -> None:
+    """Say what MODEL lacks to follow LOG, the records of the rig as it is now; or, with BASELINE, what has changed
+    since those days.
+
+    A folder of several days as LOG gives one diagnosis a day, side by side.
+    """
+    from rig.app.gap.baselines import check_apart, described, odd_days, read_sessions
+    from rig.app.gap.diagnosing import (
+        DiagnosisOptions,
+        cases_of,
+        diagnose_campaign,
+        diagnose_case,
+        report,
+        without_next,
+        write_overview,
+    )
+    from rig.app.gap.effects import check_effects
+
+    check_effects(options["effects"])
+    chosen, cases = DiagnosisOptions(**options, command=shlex.join(["pamrig", *sys.argv[1:]])), cases_of(logs)
+    check_apart(logs, chosen.baselines)
+    days = read_sessions(chosen.baselines, chosen.model)
+    if len(cases) == 1:
+        with progress("diagnosing"):
+            made = [diagnose_case(chosen, cases[0], days)]
+    else:
+        made = list(diagnose_campaign(chosen, cases, dask, workers))
+    results = {case.name: diagnosis for case, diagnosis in made}
+    results = {case.name: results[case.name] for case in cases}
+    for name, diagnosis in results.items():
+        _show(diagnosis, name, json_to)
+    odd = odd_days(days)
+    for line in (*described(days, odd), *without_next(chosen, results)):
+        console(json_to).print(line)
+    write_overview(chosen, results, days)
+    emit(report(results, days, odd), json_to)
+
+
+def _show(diagnosis: "Diagnosis", name: str | None, json_to: str | None) -> None:
+    """The summary for a person."""
+    from rig.gap.answer.words import answers, chain_rows
+    from rig.own_units import speaker
+
+    out, say = console(json_to), speaker(diagnosis.channels)
+    if name:
+        out.print(name, style="bold")
+    for question, answer in answers(diagnosis).items():
+        out.print(styled((question, "bold"), f"  {say(answer)}"))
+    if rows := chain_rows(diagnosis):
+        stages = listing("stage", "share of the gap", "found there")
+        for row in rows:
+            stages.add_row(*row)
+        out.print(stages)
+    if diagnosis.ranking:
+        table = listing("alone", "stage", "judged on", "explains", "probability")
+        for line in diagnosis.ranking[:6]:
+            table.add_row(
+                line.effect,
+                line.stage,
+                say(line.side),
+                f"{100 * line.explained_fraction:.0f} %",
+                f"{line.probability:.2f}",
+            )
+        out.print(table)
+    for note in diagnosis.notes:
+        out.print(f"note: {say(note)}")
