@@ -35,3 +35,9 @@ def test_one_that_does_not_is_seen(text: str) -> None:
 def test_every_decision_has_a_number_of_its_own() -> None:
     numbers = [page.name[:4] for page in DECISIONS]
     assert len(numbers) == len(set(numbers))
+
+
+def test_its_title_begins_with_that_number() -> None:
+    """So that a number that a page names is found in the index."""
+    titles = {page.name[:4]: page.read_text(encoding="utf-8").partition("\n")[0] for page in DECISIONS}
+    assert not [title for number, title in titles.items() if not re.match(rf"# {number}:? \S", title)]
