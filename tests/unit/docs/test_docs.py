@@ -21,6 +21,8 @@ pytestmark = pytest.mark.real_time
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 BLOCK = re.compile(r"^```(\w+)(?: file=(\S+))?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\]\(([^)#\s]+)(?:#[^)]*)?\)")
+NAMED = re.compile(r"`(?:(?:\.venv/bin/)?python )?((?:rig|drivers|hil|tests|docs|configs)/[\w./-]*\w)(?![\w./*{-])")
+"""A file or folder of the checkout, alone or in a call."""
 BIN = Path(sys.executable).parent
 
 
@@ -76,14 +78,20 @@ def test_the_index_holds_every_page() -> None:
     assert all(f"({name(page).removeprefix('docs/')})" in text for page in PAGES[1:] if page.name != "README.md")
 
 
-def test_the_overview_names_only_what_exists() -> None:
-    text = (ROOT / "docs" / "explanation" / "overview.md").read_text(encoding="utf-8")
-    files = [
-        word
-        for word in re.findall(r"`([a-z_/]+/[a-z_/]*(?:\.py)?)`", text)
-        if word.split("/")[0] in ("rig", "drivers", "hil", "tests")
+def test_pages_name_only_files_that_exist() -> None:
+    """Decisions say what was when they were made; all other pages say what is."""
+    decisions = ROOT / "docs" / "decisions"
+    named = [
+        (name(page), file)
+        for page in (ROOT / "CONTRIBUTING.md", *PAGES)
+        if decisions not in page.parents
+        for file in NAMED.findall(page.read_text(encoding="utf-8"))
     ]
-    assert len(files) > 20
-    assert not [file for file in files if not (ROOT / file).exists()]
+    assert len(named) > 100
+    assert not [(page, file) for page, file in named if not (ROOT / file).exists()]
+
+
+def test_the_overview_names_only_modules_that_exist() -> None:
+    text = (ROOT / "docs" / "explanation" / "overview.md").read_text(encoding="utf-8")
     known = {path.name for room in ("rig", "drivers", "hil") for path in (ROOT / room).rglob("*.py")}
     assert not set(re.findall(r"`([a-z_]+\.py)`", text)) - known
