@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rig.columns import white_noise
+from rig.columns import rms, white_noise
 from rig.identify.data import Options, Prepared, best_input, prepare
 from rig.identify.response import (
     GRID_S,
@@ -192,7 +192,7 @@ def left_out_mpa(lines: Sequence[Line], regulator: Regulator, p0_mpa: float, cor
         fitted = fit_regulator(others, (regulator,), steps=2)
         beside = fit_correction(others, fitted, p0_mpa) if corrected else np.zeros(REGULATOR_TERMS)
         missed.append(corrected_misfit_mpa([own], fitted, beside, p0_mpa))
-    return float(np.sqrt(np.mean(np.square(missed))))
+    return rms(np.array(missed))
 
 
 def _gridded(each: Prepared, p0_mpa: float, given: tuple[Regulator, Regulator] | None) -> _Gridded:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from rig.columns import THIRD_DIFFERENCE_POWER
+from rig.columns import THIRD_DIFFERENCE_POWER, rms
 from rig.gap.raw_tests.levels import angles_of, filled, level_deg, white_level_deg
 from rig.gap.raw_tests.settings import CLEAR, DAYS_NOISE, LEAST_LOUDER, MOST_HEAVY, SMOOTHED
 from rig.gap.raw_tests.signature import Signature
@@ -35,7 +35,7 @@ def noise(
     )
     own = np.sqrt(max(level**2 - (step.value**2 / 12.0 if step.found else 0.0), 0.0))
     levels = [_as_sampled(measure, cases, session) for session in sessions]
-    base = float(np.sqrt(np.mean(np.square(levels)))) if levels else 0.0
+    base = rms(np.array(levels)) if levels else 0.0
     known = bool(levels) and min(levels) > 0.0 and own > 0.0
     days, degrees = between_days(np.log(levels).tolist() if known else [], DAYS_NOISE)
     louder = float(np.log(own / base)) if known else 0.0

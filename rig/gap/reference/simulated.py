@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from rig.columns import rms
 from rig.errors import RigError
 from rig.gap.records.pairs import Pair
 from rig.gap.records.usable import check_reach
@@ -38,4 +39,4 @@ def misfit_deg(model: Model, pairs: Sequence[Pair], healthy: Sequence[Column]) -
     except RigError:
         return None
     missed = [(angle - expected)[pair.used > 0] for angle, expected, pair in zip(said, healthy, pairs, strict=True)]
-    return float(np.sqrt(np.mean(np.concatenate(missed) ** 2)))
+    return rms(np.concatenate(missed))
