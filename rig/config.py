@@ -25,7 +25,10 @@ from cattrs.gen import make_dict_structure_fn
 from rig.errors import ConfigError
 from rig.fields import bounded
 
-__all__ = ["bounded", "load", "read_text", "read_yaml", "shown", "structure", "suggest", "unstructure"]
+__all__ = [
+    "bounded", "check_regular", "finite", "load", "read_text", "read_yaml", "shown", "structure", "suggest",
+    "unstructure",
+]  # fmt: skip
 
 T = TypeVar("T")
 MOST_BYTES = 4 * 1024 * 1024
@@ -83,12 +86,24 @@ def read_text(path: Path, most_bytes: int = MOST_BYTES) -> str:
 
 
 def _text(path: Path, most_bytes: int) -> str:
-    """A pipe may never end and a device is endless: neither is opened, a daemon would hang on it."""
+    check_regular(path, most_bytes)
+    return path.read_text(encoding="utf-8")
+
+
+def check_regular(path: Path, most_bytes: int | None = None) -> None:
+    """OSError for what is not to be opened: a pipe may never end, a device is endless, and a file may be too long."""
     if path.exists() and not path.is_file() and not path.is_dir():
         raise OSError(errno.EINVAL, "it is not a regular file")
-    if path.is_file() and (size := path.stat().st_size) > most_bytes:
+    if most_bytes is not None and path.is_file() and (size := path.stat().st_size) > most_bytes:
         raise OSError(errno.EFBIG, f"it has {size} bytes, allowed are {most_bytes}")
-    return path.read_text(encoding="utf-8")
+
+
+def finite(value: Any) -> float:
+    """A number from a file of plain data; ValueError or OverflowError for one that is none."""
+    number = float(value)
+    if not math.isfinite(number):
+        raise ValueError(f"{shown(value)} is no finite number")
+    return number
 
 
 def _built(text: str) -> object:

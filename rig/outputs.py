@@ -35,6 +35,8 @@ class Kind(Enum):
     SWEEP = "a sweep"
     CALIBRATION = "a calibration"
     LEVELS = "fitted levels"
+    HUNT = "a hunt's notes"
+    METRICS = "a daemon's metrics"
     MAPPING = "a mapping"
     RIG = "a rig"
     RECORDING = "a recording"
@@ -48,12 +50,22 @@ def _key(*names: bytes) -> Callable[[bytes], bool]:
     return lambda head: pattern.search(head) is not None
 
 
+_is_model: Final = _key(b"muscle")
+_is_hunt: Final = re.compile(rb'\A\{\s*"version": \d+,\s*"asked": \{').search
+_is_seal: Final = re.compile(rb'^ "format": "pamrig blind check', re.MULTILINE).search
+_has_table: Final = re.compile(rb"^\| ?:?-", re.MULTILINE).search
+_KEPT_JSON: Final = (".ipynb", ".jsonl", "-metadata.json")
+"""Ends of names of JSON that is no result: notebooks, ledgers, the facts beside an exported CSV."""
+
+
 _SIGNS: Final[dict[Kind, Callable[[bytes], bool]]] = {
-    Kind.LEVELS: _key(b"provenance"),
-    Kind.JSON: lambda head: head.lstrip()[:1] in (b"{", b"["),
+    Kind.LEVELS: lambda head: _key(b"provenance")(head) and not _is_model(head),  # a model says where it is from, too
+    Kind.JSON: lambda head: head.lstrip()[:1] in (b"{", b"[") and not _is_hunt(head) and not _is_seal(head),
+    Kind.HUNT: lambda head: _is_hunt(head) is not None,
+    Kind.METRICS: lambda head: head.startswith(b"# HELP pamrig_"),
     Kind.PAGE: lambda head: head.lstrip()[:5].lower() in (b"<!doc", b"<html"),
     Kind.TABLE: lambda head: head.startswith((b"record,", b"| record")),
-    Kind.MODEL: _key(b"muscle"),
+    Kind.MODEL: _is_model,
     Kind.SWEEP: _key(b"records"),
     Kind.MAPPING: _key(b"columns"),
     Kind.RIG: _key(b"devices"),
@@ -191,13 +203,12 @@ def _check_replaceable(path: Path, kind: Kind) -> None:
 
 
 def _shows(path: Path, head: bytes, kind: Kind) -> bool:
-    if path.suffix == ".md":
-        return head.startswith((b"#", b"|"))
+    if path.suffix == ".md" and kind is Kind.PAGE:
+        return head.startswith((b"#", b"|")) and _has_table(head) is not None  # somebody's notes have none
     if kind is Kind.FIGURE:
         sign = _FIGURE_HEADS.get(path.suffix.lower())
         return head.startswith(sign) if sign else b"<svg" in head
-    aside = path.name.endswith("-metadata.json")  # beside an exported CSV, and part of that recording
-    return not aside and _SIGNS[kind](head)
+    return not path.name.endswith(_KEPT_JSON) and _SIGNS[kind](head)
 
 
 def _finish(part: Path, target: Path) -> None:

@@ -23,7 +23,7 @@ import hostile_configs
 from support import hostile_work
 from support.page_visitor import free_port
 
-from rig.qualify.faults.bench import FaultBench
+from rig.qualify.faults.bench import START_S, FaultBench
 from rig.service.door.protocol import COMMANDS
 
 ANSWER_S = 20.0
@@ -136,7 +136,8 @@ class Target:
 
     def __init__(self, bench: FaultBench) -> None:
         self.bench, self._read = bench, 0
-        self.port = int(bench.status()["page"]["url"].rpartition(":")[2].strip("/"))
+        url = bench.wait(lambda: bench.status()["page"]["url"], "the page to be served", START_S)
+        self.port = int(url.rpartition(":")[2].strip("/"))
 
     def try_line(self, data: bytes) -> float:
         """At the control socket."""

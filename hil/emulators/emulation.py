@@ -1,5 +1,6 @@
 """The owner's side of an emulated rig: start it in a process of its own, find its devices, break it, ask it, end it."""
 
+import contextlib
 import json
 import os
 import subprocess
@@ -28,7 +29,11 @@ class Emulation:
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, env={**os.environ, "PYTHONPATH": path},
             start_new_session=True,
         )  # fmt: skip
-        self.places = self._ask(unstructure(self.spec))
+        try:
+            self.places = self._ask(unstructure(self.spec))
+        except BaseException:
+            self.end()
+            raise
         return self
 
     def __exit__(
@@ -43,7 +48,8 @@ class Emulation:
             return
         assert process.stdin
         assert process.stdout
-        process.stdin.close()
+        with contextlib.suppress(OSError):  # it is gone, and what it was asked last still waits to be written
+            process.stdin.close()
         try:
             process.wait(5.0)
         except subprocess.TimeoutExpired:

@@ -82,8 +82,10 @@ def write(path: Path, text: str, mode: int) -> None:
     """Write a file of the service; RigError, with a hint at root, when it cannot be."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
-        path.chmod(mode)
+        fresh = path.with_name(f".{path.name}.new")
+        fresh.write_text(text, encoding="utf-8")
+        fresh.chmod(mode)
+        fresh.replace(path)
     except OSError as error:
         hint = "; call it as root" if os.geteuid() else ""
         raise RigError(f"{path}: cannot be written: {error.strerror}{hint}") from None

@@ -1,7 +1,6 @@
 """A waveform from a CSV file: whatever another tool made, or a log recorded before."""
 
 import csv
-import errno
 import math
 from array import array
 from bisect import bisect_right
@@ -10,6 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import ClassVar
 
+from rig.config import check_regular
 from rig.errors import ConfigError
 from rig.fields import bounded
 
@@ -41,10 +41,7 @@ class Waveform:
     def rows(self) -> "tuple[array[float], array[float]]":
         """Times (s) and values (MPa), one entry a row; ConfigError when the file is not such a table."""
         try:
-            if self.file.exists() and not self.file.is_file():
-                raise OSError(errno.EINVAL, "it is not a regular file")
-            if self.file.exists() and (size := self.file.stat().st_size) > MOST_TABLE_BYTES:
-                raise OSError(errno.EFBIG, f"it has {size} bytes, allowed are {MOST_TABLE_BYTES}")
+            check_regular(self.file, MOST_TABLE_BYTES)
             with self.file.open(newline="", encoding="utf-8") as lines:
                 return _table(self.file, csv.DictReader(lines), self.COLUMNS)
         except csv.Error as error:

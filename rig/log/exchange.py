@@ -4,18 +4,20 @@ Each holds every field of every tick under its own name, time in seconds (t_s), 
 lines.
 """
 
+import contextlib
 import csv
 import gzip
 import io
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, Final, TextIO
 
 import numpy as np
 
 from rig.channels import channels_of
+from rig.config import check_regular
 from rig.errors import RecordError
 from rig.further import PLACES, furthers_of
 from rig.log.convert import LogContent
@@ -25,6 +27,7 @@ from rig.log.foreign.units import unit_in_name
 from rig.log.mcap.collector import LogLine
 from rig.log.mcap.columns import DTYPES, Array, Samples
 from rig.log.mcap.framing import unpacked_limit
+from rig.outputs import Kind, writing
 from rig.sample import WIRES
 
 SUFFIXES: Final = {"csv": ".csv", "csv.gz": ".csv.gz", "parquet": ".parquet", "mat": ".mat"}
@@ -53,15 +56,17 @@ def export(content: LogContent, path: Path, kind: str) -> list[Path]:
     for file in files:
         if file.exists():
             raise RecordError(f"{file}: exists already; a log is never overwritten")
-    try:
-        _WRITERS[kind](content, path)
-    except OSError as error:
-        raise RecordError(f"{path}: cannot be written: {error.strerror or error}") from None
+    with writing(path, Kind.RECORDING) as part:
+        _WRITERS[kind](content, part, path)
     return files
 
 
 def read_exported(path: Path) -> LogContent | None:
     """A log that `export` wrote; None when the file is something else, RecordError when it is damaged."""
+    try:
+        check_regular(path)
+    except OSError as error:
+        raise RecordError(f"{path}: cannot be read: {error.strerror}") from None
     if path.suffix == ".parquet":
         return _read_parquet(path)
     if path.suffix == ".mat":
@@ -121,9 +126,9 @@ def _aside(content: LogContent) -> Sidecar:
     )
 
 
-def _write_csv(content: LogContent, path: Path) -> None:
+def _write_csv(content: LogContent, part: Path, path: Path) -> None:
     table = _table(content)
-    with _text_file(path) as file:
+    with _text_file(part, path.name) as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(table)
         writer.writerows(zip(*(column.tolist() for column in table.values()), strict=True))
@@ -132,10 +137,18 @@ def _write_csv(content: LogContent, path: Path) -> None:
     write_sidecar(path, {name: (kinds[name], "[{}] {}".format(*meanings[name])) for name in table}, _aside(content))
 
 
-def _text_file(path: Path) -> TextIO:
-    if path.suffix == ".gz":
-        return io.TextIOWrapper(gzip.GzipFile(path, "wb", mtime=0), encoding="utf-8")
-    return path.open("w", encoding="utf-8")
+@contextlib.contextmanager
+def _text_file(path: Path, name: str) -> Iterator[TextIO]:
+    if path.suffix != ".gz":
+        with path.open("w", encoding="utf-8") as file:
+            yield file
+        return
+    with (
+        path.open("wb") as raw,
+        gzip.GzipFile(name, "wb", fileobj=raw, mtime=0) as packed,
+        io.TextIOWrapper(packed, encoding="utf-8") as file,
+    ):
+        yield file
 
 
 def _read_csv(path: Path) -> LogContent | None:
@@ -155,7 +168,7 @@ def _read_csv(path: Path) -> LogContent | None:
     return _content({name: rows[name] for name in names}, read_sidecar(path), str(path))
 
 
-def _write_parquet(content: LogContent, path: Path) -> None:
+def _write_parquet(content: LogContent, part: Path, path: Path) -> None:
     arrow, parquet = _pyarrow(path)
     table, meanings = _table(content), _meanings(content)
     fields = [
@@ -163,7 +176,7 @@ def _write_parquet(content: LogContent, path: Path) -> None:
         for name, column in table.items()
     ]
     schema = arrow.schema(fields, metadata={"pamrig": json.dumps(_aside(content).plain())})
-    parquet.write_table(arrow.table(list(table.values()), schema=schema), path, compression="zstd")
+    parquet.write_table(arrow.table(list(table.values()), schema=schema), part, compression="zstd")
 
 
 def _read_parquet(path: Path) -> LogContent | None:
@@ -181,14 +194,14 @@ def _read_parquet(path: Path) -> LogContent | None:
     return _content(columns, _from_json(raw, path), str(path))
 
 
-def _write_mat(content: LogContent, path: Path) -> None:
+def _write_mat(content: LogContent, part: Path, _: Path) -> None:
     from scipy.io import savemat
 
     table, known = _table(content), _meanings(content)
     units = {name: known[name][0] for name in table}
     meanings = {name: known[name][1] for name in table}
     extra = {"units": units, "meanings": meanings, "pamrig": json.dumps(_aside(content).plain())}
-    savemat(path, table | extra, oned_as="column", do_compression=True, appendmat=False, long_field_names=True)
+    savemat(part, table | extra, oned_as="column", do_compression=True, appendmat=False, long_field_names=True)
 
 
 def _read_mat(path: Path) -> LogContent | None:
@@ -241,9 +254,10 @@ def _pyarrow(path: Path) -> tuple[Any, Any]:
     return pyarrow, parquet
 
 
-_WRITERS: dict[str, Callable[[LogContent, Path], None]] = {
+_WRITERS: dict[str, Callable[[LogContent, Path, Path], None]] = {
     "csv": _write_csv,
     "csv.gz": _write_csv,
     "parquet": _write_parquet,
     "mat": _write_mat,
 }
+"""Format -> who writes a log to a place that becomes the second one when it is whole."""

@@ -40,7 +40,7 @@ class Client:
         except OSError as error:
             self._socket.close()
             raise RigError(f"{self.path}: {_no_daemon(error)}") from None
-        except StateError:
+        except BaseException:
             self._socket.close()
             raise
         self._lines = self._socket.makefile("rb")

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from rig.channels import FACT as CHANNELS
+from rig.errors import RigError
 from rig.realtime.faults import explain
 from rig.realtime.state import Event, State
 from rig.service.door import places
@@ -125,7 +126,7 @@ class Daemon:
         await self._reports.salvage()
         await asyncio.to_thread(self._page.open)
         await loop.run_in_executor(self._starter, self._monitor.open)
-        self._live.follow(self._monitor.session)
+        await self._show_live()
         self._tasks = [asyncio.create_task(planner.warm()) for planner in (self._checker, self._runner.planner)]
         self._tasks += [asyncio.create_task(work) for work in self._own_work()]
         for task in self._tasks:
@@ -154,13 +155,17 @@ class Daemon:
         for planner in (self._checker, self._runner.planner):
             await asyncio.to_thread(planner.close)
         await asyncio.gather(*tasks, return_exceptions=True)
-        self._live.close()
+        await asyncio.to_thread(self._live.close)
         await asyncio.to_thread(self._page.close)
         left = await asyncio.get_running_loop().run_in_executor(self._starter, self._monitor.close)
         await self._server.close()
         self._starter.shutdown()
         self._notifier.close()
         _LOG.info("ended; %s", left)
+
+    async def _show_live(self) -> None:
+        """The session that stands now; the process that showed the one before may take its time to end."""
+        await asyncio.get_running_loop().run_in_executor(self._starter, self._live.follow, self._monitor.session)
 
     # its own clock
 
@@ -188,7 +193,7 @@ class Daemon:
         """Metrics, out of the way of everything else."""
         while True:
             if self._settings.metrics is not None:
-                with contextlib.suppress(OSError):
+                with contextlib.suppress(OSError, RigError):
                     await asyncio.to_thread(metrics.write, self._settings.metrics, self.status(None))
             await asyncio.sleep(_HOUSEKEEPING_S)
 
@@ -265,7 +270,7 @@ class Daemon:
                 await asyncio.get_running_loop().run_in_executor(self._starter, self._monitor.reopen)
             finally:
                 self._resetting = False
-            self._live.follow(self._monitor.session)
+            await self._show_live()
         self._monitor.check()
         self._reports.tell_fault()
         if fault := self._monitor.fault:

@@ -4,6 +4,7 @@ bounded in memory, killed when it takes too long.
 It answers one request at a time: who asks sees to the turns. After it has ended, the next request gets a fresh one.
 """
 
+import asyncio
 import contextlib
 import multiprocessing
 import os
@@ -14,11 +15,12 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 from rig.errors import RigError
 from rig.service.processes import start_process
 
+T = TypeVar("T")
 _NICE: Final = 10
 """Below what an emergency stop goes through, and above what nobody waits for (decision 0423)."""
 
@@ -63,9 +65,22 @@ class HelperProcess:
             raise RigError(answer.why)
         return answer
 
+    async def asked(self, request: tuple[Any, ...], exchange: Callable[[tuple[Any, ...]], T]) -> T:
+        """What `exchange`, which calls `ask`, makes of a request, on a thread. Who is cancelled takes the process with
+        him: nobody else is to wait for what he asked, or to get his answer."""
+        try:
+            return await asyncio.to_thread(exchange, request)
+        except asyncio.CancelledError:
+            await _to_its_end(asyncio.ensure_future(asyncio.to_thread(self.end)))
+            raise
+
     def end(self) -> None:
         """End the process, whatever it is doing; the next request gets another. A thread that waits for it sees its end
-        of the pipe close."""
+        of the pipe close.
+
+        Blocks until the kernel has ended it, for which it may have to wait for a processor: not to be called where an
+        emergency stop is answered.
+        """
         with self._starting:
             self._kill(self.process)
 
@@ -99,6 +114,13 @@ class HelperProcess:
         process.join()
         if process is self.process:
             self.process = None
+
+
+async def _to_its_end(work: "asyncio.Future[None]") -> None:
+    """Until it is done, however often who waits is cancelled meanwhile."""
+    while not work.done():
+        with contextlib.suppress(asyncio.CancelledError):
+            await asyncio.shield(work)
 
 
 def serve_requests(pipe: Connection, carry_out: Callable[..., Any], memory_bytes: int) -> None:

@@ -2,6 +2,7 @@
 
 import dataclasses
 import datetime
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -143,13 +144,18 @@ def keep_points(out: Path, measured: Mapping[Role, Measured]) -> Path:
     """Points that were typed in but could not be fitted, as a file for `--points`."""
     import yaml
 
-    path = out.with_name(f"{out.stem}.points.yaml")
+    path = next(place for n in itertools.count(1) if not (place := _points_place(out, n)).exists())
     write_text(
         path,
         yaml.safe_dump({role.value: unstructure(m) for role, m in measured.items()}, sort_keys=False),
         Kind.CALIBRATION,
     )
     return path
+
+
+def _points_place(out: Path, number: int) -> Path:
+    """Points of an earlier day stay."""
+    return out.with_name(f"{out.stem}.points{'' if number == 1 else f'_{number}'}.yaml")
 
 
 def write(out: Path, measured: Mapping[Role, Measured], where: str) -> dict[str, Any]:

@@ -106,6 +106,12 @@ def described(sessions: Sequence[Session], odd: Sequence[str]) -> Iterator[str]:
     yield from (f"note: {said}" for said in odd)
 
 
+def compared_with(baselines: Sequence[Path], model_file: Path | None = None) -> list[str]:
+    """What is compared with, a line a session, where the call does nothing else with the sessions themselves."""
+    sessions = read_sessions(baselines, model_file)
+    return list(described(sessions, odd_days(sessions)))
+
+
 def odd_days(sessions: Sequence[Session]) -> list[str]:
     """Days that are farther from the others than those are from each other; none of less than three, where nobody can
     say which."""

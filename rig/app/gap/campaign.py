@@ -6,8 +6,9 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from rig.config import finite, read_text
 from rig.errors import ConfigError
-from rig.outputs import Kind, write_text
+from rig.outputs import Kind, file_name, write_text
 
 FILE = "hunt.json"
 VERSION = 1
@@ -65,7 +66,7 @@ class Campaign:
             "ended": self.ended,
         }
         self.folder.mkdir(parents=True, exist_ok=True)
-        write_text(self.folder / FILE, json.dumps(plain, indent=1) + "\n", Kind.JSON)
+        write_text(self.folder / FILE, json.dumps(plain, indent=1) + "\n", Kind.HUNT)
 
 
 def open_campaign(folder: Path, asked: Mapping[str, Any]) -> Campaign:
@@ -73,11 +74,12 @@ def open_campaign(folder: Path, asked: Mapping[str, Any]) -> Campaign:
     place = folder / FILE
     if not place.exists():
         return Campaign(folder, asked)
+    text = read_text(place)
     try:
-        plain = json.loads(place.read_text(encoding="utf-8"))
+        plain = json.loads(text)
         steps = tuple(_step(one) for one in plain["steps"])
-        before = plain["asked"]
-    except (OSError, ValueError, KeyError, TypeError) as error:
+        before = dict(plain["asked"])
+    except (ValueError, LookupError, TypeError, OverflowError, RecursionError) as error:
         raise ConfigError(f"{place}: not a hunt's file: {error}") from None
     if plain.get("version") != VERSION:
         raise ConfigError(f"{place}: of version {plain.get('version')}; this pamrig reads version {VERSION}")
@@ -88,5 +90,10 @@ def open_campaign(folder: Path, asked: Mapping[str, Any]) -> Campaign:
 
 
 def _step(plain: Mapping[str, Any]) -> Step:
-    names = tuple((str(name), float(chance)) for name, chance in plain["set"])
-    return Step(str(plain["sweep"]), str(plain["why"]), float(plain["minutes"]), str(plain["records"]), names)
+    """One entry of the file; ValueError for one that no hunt wrote, such as a place outside its folder."""
+    names = tuple((str(name), finite(chance)) for name, chance in plain["set"])
+    sweep, records = str(plain["sweep"]), str(plain["records"])
+    for name in (sweep, *([records] if records else [])):
+        if name != file_name(name):
+            raise ValueError(f"{name!a} is no name of a step's file")
+    return Step(sweep, str(plain["why"]), finite(plain["minutes"]), records, names)

@@ -36,7 +36,7 @@ def history(
 ) -> None:
     """Diagnose every day in FOLDER, which holds a folder of records for each, and say when the gap changed, when a
     cause appeared, and how it grows."""
-    from rig.app.gap.baselines import check_apart
+    from rig.app.gap.baselines import check_apart, compared_with
     from rig.app.gap.diagnosing import DiagnosisOptions, cases_of
     from rig.app.gap.past import draw_history, history_report, past_days
     from rig.gap.history import look_back
@@ -49,6 +49,8 @@ def history(
     )
     found = look_back(past_days(options, cases_of((folder,)), workers))
     out, say = console(json_to), speaker(found.channels)
+    for line in compared_with(baselines, model):
+        out.print(line)
     table = listing("day", "gap", "floor", "verdict", "causes")
     for day in found.days:
         causes = ", ".join(

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rig.app.terminal import console
+from rig.app.terminal import console, visible
 from rig.cli.common import emit, json_option
 from rig.cli.gap.options import baseline_option, reference_option
 from rig.cli.outputs import Command, output_option
@@ -83,15 +83,16 @@ def hunt(
     with the same folder.
     """
     from rig.app import compose
-    from rig.app.gap.baselines import read_sessions
+    from rig.app.gap.baselines import check_apart, described, odd_days, read_sessions
     from rig.app.gap.hunting import HuntOptions, hunt_and_tell
     from rig.app.runs import runner
 
-    rig = compose.load(rig_path)
+    rig, folder = compose.load(rig_path), output or runner.new_folder("hunt")
+    check_apart([folder], baselines)
     days = read_sessions(baselines, asked["model"])
     options = HuntOptions(
         rig=rig,
-        folder=output or runner.new_folder("hunt"),
+        folder=folder,
         days=[day.records for day in days],
         day_names=tuple(str(day.path) for day in days),
         virtual=clock == "virtual",
@@ -99,11 +100,13 @@ def hunt(
         **asked,
     )
     out = console(json_to)
+    for line in described(days, odd_days(days)):
+        out.print(line)
     asks = not compose.is_simulated(rig) if confirm is None else confirm
 
     def allowed(step: "Step") -> bool:
         out.print(f"next, {step.minutes:.1f} min: {step.why}")
-        return not asks or click.confirm(f"Run {step.sweep} on {rig.name}?", err=True)
+        return not asks or click.confirm(visible(f"Run {step.sweep} on {rig.name}?", one_line=True), err=True)
 
     def report(step: "Step") -> None:
         names = ", ".join(f"{name} {100 * chance:.0f} %" for name, chance in step.set)

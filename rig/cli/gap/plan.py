@@ -54,6 +54,7 @@ def capability(
 ) -> None:
     """Say, before anything is wrong, how small an effect on MODEL's rig would be detected, from which size on it would
     be named, and which effects could not be told apart."""
+    from rig.app.gap.baselines import compared_with
     from rig.app.gap.known_rigs import Asked
     from rig.app.gap.planning import capability_of, report_capability
 
@@ -61,6 +62,8 @@ def capability(
         found = capability_of(Asked(model, baselines, reference, rig, not no_pressures), sweeps)
     hint = "" if baselines else "; --baseline DAY shows far smaller effects"
     console(json_to).print(f"compared with: {found.kind.value}{hint}")
+    for line in compared_with(baselines, model):
+        console(json_to).print(line)
     for name, one in found.sweeps.items():
         _show(name, one, found.channels, json_to)
     if output is not None:
@@ -134,6 +137,7 @@ def design(
 ) -> None:
     """Choose the session of records that tells the effects apart best on MODEL's rig, within the rig's limits, and
     write it as a sweep for `pamrig run`."""
+    from rig.app.gap.baselines import compared_with
     from rig.app.gap.known_rigs import Asked
     from rig.app.gap.planning import design_session
     from rig.outputs import write_text
@@ -148,6 +152,8 @@ def design(
     write_text(output, found.text(output.stem), Kind.SWEEP)
     told, usual = found.design.told, found.usual
     out = console(json_to)
+    for line in compared_with(baselines, model):
+        out.print(line)
     table = listing("session", "minutes", "effects seen", "pairs told apart")
     for name, one, seconds in ((str(output), told, found.design.seconds), ("gap", usual, found.usual_s)):
         table.add_row(name, f"{seconds / 60:.1f}", f"{100 * one.seen:.0f} %", f"{100 * one.parted:.0f} %")

@@ -81,7 +81,7 @@ def daemon(
     if settings.live.port:
         live.check_available()
     if settings.metrics is not None:
-        metrics.check_available()
+        metrics.check_usable(settings.metrics)
     rig = compose.load(rig_path)
     lines: queue.SimpleQueue[logging.LogRecord] = queue.SimpleQueue()
     writer = logging.StreamHandler()

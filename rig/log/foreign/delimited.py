@@ -14,10 +14,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.config import check_regular
 from rig.errors import RecordError
 from rig.log.mcap.framing import unpacked_limit
 
 GZIP_MAGIC: Final = b"\x1f\x8b"
+_MOST_BYTES: Final = 2 << 30
+"""A day at 200 Hz with a hundred characters a row is 1.7 GB."""
 
 _COLUMNS_LIMIT = 1000
 _SEPARATOR_HINT = "; decimal commas? import it with `separator` and `decimal` in a mapping"
@@ -64,6 +67,7 @@ def read_table(
 def read_text(path: Path) -> str:
     """The text of a plain or gzipped file, bounded; RecordError when it cannot be read, or is not text."""
     try:
+        check_regular(path, _MOST_BYTES)
         raw = path.read_bytes()
         data = _gunzip(path, raw) if raw[:2] == GZIP_MAGIC else raw
         text = data.decode("utf-8-sig")

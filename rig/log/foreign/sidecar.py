@@ -10,9 +10,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from rig.errors import RecordError
+from rig.config import read_text
+from rig.errors import ConfigError, RecordError
+from rig.outputs import Kind, write_text
 
 SUFFIX: Final = "-metadata.json"
+_MOST_BYTES: Final = 64 * 1024 * 1024
+"""Attachments and log lines of a day."""
 
 
 @dataclass(frozen=True)
@@ -63,8 +67,10 @@ def read_sidecar(table: Path) -> Sidecar:
     if not path.exists():
         return Sidecar()
     try:
-        raw = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError):
+        raw = json.loads(read_text(path, _MOST_BYTES))
+    except ConfigError as error:
+        raise RecordError(str(error)) from None
+    except (ValueError, RecursionError):
         raise RecordError(f"{path}: not readable as JSON") from None
     return from_plain(raw.get("pamrig", {}) if isinstance(raw, dict) else raw, str(path))
 
@@ -82,5 +88,5 @@ def write_sidecar(table: Path, columns: Mapping[str, tuple[str, str]], sidecar: 
         "tableSchema": schema,
         "pamrig": sidecar.plain(),
     }
-    path.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+    write_text(path, json.dumps(document, indent=1) + "\n", Kind.RECORDING)
     return path

@@ -1,6 +1,5 @@
 """What an MCAP file holds beside its messages, each piece believed only when its CRC holds."""
 
-import errno
 import mmap
 import struct
 import zlib
@@ -11,6 +10,7 @@ from typing import Any
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, DataEnd, Footer, Header, Metadata, Schema, Statistics
 
+from rig.config import check_regular
 from rig.errors import RecordError
 from rig.log.mcap import schema
 from rig.log.mcap.framing import MAGIC, Block, Chunk, DamageError, blocks, parse, parse_chunk
@@ -167,8 +167,7 @@ def require_magic(data: memoryview) -> None:
 def map_file(path: Path) -> memoryview:
     """The bytes of a file, read as they are touched; RecordError when it cannot be opened."""
     try:
-        if path.exists() and not path.is_file() and not path.is_dir():
-            raise OSError(errno.EINVAL, "it is not a regular file")  # opening a pipe waits for its writer
+        check_regular(path)
         with path.open("rb") as file:
             try:
                 return memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))

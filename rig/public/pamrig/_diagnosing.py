@@ -1,5 +1,6 @@
 """Why a rig and its simulator differ, or what has changed on a rig since earlier days."""
 
+import logging
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -7,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from pamrig._models import _model, save_model
 from pamrig._picture import Picture, html_table
 from pamrig._places import Logs, records_of
+from rig.app.gap.baselines import Session, check_apart, odd_days, read_sessions
 from rig.app.gap.effects import check_effects
 from rig.errors import ModelError
 from rig.gap.answer.result import Cause
@@ -15,10 +17,12 @@ from rig.gap.answer.words import answers
 from rig.gap.diagnosis import diagnose_with_grounds
 from rig.model.parameters import Model
 from rig.own_units import own_text
+from rig.record import Record
 
 if TYPE_CHECKING:
     from rig.gap.pipeline import Grounds
 
+_LOG = logging.getLogger("pamrig")
 Reference = Literal["auto", "sessions", "session", "fingerprint", "simulator"]
 
 
@@ -96,14 +100,32 @@ def diagnose(
     """Explain records: by what the simulator lacks, or, with `baselines` (one entry an earlier day), by what has
     changed.
 
+    A folder that holds nothing but folders is one day in each, as for `pamrig gap diagnose`; Error when an earlier day
+    contains the place of `logs`, or is in it.
+
     `pressures=False` leaves the measured pressures out, `effects` limits the library by name. RecordError when no
     record can be used, ModelError when there is nothing to compare with.
     """
     check_effects(list(effects or ()))
     simulator = None if model is None else _model(model)
-    days = [records_of(day) for day in baselines]
+    days = _days(logs, list(baselines))
     library = list(effects) if effects else None
     answer, grounds = diagnose_with_grounds(
         simulator, records_of(logs), days, pressures=pressures, library=library, reference=reference
     )
     return Diagnosis(answer, grounds, simulator)
+
+
+def _days(logs: Logs, baselines: Sequence[Logs]) -> list[list[Record]]:
+    """The records of each earlier day; a day that disagrees with the others is said to the log."""
+    places = [Path(day) for day in baselines if isinstance(day, str | Path)]
+    check_apart([Path(logs)] if isinstance(logs, str | Path) else [], places)
+    sessions: list[Session] = []
+    for number, day in enumerate(baselines, 1):
+        if isinstance(day, str | Path):
+            sessions += read_sessions([Path(day)])
+        else:
+            sessions.append(Session(Path(f"day {number}"), records_of(day)))
+    for odd in odd_days(sessions):
+        _LOG.warning("%s", odd)
+    return [session.records for session in sessions]

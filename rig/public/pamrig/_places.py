@@ -6,6 +6,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from rig.outputs import file_name
 from rig.record import Record
 
 Logs = Record | Iterable[Record] | str | Path
@@ -30,6 +31,6 @@ def sweep_file(sweep: str | Path | dict[str, Any]) -> Iterator[Path]:
     import yaml
 
     with TemporaryDirectory(prefix="pamrig-") as folder:
-        path = Path(folder) / f"{sweep.get('name', 'sweep')}.yaml"
+        path = Path(folder) / f"{file_name(str(sweep.get('name', 'sweep')))}.yaml"
         path.write_text(yaml.safe_dump(sweep, sort_keys=False), encoding="utf-8")
         yield path

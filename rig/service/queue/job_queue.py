@@ -91,7 +91,7 @@ class Queue:
             known = {f.name for f in fields(Job)}
             self.jobs = [_job({key: value for key, value in job.items() if key in known}) for job in raw["jobs"]]
             self._last_id = int(raw["last_id"])
-        except (OSError, ValueError, TypeError, KeyError, AttributeError):
+        except (OSError, ValueError, TypeError, LookupError, AttributeError, OverflowError, RecursionError):
             self._path.replace(self._path.with_suffix(".broken"))
             self.jobs = []
         for job in self.jobs:

@@ -102,11 +102,7 @@ class Planner:
     async def _ask(self, *request: Any) -> Any:
         """A method of `_Desk` and its arguments."""
         async with self._turn:
-            try:
-                return await asyncio.to_thread(self._exchange, request)
-            except asyncio.CancelledError:  # who asked has gone: nobody else is to wait for it
-                self._helper.end()
-                raise
+            return await self._helper.asked(request, self._exchange)
 
     def _exchange(self, request: tuple[Any, ...]) -> Any:
         try:

@@ -108,7 +108,7 @@ class Ledger:
         try:
             lines = self._path.read_text(encoding="utf-8").splitlines()
             entries = [_entry(json.loads(line)) for line in lines]
-        except (OSError, ValueError, TypeError):
+        except (OSError, ValueError, TypeError, RecursionError):
             self._broken = True
             return {}
         return {entry.path: entry for entry in entries}

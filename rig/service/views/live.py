@@ -23,7 +23,6 @@ from rig.service.session.session import Session
 
 HOST: Final = "127.0.0.1"
 _POLL_S: Final = 0.02
-_END_PATIENCE_S: Final = 2.0
 
 
 def check_available() -> None:
@@ -42,7 +41,7 @@ class LiveView:
         self._process: BaseProcess | None = None
 
     def follow(self, session: Session | None) -> None:
-        """Show this session instead of the one before."""
+        """Show this session instead of the one before. Blocks, as `close` does, until that one's process has ended."""
         self.close()
         if self._port and session is not None:
             arguments = (session.ring.block.path, session.id, self._port, os.getpid())
@@ -52,13 +51,11 @@ class LiveView:
             self._process.start()
 
     def close(self) -> None:
-        """End the process."""
-        if self._process is not None:
-            self._process.terminate()
-            self._process.join(_END_PATIENCE_S)
-            if self._process.is_alive():
-                self._process.kill()
-            self._process = None
+        """End the process, at once: it has nothing to finish, and may have been stopped."""
+        process, self._process = self._process, None
+        if process is not None:
+            process.kill()
+            process.join()
 
 
 def show(ring_path: Path, session: int, port: int, parent: int) -> None:

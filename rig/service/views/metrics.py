@@ -5,19 +5,24 @@ from pathlib import Path
 from typing import Any
 
 from rig.errors import RigError
+from rig.outputs import Kind, check_place
 from rig.realtime.state import State
 
 
-def check_available() -> None:
-    """RigError when the extra is not installed."""
+def check_usable(path: Path) -> None:
+    """RigError when the extra is not installed, or `path` is something else than a file of metrics."""
     try:
         import prometheus_client  # noqa: F401
     except ModuleNotFoundError:
         raise RigError("metrics: needs the extra `metrics`: pip install 'pamrig[metrics]'") from None
+    check_place(path, Kind.METRICS)
+    if path.exists() and not path.is_file():
+        raise RigError(f"{path}: cannot be written: it is not a regular file")  # it would be replaced by one
 
 
 def write(path: Path, status: dict[str, Any]) -> None:
-    """The status as metrics, whole or not at all."""
+    """The status as metrics, whole or not at all; RigError when `path` has become something else."""
+    check_usable(path)
     from prometheus_client import CollectorRegistry, Gauge, write_to_textfile
 
     registry = CollectorRegistry()

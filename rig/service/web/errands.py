@@ -34,7 +34,7 @@ class Errands:
         self._waiting += 1
         try:
             async with self._turn:
-                return cast(T, await asyncio.to_thread(self._exchange, (what, *arguments)))
+                return cast(T, await self._helper.asked((what, *arguments), self._exchange))
         finally:
             self._waiting -= 1
 

@@ -163,12 +163,12 @@ class Page:
 
     async def _look(self) -> None:
         if self._spare is None or self._lost(self._spare):
-            self._end(self._spare)
+            await asyncio.to_thread(self._end, self._spare)
             self._spare = await asyncio.to_thread(self._start)
         problem = self._lost(self._serving)
         if not problem:
             return
-        self._end(self._serving)
+        await asyncio.to_thread(self._end, self._serving)
         self.restarts += 1
         self._deaths = 0 if time.monotonic() - self._began_s > _STEADY_S else self._deaths + 1
         _LOG.error("page: %s; started again", problem)
@@ -211,7 +211,8 @@ class Page:
                 running.pipe.send_bytes(b"serve")
 
     def _end(self, running: _Running | None) -> None:
-        """At once: it has nothing to finish."""
+        """At once: it has nothing to finish. Blocks until the kernel has done so, for which it may have to wait for a
+        processor: not to be called where an emergency stop is answered."""
         if running is not None:
             running.process.kill()
             running.process.join()

@@ -1,5 +1,6 @@
 """One rule for every output of every command: what somebody may still need is never lost by it."""
 
+import contextlib
 import json
 import os
 import stat
@@ -17,7 +18,7 @@ from rig.cli.outputs import Command, Output
 from rig.errors import RigError
 from rig.log.convert import write_content
 from rig.log.reader import read
-from rig.outputs import Kind, check_apart, file_name, targets_in, write_text, writing
+from rig.outputs import Kind, check_apart, check_place, file_name, targets_in, write_text, writing
 
 WRITES = {
     "json",
@@ -166,6 +167,51 @@ def test_a_file_is_replaced_by_its_own_kind_only(tmp_path: Path, kind: Kind, nam
         with pytest.raises(RigError, match="is not overwritten"), writing(place, kind):
             pass
         assert place.read_bytes() == there
+
+
+OWN_KIND = {
+    "models": {Kind.MODEL},
+    "rigs": {Kind.RIG},
+    "sweeps": {Kind.SWEEP},
+    "references": {Kind.SWEEP},
+    "imports": {Kind.MAPPING},
+    "modbus": set(),
+}
+
+
+def replaceable_by(path: Path) -> set[Kind]:
+    """The kinds that may take the place of this file."""
+    found = set()
+    for kind in set(Kind) - {Kind.FOLDER, Kind.FIGURE}:
+        with contextlib.suppress(RigError):
+            check_place(path, kind)
+            found.add(kind)
+    return found
+
+
+@pytest.mark.parametrize("folder", list(OWN_KIND))
+def test_each_file_of_our_own_has_one_kind(folder: str) -> None:
+    for path in (shipped.configs() / folder).glob("*.yaml"):
+        assert replaceable_by(path) == OWN_KIND[folder], path
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "kinds"),
+    [
+        ("hunt.json", '{\n "version": 1,\n "asked": {},\n "steps": []\n}\n', {Kind.HUNT}),
+        ("sealed.json", '{\n "cases": 3,\n "format": "pamrig blind check 2"\n}\n', set()),
+        ("thesis.ipynb", '{"cells": [], "nbformat": 4}', set()),
+        ("records.jsonl", '{"path": "x"}\n', set()),
+        ("notes.md", "# Monday\n\nThe left muscle leaks.\n", set()),
+        ("results.md", "# Results\n\n| a | b |\n|---|---|\n| 1 | 2 |\n", {Kind.PAGE}),
+        ("scores.md", "| record | rmse_deg |\n| --- | --- |\n", {Kind.PAGE, Kind.TABLE}),
+        ("pamrig.prom", "# HELP pamrig_state x\n", {Kind.METRICS}),
+        ("other.prom", "# HELP node_load1 x\n", set()),
+    ],
+)
+def test_what_is_kept_for_later_is_no_result(tmp_path: Path, name: str, text: str, kinds: set[Kind]) -> None:
+    (tmp_path / name).write_text(text)
+    assert replaceable_by(tmp_path / name) == kinds
 
 
 def test_facts_beside_an_exported_table_are_part_of_the_recording(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 import gzip
 import json
+import os
 from pathlib import Path
 
 import numpy as np
@@ -316,3 +317,49 @@ def test_the_real_wrist_comes_in_by_a_mapping(tmp_path: Path, shared: Path) -> N
     assert len(columns["t_s"]) == 126
     assert columns["p1_mpa"][0] == -0.012
     assert np.ptp(np.diff(columns["t_s"])) > 0.01
+
+
+@pytest.mark.parametrize("kind", ["csv", "csv.gz", "mat"])
+def test_an_export_is_there_whole_or_not_at_all(tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    content, path = made_content(50), tmp_path / f"run{SUFFIXES[kind]}"
+
+    def interrupt(_: int) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        patched.setattr("os.fsync", interrupt)  # everything is written, nothing has its name
+        with pytest.raises(KeyboardInterrupt):
+            export(content, path, kind)
+    assert [place for place in tmp_path.iterdir() if not place.name.endswith("-metadata.json")] == []
+
+
+def test_the_same_log_makes_the_same_packed_table(tmp_path: Path) -> None:
+    content = made_content(50)
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+        export(content, tmp_path / folder / "run.csv.gz", "csv.gz")
+    assert (tmp_path / "a" / "run.csv.gz").read_bytes() == (tmp_path / "b" / "run.csv.gz").read_bytes()
+
+
+@pytest.mark.parametrize("name", ["x.parquet", "x.mat", "x.csv"])
+def test_a_pipe_is_not_waited_for(tmp_path: Path, name: str) -> None:
+    os.mkfifo(tmp_path / name)
+    (tmp_path / f"{name}-metadata.json").write_text("{}")
+    with pytest.raises(RecordError, match="not a regular file"):
+        read_exported(tmp_path / name)
+
+
+def test_nor_is_one_in_the_place_of_the_facts(tmp_path: Path) -> None:
+    export(made_content(50), tmp_path / "run.csv", "csv")
+    aside = tmp_path / "run.csv-metadata.json"
+    aside.unlink()
+    os.mkfifo(aside)
+    with pytest.raises(RecordError, match="not a regular file"):
+        read(tmp_path / "run.csv")
+
+
+def test_a_table_without_end_is_not_read(tmp_path: Path) -> None:
+    with (tmp_path / "x.csv").open("wb") as file:
+        file.truncate(1 << 40)
+    with pytest.raises(RecordError, match="allowed are"):
+        read(tmp_path / "x.csv")

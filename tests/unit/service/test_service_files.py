@@ -26,6 +26,7 @@ from rig.realtime.ring import Ring, RingWriter
 from rig.sample import WIRES, Sample
 from rig.service.session.telemetry import LATENESS_EDGES_US, Telemetry
 from rig.service.settings import DaemonSettings, load_settings
+from rig.service.views import metrics
 from rig.service.views.notify import Notifier
 
 pytestmark = pytest.mark.real_time
@@ -367,3 +368,14 @@ def test_keys_stop_and_stop_at_once_and_errors_are_shown() -> None:
     assert act(daemon, "s") == "nothing runs"
     assert act(daemon, "x") == ""
     assert calls == ["estop", "estop", "stop"]
+
+
+def test_metrics_take_the_place_of_metrics_only(tmp_path: Path) -> None:
+    pytest.importorskip("prometheus_client")
+    for name, text in {"rec.mcap": "\x89MCAP0\r\n", "model.yaml": "muscle:\n  kind: mbw\n"}.items():
+        (tmp_path / name).write_text(text)
+        with pytest.raises(RigError, match="is not overwritten"):
+            metrics.check_usable(tmp_path / name)
+    with pytest.raises(RigError, match="not a regular file"):  # it would no longer be a device
+        metrics.check_usable(Path("/dev/null"))
+    metrics.check_usable(tmp_path / "pamrig.prom")

@@ -107,7 +107,7 @@ class BringUp:
         return sorted(str(role) for role in self._rig.calibration)
 
     def _confirmed(self) -> dict[str, Any]:
-        with contextlib.suppress(OSError, ValueError):
+        with contextlib.suppress(OSError, ValueError, RecursionError):
             read = json.loads(self._kept.read_text(encoding="utf-8"))
             return read if isinstance(read, dict) else {}
         return {}

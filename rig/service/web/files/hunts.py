@@ -5,6 +5,9 @@ import json
 from pathlib import Path
 from typing import Any, Final
 
+from rig.config import finite, read_text
+from rig.errors import RigError
+
 _FILE: Final = "hunt.json"
 _MOST: Final = 20
 _MOST_BYTES: Final = 1_000_000
@@ -25,14 +28,15 @@ def _folders(logs: Path) -> list[Path]:
 
 def _hunt(folder: Path) -> dict[str, Any] | None:
     try:
-        with (folder / _FILE).open(encoding="utf-8") as file:
-            kept = json.loads(file.read(_MOST_BYTES))
-        return {"name": folder.name, "ended": str(kept["ended"]), "steps": [_step(step) for step in kept["steps"]]}
-    except (OSError, ValueError, KeyError, TypeError):
+        kept = json.loads(read_text(folder / _FILE, _MOST_BYTES))
+        hunt = {"name": folder.name, "ended": str(kept["ended"]), "steps": [_step(step) for step in kept["steps"]]}
+        json.dumps(hunt, ensure_ascii=False).encode()  # halves of characters cannot be sent
+    except (RigError, ValueError, LookupError, TypeError, OverflowError, RecursionError):
         return None
+    return hunt
 
 
 def _step(kept: dict[str, Any]) -> dict[str, Any]:
-    possible = [{"name": str(name), "probability": float(chance)} for name, chance in kept["set"]]
-    told = {"sweep": str(kept["sweep"]), "why": str(kept["why"]), "minutes": float(kept["minutes"])}
+    possible = [{"name": str(name), "probability": finite(chance)} for name, chance in kept["set"]]
+    told = {"sweep": str(kept["sweep"]), "why": str(kept["why"]), "minutes": finite(kept["minutes"])}
     return told | {"done": bool(kept["records"]), "possible": possible}

@@ -4,6 +4,7 @@ else."""
 import asyncio
 import os
 import signal
+import threading
 import time
 from collections.abc import Awaitable, Callable, Iterator
 from pathlib import Path
@@ -16,6 +17,7 @@ from rig.errors import RigError
 from rig.realtime.commands import program_path
 from rig.realtime.program import Program
 from rig.realtime.shared import SharedBlock
+from rig.service.helper_process import HelperProcess
 from rig.service.queue.planner import Planner
 
 RIG = compose.load(None)
@@ -113,3 +115,36 @@ def test_the_end_of_the_daemon_waits_for_no_sweep(tmp_path: Path) -> None:
         return time.monotonic() - began
 
     assert asked(talk) < 5.0
+
+
+def test_the_event_loop_does_not_wait_for_a_process_to_end(sweep: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An emergency stop is answered there; a process that is killed ends when it gets a processor."""
+    ending, over = threading.Event(), threading.Event()
+
+    def end_slowly(helper: HelperProcess) -> None:
+        ending.set()
+        assert over.wait(30.0)
+        end(helper)
+
+    end = HelperProcess.end
+    monkeypatch.setattr(HelperProcess, "end", end_slowly)
+
+    async def talk(planner: Planner) -> Any:
+        await planner.warm()
+        assert planner.process is not None
+        os.kill(planner.process.pid or 0, signal.SIGSTOP)
+        gone = asyncio.ensure_future(planner.check(sweep))
+        after = asyncio.ensure_future(planner.check(sweep))
+        await asyncio.sleep(0.05)
+        gone.cancel()
+        while not ending.is_set():  # the loop goes on
+            await asyncio.sleep(0.001)
+        gone.cancel()  # and again, as by a second stop
+        await asyncio.sleep(0.01)
+        assert not gone.done()
+        over.set()
+        return await asyncio.gather(gone, after, return_exceptions=True)
+
+    gone, after = asked(talk)
+    assert isinstance(gone, asyncio.CancelledError)
+    assert after.records == 2

@@ -1,9 +1,13 @@
 """The page as the daemon keeps it: its door, its key, and a daemon without the extra."""
 
+import asyncio
 import logging
+import multiprocessing
 import socket
 import stat
+import threading
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -77,3 +81,47 @@ def test_a_token_that_is_too_short_is_refused_before_anything_listens(tmp_path: 
     with pytest.raises(RigError, match="at least 16 characters"):
         page.open()
     assert page.to_json() is None
+
+
+class _SlowToEnd:
+    """In place of a process that is lost, and ends only when it gets a processor."""
+
+    pid = None
+
+    def __init__(self, joined: threading.Event, over: threading.Event) -> None:
+        self._joined, self._over = joined, over
+
+    def is_alive(self) -> bool:
+        return False
+
+    def kill(self) -> None:
+        pass
+
+    def join(self) -> None:
+        self._joined.set()
+        assert self._over.wait(3.0)
+
+
+def test_the_daemon_s_own_loop_does_not_wait_for_a_page_to_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    joined, over = threading.Event(), threading.Event()
+    monkeypatch.setattr(host, "start_process", lambda process: None)
+    context = SimpleNamespace(Pipe=multiprocessing.Pipe, Process=lambda **_: _SlowToEnd(joined, over))
+    monkeypatch.setattr(multiprocessing, "get_context", lambda _: context)
+
+    async def watch(page: Page) -> None:
+        watching = asyncio.ensure_future(page.watch())
+        while not joined.is_set() and not watching.done():
+            await asyncio.sleep(0.001)
+        over.set()  # only a loop that goes on comes here in time
+        await asyncio.sleep(0.01)
+        watching.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await watching
+
+    page = Page(Web(), orders(tmp_path))
+    page.open()
+    try:
+        asyncio.run(watch(page))
+    finally:
+        over.set()
+        page.close()
