@@ -160,9 +160,9 @@ def writing(path: Path, kind: Kind) -> Iterator[Path]:
 
 
 def write_text(path: Path, text: str, kind: Kind) -> None:
-    """Write a whole text file by the rule."""
+    """Write a whole text file by the rule; a name in it that is no UTF-8 is spelled out."""
     with writing(path, kind) as part:
-        part.write_text(text, encoding="utf-8")
+        part.write_bytes(text.encode("utf-8", "backslashreplace"))
 
 
 def file_name(name: str) -> str:

@@ -47,7 +47,10 @@ def write_scores(scores: Sequence[Score], folder: Path, channels: Channels = PNE
     except OSError as error:
         raise RigError(f"{folder}: cannot be made: {error.strerror}") from None
     write_text(folder / "scores.md", "".join(f"| {line} |\n" for line in lines), Kind.TABLE)
-    with writing(folder / "scores.csv", Kind.TABLE) as part, part.open("w", encoding="utf-8", newline="") as file:
+    with (
+        writing(folder / "scores.csv", Kind.TABLE) as part,
+        part.open("w", encoding="utf-8", errors="backslashreplace", newline="") as file,
+    ):
         csv.writer(file).writerows([head, *rows])
 
 

@@ -92,11 +92,15 @@ class Request:
 
 def encode(message: dict[str, Any]) -> bytes:
     """One line; numbers that JSON lacks become null."""
+    return as_json({"v": VERSION, **message}).encode() + b"\n"
+
+
+def as_json(content: Any) -> str:
+    """Plain data in ASCII; numbers that JSON lacks become null."""
     try:
-        text = json.dumps({"v": VERSION, **message}, allow_nan=False, separators=(",", ":"), default=str)
+        return json.dumps(content, allow_nan=False, separators=(",", ":"), default=str)
     except ValueError:
-        text = json.dumps({"v": VERSION, **_without_nan(message)}, separators=(",", ":"), default=str)
-    return text.encode() + b"\n"
+        return json.dumps(_without_nan(content), separators=(",", ":"), default=str)
 
 
 def _without_nan(value: Any) -> Any:

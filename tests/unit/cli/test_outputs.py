@@ -299,3 +299,16 @@ def test_json_of_a_result_replaces_json(log: Path, tmp_path: Path) -> None:
 def test_a_name_that_no_file_can_have_is_one_line(log: Path, name: str) -> None:
     said, status = run("log", "info", log, "--json", name)
     assert (status, "\n" in said.strip()) == (2, False)
+
+
+def test_a_folder_named_in_another_encoding_is_read_and_told(log: Path, tmp_path: Path) -> None:
+    """As an old disk has them: bytes that are no UTF-8."""
+    day = Path(os.fsdecode(os.fsencode(tmp_path) + b"/Messung_\xfc"))
+    day.mkdir()
+    log.rename(named := day / os.fsdecode(b"gr\xf6sse.mcap"))
+    figures, page = tmp_path / "figures", tmp_path / "page.html"
+    said, status = run("validate", MODEL, named, "--figures", figures)
+    assert status == 0, said
+    assert r"gr\udcf6sse.mcap" in (figures / "scores.csv").read_text()
+    write_text(page, f"<!doctype html>{day}", Kind.PAGE)
+    assert r"Messung_\udcfc" in page.read_text()

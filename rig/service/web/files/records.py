@@ -15,6 +15,11 @@ _SUFFIX: Final = ".mcap"
 _STAMP: Final = re.compile(r"\d{8}T\d{6}Z")
 
 
+def spelt(name: str) -> str:
+    """A name in a folder as text that can be sent: bytes that are no UTF-8 are spelled out."""
+    return name.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
+
+
 class Records:
     """The sessions below one folder."""
 
@@ -50,14 +55,14 @@ class Records:
 
     def file(self, session: str, name: str) -> Path:
         """One record; RecordError when there is none."""
-        found = next((file for file in self.files(session) if file.name == name), None)
+        found = next((file for file in self.files(session) if spelt(file.name) == name), None)
         if found is None:
             raise RecordError(f"{name[:120]!a}: no such record in this session")
         return found
 
     def _folders(self) -> dict[str, Path]:
         try:
-            below = {item.name: item for item in self.root.iterdir() if item.is_dir() and not item.is_symlink()}
+            below = {spelt(item.name): item for item in self.root.iterdir() if item.is_dir() and not item.is_symlink()}
         except OSError:
             return {}
         return {LOOSE: self.root} | below

@@ -6,7 +6,7 @@ from collections.abc import Awaitable, Callable
 from typing import Any, Final
 
 from starlette.requests import Request
-from starlette.responses import JSONResponse, RedirectResponse, Response
+from starlette.responses import RedirectResponse, Response
 from starlette.routing import Route
 
 from rig.errors import RigError, StateError
@@ -15,6 +15,7 @@ from rig.service.web.door.desk import Desk
 from rig.service.web.door.guard import address_of, visitor_of
 from rig.service.web.door.visitors import Visitor, Visitors
 from rig.service.web.files.catalogue import Catalogue
+from rig.service.web.routes.answer import Answer
 from rig.service.web.stream.link import Link
 
 _CONFLICT: Final = 409
@@ -63,7 +64,7 @@ class Actions:
         if "text/html" in request.headers.get("accept", "") or given.get("from") == "form":
             await asyncio.sleep(_SEEN_S)
             return RedirectResponse("/?stopped=" + ("yes" if status == 200 else "no"), 303)
-        return JSONResponse({"ok": status == 200, "said": said}, status)
+        return Answer({"ok": status == 200, "said": said}, status)
 
     def command(self, carry_out: Command) -> Callable[[Request], Awaitable[Response]]:
         """A handler for who commands; what the daemon refuses is told in its words."""
@@ -72,9 +73,9 @@ class Actions:
             given = await fields(request, self._visitors)
             try:
                 self._desk.require(visitor_of(request.scope))
-                return JSONResponse({"ok": True, "result": await carry_out(request, given)})
+                return Answer({"ok": True, "result": await carry_out(request, given)})
             except RigError as error:
-                return JSONResponse({"ok": False, "error": str(error)}, _CONFLICT)
+                return Answer({"ok": False, "error": str(error)}, _CONFLICT)
 
         return handle
 
@@ -84,9 +85,9 @@ class Actions:
             try:
                 change(visitor_of(request.scope))
             except StateError as error:
-                return JSONResponse({"ok": False, "error": str(error)}, _CONFLICT)
+                return Answer({"ok": False, "error": str(error)}, _CONFLICT)
             self._desk_changed()
-            return JSONResponse({"ok": True, "result": None})
+            return Answer({"ok": True, "result": None})
 
         return handle
 

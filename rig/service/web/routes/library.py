@@ -4,7 +4,7 @@ from collections.abc import Awaitable, Callable
 from typing import Any, Final
 
 from starlette.requests import Request
-from starlette.responses import FileResponse, JSONResponse, Response
+from starlette.responses import FileResponse, Response
 from starlette.routing import Route
 
 from rig.errors import RecordError, RigError
@@ -12,7 +12,8 @@ from rig.rig_config import RigConfig
 from rig.service.web.errands import Errands
 from rig.service.web.files import curves
 from rig.service.web.files.catalogue import Catalogue
-from rig.service.web.files.records import Records
+from rig.service.web.files.records import Records, spelt
+from rig.service.web.routes.answer import Answer
 
 _MISSING: Final = 404
 _UNFIT: Final = 422
@@ -52,7 +53,7 @@ class Library:
 
     async def _session(self, request: Request) -> Any:
         files = self._records.files(request.path_params["session"])
-        told = [{"name": file.name, "bytes": file.stat().st_size} for file in files]
+        told = [{"name": spelt(file.name), "bytes": file.stat().st_size} for file in files]
         facts = await self._errands.run(facts_of_all, files)
         return {"records": [each | fact for each, fact in zip(told, facts, strict=True)]}
 
@@ -77,8 +78,8 @@ class Library:
         try:
             path = self._chosen(request)
         except RecordError as error:
-            return JSONResponse({"error": str(error)}, _MISSING)
-        return FileResponse(path, media_type="application/octet-stream", filename=path.name)
+            return Answer({"error": str(error)}, _MISSING)
+        return FileResponse(path, media_type="application/octet-stream", filename=spelt(path.name))
 
     def _chosen(self, request: Request) -> Any:
         return self._records.file(request.path_params["session"], request.path_params["name"])
@@ -89,9 +90,9 @@ def answered(look: Look) -> Callable[[Request], Awaitable[Response]]:
 
     async def handle(request: Request) -> Response:
         try:
-            return JSONResponse(await look(request))
+            return Answer(await look(request))
         except RigError as error:
-            return JSONResponse({"error": str(error)}, _MISSING if "no such" in str(error) else _UNFIT)
+            return Answer({"error": str(error)}, _MISSING if "no such" in str(error) else _UNFIT)
 
     return handle
 

@@ -7,11 +7,12 @@ from typing import Any, Final
 
 import jinja2
 from starlette.requests import Request
-from starlette.responses import HTMLResponse, JSONResponse, RedirectResponse, Response
+from starlette.responses import HTMLResponse, RedirectResponse, Response
 
 from rig.service.web.door.bodies import fields, text
 from rig.service.web.door.guard import address_of, cookie_line, visitor_of
 from rig.service.web.door.visitors import Guesses, Visitors
+from rig.service.web.routes.answer import Answer
 
 _GUESS_S: Final = 0.5
 """Before a wrong token is answered."""
@@ -47,7 +48,7 @@ class Pages:
     async def status(self, _: Request) -> Response:
         """The same as data."""
         await self._look()
-        return JSONResponse(self._glance())
+        return Answer(self._glance())
 
     async def login(self, request: Request) -> Response:
         """Ask for the token, or take it."""

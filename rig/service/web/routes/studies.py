@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from starlette.requests import Request
-from starlette.responses import HTMLResponse, JSONResponse, Response
+from starlette.responses import HTMLResponse, Response
 from starlette.routing import Route
 
 from rig.errors import RecordError, StateError
@@ -20,6 +20,7 @@ from rig.service.web.files.hunts import hunts
 from rig.service.web.files.past import past
 from rig.service.web.files.records import Records
 from rig.service.web.routes.actions import Actions
+from rig.service.web.routes.answer import Answer
 from rig.service.web.routes.library import answered
 
 REPORT_POLICY: Final = (
@@ -84,7 +85,7 @@ class Studies:
         try:
             path = self._diagnoses.report(request.path_params["name"])
         except RecordError as error:
-            return JSONResponse({"error": str(error)}, 404)
+            return Answer({"error": str(error)}, 404)
         headers = {"Content-Security-Policy": REPORT_POLICY, "X-Frame-Options": "SAMEORIGIN"}
         return HTMLResponse(path.read_text(encoding="utf-8"), headers=headers)
 
