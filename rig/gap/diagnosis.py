@@ -31,9 +31,10 @@ def diagnose(
     `library` limits the effects by name. Raises RecordError when no record can be used, ModelError when there is
     nothing to compare with, ConfigError for a reference that cannot be had.
     """
-    return diagnose_with_grounds(model, records, baselines, pressures=pressures, library=library, reference=reference)[
-        0
-    ]
+    found, _ = diagnose_with_grounds(
+        model, records, baselines, pressures=pressures, library=library, reference=reference
+    )
+    return found
 
 
 def diagnose_with_grounds(

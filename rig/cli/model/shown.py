@@ -25,19 +25,6 @@ from rig.report.fit_files import score_cells
 
 def identified_json(found: Identified, output: Path) -> dict[str, Any]:
     """The result of `identify` in the shape of the commands' reference, and more."""
-    spread = found.seed_spread()
-    parameters = {
-        place.name: {
-            "value": (now := found.model.stages()[place.slot].parameters[place.name]).value,
-            "unit": now.unit,
-            "std": now.std,
-            "at_bound": now.at_bound,
-            "low": now.low,
-            "high": now.high,
-            "seed_spread": spread[place.name],
-        }
-        for place in found.space.places
-    }
     law = found.model.muscle.parameters.get("mean_exponent")
     plain = {
         "model": str(output),
@@ -68,7 +55,24 @@ def identified_json(found: Identified, output: Path) -> dict[str, Any]:
         "warnings": found.warnings,
     }
     told: dict[str, Any] = own_plain(plain, found.model.own_channels)
-    return told | {"parameters": parameters} | channels_json(found.model)
+    return told | {"parameters": _parameters_json(found)} | channels_json(found.model)
+
+
+def _parameters_json(found: Identified) -> dict[str, Any]:
+    """Each parameter that was searched for; in the units of the model's file."""
+    spread = found.seed_spread()
+    return {
+        place.name: {
+            "value": (now := found.model.stages()[place.slot].parameters[place.name]).value,
+            "unit": now.unit,
+            "std": now.std,
+            "at_bound": now.at_bound,
+            "low": now.low,
+            "high": now.high,
+            "seed_spread": spread[place.name],
+        }
+        for place in found.space.places
+    }
 
 
 def channels_json(model: Model) -> dict[str, Any]:

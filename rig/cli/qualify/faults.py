@@ -23,7 +23,7 @@ BENCH_NAMES = (
 
 @click.command(cls=Command)
 @click.argument("names", nargs=-1)
-@click.option("--list", "listing", is_flag=True, help="Only say what would be done.")
+@click.option("--list", "only_listed", is_flag=True, help="Only say what would be done.")
 @click.option("--closed-loop", is_flag=True, help="While the rig follows an angle in closed loop.")
 @click.option(
     "--soak", "soak_hours", type=click.FloatRange(0.01, 1000), help="Instead: so many hours of sweeps in virtual time."
@@ -48,9 +48,9 @@ BENCH_NAMES = (
 )
 @json_option
 def faults(
-    names: tuple[str, ...], listing: bool, closed_loop: bool, soak_hours: float | None, real: bool, keep: Path | None,
-    together: int | None,
-    benches: tuple[str, ...], attacks: int | None, seed: int, json_to: str | None,
+    names: tuple[str, ...], only_listed: bool, closed_loop: bool, soak_hours: float | None, real: bool,
+    keep: Path | None, together: int | None, benches: tuple[str, ...], attacks: int | None, seed: int,
+    json_to: str | None,
 ) -> None:  # fmt: skip
     """Inject every fault of the table (or those NAMES) into a simulated rig, and say what followed and how fast.
 
@@ -60,31 +60,35 @@ def faults(
     With --attacks, clients keep the daemon busy in every way of a list (or in those NAMES) while the emergency stop is
     timed; each stop takes about half a second.
     """
+    from rig.cli.qualify import fault_attacks
+
+    if soak_hours is not None:
+        _soak(soak_hours, real, keep, json_to)
+    elif together is not None:
+        _together(together, benches or BENCH_NAMES[:1], seed, json_to)
+    elif attacks is not None:
+        fault_attacks.attacks(names, attacks, seed, json_to)
+    else:
+        _one_by_one(names, closed_loop, only_listed, json_to)
+
+
+def _one_by_one(names: tuple[str, ...], closed_loop: bool, only_listed: bool, json_to: str | None) -> None:
+    """The rows of the table; CheckFailed when one did not end as it must."""
     import tempfile
 
-    from rig.cli.qualify import fault_attacks
     from rig.config import suggest
     from rig.errors import CheckFailed, RigError
     from rig.qualify.faults.bench import CLOSED_LOOP, SWEEP, FaultBench
     from rig.qualify.faults.table import CLOSED_LOOP_TABLE, TABLE
     from rig.qualify.faults.trial import try_row
 
-    if soak_hours is not None:
-        _soak(soak_hours, real, keep, json_to)
-        return
-    if together is not None:
-        _together(together, benches or BENCH_NAMES[:1], seed, json_to)
-        return
-    if attacks is not None:
-        fault_attacks.attacks(names, attacks, seed, json_to)
-        return
     table, sweep = (CLOSED_LOOP_TABLE, CLOSED_LOOP) if closed_loop else (TABLE, SWEEP)
     known = [row.name for row in table]
     if unknown := next((name for name in names if name not in known), None):
         raise RigError(f"no fault {unknown!r}; {suggest(unknown, known)}")
     rows = [row for row in table if not names or row.name in names]
     findings: list[Finding] = []
-    if not listing:
+    if not only_listed:
         with (
             tempfile.TemporaryDirectory(prefix="pamrig-") as folder,
             FaultBench(Path(folder), sweep=sweep) as bench,
