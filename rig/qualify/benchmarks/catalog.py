@@ -8,8 +8,6 @@ import importlib
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from rig.qualify.figures.rounds import measured
-
 
 class Benchmark(NamedTuple):
     """Where a benchmark lives, imported when it is run, and how many rounds of it say how far it varies."""
@@ -37,6 +35,8 @@ BENCHMARKS = {
 
 def run_benchmark(name: str, rounds: int | None) -> dict[str, Any]:
     """Its figures by name, from so many rounds or its own number of them."""
+    from rig.qualify.figures.rounds import measured
+
     module, function = BENCHMARKS[name].place.split(":")
     run: Callable[[], dict[str, Any]] = getattr(importlib.import_module(module), function)
     return measured(run, rounds or BENCHMARKS[name].rounds)
