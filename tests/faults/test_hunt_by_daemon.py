@@ -79,12 +79,6 @@ def back_to_armed(bench: FaultBench, watcher: Watcher) -> None:
         watcher.arm()
 
 
-@pytest.fixture(scope="module")
-def period_ms() -> int:
-    """As the model's, by which the hunt judges what the rig does."""
-    return 5
-
-
 def test_a_busy_daemon_is_not_disturbed(bench: FaultBench, watcher: Watcher, options: HuntOptions) -> None:
     watcher.start(bench.sweep)
     told: list[Hunted] = []

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rig.qualify.faults.bench import RIG, FaultBench
+from rig.qualify.faults.bench import FaultBench
 from rig.service.client import Client
 
 pytestmark = pytest.mark.xdist_group("real processes")
@@ -34,14 +34,7 @@ def ports() -> tuple[int, int]:
 
 
 @pytest.fixture(scope="module")
-def period_ms() -> int:
-    """Of the loop: longer than a rig's, where nothing is asked of the loop itself, so that a machine that stands still
-    for some 15 ms is no fault."""
-    return 20
-
-
-@pytest.fixture(scope="module")
-def bench(tmp_path_factory: pytest.TempPathFactory, ports: tuple[int, int], period_ms: int) -> Iterator[FaultBench]:
+def bench(tmp_path_factory: pytest.TempPathFactory, ports: tuple[int, int]) -> Iterator[FaultBench]:
     folder = Path(tmp_path_factory.mktemp("daemon"))
     (folder / "token").write_text(TOKEN)
     metrics = folder / "pamrig.prom"
@@ -49,8 +42,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory, ports: tuple[int, int], peri
         f"live: {{port: {ports[0]}}}\nview: {{port: {ports[1]}, token_file: {folder / 'token'}}}\nmetrics: {metrics}\n"
     )
     (folder / "short.yaml").write_text(SHORT)
-    rig = RIG.replace("period_ms: 5", f"period_ms: {period_ms}")
-    with FaultBench(folder, rig, arguments=("--config", str(folder / "daemon.yaml"))) as bench:
+    with FaultBench(folder, arguments=("--config", str(folder / "daemon.yaml"))) as bench:
         bench.start()
         yield bench
 
