@@ -21,6 +21,8 @@ from rig.errors import RigError
 from rig.service.processes import start_process
 
 T = TypeVar("T")
+_START_S: Final = 120.0
+"""For a process to come so far that it listens, on a machine that does other work too."""
 _NICE: Final = 10
 """Below what an emergency stop goes through, and above what nobody waits for (decision 0423)."""
 
@@ -44,14 +46,17 @@ class HelperProcess:
         self._closed = False
         self._pipe: Connection | None = None
         self.process: BaseProcess | None = None
+        self._up: BaseProcess | None = None
 
     def ask(self, request: tuple[Any, ...], patience_s: float) -> Any:
         """What the process answers; blocks, so call it from a thread. RigError and MemoryError as they are raised
         there, TimeoutError when it takes longer, EOFError when it has ended (or `close` was called)."""
         process, pipe = self._ready()
         try:
-            pipe.send(request)
-            in_time = pipe.poll(patience_s)
+            in_time = self._is_up(process, pipe)
+            if in_time:
+                pipe.send(request)
+                in_time = pipe.poll(patience_s)
             answer = pipe.recv() if in_time else None
         except (EOFError, OSError):
             self._end(process)
@@ -64,6 +69,13 @@ class HelperProcess:
         if isinstance(answer, _Refused):
             raise RigError(answer.why)
         return answer
+
+    def _is_up(self, process: BaseProcess, pipe: Connection) -> bool:
+        """A fresh process has said that it listens; its imports are no part of anybody's patience."""
+        if self._up is not process and pipe.poll(_START_S):
+            pipe.recv()
+            self._up = process
+        return self._up is process
 
     async def asked(self, request: tuple[Any, ...], exchange: Callable[[tuple[Any, ...]], T]) -> T:
         """What `exchange`, which calls `ask`, makes of a request, on a thread. Who is cancelled takes the process with
@@ -127,6 +139,7 @@ def serve_requests(pipe: Connection, carry_out: Callable[..., Any], memory_bytes
     """In the process: carry out each request (its parts are the arguments) until the other end closes."""
     _step_back(memory_bytes)
     with contextlib.suppress(EOFError, OSError):
+        pipe.send(None)  # it listens
         while True:
             pipe.send(_answer(carry_out, pipe.recv()))
 
