@@ -34,7 +34,11 @@ PATTERN_DEGREES = 2.0
 """Degrees of freedom that the population's spread of a pattern is worth beside a rig's own days, each of which brings
 one. More: the own days count for less."""
 LINE_DEGREES = 6.0
-"""The same for the variance of a line."""
+"""The same for the variance of a line, once the rig's own level is known."""
+DAY_DEGREES = 20.0
+"""Degrees of freedom of the level of one further day beside the days of the same rig: healthy days of a rig are alike
+(on three plant families their mean chi-square a line stays within a factor 1.5 of its median). Fewer: something unknown
+is sooner taken for a noisy day."""
 CREDIBLE = 0.95
 """Mass that the reported set of names holds."""
 WIDTH_SHARES = (3.0, 0.05)

@@ -16,7 +16,7 @@ from rig.gap.evidence.lines import Lines
 from rig.gap.hypotheses.propagate import Track
 from rig.gap.records.grid import Session
 from rig.gap.reference.expectation import Factor, Parts
-from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, LINE_DEGREES, PATTERN_DEGREES, FactorLevels, Prior
+from rig.gap.settings import DAY_DEGREES, ENVELOPE_EVEN, ENVELOPE_HZ, LINE_DEGREES, PATTERN_DEGREES, FactorLevels, Prior
 from rig.model.response import ResponseModel
 from rig.record import Column
 
@@ -57,7 +57,8 @@ def own_factor(parts: Parts, days: Column, levels: FactorLevels, prior: Prior) -
         return usual
     apart, further = days @ contrasts(count), 1.0 + 1.0 / count
     own = learnt(scaled(usual.healthy, 1.0 / BETWEEN_TWO_DAYS), parts.lines.of(apart), parts.lines)
-    healthy = replace(scaled(own, further), degrees=prior.degrees + count - 1.0)
+    known = own.degrees + (count - 1.0) * own.effective
+    healthy = replace(scaled(own, further), degrees=1.0 / (1.0 / DAY_DEGREES + 1.0 / known))
     return replace(usual, healthy=healthy, floor=own_floor(usual.floor, days, parts.lines.used))
 
 
@@ -89,16 +90,33 @@ def scaled(expected: Gaussian, share: float) -> Gaussian:
 
 def learnt(population: Gaussian, own: Column, lines: Lines) -> Gaussian:
     """What is expected of one day of this rig: the population's, given its own days' deviations (l, K - 1), by
-    expectation (the patterns' sizes in them) and maximisation (their spreads, and the lines' variances)."""
+    expectation (the patterns' sizes in them) and maximisation (their spreads, and the lines' variances).
+
+    How loud a rig is differs far more from build to build than what its spectrum looks like: the lines' common level is
+    taken from all of them at once, their shape from each with its neighbours.
+    """
     count, now = own.shape[1], population
-    worth = count * lines.beside(ENVELOPE_HZ) * population.effective / len(population.variance)
     spread = np.ones(population.patterns.shape[1])
     for _ in range(ROUNDS):
         sizes, unsure = now.sizes_with_covariance(own)
         left = np.mean((own - now.patterns @ sizes) ** 2, axis=1) + now.power_of(unsure)
-        power = lines.blurred(left, ENVELOPE_HZ, ENVELOPE_EVEN)
-        variance = (LINE_DEGREES * population.variance + worth * power) / (LINE_DEGREES + worth)
         squares = spread**2 * (np.sum(sizes**2, axis=1) + count * np.diag(unsure))
         spread = np.sqrt((PATTERN_DEGREES + squares) / (PATTERN_DEGREES + count))
+        variance = _levelled(population, _shape(population, left, count, lines), left, count)
         now = replace(population, variance=variance, patterns=population.patterns * spread)
     return now
+
+
+def _shape(population: Gaussian, left: Column, count: int, lines: Lines) -> Column:
+    """(l,) how the variance of the lines is spread: the population's at the level of what was `left` (l,) on `count`
+    contrasts, and that itself, blurred."""
+    worth = count * lines.beside(ENVELOPE_HZ) * population.effective / len(population.variance)
+    usual = float(np.mean(left / population.variance)) * population.variance
+    return (LINE_DEGREES * usual + worth * lines.blurred(left, ENVELOPE_HZ, ENVELOPE_EVEN)) / (LINE_DEGREES + worth)
+
+
+def _levelled(population: Gaussian, shape: Column, left: Column, count: int) -> Column:
+    """(l,) the shape at its likeliest level: the days' with one degree of freedom for each independent line of a
+    contrast, the population's with those that it has."""
+    seen, known = float(np.mean(left / shape)) * shape, count * population.effective
+    return (population.degrees * population.variance + known * seen) / (population.degrees + known)

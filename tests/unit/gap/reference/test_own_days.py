@@ -1,6 +1,8 @@
 """What a rig's own days say of its levels: the population's without them, its own with many, and nothing that is not
 there."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -48,6 +50,20 @@ def test_lines_are_as_loud_as_on_the_own_days(loudness: float) -> None:
     true = Gaussian(loudness * quiet.variance, quiet.patterns, quiet.effective, quiet.degrees)
     found = learnt(quiet, days(np.random.default_rng(2), 12, true), LINES)
     assert float(np.mean(found.variance)) == pytest.approx(loudness, rel=0.2)
+
+
+@pytest.mark.parametrize("count", [2, 5])
+@pytest.mark.parametrize("loudness", [0.2, 1.0, 30.0])
+def test_a_further_healthy_day_is_as_loud_as_expected(loudness: float, count: int) -> None:
+    """Also of a rig whose spectrum falls steeply, far quieter or louder than others."""
+    steep = 1.0 / (1.0 + (np.arange(COUNT) / 40.0) ** 4) + 0.001
+    usual = replace(population(1.0), variance=np.full(COUNT, float(np.mean(steep))), effective=60.0)
+    true = replace(usual, variance=loudness * steep)
+    random = np.random.default_rng(4)
+    found = learnt(usual, days(random, count, true), LINES)
+    further = days(random, 40, true)
+    seen = np.median([found.chi_square(one) / found.effective for one in further.T])
+    assert 0.6 < seen < 1.6
 
 
 def test_a_pattern_of_which_the_days_say_nothing_keeps_the_populations_spread() -> None:
