@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rig.gap.evidence.lines import Lines
 from rig.gap.hypotheses.fit import Scene, angle_change, pressure_change, with_law
 from rig.gap.hypotheses.library import Law
 from rig.gap.hypotheses.propagate import Applied, Track, angle_under, late, ready
@@ -12,8 +13,9 @@ from rig.gap.hypotheses.scales import law_scales
 from rig.gap.reference.build import Expected, Kind
 from rig.gap.reference.expectation import Factor, angle_parts, mean_doubt, pressure_parts
 from rig.gap.reference.own_days import angle_days, own_factor, pressure_days
-from rig.gap.settings import Fitted, Prior
+from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, Fitted, Prior
 from rig.model.effect_stages import EFFECT_STAGES
+from rig.model.response import ResponseModel
 from rig.model.slots import AHEAD
 from rig.record import Column
 
@@ -102,12 +104,30 @@ def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = N
 
 def _answering_other_pressures(factor: Factor, expected: Expected, prior: Prior) -> Factor:
     """The same with what is unsure of the angle because the pressures are others than usual: the description of the
-    rig is as rough in what they change as it is in the angles that it was made from."""
+    rig is as rough in what they change as it is in the angles that it was made from, and what it misses of those comes
+    with the motion, at another time than on the earlier days."""
     usual = np.concatenate([track.reference.angle_deg for track in expected.tracks])
-    angle = np.concatenate(list(expected.base))
+    moved = np.concatenate(list(expected.base)) - usual
     rho = max(expected.response.misfit_deg, expected.missed_deg) / max(float(np.std(usual)), 1e-9)
-    moved = factor.lines.of(angle - usual)
-    return replace(factor, healthy=with_law(factor.healthy, factor.lines, moved, rho, prior))
+    healthy = with_law(factor.healthy, factor.lines, factor.lines.of(moved), rho, prior)
+    speed = np.concatenate([np.gradient(track.reference.angle_deg, track.pair.dt_s) for track in expected.tracks])
+    later_s = factor.rms(moved) / max(factor.rms(speed), 1e-9)
+    missed = np.concatenate([_missed(track, expected.response) for track in expected.tracks])
+    return replace(factor, healthy=healthy.with_variance(at_another_time(factor.lines, missed, later_s)))
+
+
+def _missed(track: Track, response: ResponseModel) -> Column:
+    """(n,) what the description of the rig misses of the reference's angle."""
+    reference = track.reference
+    return reference.angle_deg - response.angle(reference.p1_mpa, reference.p2_mpa, track.pair.dt_s)
+
+
+def at_another_time(lines: Lines, column: Column, later_s: float) -> Column:
+    """(l,) variance of a column (n,) less itself later: 2 - 2 cos(2 pi f t) of its power, blurred, and twice its power
+    from a quarter of a period on, where nothing is known of the phase."""
+    turned = 2.0 - 2.0 * np.cos(2.0 * np.pi * np.minimum(lines.frequency_hz * later_s, 0.25))
+    out: Column = turned * lines.envelope(lines.of(column), ENVELOPE_HZ, ENVELOPE_EVEN)
+    return out
 
 
 def on_records(expected: Expected, chosen: Sequence[int]) -> Expected:

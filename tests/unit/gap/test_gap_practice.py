@@ -9,7 +9,7 @@ from rig.gap import diagnose
 from rig.log.reader import read
 
 CASES = (
-    "unit_a/case_01", "unit_a/case_02", "unit_a/case_08", "unit_a/case_11", "unit_a/case_13",
+    "unit_a/case_01", "unit_a/case_02", "unit_a/case_06", "unit_a/case_08", "unit_a/case_11", "unit_a/case_13",
     "unit_b/case_01", "unit_b/case_04", "unit_b/case_06", "unit_b/case_08", "unit_b/case_14",
 )  # fmt: skip
 
