@@ -13,6 +13,7 @@ from rig.gap.answer.result import Diagnosis
 from rig.gap.evidence.posterior import heard
 from rig.gap.pipeline import Grounds, Question, Said, answer
 from rig.gap.reference.build import Kind
+from rig.gap.reference.fast import known_hz
 from rig.identify.fingerprint import fingerprint_of
 from rig.record import Record
 
@@ -26,7 +27,7 @@ def answer_with(question: Question, experiments: Sequence[Sequence[Record]]) -> 
     `rig.gap.pipeline.answer`, and where the days are too short to expect an experiment by them."""
     if not question.days:
         later = [_named(record, number) for number, some in enumerate(experiments, 2) for record in some]
-        return answer(replace(question, records=[*question.records, *later]))
+        return answer(replace(question, records=[*question.records, *later], known_hz=known_hz(question.records)))
     return answer(replace(question, said=_said_by(question, [record for some in experiments for record in some])))
 
 
@@ -42,6 +43,7 @@ def _said_by(question: Question, records: Sequence[Record]) -> Said:
     if known.fingerprint is None:
         raise RecordError("--baseline: too short to describe the rig by; a hunt needs some minutes of records")
     asked = replace(question, model=known, records=records, days=[], kind=Kind.FINGERPRINT, sister=False)
+    asked = replace(asked, known_hz=known_hz(described))
     _, grounds = answer(asked)
     return {posterior.stand.name: heard(posterior) for posterior in grounds.posteriors if not posterior.given}
 

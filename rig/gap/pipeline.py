@@ -72,6 +72,8 @@ class Question:
     pressures: bool = True
     library: Sequence[str] | None = None
     said: Said = field(default_factory=dict)
+    known_hz: float = np.inf
+    """Fastest excitation that the reference is known from, see `Expected`."""
     withheld: Sequence[str] = ()
     """Effects that the rig may have and that are not in the library at hand."""
     ahead: bool = True
@@ -88,7 +90,8 @@ def answer(question: Question) -> tuple[Diagnosis, Grounds]:
     if any(mark.found and mark.effect == "lost_samples" for mark in marks):
         pairing = _bridged(question, pairing)
     expected = expect(question.kind, question.sister, question.model, pairing)
-    expected = replace(expected, marked_deg2=sum(mark.smoothed_deg2 for mark in marks if mark.found))
+    marked_deg2 = sum(mark.smoothed_deg2 for mark in marks if mark.found)
+    expected = replace(expected, marked_deg2=marked_deg2, known_hz=question.known_hz)
     fitting = [effect for effect in effects if not effect.signature]
     expected, posteriors = _judged(question, expected, fitting, settings)
     at_rest = None if question.model is None else replace(question.model, p0_mpa=pairing.p0_mpa)

@@ -12,6 +12,7 @@ from rig.gap.hypotheses.propagate import Applied, Track, angle_under, late, read
 from rig.gap.hypotheses.scales import law_scales
 from rig.gap.reference.build import Expected, Kind
 from rig.gap.reference.expectation import Factor, angle_parts, mean_doubt, pressure_parts
+from rig.gap.reference.fast import doubt
 from rig.gap.reference.own_days import angle_days, own_factor, pressure_days
 from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, Fitted, Prior
 from rig.model.effect_stages import EFFECT_STAGES
@@ -72,7 +73,7 @@ def pressure_scene(expected: Expected, settings: Fitted, whole: Expected | None 
     levels = known.pressures.later(expected.unsure_lag_s)
     parts = pressure_parts(expected.tracks, expected.pairing.p0_mpa, expected.response)
     factor = own_factor(parts, pressure_days(expected.tracks), levels, settings.prior)
-    factor = factor.at_least(expected.missed_mpa)
+    factor = _where_fast(factor.at_least(expected.missed_mpa), expected)
     moving = float(np.std(np.concatenate([track.reference.p1_mpa for track in expected.tracks])))
     scales = law_scales((whole or expected).tracks)
     change = pressure_change(expected.tracks, expected.response)
@@ -93,7 +94,7 @@ def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = N
         factor = factor.doubting(mean_doubt(tracks, base))
     if expected.driven and expected.kind is not Kind.SIMULATOR:  # a simulator is asked itself under these pressures
         factor = _answering_other_pressures(factor, expected, settings.prior)
-    factor = factor.at_least(expected.missed_deg).noisier(expected.marked_deg2)
+    factor = _where_fast(factor.at_least(expected.missed_deg), expected).noisier(expected.marked_deg2)
     if expected.kind is Kind.FINGERPRINT:
         factor = factor.standing_off(expected.missed_deg)
     moving = float(np.std(np.concatenate(base)))
@@ -128,6 +129,12 @@ def at_another_time(lines: Lines, column: Column, later_s: float) -> Column:
     turned = 2.0 - 2.0 * np.cos(2.0 * np.pi * np.minimum(lines.frequency_hz * later_s, 0.25))
     out: Column = turned * lines.envelope(lines.of(column), ENVELOPE_HZ, ENVELOPE_EVEN)
     return out
+
+
+def _where_fast(factor: Factor, expected: Expected) -> Factor:
+    """The factor with its doubt of experiments that are faster than what the reference is known from."""
+    pairs = [track.pair for track in expected.tracks]
+    return factor.less_sure(doubt(pairs, factor.lines, expected.known_hz))
 
 
 def on_records(expected: Expected, chosen: Sequence[int]) -> Expected:

@@ -29,9 +29,9 @@ LENGTHS_S = (10.0, 20.0, 40.0)
 """Of records that are tried: what is slow (creep, a staircase's holds) needs long ones. More: slower."""
 TIME_S = 60.0
 """That an experiment may take on the rig."""
-WORTH_NATS = 0.1
+WORTH_NATS = 0.05
 """An experiment that tells less is not worth the rig's time."""
-MORE_NATS = 0.03
+MORE_NATS = 0.02
 """A further record that tells less is not worth its time. More: shorter experiments."""
 LEAST_PROBABILITY = 0.01
 """Hypotheses below are not designed for."""

@@ -13,6 +13,7 @@ from rig.gap.records.grid import Pair, Session
 from rig.gap.records.pairs import Pairing
 from rig.gap.reference.build import Expected, Kind, from_response, rms_of
 from rig.gap.reference.expectation import line_noise
+from rig.gap.reference.fast import LEAST_HZ, fastest_hz
 from rig.gap.settings import Fitted
 from rig.identify.response import GRID_S
 from rig.model.response import ResponseModel
@@ -41,6 +42,8 @@ class Rig:
     missed_mpa: float = 0.0
     missed_deg: float = 0.0
     """Rms by which the reference misses the records that it was made from, where that is known; see `Expected`."""
+    known_hz: float = np.inf
+    """Fastest excitation that it is known from, see `Expected`."""
     grid_s: float = GRID_S
     """Grid on which measured records of the rig are compared: planned ones are laid on it as well."""
 
@@ -56,7 +59,8 @@ def rehearse(rig: Rig, plans: Sequence[RunPlan], seed: int = 0) -> Expected:
     draw = np.random.default_rng(seed)
     pairs = [_expected_pair(rig, plan, draw) for plan in plans]
     made = from_response(rig.response, Pairing(pairs, rig.pressures, 0, rig.response.p0_mpa))
-    return replace(made, levels=rig.levels, kind=rig.kind, missed_mpa=rig.missed_mpa, missed_deg=rig.missed_deg)
+    made = replace(made, levels=rig.levels, kind=rig.kind, known_hz=rig.known_hz)
+    return replace(made, missed_mpa=rig.missed_mpa, missed_deg=rig.missed_deg)
 
 
 def _expected_pair(rig: Rig, plan: RunPlan, draw: np.random.Generator) -> Pair:
@@ -89,6 +93,7 @@ def known_rig(expected: Expected) -> Rig:
             expected.kind,
             expected.missed_mpa,
             expected.missed_deg,
+            expected.known_hz,
             expected.pairs[0].dt_s,
         )
     )
@@ -104,9 +109,16 @@ def known_by(response: ResponseModel, days: Sequence[Track], *, pressures: bool)
         rms_of([track.reference.p2_mpa - track.regulated[1] for track in days], pairs),
     ]
     levels = Kind.FINGERPRINT.value
-    grid_s = pairs[0].dt_s
+    fastest = max([LEAST_HZ, *(fastest_hz(pair.u1_mpa - pair.u2_mpa, pair.dt_s) for pair in pairs)])
     return Rig(
-        response, levels, pressures, _noise(days), missed_mpa=max(missed_mpa), missed_deg=missed_deg, grid_s=grid_s
+        response,
+        levels,
+        pressures,
+        _noise(days),
+        missed_mpa=max(missed_mpa),
+        missed_deg=missed_deg,
+        known_hz=fastest,
+        grid_s=pairs[0].dt_s,
     )
 
 

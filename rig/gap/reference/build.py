@@ -72,6 +72,8 @@ class Expected:
     in one row was written, and whether it held until the next."""
     misread: Misread | None = None
     """What the monitors misread, once the pressures have been judged."""
+    known_hz: float = np.inf
+    """Fastest excitation that the reference is known from: faster experiments are expected less surely."""
     mean_unseen: bool = False
     """The records lie at a mean pressure that the reference has never seen."""
 

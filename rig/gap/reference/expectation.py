@@ -72,6 +72,13 @@ class Factor:
         """The same with further patterns (n, m) that may be there without being a gap, at one standard deviation."""
         return replace(self, healthy=self.healthy.with_patterns(self.lines.of(patterns)))
 
+    def less_sure(self, times: Column) -> "Factor":
+        """The same where each line (l,), and what may differ in it, is known so many times less surely."""
+        known = self.healthy
+        return replace(
+            self, healthy=replace(known, variance=known.variance * times**2, patterns=known.patterns * times[:, None])
+        )
+
     def noisier(self, mean_square: float) -> "Factor":
         """The same with so much more power, on all lines alike."""
         more = mean_square * float(self.lines.used.sum()) / len(self.healthy.variance)

@@ -18,7 +18,7 @@ from rig.excite.experiment import Entry, Timing
 from rig.excite.signals import Sine
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.hypotheses.propagate import Applied
-from rig.gap.hypotheses.scenes import ANGLE
+from rig.gap.hypotheses.scenes import ANGLE, pressure_scene
 from rig.gap.plan.candidates import Room, planned
 from rig.gap.plan.capability import capability
 from rig.gap.plan.information import Information
@@ -141,6 +141,18 @@ def test_a_designed_session_pairs_with_the_usual_one_where_they_share_a_record(t
     pairing = pair_up([newer, *designed[1:]], [usual], 0.2)
     assert [pair.name for pair in pairing.pairs] == [record.name for record in designed[1:]]
     assert pairing.unpaired
+
+
+@pytest.mark.parametrize(("hz", "times"), [(0.5, 1.0), (4.0, 5.0)])
+def test_a_planned_record_faster_than_what_is_known_is_as_many_times_less_sure(
+    known: Rig, hz: float, times: float
+) -> None:
+    plans = planned([Entry(Sine(hz, 0.1), Timing(settle_s=1.0, duration_s=10.0), (0.2,))], 10_000_000)
+    sure, unsure = (
+        pressure_scene(rehearse(replace(known, known_hz=at), plans), fitted()).factor.healthy for at in (np.inf, 0.8)
+    )
+    np.testing.assert_allclose(unsure.variance, times**2 * sure.variance)
+    np.testing.assert_allclose(unsure.patterns, times * sure.patterns)
 
 
 def test_what_is_slow_is_given_longer_records(known: Rig) -> None:
