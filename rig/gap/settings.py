@@ -30,6 +30,10 @@ MEAN_DOUBT = 0.3
 """What is not known of the law of the mean pressure where that is another than expected: standard deviation of its
 exponent, which lies between 0 and 1. Healthy days never show it, so no fit of theirs can say it. Less: a stiffness is
 named beside every cause that shifts both pressures."""
+VOLUME_DOUBT = 0.3
+"""Relative change of a muscle's volume over the joint's span (a McKibben muscle that contracts by a fifth grows by
+about as much; Chou and Hannaford, IEEE Trans. Robot. Autom. 12, 1996): a joint that moves otherwise than expected
+pushes air back to its regulators. Less: a change of the joint is called something unknown of the valves as well."""
 PATTERN_DEGREES = 2.0
 """Degrees of freedom that the population's spread of a pattern is worth beside a rig's own days, each of which brings
 one. More: the own days count for less."""

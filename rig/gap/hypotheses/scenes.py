@@ -11,7 +11,7 @@ from rig.gap.hypotheses.library import Law
 from rig.gap.hypotheses.propagate import Applied, Track, angle_under, late, ready
 from rig.gap.hypotheses.scales import law_scales
 from rig.gap.reference.build import Expected, Kind
-from rig.gap.reference.expectation import Factor, angle_parts, mean_doubt, pressure_parts
+from rig.gap.reference.expectation import Factor, angle_parts, mean_doubt, motion_doubt, pressure_parts
 from rig.gap.reference.fast import doubt
 from rig.gap.reference.own_days import angle_days, own_factor, pressure_days
 from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, Fitted, Prior
@@ -73,6 +73,7 @@ def pressure_scene(expected: Expected, settings: Fitted, whole: Expected | None 
     levels = known.pressures.later(expected.unsure_lag_s)
     parts = pressure_parts(expected.tracks, expected.pairing.p0_mpa, expected.response)
     factor = own_factor(parts, pressure_days(expected.tracks), levels, settings.prior)
+    factor = factor.doubting(motion_doubt(expected.tracks, expected.response))
     factor = _where_fast(factor.at_least(expected.missed_mpa), expected)
     moving = float(np.std(np.concatenate([track.reference.p1_mpa for track in expected.tracks])))
     scales = law_scales((whole or expected).tracks)

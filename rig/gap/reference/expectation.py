@@ -22,6 +22,7 @@ from rig.gap.settings import (
     MEAN_DOUBT,
     SESSION_S,
     TOP_HZ,
+    VOLUME_DOUBT,
     FactorLevels,
     Prior,
 )
@@ -47,6 +48,8 @@ the law of the mean pressure, a drift, and an amplitude that grows."""
 LOOP_STEP = 0.02
 """Share of the joint's friction by whose change the pattern is taken; a smaller one is lost in the
 balance's own precision."""
+ATMOSPHERE_MPA = 0.1
+"""Pressures count from the atmosphere's, air by what is absolute."""
 BANK = "bank"
 """Any of the response model's terms."""
 
@@ -230,6 +233,23 @@ def mean_doubt(tracks: Sequence[Track], base: Sequence[Column]) -> Column:
         least = 0.2 * (reference.p1_mpa + reference.p2_mpa).mean()
         ratio = np.maximum(p1 + p2, least) / np.maximum(reference.p1_mpa + reference.p2_mpa, least)
         parts.append(MEAN_DOUBT * angle * np.log(ratio))
+    return np.concatenate(parts)[:, None]
+
+
+def motion_doubt(tracks: Sequence[Track], response: ResponseModel) -> Column:
+    """(2 n, 1) what a joint that moves otherwise than expected does to both monitors, valve 1 of every record and then
+    valve 2: one muscle's air is pressed and the other's drawn, and a regulator takes its time constant to make up for
+    it."""
+    span = max(float(np.ptp(np.concatenate([track.reference.angle_deg for track in tracks]))), 1e-3)
+    parts = []
+    for valve, sign in enumerate((1.0, -1.0)):
+        takes_s = max(response.regulators[valve][1:])
+        for track in tracks:
+            reference = track.reference
+            expected = reference.p1_mpa if valve == 0 else reference.p2_mpa
+            otherwise = np.gradient(track.pair.case.angle_deg - reference.angle_deg, track.pair.dt_s) / span
+            otherwise = regulated(otherwise, 0.0, takes_s, takes_s, track.pair.dt_s)
+            parts.append(sign * VOLUME_DOUBT * takes_s * (expected + ATMOSPHERE_MPA) * otherwise)
     return np.concatenate(parts)[:, None]
 
 

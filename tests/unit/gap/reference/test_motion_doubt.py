@@ -1,0 +1,44 @@
+"""A joint that moves otherwise than expected pushes air back to its regulators, one muscle's against the other's."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hil.reference.cases import Purpose, bench_of, draw_sheet
+from rig.blind_check.source import records_of
+from rig.gap.records.pairs import pair_up
+from rig.gap.reference.build import Expected, Kind, expect
+from rig.gap.reference.expectation import motion_doubt
+from rig.record import Column
+
+
+@pytest.fixture(scope="module")
+def beside_a_day() -> Expected:
+    """Two records of a healthy day beside another."""
+    bench = bench_of(draw_sheet(Purpose.DEVELOPMENT, 909, 10, "mckibben")[0])
+    first, second = (records_of(day)[:2] for day in bench.baselines[:2])
+    return expect(Kind.SESSION, False, None, pair_up(second, [first], bench.excitations[0].p0_mpa))
+
+
+def doubt(expected: Expected, deg: float) -> tuple[Column, Column]:
+    """Of both valves, where the joint swings by so many degrees at 1 Hz beside what is expected."""
+    moved = []
+    for track in expected.tracks:
+        pair = track.pair
+        angle = track.reference.angle_deg + deg * np.sin(2 * np.pi * pair.dt_s * np.arange(len(pair)))
+        moved.append(replace(track, pair=replace(pair, case=replace(pair.case, angle_deg=angle))))
+    first, second = np.split(motion_doubt(moved, expected.response)[:, 0], 2)
+    return first, second
+
+
+def test_as_expected_nothing_is_pushed_back(beside_a_day: Expected) -> None:
+    assert not np.any(doubt(beside_a_day, 0.0))
+
+
+def test_twice_the_motion_pushes_twice_and_the_valves_against_each_other(beside_a_day: Expected) -> None:
+    once, twice = doubt(beside_a_day, 1.0), doubt(beside_a_day, 2.0)
+    for one, two in zip(once, twice, strict=True):
+        assert two == pytest.approx(2.0 * one, abs=1e-12)
+    assert np.all(np.sign(once[0]) == -np.sign(once[1]))
+    assert 1e-6 < float(np.std(once[0])) < 1e-2, "MPa, by a degree at 1 Hz"
