@@ -38,7 +38,7 @@ OURS: Final = {
 WRITTEN: Final = {
     Kind.JSON: (".json",), Kind.PAGE: (".html",), Kind.FIGURE: (".png", ".svg", ".pdf"), Kind.RECORDING: (".mcap",),
     Kind.MODEL: YAML, Kind.SWEEP: YAML, Kind.CALIBRATION: YAML, Kind.LEVELS: YAML, Kind.RIG: YAML, Kind.FOLDER: (),
-    Kind.TABLE: (".csv", ".md"), Kind.MAPPING: YAML,
+    Kind.TABLE: (".csv", ".md"), Kind.MAPPING: YAML, Kind.HUNT: (".json",), Kind.METRICS: (".prom",),
 }  # fmt: skip
 """Kind of an output -> how its files end."""
 SHELLS: Final = ("bash", "zsh", "fish")

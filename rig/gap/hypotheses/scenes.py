@@ -112,10 +112,17 @@ def _answering_other_pressures(factor: Factor, expected: Expected, prior: Prior)
     moved = np.concatenate(list(expected.base)) - usual
     rho = max(expected.response.misfit_deg, expected.missed_deg) / max(float(np.std(usual)), 1e-9)
     healthy = with_law(factor.healthy, factor.lines, factor.lines.of(moved), rho, prior)
-    speed = np.concatenate([np.gradient(track.reference.angle_deg, track.pair.dt_s) for track in expected.tracks])
-    later_s = factor.rms(moved) / max(factor.rms(speed), 1e-9)
+    later_s = np.array([_displaced_s(*one) for one in zip(expected.tracks, expected.base, strict=True)])
     missed = np.concatenate([_missed(track, expected.response) for track in expected.tracks])
     return replace(factor, healthy=healthy.with_variance(at_another_time(factor.lines, missed, later_s)))
+
+
+def _displaced_s(track: Track, angle: Column) -> float:
+    """By what time the expected angle (n,) follows or leads the reference's, as far as it is that one at another
+    time."""
+    speed = np.gradient(track.reference.angle_deg, track.pair.dt_s)
+    moved = track.reference.angle_deg - angle
+    return float(abs(moved @ speed) / max(speed @ speed, 1e-12))
 
 
 def _missed(track: Track, response: ResponseModel) -> Column:
@@ -124,10 +131,10 @@ def _missed(track: Track, response: ResponseModel) -> Column:
     return reference.angle_deg - response.angle(reference.p1_mpa, reference.p2_mpa, track.pair.dt_s)
 
 
-def at_another_time(lines: Lines, column: Column, later_s: float) -> Column:
-    """(l,) variance of a column (n,) less itself later: 2 - 2 cos(2 pi f t) of its power, blurred, and twice its power
-    from a quarter of a period on, where nothing is known of the phase."""
-    turned = 2.0 - 2.0 * np.cos(2.0 * np.pi * np.minimum(lines.frequency_hz * later_s, 0.25))
+def at_another_time(lines: Lines, column: Column, later_s: Column) -> Column:
+    """(l,) variance of a column (n,) less itself later, by so many seconds in each record (r,): 2 - 2 cos(2 pi f t) of
+    its power, blurred, and twice its power from a quarter of a period on, where nothing is known of the phase."""
+    turned = 2.0 - 2.0 * np.cos(2.0 * np.pi * np.minimum(lines.frequency_hz * later_s[lines.record], 0.25))
     out: Column = turned * lines.envelope(lines.of(column), ENVELOPE_HZ, ENVELOPE_EVEN)
     return out
 

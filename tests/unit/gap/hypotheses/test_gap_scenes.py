@@ -18,16 +18,16 @@ def test_a_line_taken_at_another_time_leaves_what_it_turned_by(hz: float, later_
     later_s = min(later_s, 0.24 / hz)
     missed = size * np.sin(2 * np.pi * hz * TIME_S)
     left = size * np.sin(2 * np.pi * hz * (TIME_S - later_s)) - missed
-    said = float(at_another_time(LINES, missed, later_s).sum())
+    said = float(at_another_time(LINES, missed, np.array([later_s])).sum())
     assert said == pytest.approx(float(np.sum(left**2)), rel=0.4, abs=1e-3 * size**2 * ROWS)
 
 
 def test_what_is_far_away_in_time_is_twice_as_much_and_no_more() -> None:
     missed = np.sin(2 * np.pi * 2.0 * TIME_S)
-    said = [float(at_another_time(LINES, missed, later_s).sum()) for later_s in (0.25, 1.0, 60.0)]
+    said = [float(at_another_time(LINES, missed, np.array([later_s])).sum()) for later_s in (0.25, 1.0, 60.0)]
     assert said[0] == pytest.approx(2.0 * np.sum(missed**2), rel=0.2)
     assert said[2] == pytest.approx(said[1], rel=0.15)
 
 
 def test_at_the_same_time_nothing_is_left() -> None:
-    assert float(at_another_time(LINES, np.cos(TIME_S), 0.0).sum()) == 0.0
+    assert float(at_another_time(LINES, np.cos(TIME_S), np.zeros(1)).sum()) == 0.0
