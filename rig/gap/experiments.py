@@ -42,8 +42,15 @@ def _said_by(question: Question, records: Sequence[Record]) -> Said:
     known = replace(known, fingerprint=fingerprint_of(described, known))
     if known.fingerprint is None:
         raise RecordError("--baseline: too short to describe the rig by; a hunt needs some minutes of records")
-    asked = replace(question, model=known, records=records, days=[], kind=Kind.FINGERPRINT, sister=False)
-    asked = replace(asked, known_hz=known_hz(described))
+    asked = replace(
+        question,
+        model=known,
+        records=records,
+        days=[],
+        kind=Kind.FINGERPRINT,
+        sister=False,
+        known_hz=known_hz(described),
+    )
     _, grounds = answer(asked)
     return {posterior.stand.name: heard(posterior) for posterior in grounds.posteriors if not posterior.given}
 

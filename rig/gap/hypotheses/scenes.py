@@ -16,7 +16,6 @@ from rig.gap.reference.fast import doubt
 from rig.gap.reference.own_days import angle_days, own_factor, pressure_days
 from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, Fitted, Prior
 from rig.model.effect_stages import EFFECT_STAGES
-from rig.model.response import ResponseModel
 from rig.model.slots import AHEAD
 from rig.record import Column
 
@@ -113,7 +112,7 @@ def _answering_other_pressures(factor: Factor, expected: Expected, prior: Prior)
     rho = max(expected.response.misfit_deg, expected.missed_deg) / max(float(np.std(usual)), 1e-9)
     healthy = with_law(factor.healthy, factor.lines, factor.lines.of(moved), rho, prior)
     later_s = np.array([_displaced_s(*one) for one in zip(expected.tracks, expected.base, strict=True)])
-    missed = np.concatenate([_missed(track, expected.response) for track in expected.tracks])
+    missed = np.concatenate([track.reference.angle_deg - track.propagated for track in expected.tracks])
     return replace(factor, healthy=healthy.with_variance(at_another_time(factor.lines, missed, later_s)))
 
 
@@ -123,12 +122,6 @@ def _displaced_s(track: Track, angle: Column) -> float:
     speed = np.gradient(track.reference.angle_deg, track.pair.dt_s)
     moved = track.reference.angle_deg - angle
     return float(abs(moved @ speed) / max(speed @ speed, 1e-12))
-
-
-def _missed(track: Track, response: ResponseModel) -> Column:
-    """(n,) what the description of the rig misses of the reference's angle."""
-    reference = track.reference
-    return reference.angle_deg - response.angle(reference.p1_mpa, reference.p2_mpa, track.pair.dt_s)
 
 
 def at_another_time(lines: Lines, column: Column, later_s: Column) -> Column:
@@ -141,6 +134,8 @@ def at_another_time(lines: Lines, column: Column, later_s: Column) -> Column:
 
 def _where_fast(factor: Factor, expected: Expected) -> Factor:
     """The factor with its doubt of experiments that are faster than what the reference is known from."""
+    if not np.isfinite(expected.known_hz):  # no experiments: nothing is fast
+        return factor
     pairs = [track.pair for track in expected.tracks]
     return factor.less_sure(doubt(pairs, factor.lines, expected.known_hz))
 

@@ -13,7 +13,7 @@ from rig.gap.records.grid import Pair, Session
 from rig.gap.records.pairs import Pairing
 from rig.gap.reference.build import Expected, Kind, from_response, rms_of
 from rig.gap.reference.expectation import line_noise
-from rig.gap.reference.fast import LEAST_HZ, fastest_hz
+from rig.gap.reference.fast import known_by_hz
 from rig.gap.settings import Fitted
 from rig.identify.response import GRID_S
 from rig.model.response import ResponseModel
@@ -109,7 +109,6 @@ def known_by(response: ResponseModel, days: Sequence[Track], *, pressures: bool)
         rms_of([track.reference.p2_mpa - track.regulated[1] for track in days], pairs),
     ]
     levels = Kind.FINGERPRINT.value
-    fastest = max([LEAST_HZ, *(fastest_hz(pair.u1_mpa - pair.u2_mpa, pair.dt_s) for pair in pairs)])
     return Rig(
         response,
         levels,
@@ -117,7 +116,7 @@ def known_by(response: ResponseModel, days: Sequence[Track], *, pressures: bool)
         _noise(days),
         missed_mpa=max(missed_mpa),
         missed_deg=missed_deg,
-        known_hz=fastest,
+        known_hz=known_by_hz((pair.u1_mpa - pair.u2_mpa, pair.dt_s) for pair in pairs),
         grid_s=pairs[0].dt_s,
     )
 

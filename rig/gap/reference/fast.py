@@ -17,7 +17,12 @@ POWER = 0.95
 
 def known_hz(records: Iterable[Record]) -> float:
     """Up to which excitation a rig is known by these records as surely as levels say, Hz."""
-    return max([LEAST_HZ, *(fastest_hz(record.dp_cmd_mpa, record.period_s) for record in records)])
+    return known_by_hz((record.dp_cmd_mpa, record.period_s) for record in records)
+
+
+def known_by_hz(commands: Iterable[tuple[Column, float]]) -> float:
+    """The same by the commands (n,) with the time between two rows, s."""
+    return max([LEAST_HZ, *(fastest_hz(dp_mpa, dt_s) for dp_mpa, dt_s in commands)])
 
 
 def fastest_hz(dp_mpa: Column, dt_s: float) -> float:

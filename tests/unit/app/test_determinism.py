@@ -1,16 +1,14 @@
 """On the virtual clock one seed is one history: every sample of two runs is the same, bit for bit, in every field."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 from support.mcap_files import Contents, contents
+from support.run_command import pamrig
 
 from rig.sample import Phase, pack
 
-PAMRIG = Path(sys.executable).with_name("pamrig")
 SWEEP = """\
 name: twice
 settle_s: 0.5
@@ -31,20 +29,10 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Contents]]:
     (folder / "twice.yaml").write_text(SWEEP)
     found = {}
     for name, seed in (("first", 11), ("again", 11), ("other", 12)):
-        call = [
-            PAMRIG,
-            "run",
-            folder / "twice.yaml",
-            "--clock",
-            "virtual",
-            "--seed",
-            seed,
-            "--out",
-            folder / name,
-            "--json",
-            "-",
-        ]
-        done = subprocess.run([str(part) for part in call], check=True, capture_output=True, text=True)
+        done = pamrig(
+            "run", folder / "twice.yaml", "--clock", "virtual", "--seed", seed, "--out", folder / name, "--json", "-"
+        )
+        done.check_returncode()
         found[name] = [contents(Path(run["file"])) for run in json.loads(done.stdout)["runs"]]
     return found
 

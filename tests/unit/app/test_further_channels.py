@@ -2,10 +2,10 @@
 
 import json
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from support.run_command import PAMRIG
 
 from rig.app.compose import load
 from rig.app.records.logs import describe
@@ -16,7 +16,6 @@ from rig.log.reader import read
 from rig.record import Record
 from rig.report.log_figures import run_figure, terminal_picture
 
-PAMRIG = Path(sys.executable).with_name("pamrig")
 MODEL = Path(__file__).resolve().parents[3] / "configs/models/simulated.yaml"
 RIG = """\
 name: further

@@ -8,12 +8,11 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 
 import pytest
+from support.run_command import PAMRIG
 
 from rig.service.processes import start_process
 
 pytestmark = pytest.mark.real_time
-
-PAMRIG = Path(sys.executable).with_name("pamrig")
 
 
 def shell(command: str) -> subprocess.CompletedProcess[str]:

@@ -4,12 +4,12 @@ import json
 import os
 import re
 import subprocess
-import sys
 from pathlib import Path
 
 import click
 import pytest
 from click.testing import CliRunner
+from support.run_command import PAMRIG
 
 from rig.app.compose import load
 from rig.app.devices.new_rig import PATTERNS
@@ -17,8 +17,6 @@ from rig.cli.commands import COMMANDS, cli
 from rig.cli.completion import OURS, SUFFIXES, WRITTEN, with_files
 from rig.errors import ConfigError
 from rig.outputs import Kind
-
-PAMRIG = Path(sys.executable).with_name("pamrig")
 
 
 def called(*words: object) -> dict[str, object]:
