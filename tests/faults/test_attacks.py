@@ -10,7 +10,6 @@ import pytest
 from rig.qualify.faults.attacks import ATTACKS, GOAL_MS, Attack, Siege, bench_in, besiege, free_port, shortfall
 from rig.qualify.faults.bench import FaultBench
 
-pytestmark = pytest.mark.xdist_group("real processes")
 TRIALS = 4
 HELD_UP_MS = 40.0
 """What no single stop may take: so few of them have no p99."""

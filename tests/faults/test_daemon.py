@@ -14,9 +14,6 @@ from rig.service.client import Client
 from rig.service.records.ledger import Ledger
 
 pytest_plugins = "support.daemon_rig"
-pytestmark = pytest.mark.xdist_group("real processes")
-
-pytestmark = pytest.mark.xdist_group("real processes")
 
 
 def pressures(client: Client) -> tuple[float, float]:

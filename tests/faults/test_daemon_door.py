@@ -21,9 +21,6 @@ from rig.service.door import protocol
 from rig.service.door.control import MAX_CLIENTS
 
 pytest_plugins = "support.daemon_rig"
-pytestmark = pytest.mark.xdist_group("real processes")
-
-pytestmark = pytest.mark.xdist_group("real processes")
 
 
 def raw(bench: FaultBench, *lines: bytes) -> list[dict[str, Any]]:

@@ -21,9 +21,6 @@ from rig.service.client import Client
 from rig.service.door import protocol
 
 pytest_plugins = "support.daemon_rig"
-pytestmark = pytest.mark.xdist_group("real processes")
-
-pytestmark = pytest.mark.xdist_group("real processes")
 
 
 def test_a_subscriber_gets_status_and_every_sample_once(bench: FaultBench, client: Client) -> None:

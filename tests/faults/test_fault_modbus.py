@@ -10,8 +10,6 @@ from rig.qualify.faults.table import TABLE
 from rig.qualify.faults.trial import try_row
 from rig.qualify.faults.wired import ModbusFaultBench
 
-pytestmark = pytest.mark.xdist_group("real processes")
-
 
 @pytest.fixture(scope="module")
 def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ModbusFaultBench]:

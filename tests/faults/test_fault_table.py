@@ -14,8 +14,6 @@ from rig.qualify.faults.table import TABLE, Row
 from rig.qualify.faults.trial import try_row
 from rig.realtime.faults import Fault
 
-pytestmark = pytest.mark.xdist_group("real processes")
-
 
 @pytest.fixture(scope="module")
 def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FaultBench]:

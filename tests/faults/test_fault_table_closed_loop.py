@@ -12,8 +12,6 @@ from rig.qualify.faults.bench import CLOSED_LOOP, FaultBench
 from rig.qualify.faults.table import CLOSED_LOOP_TABLE, TABLE, Row
 from rig.qualify.faults.trial import try_row
 
-pytestmark = pytest.mark.xdist_group("real processes")
-
 TRIED = (
     *("late", "skip", "misses", "stall", "timeout", "timeouts", "garbled", "lost", "hang", "frozen", "nan", "range"),
     *("jump", "wire", "stale", "air", "loop killed", "loop stopped", "control stopped", "estop"),

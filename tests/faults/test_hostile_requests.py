@@ -6,10 +6,8 @@ from contextlib import closing
 from pathlib import Path
 
 import hostile_requests
-import pytest
 
 COUNT = 2 * hostile_requests.EVERY + 2
-pytestmark = pytest.mark.xdist_group("real processes")
 
 
 def test_whatever_is_asked_is_answered_and_an_emergency_stop_still_stops(tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ from rig.qualify.faults.bench import FaultBench
 from rig.service.client import Client
 
 pytest_plugins = "support.daemon_rig"
-pytestmark = [pytest.mark.real_time, pytest.mark.xdist_group("real processes")]
+pytestmark = pytest.mark.real_time
 SESSION = """\
 name: first
 settle_s: 0.2

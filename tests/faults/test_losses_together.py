@@ -19,8 +19,6 @@ from rig.qualify.faults.held import Calibration, Probe, RunBench
 from rig.qualify.faults.losses import BENCHES, Blow, draw, trials, try_losses
 from rig.qualify.faults.wired import ModbusFaultBench, RtuFaultBench, SerialFaultBench, WiredFaultBench
 
-pytestmark = pytest.mark.xdist_group("real processes")
-
 
 @pytest.fixture(scope="module")
 def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FaultBench]:

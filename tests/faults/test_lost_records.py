@@ -14,7 +14,6 @@ from click.testing import CliRunner
 from rig.cli.service import daemon as cli_daemon
 from rig.qualify.faults.bench import FaultBench, named_children
 
-pytestmark = pytest.mark.xdist_group("real processes")
 AT_ONCE_S = 3.0
 SWEEP = """\
 settle_s: 0.1

@@ -19,7 +19,6 @@ from rig.cli.commands import cli
 from rig.qualify.faults.bench import RIG, SAFE_MPA, named_children
 from rig.qualify.faults.wired import ModbusFaultBench
 
-pytestmark = pytest.mark.xdist_group("real processes")
 KILL, STOP = signal.SIGKILL, signal.SIGSTOP
 
 

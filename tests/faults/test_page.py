@@ -24,7 +24,6 @@ from rig.qualify.faults.bench import FaultBench
 from rig.service.web.door.gate import MOST
 from rig.service.web.stream.viewers import MOST as MOST_VIEWERS
 
-pytestmark = pytest.mark.xdist_group("real processes")
 BY_THE_MACHINE = ("MISSED_TICKS", "LONG_STALL", "LOOP_DIED")
 STOPPED_MS = 100.0
 """Goal: p99 50 ms on a quiet machine, which `pamrig bench page` measures; this is a test on a busy one."""

@@ -14,8 +14,6 @@ from rig.qualify.faults.bench import FaultBench
 
 sync_api = pytest.importorskip("playwright.sync_api")
 
-pytestmark = pytest.mark.xdist_group("real processes")
-
 
 def test_arm_preview_start_watch_mark_and_stop(page_bench: FaultBench, page: Any) -> None:
     armed(page)

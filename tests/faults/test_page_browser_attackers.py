@@ -16,7 +16,6 @@ from rig.qualify.faults.bench import FaultBench
 
 pytest.importorskip("playwright")
 
-pytestmark = pytest.mark.xdist_group("real processes")
 
 ATTACKS = """<!doctype html><title>another site</title><iframe name="into"></iframe><script>
 const victim = "VICTIM";

@@ -16,7 +16,6 @@ from rig.service.web.stream.glance import FRESH_S
 
 pytest.importorskip("playwright")
 
-pytestmark = pytest.mark.xdist_group("real processes")
 MOST_BYTES = 200_000
 
 

@@ -3,14 +3,11 @@
 import json
 from pathlib import Path
 
-import pytest
 from click.testing import CliRunner
 
 from rig.cli.qualify.faults import faults
 from rig.errors import RigError
 from rig.qualify.soak import soak
-
-pytestmark = pytest.mark.xdist_group("real processes")
 
 
 def test_in_virtual_time_nothing_is_missed_and_no_machine_is_blamed(tmp_path: Path) -> None:

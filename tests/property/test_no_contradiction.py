@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -20,7 +19,6 @@ from rig.gap.diagnosis import diagnose
 from rig.model.parameters import Model
 from rig.record import Record
 
-pytestmark = pytest.mark.xdist_group("no contradiction")
 FAMILY, SEED, RECORDS = "pleated", 77, 3
 ASKED = [mode for mode in MODES.values() if not mode.withheld]
 

@@ -16,7 +16,6 @@ from support.cluster_work import fail, leave_trace
 from rig.errors import RigError
 from rig.parallel import each, executor
 
-pytestmark = pytest.mark.xdist_group("real processes")
 PIECES = 16
 
 

@@ -9,8 +9,6 @@ import pytest
 from rig.qualify.faults.bench import FaultBench
 from rig.service.client import Client
 
-pytestmark = pytest.mark.xdist_group("real processes")
-
 TOKEN = "0123456789abcdef"
 SHORT = """\
 settle_s: 0.1

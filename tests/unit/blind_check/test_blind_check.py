@@ -25,7 +25,6 @@ from rig.gap.hypotheses.library import LIBRARY
 from rig.log.reader import read
 from rig.report.check_page import write_page
 
-pytestmark = pytest.mark.xdist_group("blind check")
 SEED = 31
 CASES = 8
 SOURCE = PhysicsSource(Purpose.SCORING, known=tuple(LIBRARY))

@@ -24,7 +24,6 @@ from rig.errors import RecordError
 from rig.log.reader import read
 from rig.report.check_pairs import pairs_page
 
-pytestmark = pytest.mark.xdist_group("blind check")
 SWEEP = "p0_mpa: 0.2\nduration_s: 5.0\nrecords:\n  - sine: {frequency_hz: 4.0, amplitude_mpa: 0.05}\n"
 WANTED = {"config": SWEEP, "separates": ["delay", "valve_lag"], "minutes": 0.2, "expected_confidence": 0.9}
 

@@ -15,7 +15,6 @@ from rig.gap.records.holes import holes_of, unsettled, with_rows
 from rig.model.parameters import AddedEffect, Model
 from rig.record import Column, Record
 
-pytestmark = pytest.mark.xdist_group("bad input")
 Made = Callable[[Record], Record]
 SURE = 0.5
 """Above, a name is a confident one."""

@@ -21,7 +21,6 @@ from rig.app.gap.hunting import NAMED, Hunted, HuntOptions, hunt, hunt_and_tell
 from rig.errors import EnvelopeError, RigError, StateError
 from rig.log.reader import read
 
-pytestmark = pytest.mark.xdist_group("hunts")
 MODEL = Path("configs/models/simulated.yaml").resolve()
 CALL = ("--rig", "simulated_worn", "--model", str(MODEL), "--sweep", "quick", "--clock", "virtual", "--seed", "5")
 PATIENCE_S = 300.0
