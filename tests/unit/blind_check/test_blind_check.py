@@ -13,7 +13,7 @@ import pytest
 from click.testing import CliRunner
 
 from hil.reference.cases import Purpose
-from hil.reference.source import PhysicsSource
+from hil.reference.source import Commands, PhysicsSource
 from rig.blind_check import generate
 from rig.blind_check.check import make_answer_score, result_of, result_of_all, score_unit
 from rig.blind_check.folder import CheckFolder, read_json, read_truth
@@ -27,7 +27,22 @@ from rig.report.check_page import write_page
 
 SEED = 31
 CASES = 8
-SOURCE = PhysicsSource(Purpose.SCORING, known=tuple(LIBRARY))
+
+
+def short_session() -> Commands:
+    """Four records of 8 s, which tell enough of effects of these sizes; a drawn session is seven of 20 s."""
+    t_s = np.arange(0.0, 8.0, 0.005)
+    slow, fast = 2 * np.pi * 0.4 * t_s, 2 * np.pi * 0.8 * t_s
+    dp_mpa = {
+        "sine_0.4": 0.18 * np.sin(slow),
+        "sine_0.8": 0.1 * np.sin(fast),
+        "triangle_0.8": 0.14 * 2 / np.pi * np.arcsin(np.sin(fast)),
+        "mixed": 0.1 * np.sin(0.6 * slow) + 0.07 * np.sin(fast),
+    }
+    return {name: (0.2 + 0.5 * dp, 0.2 - 0.5 * dp, 0.005) for name, dp in dp_mpa.items()}
+
+
+SOURCE = PhysicsSource(Purpose.SCORING, known=tuple(LIBRARY), session=short_session())
 
 
 @pytest.fixture(scope="module")
@@ -227,7 +242,7 @@ def without_days(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     """The ways of asking that need fewer days or none, on another family: sealed, answered, scored."""
     folder = CheckFolder(tmp_path_factory.mktemp("without_days"))
     groups = ("one_day", "fingerprint", "simulator")
-    source = PhysicsSource(Purpose.SCORING, ("fluidic",), measures_of(groups), tuple(LIBRARY))
+    source = PhysicsSource(Purpose.SCORING, ("fluidic",), measures_of(groups), tuple(LIBRARY), short_session())
     draw(source, folder.root, SEED, 6, names_of(groups))
     for unit in units(source, folder):
         make_answer_score(unit, rounds=0)
