@@ -169,27 +169,26 @@ def arm(client: Any) -> None:
     show_default=True,
     help="Seconds of rest after each sweep.",
 )
-@click.option(
-    "--first", "before", flag_value="first", help="What an interrupted queue still holds is done before SWEEPS."
-)
-@click.option(
-    "--only", "before", flag_value="leave", help="Only SWEEPS; what an interrupted queue still holds stays there."
-)
+@click.option("--first", is_flag=True, help="What an interrupted queue still holds is done before SWEEPS.")
+@click.option("--only", is_flag=True, help="Only SWEEPS; what an interrupted queue still holds stays there.")
 @click.option(
     "--wait", is_flag=True, help="Return when the work is done; exit status 1 when it was not done whole and valid."
 )
-def start(client: Any, sweeps: tuple[Path, ...], pause_s: float, before: str | None, wait: bool) -> None:
+def start(client: Any, sweeps: tuple[Path, ...], pause_s: float, first: bool, only: bool, wait: bool) -> None:
     """Queue SWEEPS and work on the queue; without any, go on with what is in it."""
     from rig.app import shipped
     from rig.cli.service import queued
 
+    if (first or only) and (first == only or not sweeps):
+        raise click.UsageError("--first or --only says what is done beside SWEEPS: one of them, and with SWEEPS")
+    before = "first" if first else "leave" if only else ""
     paths = [shipped.find_config(sweep, "sweeps") for sweep in sweeps]
     waiting = queued.interrupted(client.status())
     if waiting and not sweeps:
         console().print(f"going on with the queue: {queued.described(waiting)}")
     elif waiting and not before and sys.stdin.isatty():
         before = queued.ask(waiting)
-    jobs = client.start(*paths, pause_s=pause_s, before=before or "")
+    jobs = client.start(*paths, pause_s=pause_s, before=before)
     for job in jobs:
         console().print(f"job {job['id']}: {job['sweep']}, {job['records']} records, {job['seconds']:.0f} s")
     if wait:

@@ -19,8 +19,8 @@ _OPEN = ("waiting", "running", "stopped")
 
 
 def interrupted(status: dict[str, Any]) -> list[Job]:
-    """The jobs of a queue that nobody works on."""
-    return [] if status["working"] else [job for job in status["queue"] if job["state"] in _OPEN]
+    """The jobs that are left to do and nobody goes on with."""
+    return [job for job in status["queue"] if job["id"] in status["interrupted"]]
 
 
 def described(jobs: Iterable[Job]) -> str:

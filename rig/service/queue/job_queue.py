@@ -132,17 +132,17 @@ class Queue:
         left = self.left(only)
         return sum(job.seconds_left for job in left) + sum(job.pause_s for job in left[:-1])
 
-    def described(self) -> str:
+    def described(self, only: Collection[int] | None = None) -> str:
         """What waits or was interrupted, with its length: what would move before anything that is added now. Empty:
         nothing."""
-        left = self.left()
+        left = self.left(only)
         if not left:
             return ""
         named = ", ".join(f"{job.name} ({job.total - job.done} of {job.total} records)" for job in left[:_NAMED])
         more = f" and {len(left) - _NAMED} more" if len(left) > _NAMED else ""
         sweeps = "1 sweep" if len(left) == 1 else f"{len(left)} sweeps"
         records = sum(job.total - job.done for job in left)
-        return f"{sweeps} of before: {named}{more}; {records} records, {self.seconds_left():.0f} s"
+        return f"{sweeps} of before: {named}{more}; {records} records, {self.seconds_left(only):.0f} s"
 
     def save(self) -> None:
         """Onto the disk, whole or not at all. RigError when the folder takes nothing."""

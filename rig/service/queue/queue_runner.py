@@ -67,8 +67,9 @@ class QueueRunner:
         return self._queue.add(path, path.stem, sweep.records, sweep.seconds, pause_s)
 
     def go_on(self, only: Collection[int] | None = None) -> None:
-        """Work until the queue, or what of it was asked for, is done."""
-        self._only = None if only is None else frozenset(only)
+        """Work until the queue, or what of it was asked for, is done; more may be asked for meanwhile."""
+        asked = self._only if self._going and self._only is not None else frozenset[int]()
+        self._only = None if only is None else asked.union(only)
         self._held = False
         self._wake.set()
 
@@ -81,8 +82,21 @@ class QueueRunner:
 
     @property
     def interrupted(self) -> str:
-        """What stands in a queue that nobody works on, with its length; empty when nothing does."""
-        return "" if self.working else self._queue.described()
+        """What is left in the queue and nobody goes on with, with its length; empty for nothing."""
+        return self._queue.described(self._left_out)
+
+    @property
+    def _left_out(self) -> list[int]:
+        """The jobs of it: all after a stop or a fault, and while some are worked on alone the others."""
+        left = [job.id for job in self._queue.left()]
+        if not self._going:
+            return left
+        return [] if self._only is None else [number for number in left if number not in self._only]
+
+    @property
+    def _going(self) -> bool:
+        """Another record will be begun without being asked again."""
+        return not self._held and self._next is not None
 
     @property
     def _next(self) -> Job | None:
@@ -96,7 +110,7 @@ class QueueRunner:
     @property
     def working(self) -> bool:
         """Something runs, or will without being asked again."""
-        return self._now is not None or (not self._held and self._next is not None)
+        return self._now is not None or self._going
 
     async def run(self) -> None:
         """For ever: wait for work, do it."""
@@ -164,12 +178,12 @@ class QueueRunner:
             file = await asyncio.to_thread(aside, result.file, result.ended) if stopped else result.file
             job.made(file, valid=result.valid or stopped)
             await self._remember(file)
-            if not result.complete and not self._held:
+            if stopped:
+                return  # by the operator: it is made again when the job goes on
+            if not result.complete:
                 lost = f"{result.missed} ticks missed and {result.dropped} dropped"
                 self._give_up(job, JobState.STOPPED, f"{result.file.name}: {lost}: the sweep is not whole")
                 return
-            if not result.complete:
-                return  # stopped by the operator: it is made again when the job goes on
             job.done += 1
             await asyncio.to_thread(self._queue.save)
 
@@ -285,6 +299,7 @@ class QueueRunner:
         shown: dict[str, Any] = {
             "working": self.working,
             "held": self._held,
+            "interrupted": self._left_out,
             "queue": list(self._queue.shown()),
             "left_s": 0.0,
             "record": None,
@@ -302,7 +317,7 @@ class QueueRunner:
                 "left_s": (plan.ticks - tick) * self._rig.period_ns / 1e9,
             }
         shown["left_s"] = (
-            max(self._queue.seconds_left(None if self._held else self._only) - done_s, 0.0) + shown["pause_s"]
+            max(self._queue.seconds_left(self._only if self._going else None) - done_s, 0.0) + shown["pause_s"]
         )
         return shown
 

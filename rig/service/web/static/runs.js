@@ -77,7 +77,7 @@ async function start(event) {
 function queue(message) {
   const jobs = message.queue;
   const open = jobs.filter((job) => OPEN.includes(job.state));
-  show("before", open.length > 0 && !message.working);
+  show("before", message.interrupted.length > 0);
   put("queue-total", open.length ? `${open.length} to do, ${seconds(message.left_s)} left${message.working ? "" : "; held"}` : "Nothing waits.");
   by("clear").disabled = !(isCommanding() && jobs.some((job) => job.state !== "running" && job.state !== "done"));
   check();

@@ -25,7 +25,8 @@ def glance(status: dict[str, Any]) -> dict[str, Any]:
         **{
             key: status[key] for key in ("rig", "simulated", "fault", "fault_since_s", "safe_state", "record", "left_s")
         },
-        **{key: status[key] for key in ("working", "held", "armed_by", "recording_error", "disk_free_gb", "pause_s")},
+        **{key: status[key] for key in ("working", "held", "interrupted", "pause_s")},
+        **{key: status[key] for key in ("armed_by", "recording_error", "disk_free_gb")},
         "state": status["state"],
         "loop": {key: loop.get(key) for key in _FIGURES},
         "now": own_now(status),

@@ -1,12 +1,14 @@
 """The queue in the terminal: the question about what was interrupted, and how waiting for it ends."""
 
+from contextlib import nullcontext
 from typing import Any
 
 import click
 import pytest
+from click.testing import CliRunner
 from rich.console import Console
 
-from rig.cli.service import queued
+from rig.cli.service import daemon, queued
 from rig.errors import CheckFailed
 
 
@@ -34,10 +36,10 @@ class Done:
         return self._status
 
 
-def test_a_queue_that_is_worked_on_is_not_interrupted() -> None:
-    status = {"working": False, "queue": [job(), job(state="done"), job(state="waiting"), job(state="failed")]}
+def test_what_nobody_goes_on_with_is_what_the_daemon_says() -> None:
+    status = {"queue": [job(), job(id=2, state="done"), job(id=3, state="waiting")], "interrupted": [1, 3]}
     assert [each["state"] for each in queued.interrupted(status)] == ["stopped", "waiting"]
-    assert queued.interrupted(status | {"working": True}) == []
+    assert queued.interrupted(status | {"interrupted": []}) == []
     assert queued.described([job()]) == "paper (13 of 15 records); 195 s"
 
 
@@ -67,6 +69,15 @@ def test_waiting_ends_well_only_when_all_was_done_and_is_valid() -> None:
         broken: Any = wrong
         with pytest.raises(CheckFailed, match=said):
             queued.wait(broken, [1])
+
+
+@pytest.mark.parametrize("words", [["--first", "--only", "quick"], ["--only"], ["--first", "--wait"]])
+def test_what_is_to_become_of_the_old_queue_is_said_once_and_with_new_sweeps(
+    words: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("rig.service.client.Client", lambda _: nullcontext())
+    done = CliRunner().invoke(daemon.start, words)
+    assert (done.exit_code, "one of them, and with SWEEPS" in done.output) == (2, True)
 
 
 def test_the_table_shows_what_is_left_and_takes_no_markup_from_names() -> None:
