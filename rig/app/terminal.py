@@ -9,12 +9,16 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
-    from rich.console import Console
+    from rich.console import Console, ConsoleOptions, RenderResult
     from rich.table import Table
     from rich.text import Text
 
 _PIPE_COLUMNS: Final = 1 << 16
 """A pipe has no width: whatever reads it gets each row on a line of its own."""
+_CELL_COLUMNS: Final = 12
+"""No cell is folded to less: its longest word, up to so many columns, stays whole."""
+_GAP_COLUMNS: Final = 2
+"""Between two columns of a table, at most."""
 _CONTROL: Final = r"\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff"
 """Control codes of terminals (C0, C1), marks that turn the direction of text, and halves of characters that cannot be
 encoded."""
@@ -29,6 +33,7 @@ def console(json_to: str | None = None) -> "Console":
     codes no commands.
     """
     from rich.console import Console
+    from rich.table import Table
 
     class Terminal(Console):
         def on_broken_pipe(self) -> None:
@@ -37,6 +42,11 @@ def console(json_to: str | None = None) -> "Console":
 
         def render_str(self, text: str, **how: Any) -> "Text":
             return super().render_str(visible(text), **how)
+
+        def print(self, *what: Any, **how: Any) -> None:
+            # a table that is wider than the terminal is wrapped by it; rich would cut what does not fit
+            cut = {} if not any(isinstance(one, Table) for one in what) else {"crop": False}
+            super().print(*what, **(cut | how))
 
     to_stderr = json_to == "-"
     piped = not (sys.stderr if to_stderr else sys.stdout).isatty()
@@ -72,9 +82,16 @@ def listing(names: str, *titles: str, title: str | None = None) -> "Table":
     class Listing(Table):
         def add_row(self, *cells: Any, **how: Any) -> None:
             shown = [Text(visible(cell)) if isinstance(cell, str) else cell for cell in cells]
-            longest = max((cell_len(line) for line in str(shown[0]).splitlines()), default=0) if shown else 0
-            self.columns[0].min_width = max(self.columns[0].min_width or 0, longest)
+            for number, (column, cell) in enumerate(zip(self.columns, shown, strict=False)):
+                pieces = str(cell).split() if number else str(cell).splitlines()
+                longest = max(map(cell_len, [str(column.header) if number else "", *pieces]), default=0)
+                needed = min(longest, _CELL_COLUMNS) if number else longest
+                column.min_width = max(column.min_width or 0, needed)
             super().add_row(*shown, **how)
+
+        def __rich_console__(self, console: "Console", options: "ConsoleOptions") -> "RenderResult":
+            needed = sum((column.min_width or 0) + _GAP_COLUMNS for column in self.columns)
+            return super().__rich_console__(console, options.update(max_width=max(options.max_width, needed)))
 
     columns = [Column(names, no_wrap=True, overflow="ignore"), *(Column(title, overflow="fold") for title in titles)]
     return Listing(*columns, box=None, pad_edge=False, title=title, title_justify="left")

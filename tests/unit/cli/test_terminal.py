@@ -2,6 +2,7 @@
 whole."""
 
 import io
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -72,12 +73,28 @@ def test_a_daemon_may_say_anything_in_its_status(name: str) -> None:
     assert not [letter for line in shown for letter in line if not letter.isprintable()]
 
 
+class Narrow(io.StringIO):
+    """A terminal, by what it says of itself, or a pipe."""
+
+    def __init__(self, *, terminal: bool) -> None:
+        super().__init__()
+        self._terminal = terminal
+
+    def isatty(self) -> bool:
+        return self._terminal
+
+
+@pytest.mark.parametrize("terminal", [True, False])
 @pytest.mark.parametrize("width", [20, 40, 1000])
-def test_names_stay_whole_however_narrow_the_terminal_is(width: int) -> None:
-    terminal = console()
-    terminal.file, terminal.width = io.StringIO(), width
-    name = "a_record_with_a_long_name_0.2hz_0.20mpa"
-    table = listing("record", "what came of it")
-    table.add_row(name, "some words that may be folded into more than one line")
-    terminal.print(table)
-    assert name in terminal.file.getvalue()
+def test_names_and_figures_stay_whole_however_narrow_the_terminal_is(
+    width: int, terminal: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.stdout", Narrow(terminal=terminal))
+    monkeypatch.setenv("COLUMNS", str(width))
+    shown = console()
+    name, said = "a_record_with_a_long_name_0.2hz_0.20mpa", "some words that may be folded into more than one line"
+    table = listing("record", "rmse_deg", "what came of it")
+    table.add_row(name, "0.182", said)
+    shown.print(table)
+    text = shown.file.getvalue()  # type: ignore[attr-defined]
+    assert {name, "0.182", "rmse_deg", *said.split()} <= {*re.sub(r"\x1b\[[0-9;]*m", " ", text).split()}
