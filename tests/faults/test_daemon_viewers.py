@@ -70,6 +70,11 @@ def test_the_live_view_speaks_foxglove_s_protocol_and_sends_samples(
                 if isinstance(message, bytes):
                     return channel, message
 
+    def listens() -> bool:
+        with socket.socket() as probe:
+            return probe.connect_ex(("127.0.0.1", ports[0])) == 0
+
+    bench.wait(listens, "the live view's process, which comes up beside the daemon")
     channel, message = asyncio.run(look())
     assert (channel["encoding"], channel["schemaName"]) == ("protobuf", SAMPLE_SCHEMA)
     from rig.sample import SAMPLE_BYTES, unpack

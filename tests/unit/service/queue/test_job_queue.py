@@ -69,7 +69,14 @@ def test_only_so_many_records_of_a_long_job_are_kept_by_name(tmp_path: Path) -> 
     assert (shown["files"], shown["made"]) == (left.files[-SHOWN_FILES:], KEPT_FILES)
 
 
-@pytest.mark.parametrize("text", ["", "{", "[]", '{"jobs": [{}], "last_id": 1}', '{"jobs": [1], "last_id": 1}'])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "", "{", "[]", "[" * 100_000, '{"jobs": []}', '{"jobs": [{}], "last_id": 1}', '{"jobs": [1], "last_id": 1}',
+        '{"jobs": [], "last_id": 1e999}', '{"jobs": [], "last_id": NaN}',
+    ],
+    ids=range(9),
+)  # fmt: skip
 def test_a_broken_file_is_put_aside_not_trusted(tmp_path: Path, text: str) -> None:
     (tmp_path / "queue.json").write_text(text)
     assert queue(tmp_path).jobs == []

@@ -1,0 +1,67 @@
+"""What the daemon's event loop never waits for: the processes that show the rig live, which may be slow to end. An
+emergency stop is answered there."""
+
+import asyncio
+import json
+import threading
+from pathlib import Path
+
+import pytest
+
+from rig.app import compose
+from rig.app.supervise import parts_of
+from rig.service.daemon import Daemon
+from rig.service.door import protocol
+from rig.service.queue.planner import Planner
+from rig.service.session.session_monitor import SessionMonitor
+from rig.service.settings import DaemonSettings, Web
+from rig.service.views.live import LiveView
+
+PATIENCE_S = 10.0
+
+
+async def until(event: threading.Event) -> None:
+    """Only an event loop that goes on comes to an end here."""
+    while not event.is_set():
+        await asyncio.sleep(0.001)
+
+
+async def answer(socket: Path) -> dict[str, object]:
+    """To a question for the status."""
+    reader, writer = await asyncio.open_unix_connection(socket)
+    writer.write(protocol.encode({"id": 1, "command": "status"}))
+    said = json.loads(await reader.readline())
+    writer.close()
+    await writer.wait_closed()
+    return dict(said)
+
+
+def test_while_a_live_view_ends_others_are_answered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    slow = {name: (threading.Event(), threading.Event()) for name in ("follow", "close")}
+
+    def slowly(name: str) -> None:
+        begun, over = slow[name]
+        begun.set()
+        assert over.wait(PATIENCE_S), "the event loop waited"
+
+    monkeypatch.setattr(LiveView, "follow", lambda *_: slowly("follow"))
+    monkeypatch.setattr(LiveView, "close", lambda _: slowly("close"))
+    monkeypatch.setattr(SessionMonitor, "open", lambda _: None)
+    monkeypatch.setattr(Planner, "warm", lambda _: asyncio.sleep(0))
+    settings = DaemonSettings(logs=tmp_path / "logs", state=tmp_path, socket=tmp_path / "s.sock", web=Web(on=False))
+
+    async def serve() -> dict[str, object]:
+        daemon = Daemon(parts_of(compose.load(None), virtual=True), settings)
+        serving = asyncio.ensure_future(daemon.serve())
+        await until(slow["follow"][0])
+        said = await answer(settings.socket)
+        slow["follow"][1].set()
+        await asyncio.sleep(0.05)
+        daemon.end()
+        await until(slow["close"][0])
+        slow["close"][1].set()
+        await serving
+        return said
+
+    said = asyncio.run(asyncio.wait_for(serve(), 3 * PATIENCE_S))
+    assert said["ok"]
