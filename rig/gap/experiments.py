@@ -1,8 +1,8 @@
 """The diagnosis of a session together with the experiments that followed it on the same rig.
 
-Against a fingerprint or a simulator all records count together. No earlier day holds records of an experiment's kind:
-there the first session is compared with the days, the experiments with a fingerprint of those days, and what they say
-counts as if it had been known before.
+The session says whether there is something; experiments, judged by themselves, say which of the effects it is, and what
+they say counts as if it had been known before. No earlier day holds records of an experiment's kind: where there are
+days, experiments are compared with a fingerprint of those; else with the session's own reference.
 """
 
 from collections.abc import Sequence
@@ -25,16 +25,21 @@ its records. More: slower."""
 def answer_with(question: Question, experiments: Sequence[Sequence[Record]]) -> tuple[Diagnosis, Grounds]:
     """The diagnosis of a question's records and of those of later experiments. RecordError and ModelError as
     `rig.gap.pipeline.answer`, and where the days are too short to expect an experiment by them."""
-    if not question.days:
-        later = [_named(record, number) for number, some in enumerate(experiments, 2) for record in some]
-        return answer(replace(question, records=[*question.records, *later], known_hz=known_hz(question.records)))
-    return answer(replace(question, said=_said_by(question, [record for some in experiments for record in some])))
+    records = [record for some in experiments for record in some]
+    return answer(replace(question, said=_said_by(_by_itself(question), records)) if records else question)
 
 
 def _said_by(question: Question, records: Sequence[Record]) -> Said:
-    """What records of sweeps that no earlier day holds say, against a fingerprint of those days."""
-    if not records:
-        return {}
+    """What the records of experiments say, by factor."""
+    named = [replace(record, name=f"{number}_{record.name}") for number, record in enumerate(records, 1)]
+    _, grounds = answer(replace(question, records=named))
+    return {posterior.stand.name: heard(posterior) for posterior in grounds.posteriors if not posterior.given}
+
+
+def _by_itself(question: Question) -> Question:
+    """The question of what an experiment alone says, and up to which excitation the rig is known for it."""
+    if not question.days:
+        return replace(question, known_hz=known_hz(question.records))
     if question.model is None:
         raise RecordError("no model: experiments that no earlier day holds are judged by a model with a fingerprint")
     described = [record for day in question.days[-MOST_DAYS:] for record in day]
@@ -42,19 +47,4 @@ def _said_by(question: Question, records: Sequence[Record]) -> Said:
     known = replace(known, fingerprint=fingerprint_of(described, known))
     if known.fingerprint is None:
         raise RecordError("--baseline: too short to describe the rig by; a hunt needs some minutes of records")
-    asked = replace(
-        question,
-        model=known,
-        records=records,
-        days=[],
-        kind=Kind.FINGERPRINT,
-        sister=False,
-        known_hz=known_hz(described),
-    )
-    _, grounds = answer(asked)
-    return {posterior.stand.name: heard(posterior) for posterior in grounds.posteriors if not posterior.given}
-
-
-def _named(record: Record, number: int) -> Record:
-    """The record under a name of its own: the same sweep may come twice."""
-    return replace(record, name=f"step_{number}_{record.name}")
+    return replace(question, model=known, days=[], kind=Kind.FINGERPRINT, sister=False, known_hz=known_hz(described))

@@ -133,10 +133,10 @@ def _judged(
     say."""
 
     def said(stand: Stand) -> Mapping[str, float]:
-        return {**question.said.get(stand.name, {}), **_unnamed(question, stand)}
+        return question.said.get(stand.name, {})
 
     def judged(stand: Stand) -> Posterior:
-        return judge(effects, stand, said(stand))
+        return judge(effects, _with_withheld(question, stand), said(stand))
 
     def seconded(alone: Posterior) -> tuple[Posterior, ...]:
         return with_second(effects, alone, said(alone.stand))
@@ -191,13 +191,16 @@ def _told_by(ahead: Posterior, name: str, expected: Expected, settings: Fitted) 
     return read_right(expected, misread(factor, ahead.left(name), levels))
 
 
-def _unnamed(question: Question, stand: Stand) -> dict[str, float]:
-    """Nats for something unknown: what was thought beforehand of the effects that are kept from the library counts for
-    it."""
+def _with_withheld(question: Question, stand: Stand) -> Stand:
+    """What is thought beforehand of something unknown, with what was thought of the effects that are kept from the
+    library."""
     kept_out = [effect for effect in chosen(question.withheld) if not effect.signature]
     acting = sum(any(stand.shows(law) for law in effect.laws) for effect in kept_out)
-    heard, log_unknown = question.said.get(stand.name, {}).get(UNKNOWN, 0.0), stand.scene.odds.unknown
-    return {UNKNOWN: heard + float(np.logaddexp(0.0, np.log(acting) - log_unknown))} if acting else {}
+    if not acting:
+        return stand
+    odds = stand.scene.odds
+    unknown = float(np.logaddexp(odds.unknown, np.log(acting)))
+    return replace(stand, scene=replace(stand.scene, odds=replace(odds, unknown=unknown)))
 
 
 def _paired(question: Question, records: Sequence[Record], days: Sequence[Sequence[Record]]) -> Pairing:

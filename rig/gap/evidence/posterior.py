@@ -105,7 +105,7 @@ class Posterior:
 def judge(
     effects: Sequence[Effect], stand: Stand, said: Mapping[str, float] = MappingProxyType({}), workers: int = 2
 ) -> Posterior:
-    """Every hypothesis on one factor; `said` holds the nats that other records have for some of them."""
+    """Every hypothesis on one factor; `said` holds the nats that experiments have for some of the effects."""
     scene = stand.scene
     with ThreadPoolExecutor(workers) as pool:
         found = list(pool.map(lambda effect: fit_effect(effect, scene, stand.shows, stand.rough), effects))
@@ -117,9 +117,20 @@ def judge(
         - np.log(2.0)
         + scene.odds.unknown,
     } | {name: fit.log_evidence for name, fit in fits.items()}
-    probability, total = _normalised({name: value + said.get(name, 0.0) for name, value in logs.items()})
+    probability, total = _normalised(parted(logs, said))
     beside = _beside(scene, gap, fits, probability)
     return Posterior(stand, probability, fits, beside, total)
+
+
+def parted(logs: Mapping[str, float], said: Mapping[str, float]) -> dict[str, float]:
+    """The same once experiments have `said` so many nats for some effects. They part effects from each other: that
+    there is nothing, something unknown, or an effect that they say nothing of, stays as likely as it was."""
+    effects = [name for name in logs if name in said]
+    if not effects:
+        return dict(logs)
+    before = np.logaddexp.reduce([logs[name] for name in effects])
+    average = float(np.logaddexp.reduce([logs[name] + said[name] for name in effects]) - before)
+    return {name: value + (said[name] - average if name in said else 0.0) for name, value in logs.items()}
 
 
 def _normalised(logs: Mapping[str, float]) -> tuple[dict[str, float], float]:
@@ -129,14 +140,9 @@ def _normalised(logs: Mapping[str, float]) -> tuple[dict[str, float], float]:
 
 
 def heard(posterior: Posterior) -> dict[str, float]:
-    """What a posterior says beside its prior, as nats by hypothesis: for a judgement on other records of the same
-    rig."""
-    odds = posterior.stand.scene.odds
-    before = {NONE: odds.none, UNKNOWN: odds.unknown}
-    return {
-        name: float(np.log(max(chance, LEAST_CHANCE))) - before.get(name, 0.0)
-        for name, chance in posterior.probability.items()
-    }
+    """What a posterior says of the effects, as nats: for a judgement on other records of the same rig."""
+    chances = {name: chance for name, chance in posterior.probability.items() if name not in (NONE, UNKNOWN)}
+    return {name: float(np.log(max(chance, LEAST_CHANCE))) for name, chance in chances.items()}
 
 
 def log_unknown(scene: Scene, expected: Gaussian, left: Column) -> float:

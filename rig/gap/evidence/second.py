@@ -27,7 +27,8 @@ def with_second(effects: Sequence[Effect], alone: Posterior, said: Mapping[str, 
         others = [effect for effect in effects if effect.name != first.effect.name]
         second = judge(others, stand_given(alone.stand, first), said)
         if second.fit is not None and second.beside <= 0.5:
-            pairs.append((second.fit.log_evidence, first.effect.name, second))
+            told = said.get(first.effect.name, 0.0) + said.get(second.best, 0.0)
+            pairs.append((second.fit.log_evidence + told, first.effect.name, second))
     if not pairs:
         return (alone,)
     _, name, second = max(pairs, key=lambda pair: pair[0])
