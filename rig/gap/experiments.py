@@ -1,8 +1,9 @@
 """The diagnosis of a session together with the experiments that followed it on the same rig.
 
-The session says whether there is something; experiments, judged by themselves, say which of the effects it is, and what
-they say counts as if it had been known before. No earlier day holds records of an experiment's kind: where there are
-days, experiments are compared with a fingerprint of those; else with the session's own reference.
+The session says whether there is something; experiments say which of the effects it is. What they say is by how much
+session and experiments together, one size for both, prefer an effect over what the session alone does. No earlier day
+holds records of an experiment's kind: where there are days, both are compared with a fingerprint of those; else with
+the session's own reference.
 """
 
 from collections.abc import Sequence
@@ -25,21 +26,31 @@ its records. More: slower."""
 def answer_with(question: Question, experiments: Sequence[Sequence[Record]]) -> tuple[Diagnosis, Grounds]:
     """The diagnosis of a question's records and of those of later experiments. RecordError and ModelError as
     `rig.gap.pipeline.answer`, and where the days are too short to expect an experiment by them."""
+    if not question.days:
+        question = replace(question, known_hz=known_hz(question.records))
     records = [record for some in experiments for record in some]
-    return answer(replace(question, said=_said_by(_by_itself(question), records)) if records else question)
+    return answer(replace(question, said=_said_by(_for_experiments(question), records)) if records else question)
 
 
 def _said_by(question: Question, records: Sequence[Record]) -> Said:
-    """What the records of experiments say, by factor."""
+    """What the records of experiments say once the session is known, by factor."""
     named = [replace(record, name=f"{number}_{record.name}") for number, record in enumerate(records, 1)]
-    _, grounds = answer(replace(question, records=named))
+    before, after = _heard(question), _heard(replace(question, records=[*question.records, *named]))
+    return {
+        factor: {name: nats - before[factor][name] for name, nats in after[factor].items() if name in before[factor]}
+        for factor in before.keys() & after.keys()
+    }
+
+
+def _heard(question: Question) -> Said:
+    _, grounds = answer(question)
     return {posterior.stand.name: heard(posterior) for posterior in grounds.posteriors if not posterior.given}
 
 
-def _by_itself(question: Question) -> Question:
-    """The question of what an experiment alone says, and up to which excitation the rig is known for it."""
+def _for_experiments(question: Question) -> Question:
+    """The question by a reference that expects any record, and up to which excitation the rig is known by it."""
     if not question.days:
-        return replace(question, known_hz=known_hz(question.records))
+        return question
     if question.model is None:
         raise RecordError("no model: experiments that no earlier day holds are judged by a model with a fingerprint")
     described = [record for day in question.days[-MOST_DAYS:] for record in day]

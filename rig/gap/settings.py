@@ -6,7 +6,7 @@ is a choice stands here.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 
@@ -146,6 +146,19 @@ class Spread:
 
 
 @dataclass(frozen=True)
+class Reach:
+    """How far a fitted size may be off (`rig.gap.answer.size_intervals`); fitted on cases of development, by `pamrig
+    gap check further`."""
+
+    law: float = 0.0
+    """Share of a law's usual error (`Effect.misfit`) that a size may miss. More: wider for rough laws."""
+    deviations: float = 1.96
+    """End of the 95 % interval, in standard deviations; as fitted here, where the likelihood were right."""
+    cases: int = 0
+    """On how many cases."""
+
+
+@dataclass(frozen=True)
 class Provenance:
     """Where the fitted numbers come from."""
 
@@ -165,6 +178,12 @@ class Fitted:
     and sister: a simulator made for another rig of the build."""
     prior: Prior
     further: Spread
+    reaches: dict[str, Reach] = field(default_factory=dict)
+    """By what stands for the rig: described (by days or a fingerprint), simulated (by nothing but a simulator)."""
+
+    def reach_of(self, reference: str) -> Reach:
+        """How far sizes beside a reference may be off; where nothing was fitted, what the likelihood says."""
+        return self.reaches.get(reference, Reach())
 
 
 @cache

@@ -1,27 +1,31 @@
-"""What `pamrig gap check further` does: how unsure it is what is left of a gap, from checks of development cases.
+"""What `pamrig gap check further` does: how unsure it is what is left of a gap, and how large an effect is, from checks
+of development cases.
 
-Every case tells what was said to be left and what was left on records that the diagnosis never got.
+Every case tells what was said to be left and what was left on records that the diagnosis never got; and what size was
+said and which it was.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from rig.blind_check.folder import CheckFolder, read_json
-from rig.blind_check.row import CaseKind, Row, read_scored
+from rig.blind_check.folder import CheckFolder, read_json, read_truth
+from rig.blind_check.row import CaseKind, EffectFact, Row, facts_of, read_scored
 from rig.errors import RecordError
 from rig.gap.answer.facts import RAW
 from rig.gap.answer.further import Shrunk, fit_spread
+from rig.gap.answer.size_intervals import Sized, deviation_of, fit_reach, reference_of
 from rig.gap.hypotheses.library import LIBRARY
-from rig.gap.settings import Fitted
+from rig.gap.reference.kinds import Kind
+from rig.gap.settings import Fitted, Reach
 
 LEAST_CASES = 20
 """Fewer tell nothing of the outermost twentieths."""
 
 
-def with_further(levels: Fitted, folders: Sequence[CheckFolder], left_out: Sequence[str]) -> Fitted:
-    """The levels with the spread of what is left, as these checks' cases show it; without those of the families
-    `left_out`. RecordError where there are too few."""
+def with_intervals(levels: Fitted, folders: Sequence[CheckFolder], left_out: Sequence[str]) -> Fitted:
+    """The levels with the spread of what is left and the reach of sizes, as these checks' cases show them, without
+    those of the families `left_out`. RecordError where there are too few."""
     found = [case for folder in folders for case in _cases(folder, left_out)]
     if len(found) < LEAST_CASES:
         raise RecordError(
@@ -29,7 +33,42 @@ def with_further(levels: Fitted, folders: Sequence[CheckFolder], left_out: Seque
             "are needed"
         )
     said, left_deg2 = zip(*found, strict=True)
-    return replace(levels, further=fit_spread(said, left_deg2))
+    return replace(levels, further=fit_spread(said, left_deg2), reaches=_reaches(levels, folders, left_out))
+
+
+def _reaches(levels: Fitted, folders: Sequence[CheckFolder], left_out: Sequence[str]) -> dict[str, Reach]:
+    """How far sizes may be off, by what stood for the rig; as the levels have it where there are too few cases."""
+    found: dict[str, list[Sized]] = {}
+    for folder in folders:
+        for reference, one in _sizes(levels, folder, left_out):
+            found.setdefault(reference, []).append(one)
+    enough = {reference: fit_reach(cases) for reference, cases in found.items() if len(cases) >= LEAST_CASES}
+    return {**levels.reaches, **enough}
+
+
+def _sizes(levels: Fitted, folder: CheckFolder, left_out: Sequence[str]) -> Iterator[tuple[str, Sized]]:
+    """For each size of a rightly named effect that both laws have: what stood for the rig, and what was said. The
+    answers must be by these `levels`."""
+    for path in sorted((folder.root / "scores").glob("*.json")):
+        facts = facts_of(read_truth(folder.truth(path.stem))[0]).effects
+        answers = read_json(folder.answer(path.stem))["modes"]
+        for mode, row in read_scored(path).rows.items():
+            if row.family in left_out or not _of_library(row):
+                continue
+            diagnosis = answers[mode]["diagnosis"]
+            reference = reference_of(Kind(diagnosis["reference"]))
+            for cause in diagnosis["causes"]:
+                one = _sized(cause, facts.get(cause["effect"]), levels.reach_of(reference))
+                if one is not None:
+                    yield reference, one
+
+
+def _sized(cause: Mapping[str, Any], fact: EffectFact | None, reach: Reach) -> Sized | None:
+    number = cause["parameters"].get(fact.library_parameter) if fact and cause["judged_on"] not in RAW else None
+    if fact is None or not fact.size or number is None or number["high"] is None or number["high"] <= number["low"]:
+        return None
+    half, rho = 0.5 * (number["high"] - number["low"]), LIBRARY[cause["effect"]].misfit
+    return Sized(number["value"], deviation_of(number["value"], half, rho, reach), rho, fact.size)
 
 
 def _cases(folder: CheckFolder, left_out: Sequence[str]) -> Iterator[tuple[Shrunk, float]]:

@@ -95,9 +95,8 @@ def calibrate(plan: Plan, report: Callable[[int], None] = lambda done: None) -> 
         made = zip(names, pool.map(partial(_levels, prior=prior), of_each), strict=True)
         levels = {name: replace(one, odds=shipped.levels[name].odds) for name, one in made}
     command = f"pamrig gap calibrate --units {plan.units} --seed {plan.seed}"
-    return Fitted(
-        Provenance(command, list(plan.families), len(rigs), len(rigs) * len(DAYS)), levels, prior, shipped.further
-    )
+    provenance = Provenance(command, list(plan.families), len(rigs), len(rigs) * len(DAYS))
+    return replace(shipped, provenance=provenance, levels=levels, prior=prior)
 
 
 def _reported(results: Iterable[R], report: Callable[[int], None], before: int) -> Iterator[R]:

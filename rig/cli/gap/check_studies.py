@@ -143,9 +143,12 @@ def _fitted_on_checks(command: Callable[..., None]) -> Callable[..., None]:
 def further(
     folders: tuple[Path, ...], priors: Path | None, left_out: tuple[str, ...], output: Path, json_to: str | None
 ) -> None:
-    """Fit the interval of what is left of a gap on further records, from scored checks of development cases, and write
-    it with the priors."""
-    from rig.app.gap.intervals import with_further
+    """Fit the intervals of what is left of a gap on further records, and of the sizes of effects, from scored checks of
+    development cases, and write them with the priors.
+
+    The checks must have been answered by the same priors: those shipped, or of --priors.
+    """
+    from rig.app.gap.intervals import with_intervals
     from rig.app.gap.levels import known_families, write
     from rig.blind_check.folder import CheckFolder
     from rig.config import unstructure
@@ -153,13 +156,18 @@ def further(
 
     known_families((), left_out)
     levels = fitted(priors) if priors else fitted()
-    found = with_further(levels, [CheckFolder(folder) for folder in folders], left_out)
+    found = with_intervals(levels, [CheckFolder(folder) for folder in folders], left_out)
     write(found, output)
     spread = found.further
     console(json_to).print(
         f"{output}: from {spread.below:.2g} below to {spread.above:.2g} above, by {spread.cases} answers"
     )
-    emit(unstructure(found.further), json_to)
+    for reference, reach in found.reaches.items():
+        console(json_to).print(
+            f"sizes, {reference}: {reach.deviations:.2g} standard deviations of the likelihood and of "
+            f"{reach.law:g} times its law's usual error, by {reach.cases} answers"
+        )
+    emit(unstructure(found.further) | {"sizes": unstructure(found.reaches)}, json_to)
 
 
 @click.command(cls=Command)

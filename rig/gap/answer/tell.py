@@ -12,14 +12,15 @@ from rig.gap.answer.facts import RAW_DATA, Evidence, Gap, Judged, RecordGap, Ret
 from rig.gap.answer.further import Shrunk, further
 from rig.gap.answer.held_out import HowFar
 from rig.gap.answer.observations import told_apart
-from rig.gap.answer.result import Cause, Diagnosis, Interval, Ranked
+from rig.gap.answer.result import Cause, Diagnosis, Ranked
+from rig.gap.answer.size_intervals import intervals, reference_of
 from rig.gap.answer.where import frequency_shares, over_time, phase_shares, region_shares
 from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.library import LIBRARY, NONE, UNKNOWN
 from rig.gap.hypotheses.propagate import Applied, full_numbers
 from rig.gap.hypotheses.scenes import PRESSURES
-from rig.gap.plan.next_experiment import spreads, what_next
+from rig.gap.plan.next_experiment import what_next
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.pairs import Pairing
 from rig.gap.reference.build import Expected, Kind, commanded_gaps, rms_of
@@ -214,7 +215,7 @@ def _causes(told: Told, kept: Sequence[Kept], before: float, far: HowFar, added:
                 EFFECT_STAGES[fit.applied.stage].lies_in,
                 posterior.stand.name,
                 Applied(fit.applied.stage, full_numbers(fit.applied, told.expected.response)) if added else None,
-                intervals(fit),
+                intervals(fit, told.settings.reach_of(reference_of(told.expected.kind))),
                 before,
                 min(left, before) if added else before,
                 share_closed(posterior, fit),
@@ -248,17 +249,6 @@ def _unknowns(told: Told, kept: Sequence[Kept], before: float) -> list[Cause]:
                 Cause(UNKNOWN, stage, posterior.stand.name, None, {}, before, before, 0.0, tuple(near), chance)
             )
     return found
-
-
-def intervals(fit: Fit) -> dict[str, Interval]:
-    """Fitted numbers with 95 % intervals, fixed shapes with none."""
-    known = {number.name: number for number in EFFECT_STAGES[fit.applied.stage].numbers}
-    spread = spreads(fit)
-    said = {}
-    for name, value in fit.applied.numbers.items():
-        half = 1.96 * spread.get(name, spread.get(fit.law.tied.get(name, ""), 0.0))
-        said[name] = Interval(float(value), float(value) - half, float(value) + half, known[name].unit)
-    return said
 
 
 def share_closed(posterior: Posterior, fit: Fit) -> float:

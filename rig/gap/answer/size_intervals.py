@@ -1,0 +1,81 @@
+"""The interval of a fitted size: how far one may be off who says how large an effect is.
+
+The likelihood knows the standard deviation d of a number v by noise and by what may differ without being a gap, not
+what a law that is not the rig's own makes of it. The number lies within v -+ k s, s^2 = d^2 + (law rho v)^2 for a law
+that usually misses the share rho, where k and `law` are fitted as split conformal prediction does (Lei et al., JASA
+113, 2018, 1094): k is the quantile of how far the sizes of development cases were off, in s. Where nothing describes
+the rig, its simulator's own parameters are wrong as well and change a size; such references have numbers of their own.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rig.gap.answer.result import Interval
+from rig.gap.hypotheses.fit import Fit
+from rig.gap.plan.next_experiment import spreads
+from rig.gap.reference.kinds import Kind
+from rig.gap.settings import Reach
+from rig.model.effect_stages import EFFECT_STAGES
+
+LEVEL = 0.95
+"""Of the interval."""
+LAWS = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0)
+"""Shares that are tried."""
+
+
+@dataclass(frozen=True)
+class Sized:
+    """A number of a rightly named effect of a development case, in the number's unit."""
+
+    value: float
+    deviation: float
+    """Standard deviation by the likelihood."""
+    rho: float
+    """Its law's usual error, as a share."""
+    truth: float
+
+
+def reference_of(kind: Kind) -> str:
+    """Which of the fitted reaches holds beside a reference."""
+    return "simulated" if kind is Kind.SIMULATOR else "described"
+
+
+def intervals(fit: Fit, reach: Reach) -> dict[str, Interval]:
+    """Fitted numbers with 95 % intervals, fixed shapes with none."""
+    known = {number.name: number for number in EFFECT_STAGES[fit.applied.stage].numbers}
+    spread = spreads(fit)
+    said = {}
+    for name, value in fit.applied.numbers.items():
+        deviation = spread.get(name, spread.get(fit.law.tied.get(name, ""), 0.0))
+        half = half_width(float(value), deviation, fit.effect.misfit, reach)
+        said[name] = Interval(float(value), float(value) - half, float(value) + half, known[name].unit)
+    return said
+
+
+def half_width(value: float, deviation: float, rho: float, reach: Reach) -> float:
+    """Of the interval of a number, in its unit; none of one that was not fitted."""
+    return reach.deviations * float(np.hypot(deviation, reach.law * rho * value)) if deviation > 0.0 else 0.0
+
+
+def deviation_of(value: float, half: float, rho: float, reach: Reach) -> float:
+    """The standard deviation behind the half width of an interval."""
+    return float(np.sqrt(max((half / reach.deviations) ** 2 - (reach.law * rho * value) ** 2, 0.0)))
+
+
+def fit_reach(cases: Sequence[Sized]) -> Reach:
+    """The share with the narrowest intervals (mean logarithm of their width, as a share of the size), and the reach
+    that holds LEVEL of these cases."""
+    tried = [_at(cases, law) for law in LAWS]
+    return min(tried, key=lambda found: found[0])[1]
+
+
+def _at(cases: Sequence[Sized], law: float) -> tuple[float, Reach]:
+    """(mean logarithm of the relative width, the reach) with this share."""
+    value, deviation, rho, truth = np.array([(one.value, one.deviation, one.rho, one.truth) for one in cases]).T
+    scale = np.hypot(deviation, law * rho * value) + 1e-12 * np.abs(truth)
+    off = np.sort(np.abs(value - truth) / scale)
+    reach = float(off[min(int(np.ceil((len(off) + 1) * LEVEL)), len(off)) - 1])
+    width = float(np.mean(np.log(scale / np.abs(truth)))) + float(np.log(max(reach, 1e-12)))
+    return width, Reach(law, reach, len(off))
