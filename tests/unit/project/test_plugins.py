@@ -67,6 +67,7 @@ def test_a_rig_runs_on_a_device_from_outside(installed: Path, tmp_path: Path) ->
     assert float(moved.stdout) == pytest.approx(12.0)
 
 
+@pytest.mark.real_time
 def test_a_rig_in_mm_runs_live_on_its_own_device(installed: Path, tmp_path: Path) -> None:
     rig = PAGE.read_text().split("```yaml\n")[2].partition("```")[0]
     patient = (
