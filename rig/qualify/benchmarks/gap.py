@@ -23,6 +23,8 @@ UNITS = ("unit_a", "unit_b")
 _ALONE = "no other diagnosis of such a rig is known to measure beside"
 CASES_A_UNIT: int | None = None
 """All."""
+ROWS: int | None = None
+"""Of each record; all."""
 UNTOUCHED = 2
 """Records of each case that are kept from the diagnosis to see how far the gap shrinks on them."""
 
@@ -50,16 +52,20 @@ def _practice() -> Path:
 
 
 def _unit(practice: Path, unit: str, labels: dict[str, list[str]]) -> dict[str, Any]:
-    from rig.log.reader import read
-
     cases = {
         case: [name for name in names if name != "none"] for case, names in labels.items() if case.startswith(unit)
     }
     chosen = dict(list(cases.items())[:CASES_A_UNIT])
     return {
-        "baselines": [read(practice / unit / f"baseline_{k}") for k in (1, 2, 3, 4)],
-        "cases": {case: (read(practice / case), names) for case, names in chosen.items()},
+        "baselines": [_session(practice / unit / f"baseline_{k}") for k in (1, 2, 3, 4)],
+        "cases": {case: (_session(practice / case), names) for case, names in chosen.items()},
     }
+
+
+def _session(folder: Path) -> "list[Record]":
+    from rig.log.reader import read
+
+    return [record.rows(slice(0, ROWS)) for record in read(folder)]
 
 
 def _scored(data: dict[str, Any], pressures: bool) -> dict[str, Any]:

@@ -122,7 +122,7 @@ def test_gap(
     if not (practice / "labels.json").is_file():
         pytest.skip("the practice set is not part of the project")
     monkeypatch.setenv("PAMRIG_PRACTICE", str(practice))
-    short(gap, CASES_A_UNIT=2)
+    short(gap, CASES_A_UNIT=2, ROWS=900)
     assert_drawn("gap", gap.bench_gap(), capsys)
 
 
