@@ -185,6 +185,12 @@ def is_simulated(rig: RigConfig) -> bool:
     return all(entry.kind in STAND_INS for entry in rig.devices)
 
 
+def allow_virtual(rig: RigConfig) -> None:
+    """RigError where the clock may not be turned: a device moves something real."""
+    if not is_simulated(rig):
+        raise RigError(f"{rig.path}: a real rig runs in real time; --clock virtual needs a simulated one")
+
+
 def outlives_the_loop(rig: RigConfig) -> bool:
     """Whether set-points stand at the valves when the loop's process is gone, so that another process has to see to
     them."""

@@ -1,8 +1,9 @@
 """`pamrig daemon` and its clients: status, arm, start, queue, stop, clear, estop, reset."""
 
+import contextlib
 import functools
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -58,23 +59,14 @@ def daemon(
     """Keep a rig as a service: loop, recorder and supervisor, commanded over a socket. Ends safe on SIGTERM and
     Ctrl-C."""
     import asyncio
-    import dataclasses
-    import logging
-    import logging.handlers
-    import queue
 
     from rig.app import compose
     from rig.app.supervise import parts_of
-    from rig.errors import RigError
     from rig.service.daemon import Daemon
-    from rig.service.settings import load_settings, parse_web
+    from rig.service.settings import load_settings
     from rig.service.views import live, metrics
 
-    settings = load_settings(config)
-    given: dict[str, Any] = {"logs": logs, "state": state, "socket": socket}
-    settings = dataclasses.replace(settings, **{key: value for key, value in given.items() if value is not None})
-    if web is not None:
-        settings = dataclasses.replace(settings, web=parse_web(web, settings.web))
+    settings = _overridden(load_settings(config), web, logs=logs, state=state, socket=socket)
     if dry_run:
         _say_what_would_go(settings)
         return
@@ -83,17 +75,41 @@ def daemon(
     if settings.metrics is not None:
         metrics.check_usable(settings.metrics)
     rig = compose.load(rig_path)
+    virtual = clock == "virtual"
+    if virtual:
+        compose.allow_virtual(rig)
+    with _logging():
+        asyncio.run(Daemon(parts_of(rig, virtual=virtual), settings).serve())
+
+
+def _overridden(settings: "DaemonSettings", web: str | None, **given: Path | None) -> "DaemonSettings":
+    """The settings with what the command line says instead."""
+    import dataclasses
+
+    from rig.service.settings import parse_web
+
+    said: dict[str, Any] = {key: value for key, value in given.items() if value is not None}
+    if web is not None:
+        said["web"] = parse_web(web, settings.web)
+    return dataclasses.replace(settings, **said)
+
+
+@contextlib.contextmanager
+def _logging() -> Iterator[None]:
+    """Lines of the log go to standard error from a thread: a log that blocks must not hold up the heartbeat."""
+    import logging
+    import logging.handlers
+    import queue
+
     lines: queue.SimpleQueue[logging.LogRecord] = queue.SimpleQueue()
     writer = logging.StreamHandler()
     writer.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
     logging.getLogger().addHandler(logging.handlers.QueueHandler(lines))
     logging.getLogger("pamrig").setLevel(logging.INFO)
-    listener = logging.handlers.QueueListener(lines, writer)  # a log that blocks must not hold up the heartbeat
-    if clock == "virtual" and not compose.is_simulated(rig):
-        raise RigError(f"{rig.path}: a real rig runs in real time; --clock virtual needs a simulated one")
+    listener = logging.handlers.QueueListener(lines, writer)
     listener.start()
     try:
-        asyncio.run(Daemon(parts_of(rig, virtual=clock == "virtual"), settings).serve())
+        yield
     finally:
         listener.stop()
 

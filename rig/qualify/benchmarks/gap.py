@@ -7,7 +7,7 @@ Labels are open here; the check on withheld data is `pamrig gap check`.
 import json
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +15,7 @@ from rig.errors import RecordError
 from rig.qualify.benchmarks import figure, share
 
 if TYPE_CHECKING:
+    from rig.gap.answer.result import Diagnosis
     from rig.record import Record
 
 PLACES = ("../shared/practice",)
@@ -71,40 +72,20 @@ def _session(folder: Path) -> "list[Record]":
 def _scored(data: dict[str, Any], pressures: bool) -> dict[str, Any]:
     """Goals over both units; a case is detected when something is found."""
     from rig.gap import diagnose
-    from rig.gap.answer.facts import Verdict
-    from rig.gap.hypotheses.library import LIBRARY, effect_class
 
-    found = {
-        unit: [
-            (names, diagnose(None, records, one["baselines"], pressures=pressures))
-            for records, names in one["cases"].values()
-        ]
-        for unit, one in data.items()
-    }
+    found = [
+        (names, diagnose(None, records, one["baselines"], pressures=pressures))
+        for one in data.values()
+        for records, names in one["cases"].values()
+    ]
     tally: dict[str, list[bool]] = {}
     sizes: list[int] = []
-    for results in found.values():
-        for names, diagnosis in results:
-            if not names:
-                tally.setdefault("false alarms", []).append(diagnosis.verdict is not Verdict.NONE)
-                continue
-            said = [cause.effect for cause in diagnosis.causes]
-            tally.setdefault("detected", []).append(diagnosis.verdict is not Verdict.NONE)
-            if len(names) > 1:
-                tally.setdefault("pairs, both right", []).append(set(said) == set(names))
-                continue
-            first = diagnosis.causes[0] if diagnosis.causes else None
-            around = (first.effect, *first.ambiguous_with) if first else ()
-            word = effect_class(names[0], pressures)
-            tally.setdefault("stage right", []).append(first is not None and first.stage == LIBRARY[names[0]].stage)
-            tally.setdefault("class first", []).append(
-                first is not None and first.effect in LIBRARY and effect_class(first.effect, pressures) == word
-            )
-            tally.setdefault("exact name first", []).append(first is not None and first.effect == names[0])
-            tally.setdefault("truth in the set", []).append(names[0] in around)
-            tally.setdefault("known kept", []).append(first is not None and first.is_named)
-            sizes.append(len(around))
-    closed = [diagnosis.gap.explained_fraction for results in found.values() for names, diagnosis in results if names]
+    for names, diagnosis in found:
+        for figure_name, outcome in _outcomes(names, diagnosis, pressures):
+            tally.setdefault(figure_name, []).append(outcome)
+        if len(names) == 1:
+            sizes.append(len(_around(diagnosis)))
+    closed = [diagnosis.gap.explained_fraction for names, diagnosis in found if names]
     lower = {"false alarms": {"better": "lower"}}
     rows = {name: share(outcomes, **lower.get(name, {})) for name, outcomes in tally.items()}
     rows["size of the set"] = figure(sum(sizes) / len(sizes), "names", limit="one name", limit_value=1.0)
@@ -112,6 +93,39 @@ def _scored(data: dict[str, Any], pressures: bool) -> dict[str, Any]:
         100 * sorted(closed)[len(closed) // 2], "%", better="higher", limit="all of it", limit_value=100.0
     )
     return rows
+
+
+def _outcomes(names: list[str], diagnosis: "Diagnosis", pressures: bool) -> Iterator[tuple[str, bool]]:
+    """(figure, whether it was so) of one case on which `names` are wrong."""
+    from rig.gap.answer.facts import Verdict
+    from rig.gap.hypotheses.library import LIBRARY, effect_class
+
+    seen = diagnosis.verdict is not Verdict.NONE
+    if not names:
+        yield "false alarms", seen
+        return
+    yield "detected", seen
+    if len(names) > 1:
+        yield "pairs, both right", {cause.effect for cause in diagnosis.causes} == set(names)
+        return
+    (name,) = names
+    first = diagnosis.causes[0] if diagnosis.causes else None
+    yield "stage right", first is not None and first.stage == LIBRARY[name].stage
+    yield (
+        "class first",
+        first is not None
+        and first.effect in LIBRARY
+        and effect_class(first.effect, pressures) == effect_class(name, pressures),
+    )
+    yield "exact name first", first is not None and first.effect == name
+    yield "truth in the set", name in _around(diagnosis)
+    yield "known kept", first is not None and first.is_named
+
+
+def _around(diagnosis: "Diagnosis") -> tuple[str, ...]:
+    """The first cause and what it cannot be told from."""
+    first = diagnosis.causes[0] if diagnosis.causes else None
+    return (first.effect, *first.ambiguous_with) if first else ()
 
 
 def _held_out(data: dict[str, Any], pressures: bool) -> dict[str, Any]:
