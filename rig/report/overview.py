@@ -20,11 +20,15 @@ _PAGE: Final = """<!doctype html>
 <style>
 :root { color-scheme: light; }
 body { font: 16px/1.5 system-ui, sans-serif; color: #1a1a1a; background: #fff;
-  margin: 0 auto; padding: 1rem; max-width: 60rem; }
-.scroll { overflow-x: auto; }
+  margin: 0 auto; padding: 1rem; max-width: 60rem; overflow-wrap: anywhere; }
 table { border-collapse: collapse; width: 100%; }
 th, td { text-align: left; padding: .25rem .6rem; border-bottom: 1px solid #ddd; }
 td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }
+@media (max-width: 40rem) {
+  table, tbody, tr, td { display: block; } tr:first-child { display: none; } tr { border-bottom: 2px solid #bbb; }
+  td, td.n { border: 0; text-align: left; padding: .1rem 0; overflow-wrap: anywhere; }
+  td[data-is]::before { content: attr(data-is) ": "; color: #555; }
+}
 </style>
 </head>
 <body>
@@ -32,15 +36,17 @@ td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }
 {% if sessions %}
 <p>Compared with {{ sessions | join(", ") }}.</p>
 {% endif %}
-<div class="scroll"><table>
+<table class="wide">
 <tr><th>day</th><th>verdict</th><th>causes</th>
 <th class="n">gap, deg rms</th><th class="n">in floors</th>
 <th class="n">with the causes, deg rms</th></tr>
 {% for day in days %}
-<tr><td><a href="{{ day.link }}">{{ day.name }}</a></td><td>{{ day.verdict }}</td><td>{{ day.causes }}</td>
-<td class="n">{{ day.gap }}</td><td class="n">{{ day.ratio }}</td><td class="n">{{ day.after }}</td></tr>
+<tr><td><a href="{{ day.link }}">{{ day.name }}</a></td><td data-is="verdict">{{ day.verdict }}</td>
+<td data-is="causes">{{ day.causes }}</td><td class="n" data-is="gap, deg rms">{{ day.gap }}</td>
+<td class="n" data-is="in floors">{{ day.ratio }}</td>
+<td class="n" data-is="with the causes, deg rms">{{ day.after }}</td></tr>
 {% endfor %}
-</table></div>
+</table>
 </body>
 </html>
 """

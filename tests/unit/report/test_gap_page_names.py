@@ -4,12 +4,26 @@ import re
 from dataclasses import fields
 from importlib.resources import files
 
+import pytest
+
 from rig.gap.raw_tests.signature import Signature
 
-PAGE = files("rig.report").joinpath("gap_page.html.jinja").read_text(encoding="utf-8")
+ROOM = files("rig.report")
+PAGE = ROOM.joinpath("gap_page.html.jinja").read_text(encoding="utf-8")
 
 
 def test_a_signature_is_read_by_the_names_that_it_has() -> None:
     used = set(re.findall(r"\braw\.(\w+)", PAGE))
     assert used
     assert used <= {field.name for field in fields(Signature)}
+
+
+@pytest.mark.parametrize("name", ["gap_page.html.jinja", "overview.py"])
+def test_on_a_phone_a_row_of_many_cells_is_laid_out_as_lines_that_say_what_they_are(name: str) -> None:
+    page = ROOM.joinpath(name).read_text(encoding="utf-8")
+    tables = re.findall(r"<table([^>]*)>(.*?)</table>", page, re.DOTALL)
+    assert tables
+    for how, table in tables:
+        heads = len(re.findall(r"<th\b", table))
+        said = re.findall(r'<td\b[^>]*data-is="', table)
+        assert (heads <= 3) or ("wide" in how and len(said) >= heads - 2), table[:200]
