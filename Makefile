@@ -1,5 +1,7 @@
 # make run: set up, then the main job on the simulated rig; make run RIG=configs/rigs/NAME.yaml: the paper's sweeps on that rig.  make test: set up, then every check that CI runs.
 PYTHON ?= python3
+# one more than the two processors of CI: tests with real processes wait for most of their time (docs/decisions/0710)
+WORKERS ?= 3
 BIN := .venv/bin
 
 export OPENBLAS_NUM_THREADS = 1
@@ -10,7 +12,7 @@ run: .venv/run.stamp
 	$(if $(RIG),$(BIN)/pamrig run paper --rig $(RIG),$(BIN)/python -m rig.app.tour)
 
 test: .venv/test.stamp lint
-	$(BIN)/python -m pytest -q -n 2 --dist loadfile --no-loadscope-reorder $(if $(SHUFFLE),--shuffle $(SHUFFLE))
+	$(BIN)/python -m pytest -q -n $(WORKERS) --dist loadfile --no-loadscope-reorder $(if $(SHUFFLE),--shuffle $(SHUFFLE))
 
 lint: .venv/test.stamp
 	$(BIN)/ruff check .

@@ -22,11 +22,11 @@ def test_told(number):
 
 def test_a_file_stays_with_one_worker(tmp_path: Path) -> None:
     """By the options of the Makefile: versions of pytest and xdist have been seen that spread groups without a word."""
-    found = re.search(r"-m pytest -q (.+?) \$\(if", (ROOT / "Makefile").read_text())
+    found = re.search(r"-m pytest -q -n \$\(WORKERS\) (.+?) \$\(if", (ROOT / "Makefile").read_text())
     assert found
     for name in ("test_one", "test_other"):
         (tmp_path / f"{name}.py").write_text(TESTS)
-    call = [sys.executable, "-m", "pytest", "-q", *found[1].split(), "-p", "no:cacheprovider", str(tmp_path)]
+    call = [sys.executable, "-m", "pytest", "-q", "-n", "2", *found[1].split(), "-p", "no:cacheprovider", str(tmp_path)]
     bare = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST_")}
     done = subprocess.run(call, cwd=tmp_path, env=bare, capture_output=True, text=True, check=False)
     assert "12 passed" in done.stdout, done.stdout + done.stderr
