@@ -16,6 +16,8 @@ from rig.gap.hypotheses.scenes import PRESSURES, Stand
 from rig.gap.settings import SESSION_S, Prior
 from rig.record import Column
 
+Places = np.typing.NDArray[np.intp]
+
 MOST_SEPARATION = 1e6
 """Standard deviations: where the search for a needed separation ends."""
 
@@ -28,7 +30,7 @@ class Information:
     """What each record of a factor tells of some directions."""
 
     gram: Column
-    """(r, k + m, k + m): of each record, the k patterns first."""
+    """(r, k + m, k + m): of each record, the k patterns that run through several records first."""
     directions: int
     """m of them."""
     seconds: Column
@@ -72,10 +74,30 @@ def inform(stand: Stand, changes: Column) -> Information:
     lasts = np.array(lines.rows) * np.array(lines.dt_s) / _channels(stand)
     seconds = np.bincount(records, weights=lasts).astype(np.float64)
     density = prior.effective / SESSION_S * seconds.sum() / len(healthy.variance)
-    weighed = np.hstack([healthy.patterns, moved]) * np.sqrt(density / healthy.variance)[:, None]
-    owner = np.array(records)[lines.record]
-    gram = np.array([weighed[owner == k].T @ weighed[owner == k] for k in range(len(seconds))])
+    scale, owner = np.sqrt(density / healthy.variance)[:, None], np.array(records)[lines.record]
+    own = _own_record(healthy.patterns, owner, len(seconds))
+    common = np.hstack([healthy.patterns[:, own < 0], moved]) * scale
+    gram = np.array(
+        [
+            _of_record(common[mine], healthy.patterns[np.ix_(mine, np.flatnonzero(own == k))] * scale[mine])
+            for k, mine in ((k, np.flatnonzero(owner == k)) for k in range(len(seconds)))
+        ]
+    )
     return Information(gram, moved.shape[1], seconds, prior)
+
+
+def _own_record(patterns: Column, owner: Places, records: int) -> Places:
+    """(k,) the one record in which a pattern is anything at all; -1 for those that run through several."""
+    touched = np.array([np.any(patterns[owner == record] != 0.0, axis=0) for record in range(records)])
+    return np.where(touched.sum(axis=0) == 1, touched.argmax(axis=0), -1)
+
+
+def _of_record(common: Column, own: Column) -> Column:
+    """X' X of a record's lines, without what its own patterns may take of it: they need no place among those of all
+    records."""
+    mixed = own.T @ common
+    out: Column = common.T @ common - mixed.T @ np.linalg.solve(np.eye(own.shape[1]) + own.T @ own, mixed)
+    return out
 
 
 def _channels(stand: Stand) -> int:

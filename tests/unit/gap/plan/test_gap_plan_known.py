@@ -21,17 +21,19 @@ from rig.gap.hypotheses.propagate import Applied
 from rig.gap.hypotheses.scenes import ANGLE, pressure_scene
 from rig.gap.plan.candidates import Room, planned
 from rig.gap.plan.capability import capability
-from rig.gap.plan.information import Information
+from rig.gap.plan.directions import columns, usual_directions
+from rig.gap.plan.information import Information, inform, separations
 from rig.gap.plan.next_experiment import Hypothesis, next_experiment
 from rig.gap.plan.raw_ability import RAW, STEP, raw_abilities, smallest
-from rig.gap.plan.rehearse import Rig, known_rig, rehearse
+from rig.gap.plan.rehearse import Rig, factors_of, known_rig, rehearse
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Kind, expect, known_how
-from rig.gap.settings import fitted
+from rig.gap.settings import SESSION_S, fitted
 from rig.identify.fingerprint import fingerprint_of
 
 FEW = [LIBRARY[name] for name in ("valve_lag", "viscous_friction")]
-PLANS = planned([Entry(Sine(0.5, 0.2), Timing(settle_s=1.0, duration_s=10.0), (0.2,))], 10_000_000)
+SINE = Entry(Sine(0.5, 0.2), Timing(settle_s=1.0, duration_s=10.0), (0.2,))
+PLANS = planned([SINE], 10_000_000)
 
 
 @pytest.fixture(scope="module")
@@ -55,6 +57,20 @@ def test_a_reference_that_misses_more_shows_less(known: Rig) -> None:
         found = {one.effect: one for one in capability(rehearse(rig, PLANS), FEW, fitted()).abilities}
         sizes.append(found["viscous_friction"].detectable or np.inf)
     assert sizes[1] > 1.5 * sizes[0]
+
+
+def test_what_one_record_alone_may_take_needs_no_place_among_the_patterns_of_all(known: Rig) -> None:
+    plans = planned([replace(SINE, signal=Sine(hertz, 0.2)) for hertz in (0.3, 0.5, 0.8)], 10_000_000)
+    stand = factors_of(rehearse(known, plans), fitted())[1]
+    likelihood, lines = stand.scene.factor.healthy, stand.scene.factor.lines
+    found = usual_directions(FEW, stand, 0.05)
+    told = inform(stand, columns(found))
+    assert told.gram.shape[1] - told.directions <= likelihood.patterns.shape[1] - len(plans)
+    apart = separations(told.of(range(3)))
+    shorter = float(told.seconds.sum()) / SESSION_S
+    likelihood = replace(likelihood, effective=fitted().prior.effective * shorter)
+    for k, one in enumerate(found):
+        assert apart[k, k] ** 2 == pytest.approx(likelihood.chi_square(lines.of(one.change)), rel=1e-6)
 
 
 def test_what_is_planned_after_an_earlier_day_is_judged_by_a_fingerprint_of_it() -> None:
