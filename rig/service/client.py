@@ -25,12 +25,19 @@ ESTOP_TIMEOUT_S: Final = 5.0
 """Longer than a daemon takes to find that nobody could carry it out."""
 
 
+class _HungUp(RigError):
+    """The daemon ended the connection without an answer."""
+
+
 class Client:
     """One connection. RigError, one line, when there is no daemon; StateError when a command does not fit the state."""
 
     def __init__(self, path: Path | None = None, timeout_s: float = 40.0) -> None:
         self.path = path or places.default_socket()
         self._number, self._timeout_s = 0, timeout_s
+        self._open(timeout_s)
+
+    def _open(self, timeout_s: float) -> None:
         places.check_folder(self.path.parent)
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         self._socket.settimeout(timeout_s)
@@ -112,13 +119,22 @@ class Client:
 
     def estop(self) -> dict[str, Any]:
         """Safe state at once. RigError unless the device took it; returns who wrote it and whether it was seen at the
-        device."""
-        patience_s = self._socket.gettimeout()
-        self._socket.settimeout(ESTOP_TIMEOUT_S)
-        try:
-            return dict(self.call("estop"))
-        finally:
-            self._socket.settimeout(patience_s)
+        device.
+
+        Who is crowded out at the door before he has said it connects anew and says it again.
+        """
+        until = time.monotonic() + ESTOP_TIMEOUT_S
+        while True:
+            self._socket.settimeout(ESTOP_TIMEOUT_S)
+            try:
+                return dict(self.call("estop"))
+            except _HungUp:
+                if time.monotonic() > until:
+                    raise
+            finally:
+                self._socket.settimeout(self._timeout_s)
+            self.close()
+            self._open(self._timeout_s)
 
     def reset(self) -> None:
         """Clear a fault whose cause is gone; the rig is disarmed then."""
@@ -169,7 +185,7 @@ class Client:
                     "its guardian when the loop is lost too; make sure by `pamrig service safe --rig RIG`"
                 ) from None
         if not line:
-            raise RigError(f"{self.path}: the daemon hung up")
+            raise _HungUp(f"{self.path}: the daemon hung up")
         return protocol.decode(line)
 
 

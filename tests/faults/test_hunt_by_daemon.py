@@ -22,11 +22,15 @@ pytestmark = pytest.mark.real_time
 SESSION = """\
 name: first
 settle_s: 0.2
-duration_s: 5.0
+zero_s: 0.1
+ramp_in_s: 0.3
+duration_s: 2.5
+ramp_out_s: 0.3
 records: [{sine: {frequency_hz: 1.0, amplitude_mpa: 0.1}}]
 """
-TRIES = 4
-"""A busy machine may miss a tick, and such a record is not valid: the hunt is called again, as its user would."""
+TRIES = 8
+"""A busy machine may miss a tick, and such a record is not valid: the hunt is called again, as its user would. The
+record is short, so that one without a miss comes soon."""
 
 
 class Watcher(Client):

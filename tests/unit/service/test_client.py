@@ -1,0 +1,69 @@
+"""The client at a door that is crowded: an emergency stop is said again until somebody hears it."""
+
+import json
+import socket
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from rig.errors import RigError
+from rig.service import client
+from rig.service.client import Client
+from rig.service.door import protocol
+
+
+@contextmanager
+def door(path: Path, sent_away: int) -> Iterator[list[bytes]]:
+    """So many callers are sent away unheard, the next is answered; yields what was heard."""
+    heard: list[bytes] = []
+    with socket.socket(socket.AF_UNIX) as listening:
+        listening.bind(str(path))
+        listening.listen(8)
+
+        def keep() -> None:
+            for number in range(sent_away + 1):
+                caller, _ = listening.accept()
+                with caller:
+                    if number == sent_away:
+                        heard.append(caller.recv(4096))
+                        caller.sendall(protocol.answer(json.loads(heard[-1])["id"], {"words": "safe"}))
+
+        thread = threading.Thread(target=keep)
+        thread.start()
+        yield heard
+        thread.join(10.0)
+
+
+@pytest.mark.parametrize("sent_away", [0, 1, 5])
+def test_who_is_crowded_out_says_the_emergency_stop_again(tmp_path: Path, sent_away: int) -> None:
+    with door(tmp_path / "s", sent_away) as heard, Client(tmp_path / "s") as caller:
+        assert caller.estop() == {"words": "safe"}
+    assert [json.loads(line)["command"] for line in heard] == ["estop"]
+
+
+def test_everything_else_is_not_said_twice(tmp_path: Path) -> None:
+    with door(tmp_path / "s", 1), Client(tmp_path / "s") as caller:
+        with pytest.raises(RigError, match="the daemon hung up"):
+            caller.call("start")
+        assert caller.estop() == {"words": "safe"}
+
+
+def test_a_daemon_that_is_gone_meanwhile_is_said_to_be(tmp_path: Path) -> None:
+    with socket.socket(socket.AF_UNIX) as listening:
+        listening.bind(str(tmp_path / "s"))
+        listening.listen(1)
+        caller = Client(tmp_path / "s")
+    with caller, pytest.raises(RigError, match="the daemon behind this socket is gone"):
+        caller.estop()
+
+
+def test_where_nobody_ever_hears_it_the_caller_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(client, "ESTOP_TIMEOUT_S", 0.0)
+    with door(tmp_path / "s", 1), Client(tmp_path / "s") as caller:
+        with pytest.raises(RigError, match="the daemon hung up"):
+            caller.estop()
+        monkeypatch.setattr(client, "ESTOP_TIMEOUT_S", 5.0)
+        assert caller.estop() == {"words": "safe"}
