@@ -1,15 +1,18 @@
 """A daemon of real processes, as fixtures for files of tests that share one: with viewers, live view and metrics."""
 
+import re
 import socket
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from rig.qualify.faults.bench import FaultBench
+from rig.qualify.faults.bench import RIG, FaultBench
 from rig.service.client import Client
 
 TOKEN = "0123456789abcdef"
+PATIENT = re.sub("limits: .*", "limits: {{misses_per_s: 1000, stall_periods: 100}}", RIG)
+"""What these tests ask about is no matter of milliseconds: a machine that stands still for some stops no rig."""
 SHORT = """\
 settle_s: 0.1
 zero_s: 0.05
@@ -40,7 +43,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory, ports: tuple[int, int]) -> I
         f"live: {{port: {ports[0]}}}\nview: {{port: {ports[1]}, token_file: {folder / 'token'}}}\nmetrics: {metrics}\n"
     )
     (folder / "short.yaml").write_text(SHORT)
-    with FaultBench(folder, arguments=("--config", str(folder / "daemon.yaml"))) as bench:
+    with FaultBench(folder, PATIENT, arguments=("--config", str(folder / "daemon.yaml"))) as bench:
         bench.start()
         yield bench
 
