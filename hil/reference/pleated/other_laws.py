@@ -41,7 +41,7 @@ OTHER_LAWS: Final[dict[str, EffectLaw]] = dict((
     # small openings of one edge are narrow, large ones are not
     known("fill_exhaust_asymmetry", 0.05, 60.0, by_sign(rig, "narrow_exhaust", "narrow_fill")),
     # small errors hardly count
-    known("valve_dead_band", 1e-3, 0.08, sized(rig, "idle_mpa")),
+    known("valve_dead_band", 1e-3, 0.08, sized(rig, "idle_mpa"), "MPa, softened"),
     # rounded corner of the set-point
     known("pressure_ceiling", 0.16, 0.42, sized(rig, "ceiling_mpa")),
     # long line with inertia
@@ -66,7 +66,7 @@ OTHER_LAWS: Final[dict[str, EffectLaw]] = dict((
     # muscles and springs stronger, friction and mass as before
     known("stiffness", 0.02, 0.7, sized(rig, "stiff")),
     # clearance that creeps back to its middle
-    known("backlash", 0.01, 8.0, sized(reading, "play_deg", play_back_s=(0.6, 2.0))),
+    known("backlash", 0.01, 4.0, sized(reading, "play_deg", 2.0, play_back_s=(0.6, 2.0))),
     # wire that comes taut
     known("end_stop", 4.0, 44.0, stops(rig)),
     # swings over the angle
