@@ -38,6 +38,16 @@ def plant(name):
     return unit(name, 3)
 
 
+def test_a_play_is_counted_as_the_library_counts_it_half_of_the_whole(name, plant):
+    known = LIBRARY["backlash"].laws[0]
+    assert family(name).laws["backlash"].library_parameter == known.free[0] == "width_deg"
+    healthy, loose = (
+        run(SINE, plant, plant.still(), made)["angle_deg"] for made in (None, disturbance(name, {"backlash": 2.0}))
+    )
+    half = len(healthy) // 2
+    assert 0.5 * (np.ptp(healthy[half:]) - np.ptp(loose[half:])) == pytest.approx(2.0, rel=0.2)
+
+
 def test_paper_sine_turns_the_joint_about_forty_degrees_with_a_loop(plant):
     columns = run(SINE, plant, plant.still())
     angle, dp = columns["angle_deg"], columns["p1_mpa"] - columns["p2_mpa"]
