@@ -26,7 +26,8 @@ ramp_out_s: 0.3
 records:
   - sine: {frequency_hz: 2.0, amplitude_mpa: 0.1}
 """
-PATIENCE_S = 30.0
+PATIENCE_S = 240.0
+"""For a process to come to its end, or to where it is waited for, on a machine that does other work too."""
 T = TypeVar("T")
 
 
@@ -35,7 +36,9 @@ def pamrig(
 ) -> subprocess.CompletedProcess[str]:
     """The command carried out to its end."""
     call = [str(PAMRIG), *map(str, arguments)]
-    return subprocess.run(call, capture_output=True, text=True, cwd=cwd, preexec_fn=prepare, timeout=60, check=False)
+    return subprocess.run(
+        call, capture_output=True, text=True, cwd=cwd, preexec_fn=prepare, timeout=PATIENCE_S, check=False
+    )
 
 
 def refused(done: subprocess.CompletedProcess[str]) -> str:
