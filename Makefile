@@ -1,7 +1,7 @@
 # make run: set up, then the main job on the simulated rig; make run RIG=configs/rigs/NAME.yaml: the paper's sweeps on that rig.  make test: set up, then every check that CI runs.
 PYTHON ?= python3
 # one more than the two processors of CI: tests with real processes wait for most of their time (docs/decisions/0710)
-WORKERS ?= 3
+WORKERS ?= 2
 BIN := .venv/bin
 
 export OPENBLAS_NUM_THREADS = 1
