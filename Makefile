@@ -12,7 +12,7 @@ run: .venv/run.stamp
 	$(if $(RIG),$(BIN)/pamrig run paper --rig $(RIG),$(BIN)/python -m rig.app.tour)
 
 test: .venv/test.stamp lint
-	$(BIN)/python -m pytest -q -n $(WORKERS) --dist loadfile --no-loadscope-reorder $(if $(SHUFFLE),--shuffle $(SHUFFLE))
+	$(BIN)/python -m pytest -q -n $(WORKERS) --maxschedchunk 8 $(if $(SHUFFLE),--shuffle $(SHUFFLE))
 
 lint: .venv/test.stamp
 	$(BIN)/ruff check .

@@ -22,44 +22,6 @@ REAL_PROCESSES = ("contract", "faults", "recovery")
 as a busy virtual one does, spoils what they measure; such a test is run again, and the summary says so (decision
 0005)."""
 
-TAKE_LONG = (
-    "faults/test_page_browser.py",
-    "unit/qualify/test_benches_shortened.py",
-    "faults/test_losses_together.py",
-    "unit/docs/test_docs.py",
-    "faults/test_fault_table.py",
-    "unit/blind_check/test_blind_check.py",
-    "faults/test_overseen_commands.py",
-    "unit/docs/test_notebooks.py",
-    "unit/cli/runs/test_cli_run_ends.py",
-    "unit/gap/test_gap_diagnose.py",
-    "faults/test_attacks.py",
-    "unit/app/gap/test_hunting_cut_short.py",
-    "faults/test_soak.py",
-    "unit/gap/test_gap_bad_input.py",
-    "faults/test_hunt_by_daemon.py",
-    "unit/blind_check/test_blind_experiments.py",
-    "contract/test_device_contract.py",
-    "unit/app/gap/test_hunting.py",
-    "faults/test_page_browser_looks.py",
-    "unit/project/test_packaging.py",
-    "faults/test_fault_table_closed_loop.py",
-    "unit/hil/test_reference_plant.py",
-    "faults/test_page.py",
-    "unit/gap/reference/test_a_shipped_rig_by_its_own_file.py",
-    "faults/test_lost_records.py",
-    "unit/cli/gap/test_gap_plan_command.py",
-    "faults/test_page_browser_attackers.py",
-    "unit/gap/test_gap_practice.py",
-    "faults/test_daemon.py",
-    "unit/cli/test_motor_by_commands.py",
-    "unit/cli/runs/test_cli_run.py",
-    "unit/docs/test_site.py",
-    "unit/gap/plan/test_gap_plan.py",
-)
-"""Files that take longest. They go first, so that no worker is left with one at the end; one that waits for real
-processes and one that computes in turns, so that the processors are used."""
-
 
 @pytest.fixture(scope="session")
 def shared() -> Path:
@@ -137,16 +99,11 @@ def shuffled(items: list[pytest.Item], seed: int) -> list[pytest.Item]:
     return [item for name in files for item in by_file[name]]
 
 
-def long_first(items: list[pytest.Item]) -> list[pytest.Item]:
-    """The same tests, those of TAKE_LONG before the others, in its order."""
-    place = {str(ROOT / "tests" / name): number for number, name in enumerate(TAKE_LONG)}
-    return sorted(items, key=lambda item: place.get(str(item.path), len(place)))
-
-
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """What takes long goes first, or all in an order that was drawn; hardware tests run only when a rig is named."""
+    """All in the order that was drawn, if one was; hardware tests run only when a rig is named."""
     seed = config.getoption("--shuffle")
-    items[:] = long_first(items) if seed is None else shuffled(items, seed)
+    if seed is not None:
+        items[:] = shuffled(items, seed)
     for item in items:
         if item.path.parent.name in REAL_PROCESSES or item.get_closest_marker("real_time"):
             item.add_marker(pytest.mark.flaky(reruns=2, reruns_delay=1))
