@@ -12,7 +12,7 @@ from dataclasses import replace
 from rig.errors import RecordError
 from rig.gap.answer.result import Diagnosis
 from rig.gap.evidence.posterior import heard
-from rig.gap.pipeline import Grounds, Question, Said, answer
+from rig.gap.pipeline import Grounds, Question, Said, answer, weigh
 from rig.gap.reference.build import Kind
 from rig.gap.reference.fast import known_hz
 from rig.identify.fingerprint import fingerprint_of
@@ -43,8 +43,8 @@ def _said_by(question: Question, records: Sequence[Record]) -> Said:
 
 
 def _heard(question: Question) -> Said:
-    _, grounds = answer(question)
-    return {posterior.stand.name: heard(posterior) for posterior in grounds.posteriors if not posterior.given}
+    _, _, posteriors = weigh(question)
+    return {posterior.stand.name: heard(posterior) for posterior in posteriors if not posterior.given}
 
 
 def _for_experiments(question: Question) -> Question:

@@ -84,17 +84,9 @@ class Question:
 
 def answer(question: Question) -> tuple[Diagnosis, Grounds]:
     """The diagnosis with what it rests on. RecordError and ModelError when there is nothing to compare with."""
-    settings, effects = question.settings, chosen(question.library)
-    pairing = _paired(question, question.records, question.days)
-    marks = _named_only(read_signatures(pairing.pairs), effects)
-    if any(mark.found and mark.effect == "lost_samples" for mark in marks):
-        pairing = _bridged(question, pairing)
-    expected = expect(question.kind, question.sister, question.model, pairing)
-    marked_deg2 = sum(mark.smoothed_deg2 for mark in marks if mark.found)
-    expected = replace(expected, marked_deg2=marked_deg2, known_hz=question.known_hz)
-    fitting = [effect for effect in effects if not effect.signature]
-    expected, posteriors = _judged(question, expected, fitting, settings)
-    at_rest = None if question.model is None else replace(question.model, p0_mpa=pairing.p0_mpa)
+    settings = question.settings
+    marks, expected, posteriors = weigh(question)
+    at_rest = None if question.model is None else replace(question.model, p0_mpa=expected.pairing.p0_mpa)
     missed = None if at_rest is None or not expected.by_days else _misfit_deg(at_rest, expected)
     if missed is not None and (strange := _of_another_rig(missed, expected)):
         at_rest, expected = None, replace(expected, pairing=expected.pairing.noting(strange))
@@ -109,6 +101,21 @@ def answer(question: Question) -> tuple[Diagnosis, Grounds]:
 
     retuning = None if refit is None else refit.told
     return tell(Told(expected, at_rest, posteriors, marks, retuning, settings, missed), after), grounds
+
+
+def weigh(question: Question) -> tuple[list[Signature], Expected, tuple[Posterior, ...]]:
+    """What the raw samples show, what is expected, and what competes to explain the rest, before anything is told.
+    RecordError and ModelError as `answer`."""
+    effects = chosen(question.library)
+    pairing = _paired(question, question.records, question.days)
+    marks = _named_only(read_signatures(pairing.pairs), effects)
+    if any(mark.found and mark.effect == "lost_samples" for mark in marks):
+        pairing = _bridged(question, pairing)
+    expected = expect(question.kind, question.sister, question.model, pairing)
+    marked_deg2 = sum(mark.smoothed_deg2 for mark in marks if mark.found)
+    expected = replace(expected, marked_deg2=marked_deg2, known_hz=question.known_hz)
+    fitting = [effect for effect in effects if not effect.signature]
+    return marks, *_judged(question, expected, fitting, question.settings)
 
 
 def _misfit_deg(model: Model, expected: Expected) -> float | None:

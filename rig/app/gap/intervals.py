@@ -49,39 +49,43 @@ def _reaches(levels: Fitted, folders: Sequence[CheckFolder], left_out: Sequence[
 def _sizes(levels: Fitted, folder: CheckFolder, left_out: Sequence[str]) -> Iterator[tuple[str, Sized]]:
     """For each size of a rightly named effect that both laws have: what stood for the rig, and what was said. The
     answers must be by these `levels`."""
-    for path in sorted((folder.root / "scores").glob("*.json")):
-        facts = facts_of(read_truth(folder.truth(path.stem))[0]).effects
-        answers = read_json(folder.answer(path.stem))["modes"]
-        for mode, row in read_scored(path).rows.items():
-            if row.family in left_out or not _of_library(row):
-                continue
-            diagnosis = answers[mode]["diagnosis"]
-            reference = reference_of(Kind(diagnosis["reference"]))
-            for cause in diagnosis["causes"]:
-                one = _sized(cause, facts.get(cause["effect"]), levels.reach_of(reference))
-                if one is not None:
-                    yield reference, one
+    for token, _, diagnosis in _answers(folder, left_out):
+        facts = facts_of(read_truth(folder.truth(token))[0]).effects
+        reference = reference_of(Kind(diagnosis["reference"]))
+        for cause in diagnosis["causes"]:
+            fact = facts.get(cause["effect"])
+            one = None if fact is None else _sized(cause, fact, levels.reach_of(reference))
+            if one is not None:
+                yield reference, one
 
 
-def _sized(cause: Mapping[str, Any], fact: EffectFact | None, reach: Reach) -> Sized | None:
-    number = cause["parameters"].get(fact.library_parameter) if fact and cause["judged_on"] not in RAW else None
-    if fact is None or not fact.size or number is None or number["high"] is None or number["high"] <= number["low"]:
+def _sized(cause: Mapping[str, Any], fact: EffectFact, reach: Reach) -> Sized | None:
+    number = None if cause["judged_on"] in RAW else cause["parameters"].get(fact.library_parameter)
+    if not fact.size or number is None or number["high"] is None or number["high"] <= number["low"]:
         return None
     half, rho = 0.5 * (number["high"] - number["low"]), LIBRARY[cause["effect"]].misfit
     return Sized(number["value"], deviation_of(number["value"], half, rho, reach), rho, fact.size)
 
 
 def _cases(folder: CheckFolder, left_out: Sequence[str]) -> Iterator[tuple[Shrunk, float]]:
-    """For each clear case and way of asking that named something: what was said, and the mean square (deg^2) that was
+    """For each case and way of asking that named something: what was said, and the mean square (deg^2) that was
     left."""
+    for _, row, diagnosis in _answers(folder, left_out):
+        if row.realised_ef is None or row.ef_interval is None:
+            continue
+        said = _said(diagnosis)
+        closed = said.before_deg**2 - said.floor_deg**2
+        yield said, said.floor_deg**2 + (1.0 - min(row.realised_ef, 1.0)) * closed
+
+
+def _answers(folder: CheckFolder, left_out: Sequence[str]) -> Iterator[tuple[str, Row, Mapping[str, Any]]]:
+    """For each clear case of the library's effects and way of asking: the token, the scored row, the diagnosis;
+    none of those that were refused."""
     for path in sorted((folder.root / "scores").glob("*.json")):
         answers = read_json(folder.answer(path.stem))["modes"]
         for mode, row in read_scored(path).rows.items():
-            if row.family in left_out or not _of_library(row) or row.realised_ef is None or row.ef_interval is None:
-                continue
-            said = _said(answers[mode]["diagnosis"])
-            closed = said.before_deg**2 - said.floor_deg**2
-            yield said, said.floor_deg**2 + (1.0 - min(row.realised_ef, 1.0)) * closed
+            if row.family not in left_out and _of_library(row) and "diagnosis" in answers[mode]:
+                yield path.stem, row, answers[mode]["diagnosis"]
 
 
 def _of_library(row: Row) -> bool:

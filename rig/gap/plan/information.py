@@ -77,13 +77,11 @@ def inform(stand: Stand, changes: Column) -> Information:
     scale, owner = np.sqrt(density / healthy.variance)[:, None], np.array(records)[lines.record]
     own = _own_record(healthy.patterns, owner, len(seconds))
     common = np.hstack([healthy.patterns[:, own < 0], moved]) * scale
-    gram = np.array(
-        [
-            _of_record(common[mine], healthy.patterns[np.ix_(mine, np.flatnonzero(own == k))] * scale[mine])
-            for k, mine in ((k, np.flatnonzero(owner == k)) for k in range(len(seconds)))
-        ]
-    )
-    return Information(gram, moved.shape[1], seconds, prior)
+    gram = [
+        _of_record(common[owner == k], healthy.patterns[owner == k][:, own == k] * scale[owner == k])
+        for k in range(len(seconds))
+    ]
+    return Information(np.array(gram), moved.shape[1], seconds, prior)
 
 
 def _own_record(patterns: Column, owner: Places, records: int) -> Places:
