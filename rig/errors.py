@@ -34,7 +34,7 @@ class CheckFailed(RigError):
 
 
 class Interrupted(Exception):
-    """The operator ended it, and it ended well: exit status 130, without a word. No RigError: nothing is to be put
+    """The operator ended it, and it ended well: exit status 130 and one line. No RigError: nothing is to be put
     right."""
 
 

@@ -44,10 +44,14 @@ class Kind(Enum):
     FOLDER = "a folder"
 
 
+_begins_like_yaml: Final = re.compile(rb"(?:[ \t]*(?:#[^\n]*)?\r?\n|---[^\n]*\n|%[^\n]*\n)*[\w\"'][^\n:]*:").match
+"""Somebody's notes with a piece of YAML among them do not."""
+
+
 def _key(*names: bytes) -> Callable[[bytes], bool]:
     """Whether a YAML file has one of these keys at its top level."""
     pattern = re.compile(rb"^(?:%s):" % b"|".join(names), re.MULTILINE)
-    return lambda head: pattern.search(head) is not None
+    return lambda head: _begins_like_yaml(head) is not None and pattern.search(head) is not None
 
 
 _is_model: Final = _key(b"muscle")
@@ -203,11 +207,14 @@ def _check_replaceable(path: Path, kind: Kind) -> None:
 
 
 def _shows(path: Path, head: bytes, kind: Kind) -> bool:
+    if kind is Kind.FIGURE and (sign := _FIGURE_HEADS.get(path.suffix.lower())):
+        return head.startswith(sign)
+    if b"\0" in head:  # a recording keeps rig, sweep and model in its first bytes, word for word
+        return False
     if path.suffix == ".md" and kind is Kind.PAGE:
         return head.startswith((b"#", b"|")) and _has_table(head) is not None  # somebody's notes have none
     if kind is Kind.FIGURE:
-        sign = _FIGURE_HEADS.get(path.suffix.lower())
-        return head.startswith(sign) if sign else b"<svg" in head
+        return b"<svg" in head
     return not path.name.endswith(_KEPT_JSON) and _SIGNS[kind](head)
 
 

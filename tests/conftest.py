@@ -1,5 +1,8 @@
 """What all tests share."""
 
+import contextlib
+import functools
+import os
 import random
 import sys
 from collections import defaultdict
@@ -9,6 +12,7 @@ from typing import Any
 
 import pytest
 from hypothesis import settings
+from support.standstill import RERUNS, STANDSTILLS, Standstills
 
 settings.register_profile("house", deadline=None, derandomize=True)  # the same examples on every machine, however slow
 settings.load_profile("house")
@@ -19,8 +23,12 @@ pytest_plugins = ("support.page_rig",)
 
 REAL_PROCESSES = ("contract", "faults", "recovery")
 """Folders whose tests run real processes against the real clock. A machine that stands still for tens of milliseconds,
-as a busy virtual one does, spoils what they measure; such a test is run again, and the summary says so (decision
-0005)."""
+as a busy virtual one does, spoils what they measure; such a test is run again, and the summary says so (decisions
+0005, 0426)."""
+
+STEPS_BACK = 15
+"""By so much nicer is a worker while its test waits for nothing, so that the one beside it that reads the clock has a
+processor at once (decision 0712)."""
 
 
 @pytest.fixture(scope="session")
@@ -41,13 +49,24 @@ def _emulated_rigs_end_with_their_file() -> Iterator[None]:
 
 
 _FAILED = pytest.StashKey[bool]()
+_STANDSTILLS = pytest.StashKey[Standstills]()
+STOOD_STILL = "the machine stood still, s"
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> Iterator[None]:
-    report = yield
-    item.stash[_FAILED] = item.stash.get(_FAILED, False) or report.failed  # type: ignore[attr-defined]
-    return report  # type: ignore[return-value]
+    report: Any = yield
+    item.stash[_FAILED] = item.stash.get(_FAILED, False) or report.failed
+    seen = item.stash.get(_STANDSTILLS, None)
+    if seen is not None and seen.stood:
+        report.user_properties.append((STOOD_STILL, seen.longest_s))
+    return report  # type: ignore[no-any-return]
+
+
+def pytest_terminal_summary(terminalreporter: Any) -> None:
+    for report in terminalreporter.stats.get("rerun", ()):
+        for stood_s in (value for name, value in report.user_properties if name == STOOD_STILL):
+            terminalreporter.write_line(f"{report.nodeid}: run again, the machine stood still for {stood_s:.2f} s")
 
 
 @pytest.fixture(autouse=True)
@@ -99,14 +118,59 @@ def shuffled(items: list[pytest.Item], seed: int) -> list[pytest.Item]:
     return [item for name in files for item in by_file[name]]
 
 
+def reads_the_clock(item: pytest.Item) -> bool:
+    """It runs real processes, or against the real clock."""
+    return item.path.parent.name in REAL_PROCESSES or item.get_closest_marker("real_time") is not None
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    if seen := item.stash.get(_STANDSTILLS, None):
+        seen.begin()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
+    """A test that reads the clock is watched over. Beside other workers, whoever only computes steps back; where it
+    could not come forward again, it stays."""
+    if reads_the_clock(item):
+        with Standstills() as item.stash[_STANDSTILLS]:
+            return (yield)
+    if "PYTEST_XDIST_WORKER" not in os.environ or not may_come_forward():
+        return (yield)
+    before = os.getpriority(os.PRIO_PROCESS, 0)
+    os.nice(STEPS_BACK)
+    try:
+        return (yield)
+    finally:
+        os.setpriority(os.PRIO_PROCESS, 0, before)
+
+
+def may_run_again(item: Any) -> bool:
+    """After an attempt that failed: twice, and when the machine stood still meanwhile (decision 0426)."""
+    return item.stash[_STANDSTILLS].may_run_again(item.execution_count)  # type: ignore[no-any-return]
+
+
+@functools.cache
+def may_come_forward() -> bool:
+    """Whether a process that has stepped back could take that back."""
+    before = os.getpriority(os.PRIO_PROCESS, 0)
+    with contextlib.suppress(OSError):
+        os.setpriority(os.PRIO_PROCESS, 0, before - 1)
+        os.setpriority(os.PRIO_PROCESS, 0, before)
+        return True
+    return False
+
+
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """All in the order that was drawn, if one was; hardware tests run only when a rig is named."""
+    """What reads the clock first, so that one worker has it (decision 0712), or all in the order that was drawn;
+    hardware tests run only when a rig is named."""
     seed = config.getoption("--shuffle")
-    if seed is not None:
-        items[:] = shuffled(items, seed)
+    items[:] = shuffled(items, seed) if seed is not None else sorted(items, key=lambda item: not reads_the_clock(item))
     for item in items:
-        if item.path.parent.name in REAL_PROCESSES or item.get_closest_marker("real_time"):
-            item.add_marker(pytest.mark.flaky(reruns=2, reruns_delay=1))
+        if reads_the_clock(item):
+            again = functools.partial(may_run_again, item)
+            item.add_marker(pytest.mark.flaky(reruns=RERUNS + STANDSTILLS, reruns_delay=1, condition=again))
     if config.getoption("--rig"):
         return
     lab = [item for item in items if item.get_closest_marker("hardware")]

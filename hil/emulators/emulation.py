@@ -41,6 +41,11 @@ class Emulation:
     ) -> None:
         self.end()
 
+    @property
+    def alive(self) -> bool:
+        """Its process has not ended."""
+        return self._process is not None and self._process.poll() is None
+
     def end(self) -> None:
         """Pull every plug and end the process. Idempotent."""
         process, self._process = self._process, None

@@ -18,8 +18,9 @@ and a `Made` the case's records with the sizes that give the wanted gap.
 
 import math
 import zlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import asdict, dataclass, field, replace
 from enum import StrEnum
 from functools import lru_cache
 from typing import Any, Final
@@ -32,6 +33,7 @@ from hil.reference.effect_law import EffectLaw
 from hil.reference.excitations import Excitation, draw_set, draw_untouched
 from hil.reference.families import NAMES, Family, Named, Unit, family, run
 from hil.reference.plant import Session
+from hil.reference.sizing import reach
 from rig.errors import RigError
 
 CASES_PER_UNIT: Final = 10
@@ -57,6 +59,8 @@ class CaseKind(StrEnum):
 
 SHARES: Final = {CaseKind.NONE: 0.30, CaseKind.FOREIGN: 0.15, CaseKind.PAIR: 0.15}
 """Of all cases; the rest are single effects. 400 cases: 120, 60, 60, 160."""
+LESS: Final = (1.0, 0.8, 0.6, 0.45, 0.3)
+"""Shares of its wanted ratios at which a case is tried whose effects together drive the joint out of its range."""
 RAN_AWAY: Final = 1e6
 """Counts as the gap over floor of a size under which the joint leaves its range: far too large."""
 
@@ -254,6 +258,20 @@ def realise(case: Case, bench: Bench, sizes: Mapping[str, float] | None = None) 
     return _recorded(case, effects, merged(bench.family.healthy, parts), day, bench)
 
 
+def realise_in_range(case: Case, bench: Bench) -> tuple[Made, Named]:
+    """The case with the untouched records of its day. Effects that only together drive the joint out of its range are
+    all made smaller until they do not; RigError when the smallest of LESS still do."""
+    for less in LESS[:-1]:
+        with suppress(RigError):
+            return _with_untouched(case, bench, less)
+    return _with_untouched(case, bench, LESS[-1])
+
+
+def _with_untouched(case: Case, bench: Bench, less: float) -> tuple[Made, Named]:
+    made = realise(replace(case, wanted_ratios=tuple(less * ratio for ratio in case.wanted_ratios)), bench)
+    return made, record_day(bench.plant, made.day, bench.untouched, made.disturbance)
+
+
 def made_to_order(family_name: str, unit_seed: int, sizes: Mapping[str, float], seed: int = 0) -> tuple[Made, Bench]:
     """A case with these effects (name -> signed size, none for a healthy one) on that unit, and the unit's healthy
     days.
@@ -313,30 +331,8 @@ def _size_for(
     weak, strong = math.log(entry.low), math.log(entry.high)
     if entry.falling:
         weak, strong = strong, weak
-    size, reached = _reach(ratio, wanted, weak, strong)
+    size, reached = reach(ratio, wanted, weak, strong)
     return sign * math.exp(size), reached
-
-
-def _reach(ratio: Callable[[float], float], wanted: float, weak: float, strong: float) -> tuple[float, float]:
-    """Where between `weak` and `strong` the rising `ratio` is `wanted` within 5 %, by false position of logarithms,
-    halved when it creeps; `strong` itself when even that is less.
-    """
-    place, reached = strong, ratio(strong)
-    if reached <= wanted:
-        return place, reached
-    low, high = -3.0, math.log(reached / wanted)
-    for turn in range(10):
-        share = 0.5 if turn % 3 == 2 else min(0.9, max(0.1, -low / (high - low)))
-        place = weak + share * (strong - weak)
-        reached = ratio(place)
-        off = math.log(max(reached, 1e-9) / wanted)
-        if abs(off) < 0.05:
-            break
-        if off > 0.0:
-            strong, high = place, off
-        else:
-            weak, low = place, off
-    return place, reached
 
 
 def _ratios(records: Named, healthy: Named, bench: Bench) -> tuple[float, float]:

@@ -10,7 +10,18 @@ from typing import Any
 
 import numpy as np
 
-from hil.reference.cases import DAYS, SISTERS, Case, CaseKind, Purpose, bench_of, draw_sheet, realise, record_day
+from hil.reference.cases import (
+    DAYS,
+    SISTERS,
+    Case,
+    CaseKind,
+    Purpose,
+    bench_of,
+    draw_sheet,
+    realise,
+    realise_in_range,
+    record_day,
+)
 from hil.reference.compiling import Array
 from hil.reference.disturbance import Disturbance
 from hil.reference.families import NAMES, Named, Unit
@@ -33,7 +44,7 @@ class Bench:
 
 
 @dataclass(frozen=True)
-class Carried:
+class CaseData:
     """See rig.blind_check.source.CaseData."""
 
     records: Named
@@ -90,17 +101,17 @@ class PhysicsSource:
         sister = _played(*bench.sister_rig, bench.family.healthy, self.session)
         return Bench(_rest_mpa(self.session), days, untouched, sister)
 
-    def case(self, label: dict[str, Any]) -> Carried:
+    def case(self, label: dict[str, Any]) -> CaseData:
         case = _case(label)
         bench = bench_of(case)
-        made = realise(case, bench)
+        made, untouched = realise_in_range(case, bench)
         facts = {"effects": made.effects, "ratio_angle": made.ratio_angle, "ratio_pressure": made.ratio_pressure}
         facts |= {"ratio_sisters": made.ratio_angle / bench.scale(SISTERS)}
         facts |= {"floor_deg": bench.floor_deg, "sister_deg": bench.sister_deg, "drift": bench.drift}
         records = made.records
         if self.session is not None:
             records = _played(bench.plant, made.day, made.disturbance, self.session)
-        return Carried(records, record_day(bench.plant, made.day, bench.untouched, made.disturbance), facts)
+        return CaseData(records, untouched, facts)
 
     def repeat(self, label: dict[str, Any], facts: Mapping[str, Any], commands: Commands, number: int) -> Named:
         case = _case(label)

@@ -3,6 +3,7 @@
 import importlib
 import os
 import sys
+from typing import Any
 
 import click
 
@@ -59,6 +60,13 @@ class _Lazy(click.Group):
             return with_files(command)
         return command
 
+    def invoke(self, ctx: click.Context) -> Any:
+        """As click does; Ctrl-C becomes an error of ours, of which `main` says one line (click's own is empty)."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            raise Interrupted from None
+
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
             formatter.write_dl([(name, line) for name, (_, line) in COMMANDS.items()])
@@ -85,7 +93,10 @@ def main() -> None:
         if sys.stdout is not output:  # click's sign of a broken pipe, for it a failure; but the reader has seen enough
             sys.exit(0)
         raise
-    except (click.exceptions.Abort, KeyboardInterrupt, Interrupted):
+    except Interrupted:
+        _say("pamrig: interrupted", apart=sys.stderr.isatty())  # a terminal has written ^C into the line
+        sys.exit(130)
+    except (click.exceptions.Abort, KeyboardInterrupt):
         sys.exit(130)
     except click.exceptions.NoArgsIsHelpError as error:
         error.show()
@@ -104,11 +115,11 @@ def main() -> None:
         sys.exit(2)
 
 
-def _say(line: str) -> None:
-    """The one line of an error, whatever the names in it hold."""
+def _say(line: str, *, apart: bool = False) -> None:
+    """The one line of an error, whatever the names in it hold; `apart` from what stands in the line already."""
     from rig.app.terminal import visible
 
-    click.echo(visible(line, one_line=True), err=True)
+    click.echo("\n" * apart + visible(line, one_line=True), err=True)
 
 
 def _called(error: click.ClickException) -> str:

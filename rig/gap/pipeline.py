@@ -18,7 +18,7 @@ from rig.gap.evidence.posterior import Posterior, judge
 from rig.gap.evidence.second import with_second
 from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.library import UNKNOWN, Effect, chosen
-from rig.gap.hypotheses.scenes import Stand, angle_stand, behind, pressure_stand
+from rig.gap.hypotheses.scenes import Stand, angle_stand, pressure_stand
 from rig.gap.raw_tests.read import read_signatures
 from rig.gap.raw_tests.repeats import bridged, lost_rows
 from rig.gap.raw_tests.signature import Signature
@@ -162,12 +162,7 @@ def _judged(
     best = max((*told, *faint), key=lambda name: ahead.probability[name])
     if best in faint:
         told, found = faint, {best: judged(angle_stand(faint[best], settings))}
-    two, expected, angle = seconded(ahead), told[best], found[best]
-    if len(two) > 1:
-        for fit in (one.fit for one in two):
-            expected = expected if fit is None else behind(expected, fit.applied)
-        angle = judged(angle_stand(expected, settings))
-    return expected, (*two, *seconded(angle))
+    return told[best], (*seconded(ahead), *seconded(found[best]))
 
 
 def _faint(ahead: Posterior, told: Mapping[str, Expected], expected: Expected, settings: Fitted) -> dict[str, Expected]:
@@ -190,8 +185,6 @@ def _still_open(effects: Sequence[Effect], found: Iterable[Posterior]) -> list[E
 
 def _told_by(ahead: Posterior, name: str, expected: Expected, settings: Fitted) -> Expected:
     """What is expected of the angle once a hypothesis holds ahead of the monitors."""
-    if name in ahead.fits:
-        expected = behind(expected, ahead.fits[name].applied)
     if name == UNKNOWN:
         return expected
     factor, levels = ahead.stand.scene.factor, settings.levels[expected.levels]

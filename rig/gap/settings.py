@@ -37,6 +37,11 @@ pushes air back to its regulators. Less: a change of the joint is called somethi
 PATTERN_DEGREES = 2.0
 """Degrees of freedom that the population's spread of a pattern is worth beside a rig's own days, each of which brings
 one. More: the own days count for less."""
+RIG_DEGREES = 4.0
+"""Degrees of freedom with which it is known beside one earlier day by how much the days of this rig differ more or less
+than those of others (by 1.4 times either way), each further day bringing one; from development cases
+(docs/decisions/0560). Fewer: a gap of many floors passes for a rig of unlike days. More: such a rig is given a
+cause."""
 LINE_DEGREES = 6.0
 """The same for the variance of a line, once the rig's own level is known."""
 DAY_DEGREES = 20.0

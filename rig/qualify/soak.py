@@ -69,26 +69,32 @@ class Watched:
 
 
 def soak(
-    folder: Path, hours: float, virtual: bool, note: Callable[[float, str], None], record_s: float = 56.0
+    folder: Path,
+    hours: float,
+    virtual: bool,
+    note: Callable[[float, str], None],
+    record_s: float = 56.0,
+    sweep: str = SWEEP,
 ) -> dict[str, Any]:
-    """Sweep for `hours` of the rig's own time in `folder`; returns what was seen.
+    """Sweep for `hours` of the rig's own time in `folder`; returns what was seen. `sweep`: five records of {duration_s}
+    each, {repeats} times.
 
     In real time a witness on each core tells whether the machine itself stood still (`machine`, empty in virtual time).
     """
     with contextlib.ExitStack() as stack:
         witnesses = None if virtual else stack.enter_context(Witnesses(os.sched_getaffinity(0)))
         bench = stack.enter_context(FaultBench(folder, RIG, ("--clock", "virtual") if virtual else ()))
-        result, place = _sweep(bench, hours, note, record_s)
+        result, place = _sweep(bench, hours, note, record_s, sweep)
         accounts = witnesses.accounts() if witnesses else []
     found = {} if virtual else stalls.judge(place, accounts, stalls.recorded_in(folder), result["not_valid"])
     return {"virtual": virtual, **result, "machine": found}
 
 
 def _sweep(
-    bench: FaultBench, hours: float, note: Callable[[float, str], None], record_s: float
+    bench: FaultBench, hours: float, note: Callable[[float, str], None], record_s: float, sweep: str
 ) -> tuple[dict[str, Any], stalls.Place]:
     repeats = max(round(hours * 3600 / ((record_s + _AROUND_S) * _RECORDS)), 1)
-    bench.sweep.write_text(SWEEP.format(repeats=repeats, duration_s=record_s), encoding="utf-8")
+    bench.sweep.write_text(sweep.format(repeats=repeats, duration_s=record_s), encoding="utf-8")
     bench.start()
     began = time.monotonic()
     with bench.client() as client:

@@ -13,6 +13,7 @@ from rig.realtime import closed_loop
 from rig.realtime.faults import EXPLANATIONS, Fault
 from rig.realtime.program import Program
 from rig.realtime.shared import HEADER_WORDS, SharedBlock, folder
+from rig.realtime.silence import Silence
 from rig.realtime.state import State
 
 CONTROL_PATIENCE_NS: Final = 1_000_000_000
@@ -75,6 +76,7 @@ class Mailbox:
         self.block = block
         self._words = block.words
         self._seen = self._words[self._REQUEST]
+        self._control = Silence(CONTROL_PATIENCE_NS)
 
     @classmethod
     def create(cls, name: str, session: int) -> Self:
@@ -148,9 +150,8 @@ class Mailbox:
         return Fault(code) if code in EXPLANATIONS else Fault.ESTOP  # whatever it meant, it meant stop
 
     def control_lost(self) -> bool:
-        """The operator's process has not beaten for CONTROL_PATIENCE_NS."""
-        beat_ns = self._words[self._CONTROL_BEAT]
-        return beat_ns != 0 and time.monotonic_ns() - beat_ns > CONTROL_PATIENCE_NS
+        """The operator's process has not beaten for CONTROL_PATIENCE_NS, and not because the machine stood still."""
+        return self._control.too_long(self._words[self._CONTROL_BEAT])
 
 
 class Script:

@@ -1,5 +1,7 @@
-"""The texts of a figure as they were written: the name of a record is no formula, whatever signs are in it."""
+"""Names in figures and tables as they were written: the name of a record is no formula, no row and no command, whatever
+signs are in it."""
 
+import re
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -19,8 +21,14 @@ def as_written(figure: "Figure") -> None:
         text.set_parse_math(False)
         said = text.get_text()
         if not said.replace("\n", "").isprintable():
-            text.set_text("".join(_printable(letter) for letter in said))
+            text.set_text("\n".join(map(spelled_out, said.split("\n"))))
 
 
-def _printable(letter: str) -> str:
-    return letter if letter.isprintable() or letter == "\n" else letter.encode("unicode_escape").decode("ascii")
+def spelled_out(text: str) -> str:
+    """One line; what no font has and what moves a cursor is written as Python writes it."""
+    return "".join(each if each.isprintable() else each.encode("unicode_escape").decode("ascii") for each in text)
+
+
+def in_markdown(text: str) -> str:
+    """The cell of a table in Markdown that shows `text`."""
+    return re.sub(r"([\\|<&`\[*])", r"\\\1", spelled_out(text))

@@ -14,6 +14,7 @@ from rig.model.parameters import Input, Model
 from rig.outputs import Kind, targets_in, write_text, writing
 from rig.own_units import own_plain, own_text
 from rig.record import Record
+from rig.report.figure_texts import in_markdown, spelled_out
 from rig.report.fit_figures import comparison_figure, convergence_figure, save_figure
 
 
@@ -40,8 +41,8 @@ def write_scores(scores: Sequence[Score], folder: Path, channels: Channels = PNE
     """Table IV as scores.csv and scores.md."""
     names = ("rmse_deg", "nrmse", "fit_percent", "max_deg", "command_rmse_deg")
     head = ["record", *own_plain(dict.fromkeys(names, 0.0), channels)]
-    rows = [[Path(row.log).name, *score_cells(row, channels)] for row in scores]
-    lines = [" | ".join(cells) for cells in (head, ["---"] * len(head), *rows)]
+    rows = [[spelled_out(Path(row.log).name), *score_cells(row, channels)] for row in scores]
+    lines = [" | ".join(map(in_markdown, cells)) for cells in (head, ["---"] * len(head), *rows)]
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -19,6 +19,9 @@ from rig.service.door import places, protocol
 from rig.service.door.protocol import Code
 
 _KNOCK_AGAIN_S: Final = 0.0005
+_SAY_AGAIN_S: Final = 0.001
+"""Before an emergency stop that was crowded out is said again; twice as long after each time, up to the next."""
+_SAY_AGAIN_AT_MOST_S: Final = 0.05
 _EXPANDING_S: Final = 120.0
 """So long the daemon bears with each sweep of a `start`."""
 ESTOP_TIMEOUT_S: Final = 5.0
@@ -46,7 +49,7 @@ class Client:
             places.check_daemon(self.path, self._socket)
         except OSError as error:
             self._socket.close()
-            raise RigError(f"{self.path}: {_no_daemon(error)}") from None
+            raise RigError(f"{self.path}: {_no_daemon(self.path, error)}") from None
         except BaseException:
             self._socket.close()
             raise
@@ -123,7 +126,7 @@ class Client:
 
         Who is crowded out at the door before he has said it connects anew and says it again.
         """
-        until = time.monotonic() + ESTOP_TIMEOUT_S
+        until, pause_s = time.monotonic() + ESTOP_TIMEOUT_S, _SAY_AGAIN_S
         while True:
             self._socket.settimeout(ESTOP_TIMEOUT_S)
             try:
@@ -134,7 +137,9 @@ class Client:
             finally:
                 self._socket.settimeout(self._timeout_s)
             self.close()
-            self._open(self._timeout_s)
+            time.sleep(pause_s)
+            pause_s = min(2 * pause_s, _SAY_AGAIN_AT_MOST_S)
+            self._open(ESTOP_TIMEOUT_S)
 
     def reset(self) -> None:
         """Clear a fault whose cause is gone; the rig is disarmed then."""
@@ -189,7 +194,7 @@ class Client:
         return protocol.decode(line)
 
 
-def _no_daemon(error: OSError) -> str:
+def _no_daemon(path: Path, error: OSError) -> str:
     if isinstance(error, FileNotFoundError):
         return "no daemon there; start one with `pamrig daemon`, or set PAMRIG_SOCKET"
     if isinstance(error, ConnectionRefusedError):
@@ -198,5 +203,8 @@ def _no_daemon(error: OSError) -> str:
             "`pamrig service safe --rig RIG` writes the safe state and looks; `pamrig daemon` then starts it, disarmed"
         )
     if isinstance(error, PermissionError):
-        return "not allowed; become a member of the socket's group"
+        return (
+            "not allowed: that daemon is for its own user, root and the members of the group that its settings name"
+            + places.whose(path)
+        )
     return error.strerror or str(error)

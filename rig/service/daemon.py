@@ -27,7 +27,7 @@ from rig.service.queue.planner import Planner
 from rig.service.queue.queue_runner import QueueRunner
 from rig.service.queue.starting import Starting
 from rig.service.records.ledger import Ledger
-from rig.service.records.recorder import Mark
+from rig.service.records.orders import Mark
 from rig.service.records.retention import Retention
 from rig.service.session.session import ending_signals
 from rig.service.session.session_monitor import Parts, SessionMonitor
@@ -140,6 +140,7 @@ class Daemon:
 
     def _own_work(self) -> Iterator[Coroutine[Any, Any, None]]:
         yield from (self._turn(), self._runner.run(), self._house(), self._retention.run(), self._page.watch())
+        yield self._live.watch(self._starter)
 
     def _task_ended(self, task: "asyncio.Task[None]") -> None:
         """A task of the daemon ends only at the end; otherwise it is a bug, and the rig is not to go on with it."""

@@ -9,6 +9,7 @@ from pathlib import Path
 from rig.config import read_yaml, shown, structure
 from rig.errors import ConfigError, RigError
 from rig.fields import bounded
+from rig.service.door import places
 from rig.service.door.places import default_socket
 from rig.service.records.retention import Policy
 
@@ -149,9 +150,9 @@ def make_folder(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise RigError(f"{folder}: cannot be made: {error.strerror}") from None
+        raise RigError(f"{folder}: cannot be made: {error.strerror}{places.whose(folder)}") from None
     if not os.access(folder, os.W_OK):
-        raise RigError(f"{folder}: cannot be written to")
+        raise RigError(f"{folder}: cannot be written to{places.whose(folder)}")
 
 
 def read_token(file: Path) -> str:

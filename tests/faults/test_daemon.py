@@ -223,7 +223,8 @@ def test_a_restart_comes_back_disarmed_and_remembers_what_was_done(bench: FaultB
 
 
 def test_ended_daemons_leave_no_shared_memory(bench: FaultBench) -> None:
+    bench.at_rest()
     session = bench.status()["session"]
     bench.end()
     assert not [name for name in os.listdir("/dev/shm") if session in name]
-    bench.start()
+    bench.at_rest()  # and there is another

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from rig.errors import RigError
-from rig.qualify.faults.bench import FaultBench
+from rig.qualify.faults.bench import START_S, FaultBench
 from rig.realtime.shared import KEPT_RING
 from rig.realtime.shared import folder as shared_folder
 from rig.service.client import Client
@@ -103,7 +103,7 @@ def second_daemon(bench: FaultBench, door: Path, state: Path) -> str:
     """What one more daemon says, which is refused."""
     command = [sys.executable, "-m", "rig.cli.main", "daemon", "--socket", str(door), "--web", "off"]
     command += ["--logs", str(bench.folder / "other logs"), "--state", str(state)]
-    second = subprocess.run(command, capture_output=True, text=True, timeout=30, check=False)
+    second = subprocess.run(command, capture_output=True, text=True, timeout=START_S, check=False)
     assert second.returncode == 2
     return second.stderr
 
@@ -134,5 +134,5 @@ def test_a_pipe_among_the_shared_memory_holds_up_no_daemon(bench: FaultBench, cl
             pipe.unlink()
 
 
-def test_the_socket_is_for_its_owner_only_unless_a_group_is_named(bench: FaultBench) -> None:
+def test_the_socket_is_for_its_owner_only_unless_a_group_is_named(bench: FaultBench, client: Client) -> None:
     assert bench.socket.stat().st_mode & 0o777 == 0o600

@@ -6,13 +6,16 @@ import json
 import os
 import pty
 import select
+import signal
 import socket
 import struct
 import subprocess
 import sys
 import termios
+from contextlib import suppress
 from typing import Any
 
+import psutil
 import pytest
 
 from rig.log.mcap.schema import SAMPLE_SCHEMA, SAMPLE_TOPIC
@@ -49,7 +52,7 @@ def test_over_the_network_one_may_look_with_the_token_and_nothing_else(
     assert client.status()["state"] == "disarmed"
 
 
-def test_the_live_view_speaks_foxglove_s_protocol_and_sends_samples(
+def test_the_live_view_speaks_foxglove_s_protocol_and_sends_samples_whoever_was_lost(
     bench: FaultBench, client: Client, ports: tuple[int, int]
 ) -> None:
     websockets = pytest.importorskip("websockets")
@@ -75,6 +78,12 @@ def test_the_live_view_speaks_foxglove_s_protocol_and_sends_samples(
             return probe.connect_ex(("127.0.0.1", ports[0])) == 0
 
     bench.wait(listens, "the live view's process, which comes up beside the daemon")
+    for blow in (signal.SIGSTOP, signal.SIGKILL):
+        struck = bench.wait(lambda: listener(bench, ports[0]), "the live view")
+        os.kill(struck, blow)
+        bench.wait(
+            lambda struck=struck: listener(bench, ports[0]) not in (0, struck), "another process of the live view"
+        )
     channel, message = asyncio.run(look())
     assert (channel["encoding"], channel["schemaName"]) == ("protobuf", SAMPLE_SCHEMA)
     from rig.sample import SAMPLE_BYTES, unpack
@@ -83,6 +92,17 @@ def test_the_live_view_speaks_foxglove_s_protocol_and_sends_samples(
     assert int.from_bytes(message[1:5], "little") == 5
     assert len(message) == 13 + SAMPLE_BYTES
     assert unpack(message[13:]).p1_cmd_mpa == pytest.approx(0.15)
+
+
+def listener(bench: FaultBench, port: int) -> int:
+    """Pid of the daemon's process that listens there, 0 when none does."""
+    for child in psutil.Process(bench.daemon_pid).children(recursive=True):
+        with suppress(psutil.Error):
+            if any(
+                place.status == psutil.CONN_LISTEN and place.laddr.port == port for place in child.net_connections()
+            ):
+                return int(child.pid)
+    return 0
 
 
 def test_watch_draws_in_a_real_terminal_and_obeys_its_keys(bench: FaultBench, client: Client) -> None:

@@ -10,9 +10,12 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from support.patient_rig import PATIENT
 
 from rig.cli.service import daemon as cli_daemon
 from rig.qualify.faults.bench import FaultBench, named_children
+
+pytest_plugins = "support.run_rig"
 
 AT_ONCE_S = 3.0
 SWEEP = """\
@@ -37,10 +40,11 @@ def make_room(recorder: int) -> None:
 class Run:
     """`pamrig run` on the simulated rig, some way into its sweep."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, rig: Path) -> None:
         self.out = folder / "out"
         (folder / "sweep.yaml").write_text(SWEEP, encoding="utf-8")
-        command = [sys.executable, "-m", "rig.cli.main", "run", str(folder / "sweep.yaml"), "-o", str(self.out)]
+        call = ["run", str(folder / "sweep.yaml"), "--rig", str(rig), "-o", str(self.out)]
+        command = [sys.executable, "-m", "rig.cli.main", *call]
         self._said = folder / "stderr"
         with self._said.open("wb") as stderr:
             self.process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=stderr)
@@ -63,8 +67,8 @@ class Run:
 
 
 @pytest.fixture
-def run(tmp_path: Path) -> Iterator[Run]:
-    run = Run(tmp_path)
+def run(tmp_path: Path, rig: Path) -> Iterator[Run]:
+    run = Run(tmp_path, rig)
     yield run
     run.process.kill()
     run.process.wait()
@@ -100,7 +104,7 @@ def test_a_run_goes_on_when_there_is_room_again(run: Run) -> None:
 
 @pytest.fixture
 def bench(tmp_path: Path) -> Iterator[FaultBench]:
-    with FaultBench(tmp_path) as bench:
+    with FaultBench(tmp_path, PATIENT) as bench:
         bench.ready()
         bench.wait(lambda: any(bench.logs.rglob("*.partial")), "the record")
         yield bench

@@ -23,7 +23,8 @@ KILL, STOP = signal.SIGKILL, signal.SIGSTOP
 
 
 class Calibration:
-    """`pamrig devices calibrate pressures`, waiting for somebody to read a gauge at 0.3 MPa."""
+    """`pamrig devices calibrate pressures`, waiting for somebody to read a gauge at 0.2 MPa, which is
+    soon reached from the safe 0.15."""
 
     def __init__(self, folder: Path) -> None:
         self.terminals = Terminals.at(folder / "terminals")
@@ -42,12 +43,12 @@ class Calibration:
             str(rig),
             "--yes",
         ]
-        command += ["--levels", "0.3,0.2", "--settle", "0.1", "-o", str(folder / "calibration.yaml")]
+        command += ["--levels", "0.2,0.25", "--settle", "0.1", "-o", str(folder / "calibration.yaml")]
         pipe = subprocess.PIPE
         self._stderr = folder / "stderr"
         with self._stderr.open("wb") as stderr:
             self.process = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=stderr)
-        self.wait(lambda: self.terminals.setpoints == pytest.approx((0.3, 0.3)), "the level")
+        self.wait(lambda: self.terminals.setpoints == pytest.approx((0.2, 0.2)), "the level")
         self.pids = {"command": self.process.pid, **named_children(self.process.pid)}
 
     def wait(self, condition: Callable[[], bool], what: str, patience_s: float = 30.0) -> None:
@@ -114,7 +115,7 @@ def test_without_those_above_it_the_command_gives_up(calibration: Calibration, n
     os.kill(calibration.pids[name], number)
     assert calibration.ms_to_safe(since) < 1500.0
     assert calibration.process.stdin
-    calibration.process.stdin.write(b"0.3\n0.3\n")
+    calibration.process.stdin.write(b"0.2\n0.2\n")
     calibration.process.stdin.flush()
     assert calibration.process.wait(20) == 2
     assert "so it gave up" in calibration.said

@@ -4,12 +4,27 @@ days say; who commands and who looks."""
 import os
 import signal
 from pathlib import Path
+from tempfile import mkdtemp
 from typing import Any
 
 import pytest
 from support import browsers
-from support.page_rig import CHANGED, DAYS, MARKUP, REFERENCE, armed, badge, part, says, stopped, two_records
+from support.page_rig import (
+    CHANGED,
+    DAYS,
+    MARKUP,
+    REFERENCE,
+    armed,
+    badge,
+    bring_forward,
+    part,
+    says,
+    stopped,
+    two_records,
+)
 
+from rig.app import compose
+from rig.app.runs.sweeping import SweepOptions, run_sweep
 from rig.qualify.faults.bench import FaultBench
 
 sync_api = pytest.importorskip("playwright.sync_api")
@@ -67,7 +82,7 @@ def test_records_with_plots_check_and_comparison(page_bench: FaultBench, page: A
     says(page, "record-said", "missed")
     assert "phase sweep" in page.inner_text("#record-lines")
     page.click("#record-check")
-    says(page, "record-said", "whole and true")
+    says(page, "record-said", f"whole and true|{MISSED}")
     with page.expect_download() as download:
         page.click("#record-file")
     assert Path(download.value.path()).read_bytes().startswith(b"\x89MCAP0")
@@ -80,6 +95,12 @@ def test_records_with_plots_check_and_comparison(page_bench: FaultBench, page: A
     page.locator("#record-list button", has_text="img").click()
     says(page, "record-said", "cannot be shown")
     assert page.title() != "hit"
+
+
+DIAGNOSED_S = 600.0
+"""A diagnosis has everybody else go first; where it may not be brought forward, that takes as long as they do."""
+MISSED = r"^✖ \d+ ticks were missed[^✖]*$"
+"""All that is wrong with a record during which the machine stood still."""
 
 
 def drawn(page: Any, name: str) -> bool:
@@ -144,11 +165,16 @@ def test_many_look_and_one_commands(chromium: Any, page_bench: FaultBench, page:
 
 
 def test_a_diagnosis_with_its_report_and_a_place_in_the_history(page_bench: FaultBench, page: Any) -> None:
-    two_records(page_bench, page)
+    session = Path(mkdtemp(prefix="to diagnose ", dir=page_bench.logs))
+    options = SweepOptions(session, virtual=True, seed=1)
+    run_sweep(page_bench.folder / "short.yaml", compose.load(None), options).judge()
+    page.click("#take")
     part(page, "diagnosis")
+    page.select_option("#diagnose-session", session.name)
     page.select_option("#diagnose-reference", "simulator")
-    page.click("#diagnose-begin:enabled")
-    says(page, "diagnose-answer", r"^Done\.$", 90.0)
+    page.click("#diagnose-begin:enabled", timeout=1000 * DIAGNOSED_S)  # an earlier one may be at work
+    page_bench.wait(lambda: bring_forward(session), "the diagnosis", DIAGNOSED_S)
+    says(page, "diagnose-answer", r"^Done\.$", DIAGNOSED_S)
     report = page.frame_locator("#report")
     sync_api.expect(report.locator("h1")).to_contain_text("simulator")
     assert "simulator" not in page.inner_text("#diagnoses td:nth-child(3) >> nth=0")
@@ -159,7 +185,7 @@ def test_a_diagnosis_with_its_report_and_a_place_in_the_history(page_bench: Faul
 def test_gap_and_causes_over_the_days_and_the_steps_of_hunts(page_bench: FaultBench, page: Any) -> None:
     part(page, "diagnosis")
     page.select_option("#diagnose-reference", REFERENCE)
-    says(page, "history-said", f"the gap went from .* on day {CHANGED:02d}", 60.0)
+    says(page, "history-said", f"the gap went from .* on day {CHANGED:02d}", DIAGNOSED_S)  # read by one who steps back
     says(page, "history-said", f"backlash, named since day {CHANGED:02d}")
     assert page.locator("#history-sizes [role=img]").get_attribute("aria-label").startswith("Size of backlash")
     assert drawn(page, "plot-history")

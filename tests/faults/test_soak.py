@@ -7,17 +7,20 @@ from click.testing import CliRunner
 
 from rig.cli.qualify.faults import faults
 from rig.errors import RigError
-from rig.qualify.soak import soak
+from rig.qualify.soak import SWEEP, soak
+
+QUICK = SWEEP.replace("settle_s: 2.0", "settle_s: 0.1\nzero_s: 0.05\nramp_in_s: 0.1\nramp_out_s: 0.1")
+"""What is around a record may be short: watched are processes, and misses beside what the witnesses saw."""
 
 
 def test_in_virtual_time_nothing_is_missed_and_no_machine_is_blamed(tmp_path: Path) -> None:
-    found = soak(tmp_path, 0.01, virtual=True, note=lambda *_: None)
+    found = soak(tmp_path, 0.01, virtual=True, note=lambda *_: None, record_s=8.0)
     assert (found["done"], found["missed"], found["dropped"], found["not_valid"]) == (found["records"], 0, 0, 0)
     assert found["machine"] == {}
 
 
 def test_in_real_time_misses_are_put_beside_what_the_witnesses_saw(tmp_path: Path) -> None:
-    found = soak(tmp_path, 0.001, virtual=False, note=lambda *_: None, record_s=0.4)
+    found = soak(tmp_path, 0.001, virtual=False, note=lambda *_: None, record_s=0.5, sweep=QUICK)
     machine = found["machine"]
     assert found["done"] == found["records"]
     assert machine["not_valid"] == found["not_valid"]

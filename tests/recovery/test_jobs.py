@@ -33,24 +33,28 @@ def test_a_failing_piece_ends_the_work_with_its_own_error() -> None:
         list(each(pool, fail, range(3)))
 
 
+POOL = """with executor(workers=2) as pool:
+            list(each(pool, partial(begin_and_stay, sys.argv[1]), range(2)))"""
+MEASURED_APART = "measured_apart(begin_and_stay, sys.argv[1], 0)"
 INTERRUPTED = """
 import signal, sys
 from functools import partial
 from support.cluster_work import begin_and_stay
 from rig.parallel import each, executor
+from rig.qualify.benchmarks.log_peers import measured_apart
 if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.default_int_handler)  # whoever runs the tests may have had it ignored
     try:
-        with executor(workers=2) as pool:
-            list(each(pool, partial(begin_and_stay, sys.argv[1]), range(4)))
+        WORK
     except KeyboardInterrupt:
         sys.exit(130)
 """
 
 
-def test_ctrl_c_ends_pieces_that_never_would_and_says_nothing(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("work", "pieces"), [(POOL, 2), (MEASURED_APART, 1)])
+def test_ctrl_c_ends_pieces_that_never_would_and_says_nothing(work: str, pieces: int, tmp_path: Path) -> None:
     script = tmp_path / "work.py"
-    script.write_text(INTERRUPTED)
+    script.write_text(INTERRUPTED.replace("WORK", work))
     environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
     process = subprocess.Popen(
         [sys.executable, str(script), str(tmp_path)],
@@ -59,7 +63,7 @@ def test_ctrl_c_ends_pieces_that_never_would_and_says_nothing(tmp_path: Path) ->
         text=True,
         start_new_session=True,
     )
-    while len(list(tmp_path.glob("*.begun"))) < 2:
+    while len(list(tmp_path.glob("*.begun"))) < pieces:
         assert process.poll() is None
         time.sleep(0.02)
     os.killpg(process.pid, signal.SIGINT)

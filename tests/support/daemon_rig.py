@@ -1,18 +1,16 @@
 """A daemon of real processes, as fixtures for files of tests that share one: with viewers, live view and metrics."""
 
-import re
 import socket
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from rig.qualify.faults.bench import RIG, FaultBench
+from rig.qualify.faults.bench import FaultBench
 from rig.service.client import Client
+from support.patient_rig import PATIENT
 
 TOKEN = "0123456789abcdef"
-PATIENT = re.sub("limits: .*", "limits: {{misses_per_s: 1000, stall_periods: 100}}", RIG)
-"""What these tests ask about is no matter of milliseconds: a machine that stands still for some stops no rig."""
 SHORT = """\
 settle_s: 0.1
 zero_s: 0.05
@@ -51,13 +49,6 @@ def bench(tmp_path_factory: pytest.TempPathFactory, ports: tuple[int, int]) -> I
 @pytest.fixture
 def client(bench: FaultBench) -> Iterator[Client]:
     """Connected to a disarmed daemon with an empty queue."""
+    bench.at_rest()
     with bench.client() as client:
-        if client.status()["state"] == "fault":
-            client.reset()
-        if client.status()["state"] == "running":
-            client.stop()
-            client.wait()
-        if client.status()["state"] != "disarmed":
-            client.stop()
-        client.clear()
         yield client

@@ -46,7 +46,10 @@ _running: dict[str, Emulation] = {}
 
 
 def emulation(name: str, spec: RigSpec) -> Emulation:
-    """The emulated rig of that name, started once, with every plug in and the regulators where somebody left them."""
+    """The emulated rig of that name, started once, or again where it has ended, with every plug in and the regulators
+    where somebody left them."""
+    if name in _running and not _running[name].alive:
+        _running.pop(name).end()
     if name not in _running:
         _running[name] = Emulation(spec).__enter__()
     running = _running[name]

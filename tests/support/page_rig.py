@@ -9,18 +9,21 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import psutil
 import pytest
 
 from rig.app.gap.campaign import Campaign, Step
-from rig.errors import RigError
 from rig.qualify.faults.bench import FaultBench
 from support import browsers
+from support.patient_rig import PATIENT
 
 BY_THE_MACHINE = ("MISSED_TICKS", "LONG_STALL", "LOOP_DIED")
 PARTS = ("rig", "runs", "records", "diagnosis", "bringup")
 MARKUP = "<img src=x onerror=document.title='hit'>"
 DAYS, CHANGED = 12, 7
 """Of diagnoses, and the first on which the gap was another."""
+PATIENCE_S = 180.0
+"""For what the page shows: records are read by a process that has everybody else go first."""
 REFERENCE = "fingerprint"
 """What the days of before were diagnosed against."""
 SHORT = """\
@@ -45,7 +48,7 @@ def page_bench(chromium: Any, tmp_path_factory: pytest.TempPathFactory) -> Itera
     (folder / "daemon.yaml").write_text(f"web: {{sweeps: [{folder}]}}\n")
     (folder / "short.yaml").write_text(SHORT)
     (folder / f"{MARKUP}.yaml").write_text(SHORT)
-    with FaultBench(folder, arguments=("--config", str(folder / "daemon.yaml")), web=True) as bench:
+    with FaultBench(folder, PATIENT, arguments=("--config", str(folder / "daemon.yaml")), web=True) as bench:
         a_past(bench.state / "diagnoses", bench.logs)
         bench.start()
         yield bench
@@ -80,28 +83,16 @@ def found(day: int) -> dict[str, Any]:
 @pytest.fixture
 def page_url(page_bench: FaultBench) -> str:
     """Of a page that is there, before a rig without a fault."""
+    page_bench.at_rest()
     page_bench.wait(lambda: page_bench.status()["page"]["pid"], "a page")
-    with page_bench.client() as client:
-        page_bench.wait(lambda: _at_rest(client), "the rig to be disarmed")
-        client.clear()
     return str(page_bench.status()["page"]["url"])
-
-
-def _at_rest(client: Any) -> bool:
-    """Disarmed; a step on the way there otherwise."""
-    state = client.status()["state"]
-    with contextlib.suppress(RigError):
-        if state == "fault":
-            client.reset()
-        elif state != "disarmed":
-            client.stop()
-    return bool(state == "disarmed")
 
 
 @pytest.fixture
 def page(chromium: Any, page_url: str) -> Iterator[Any]:
     """Opened; no error may appear in its console."""
     context = chromium.new_context(viewport={"width": 1280, "height": 900})
+    context.set_default_timeout(1000 * PATIENCE_S)
     page = context.new_page()
     errors: list[str] = []
     page.on("console", lambda line: errors.append(line.text) if line.type == "error" else None)
@@ -116,7 +107,7 @@ def page(chromium: Any, page_url: str) -> Iterator[Any]:
     assert errors == []
 
 
-def says(page: Any, name: str, pattern: str, patience_s: float = 60.0) -> None:
+def says(page: Any, name: str, pattern: str, patience_s: float = PATIENCE_S) -> None:
     """Wait until the element of that id holds such a text; the page's policy forbids to evaluate anything."""
     from playwright.sync_api import expect
 
@@ -146,6 +137,27 @@ def two_records(bench: FaultBench, page: Any) -> None:
     page.click("#queue-it:enabled")
     says(page, "runs-answer", "^Queued: 2 records")
     bench.wait(lambda: bench.status()["queue"][-1]["done"] == 2, "two records")
+
+
+def diagnosing(session: Path) -> set[int]:
+    """Pids of the processes that were called with this session and have not ended."""
+    return {
+        process.pid
+        for process in psutil.process_iter(["cmdline", "status"])
+        if str(session) in (process.info["cmdline"] or []) and process.info["status"] != psutil.STATUS_ZOMBIE
+    }
+
+
+def bring_forward(session: Path) -> bool:
+    """The diagnosis of a session, which has stepped back for everybody, is not to wait for them all; whether it has
+    come so far, and somebody may do that."""
+    with contextlib.suppress(psutil.NoSuchProcess):
+        for process in map(psutil.Process, diagnosing(session)):
+            if process.nice() > 0:
+                with contextlib.suppress(psutil.AccessDenied):
+                    process.nice(0)
+                return True
+    return False
 
 
 def stopped(bench: FaultBench) -> bool:

@@ -100,14 +100,14 @@ def read_sessions(baselines: Sequence[Path], model_file: Path | None = None) -> 
 
 
 def described(sessions: Sequence[Session], odd: Sequence[str]) -> Iterator[str]:
-    """What is compared with, a line a session, and a line for each day that disagrees with the others (`odd_days`)."""
+    """The earlier days, a line a session, and a line for each that disagrees with the others (`odd_days`)."""
     for session in sessions:
-        yield f"compared with {session.path}: {len(session.records)} records"
+        yield f"earlier day {session.path}: {len(session.records)} records"
     yield from (f"note: {said}" for said in odd)
 
 
 def compared_with(baselines: Sequence[Path], model_file: Path | None = None) -> list[str]:
-    """What is compared with, a line a session, where the call does nothing else with the sessions themselves."""
+    """The earlier days, a line a session, where the call does nothing else with the sessions themselves."""
     sessions = read_sessions(baselines, model_file)
     return list(described(sessions, odd_days(sessions)))
 

@@ -9,8 +9,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from rig.blind_check.folder import CheckFolder, read_json, read_truth
-from rig.blind_check.row import CaseKind, EffectFact, Row, facts_of, read_scored
+from rig.app.gap.fitted_checks import answers_of
+from rig.blind_check.folder import CheckFolder, read_truth
+from rig.blind_check.row import CaseKind, EffectFact, Row, facts_of
 from rig.errors import RecordError
 from rig.gap.answer.facts import RAW
 from rig.gap.answer.further import Shrunk, fit_spread
@@ -81,11 +82,10 @@ def _cases(folder: CheckFolder, left_out: Sequence[str]) -> Iterator[tuple[Shrun
 def _answers(folder: CheckFolder, left_out: Sequence[str]) -> Iterator[tuple[str, Row, Mapping[str, Any]]]:
     """For each clear case of the library's effects and way of asking: the token, the scored row, the diagnosis;
     none of those that were refused."""
-    for path in sorted((folder.root / "scores").glob("*.json")):
-        answers = read_json(folder.answer(path.stem))["modes"]
-        for mode, row in read_scored(path).rows.items():
+    for token, scored, answers in answers_of(folder):
+        for mode, row in scored.rows.items():
             if row.family not in left_out and _of_library(row) and "diagnosis" in answers[mode]:
-                yield path.stem, row, answers[mode]["diagnosis"]
+                yield token, row, answers[mode]["diagnosis"]
 
 
 def _of_library(row: Row) -> bool:

@@ -8,9 +8,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from rig.blind_check.folder import CheckFolder, read_json
+from rig.app.gap.fitted_checks import answers_of
+from rig.blind_check.folder import CheckFolder
 from rig.blind_check.modes import MODES
-from rig.blind_check.row import Row, facts_of, read_scored
+from rig.blind_check.row import Row, facts_of
 from rig.errors import RecordError
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.hypotheses.scenes import ANGLE, PRESSURES
@@ -63,8 +64,7 @@ def _fitted(judged: Sequence[Judgement], odds: Odds) -> Fit:
 
 def _judgements(folder: CheckFolder, left_out: Sequence[str]) -> Iterator[tuple[str, Judgement]]:
     """Of every factor, by whose answers its odds are fitted, what was said and what was true."""
-    for path in sorted((folder.root / "scores").glob("*.json")):
-        answers, scored = read_json(folder.answer(path.stem))["modes"], read_scored(path)
+    for _, scored, answers in answers_of(folder):
         stages = {name: fact.stage for name, fact in facts_of(scored.facts).effects.items()}
         for mode, row in scored.rows.items():
             if row.family not in left_out and _tells(row) and not MODES[mode].withheld:

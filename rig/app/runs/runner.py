@@ -27,7 +27,7 @@ from rig.realtime.program import Program
 from rig.realtime.ring import RingReader
 from rig.rig_config import RigConfig
 from rig.sample import unpack
-from rig.service.records.recorder import RunOrder, RunResult, message_of
+from rig.service.records.orders import RunOrder, RunResult, message_of
 from rig.service.session.run_setup import order_of, session_facts
 from rig.service.session.session import Session, ending_signals, is_warning, own_signals, spoken
 

@@ -71,7 +71,7 @@ for _command in (absorbed, further, odds, sensitivity, sizes):
     check.add_command(_command)
 
 
-@check.command()
+@check.command(short_help="Draw and seal the labels, and write the questions.")
 @folder_argument
 @drawn_options
 def make(folder: Path, drawn: Drawn) -> None:
@@ -89,7 +89,7 @@ def make(folder: Path, drawn: Drawn) -> None:
     console().print(f"{folder}: {drawn.cases} questions")
 
 
-@check.command()
+@check.command(short_help="Answer the questions, each in a process alone.")
 @folder_argument
 @dask_option
 @workers_option
@@ -111,7 +111,7 @@ def answer(folder: Path, dask: str | None, workers: int | None) -> None:
     console().print(f"{folder}: {len(tokens)} answers")
 
 
-@check.command()
+@check.command(short_help="Open the labels and score the answers.")
 @folder_argument
 @click.option(
     "--labels", type=click.Path(path_type=Path), help="Labels of your own records as JSON, in place of sealed ones."
@@ -148,7 +148,7 @@ def score(
     _report(place, result_of(place), html_to, json_to)
 
 
-@check.command()
+@check.command(short_help="Count several scored checks as one.")
 @click.argument("folders", nargs=-1, required=True, type=path_type)
 @click.option("--unfinished", is_flag=True, help="Count what is scored so far of checks that were stopped.")
 @html_option
@@ -166,7 +166,7 @@ def merge(folders: tuple[Path, ...], unfinished: bool, html_to: Path | None, jso
     emit(result, json_to)
 
 
-@check.command()
+@check.command(short_help="Two scored checks of the same cases side by side.")
 @click.argument("first", type=path_type)
 @click.argument("other", type=path_type)
 @click.option(

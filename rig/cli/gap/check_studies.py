@@ -13,7 +13,7 @@ from rig.cli.outputs import Command, Output, output_option
 from rig.outputs import Kind
 
 
-@click.command(cls=Command)
+@click.command(cls=Command, short_help="Smallest sizes, predicted and found.")
 @families_option
 @click.option("--units", type=click.IntRange(1), default=1, show_default=True, help="Units of each family.")
 @click.option("--seed", type=click.IntRange(0), default=440001, show_default=True, help="Number of the first unit.")
@@ -54,7 +54,7 @@ def sizes(
     emit({"reference": reference, "found": [asdict(one) for one in found]}, json_to)
 
 
-@click.command(cls=Command)
+@click.command(cls=Command, short_help="What fitting the simulator again absorbs.")
 @click.option("--units", type=click.IntRange(1), default=2, show_default=True, help="Units of each family.")
 @click.option("--seed", type=click.IntRange(0), default=401, show_default=True, help="Seed of the development units.")
 @workers_option
@@ -83,7 +83,7 @@ def absorbed(units: int, seed: int, workers: int | None, json_to: str | None) ->
     emit({"seed": seed, "from": SWALLOWED, "effects": effects, "declared": sorted(ABSORBED)}, json_to)
 
 
-@click.command(cls=Command)
+@click.command(cls=Command, short_help="Halve and double each number that decides.")
 @click.option("--cases", type=click.IntRange(1), default=8, show_default=True, help="Development cases a family.")
 @click.option("--seed", type=click.IntRange(0), default=402, show_default=True, help="Seed of the development cases.")
 @families_option
@@ -138,7 +138,7 @@ def _fitted_on_checks(command: Callable[..., None]) -> Callable[..., None]:
     return command
 
 
-@click.command(cls=Command)
+@click.command(cls=Command, short_help="Fit intervals of sizes, and of what is left of a gap.")
 @_fitted_on_checks
 def further(
     folders: tuple[Path, ...], priors: Path | None, left_out: tuple[str, ...], output: Path, json_to: str | None
@@ -148,15 +148,15 @@ def further(
 
     The checks must have been answered by the same priors: those shipped, or of --priors.
     """
+    from rig.app.gap.fitted_checks import checks_of
     from rig.app.gap.intervals import with_intervals
     from rig.app.gap.levels import known_families, write
-    from rig.blind_check.folder import CheckFolder
     from rig.config import unstructure
     from rig.gap.settings import fitted
 
     known_families((), left_out)
     levels = fitted(priors) if priors else fitted()
-    found = with_intervals(levels, [CheckFolder(folder) for folder in folders], left_out)
+    found = with_intervals(levels, checks_of(folders), left_out)
     write(found, output)
     spread = found.further
     console(json_to).print(
@@ -170,7 +170,7 @@ def further(
     emit(unstructure(found.further) | {"sizes": unstructure(found.reaches)}, json_to)
 
 
-@click.command(cls=Command)
+@click.command(cls=Command, short_help="Fit the prior odds of no cause.")
 @_fitted_on_checks
 def odds(
     folders: tuple[Path, ...], priors: Path | None, left_out: tuple[str, ...], output: Path, json_to: str | None
@@ -180,15 +180,14 @@ def odds(
 
     The checks must have been answered by the same odds: those shipped, or of --priors.
     """
+    from rig.app.gap.fitted_checks import checks_of
     from rig.app.gap.levels import known_families, write
     from rig.app.gap.odds import with_odds
-    from rig.blind_check.folder import CheckFolder
     from rig.config import unstructure
     from rig.gap.settings import fitted
 
     known_families((), left_out)
-    checks = [CheckFolder(folder) for folder in folders]
-    levels, fits = with_odds(fitted(priors) if priors else fitted(), checks, left_out)
+    levels, fits = with_odds(fitted(priors) if priors else fitted(), checks_of(folders), left_out)
     write(levels, output)
     for name, fit in fits.items():
         console(json_to).print(

@@ -19,7 +19,7 @@ from rig.outputs import Kind
     "--leave-out", "left_out", multiple=True, metavar="NAME", help="Families to leave out, to be judged by the levels."
 )
 @click.option("--units", type=click.IntRange(2, 200), default=10, show_default=True, help="Rigs of each family.")
-@click.option("--seed", type=click.IntRange(0), default=301, show_default=True, help="Of the development rigs.")
+@click.option("--seed", type=click.IntRange(0), default=301, show_default=True, help="Seed of the development rigs.")
 @click.option("--workers", type=click.IntRange(1), help="Processes; default: one a core.")
 @json_option
 def calibrate(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rig.app.terminal import console
+from rig.app.terminal import console, visible
 from rig.cli.common import F, emit, json_option
 from rig.cli.outputs import Command
 
@@ -101,9 +101,13 @@ def _logging() -> Iterator[None]:
     import logging.handlers
     import queue
 
+    class Visible(logging.Formatter):
+        def formatMessage(self, record: logging.LogRecord) -> str:  # noqa: N802 - the library's name
+            return visible(super().formatMessage(record), one_line=True)
+
     lines: queue.SimpleQueue[logging.LogRecord] = queue.SimpleQueue()
     writer = logging.StreamHandler()
-    writer.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
+    writer.setFormatter(Visible("%(asctime)s %(levelname)s %(message)s"))
     logging.getLogger().addHandler(logging.handlers.QueueHandler(lines))
     logging.getLogger("pamrig").setLevel(logging.INFO)
     listener = logging.handlers.QueueListener(lines, writer)

@@ -88,6 +88,8 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
     before, floor = rms_of(gaps, pairs), _floor(told, told.settings)
     kept = _helping(told, before)
     far = after([(one.posterior.stand.name, one.fit) for one in kept])
+    if far.after_deg > before and all(one.posterior.stand.name != PRESSURES for one in kept):
+        kept, far = [], after([])  # of records that the fit has not seen they explain nothing
     unknowns = _unknowns(told, kept, before)
     found = told_apart(told.marks, told.expected, before, bool(kept or unknowns))
     marks, added = found.causes, bool(kept) and far.after_deg <= before

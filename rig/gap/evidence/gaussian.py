@@ -1,16 +1,21 @@
 """One channel group's Gaussian likelihood: lines with a variance each, and patterns whose sizes are unsure.
 
 r ~ N(0, V + P P'), V diagonal, P (l, m) patterns at one standard deviation. Everything is one Woodbury solve in m
-dimensions. The level of V is itself known with `degrees` of freedom only, so tails are a t distribution's.
+dimensions. The level of V is itself known with `degrees` of freedom only, so tails are a t distribution's; and by how
+much the patterns that days differ in are larger or smaller on this rig is a factor, known with degrees of its own.
 """
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 
 from rig.record import Column
+
+NODES = 15
+"""Points of Gauss's rule at which the factor is tried: half a nat at worst. Fewer: residuals far beyond what days bring
+are judged by some nats otherwise (seven: up to 30)."""
 
 
 @dataclass(frozen=True)
@@ -25,6 +30,11 @@ class Gaussian:
     """How many independent lines there are: neighbours and records share their causes."""
     degrees: float
     """Degrees of freedom with which the level of the variance is known."""
+    between_days: int = 0
+    """How many of the patterns, the first ones, are what days differ in; they are all larger on one rig than on
+    another by a factor of its own."""
+    day_degrees: float = math.inf
+    """Degrees of freedom with which that factor is known."""
 
     @cached_property
     def _scale(self) -> Column:
@@ -36,10 +46,15 @@ class Gaussian:
         return np.ascontiguousarray(self.patterns * self._scale[:, None])
 
     @cached_property
+    def _gram(self) -> Column:
+        """(m, m) P' V^-1 P."""
+        out: Column = self._weighed.T @ self._weighed
+        return out
+
+    @cached_property
     def _root(self) -> Column:
         """(m, m) lower triangle L with L L' = 1 + P' V^-1 P."""
-        gram = self._weighed.T @ self._weighed
-        return np.asarray(np.linalg.cholesky(gram + np.eye(len(gram))), np.float64)
+        return np.asarray(np.linalg.cholesky(self._gram + np.eye(len(self._gram))), np.float64)
 
     @cached_property
     def _inverse_root(self) -> Column:
@@ -51,10 +66,9 @@ class Gaussian:
         return out
 
     @cached_property
-    def log_spread(self) -> float:
-        """Half the log determinant of the covariance, against lines of variance 1."""
-        share = self.effective / len(self.variance)
-        return float(np.sum(np.log(np.diag(self._root))) + 0.5 * share * np.sum(np.log(self.variance)))
+    def _log_lines(self) -> float:
+        """Half the log determinant of V, as if there were `effective` lines."""
+        return float(0.5 * self.effective * np.mean(np.log(self.variance)))
 
     def sizes(self, residual: Column) -> Column:
         """(m,) the patterns' likeliest sizes in a residual (l,), in standard deviations."""
@@ -95,20 +109,39 @@ class Gaussian:
         return float(scaled @ scaled - taken @ taken)
 
     def log_density(self, residual: Column) -> float:
-        """ln p(residual) but for a constant: a t density of `effective` dimensions and `degrees` degrees of freedom."""
-        n, nu = self.effective, self.degrees
-        chi = self.chi_square(residual)
-        return float(
-            math.lgamma(0.5 * (nu + n))
-            - math.lgamma(0.5 * nu)
-            - 0.5 * n * np.log(nu)
-            - 0.5 * (nu + n) * np.log1p(chi / nu)
-            - self.log_spread
-        )
+        """ln p(residual) but for a constant: a t density of `effective` dimensions and `degrees` degrees of freedom,
+        over what the days' factor may be."""
+        factors, log_chances = _factors(self.day_degrees)
+        return float(np.logaddexp.reduce(log_chances + self.log_densities(residual, factors)))
+
+    def log_densities(self, residual: Column, factors: Column) -> Column:
+        """(k,) the same with the patterns that days differ in so many times (k,) as large, and known to be."""
+        n, nu, axes = self.effective, self.degrees, self._axes
+        scaled = residual * self._scale
+        beside = axes.others @ (shown := self._weighed.T @ scaled)[self.between_days :]
+        along = axes.turned.T @ (shown[: self.between_days] - axes.mixed.T @ beside)
+        wider = 1.0 + np.outer(factors**2, axes.powers)
+        chi = scaled @ scaled - beside @ beside - np.sum(np.outer(factors**2, along**2) / wider, axis=1)
+        constant = math.lgamma(0.5 * (nu + n)) - math.lgamma(0.5 * nu) - 0.5 * n * np.log(nu)
+        out: Column = (
+            constant - 0.5 * (nu + n) * np.log1p(np.maximum(chi, 0.0) / nu)
+            - axes.log_spread - 0.5 * np.sum(np.log(wider), axis=1)
+        )  # fmt: skip
+        return out
+
+    @cached_property
+    def _axes(self) -> "_Axes":
+        gram, days = self._gram, self.between_days
+        root = np.linalg.cholesky(gram[days:, days:] + np.eye(len(gram) - days))
+        others = np.linalg.inv(root)
+        mixed = others @ gram[days:, :days]
+        powers, turned = np.linalg.eigh(gram[:days, :days] - mixed.T @ mixed)
+        log_spread = float(np.sum(np.log(np.diag(root)))) + self._log_lines
+        return _Axes(others, mixed, turned, np.maximum(powers, 0.0), log_spread)
 
     def log_slopes(self, residual: Column) -> tuple[Column, Column]:
-        """Derivatives of `log_density` by the logarithm of each pattern's size (m,) and of each line's variance
-        (l,)."""
+        """Derivatives of `log_density` by the logarithm of each pattern's size (m,) and of each line's variance (l,),
+        with the days' factor known to be 1."""
         scaled = residual * self._scale
         sizes, inverse = self._solved(self._weighed.T @ scaled), self._size_covariance
         left = scaled - self._weighed @ sizes
@@ -124,3 +157,29 @@ class Gaussian:
     def with_variance(self, more: Column) -> "Gaussian":
         """The same with more variance (l,) on each line."""
         return replace(self, variance=self.variance + more)
+
+
+@dataclass(frozen=True)
+class _Axes:
+    """The patterns that days differ in, turned to where they are independent of each other beside the others."""
+
+    others: Column
+    """(o, o) inverse root of 1 + O' V^-1 O, of the other patterns O."""
+    mixed: Column
+    """(o, d) what these share with those that days differ in."""
+    turned: Column
+    """(d, d) the axes, as columns."""
+    powers: Column
+    """(d,) along each axis, against the lines' variance."""
+    log_spread: float
+    """Half the log determinant of the covariance without what days differ in."""
+
+
+@cache
+def _factors(degrees: float) -> tuple[Column, Column]:
+    """(k,) factors that are tried, and ln of how likely they are: log-normal, as unsure as a standard deviation is that
+    was found with so many degrees of freedom (its logarithm's own is 1 / sqrt(2 degrees))."""
+    if math.isinf(degrees):
+        return np.ones(1), np.zeros(1)
+    at, weights = np.polynomial.hermite_e.hermegauss(NODES)
+    return np.exp(at / math.sqrt(2.0 * degrees)), np.log(weights / np.sum(weights))

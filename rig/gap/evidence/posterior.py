@@ -11,7 +11,6 @@ from rig.gap.evidence.gaussian import Gaussian
 from rig.gap.hypotheses.fit import Fit, Scene, fit_effect, with_law
 from rig.gap.hypotheses.library import NONE, UNKNOWN, Effect
 from rig.gap.hypotheses.scenes import Stand
-from rig.gap.reference.expectation import Factor
 from rig.gap.settings import CREDIBLE, ENVELOPE_HZ, UNKNOWN_EVEN
 from rig.record import Column
 
@@ -114,9 +113,7 @@ def judge(
     gap = scene.factor.lines.of(scene.factor.gap)
     logs = {
         NONE: scene.factor.healthy.log_density(gap) + scene.odds.none,
-        UNKNOWN: float(np.logaddexp(log_unknown(scene, scene.factor.healthy, gap), log_beyond(scene.factor, gap)))
-        - np.log(2.0)
-        + scene.odds.unknown,
+        UNKNOWN: log_unknown(scene, scene.factor.healthy, gap) + scene.odds.unknown,
     } | {name: fit.log_evidence for name, fit in fits.items()}
     probability, total = _normalised(parted(logs, said))
     beside = _beside(scene, gap, fits, probability)
@@ -148,8 +145,13 @@ def heard(posterior: Posterior) -> dict[str, float]:
 
 
 def log_unknown(scene: Scene, expected: Gaussian, left: Column) -> float:
-    """Evidence, beside what is `expected`, that what is left (lines) is a broad process of any size: lines like its
-    own, blurred."""
+    """Evidence, beside what is `expected`, that there is something unknown in what is left (lines): as likely a broad
+    process as more of what days differ in than is ever expected."""
+    return float(np.logaddexp(_log_broad(scene, expected, left), _log_beyond(expected, left)) - np.log(2.0))
+
+
+def _log_broad(scene: Scene, expected: Gaussian, left: Column) -> float:
+    """Evidence for a broad process of any size: lines like those that are left, blurred."""
     factor, prior = scene.factor, scene.prior
     shape = factor.lines.envelope(left, ENVELOPE_HZ, UNKNOWN_EVEN)
     power = float(np.sqrt(np.sum(left**2) / max(float(factor.lines.used.sum()), 1.0)))
@@ -160,13 +162,9 @@ def log_unknown(scene: Scene, expected: Gaussian, left: Column) -> float:
     return float(np.logaddexp.reduce(np.array(logs) + log_prior + np.log(width)))
 
 
-def log_beyond(factor: Factor, left: Column) -> float:
-    """Evidence that what is left (lines) is of the kinds that days differ in, and more than is ever expected of them:
-    an offset, a gain or a lag that no effect of the library explains."""
-    expected, logs = factor.healthy, []
-    for times in _BEYOND:
-        size = np.where(np.arange(expected.patterns.shape[1]) < factor.between_days, times, 1.0)
-        logs.append(replace(expected, patterns=size * expected.patterns).log_density(left))
+def _log_beyond(expected: Gaussian, left: Column) -> float:
+    """Evidence for an offset, a gain or a lag that no effect of the library explains."""
+    logs = expected.log_densities(left, np.array(_BEYOND))
     return float(np.logaddexp.reduce(logs)) - float(np.log(len(_BEYOND)))
 
 

@@ -104,7 +104,8 @@ def fit_effect(effect: Effect, scene: Scene, shows: Callable[[Law], bool], rough
     if not known:
         return None
     best = max(known, key=lambda one: one.log_evidence)
-    return replace(best, log_evidence=best.log_evidence - float(np.log(len(found))))
+    total = float(np.logaddexp.reduce([one.log_evidence for one in known]))
+    return replace(best, log_evidence=total - float(np.log(len(found))))
 
 
 def fit_law(effect: Effect, law: Law, scene: Scene, rough: Scene) -> Fit | None:
@@ -245,6 +246,7 @@ def law_patterns(moved: Column, lines: Lines, rho: float) -> Column:
     out = np.zeros((len(moved), count + 1))
     out[np.arange(len(moved)), record] = rho * moved
     turned = moved * frequency
-    norm = np.sqrt(np.sum(moved**2) / max(np.sum(turned**2), 1e-30))
+    # in proportion to what moves: with a constant's power in the scale, the monitors' noise on top of it would be free
+    norm = np.sqrt(np.sum(moved[frequency > 0.0] ** 2) / max(np.sum(turned**2), 1e-30))
     out[:, count] = rho * norm * turned
     return out

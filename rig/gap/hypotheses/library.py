@@ -94,12 +94,11 @@ _LIBRARY: tuple[Effect, ...] = (
     Effect("valve_offset", (
         Law("valve_offset", ("offset_mpa",), FINE[:5], signs=BOTH_SIGNS, shapes=(*ONE_VALVE, {"balance": 2.0})),
     ), "one pressure (or the difference) off by a constant", "offset", "valve_offset", 0.05),
-    Effect("valve_lag", (Law("valve_lag", ("tau_s",), TIMES, shapes=_both()),
-                         Law("valve_lag", ("tau_s",), TIMES, shapes=({"balance": 0.0, "tau0_s": 0.0},)),
-                         Law("valve_lag", ("tau_s",), TIMES, shapes=({"balance": 0.0, "tau0_s": 0.0, "second": 0.5},)),
-                         Law("valve_lag", ("tau_s",), TIMES, shapes=ONE_VALVE),
+    Effect("valve_lag", (Law("valve_lag", ("tau_s",), TIMES, shapes=_both(*ONE_VALVE)),
+                         *(Law("valve_filter", ("tau_s",), TIMES, shapes=({"poles": poles},)) for poles in (1.0, 2.0, 3.0)),
+                         Law("valve_filter", ("tau_s",), TIMES, shapes=ONE_VALVE),
                          Law("valve_lag", ("tau_s",), (-0.005, -0.015, -0.03), shapes=_both())),
-           "pressures follow more slowly, filling and exhausting alike", "late", "valve_lag", 0.12),
+           "pressures follow more slowly, filling and exhausting alike", "late", "valve_lag", 0.05),
     Effect("valve_slew", (
         Law("valve_slew", ("fill_mpa_s",), (0.95, 0.85, 0.7, 0.5, 0.3, 0.15), "rate_mpa_s", tied={"exhaust_mpa_s": "fill_mpa_s"}),
         Law("valve_slew", ("fill_mpa_s",), (0.95, 0.8, 0.6, 0.35), "rate_mpa_s", tied={"exhaust_mpa_s": "fill_mpa_s"}, shapes=ONE_VALVE),

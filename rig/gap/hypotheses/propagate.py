@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from rig.gap.hypotheses.lateness import delayed, displaced_s
 from rig.gap.records.pairs import Pair
 from rig.gap.reference.nominal import Reference
 from rig.model.effect_stages import EFFECT_STAGES
@@ -119,62 +120,58 @@ def _changed(cause: Ready, p1: Column, p2: Column, dt_s: float) -> tuple[Column,
 
 def late(causes: Sequence[Ready], track: Track) -> Track:
     """The track as it would have been under commands that are late: everything in it is as late."""
-    delay_s = sum(float(cause.params[0]) for cause in causes if cause.exact and cause.slot is Slot.TIMING)
+    return later(track, sum(float(cause.params[0]) for cause in causes if cause.exact and cause.slot is Slot.TIMING))
+
+
+def as_late_as_measured(track: Track) -> Track:
+    """The track as late as the case's measured pressures are; as it is where none were measured."""
+    p1, p2 = track.pair.case.p1_mpa, track.pair.case.p2_mpa
+    return track if p1 is None or p2 is None else later(track, _late_s(track, p1, p2))
+
+
+def _late_s(track: Track, p1: Column, p2: Column) -> float:
+    """By how much the difference of these pressures is behind the reference's own."""
+    return displaced_s(p1 - p2, track.reference.p1_mpa - track.reference.p2_mpa, track.pair.dt_s)
+
+
+def later(track: Track, delay_s: float) -> Track:
+    """Everything in it later by so much."""
     if delay_s == 0.0:
         return track
 
-    def delayed(column: Column) -> Column:
-        return _delayed(column, delay_s / track.pair.dt_s)
-
-    reference = track.reference
+    rows = delay_s / track.pair.dt_s
+    pair, reference = track.pair, track.reference
     return replace(
         track,
-        pair=replace(track.pair, u1_mpa=delayed(track.pair.u1_mpa), u2_mpa=delayed(track.pair.u2_mpa)),
-        reference=Reference(delayed(reference.p1_mpa), delayed(reference.p2_mpa), delayed(reference.angle_deg)),
-        regulated=(delayed(track.regulated[0]), delayed(track.regulated[1])),
-        propagated=delayed(track.propagated),
+        pair=replace(pair, u1_mpa=delayed(pair.u1_mpa, rows), u2_mpa=delayed(pair.u2_mpa, rows)),
+        reference=Reference(*(delayed(one, rows) for one in (reference.p1_mpa, reference.p2_mpa, reference.angle_deg))),
+        regulated=(delayed(track.regulated[0], rows), delayed(track.regulated[1], rows)),
+        propagated=delayed(track.propagated, rows),
     )
-
-
-def _delayed(column: Column, rows: float) -> Column:
-    """(n,) by so many rows later; between rows by the cubic through the nearest four (Lagrange), before its start at
-    its first value."""
-    whole = int(np.floor(rows))
-    s = whole - rows
-    weights = (
-        (1, s * (s + 1) * (s + 2) / 6),
-        (0, -(s - 1) * (s + 1) * (s + 2) / 2),
-        (-1, (s - 1) * s * (s + 2) / 2),
-        (-2, -(s - 1) * s * (s + 1) / 6),
-    )
-    at = np.arange(len(column)) - whole
-    out: Column = sum(
-        (weight * column[np.clip(at + k, 0, len(column) - 1)] for k, weight in weights), np.zeros(len(column))
-    )
-    return out
 
 
 def angle_under(p1: Column, p2: Column, track: Track, nominal: ResponseModel) -> Column:
     """The healthy rig's angle had its pressures been p1 and p2.
 
-    The response model gives what the difference of the pressures does; their mean changes the stiffness, and with it
-    how much the joint's friction and inertia count.
+    Pressures that come later make the measured angle as late, whatever made them late; of the rest, the response model
+    gives what the difference of the pressures does; their mean changes the stiffness, and with it how much the joint's
+    friction and inertia count.
     """
-    reference = track.reference
+    reference, dt = track.reference, track.pair.dt_s
     if p1 is reference.p1_mpa and p2 is reference.p2_mpa:
         return reference.angle_deg
-    dt = track.pair.dt_s
-    angle = reference.angle_deg + nominal.angle(p1, p2, dt) - track.propagated
-    compliance = _compliance(reference.p1_mpa, reference.p2_mpa, p1, p2, nominal)
+    rows = _late_s(track, p1, p2) / dt
+    angle = nominal.angle(p1, p2, dt) + delayed(reference.angle_deg - track.propagated, rows)
+    compliance = _compliance(delayed(reference.p1_mpa + reference.p2_mpa, rows), p1 + p2, nominal)
     if abs(float(compliance.mean()) - 1.0) < SAME_STIFFNESS and float(compliance.std()) < SAME_STIFFNESS:
         return angle
     return nominal.balanced(angle, np.zeros_like(angle), compliance, dt)
 
 
-def _compliance(p1: Column, p2: Column, q1: Column, q2: Column, nominal: ResponseModel) -> Column:
-    """How much less stiff the joint is under q than under p."""
+def _compliance(usual: Column, now: Column, nominal: ResponseModel) -> Column:
+    """How much less stiff the joint is under one sum of the pressures (n,) than under another."""
     least = 0.2 * nominal.p0_mpa
-    ratio: Column = (np.maximum(p1 + p2, least) / np.maximum(q1 + q2, least)) ** nominal.compliance
+    ratio: Column = (np.maximum(usual, least) / np.maximum(now, least)) ** nominal.compliance
     return ratio
 
 
@@ -190,7 +187,7 @@ def angle_with(
         for cause in muscle:
             _run(cause, q1, q2, q1, dt)
         out = nominal.balanced(
-            out, nominal.equilibrium(q1, q2) - nominal.equilibrium(p1, p2), _compliance(p1, p2, q1, q2, nominal), dt
+            out, nominal.equilibrium(q1, q2) - nominal.equilibrium(p1, p2), _compliance(p1 + p2, q1 + q2, nominal), dt
         )
     behind = _in(causes, Slot.JOINT) + _in(causes, Slot.SENSOR)
     if behind:

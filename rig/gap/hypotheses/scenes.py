@@ -7,8 +7,9 @@ import numpy as np
 
 from rig.gap.evidence.lines import Lines
 from rig.gap.hypotheses.fit import Scene, angle_change, pressure_change, with_law
+from rig.gap.hypotheses.lateness import displaced_s
 from rig.gap.hypotheses.library import Law
-from rig.gap.hypotheses.propagate import Applied, Track, angle_under, late, ready
+from rig.gap.hypotheses.propagate import as_late_as_measured
 from rig.gap.hypotheses.scales import law_scales
 from rig.gap.reference.build import Expected, Kind
 from rig.gap.reference.expectation import Factor, angle_parts, mean_doubt, motion_doubt, pressure_parts
@@ -52,20 +53,6 @@ def angle_stand(expected: Expected, settings: Fitted) -> Stand:
     return Stand(ANGLE, whole, rough, (lambda law: not acts_ahead(law)) if expected.driven else lambda law: True)
 
 
-def behind(expected: Expected, cause: Applied) -> Expected:
-    """The same with what is expected behind the monitors once a cause ahead of them is known: commands that are late
-    make the angle as late, and of the response model only what is left of the pressures' difference counts."""
-    causes = ready([cause], expected.response)
-
-    def base(track: Track, angle: Column) -> Column:
-        case, later = track.pair.case, late(causes, track)
-        if later is track or case.p1_mpa is None or case.p2_mpa is None:
-            return angle
-        return angle_under(case.p1_mpa, case.p2_mpa, later, expected.response)
-
-    return replace(expected, base=tuple(map(base, expected.tracks, expected.base)))
-
-
 def pressure_scene(expected: Expected, settings: Fitted, whole: Expected | None = None) -> Scene:
     """The pressures of some records; scales are those of the `whole`."""
     known = settings.levels[expected.levels]
@@ -104,24 +91,20 @@ def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = N
 
 
 def _answering_other_pressures(factor: Factor, expected: Expected, prior: Prior) -> Factor:
-    """The same with what is unsure of the angle because the pressures are others than usual: the description of the
-    rig is as rough in what they change as it is in the angles that it was made from, and what it misses of those comes
-    with the motion, at another time than on the earlier days."""
-    usual = np.concatenate([track.reference.angle_deg for track in expected.tracks])
-    moved = np.concatenate(list(expected.base)) - usual
-    rho = max(expected.response.misfit_deg, expected.missed_deg) / max(float(np.std(usual)), 1e-9)
+    """The same with what is unsure of the angle because the pressures are others than usual, and not only later: the
+    description of the rig is as rough in what they change as it is in the angles that it was made from, and what it
+    misses of those comes with the motion, at another time than on the earlier days."""
+    tracks = [as_late_as_measured(track) for track in expected.tracks]
+    usual = [track.reference.angle_deg for track in tracks]
+    moved = np.concatenate(list(expected.base)) - np.concatenate(usual)
+    rho = max(expected.response.misfit_deg, expected.missed_deg) / max(float(np.std(np.concatenate(usual))), 1e-9)
     healthy = with_law(factor.healthy, factor.lines, factor.lines.of(moved), rho, prior)
-    later_s = np.array([_displaced_s(*one) for one in zip(expected.tracks, expected.base, strict=True)])
-    missed = np.concatenate([track.reference.angle_deg - track.propagated for track in expected.tracks])
+    later_s = np.array([
+        abs(displaced_s(angle, track.reference.angle_deg, track.pair.dt_s))
+        for track, angle in zip(tracks, expected.base, strict=True)
+    ])  # fmt: skip
+    missed = np.concatenate([track.reference.angle_deg - track.propagated for track in tracks])
     return replace(factor, healthy=healthy.with_variance(at_another_time(factor.lines, missed, later_s)))
-
-
-def _displaced_s(track: Track, angle: Column) -> float:
-    """By what time the expected angle (n,) follows or leads the reference's, as far as it is that one at another
-    time."""
-    speed = np.gradient(track.reference.angle_deg, track.pair.dt_s)
-    moved = track.reference.angle_deg - angle
-    return float(abs(moved @ speed) / max(speed @ speed, 1e-12))
 
 
 def at_another_time(lines: Lines, column: Column, later_s: Column) -> Column:

@@ -96,7 +96,7 @@ def _sessions(
         whole, dropouts = without_dropouts(session)
         fallen |= {id(record): mine for record, mine in zip(whole, dropouts, strict=True)}
         sessions.append([record for record in whole if usable(record, notes, "baseline ")])
-    kept = _distinct([session for session in sessions if session], case, notes)
+    kept = _distinct(sessions, case, notes)
     if baselines and not kept:
         raise RecordError(f"no baseline session can be used: {reasons(notes)}")
     return kept
@@ -113,11 +113,19 @@ def _distinct(sessions: list[list[Record]], case: Sequence[Record], notes: list[
     for number, session in enumerate(sessions, 1):
         mine = contents(session)
         if mine & seen:
-            notes.append(f"baseline session {number} repeats records of the case or of another session; left out")
+            said = f"baseline session {number}{_where(session)}"
+            notes.append(f"{said} repeats records of the case or of another session; left out")
+        if not mine or mine & seen:
             continue
         seen |= mine
         kept.append(session)
     return kept
+
+
+def _where(session: Sequence[Record]) -> str:
+    """The folder of a session, in brackets, where it is known."""
+    source = next((record.source for record in session), None)
+    return f" ({source.parent})" if source is not None else ""
 
 
 def _say_repeated(record: Record, sessions: Sequence[Sequence[Record]], notes: list[str]) -> None:
@@ -126,7 +134,7 @@ def _say_repeated(record: Record, sessions: Sequence[Sequence[Record]], notes: l
         same = [other.name for other in session if align(record, other).same and difference(record, other) is None]
         if len(same) > 1:
             notes.append(
-                f"baseline session {number} holds the sweep of {record.name} {len(same)} times "
+                f"baseline session {number}{_where(session)} holds the sweep of {record.name} {len(same)} times "
                 f"({', '.join(same[:3])}): one of each is "
                 "used; if these are several days, give each its own --baseline"
             )

@@ -64,8 +64,6 @@ class Factor:
     healthy: Gaussian
     floor: float
     """Rms that a gap has when there is none, in the columns' unit."""
-    between_days: int
-    """How many of the patterns, the first ones, are what days differ in; the others are what laws may miss."""
 
     def rms(self, column: Column) -> float:
         """Root mean square of (n,) over the rows that were measured."""
@@ -136,9 +134,8 @@ class Parts:
         return Factor(
             self.lines,
             self.gap,
-            Gaussian(variance, self.columns * spread, self._effective(prior), prior.degrees),
+            Gaussian(variance, self.columns * spread, self._effective(prior), prior.degrees, len(self.names)),
             levels.floor * self.span,
-            len(self.names),
         )
 
     def _effective(self, prior: Prior) -> float:

@@ -16,7 +16,16 @@ from rig.gap.evidence.lines import Lines
 from rig.gap.hypotheses.propagate import Track
 from rig.gap.records.grid import Session
 from rig.gap.reference.expectation import Factor, Parts
-from rig.gap.settings import DAY_DEGREES, ENVELOPE_EVEN, ENVELOPE_HZ, LINE_DEGREES, PATTERN_DEGREES, FactorLevels, Prior
+from rig.gap.settings import (
+    DAY_DEGREES,
+    ENVELOPE_EVEN,
+    ENVELOPE_HZ,
+    LINE_DEGREES,
+    PATTERN_DEGREES,
+    RIG_DEGREES,
+    FactorLevels,
+    Prior,
+)
 from rig.model.response import ResponseModel
 from rig.record import Column
 
@@ -51,14 +60,19 @@ def _by_day(tracks: Sequence[Track], column: Callable[[Session, Track], Column |
 
 
 def own_factor(parts: Parts, days: Column, levels: FactorLevels, prior: Prior) -> Factor:
-    """The factor at the population's levels, or at those that two and more earlier days (n, K) give the rig itself."""
+    """The factor at the population's levels, or at those that two and more earlier days (n, K) give the rig itself.
+    Beside days it is unsure by how much days of this rig differ more or less than those of others."""
     usual, count = parts.factor(levels, prior), days.shape[1]
-    if count < 2:
+    if count == 0:
         return usual
+    day_degrees = RIG_DEGREES + count - 1.0
+    if count == 1:
+        return replace(usual, healthy=replace(usual.healthy, day_degrees=day_degrees))
     apart, further = days @ contrasts(count), 1.0 + 1.0 / count
     own = learnt(scaled(usual.healthy, 1.0 / BETWEEN_TWO_DAYS), parts.lines.of(apart), parts.lines)
     known = own.degrees + (count - 1.0) * own.effective
-    healthy = replace(scaled(own, further), degrees=1.0 / (1.0 / DAY_DEGREES + 1.0 / known))
+    degrees = 1.0 / (1.0 / DAY_DEGREES + 1.0 / known)
+    healthy = replace(scaled(own, further), degrees=degrees, day_degrees=day_degrees)
     return replace(usual, healthy=healthy, floor=own_floor(usual.floor, days, parts.lines.used))
 
 

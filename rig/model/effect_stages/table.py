@@ -103,7 +103,7 @@ def _entry(effect: str, place: str, function: StageFunction, state_size: int, *n
     )
 
 
-EXACT = ("delay", "valve_gain", "valve_offset", "co_contraction", "leak_ahead")
+EXACT = ("delay", "valve_gain", "valve_offset", "valve_filter", "co_contraction", "leak_ahead")
 """Stages ahead of the monitors that act on what was measured behind them: a rig that does not change with time is late
 by as much as its command is, and a gain or an offset is one of the pressure."""
 
@@ -149,11 +149,19 @@ OWN_STAGES: dict[str, EffectStage] = {
         "valve_lag",
         "valve",
         valve.valve_lag,
-        7,
+        5,
         _P("tau_s", "s", -0.5, 1.0, 0.0, "further time constant; negative is quicker"),
         _BALANCE,
         _TAU0,
-        _P("second", "1", 0.0, 0.5, 0.0, "share of tau_s that is a second pole behind the first"),
+    ),
+    "valve_filter": _entry(
+        "valve_lag",
+        "valve",
+        valve.valve_filter,
+        13,
+        _P("tau_s", "s", 0.0, 1.0, 0.0, "sum of the filter's time constants"),
+        _BALANCE,
+        _P("poles", "1", 1.0, 3.0, 1.0, "equal poles that it has"),
     ),
     "valve_slew": _entry(
         "valve_slew",

@@ -36,28 +36,42 @@ def valve_offset(p1: Values, p2: Values, y: Values, state: Values, params: Seque
 
 
 def valve_lag(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
-    """The regulator is slower: time constant tau0 + tau instead of tau0; params: tau_s, balance, tau0_s, second.
-
-    With `second` above 0 that share of tau is a second pole behind the first: valve and tube, or a filter of the
-    set-point.
-    """
+    """The regulator is slower: time constant tau0 + tau instead of tau0; params: tau_s, balance, tau0_s."""
     was = math.exp(-dt_s / max(params[2], 1e-6))
     late1, late2 = params[0] * min(1.0, 1.0 + params[1]), params[0] * min(1.0, 1.0 - params[1])
-    first1 = math.exp(-dt_s / max(params[2] + (1.0 - params[3]) * late1, 1e-6))
-    first2 = math.exp(-dt_s / max(params[2] + (1.0 - params[3]) * late2, 1e-6))
-    second1 = math.exp(-dt_s / max(params[3] * late1, 1e-6))
-    second2 = math.exp(-dt_s / max(params[3] * late2, 1e-6))
+    keep1, keep2 = math.exp(-dt_s / max(params[2] + late1, 1e-6)), math.exp(-dt_s / max(params[2] + late2, 1e-6))
     for i in range(len(p1)):
         if state[0] == 0.0:
             state[0], state[1], state[2], state[3], state[4] = 1.0, p1[i], p2[i], p1[i], p2[i]
-            state[5], state[6] = p1[i], p2[i]
         goal1, goal2 = (p1[i] - was * state[3]) / (1.0 - was), (p2[i] - was * state[4]) / (1.0 - was)
         state[3], state[4] = p1[i], p2[i]
-        state[1] = goal1 + first1 * (state[1] - goal1)
-        state[2] = goal2 + first2 * (state[2] - goal2)
-        state[5] = state[1] + second1 * (state[5] - state[1])
-        state[6] = state[2] + second2 * (state[6] - state[2])
-        p1[i], p2[i] = state[5], state[6]
+        state[1] = goal1 + keep1 * (state[1] - goal1)
+        state[2] = goal2 + keep2 * (state[2] - goal2)
+        p1[i], p2[i] = state[1], state[2]
+
+
+def valve_filter(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
+    """A low pass beside the regulator, which keeps its own pole: a filter of the set-point, a pilot chamber, a tube; as
+    many equal poles as `poles`, whose time constants sum to tau; params: tau_s, balance, poles.
+
+    Exact for pressures that run straight from sample to sample, so that the same tau lags by as much at every sample
+    time. State: whether it runs, then each valve's last input and its poles.
+    """
+    poles = int(params[2])
+    for valve in range(2):
+        p = p1 if valve == 0 else p2
+        tau = max(params[0] * min(1.0, 1.0 + params[1] * (1.0 - 2.0 * valve)) / poles, 1e-9)
+        keep = math.exp(-dt_s / tau)
+        new = 1.0 - (1.0 - keep) * tau / dt_s
+        for pole in range(poles):
+            at = 1 + 6 * valve + 2 * pole
+            if state[0] == 0.0:
+                state[at], state[at + 1] = p[0], p[0]
+            for i in range(len(p)):
+                state[at] = keep * state[at] + new * p[i] + (1.0 - keep - new) * state[at + 1]
+                state[at + 1] = p[i]
+                p[i] = state[at]
+    state[0] = 1.0
 
 
 def valve_slew(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:

@@ -21,7 +21,7 @@ BENCHMARKS = {
     "record": Benchmark("rig.qualify.benchmarks.record:bench_record"),
     "identify": Benchmark("rig.qualify.benchmarks.identify:bench_identify"),
     "log": Benchmark("rig.qualify.benchmarks.log:bench_log", 3),
-    "devices": Benchmark("rig.qualify.benchmarks.devices:bench_devices", 3),
+    "devices": Benchmark("rig.qualify.benchmarks.devices.all_devices:bench_devices", 3),
     "safety": Benchmark("rig.qualify.benchmarks.safety:bench_safety", 1),
     "gap": Benchmark("rig.qualify.benchmarks.gap:bench_gap", 1),
     "tracking": Benchmark("rig.qualify.benchmarks.tracking:bench_tracking", 1),

@@ -4,6 +4,7 @@ Each measurement of time and memory runs in a process of its own, so that peaks 
 """
 
 import multiprocessing
+import signal
 import time
 from collections.abc import Callable
 from multiprocessing.connection import Connection
@@ -21,10 +22,10 @@ _STARTED_NS = 1_790_000_000_000_000_000
 def against_peers(folder: Path, records: int) -> dict[str, Any]:
     """Figures of writing and reading `records` samples, ours beside the others'."""
     ours, plain = folder / "ours.mcap", folder / "plain.mcap"
-    write, write_plain = _measured(_write_ours, ours, records), _measured(_write_plain, plain, records)
-    bulk = _measured(_write_bulk, folder / "bulk.mcap", records)
+    write, write_plain = measured_apart(_write_ours, ours, records), measured_apart(_write_plain, plain, records)
+    bulk = measured_apart(_write_bulk, folder / "bulk.mcap", records)
     read, read_plain, read_protobuf = (
-        _measured(function, ours, records) for function in (_read_ours, _read_plain, _read_protobuf)
+        measured_apart(function, ours, records) for function in (_read_ours, _read_plain, _read_protobuf)
     )
     return {
         "write, sample by sample": figure(write["seconds"], "s", "mcap Writer", write_plain["seconds"]),
@@ -40,23 +41,25 @@ def against_peers(folder: Path, records: int) -> dict[str, Any]:
             read_plain["seconds"],
             goal=0.3,
             limit="zstd alone on the same chunks",
-            limit_value=_measured(_unpack, ours, records)["seconds"],
+            limit_value=measured_apart(_unpack, ours, records)["seconds"],
         ),
         "read as columns, decoded": figure(read["seconds"], "s", "mcap-protobuf-support", read_protobuf["seconds"]),
         "read, peak memory": figure(
             read["peak_mib"], "MiB", limit="its columns", limit_value=read["data_mib"], goal=1.5 * read["data_mib"]
         ),
         "a slice of 10 s": figure(
-            _measured(_read_slice, ours, records)["seconds"], "s", "mcap reader", _plain_slice(ours)
+            measured_apart(_read_slice, ours, records)["seconds"], "s", "mcap reader", _plain_slice(ours)
         ),
     }
 
 
-def _measured(function: Callable[[Path, int], dict[str, float] | None], path: Path, records: int) -> dict[str, float]:
+def measured_apart(
+    function: Callable[[Path, int], dict[str, float] | None], path: Path, records: int
+) -> dict[str, float]:
     """Seconds and additional peak memory of `function(path, records)` in a fresh process; it times itself."""
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe(duplex=False)
-    process = context.Process(target=_child, args=(function, path, records, theirs))
+    process = context.Process(target=_child, args=(function, path, records, theirs), daemon=True)
     process.start()
     theirs.close()
     result: dict[str, float] = ours.recv()
@@ -65,6 +68,7 @@ def _measured(function: Callable[[Path, int], dict[str, float] | None], path: Pa
 
 
 def _child(function: Callable[[Path, int], dict[str, float]], path: Path, records: int, answer: Connection) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which ends this process with itself
     answer.send(function(path, records))
 
 

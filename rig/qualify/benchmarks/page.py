@@ -37,7 +37,7 @@ _GOAL_KB: Final = 200.0
 _GOAL_STALE_MS: Final = 1000.0
 WATCHED_S: Final = 10.0
 _FLOODS: Final = 4
-_FREEZES: Final = 5
+FREEZES: Final = 5
 _PATIENCE_MS: Final = 120_000
 """For a browser whose pages all draw at once on a machine that does other work too."""
 _HEAD_BYTES: Final = 500
@@ -262,14 +262,14 @@ def _stale(chromium: Any, bench: FaultBench, url: str) -> dict[str, Any]:
     """From the moment the daemon freezes until the page says that what it shows is old."""
     times = []
     with looking(chromium, url) as (page,):
-        for _ in range(_FREEZES):
+        for _ in range(FREEZES):
             page.locator("#stale").wait_for(state="hidden")
             begun = page.evaluate("performance.now()")
             bench.send("control", signal.SIGSTOP)
             times.append(float(page.evaluate(_SAID_STALE)) - begun)
             bench.revive()
     row = figure(max(times), "ms", limit="what is still fresh", limit_value=1000 * FRESH_S, goal=_GOAL_STALE_MS)
-    return {f"old data said to be old: max of {_FREEZES}": row}
+    return {f"old data said to be old: max of {FREEZES}": row}
 
 
 _SAID_STALE: Final = """new Promise((said) => {

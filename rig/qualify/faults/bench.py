@@ -206,8 +206,7 @@ class FaultBench:
     def ready(self) -> None:
         """Into the middle of a sweep: start, reset, arm, start the sweep, as far as needed."""
         self.terminals.inject(Injection.NONE)
-        if not self.alive:
-            self.start()
+        self._there()
         for _ in range(_TRIES):
             try:
                 self._into_the_sweep()
@@ -215,6 +214,29 @@ class FaultBench:
             except Spoilt:
                 continue  # the machine stood still on the way
         raise RigError(f"the rig does not come into its sweep: {self.log_text()[-400:]}")
+
+    def at_rest(self) -> None:
+        """Disarmed, with nothing in the queue and no fault, whatever stood before; with all its processes."""
+        self._there()
+        with self.client() as client:
+            self.wait(lambda: self._is_disarmed(client), "the rig to be disarmed")
+            client.clear()
+
+    def _there(self) -> None:
+        """A control process that runs, whatever was done to the one before."""
+        self.revive()
+        if not self.alive:
+            self.start()
+
+    def _is_disarmed(self, client: Client) -> bool:
+        """Or a step on the way there."""
+        state = client.status()["state"]
+        with contextlib.suppress(RigError):
+            if state == "fault":
+                client.reset()
+            elif state != "disarmed":
+                client.stop()
+        return bool(state == "disarmed")
 
     def _into_the_sweep(self) -> None:
         with self.client() as client:

@@ -13,7 +13,7 @@ from rig.qualify.faults.wired import ModbusFaultBench, SerialFaultBench, io_proc
 
 _INTO_THE_SWEEP_S: Final = 0.3
 _LEVELS: Final = "0.3,0.2"
-_STEP_S: Final = "4"
+_STEP_S: Final = "3"
 """A step of a valve is held for so long, which is longer than all blows of a trial take."""
 
 

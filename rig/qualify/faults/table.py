@@ -16,7 +16,7 @@ from typing import Final
 
 from hil.faults import Injection
 from rig.errors import CheckFailed, RigError, StateError
-from rig.qualify.faults.bench import FaultBench
+from rig.qualify.faults.bench import START_S, FaultBench
 from rig.service.door import protocol
 
 
@@ -128,7 +128,7 @@ def _second_daemon(bench: FaultBench) -> int:
         str(bench.state),
     ]
     second = subprocess.run(
-        [*command, "--logs", str(bench.logs)], capture_output=True, text=True, timeout=30, check=False
+        [*command, "--logs", str(bench.logs)], capture_output=True, text=True, timeout=START_S, check=False
     )
     if second.returncode != 2 or "another daemon is running" not in second.stderr:
         raise CheckFailed(f"the second daemon was not refused: {second.returncode} {second.stderr}")

@@ -119,7 +119,9 @@ class Server:
     async def _serve_local(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         async with self._connected(reader, writer, viewer=False) as connection:
             if not places.may_command(writer.get_extra_info("socket"), self._group):
-                connection.refuse("only the daemon's own user and root may command it; see `group` in its settings")
+                connection.refuse(
+                    f"only the daemon's own user, {os.getuid()}, and root may command it; see `group` in its settings"
+                )
             elif len(self._local) < MAX_CLIENTS:
                 await self._seat(connection, self._local, MAX_CLIENTS)
             else:

@@ -5,9 +5,11 @@ Nothing here blocks or follows a link: who may write to the folder could have pu
 there.
 """
 
+import contextlib
 import errno
 import fcntl
 import os
+import pwd
 import socket
 import stat
 import struct
@@ -39,6 +41,24 @@ def own_folder() -> Path:
     return Path(tempfile.gettempdir()) / f"pamrig-{os.getuid()}"
 
 
+def user_name(uid: int) -> str:
+    """What a person calls the user; the number where nobody has given it a name."""
+    try:
+        return f"{pwd.getpwuid(uid).pw_name} ({uid})"
+    except KeyError:
+        return str(uid)
+
+
+def whose(path: Path) -> str:
+    """For the end of a message on what was refused: whose it is, or the nearest folder on the way that can be seen;
+    empty when it is one's own."""
+    for place in (path, *path.parents):
+        with contextlib.suppress(OSError):
+            uid = os.stat(place).st_uid
+            return f"; {place} is of user {user_name(uid)}" if uid != os.geteuid() else ""
+    return ""
+
+
 def check_folder(folder: Path, *, make: bool = False) -> None:
     """StateError when `folder` is `own_folder` and not a folder of this user alone. With `make`, a missing one is made
     (mode 700)."""
@@ -56,9 +76,9 @@ def check_folder(folder: Path, *, make: bool = False) -> None:
     except FileNotFoundError:
         return  # then there is no socket either
     if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid() or found.st_mode & 0o077:
-        whose = f"mode {stat.S_IMODE(found.st_mode):o}, of user {found.st_uid}"
+        found_as = f"mode {stat.S_IMODE(found.st_mode):o}, of user {user_name(found.st_uid)}"
         raise StateError(
-            f"{folder}: is not a folder of yours alone ({whose}): somebody else made it; set PAMRIG_SOCKET"
+            f"{folder}: is not a folder of yours alone ({found_as}): somebody else made it; set PAMRIG_SOCKET"
         )
 
 
@@ -93,7 +113,7 @@ def take_lock(path: Path, taken: str) -> int:
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, 0o600)
     except OSError as error:
         why = "it is a symbolic link" if error.errno == errno.ELOOP else error.strerror
-        raise StateError(f"{path}: cannot be made: {why}") from None
+        raise StateError(f"{path}: cannot be made: {why}{whose(path)}") from None
     try:
         _check_lock(path, os.fstat(descriptor))
         _lock(descriptor, taken)
@@ -130,7 +150,7 @@ def _check_lock(path: Path, found: os.stat_result) -> None:
     if not stat.S_ISREG(found.st_mode):
         raise StateError(f"{path}: is no regular file, as a lock is")
     if found.st_uid != os.geteuid() and found.st_uid != _owner(path.parent):
-        raise StateError(f"{path}: belongs to user {found.st_uid}, not to you")
+        raise StateError(f"{path}: belongs to user {user_name(found.st_uid)}, not to you")
 
 
 def _owner(folder: Path) -> int | None:
@@ -150,7 +170,9 @@ def check_daemon(path: Path, connection: socket.socket) -> None:
     mean nothing."""
     uid = peer_uid(connection)
     if uid not in (0, os.getuid(), _owner(path.parent)):
-        raise StateError(f"{path}: who listens there is user {uid}, neither you nor root: not a daemon to rely on")
+        raise StateError(
+            f"{path}: who listens there is user {user_name(uid)}, neither you nor root: not a daemon to rely on"
+        )
 
 
 def may_command(connection: socket.socket, group: str) -> bool:

@@ -18,8 +18,8 @@ from rig.service.door.protocol import Code, Refused
 from rig.service.queue.job_queue import Job, JobState, Queue
 from rig.service.queue.planner import Planner, Published, Summary
 from rig.service.records.ledger import Ledger
+from rig.service.records.orders import RunResult
 from rig.service.records.record_names import aside, free, vacated
-from rig.service.records.recorder import RunResult
 from rig.service.session.run_setup import order_of, session_facts
 from rig.service.session.session import Session
 from rig.service.session.session_monitor import SessionMonitor

@@ -78,7 +78,10 @@ class Ledger:
             kept = [entry for path, entry in self._read().items() if path not in set(paths)]
             fresh = self._path.with_suffix(".new")
             self._write("".join(map(_line, kept)), "w", fresh)
-            fresh.replace(self._path)
+            try:
+                fresh.replace(self._path)
+            except OSError as error:
+                raise RigError(f"{self._path}: cannot be written: {error.strerror}") from None
 
     def _append(self, line: str) -> None:
         """The whole line or nothing of it: half a line, on a disk that was full, would make all of it unreadable."""

@@ -8,27 +8,24 @@ import os
 import signal
 import time
 from array import array
-from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
 from rig.errors import RecordError
-from rig.log.mcap.schema import Ended
 from rig.log.mcap.writer import RunWriter
 from rig.realtime.faults import Fault, explain
 from rig.realtime.ring import Ring, RingReader
 from rig.realtime.state import State
 from rig.sample import Flag, Phase, Sample, unpack
 from rig.service.processes import name_process
+from rig.service.records.orders import Mark, RunOrder, RunResult, Trouble, message_of
 
 FLUSH_NS = 250_000_000
 """A kill loses at most this much and one poll, well under the second that is promised."""
 _POLL_S = 0.02
 _LAST_WORDS_S = 2.0
-_OF_THE_DEVICE = (Fault.DEVICE_LOST, Fault.DEVICE_ERRORS)
 _ERRORS = Flag.READ_ERROR | Flag.WRITE_ERROR
 _WORTH_A_LINE = (
     Flag.READ_ERROR,
@@ -38,72 +35,6 @@ _WORTH_A_LINE = (
     Flag.CLIPPED_RANGE,
     Flag.CLIPPED_SLEW,
 )
-
-
-@dataclass(frozen=True)
-class RunOrder:
-    """A run that will come: its number, its file, and what the file says beside the samples."""
-
-    run: int
-    path: Path
-    facts: Mapping[str, Any]
-    attachments: Mapping[str, bytes]
-    sweep_ticks: int
-    wall_offset_ns: int
-    """Wall clock minus the loop's clock: what is added to a sample's time."""
-
-
-@dataclass(frozen=True)
-class Mark:
-    """A line of the operator's for the log of the run that is written."""
-
-    text: str
-    at_ns: int
-    """On the loop's clock."""
-
-
-@dataclass(frozen=True)
-class Trouble:
-    """Word from the recorder while a run goes on: why its file takes nothing at present; empty when it does again."""
-
-    run: int
-    error: str
-    final: bool = False
-    """It will not get better by itself: the file is not where it was."""
-
-
-@dataclass
-class RunResult:
-    """What became of a run."""
-
-    run: int
-    file: Path
-    ticks: int = 0
-    missed: int = 0
-    dropped: int = 0
-    valid: bool = False
-    complete: bool = False
-    fault: int = 0
-    error: str = ""
-    lateness_us: dict[str, float] = field(default_factory=dict)
-    angle_zero_deg: float = 0.0
-    cpu_s: float = 0.0
-    message: str = ""
-    """The device's own words, where the fault is the device's."""
-
-    @property
-    def ended(self) -> Ended:
-        """How the run came to its end."""
-        if self.fault:
-            return Ended.FAULT
-        if self.complete:
-            return Ended.COMPLETE
-        return Ended.CUT if self.dropped else Ended.STOPPED
-
-    @property
-    def cause(self) -> str:
-        """The fault in words; empty without one."""
-        return explain(self.fault, self.message) if self.fault else ""
 
 
 def record(ring_path: Path, session: int, orders: Connection, results: Connection) -> None:
@@ -337,11 +268,6 @@ class _OpenRun:
 
     def _give_up(self, error: RecordError) -> None:
         self._result.error = str(error)
-
-
-def message_of(fault: int, ring: Ring) -> str:
-    """The driver's words, for a fault that is the device's."""
-    return ring.told if fault in _OF_THE_DEVICE else ""
 
 
 def _news(before: Sample | None, now: Sample, ring: Ring) -> list[tuple[str, str]]:

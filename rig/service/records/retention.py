@@ -72,25 +72,24 @@ class Retention:
         """A turn every ten minutes, for ever; each removal stands in the log, a day ahead and once it is done."""
         while True:
             try:
-                announced, removed = await asyncio.to_thread(self.turn)
+                await asyncio.to_thread(self.turn)
             except RigError as error:
                 _LOG.error("retention: %s", error)
-            else:
-                for entry in announced:
-                    _LOG.warning(
-                        "retention: %s goes in %.0f h (keep_gb, keep_days in the settings)", entry.path, NOTICE_S / 3600
-                    )
-                for entry in removed:
-                    _LOG.warning("retention: removed %s (%d bytes)", entry.path, entry.size)
             await asyncio.sleep(_TURN_S)
 
     def turn(self) -> tuple[list[Entry], list[Entry]]:
-        """What is announced now, and what has been removed now. A record that is not due any more loses its
-        announcement."""
+        """What is announced now, and what has been removed now; the log has each before anything else can fail.
+
+        A record that is not due any more loses its announcement. RigError when the ledger cannot be written.
+        """
         if self._policy.off:
             return [], []
         now, due = self._clock_s(), self._policy.due(self._ledger.entries, self._wall_s())
         fresh = [entry for entry in due if entry.path not in self._announced]
+        for entry in fresh:
+            _LOG.warning(
+                "retention: %s goes in %.0f h (keep_gb, keep_days in the settings)", entry.path, NOTICE_S / 3600
+            )
         self._announced = {entry.path: self._announced.get(entry.path, now) for entry in due}
         removed = [entry for entry in due if now - self._announced[entry.path] >= NOTICE_S and _removed(entry)]
         if removed:
@@ -118,4 +117,5 @@ def _removed(entry: Entry) -> bool:
         os.unlink(entry.path)
     except OSError:
         return False
+    _LOG.warning("retention: removed %s (%d bytes)", entry.path, entry.size)
     return True

@@ -26,6 +26,7 @@ from rig.realtime.safe_state import (
     Writer,
     look,
 )
+from rig.realtime.silence import Silence
 from rig.service.processes import is_stopped
 from rig.service.session.watchers import Watchers
 
@@ -74,8 +75,8 @@ class ProcessWatch:
         self._descriptor = WatchedProcess(loop.pid or 0)  # now: a pid that is free again may be somebody else's
         patience_s = LOOP_PATIENCE_S if watchers.processes else _UNWATCHED_PATIENCE_S
         self._patience_ns = max(patience_s * 1e9, _PATIENCE_PERIODS * period_ns) if timed else math.inf
+        self._silence, self._deafness = Silence(self._patience_ns), Silence(self._patience_ns)
         self._recorder_seen = (0, time.monotonic())
-        self._looked_ns = time.monotonic_ns()
         self._demanded_ns = self._gone_ns = self._seen_ns = self._asked_ns = 0
         self._looked_for = (0, 0)
         """A write of the loop, and how often it was looked at for it."""
@@ -110,11 +111,12 @@ class ProcessWatch:
         return None
 
     def _silent(self) -> bool:
-        """The loop does not beat, and not because the machine stood still: then this process did not look either."""
-        now_ns, beat_ns = time.monotonic_ns(), self._ring.heartbeat_ns
-        if not beat_ns or now_ns - self._looked_ns > self._patience_ns:
-            return False
-        return now_ns - beat_ns > self._patience_ns
+        """The loop does not beat, and not because the machine stood still."""
+        return self._silence.too_long(self._ring.heartbeat_ns)
+
+    def _deaf(self) -> bool:
+        """The loop has not done what was demanded, though it had the time."""
+        return not self._taken and self._deafness.too_long(self._demanded_ns)
 
     def _recorder_stands(self) -> str:
         """Why the recorder, which does not take what there is to read, is given up; empty while it is not.
@@ -181,7 +183,6 @@ class ProcessWatch:
     def follow_up(self) -> None:
         """Take over where nobody else has made the rig safe; goes on in a thread of its own."""
         verdict = self._needed()
-        self._looked_ns = time.monotonic_ns()
         if self._thread is not None and self._thread.is_alive():
             return
         if verdict is not Verdict.WATCHING:
@@ -220,13 +221,12 @@ class ProcessWatch:
 
     def _needed(self) -> Verdict:
         """How this process has to take over; WATCHING: it has not."""
-        now_ns = time.monotonic_ns()
         if self._loop.is_alive():
             self._gone_ns = 0
-            deaf = self._demanded_ns and not self._taken and now_ns - self._demanded_ns > self._patience_ns
-            return Verdict.SILENT if deaf or self._silent() else Verdict.WATCHING
+            return Verdict.SILENT if self._deaf() or self._silent() else Verdict.WATCHING
         if self.answer.safe:
             return Verdict.WATCHING
+        now_ns = time.monotonic_ns()
         self._gone_ns = self._gone_ns or now_ns
         grace_ns = _GRACE_S * 1e9 if self._watchers.works(Writer.SUPERVISOR) else 0
         return Verdict.ENDED if now_ns - self._gone_ns >= grace_ns else Verdict.WATCHING

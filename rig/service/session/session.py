@@ -23,7 +23,7 @@ from rig.realtime.ring import CAPACITY, Ring
 from rig.realtime.safe_state import SafeReport, Writer
 from rig.realtime.shared import KEPT_RING, SharedBlock, sweep_stale
 from rig.service.processes import start_process
-from rig.service.records.recorder import Mark, RunOrder, RunResult, Trouble, record
+from rig.service.records.orders import Mark, RunOrder, RunResult, Trouble
 from rig.service.session.process_watch import PathMaker, ProcessWatch
 from rig.service.session.watchers import WatcherEntry, Watchers, await_ready
 
@@ -49,6 +49,13 @@ class LoopOrders:
     """Numbers of the runs to carry out one after the other; None: obey the mailbox."""
     options: Mapping[str, Any] = field(default_factory=dict)
     """Further wishes of the caller for the roof, for example a model that replaces the rig's."""
+
+
+def _recorder(*arguments: Any) -> None:
+    """Entry of the recorder's process, which alone loads what files are written with."""
+    from rig.service.records.recorder import record
+
+    record(*arguments)
 
 
 @dataclass(frozen=True)
@@ -243,7 +250,7 @@ class Session:
         orders, self._orders = self._context.Pipe(duplex=False)
         self._results, results = self._context.Pipe(duplex=False)
         arguments = (self.ring.block.path, self.id, orders, results)
-        self.recorder = self._context.Process(target=record, args=arguments, name="pamrig-recorder", daemon=False)
+        self.recorder = self._context.Process(target=_recorder, args=arguments, name="pamrig-recorder", daemon=False)
         start_process(self.recorder)
         orders.close()
         results.close()

@@ -18,6 +18,7 @@ from typing import Any, Final
 from rig.errors import ConfigError, DeviceError, RigError
 from rig.realtime.ring import Ring
 from rig.realtime.safe_state import SafeBlock, Writer
+from rig.realtime.silence import Silence
 from rig.service.processes import start_process
 
 WATCHER_PATIENCE_S: Final = 0.3
@@ -54,6 +55,7 @@ class Watchers:
     def __init__(self, session: int, ring: Ring, rig: Any, options: Mapping[str, Any]) -> None:
         self.block = SafeBlock.create(f"{session:016x}-safe", session)
         self.processes: dict[Writer, BaseProcess] = {}
+        self._silences: dict[Writer, Silence] = {}
         self._session, self._ring, self._rig, self._options = session, ring, rig, options
         self._context = multiprocessing.get_context("spawn")
         self._pipes: dict[Writer, Connection] = {}
@@ -79,6 +81,7 @@ class Watchers:
             start_process(process)
             theirs.close()
             self.processes[writer], self._pipes[writer] = process, ours
+            self._silences[writer] = Silence(WATCHER_PATIENCE_S * 1e9)
 
     def await_ready(self, meanwhile: Callable[[], None] = lambda: None) -> dict[str, dict[str, Any]]:
         """Name -> the real-time measures of each, when all of them watch; RigError when one does not come so far."""
@@ -101,9 +104,8 @@ class Watchers:
         name = writer.name.lower()
         if not self.processes[writer].is_alive():
             return f"the {name}'s process is gone"
-        beat_ns = self.block.beat_ns(writer)
-        silent_s = (time.monotonic_ns() - beat_ns) / 1e9
-        return f"the {name} has not moved for {silent_s:.1f} s" if beat_ns and silent_s > WATCHER_PATIENCE_S else ""
+        silent = self._silences[writer].too_long(self.block.beat_ns(writer))
+        return f"the {name} has not moved for {WATCHER_PATIENCE_S:g} s" if silent else ""
 
     def wake(self) -> None:
         """Let those go on that somebody stopped, so that they come to a proper end."""

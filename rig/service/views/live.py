@@ -5,10 +5,13 @@ It listens on this machine's loopback only: Foxglove's protocol knows no token. 
 there.
 """
 
+import asyncio
+import logging
 import multiprocessing
 import os
 import signal
 import time
+from concurrent.futures import Executor
 from contextlib import suppress
 from multiprocessing.process import BaseProcess
 from pathlib import Path
@@ -19,10 +22,17 @@ from rig.log.mcap import schema
 from rig.realtime.faults import explain
 from rig.realtime.ring import Ring, RingReader
 from rig.sample import unpack
+from rig.service.processes import is_stopped
 from rig.service.session.session import Session
 
 HOST: Final = "127.0.0.1"
+LOOK_S: Final = 1.0
+AGAIN_S: Final = (0.0, 2.0, 10.0, 60.0)
+"""Before one that died is replaced for the first, second ... time in a row, as where somebody else has its port."""
+_STEADY_S: Final = 30.0
+"""After so long the count begins anew."""
 _POLL_S: Final = 0.02
+_LOG = logging.getLogger("pamrig")
 
 
 def check_available() -> None:
@@ -39,16 +49,43 @@ class LiveView:
     def __init__(self, port: int) -> None:
         self._port = port
         self._process: BaseProcess | None = None
+        self._session: Session | None = None
+        self._began_s = 0.0
 
     def follow(self, session: Session | None) -> None:
         """Show this session instead of the one before. Blocks, as `close` does, until that one's process has ended."""
         self.close()
+        self._session, self._began_s = session, time.monotonic()
         if self._port and session is not None:
             arguments = (session.ring.block.path, session.id, self._port, os.getpid())
             self._process = multiprocessing.get_context("spawn").Process(
                 target=show, args=arguments, name="pamrig-live", daemon=True
             )
             self._process.start()
+
+    async def watch(self, starter: Executor) -> None:
+        """Replace a process that has ended or was stopped, by `starter`, where `follow` is called too; never ends."""
+        deaths = -1
+        while True:
+            await asyncio.sleep(LOOK_S)
+            if problem := self._lost():
+                deaths = 0 if time.monotonic() - self._began_s > _STEADY_S else deaths + 1
+                _LOG.warning("live view: %s; started again", problem)
+                await asyncio.sleep(AGAIN_S[min(deaths, len(AGAIN_S) - 1)])
+                await asyncio.get_running_loop().run_in_executor(starter, self._replace)
+
+    def _lost(self) -> str:
+        """Why the process shows nothing any more; empty while it does, and where there is nothing to show."""
+        process = self._process
+        if process is None:
+            return ""
+        if not process.is_alive():
+            return f"its process has ended with status {process.exitcode}"
+        return "its process was stopped" if is_stopped(process.pid) else ""
+
+    def _replace(self) -> None:
+        if self._lost():  # still: meanwhile there may be another session
+            self.follow(self._session)
 
     def close(self) -> None:
         """End the process, at once: it has nothing to finish, and may have been stopped."""

@@ -30,8 +30,10 @@ DEFAULT_PORT: Final = 8420
 LOOK_S: Final = 0.1
 SILENCE_S: Final = 3.0
 """A page that has not beaten for so long hangs; one that the kernel calls stopped is replaced at the next look."""
+COMING_S: Final = 60.0
+"""Until its first beat: it imports its packages before, for which it may have to wait for a processor."""
 _PACKAGES: Final = ("jinja2", "starlette", "uvicorn", "websockets")
-_AGAIN_S: Final = (0.0, 0.5, 2.0, 10.0)
+AGAIN_S: Final = (0.0, 0.5, 2.0, 10.0)
 """Before a page that died is replaced for the first, second ... time in a row."""
 _STEADY_S: Final = 30.0
 """After so long the count begins anew."""
@@ -46,6 +48,7 @@ class _Running:
     pipe: Connection
     heard_s: float = field(default_factory=time.monotonic)
     serves: bool = False
+    patience_s: float = COMING_S
 
 
 def missing_packages() -> list[str]:
@@ -149,7 +152,7 @@ class Page:
                 await self._look()
             except (OSError, RuntimeError) as error:
                 _LOG.error("page: %s", error)
-                await asyncio.sleep(_AGAIN_S[-1])
+                await asyncio.sleep(AGAIN_S[-1])
             await asyncio.sleep(LOOK_S)
 
     def close(self) -> None:
@@ -173,7 +176,7 @@ class Page:
         self._deaths = 0 if time.monotonic() - self._began_s > _STEADY_S else self._deaths + 1
         _LOG.error("page: %s; started again", problem)
         self._serving = None
-        await asyncio.sleep(_AGAIN_S[min(self._deaths, len(_AGAIN_S) - 1)])
+        await asyncio.sleep(AGAIN_S[min(self._deaths, len(AGAIN_S) - 1)])
         self._serving, self._spare = self._spare, None
         self._let_serve(self._serving)
 
@@ -184,11 +187,11 @@ class Page:
         with contextlib.suppress(EOFError, OSError):
             while running.pipe.poll():
                 running.pipe.recv_bytes()
-                running.heard_s = time.monotonic()
+                running.heard_s, running.patience_s = time.monotonic(), SILENCE_S
         if is_stopped(running.process.pid):
             return "its process was stopped"
-        if running.serves and time.monotonic() - running.heard_s > SILENCE_S:
-            return f"its process has hung for {SILENCE_S:g} s"
+        if running.serves and time.monotonic() - running.heard_s > running.patience_s:
+            return f"its process has hung for {running.patience_s:g} s"
         return ""
 
     def _start(self) -> _Running:

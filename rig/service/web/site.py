@@ -1,6 +1,7 @@
 """The page's application: its parts, its routes, and what comes from the daemon."""
 
 import contextlib
+import os
 import time
 from collections.abc import AsyncIterator
 from pathlib import Path
@@ -14,6 +15,7 @@ from starlette.staticfiles import StaticFiles
 from rig.errors import RigError
 from rig.model.chain import Chain
 from rig.model.parameters import load_model
+from rig.service.door.places import user_name
 from rig.service.web.door.desk import Desk
 from rig.service.web.door.guard import Guard
 from rig.service.web.door.peers import may_come, owner_of
@@ -65,7 +67,7 @@ class Site:
         """Why somebody may not connect; empty when he may. On this machine the kernel knows who it is."""
         if not self._orders.local or may_come(owner_of(peer, here), self._orders.group):
             return ""
-        return "this page is for the daemon's own user, root and the members of its group"
+        return f"this page is for the daemon's own user {user_name(os.getuid())}, root and the members of its group"
 
     @contextlib.asynccontextmanager
     async def following(self) -> AsyncIterator[None]:

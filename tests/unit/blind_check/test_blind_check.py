@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from support.short_session import short_session
 
 from hil.reference.cases import Purpose
-from hil.reference.source import Commands, PhysicsSource
+from hil.reference.source import PhysicsSource
 from rig.blind_check import generate
 from rig.blind_check.check import make_answer_score, result_of, result_of_all, score_unit
 from rig.blind_check.folder import CheckFolder, read_json, read_truth
@@ -27,19 +28,6 @@ from rig.report.check_page import write_page
 
 SEED = 31
 CASES = 8
-
-
-def short_session() -> Commands:
-    """Four records of 8 s, which tell enough of effects of these sizes; a drawn session is seven of 20 s."""
-    t_s = np.arange(0.0, 8.0, 0.005)
-    slow, fast = 2 * np.pi * 0.4 * t_s, 2 * np.pi * 0.8 * t_s
-    dp_mpa = {
-        "sine_0.4": 0.18 * np.sin(slow),
-        "sine_0.8": 0.1 * np.sin(fast),
-        "triangle_0.8": 0.14 * 2 / np.pi * np.arcsin(np.sin(fast)),
-        "mixed": 0.1 * np.sin(0.6 * slow) + 0.07 * np.sin(fast),
-    }
-    return {name: (0.2 + 0.5 * dp, 0.2 - 0.5 * dp, 0.005) for name, dp in dp_mpa.items()}
 
 
 SOURCE = PhysicsSource(Purpose.SCORING, known=tuple(LIBRARY), session=short_session())
@@ -243,7 +231,7 @@ def without_days(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     folder = CheckFolder(tmp_path_factory.mktemp("without_days"))
     groups = ("one_day", "fingerprint", "simulator")
     source = PhysicsSource(Purpose.SCORING, ("fluidic",), measures_of(groups), tuple(LIBRARY), short_session())
-    draw(source, folder.root, SEED, 6, names_of(groups))
+    draw(source, folder.root, SEED, 4, names_of(groups))
     for unit in units(source, folder):
         make_answer_score(unit, rounds=0)
     return result_of(folder)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.short_session import short_session
 
 from hil.reference.cases import Purpose
 from hil.reference.source import PhysicsSource
@@ -39,7 +40,7 @@ def recommending(folder: CheckFolder, token: str, wanted: Any, mode: str = "fing
 def followed_up(tmp_path_factory: pytest.TempPathFactory) -> CheckFolder:
     """Two cases of one unit, one of which asks for an experiment, and then for another."""
     folder = CheckFolder(tmp_path_factory.mktemp("experiments"))
-    source = PhysicsSource(Purpose.DEVELOPMENT, ("mckibben",), known=("delay", "valve_lag"))
+    source = PhysicsSource(Purpose.DEVELOPMENT, ("mckibben",), known=("delay", "valve_lag"), session=short_session())
     draw(source, folder.root, 91, 2, names_of(("one_day", "fingerprint"), angle=False))
     (unit,) = units(source, folder)
     make_unit(unit)

@@ -73,4 +73,21 @@ from rig.cli.main import main
 main()
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
-    assert (done.returncode, done.stderr.strip()) == (130, "")
+    assert done.returncode == 130
+    assert done.stderr.strip() in ("", "pamrig: interrupted")
+
+
+def test_ctrl_c_during_the_work_is_one_line_and_status_130(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from rig.cli.commands import main
+    from rig.cli.completion import completion
+
+    def interrupted(**_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(completion, "callback", interrupted)
+    monkeypatch.setattr(sys, "argv", ["pamrig", "completion", "bash"])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert (ended.value.code, capsys.readouterr().err) == (130, "pamrig: interrupted\n")

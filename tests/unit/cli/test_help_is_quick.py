@@ -68,6 +68,12 @@ def test_the_loop_s_process_loads_nothing_compiled_that_the_controller_lacks() -
     assert not loaded & HEAVY
 
 
+def test_loop_and_watchers_load_nothing_that_files_are_written_with() -> None:
+    """Each is a process of its own, and the rig waits for all of them when it is armed."""
+    assert not loaded_by("import rig.app.compose, hil.bench") & {"google", "mcap"}
+    assert {"google", "mcap"} <= loaded_by("import rig.service.records.recorder")
+
+
 def test_no_command_loads_heavy_packages_before_it_is_called() -> None:
     modules = sorted({where.split(":")[0] for where, _ in COMMANDS.values()})
     assert not loaded_by("\n".join(f"import {name}" for name in modules)) & HEAVY

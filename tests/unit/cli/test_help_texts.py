@@ -39,6 +39,14 @@ def test_what_help_says_are_sentences(name: str) -> None:
     assert [(option.opts, option.help) for option in options if not is_sentence(option.help)] == []
 
 
+@pytest.mark.parametrize("name", [name for name, command in ALL.items() if isinstance(command, click.Group)])
+def test_the_list_of_a_group_cuts_no_sentence(name: str) -> None:
+    context = click.Context(ALL[name], info_name=name, terminal_width=80, max_content_width=80)
+    _, _, listed = ALL[name].get_help(context).partition("Commands:")
+    assert listed
+    assert [line for line in listed.splitlines() if line.endswith("...")] == []
+
+
 @pytest.mark.parametrize("name", ALL)
 def test_output_has_the_same_names_everywhere(name: str) -> None:
     for param in ALL[name].params:

@@ -5,6 +5,7 @@ import json
 import os
 import stat
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -212,6 +213,28 @@ def test_each_file_of_our_own_has_one_kind(folder: str) -> None:
 def test_what_is_kept_for_later_is_no_result(tmp_path: Path, name: str, text: str, kinds: set[Kind]) -> None:
     (tmp_path / name).write_text(text)
     assert replaceable_by(tmp_path / name) == kinds
+
+
+@pytest.mark.parametrize("suffix", [".mcap", ".yaml", ".json", ".html", ".svg", ".md", ".csv"])
+def test_a_recording_is_not_taken_for_what_it_keeps_of_rig_sweep_and_model(tmp_path: Path, suffix: str) -> None:
+    kept = {path.name: path.read_bytes() for path in shipped.configs().glob("[mrs]*/*.yaml")}
+    kept |= {"page.html": b"<!doctype html><svg>", "scores.csv": b"record,rmse_deg\n", "hunt.json": b"{}"}
+    for name, content in kept.items():
+        place = tmp_path / f"{Path(name).stem}{suffix}"
+        write_content(replace(made_content(20), attachments={name: content}), place.with_suffix(".mcap")).rename(place)
+        assert content in place.read_bytes()
+        assert replaceable_by(place) == set()
+        if suffix == ".svg":
+            with pytest.raises(RigError, match="is not a figure"):
+                check_place(place, Kind.FIGURE)
+
+
+@pytest.mark.parametrize(
+    "said", ["Dear diary\n\nrecords:\nmuscle:\n", "```yaml\ndevices:\n```\n", "# x\n\n- a\nangle:\n"]
+)
+def test_notes_with_a_piece_of_yaml_are_notes(tmp_path: Path, said: str) -> None:
+    (tmp_path / "notes.txt").write_text(said)
+    assert replaceable_by(tmp_path / "notes.txt") == set()
 
 
 def test_facts_beside_an_exported_table_are_part_of_the_recording(tmp_path: Path) -> None:

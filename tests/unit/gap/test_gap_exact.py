@@ -1,4 +1,5 @@
-"""Exact where exactness is free: a delay, a gain, an offset and a sensor's lag act on the measured healthy day itself.
+"""Exact where exactness is free: a delay, a filter of the regulators, a gain, an offset and a sensor's lag act on the
+measured healthy day itself.
 
 Put onto another day of two plant families and of a real joint they come back, but for what that day differs in itself.
 """
@@ -10,15 +11,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
 from hil.reference.cases import Purpose, bench_of, draw_sheet
 from rig.blind_check.source import records_of
-from rig.gap.hypotheses.fit import fit_effect
+from rig.gap.hypotheses.fit import Fit, fit_effect
+from rig.gap.hypotheses.lateness import displaced_s
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.hypotheses.propagate import Applied, late, ready, response_with
-from rig.gap.hypotheses.scenes import angle_stand, behind, pressure_stand
+from rig.gap.hypotheses.scenes import angle_stand, pressure_stand
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Expected, Kind, expect
 from rig.gap.settings import fitted
@@ -72,6 +76,20 @@ def slower(record: Record, tau_s: float, step_s: float = 5e-4) -> Record:
     return replace(record, angle_deg=np.interp(record.t_s, t, behind_it))
 
 
+def filtered(record: Record, tau_s: float, poles: int) -> Record:
+    """Both pressures behind equal poles whose time constants sum to tau, in continuous time."""
+    t = np.arange(record.t_s[0], record.t_s[-1] + 5e-4, 5e-4)
+    keep = np.exp(-5e-4 * poles / tau_s)
+
+    def low_pass(column: Column | None) -> Column:
+        out = CubicSpline(record.t_s, column)(t)
+        for _ in range(poles):
+            out = lfilter([1.0 - keep], [1.0, -keep], out - out[0]) + out[0]
+        return np.interp(record.t_s, t, out)
+
+    return replace(record, p1_mpa=low_pass(record.p1_mpa), p2_mpa=low_pass(record.p2_mpa))
+
+
 def louder(record: Record, gain: float) -> Record:
     assert record.angle_deg is not None
     return replace(record, angle_deg=(1.0 + gain) * record.angle_deg)
@@ -83,11 +101,16 @@ def expected(first: Sequence[Record], second: Sequence[Record], pressures: bool)
 
 def found(effect: str, said: Expected) -> tuple[float, float]:
     """The size at which an effect is likeliest, and its standard deviation."""
+    fit = fitted_to(effect, said)
+    return float(fit.sizes[0]), float(fit.spread[0])
+
+
+def fitted_to(effect: str, said: Expected) -> Fit:
     ahead = said.driven and LIBRARY[effect].upstream
     stand = (pressure_stand if ahead else angle_stand)(said, fitted())
     fit = fit_effect(LIBRARY[effect], stand.scene, stand.shows, stand.rough)
     assert fit is not None
-    return float(fit.sizes[0]), float(fit.spread[0])
+    return fit
 
 
 def sizes(
@@ -130,12 +153,35 @@ def test_a_delay_put_onto_a_real_joint_is_exact_and_leaves_nothing_behind_the_mo
     first, second = wrist(shared)
     said = expected(first, [later(record, delay_s) for record in second], pressures=True)
     assert found("delay", said)[0] == pytest.approx(delay_s, rel=EXACT)
-    known = behind(said, Applied("delay", {"delay_s": delay_s}))
-    left, without = (
-        float(np.std(np.concatenate([t.pair.case.angle_deg - b for t, b in zip(one.tracks, one.base, strict=True)])))
-        for one in (known, said)
-    )
-    assert left < 0.5 * without
+    left = np.concatenate([t.pair.case.angle_deg - b for t, b in zip(said.tracks, said.base, strict=True)])
+    in_time = []
+    for track in said.tracks:
+        case, usual = track.pair.case, track.reference.angle_deg - track.propagated
+        in_time.append(case.angle_deg - usual - said.response.angle(case.p1_mpa, case.p2_mpa, track.pair.dt_s))
+    assert np.std(left) < 0.5 * np.std(np.concatenate(in_time))
+
+
+@pytest.mark.parametrize("poles", [1, 2, 3])
+@pytest.mark.parametrize("family", ["mckibben", "fluidic"])
+def test_regulators_behind_a_filter_are_slow_by_as_much_and_not_late(family: str, poles: int) -> None:
+    first, second = days(family)
+    said = expected(first, [filtered(record, 0.05, poles) for record in second], pressures=True)
+    lag, delay = fitted_to("valve_lag", said), fitted_to("delay", said)
+    assert lag.sizes[0] == pytest.approx(0.05, rel=EXACT)
+    assert lag.log_evidence > delay.log_evidence
+    moved = expected(first, [later(record, 0.05) for record in second], pressures=True)
+    assert fitted_to("valve_lag", moved).log_evidence < fitted_to("delay", moved).log_evidence
+
+
+@given(delay_s=st.floats(-0.12, 0.12), hz=st.floats(0.2, 1.5), share=st.floats(0.2, 1.0))
+def test_a_column_at_another_time_is_found_at_that_time(delay_s: float, hz: float, share: float) -> None:
+    t = 0.005 * np.arange(2000)
+
+    def course(at: Column) -> Column:
+        return np.sin(2 * np.pi * hz * at) + share * np.sin(2 * np.pi * 0.37 * hz * at + 0.5)
+
+    assert displaced_s(course(t - delay_s), course(t), 0.005) == pytest.approx(delay_s, abs=2e-3)
+    assert displaced_s(2.0 + course(t), course(t), 0.005) == pytest.approx(0.0, abs=2e-2)
 
 
 def test_the_practice_days_give_a_delay_back(shared: Path) -> None:

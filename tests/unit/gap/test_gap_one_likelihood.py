@@ -1,13 +1,19 @@
 """A simulator alone: what it lacks with its size, what re-tuning would close, none for a healthy rig."""
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from support.gap_rigs import model, session
 
+from rig.gap import pipeline
+from rig.gap.answer.consistency import contradictions
+from rig.gap.answer.held_out import HowFar, how_far
 from rig.gap.answer.retuning import retune
 from rig.gap.diagnosis import diagnose_with_grounds
+from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.library import NONE, UNKNOWN
 from rig.gap.pipeline import Grounds
 from rig.gap.records.pairs import pair_up
@@ -17,7 +23,7 @@ from rig.record import Record
 
 LACKING = [
     ("valve_lag", {"tau_s": 0.03}, "tau_s", 0.15),
-    ("delay", {"delay_s": 0.04}, "delay_s", 0.1),
+    ("delay", {"delay_s": 0.06}, "delay_s", 0.1),
     ("pressure_ceiling", {"ceiling_mpa": 0.27}, "ceiling_mpa", 0.05),
 ]
 
@@ -46,6 +52,23 @@ def test_a_healthy_rig_lacks_nothing() -> None:
     assert found.verdict == "none"
     assert found.causes == []
     assert all(posterior.probability[NONE] > 0.9 for posterior in grounds.posteriors)
+
+
+def test_what_explains_nothing_of_records_that_the_fit_has_not_seen_is_not_named(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    bent = AddedEffect("backlash", {"width_deg": 3.0})
+    found, _ = alone(bent)
+    assert [cause.effect for cause in found.causes] == ["backlash"]
+
+    def worse(causes: Sequence[tuple[str, Fit]], *given: Any) -> HowFar:
+        far = how_far(causes, *given)
+        return replace(far, after_deg=2.0 * found.gap.rms_deg) if causes else far
+
+    monkeypatch.setattr(pipeline, "how_far", worse)
+    found, _ = alone(bent)
+    assert (found.verdict, [cause.effect for cause in found.causes]) == ("unknown", [UNKNOWN])
+    assert contradictions(found.to_json()) == []
 
 
 def test_probabilities_of_a_factor_add_up_and_the_set_holds_its_mass() -> None:

@@ -8,7 +8,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hil.reference.cases import CLEAR_RANGE, Purpose, bench_of, draw_sheet, made_to_order, realise, record_day
+from hil.reference.cases import (
+    CLEAR_RANGE,
+    Purpose,
+    bench_of,
+    draw_sheet,
+    made_to_order,
+    realise,
+    realise_in_range,
+    record_day,
+)
 from hil.reference.excitations import Excitation, paper_set
 from hil.reference.families import NAMES, disturbance, family, run, unit
 from hil.reference.fluidic.mechanics import muscle_force as fluidic_force
@@ -252,6 +261,17 @@ def test_sizes_give_the_wanted_gap(name):
     name = next(iter(made.records))
     assert np.array_equal(made.records[name]["angle_deg"], again.records[name]["angle_deg"])
     assert min(case.wanted_ratios) >= CLEAR_RANGE[0] or case.kind == "single"
+
+
+def test_effects_that_only_together_drive_the_joint_out_of_its_range_are_made_smaller():
+    sheet = draw_sheet(Purpose.SCORING, 900111, 40, "pleated", tuple(LIBRARY))
+    case = next(case for case in sheet if case.effects == ("fill_exhaust_asymmetry", "inertia"))
+    with pytest.raises(RigError, match="left"):
+        realise(case, bench_of(case))
+    made, untouched = realise_in_range(case, bench_of(case))
+    assert max(np.abs(columns["angle_deg"]).max() for day in (made.records, untouched) for columns in day.values()) < 75
+    for effect, wanted in zip(case.effects, case.wanted_ratios, strict=True):
+        assert 0.0 < made.effects[effect]["ratio"] < wanted
 
 
 def test_a_case_is_made_to_order(name):

@@ -15,10 +15,6 @@ from conftest import ROOT
 
 from rig.cli.qualify import bench as command
 from rig.qualify.benchmarks import (
-    devices,
-    devices_deaths,
-    devices_fieldbus,
-    devices_tick,
     gap,
     history,
     identify,
@@ -30,8 +26,17 @@ from rig.qualify.benchmarks import (
     tracking,
     waits,
 )
+from rig.qualify.benchmarks.devices import all_devices, deaths, fieldbus, tick
 from rig.qualify.figures.rounds import measured
 
+BRIEF = """\
+settle_s: 0.3
+zero_s: 0.1
+ramp_in_s: 0.2
+duration_s: 2.0
+ramp_out_s: 0.2
+records: [{sine: {frequency_hz: 0.5, amplitude_mpa: 0.2}}]
+"""
 LISTED: Mapping[str, list[str]] = yaml.safe_load(
     (Path(__file__).parent / "figures_of_benches.yaml").read_text(encoding="utf-8")
 )
@@ -81,8 +86,9 @@ def test_loop(short: Callable[..., None], capsys: pytest.CaptureFixture[str]) ->
 
 
 @pytest.mark.real_time
-def test_record(short: Callable[..., None], capsys: pytest.CaptureFixture[str]) -> None:
-    short(record, SWEEP="quick")
+def test_record(short: Callable[..., None], capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    (tmp_path / "brief.yaml").write_text(BRIEF)
+    short(record, SWEEP=tmp_path / "brief")
     figures = measured(record.bench_record, 1)
     assert figures["bytes a record, real clock"]["value"] > figures["bytes a record, real clock"]["limit_value"]
     assert_drawn("record", figures, capsys)
@@ -102,11 +108,11 @@ def test_log(capsys: pytest.CaptureFixture[str]) -> None:
 
 @pytest.mark.real_time
 def test_devices(short: Callable[..., None], capsys: pytest.CaptureFixture[str]) -> None:
-    short(devices, TICKS=200)
-    short(devices_tick, TICKS=20, TURNS=1)
-    short(devices_fieldbus, TICKS=50, RATE_S=0.05, BAUDS=(9600, 115200))
-    short(devices_deaths, DEATHS=2, BAUDS=(9600, 115200))
-    assert_drawn("devices", devices.bench_devices(), capsys)
+    short(all_devices, TICKS=200)
+    short(tick, TICKS=20, TURNS=1)
+    short(fieldbus, TICKS=50, RATE_S=0.05, BAUDS=(9600, 115200))
+    short(deaths, DEATHS=2, BAUDS=(9600, 115200))
+    assert_drawn("devices", all_devices.bench_devices(), capsys)
 
 
 @pytest.mark.real_time
@@ -148,7 +154,7 @@ def test_page(short: Callable[..., None], capsys: pytest.CaptureFixture[str]) ->
     pytest.importorskip("playwright")
     if not (shutil.which("chromium") or shutil.which("chromium-browser")):
         pytest.skip("no Chromium on this machine")
-    short(page, PAINTS=1, WATCHED_S=1.0, VIEWERS=2)
+    short(page, PAINTS=1, WATCHED_S=1.0, VIEWERS=2, FREEZES=1)
     short(safety, QUIET_S=0.5)
     assert_drawn("page", page.bench_page(trials=1), capsys)
 

@@ -110,8 +110,26 @@ def test_control_is_lost_only_after_it_has_promised_to_beat(
     operator.beat()
     begun = time.monotonic_ns()
     assert not loop.control_lost()
-    monkeypatch.setattr(time, "monotonic_ns", lambda: begun + CONTROL_PATIENCE_NS + 1)
-    assert loop.control_lost()
+    looks_ns = range(begun, begun + CONTROL_PATIENCE_NS + 5_000_001, 5_000_000)
+    lost = []
+    for now_ns in looks_ns:
+        monkeypatch.setattr(time, "monotonic_ns", lambda now_ns=now_ns: now_ns)
+        lost.append(loop.control_lost())
+    assert lost[-1]
+    assert not any(lost[:-2]), "the beat was a little before"
+
+
+def test_control_is_not_lost_when_the_machine_stood_still(
+    pair: tuple[Mailbox, Mailbox], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    operator, loop = pair
+    operator.beat()
+    assert not loop.control_lost()
+    later_ns = time.monotonic_ns() + 3 * CONTROL_PATIENCE_NS
+    monkeypatch.setattr(time, "monotonic_ns", lambda: later_ns)
+    assert not loop.control_lost(), "the loop runs again first"
+    operator.beat()
+    assert not loop.control_lost()
 
 
 def test_a_mailbox_forgets_what_was_asked_before_it_was_opened(pair: tuple[Mailbox, Mailbox]) -> None:

@@ -5,6 +5,7 @@ from dataclasses import fields
 from importlib.resources import files
 
 import pytest
+from jinja2 import Template
 
 from rig.gap.raw_tests.signature import Signature
 
@@ -27,3 +28,17 @@ def test_on_a_phone_a_row_of_many_cells_is_laid_out_as_lines_that_say_what_they_
         heads = len(re.findall(r"<th\b", table))
         said = re.findall(r'<td\b[^>]*data-is="', table)
         assert (heads <= 3) or ("wide" in how and len(said) >= heads - 2), table[:200]
+
+
+@pytest.mark.parametrize(
+    ("probability", "said"),
+    [
+        ({"none": 0.7, "friction": 0.2, "delay": 0.1}, "friction 0.20, delay 0.10"),
+        ({"delay": 1.0}, "delay 1.00"),
+        ({"none": 1.0}, "nothing else"),
+        ({}, "nothing else"),
+    ],
+)
+def test_what_else_is_possible_is_never_left_empty(probability: dict[str, float], said: str) -> None:
+    (cell,) = re.findall(r'<td data-is="else possible">(.*?)</td>', PAGE, re.DOTALL)
+    assert Template(cell).render(factor={"probability": probability}) == said

@@ -3,6 +3,7 @@
 import json
 import socket
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -42,6 +43,19 @@ def test_who_is_crowded_out_says_the_emergency_stop_again(tmp_path: Path, sent_a
     with door(tmp_path / "s", sent_away) as heard, Client(tmp_path / "s") as caller:
         assert caller.estop() == {"words": "safe"}
     assert [json.loads(line)["command"] for line in heard] == ["estop"]
+
+
+def test_who_is_crowded_out_again_and_again_rests_a_little_longer_each_time(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rests: list[float] = []
+    monkeypatch.setattr(time, "sleep", rests.append)
+    with door(tmp_path / "s", 12), Client(tmp_path / "s") as caller:
+        caller.estop()
+    assert len(rests) == 12
+    assert rests == sorted(rests)
+    assert 0.0 < rests[0] <= 0.002
+    assert rests[-2:] == [0.05, 0.05]
 
 
 def test_everything_else_is_not_said_twice(tmp_path: Path) -> None:

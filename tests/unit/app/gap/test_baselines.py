@@ -53,7 +53,7 @@ def test_a_day_without_the_channel_or_with_other_commands_is_not_compared() -> N
 
 def test_the_sessions_are_listed() -> None:
     lines = list(described([day("day_1"), day("day_2", seed=2)], ["day_2 disagrees"]))
-    assert lines == ["compared with day_1: 2 records", "compared with day_2: 2 records", "note: day_2 disagrees"]
+    assert lines == ["earlier day day_1: 2 records", "earlier day day_2: 2 records", "note: day_2 disagrees"]
 
 
 @pytest.fixture

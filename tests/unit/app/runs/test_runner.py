@@ -21,7 +21,7 @@ from rig.app.runs.runner import Planned, RunOptions
 from rig.errors import CheckFailed, Interrupted, RigError
 from rig.realtime.faults import Fault
 from rig.sample import Sample
-from rig.service.records.recorder import RunResult
+from rig.service.records.orders import RunResult
 from rig.service.session.run_setup import program_of
 from rig.service.session.session import LoopOrders, Session
 

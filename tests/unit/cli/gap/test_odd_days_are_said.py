@@ -69,5 +69,5 @@ def test_which_days_and_which_is_odd(name: str, days: Path, monkeypatch: pytest.
     done = CliRunner().invoke(gap, [name, *(word.format(days) for word in words), *compared], catch_exceptions=False)
     assert done.exit_code == 0, done.output
     for day in ("a", "b", "sick"):
-        assert f"compared with {days / day}: 1 records" in done.output
+        assert f"earlier day {days / day}: 1 records" in done.output
     assert f"note: {days / 'sick'} disagrees with the other days" in done.output

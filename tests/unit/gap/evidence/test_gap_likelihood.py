@@ -37,15 +37,47 @@ def test_woodbury_is_the_dense_solve(seed: int, lines: int, patterns: int) -> No
     assert gaussian.chi_square(residual) == pytest.approx(residual @ np.linalg.solve(dense, residual))
     assert float(np.sum(gaussian.weigh(residual) ** 2)) == pytest.approx(gaussian.chi_square(residual))
     assert gaussian.sizes(residual) == pytest.approx(gaussian.patterns.T @ np.linalg.solve(dense, residual))
-    assert gaussian.log_spread == pytest.approx(0.5 * np.linalg.slogdet(dense)[1])
 
 
-def test_with_a_level_surely_known_it_is_a_normal_density() -> None:
-    gaussian, residual = made(3, 12, 2)
-    dense = np.diag(gaussian.variance) + gaussian.patterns @ gaussian.patterns.T
-    normal = multivariate_normal(np.zeros(12), dense)
-    expected = normal.logpdf(residual) - normal.logpdf(0.5 * residual)
-    assert gaussian.log_density(residual) - gaussian.log_density(0.5 * residual) == pytest.approx(expected, abs=1e-4)
+def normal_density(expected: Gaussian, residual: Column, factor: float = 1.0) -> float:
+    """ln p of a residual where the level is known, and the patterns of days are `factor` times as large."""
+    patterns = expected.patterns * np.where(np.arange(expected.patterns.shape[1]) < expected.between_days, factor, 1.0)
+    dense = np.diag(expected.variance) + patterns @ patterns.T
+    return float(multivariate_normal(np.zeros(len(residual)), dense).logpdf(residual))
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 10_000), st.integers(2, 30), st.integers(1, 6), st.integers(0, 6))
+def test_with_a_level_surely_known_it_is_a_normal_density(seed: int, lines: int, patterns: int, days: int) -> None:
+    one, residual = made(seed, lines, patterns)
+    one = replace(one, between_days=min(days, patterns))
+    other = replace(one, variance=2.0 * one.variance)
+    expected = normal_density(one, residual) - normal_density(other, 0.5 * residual)
+    assert one.log_density(residual) - other.log_density(0.5 * residual) == pytest.approx(expected, abs=1e-4)
+    known, wider = one.log_densities(residual, np.array([1.0, 3.0]))
+    expected = normal_density(one, residual, 3.0) - normal_density(one, residual)
+    assert wider - known == pytest.approx(expected, abs=1e-4)
+
+
+def test_what_days_may_differ_by_is_averaged_over() -> None:
+    """Against the mean of many draws of the factor."""
+    known, residual = made(7, 12, 4)
+    unsure = replace(known, between_days=3, day_degrees=2.0)
+    drawn = np.exp(np.random.default_rng(1).normal(0.0, 0.5, 4000))
+    log_mean = np.logaddexp.reduce(unsure.log_densities(residual, drawn)) - np.log(len(drawn))
+    assert unsure.log_density(residual) == pytest.approx(log_mean, abs=0.1)
+
+
+@pytest.mark.parametrize(("at", "spared"), [(0, True), (1, False)])
+def test_a_day_that_differs_more_than_usual_is_likelier_and_nothing_else_is(at: int, spared: bool) -> None:
+    """Six standard deviations of what days differ in, or of what they do not."""
+    patterns = np.zeros((40, 2))
+    patterns[0, 0] = patterns[1, 1] = 10.0
+    known = Gaussian(np.ones(40), patterns, 40.0, 1e9, between_days=1)
+    unsure = replace(known, day_degrees=2.0)
+    gained = unsure.log_density(6.0 * patterns[:, at]) - known.log_density(6.0 * patterns[:, at])
+    assert (gained > 8.0) == spared
+    assert spared or abs(gained) < 0.3
 
 
 def test_a_level_that_is_hardly_known_has_heavier_tails() -> None:

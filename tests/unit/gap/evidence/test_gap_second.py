@@ -31,3 +31,10 @@ def test_a_single_cause_gets_no_second(alone: AddedEffect) -> None:
 def test_what_no_two_effects_explain_stays_unknown() -> None:
     said = asked(session(82, LATE, LOUD), pressures=False, library=["sensor_offset", "coulomb_friction"])
     assert said.verdict in ("unknown", "partly_explained")
+
+
+def test_more_than_days_bring_stands_beside_the_name_as_something_unknown() -> None:
+    """A gain is of the kind that days differ in; thirty percent of it is not."""
+    said = asked(session(83, LATE, LOUD), pressures=False, library=["delay", "coulomb_friction"])
+    assert said.causes[0].effect == "delay"
+    assert said.verdict == "partly_explained"

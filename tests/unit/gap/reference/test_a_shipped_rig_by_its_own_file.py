@@ -30,7 +30,7 @@ def factor() -> Factor:
     lines = lines_of([ROWS, ROWS], [DT_S, DT_S], [np.ones(ROWS)] * 2, 6.0)
     gap = np.concatenate([np.zeros(ROWS), np.full(ROWS, OFF_DEG)])
     count = len(lines.frequency_hz)
-    return Factor(lines, gap, Gaussian(np.full(count, 0.01 * ROWS), np.zeros((count, 1)), 60.0, 6.0), 0.1, 1)
+    return Factor(lines, gap, Gaussian(np.full(count, 0.01 * ROWS), np.zeros((count, 1)), 60.0, 6.0), 0.1)
 
 
 def test_a_record_may_stand_off_by_what_is_missed_and_no_more(factor: Factor) -> None:

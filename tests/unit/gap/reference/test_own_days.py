@@ -10,7 +10,9 @@ from hypothesis import strategies as st
 
 from rig.gap.evidence.gaussian import Gaussian
 from rig.gap.evidence.lines import lines_of
-from rig.gap.reference.own_days import contrasts, learnt, own_floor
+from rig.gap.reference.expectation import Parts
+from rig.gap.reference.own_days import contrasts, learnt, own_factor, own_floor
+from rig.gap.settings import FactorLevels, fitted
 
 ROWS = 2000
 LINES = lines_of([ROWS], [0.01], [np.ones(ROWS)], 6.0)
@@ -70,6 +72,17 @@ def test_a_pattern_of_which_the_days_say_nothing_keeps_the_populations_spread() 
     before = population(1e-3)
     found = learnt(before, days(np.random.default_rng(3), 5, before), LINES)
     assert found.patterns[10, 0] == pytest.approx(1e-3, rel=0.05)
+
+
+@pytest.mark.parametrize(("count", "degrees"), [(0, np.inf), (1, 4.0), (4, 7.0)])
+def test_by_how_much_days_differ_on_this_rig_is_known_the_better_the_more_there_are(count: int, degrees: float) -> None:
+    """Without days nothing is said of what they differ by."""
+    envelope = np.full(COUNT, 1.0)
+    columns = LINES.of(np.column_stack([np.ones(ROWS)]))
+    parts = Parts(LINES, np.zeros(ROWS), columns, ("offset",), envelope, 1.0, np.full(COUNT, 1e-4))
+    levels = FactorLevels({"offset": 0.01}, 0.01, 0.003, 0.01)
+    earlier = np.random.default_rng(5).normal(0.0, 0.01, (ROWS, count))
+    assert own_factor(parts, earlier, levels, fitted().prior).healthy.day_degrees == degrees
 
 
 @given(st.integers(2, 8), st.floats(0.1, 10.0))

@@ -1,6 +1,8 @@
 """Where socket and locks lie: what somebody else put there is found out, not followed, waited for or removed."""
 
+import errno
 import os
+import re
 import secrets
 import socket
 import tempfile
@@ -9,9 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from rig.errors import StateError
+from rig.errors import RigError, StateError
 from rig.service.client import Client
 from rig.service.door import places
+from rig.service.settings import make_folder
 
 
 @pytest.fixture
@@ -66,6 +69,34 @@ def test_a_folder_that_somebody_else_made_is_refused_on_both_ends(
         Client()
 
 
+def test_what_is_refused_at_another_user_s_place_says_whose_it_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    own, unknown = os.getuid(), 54321
+    assert places.whose(tmp_path / "pamrig.sock") == ""
+    monkeypatch.setattr(os, "geteuid", lambda: unknown)
+    name = f"; {tmp_path} is of user {places.user_name(own)}"
+    assert places.whose(tmp_path / "hidden" / "pamrig.sock") == name
+    assert str(own) in name
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    with pytest.raises(RigError, match=rf"{tmp_path}: cannot be written to{re.escape(name)}"):
+        make_folder(tmp_path)
+
+    def refused(*_: object) -> None:
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    monkeypatch.setattr(socket, "socket", type("Shut", (socket.socket,), {"connect": refused}))
+    with pytest.raises(RigError, match=f"not allowed: that daemon is for its own user, root and .*{re.escape(name)}$"):
+        Client(tmp_path / "pamrig.sock")
+    monkeypatch.setattr(os, "open", refused)
+    with pytest.raises(StateError, match=f"cannot be made: Permission denied{re.escape(name)}$"):
+        places.take_lock(tmp_path / "lock", "taken")
+
+
+def test_a_user_without_a_name_is_a_number() -> None:
+    assert places.user_name(54321) == "54321"
+
+
 def test_a_stale_socket_makes_way_and_neither_one_in_use_nor_a_file_of_somebody_s_does(
     listening: Path, tmp_path: Path
 ) -> None:
@@ -102,7 +133,7 @@ def test_a_lock_of_another_user_in_a_folder_of_everybody_s_is_refused(
     tmp_path.chmod(0o1777)
     (tmp_path / "lock").touch()
     monkeypatch.setattr(os, "geteuid", lambda: 12345)
-    with pytest.raises(StateError, match=r"lock: belongs to user \d+, not to you"):
+    with pytest.raises(StateError, match=r"lock: belongs to user .*0.*, not to you"):
         places.take_lock(tmp_path / "lock", "taken")
 
 

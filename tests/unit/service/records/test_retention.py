@@ -158,6 +158,29 @@ def test_the_ledger_survives_a_restart_and_a_restart_announces_anew(desk: Desk, 
     assert (len(announced), removed) == (1, [])
 
 
+def test_what_went_stands_in_the_log_though_the_ledger_cannot_be_written(
+    desk: Desk, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    old = desk.record("a/old.mcap", 50.0)
+    desk.record("a/new.mcap", 1.0)
+    retention = desk.retention(keep_days=30.0)
+    retention.turn()
+    assert f"retention: {old} goes in 24 h" in caplog.text
+    second = desk.record("b/old.mcap", 50.0)
+    desk.record("b/new.mcap", 1.0)
+    desk.clock_s += NOTICE_S
+
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(Path, "replace", full)
+    with pytest.raises(RigError, match=r"records\.jsonl: cannot be written: No space"):
+        retention.turn()
+    assert f"retention: removed {old} (100 bytes)" in caplog.text
+    assert f"retention: {second} goes in 24 h" in caplog.text
+    assert second.exists()
+
+
 @pytest.mark.parametrize(
     "text", ["nonsense", '{"path": 1}\n', "[]\n", '{"path": 1, "device": 1, "inode": 1, "size": 1, "recorded_s": 1}']
 )

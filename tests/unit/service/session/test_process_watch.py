@@ -164,6 +164,22 @@ def test_a_loop_that_beats_but_does_not_take_the_demand_is_ended_too(bench: Benc
     assert bench.wrote_while_alive[-1] is False
 
 
+def test_nobody_is_lost_because_the_machine_stood_still(bench: Bench) -> None:
+    """This process runs again first: the loop has neither beaten nor done what was demanded."""
+    watch = bench.watch()
+    assert watch.look() is None
+    watch.demand(Fault.ESTOP)
+    time.sleep(3 * LOOP_PATIENCE_S)
+    assert watch.look() is None
+    bench.writer.beat()
+    bench.writer.made_safe()
+    assert watch.look() is None
+    time.sleep(LOOP_PATIENCE_S)  # for whoever would take over
+    assert bench.loop.is_alive()
+    assert bench.wrote_while_alive == []
+    assert watch.answer.writer is Writer.LOOP
+
+
 def test_a_device_out_of_reach_is_tried_for_as_long_as_it_takes(bench: Bench) -> None:
     watch = bench.watch()
     bench.supervisor_works, bench.unreachable = False, True

@@ -3,11 +3,15 @@
 import asyncio
 import logging
 import multiprocessing
+import os
 import socket
 import stat
 import threading
+from collections.abc import Callable, Coroutine
+from multiprocessing.connection import Connection
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -102,26 +106,82 @@ class _SlowToEnd:
         assert self._over.wait(3.0)
 
 
+def watch(folder: Path, seen: Callable[[Page, "asyncio.Future[None]"], Coroutine[Any, Any, None]]) -> None:
+    """A page that is opened and watched, as in the daemon, while `seen` looks on."""
+    page = Page(Web(), orders(folder))
+
+    async def both() -> None:
+        watching = asyncio.ensure_future(page.watch())
+        await seen(page, watching)
+        watching.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await watching
+
+    page.open()
+    try:
+        asyncio.run(both())
+    finally:
+        page.close()
+
+
 def test_the_daemon_s_own_loop_does_not_wait_for_a_page_to_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     joined, over = threading.Event(), threading.Event()
     monkeypatch.setattr(host, "start_process", lambda process: None)
     context = SimpleNamespace(Pipe=multiprocessing.Pipe, Process=lambda **_: _SlowToEnd(joined, over))
     monkeypatch.setattr(multiprocessing, "get_context", lambda _: context)
 
-    async def watch(page: Page) -> None:
-        watching = asyncio.ensure_future(page.watch())
-        while not joined.is_set() and not watching.done():
-            await asyncio.sleep(0.001)
-        over.set()  # only a loop that goes on comes here in time
+    async def seen(_: Page, watching: "asyncio.Future[None]") -> None:
+        try:
+            while not joined.is_set() and not watching.done():
+                await asyncio.sleep(0.001)
+        finally:
+            over.set()  # only a loop that goes on comes here in time
         await asyncio.sleep(0.01)
-        watching.cancel()
-        with pytest.raises(asyncio.CancelledError):
-            await watching
 
-    page = Page(Web(), orders(tmp_path))
-    page.open()
-    try:
-        asyncio.run(watch(page))
-    finally:
-        over.set()
-        page.close()
+    watch(tmp_path, seen)
+
+
+class _Importing:
+    """In place of the page's process: alive, and beats when it is told to."""
+
+    pid = None
+
+    def __init__(self, pipe: Connection) -> None:
+        self.pipe = Connection(os.dup(pipe.fileno()))
+
+    def is_alive(self) -> bool:
+        return True
+
+    def kill(self) -> None:
+        self.pipe.close()
+
+    def join(self) -> None:
+        pass
+
+
+def test_a_page_that_has_not_beaten_yet_imports_and_does_not_hang(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[_Importing] = []
+
+    def process(args: tuple[Any, ...], **_: object) -> _Importing:
+        made.append(_Importing(args[2]))
+        return made[-1]
+
+    for name, value in {"SILENCE_S": 0.0, "LOOK_S": 0.001, "start_process": lambda _: None}.items():
+        monkeypatch.setattr(host, name, value)
+    monkeypatch.setattr(host, "is_stopped", lambda _: False)
+    context = SimpleNamespace(Pipe=multiprocessing.Pipe, Process=process)
+    monkeypatch.setattr(multiprocessing, "get_context", lambda _: context)
+
+    async def seen(page: Page, _: "asyncio.Future[None]") -> None:
+        await asyncio.sleep(0.05)
+        assert page.restarts == 0
+        made[0].pipe.send_bytes(b".")  # from here on silence is a page that hangs
+        for _ in range(3000):
+            if page.restarts:
+                break
+            await asyncio.sleep(0.001)
+        assert page.restarts == 1
+
+    watch(tmp_path, seen)

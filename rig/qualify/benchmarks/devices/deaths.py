@@ -19,7 +19,16 @@ from hil.emulators.emulation import Emulation
 from rig.errors import DeviceError
 from rig.interfaces import Device
 from rig.qualify.benchmarks import figure
-from rig.qualify.benchmarks.fieldbus_rig import BAUDS, SAFE, VALVE_ROLES, context, modbus, modbus_at, quantiles, spec
+from rig.qualify.benchmarks.devices.fieldbus_rig import (
+    BAUDS,
+    SAFE,
+    VALVE_ROLES,
+    context,
+    modbus,
+    modbus_at,
+    quantiles,
+    spec,
+)
 
 DEATHS: Final = 16
 _WAITED: Final = "the end of a killed process is in the time of its death, which is the kernel's"
@@ -60,7 +69,7 @@ def _death_figures(what: str, times_s: list[float], limit: dict[str, Any]) -> di
 
 
 def _killed(running: Emulation, rescue: Callable[[], None], *words: str) -> float:
-    code = "from rig.qualify.benchmarks.devices_deaths import drive_forever; drive_forever()"
+    code = "from rig.qualify.benchmarks.devices.deaths import drive_forever; drive_forever()"
     path = os.pathsep.join(filter(None, sys.path))
     with subprocess.Popen(
         [sys.executable, "-c", code, *words], stdout=subprocess.PIPE, env={**os.environ, "PYTHONPATH": path}

@@ -18,8 +18,8 @@ from hil.emulators.emulation import Emulation
 from rig.errors import DeviceError
 from rig.interfaces import Device, Role
 from rig.qualify.benchmarks import figure
-from rig.qualify.benchmarks.devices_deaths import bench_deaths
-from rig.qualify.benchmarks.fieldbus_rig import BAUDS, VALVE_ROLES, context, itv, modbus, quantiles, spec
+from rig.qualify.benchmarks.devices.deaths import bench_deaths
+from rig.qualify.benchmarks.devices.fieldbus_rig import BAUDS, VALVE_ROLES, context, itv, modbus, quantiles, spec
 
 TICKS: Final = 2000
 RATE_S: Final = 1.0

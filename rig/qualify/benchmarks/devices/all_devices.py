@@ -1,6 +1,6 @@
 """`pamrig bench devices`: one tick's I/O of each device on its emulator, beside the bare calls of the vendor's package.
 
-The myRIO's part and the stand-ins are here; serial valves and Modbus modules are in devices_fieldbus.py.
+The myRIO's part and the stand-ins are here; serial valves and Modbus modules are in fieldbus.py.
 """
 
 import time
@@ -22,8 +22,8 @@ from rig.interfaces import Device, DeviceContext, Role
 from rig.model.chain import Chain
 from rig.model.parameters import load_model
 from rig.qualify.benchmarks import figure
-from rig.qualify.benchmarks.devices_fieldbus import bench_fieldbus
-from rig.qualify.benchmarks.devices_tick import bench_tick
+from rig.qualify.benchmarks.devices.fieldbus import bench_fieldbus
+from rig.qualify.benchmarks.devices.tick import bench_tick
 from rig.realtime.clock import MonotonicClock
 
 TICKS: Final = 20_000

@@ -1,0 +1,1 @@
+"""The parts of `pamrig bench devices`: each device on its emulator."""
