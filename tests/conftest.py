@@ -1,6 +1,7 @@
 """What all tests share."""
 
 import contextlib
+import fcntl
 import functools
 import os
 import random
@@ -12,7 +13,7 @@ from typing import Any
 
 import pytest
 from hypothesis import settings
-from support.standstill import RERUNS, STANDSTILLS, Standstills
+from support.standstill import NOT_JUDGED_AT_MOST, RERUNS, STANDSTILLS, Standstills, Witness
 
 settings.register_profile("house", deadline=None, derandomize=True)  # the same examples on every machine, however slow
 settings.load_profile("house")
@@ -51,6 +52,7 @@ def _emulated_rigs_end_with_their_file() -> Iterator[None]:
 _FAILED = pytest.StashKey[bool]()
 _STANDSTILLS = pytest.StashKey[Standstills]()
 STOOD_STILL = "the machine stood still, s"
+NOT_JUDGED = "not judged: the machine stood still in every attempt that could be excused, last for {:.2f} s"
 
 
 @pytest.hookimpl(wrapper=True)
@@ -60,13 +62,32 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) ->
     seen = item.stash.get(_STANDSTILLS, None)
     if seen is not None and seen.stood:
         report.user_properties.append((STOOD_STILL, seen.longest_s))
+    if seen is not None and report.failed and seen.given_up(item.execution_count):  # type: ignore[attr-defined]
+        report.outcome = "skipped"
+        report.longrepr = (str(item.path), item.location[1] or 0, NOT_JUDGED.format(seen.longest_s))
     return report  # type: ignore[no-any-return]
+
+
+def not_judged(reporter: Any) -> list[str]:
+    """Tests of which nothing can be said, for the machine stood still too often."""
+    reason = NOT_JUDGED.partition("{")[0]
+    skipped = (report for report in reporter.stats.get("skipped", ()) if isinstance(report.longrepr, tuple))
+    return sorted({report.nodeid for report in skipped if report.longrepr[2].startswith(reason)})
 
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:
     for report in terminalreporter.stats.get("rerun", ()):
         for stood_s in (value for name, value in report.user_properties if name == STOOD_STILL):
             terminalreporter.write_line(f"{report.nodeid}: run again, the machine stood still for {stood_s:.2f} s")
+    for name in not_judged(terminalreporter):
+        terminalreporter.write_line(f"{name}: not judged")
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """A run in which too much could not be judged has not passed."""
+    reporter = session.config.pluginmanager.get_plugin("terminalreporter")
+    if reporter is not None and len(not_judged(reporter)) > NOT_JUDGED_AT_MOST:
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
 
 @pytest.fixture(autouse=True)
@@ -131,10 +152,11 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
-    """A test that reads the clock is watched over. Beside other workers, whoever only computes steps back; where it
-    could not come forward again, it stays."""
+    """A test that reads the clock has the lane for itself and is watched over. Beside other workers, whoever only
+    computes steps back; where it could not come forward again, it stays."""
     if reads_the_clock(item):
-        with Standstills() as item.stash[_STANDSTILLS]:
+        with lane_of(item):
+            item.stash[_STANDSTILLS] = Standstills(witness())
             return (yield)
     if "PYTEST_XDIST_WORKER" not in os.environ or not may_come_forward():
         return (yield)
@@ -146,9 +168,29 @@ def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
         os.setpriority(os.PRIO_PROCESS, 0, before)
 
 
+@contextlib.contextmanager
+def lane_of(item: Any) -> Iterator[None]:
+    """One test at a time, of all workers, reads the clock; one more may hold a browser, before a rig that bears
+    seconds (decision 0712)."""
+    lane = "support/page_rig.py" if "chromium" in item.fixturenames else "conftest.py"
+    with (Path(__file__).parent / lane).open() as locked:
+        fcntl.flock(locked, fcntl.LOCK_EX)
+        try:
+            yield
+        finally:
+            fcntl.flock(locked, fcntl.LOCK_UN)  # whoever was forked meanwhile has it open yet
+
+
 def may_run_again(item: Any) -> bool:
     """After an attempt that failed: twice, and when the machine stood still meanwhile (decision 0426)."""
-    return item.stash[_STANDSTILLS].may_run_again(item.execution_count)  # type: ignore[no-any-return]
+    seen = item.stash[_STANDSTILLS]
+    return not seen.failed(item.execution_count) and not seen.given_up(item.execution_count)
+
+
+@functools.cache
+def witness() -> Witness:
+    """Of this process of tests."""
+    return Witness()
 
 
 @functools.cache

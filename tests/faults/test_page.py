@@ -12,9 +12,9 @@ from pathlib import Path
 
 import pytest
 from support.made_logs import made_log
-from support.page_rig import diagnosing
+from support.page_rig import diagnosing, stopped
 from support.page_visitor import Visitor, free_port
-from support.patient_rig import PATIENT
+from support.patient_rig import BY_THE_MACHINE, PATIENT
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
@@ -26,7 +26,6 @@ from rig.service.web.door.gate import MOST
 from rig.service.web.host import AGAIN_S
 from rig.service.web.stream.viewers import MOST as MOST_VIEWERS
 
-BY_THE_MACHINE = ("MISSED_TICKS", "LONG_STALL", "LOOP_DIED")
 STOPPED_MS = 100.0
 """Goal: p99 50 ms on a quiet machine, which `pamrig bench page` measures; this is a test on a busy one."""
 
@@ -53,11 +52,6 @@ def visitor(bench: FaultBench) -> Iterator[Visitor]:
 
 def page_pid(bench: FaultBench) -> int:
     return int(bench.status()["page"]["pid"] or 0)
-
-
-def stopped(bench: FaultBench) -> bool:
-    """The status says so, a turn of the daemon's clock after the stop; or that a machine that stood still was first."""
-    return bench.wait(bench.fault, "the fault", 5.0) in ("ESTOP", *BY_THE_MACHINE)
 
 
 def stop_until_answered(visitor: Visitor) -> tuple[int, object]:

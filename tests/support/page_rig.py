@@ -15,15 +15,18 @@ import pytest
 from rig.app.gap.campaign import Campaign, Step
 from rig.qualify.faults.bench import FaultBench
 from support import browsers
-from support.patient_rig import PATIENT
+from support.patient_rig import BY_THE_MACHINE, PATIENT
 
-BY_THE_MACHINE = ("MISSED_TICKS", "LONG_STALL", "LOOP_DIED")
 PARTS = ("rig", "runs", "records", "diagnosis", "bringup")
 MARKUP = "<img src=x onerror=document.title='hit'>"
 DAYS, CHANGED = 12, 7
 """Of diagnoses, and the first on which the gap was another."""
 PATIENCE_S = 180.0
 """For what the page shows: records are read by a process that has everybody else go first."""
+AT_HAND_S = 60.0
+"""For what it has at hand."""
+LOOK_S = 10.0
+"""Between two looks whether the rig, on which one waits, has faulted."""
 REFERENCE = "fingerprint"
 """What the days of before were diagnosed against."""
 SHORT = """\
@@ -92,7 +95,7 @@ def page_url(page_bench: FaultBench) -> str:
 def page(chromium: Any, page_url: str) -> Iterator[Any]:
     """Opened; no error may appear in its console."""
     context = chromium.new_context(viewport={"width": 1280, "height": 900})
-    context.set_default_timeout(1000 * PATIENCE_S)
+    context.set_default_timeout(1000 * AT_HAND_S)
     page = context.new_page()
     errors: list[str] = []
     page.on("console", lambda line: errors.append(line.text) if line.type == "error" else None)
@@ -108,10 +111,19 @@ def page(chromium: Any, page_url: str) -> Iterator[Any]:
 
 
 def says(page: Any, name: str, pattern: str, patience_s: float = PATIENCE_S) -> None:
-    """Wait until the element of that id holds such a text; the page's policy forbids to evaluate anything."""
+    """Wait until the element of that id holds such a text, but not for a rig that has faulted meanwhile; the page's
+    policy forbids to evaluate anything."""
     from playwright.sync_api import expect
 
-    expect(page.locator(f"#{name}")).to_have_text(re.compile(pattern), timeout=1000 * patience_s)
+    deadline_s = time.monotonic() + patience_s
+    while True:
+        try:
+            return expect(page.locator(f"#{name}")).to_have_text(re.compile(pattern), timeout=1000 * LOOK_S)
+        except AssertionError as error:
+            if page.inner_text("#badge-word") == "fault":
+                raise AssertionError(f"the rig has faulted: {page.inner_text('#fault')}") from error
+            if time.monotonic() > deadline_s:
+                raise
 
 
 def badge(page: Any, word: str) -> None:
@@ -161,4 +173,5 @@ def bring_forward(session: Path) -> bool:
 
 
 def stopped(bench: FaultBench) -> bool:
+    """The status says so, a turn of the daemon's clock after the stop; or that a machine that stood still was first."""
     return bench.wait(bench.fault, "the fault", 5.0) in ("ESTOP", *BY_THE_MACHINE)

@@ -1,9 +1,16 @@
-"""A machine that stands still while a test reads the clock: noticed by a thread that only sleeps (decision 0426)."""
+"""A machine that stands still while a test reads the clock: noticed by a process that only sleeps (decision 0426)."""
 
-import threading
+import atexit
+import mmap
+import os
+import struct
+import subprocess
+import sys
+import tempfile
 import time
-from types import TracebackType
-from typing import Final, Self
+from itertools import count
+from pathlib import Path
+from typing import Final, Protocol, Self
 
 STOOD_S: Final = 0.05
 """A sleep longer by this is one of the machine: who has slept waits 9 to 17 ms for a processor where five processes
@@ -11,47 +18,108 @@ share two."""
 RERUNS: Final = 2
 """So often may a test be run again, whatever it failed by."""
 STANDSTILLS: Final = 6
-"""And so often, at most, because the machine stood still."""
+"""And so often, at most, because the machine stood still: after that it is not judged."""
+PATIENCE_S: Final = 240.0
+"""Nor is it judged when its attempts took longer than this together: others wait."""
+NOT_JUDGED_AT_MOST: Final = 60
+"""Tests, of the 1400 that read the clock: with more the run has not passed."""
 _LOOK_S: Final = 0.005
+_KEPT: Final = 64
+_SLOT: Final = struct.Struct("dd")
+
+
+class Witness:
+    """A process beside that of the tests, which it shares nothing with but the processors; it ends with it.
+
+    What it saw stands in shared memory: when it looked last, then its latest oversleeps (end, length), in seconds.
+    """
+
+    def __init__(self) -> None:
+        with tempfile.NamedTemporaryFile(prefix="standstill-", delete=False) as file:
+            file.write(bytes(_SLOT.size * (_KEPT + 1)))
+        self._seen = mmapped(Path(file.name))
+        self._process = subprocess.Popen([sys.executable, "-S", "-E", __file__, file.name])
+        atexit.register(self.end)
+        while not self.looked_s and self._process.poll() is None:
+            time.sleep(_LOOK_S)
+        Path(file.name).unlink()
+
+    @property
+    def pid(self) -> int:
+        return self._process.pid
+
+    def end(self) -> None:
+        self._process.kill()
+        self._process.wait()
+
+    def longest_s(self, since_s: float) -> float:
+        """Of the standstills that ended after that moment of the monotonic clock, one that lasts yet among them."""
+        ended = (_SLOT.unpack_from(self._seen, _SLOT.size * slot) for slot in range(1, _KEPT + 1))
+        yet_s = time.monotonic() - self.looked_s - _LOOK_S
+        return max([yet_s, *(length_s for end_s, length_s in ended if end_s > since_s)])
+
+    @property
+    def looked_s(self) -> float:
+        """When it looked last, by the monotonic clock."""
+        return float(_SLOT.unpack_from(self._seen, 0)[0])
+
+
+def mmapped(path: Path) -> mmap.mmap:
+    with path.open("r+b") as file:
+        return mmap.mmap(file.fileno(), 0)
+
+
+def watch(path: Path) -> None:
+    """What the witness does, until whoever started it is gone."""
+    seen, parent, slots, before_s = mmapped(path), os.getppid(), count(), time.monotonic()
+    while os.getppid() == parent:
+        time.sleep(_LOOK_S)
+        now_s = time.monotonic()
+        if (late_s := now_s - before_s - _LOOK_S) > STOOD_S:
+            _SLOT.pack_into(seen, _SLOT.size * (1 + next(slots) % _KEPT), now_s, late_s)
+        _SLOT.pack_into(seen, 0, now_s, 0.0)
+        before_s = now_s
+
+
+class Sees(Protocol):
+    """Whoever can say how long the machine stood still at most since then."""
+
+    def longest_s(self, since_s: float) -> float: ...
 
 
 class Standstills:
     """Of the machine, around all attempts of one test."""
 
-    def __init__(self) -> None:
-        self.longest_s = 0.0
-        """In this attempt."""
+    def __init__(self, witness: Sees) -> None:
+        self._witness = witness
         self._excused = 0
-        self._over = threading.Event()
-        self._thread = threading.Thread(target=self._sleep, name="standstills", daemon=True)
+        self._first_s = self._begun_s = time.monotonic()
 
-    def __enter__(self) -> Self:
-        self._thread.start()
+    def begin(self) -> Self:
+        """Another attempt."""
+        self._excused += self.stood
+        self._begun_s = time.monotonic()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._over.set()
-        self._thread.join()
-
-    def _sleep(self) -> None:
-        before_s = time.monotonic()
-        while not self._over.wait(_LOOK_S):
-            now_s = time.monotonic()
-            self.longest_s = max(self.longest_s, now_s - before_s - _LOOK_S)
-            before_s = now_s
+    @property
+    def longest_s(self) -> float:
+        """In this attempt."""
+        return self._witness.longest_s(self._begun_s)
 
     @property
     def stood(self) -> bool:
         """In this attempt."""
         return self.longest_s > STOOD_S
 
-    def begin(self) -> None:
-        """Another attempt."""
-        self._excused += self.stood
-        self.longest_s = 0.0
+    def failed(self, attempts: int) -> bool:
+        """After so many, all in vain: it is the test, since an attempt in which the machine stood still is none."""
+        return attempts - self._excused - self.stood > RERUNS
 
-    def may_run_again(self, attempts: int) -> bool:
-        """After so many that failed: an attempt in which the machine stood still counts as none."""
-        return attempts - self._excused - self.stood <= RERUNS
+    def given_up(self, attempts: int) -> bool:
+        """After so many, all in vain: the machine stands still so often that nothing can be said of the test."""
+        over = attempts > RERUNS + STANDSTILLS or time.monotonic() - self._first_s > PATIENCE_S
+        return over and not self.failed(attempts) and self._excused + self.stood > 0
+
+
+if __name__ == "__main__":
+    watch(Path(sys.argv[1]))

@@ -1,49 +1,122 @@
 """A test during which the machine stood still is run again, and one that fails without that is not for long (decision
 0426)."""
 
+import fcntl
 import os
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
-from support.standstill import RERUNS, STANDSTILLS, STOOD_S, Standstills
+from support.standstill import PATIENCE_S, RERUNS, STANDSTILLS, STOOD_S, Standstills, Witness
 
 TESTS = Path(__file__).resolve().parents[2]
 INSIDE = """
-import os, signal, subprocess, sys
+import os, signal, subprocess, sys, time
 from pathlib import Path
 import pytest
+from conftest import witness
 
-@pytest.mark.real_time
-@pytest.mark.parametrize("kind", ["stands still", "is wrong"])
-def test_it(kind):
+def attempt(kind):
     tries = Path(__file__).with_name(kind)
     count = len(tries.read_text()) + 1 if tries.exists() else 1
     tries.write_text("x" * count)
-    if kind == "is wrong":
-        raise AssertionError("as always")
-    if count <= UNTIL:
-        with subprocess.Popen(["sh", "-c", f"sleep 0.3; kill -CONT {os.getpid()}"]):
-            os.kill(os.getpid(), signal.SIGSTOP)
+    return count
+
+def stand_still():
+    with subprocess.Popen(["sh", "-c", f"sleep 0.3; kill -CONT {witness().pid} {os.getpid()}"]):
+        os.kill(witness().pid, signal.SIGSTOP)
+        os.kill(os.getpid(), signal.SIGSTOP)
+
+@pytest.mark.real_time
+def test_stands_still_for_a_while():
+    if attempt("a while") <= UNTIL:
+        stand_still()
         raise AssertionError("late")
+
+@pytest.mark.real_time
+def test_stands_still_always():
+    attempt("always")
+    stand_still()
+    raise AssertionError("late")
+
+@pytest.mark.real_time
+def test_is_wrong():
+    attempt("wrong")
+    raise AssertionError("as always")
+
+@pytest.mark.real_time
+def test_holds_up_its_own_process():
+    attempt("held up")
+    sys.setswitchinterval(1.0)
+    until_s = time.monotonic() + 0.2
+    while time.monotonic() < until_s:
+        pass
+    sys.setswitchinterval(0.005)
+    raise AssertionError("as always")
 """
 
 
+class Seen:
+    """A witness that was told what it saw."""
+
+    def __init__(self) -> None:
+        self.stood_s = 0.0
+
+    def longest_s(self, since_s: float) -> float:
+        return self.stood_s
+
+
 def test_attempts_in_which_the_machine_stood_still_count_as_none() -> None:
-    seen = Standstills()
-    assert [seen.may_run_again(attempts) for attempts in range(1, RERUNS + 2)] == [True] * RERUNS + [False]
-    seen.longest_s = 2 * STOOD_S
-    assert seen.may_run_again(RERUNS + 1), "this one"
+    witness = Seen()
+    seen = Standstills(witness)
+    assert [seen.failed(attempts) for attempts in range(1, RERUNS + 2)] == [False] * RERUNS + [True]
+    witness.stood_s = 2 * STOOD_S
+    assert not seen.failed(RERUNS + 1), "this one"
     seen.begin()
-    assert seen.may_run_again(RERUNS + 1), "the one before"
-    assert not seen.may_run_again(RERUNS + 2)
+    witness.stood_s = 0.0
+    assert not seen.failed(RERUNS + 1), "the one before"
+    assert seen.failed(RERUNS + 2)
 
 
-def test_whoever_only_sleeps_does_not_stand_still_in_its_own_eyes() -> None:
-    with Standstills() as seen:
+def test_given_up_is_what_cannot_be_judged_and_nothing_else() -> None:
+    witness = Seen()
+    seen = Standstills(witness)
+    last = RERUNS + STANDSTILLS + 1
+    assert not seen.given_up(last), "it failed"
+    witness.stood_s = 2 * STOOD_S
+    for _ in range(last - 1):
         seen.begin()
-        assert not seen.stood
+    assert not seen.given_up(last - 1)
+    assert seen.given_up(last)
+
+
+def test_a_test_that_takes_long_is_given_up_sooner(monkeypatch: pytest.MonkeyPatch) -> None:
+    witness = Seen()
+    witness.stood_s = 2 * STOOD_S
+    seen = Standstills(witness)
+    assert not seen.given_up(1)
+    later_s = time.monotonic() + 2 * PATIENCE_S
+    monkeypatch.setattr(time, "monotonic", lambda: later_s)
+    assert seen.given_up(1)
+    witness.stood_s = 0.0
+    assert not seen.given_up(1), "without a standstill the test is what took long"
+
+
+def test_the_witness_sees_what_holds_itself_up_and_no_other() -> None:
+    witness = Witness()
+    begun_s = time.monotonic()
+    os.kill(witness.pid, signal.SIGSTOP)
+    while (yet_s := witness.longest_s(begun_s)) < 3 * STOOD_S:
+        pass
+    os.kill(witness.pid, signal.SIGCONT)
+    while time.monotonic() - witness.looked_s > STOOD_S:
+        pass
+    assert witness.longest_s(begun_s) >= yet_s, "also afterwards"
+    assert witness.longest_s(time.monotonic()) < yet_s, "and not in what comes then"
+    witness.end()
 
 
 def test_standing_still_is_told_from_failing(tmp_path: Path) -> None:
@@ -56,16 +129,28 @@ def test_standing_still_is_told_from_failing(tmp_path: Path) -> None:
         env=os.environ | {"PYTHONPATH": str(TESTS)},
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=240,
         check=False,
     )
-    assert "1 failed, 1 passed" in done.stdout, done.stdout + done.stderr
-    assert "test_it[stands still]: run again, the machine stood still for 0." in done.stdout
-    assert len((tmp_path / "stands still").read_text()) >= until + 1
-    assert RERUNS + 1 <= len((tmp_path / "is wrong").read_text()) <= RERUNS + STANDSTILLS + 1
+    assert "2 failed, 1 passed, 1 skipped" in done.stdout, done.stdout + done.stderr
+    assert "test_stands_still_for_a_while: run again, the machine stood still for 0." in done.stdout
+    assert "test_stands_still_always: not judged" in done.stdout
+
+    def attempts(kind: str) -> int:
+        return len((tmp_path / kind).read_text())
+
+    assert attempts("a while") >= until + 1
+    assert RERUNS + 2 <= attempts("always") <= RERUNS + STANDSTILLS + 1
+    assert all(RERUNS + 1 <= attempts(kind) <= RERUNS + STANDSTILLS + 1 for kind in ("wrong", "held up"))
 
 
 @pytest.mark.real_time
 def test_a_test_that_reads_the_clock_is_watched_over(request: pytest.FixtureRequest) -> None:
     (marker,) = request.node.iter_markers("flaky")
     assert marker.kwargs["condition"]()
+
+
+@pytest.mark.real_time
+def test_nobody_else_reads_the_clock_meanwhile() -> None:
+    with (TESTS / "conftest.py").open() as lane, pytest.raises(BlockingIOError):
+        fcntl.flock(lane, fcntl.LOCK_EX | fcntl.LOCK_NB)
