@@ -52,8 +52,8 @@ def answers(diagnosis: Diagnosis) -> dict[str, str]:
     if misfit is not None and misfit > FAR * diagnosis.gap.floor_deg:
         told["Model:"] = (
             f"as it stands it misses the earlier days by {degrees(misfit)} deg rms. That is no part of the gap, "
-            "which is what changed "
-            "since; `pamrig identify` on the earlier days makes it smaller."
+            "which is what changed since. Unless the model was identified on these days, `pamrig identify` on them "
+            "makes it smaller."
         )
     if diagnosis.next_experiment:
         names = " and ".join(_noun(name) for name in diagnosis.next_experiment.separates)
@@ -224,14 +224,19 @@ def _retuning(diagnosis: Diagnosis) -> str:
     tuning = diagnosis.retuning
     assert tuning is not None
     moved = "; ".join([told for one in tuning.moved if (told := _moved(one))][:4])
-    said = (
-        f"fitting the simulator's own parameters again would take its error from {degrees(tuning.before_deg)} to "
-        f"{degrees(tuning.after_deg)} deg ({_percent(tuning.closes_fraction)} of the mean square)"
-        + (f": {moved}." if moved else "; no valve, joint or sensor parameter moves plainly.")
-    )
+    before, after = degrees(tuning.before_deg), degrees(tuning.after_deg)
+    # the gap is measured against the fingerprint, re-tuning against the parameters without it
+    described = diagnosis.reference is Kind.FINGERPRINT
+    whose = "the error of its parameters alone (without the fingerprint)" if described else "its error"
+    if tuning.closes_fraction > 0.0:
+        said = f"fitting the simulator's own parameters again would take {whose} from {before} to {after} deg "
+        said += f"({_percent(tuning.closes_fraction)} of the mean square)"
+    else:
+        said = f"fitting the simulator's own parameters again would not bring {whose} down, {before} deg"
+    said += f": {moved}." if moved else "; no valve, joint or sensor parameter moves plainly."
     if _swallowed(diagnosis) and tuning.looks_like:
         said += f" In these records any of these would look the same: {', '.join(map(_noun, tuning.looks_like))}."
-    return f"{said} {_beyond(diagnosis)}" if diagnosis.reference in FROM_MODEL and _helps(diagnosis) else said
+    return f"{said} {_beyond(diagnosis)}".rstrip() if diagnosis.reference in FROM_MODEL and _helps(diagnosis) else said
 
 
 def _swallowed(diagnosis: Diagnosis) -> bool:
@@ -257,12 +262,15 @@ def _helps(diagnosis: Diagnosis) -> bool:
 
 
 def _beyond(diagnosis: Diagnosis) -> str:
-    """What the named effects close that re-tuning does not."""
+    """What the named effects close that re-tuning does not; empty where neither closes anything."""
     gap, tuning = diagnosis.gap, diagnosis.retuning
     assert tuning is not None
-    more = (tuning.after_deg**2 - gap.after_deg**2) / max(gap.rms_deg**2, 1e-12)
+    # shares of the error that each was measured on: a fingerprint's and its parameters' are not the same
+    more = 1.0 - (gap.after_deg / max(gap.rms_deg, 1e-12)) ** 2 - tuning.closes_fraction
     what = _noun(_named(diagnosis)[0].effect) if len(_named(diagnosis)) == 1 else "the effects named"
     if abs(more) < AS_MUCH:
+        if tuning.closes_fraction < AS_MUCH:
+            return ""
         return f"That is as much as {what} closes: in these records the two look the same."
     if more < 0.0:
         return f"That closes more than {what} alone does: the simulator is also off in what it has."

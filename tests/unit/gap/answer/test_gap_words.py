@@ -129,6 +129,18 @@ def test_retuning_and_what_the_effect_closes_beyond_it(after: float, words: str)
     assert words in said
 
 
+def test_retuning_that_closes_nothing_says_so_and_leaves_the_effect_what_it_closes() -> None:
+    """The fit to one half may be worse on the other: what the effect closes is no more for that."""
+    tuning = Retuning(1.156, 1.228, ())
+    lag = told(LAG, reference="fingerprint", rms_deg=0.867, after_deg=0.501)
+    said = answers(replace(lag, retuning=tuning))["Re-tuning:"]
+    assert "would not bring the error of its parameters alone (without the fingerprint) down, 1.2 deg" in said
+    assert "closes another 67 %" in said
+    said = answers(replace(told(LAG, after_deg=0.75), retuning=replace(TUNING, before_deg=0.751, after_deg=0.76)))
+    assert "look the same" not in said["Re-tuning:"]
+    assert "not bring its error down" in said["Re-tuning:"]
+
+
 def test_retuning_that_closes_more_says_that_the_simulator_is_off_as_well() -> None:
     said = answers(replace(told(LAG, after_deg=0.5), retuning=TUNING))["Re-tuning:"]
     assert "closes more than slower or quicker regulators (valve_lag) alone" in said
