@@ -4,12 +4,33 @@ import contextlib
 import os
 import signal
 import sys
-from collections.abc import Iterator
+import time
+from collections.abc import Iterator, Sequence
 from multiprocessing.process import BaseProcess
 from multiprocessing.resource_tracker import ensure_running
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, Final
+
+STEADY_S: Final = 30.0
+"""A process that ran for longer did not die in a row with the one before it."""
+
+
+class Pauses:
+    """How long to wait before a process that died is started anew: the longer, the more have died in a row."""
+
+    def __init__(self, pauses_s: Sequence[float], deaths: int = 0) -> None:
+        """`pauses_s[n]` after `n` deaths in a row, the last one from there on; `deaths`: the count before any."""
+        self._pauses_s, self._deaths, self._began_s = pauses_s, deaths, 0.0
+
+    def began(self) -> None:
+        """A process takes up its work now."""
+        self._began_s = time.monotonic()
+
+    def next_s(self) -> float:
+        """It died: so long, in seconds, before the next."""
+        self._deaths = 0 if time.monotonic() - self._began_s > STEADY_S else self._deaths + 1
+        return self._pauses_s[min(self._deaths, len(self._pauses_s) - 1)]
 
 
 def start_process(process: BaseProcess) -> None:

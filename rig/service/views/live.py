@@ -22,15 +22,13 @@ from rig.log.mcap import schema
 from rig.realtime.faults import explain
 from rig.realtime.ring import Ring, RingReader
 from rig.sample import unpack
-from rig.service.processes import is_stopped
+from rig.service.processes import Pauses, is_stopped
 from rig.service.session.session import Session
 
 HOST: Final = "127.0.0.1"
 LOOK_S: Final = 1.0
 AGAIN_S: Final = (0.0, 2.0, 10.0, 60.0)
 """Before one that died is replaced for the first, second ... time in a row, as where somebody else has its port."""
-_STEADY_S: Final = 30.0
-"""After so long the count begins anew."""
 _POLL_S: Final = 0.02
 _LOG = logging.getLogger("pamrig")
 
@@ -50,12 +48,13 @@ class LiveView:
         self._port = port
         self._process: BaseProcess | None = None
         self._session: Session | None = None
-        self._began_s = 0.0
+        self._pauses = Pauses(AGAIN_S, deaths=-1)
 
     def follow(self, session: Session | None) -> None:
         """Show this session instead of the one before. Blocks, as `close` does, until that one's process has ended."""
         self.close()
-        self._session, self._began_s = session, time.monotonic()
+        self._session = session
+        self._pauses.began()
         if self._port and session is not None:
             arguments = (session.ring.block.path, session.id, self._port, os.getpid())
             self._process = multiprocessing.get_context("spawn").Process(
@@ -65,13 +64,12 @@ class LiveView:
 
     async def watch(self, starter: Executor) -> None:
         """Replace a process that has ended or was stopped, by `starter`, where `follow` is called too; never ends."""
-        deaths = -1
         while True:
             await asyncio.sleep(LOOK_S)
             if problem := self._lost():
-                deaths = 0 if time.monotonic() - self._began_s > _STEADY_S else deaths + 1
+                pause_s = self._pauses.next_s()
                 _LOG.warning("live view: %s; started again", problem)
-                await asyncio.sleep(AGAIN_S[min(deaths, len(AGAIN_S) - 1)])
+                await asyncio.sleep(pause_s)
                 await asyncio.get_running_loop().run_in_executor(starter, self._replace)
 
     def _lost(self) -> str:

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from rig.errors import StateError
-from rig.service.processes import is_stopped, start_process
+from rig.service.processes import Pauses, is_stopped, start_process
 from rig.service.session.session_monitor import Parts
 from rig.service.settings import DaemonSettings, Web, read_token
 from rig.service.web.orders import BACKLOG, PageOrders
@@ -35,8 +35,6 @@ COMING_S: Final = 60.0
 _PACKAGES: Final = ("jinja2", "starlette", "uvicorn", "websockets")
 AGAIN_S: Final = (0.0, 0.5, 2.0, 10.0)
 """Before a page that died is replaced for the first, second ... time in a row."""
-_STEADY_S: Final = 30.0
-"""After so long the count begins anew."""
 _LOG = logging.getLogger("pamrig")
 
 
@@ -109,7 +107,7 @@ class Page:
         self._listening: socket.socket | None = None
         self._serving: _Running | None = None
         self._spare: _Running | None = None
-        self._deaths, self._began_s = 0, 0.0
+        self._pauses = Pauses(AGAIN_S)
         self.restarts = 0
 
     def open(self) -> None:
@@ -173,10 +171,10 @@ class Page:
             return
         await asyncio.to_thread(self._end, self._serving)
         self.restarts += 1
-        self._deaths = 0 if time.monotonic() - self._began_s > _STEADY_S else self._deaths + 1
+        pause_s = self._pauses.next_s()
         _LOG.error("page: %s; started again", problem)
         self._serving = None
-        await asyncio.sleep(AGAIN_S[min(self._deaths, len(AGAIN_S) - 1)])
+        await asyncio.sleep(pause_s)
         self._serving, self._spare = self._spare, None
         self._let_serve(self._serving)
 
@@ -207,7 +205,7 @@ class Page:
         return _Running(process, ours)
 
     def _let_serve(self, running: _Running | None) -> None:
-        self._began_s = time.monotonic()
+        self._pauses.began()
         if running is not None:
             running.serves, running.heard_s = True, time.monotonic()
             with contextlib.suppress(OSError):

@@ -1,0 +1,39 @@
+"""Pauses before a process that died is started anew."""
+
+import pytest
+
+from rig.service import processes
+from rig.service.processes import STEADY_S, Pauses
+
+PAUSES_S = (0.0, 2.0, 10.0)
+
+
+class Clock:
+    """One that is turned by hand, in place of the monotonic one."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.now_s = 1000.0
+        monkeypatch.setattr(processes.time, "monotonic", lambda: self.now_s)
+
+    def lives(self, pauses: Pauses, lived_s: float) -> float:
+        """The pause after a process that lived so long."""
+        pauses.began()
+        self.now_s += lived_s
+        return pauses.next_s()
+
+
+@pytest.mark.parametrize(("before", "expected_s"), [(0, [2.0, 10.0, 10.0]), (-1, [0.0, 2.0, 10.0, 10.0])])
+def test_the_pause_grows_with_every_death_in_a_row(
+    before: int, expected_s: list[float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    clock, pauses = Clock(monkeypatch), Pauses(PAUSES_S, before)
+    assert [clock.lives(pauses, 1.0) for _ in expected_s] == expected_s
+
+
+@pytest.mark.parametrize(("lived_s", "pause_s"), [(STEADY_S, 10.0), (STEADY_S + 0.1, 0.0)])
+def test_one_that_lived_for_long_did_not_die_in_a_row(
+    lived_s: float, pause_s: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    clock, pauses = Clock(monkeypatch), Pauses(PAUSES_S)
+    assert [clock.lives(pauses, 1.0) for _ in range(3)] == [2.0, 10.0, 10.0]
+    assert clock.lives(pauses, lived_s) == pause_s
