@@ -87,12 +87,22 @@ def _complete_ones(
     return records, left_out
 
 
+def is_log(path: Path) -> bool:
+    """A file that a folder of logs is searched for."""
+    return path.name.endswith(SUFFIXES) and path.is_file()
+
+
+def holds_logs(folder: Path) -> bool:
+    """A log lies in that folder or below."""
+    return any(map(is_log, folder.rglob("*")))
+
+
 def logs_in(folder: Path) -> list[Path]:
     """Every log in a folder and below; RecordError when there is none.
 
     A table of the same name beside an MCAP file is its export: the same record, which counts once.
     """
-    files = sorted(file for file in folder.rglob("*") if file.is_file() and file.name.endswith(SUFFIXES))
+    files = sorted(filter(is_log, folder.rglob("*")))
     if not files:
         raise RecordError(f"{folder}: no log in this folder; a log is {', '.join(SUFFIXES)}")
     ours = {file.parent / stem(file) for file in files if file.suffix == ".mcap"}

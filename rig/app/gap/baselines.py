@@ -54,16 +54,21 @@ def logs_of_model(model_file: Path) -> list[Path]:
 
 
 def sessions_of(baselines: Sequence[Path]) -> list[Path]:
-    """One path a session: a folder that holds nothing but folders holds one session in each."""
-    return [session for baseline in baselines for session in days_in(baseline) or [baseline]]
+    """One path a session: a folder that holds days holds one session in each, or more where those hold days again, as
+    the days of several months."""
+    return [session for baseline in baselines for session in sessions_of(days_in(baseline)) or [baseline]]
 
 
 def days_in(folder: Path) -> list[Path]:
-    """The folders of a folder that holds several of them and nothing else; else none."""
+    """The folders of a folder that has its logs in several of them and none beside them; else none. What else lies
+    there, a note or a page, is not a log: it would make one session of all days."""
+    from rig.log.reader import holds_logs, is_log
+
     if not folder.is_dir():
         return []
     inside = [entry for entry in sorted(folder.iterdir()) if not entry.name.startswith(".")]
-    return inside if len(inside) > 1 and all(entry.is_dir() for entry in inside) else []
+    days = [entry for entry in inside if holds_logs(entry)]
+    return days if len(days) > 1 and not any(map(is_log, inside)) else []
 
 
 def check_apart(logs: Sequence[Path], baselines: Sequence[Path]) -> None:

@@ -50,7 +50,7 @@ class Case:
 
 
 def cases_of(logs: tuple[Path, ...]) -> list[Case]:
-    """A single folder that holds nothing but folders is a campaign, one case each; anything else is one case."""
+    """A single folder that holds days (`days_in`) is a campaign, one case each; anything else is one case."""
     days = days_in(logs[0]) if len(logs) == 1 else []
     return [Case(day.name, (day,)) for day in days] or [Case(None, logs)]
 

@@ -49,6 +49,8 @@ class Pair:
     """What fell in the case's record."""
     baseline_dropouts: tuple[tuple[Dropouts, ...], ...] = ()
     """What fell in each baseline's."""
+    numbers: tuple[int, ...] = ()
+    """Of the baseline sessions, counted from 1 as they were given."""
 
     def __len__(self) -> int:
         return len(self.t_s)
@@ -100,6 +102,7 @@ def on_grid(
     return Pair(
         record.name, dt * stride, t, u1, u2, _cut(case, len(t)), tuple(sessions), used, record, others,
         fallen.get(id(read), ()), tuple(fallen.get(id(partner.record), ()) for partner in partners),
+        tuple(partner.session for partner in partners),
     )  # fmt: skip
 
 

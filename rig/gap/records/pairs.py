@@ -13,7 +13,7 @@ from rig.gap.records.alignment import align
 from rig.gap.records.conditions import difference
 from rig.gap.records.dropouts import Dropouts, without_dropouts
 from rig.gap.records.grid import Pair, Session, on_grid
-from rig.gap.records.partners import Match, Partner, find_partner, require_partners
+from rig.gap.records.partners import Match, Partner, find_partner, named_session, require_partners
 from rig.gap.records.rest import rest_pressure, say_shift
 from rig.gap.records.settings import CLIPPED
 from rig.gap.records.usable import check_direction, check_scale, hole, reasons, silent_monitor, usable
@@ -61,7 +61,7 @@ def pair_up(
         raise RecordError(reasons(notes))
     sessions = _sessions(baselines, fit, notes, fallen)
     _say_repeated(fit[0], sessions, notes)
-    looked = {id(record): [find_partner(record, session, k) for k, session in enumerate(sessions, 1)] for record in fit}
+    looked = {id(record): [find_partner(record, session, k) for k, session in sessions.items()] for record in fit}
     matches = [match for record in fit for _, match in looked[id(record)]]
     require_partners(matches, len(sessions))
     _say_lonely(matches, notes)
@@ -89,8 +89,8 @@ def _sessions(
     case: Sequence[Record],
     notes: list[str],
     fallen: dict[int, tuple[Dropouts, ...]],
-) -> list[list[Record]]:
-    """The baseline sessions that can be used; RecordError when some were given and none can."""
+) -> dict[int, list[Record]]:
+    """The baseline sessions that can be used, by their numbers; RecordError when some were given and none can."""
     sessions = []
     for session in baselines:
         whole, dropouts = without_dropouts(session)
@@ -102,39 +102,33 @@ def _sessions(
     return kept
 
 
-def _distinct(sessions: list[list[Record]], case: Sequence[Record], notes: list[str]) -> list[list[Record]]:
-    """Each day once, and none that is the case itself: a copy would make the floor too low."""
+def _distinct(sessions: list[list[Record]], case: Sequence[Record], notes: list[str]) -> dict[int, list[Record]]:
+    """Each day once, by its number from 1, and none that is the case itself: a copy would make the floor too low."""
 
     def contents(records: Sequence[Record]) -> set[bytes]:
         return {np.asarray(record.angle_deg).tobytes() for record in records}
 
     seen = contents(case)
-    kept = []
+    kept = {}
     for number, session in enumerate(sessions, 1):
         mine = contents(session)
         if mine & seen:
-            said = f"baseline session {number}{_where(session)}"
+            said = named_session(number, session[0])
             notes.append(f"{said} repeats records of the case or of another session; left out")
         if not mine or mine & seen:
             continue
         seen |= mine
-        kept.append(session)
+        kept[number] = session
     return kept
 
 
-def _where(session: Sequence[Record]) -> str:
-    """The folder of a session, in brackets, where it is known."""
-    source = next((record.source for record in session), None)
-    return f" ({source.parent})" if source is not None else ""
-
-
-def _say_repeated(record: Record, sessions: Sequence[Sequence[Record]], notes: list[str]) -> None:
+def _say_repeated(record: Record, sessions: Mapping[int, Sequence[Record]], notes: list[str]) -> None:
     """A sweep that a session holds more than once: two days in one folder would count as one."""
-    for number, session in enumerate(sessions, 1):
+    for number, session in sessions.items():
         same = [other.name for other in session if align(record, other).same and difference(record, other) is None]
         if len(same) > 1:
             notes.append(
-                f"baseline session {number}{_where(session)} holds the sweep of {record.name} {len(same)} times "
+                f"{named_session(number, session[0])} holds the sweep of {record.name} {len(same)} times "
                 f"({', '.join(same[:3])}): one of each is "
                 "used; if these are several days, give each its own --baseline"
             )

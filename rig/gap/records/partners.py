@@ -48,6 +48,15 @@ class Partner:
 
     record: Record
     alignment: Alignment
+    session: int
+    """Counted from 1, as the sessions were given."""
+
+
+def named_session(number: int, record: Record | None) -> str:
+    """How a note names a session, counted from 1 as they were given: with the folder of a record of it, where that is
+    known."""
+    source = None if record is None else record.source
+    return f"baseline session {number}" + (f" ({source.parent})" if source is not None else "")
 
 
 def find_partner(record: Record, session: Sequence[Record], number: int) -> tuple[Partner | None, Match]:
@@ -61,7 +70,8 @@ def find_partner(record: Record, session: Sequence[Record], number: int) -> tupl
     if not named and (doubt := _ambiguous([other for other, _ in fitting])):
         return None, Match(record.name, number, None, by, None, SAME_COMMAND, 0.0, doubt)
     other, found = min(fitting, key=lambda each: each[1].off)
-    return Partner(other, found), Match(record.name, number, other.name, by, found.off, SAME_COMMAND, found.shift_s)
+    match = Match(record.name, number, other.name, by, found.off, SAME_COMMAND, found.shift_s)
+    return Partner(other, found, number), match
 
 
 def _unpaired(record: Record, tried: Sequence[tuple[Record, Alignment]], by: str, number: int) -> Match:

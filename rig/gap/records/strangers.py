@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from rig.gap.records.pairs import Pair, Pairing
+from rig.gap.records.partners import named_session
 from rig.record import Column
 
 FAR = 5.0
@@ -29,7 +30,8 @@ def without_strangers(pairing: Pairing) -> Pairing:
     apart = _distances([pair for pair in pairing.pairs if len(pair.sessions) == count], count)
     nearest = np.min(apart + np.diag(np.full(count, np.inf)), axis=1)
     far = [k for k in range(count) if _is_far(k, nearest)]
-    pairing = pairing.noting(*(_note(k, count, float(nearest[k])) for k in (far if count >= FEWEST else far[:1])))
+    told = far if count >= FEWEST else far[:1]
+    pairing = pairing.noting(*(_note(pairing.pairs[0], k, count, float(nearest[k])) for k in told))
     if count < FEWEST or not far or len(far) > count - 2:
         return pairing
     kept = [k for k in range(count) if k not in far]
@@ -37,8 +39,8 @@ def without_strangers(pairing: Pairing) -> Pairing:
     return replace(pairing, pairs=pairs, sessions=len(kept))
 
 
-def _note(k: int, count: int, apart: float) -> str:
-    who, end = f"baseline session {k + 1} differs from every other", "left out"
+def _note(pair: Pair, k: int, count: int, apart: float) -> str:
+    who, end = f"{named_session(pair.numbers[k], pair.raw_baselines[k])} differs from every other", "left out"
     if count < FEWEST:
         who, end = "the two baseline sessions differ", "the floor is as high; a third session would tell which"
     return f"{who} by {100 * apart:.0f} % of the angle's spread or more: another rig, or a day with a fault; {end}"
@@ -62,6 +64,11 @@ def _distances(pairs: Sequence[Pair], count: int) -> Column:
 
 
 def _with_sessions(pair: Pair, kept: Sequence[int]) -> Pair:
+    """The pair with these sessions only, in all that it holds of each."""
     return replace(
-        pair, sessions=tuple(pair.sessions[k] for k in kept), raw_baselines=tuple(pair.raw_baselines[k] for k in kept)
+        pair,
+        sessions=tuple(pair.sessions[k] for k in kept),
+        raw_baselines=tuple(pair.raw_baselines[k] for k in kept),
+        baseline_dropouts=tuple(pair.baseline_dropouts[k] for k in kept),
+        numbers=tuple(pair.numbers[k] for k in kept),
     )

@@ -100,8 +100,8 @@ def diagnose(
     """Explain records: by what the simulator lacks, or, with `baselines` (one entry an earlier day), by what has
     changed.
 
-    A folder that holds nothing but folders is one day in each, as for `pamrig gap diagnose`; Error when an earlier day
-    contains the place of `logs`, or is in it.
+    A folder that has its logs in folders only is one day in each, as for `pamrig gap diagnose`; Error when an earlier
+    day contains the place of `logs`, or is in it.
 
     `pressures=False` leaves the measured pressures out, `effects` limits the library by name. RecordError when no
     record can be used, ModelError when there is nothing to compare with.

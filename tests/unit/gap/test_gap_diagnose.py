@@ -265,9 +265,12 @@ def test_a_clipped_sensor_gives_no_confident_name(column: str) -> None:
 def test_a_session_of_another_rig_is_left_out_and_said() -> None:
     other = session(156, AddedEffect("sensor_gain", {"gain": 0.2}))
     late = session(157, AddedEffect("delay", {"delay_s": 0.03}))
-    found = diagnose(model(), late, [*(list(day) for day in baselines()), other])
+    days = [list(day) for day in baselines()]
+    sunday = [replace(record, source=Path("sunday") / "x.mcap") for record in other]
+    found = diagnose(model(), late, [days[0], *days, sunday])
     assert found.evidence.sessions == 3
-    assert any("baseline session 4 differs from every other" in note and "left out" in note for note in found.notes)
+    said = "baseline session 5 (sunday) differs from every other"
+    assert any(said in note and "left out" in note for note in found.notes), "counted as they were given"
     assert names(found) == {"delay"}
     two = diagnose(model(), late, [list(baselines()[0]), other])
     assert any("the two baseline sessions differ" in note for note in two.notes)

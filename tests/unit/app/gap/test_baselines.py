@@ -60,8 +60,31 @@ def test_the_sessions_are_listed() -> None:
 def folders(tmp_path: Path) -> Path:
     """A folder of four days."""
     for name in ("d1", "d2", "d3", "today"):
-        (tmp_path / "all" / name).mkdir(parents=True)
+        _keep_log(tmp_path / "all" / name)
     return tmp_path / "all"
+
+
+def _keep_log(folder: Path) -> None:
+    folder.mkdir(parents=True)
+    (folder / "sine.csv").touch()
+
+
+def test_a_note_beside_the_days_does_not_make_one_session_of_them(folders: Path) -> None:
+    (folders / "README.txt").touch()
+    (folders / "figures").mkdir()
+    (folders / "figures" / "loop.png").touch()
+    days = [folders / name for name in ("d1", "d2", "d3", "today")]
+    assert sessions_of([folders]) == days
+    (folders / "sine.csv").touch()
+    assert sessions_of([folders]) == [folders], "logs of its own: a session"
+
+
+def test_days_of_several_months_are_a_session_each(tmp_path: Path) -> None:
+    days = [tmp_path / "all" / month / day for month in ("10", "11") for day in ("1", "2")]
+    for day in days:
+        _keep_log(day)
+    assert sessions_of([tmp_path / "all"]) == days
+    assert sessions_of([days[0], tmp_path / "missing"]) == [days[0], tmp_path / "missing"]
 
 
 def test_a_parent_folder_that_contains_the_log_is_refused(folders: Path) -> None:
