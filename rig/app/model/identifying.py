@@ -21,6 +21,8 @@ from rig.record import Record
 
 USUAL_SAMPLE_TIME_S = 0.005
 SHORTEST_SAMPLE_TIME_S, LONGEST_SAMPLE_TIME_S = 0.001, 0.05
+_SMALLER = (("ms", 1e3), ("us", 1e6), ("ns", 1e9))
+"""Units that somebody's t_s may be in, and how many make a second."""
 """Outside, a period is more often a wrong unit of time than a rig."""
 
 
@@ -124,7 +126,8 @@ def sample_time_s(records: Sequence[Record], options: Options) -> float:
         return USUAL_SAMPLE_TIME_S
     period = float(f"{np.median([record.period_s for record in records if len(record) > 1] or [0.0]):.3g}")
     if period and not SHORTEST_SAMPLE_TIME_S <= period <= LONGEST_SAMPLE_TIME_S:
-        doubt = "is t_s in ms? Else " if SHORTEST_SAMPLE_TIME_S <= period / 1e3 <= LONGEST_SAMPLE_TIME_S else ""
+        fits = [unit for unit, of in _SMALLER if SHORTEST_SAMPLE_TIME_S <= period / of <= LONGEST_SAMPLE_TIME_S]
+        doubt = f"is t_s in {fits[0]}? Else " if fits else ""
         raise RecordError(
             f"{records[0].name}: sampled every {1e3 * period:.4g} ms; a model is identified at "
             f"{1e3 * SHORTEST_SAMPLE_TIME_S:g} to {1e3 * LONGEST_SAMPLE_TIME_S:g} ms; {doubt}--resample puts the "

@@ -56,20 +56,28 @@ def against_peers(folder: Path, records: int) -> dict[str, Any]:
 def measured_apart(
     function: Callable[[Path, int], dict[str, float] | None], path: Path, records: int
 ) -> dict[str, float]:
-    """Seconds and additional peak memory of `function(path, records)` in a fresh process; it times itself."""
+    """Seconds and additional peak memory of `function(path, records)` in a fresh process; it times itself.
+    ModuleNotFoundError when it needs a package that is not installed."""
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe(duplex=False)
     process = context.Process(target=_child, args=(function, path, records, theirs), daemon=True)
     process.start()
     theirs.close()
-    result: dict[str, float] = ours.recv()
+    result: dict[str, float] | ModuleNotFoundError = ours.recv()
     process.join()
+    if isinstance(result, ModuleNotFoundError):
+        raise result
     return result
 
 
-def _child(function: Callable[[Path, int], dict[str, float]], path: Path, records: int, answer: Connection) -> None:
+def _child(
+    function: Callable[[Path, int], dict[str, float] | None], path: Path, records: int, answer: Connection
+) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which ends this process with itself
-    answer.send(function(path, records))
+    try:
+        answer.send(function(path, records))
+    except ModuleNotFoundError as error:
+        answer.send(error)  # whoever asked says which package it is
 
 
 class _Watch:

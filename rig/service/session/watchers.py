@@ -139,6 +139,11 @@ def await_ready(pipe: Connection, who: str, meanwhile: Callable[[], None] = lamb
                 raise {"device": DeviceError, "config": ConfigError}.get(kind, RigError)(said)
         except EOFError:
             break
+    else:
+        raise RigError(
+            f"the {who}'s process was not ready within {_START_PATIENCE_S:g} s; is this machine busy? Else run `pamrig "
+            "devices probe` to see whether the device answers"
+        )
     raise RigError(
         f"the {who}'s process ended before it was ready; run `pamrig devices probe` to see the device's answer"
     )

@@ -14,8 +14,9 @@ from rig.cli.qualify import bench as command
 from rig.errors import CheckFailed
 from rig.qualify import benchmarks
 from rig.qualify.benchmarks import cells, figure
+from rig.qualify.benchmarks.log_peers import measured_apart
 
-MODULES = sorted(Path(benchmarks.__file__).parent.glob("*.py"))
+MODULES = sorted(Path(benchmarks.__file__).parent.rglob("*.py"))
 SAMPLE = {"peer": "the peer", "peer_value": 2.0}
 
 
@@ -85,3 +86,15 @@ def test_figures_are_kept_when_a_later_benchmark_or_a_table_breaks(
     assert set(json.loads(out.read_text())) == {"machine", "loop"}
     assert isinstance(CliRunner().invoke(cli, ["bench", "record", "gap", "--json", str(out)]).exception, RuntimeError)
     assert set(json.loads(out.read_text())) == {"machine", "record"}
+
+
+def reads_by_a_peer(path: Path, records: int) -> dict[str, float]:
+    import pamrig_no_such_peer  # type: ignore[import-not-found]  # noqa: F401
+
+    return {"seconds": 0.0}
+
+
+def test_a_peer_that_is_missing_in_a_process_of_its_own_is_told_by_name(tmp_path: Path) -> None:
+    with pytest.raises(ModuleNotFoundError) as missing:
+        measured_apart(reads_by_a_peer, tmp_path, 1)
+    assert missing.value.name == "pamrig_no_such_peer"

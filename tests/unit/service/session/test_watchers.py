@@ -1,6 +1,8 @@
 """Whether supervisor and guardian can be relied on: theirs is a real process, whose heartbeats and clock the test
 turns."""
 
+import itertools
+import multiprocessing
 import os
 import secrets
 import time
@@ -9,9 +11,10 @@ from multiprocessing.connection import Connection
 
 import pytest
 
+from rig.errors import RigError
 from rig.realtime.ring import Ring
 from rig.realtime.safe_state import Writer
-from rig.service.session.watchers import WATCHER_PATIENCE_S, WatcherOrders, Watchers
+from rig.service.session.watchers import WATCHER_PATIENCE_S, WatcherOrders, Watchers, await_ready
 
 LOOK_NS = 20_000_000
 
@@ -57,3 +60,19 @@ def test_one_that_was_stopped_is_trouble_and_one_beside_which_the_machine_stood_
     process.kill()
     process.join()
     assert watchers.trouble() == "the supervisor's process is gone"
+
+
+def test_a_process_that_is_slow_to_start_is_not_said_to_have_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    ours, theirs = multiprocessing.Pipe(duplex=False)
+    clock_s = itertools.count(0.0, 10.0)
+    monkeypatch.setattr(time, "monotonic", lambda: next(clock_s))
+    with ours, pytest.raises(RigError, match="the loop's process was not ready within 30 s; is this machine busy"):
+        await_ready(ours, "loop")
+    theirs.close()
+
+
+def test_a_process_that_ended_before_it_was_ready_is_said_to_have() -> None:
+    ours, theirs = multiprocessing.Pipe(duplex=False)
+    theirs.close()
+    with ours, pytest.raises(RigError, match="the loop's process ended before it was ready"):
+        await_ready(ours, "loop")
