@@ -108,7 +108,7 @@ def weigh(question: Question) -> tuple[list[Signature], Expected, tuple[Posterio
     RecordError and ModelError as `answer`."""
     effects = chosen(question.library)
     pairing = _paired(question, question.records, question.days)
-    marks = _named_only(read_signatures(pairing.pairs), effects)
+    marks = _named_only(read_signatures(pairing.pairs, _described_noise_deg(question)), effects)
     if any(mark.found and mark.effect == "lost_samples" for mark in marks):
         pairing = _bridged(question, pairing)
     expected = expect(question.kind, question.sister, question.model, pairing)
@@ -116,6 +116,12 @@ def weigh(question: Question) -> tuple[list[Signature], Expected, tuple[Posterio
     expected = replace(expected, marked_deg2=marked_deg2, known_hz=question.known_hz)
     fitting = [effect for effect in effects if not effect.signature]
     return marks, *_judged(question, expected, fitting, question.settings)
+
+
+def _described_noise_deg(question: Question) -> float | None:
+    """Of the angle, where the reference is a fingerprint."""
+    known = question.model.fingerprint if question.model is not None and question.kind is Kind.FINGERPRINT else None
+    return known.noise_deg if known is not None and known.noise_deg > 0.0 else None
 
 
 def _misfit_deg(model: Model, expected: Expected) -> float | None:

@@ -166,7 +166,7 @@ ON_THE_RIG: Mapping[str, OnTheRig] = {
     "end_stop": OnTheRig("a stop", _end_stop,
         "the joint or a muscle's fitting touches the frame; the sensor's range ends", "what the joint touches there; the sensor's range"),
     "sensor_gain": OnTheRig("another gain of the sensor", lambda n: f"The sensor reads {size(n['gain'])} {_more(n, 'gain', 'more', 'less')} {{than}}",
-        "the sensor's scaling; its supply voltage; another sensor or gear", "two known angles; the sensor's supply voltage"),
+        "the sensor's scaling; its supply voltage; another sensor or gear; or the joint itself: a spring or a stiff cable makes every angle smaller alike", "two known angles: if they are read right, springs and cables at the joint; the sensor's supply voltage"),
     "sensor_offset": OnTheRig("another zero of the sensor", lambda n: f"The sensor's zero is {size(n['offset_deg'])} {_more(n, 'offset_deg', 'higher', 'lower')} {{than}}",
         "the sensor was mounted anew or slipped; its zero was not set", "the reading at the mechanical zero"),
     "sensor_drift": OnTheRig("a sensor that drifts", lambda n: f"The sensor's zero wanders by {size(n['rate_deg_min'])} {_more(n, 'rate_deg_min', 'upwards', 'downwards')}",

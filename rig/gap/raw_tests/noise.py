@@ -1,12 +1,14 @@
-"""More broadband noise than the baselines have; what a step, a line or a lost sample adds is taken off first."""
+"""More broadband noise than the baselines have, or a fingerprint knows of; what a step, a line or a lost sample adds is
+taken off first."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
-from rig.columns import THIRD_DIFFERENCE_POWER, rms
+from rig.columns import THIRD_DIFFERENCE_POWER, rms, white_noise
 from rig.gap.raw_tests.levels import angles_of, filled, level_deg, white_level_deg
-from rig.gap.raw_tests.settings import CLEAR, DAYS_NOISE, LEAST_LOUDER, MOST_HEAVY, SMOOTHED
+from rig.gap.raw_tests.settings import CLEAR, DAYS_NOISE, LEAST_LOUDER, MOST_HEAVY, SLOPE_ROWS, SMOOTHED
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.raw_tests.spectral_lines import without_line
 from rig.gap.raw_tests.statistics import about, between_days, by_chance
@@ -25,24 +27,30 @@ def noise(
     step: Signature,
     repeats: Signature,
     lines: Sequence[Signature],
+    described_deg: float | None = None,
 ) -> Signature:
-    """The test for sensor noise."""
+    """The test for sensor noise; `described_deg` is what a fingerprint knows of it, for want of earlier days: of rows
+    that are evenly apart, as its own were."""
     uneven = any(_elsewhere(case, day) for session in sessions for case, day in zip(cases, session, strict=True))
+    even = all(is_regular(case, case.period_s) for case in cases)
+    described = [described_deg] if described_deg is not None and even and not sessions else []
     measure = white_level_deg if repeats.found or uneven else level_deg
+    if described:
+        measure = partial(_beside_the_motion, without_repeats=repeats.found)
     strongest = max(lines, key=lambda line: line.value, default=None)
     level = measure(
         [without_line(record, strongest.numbers["frequency_hz"]) for record in cases] if strongest else angles_of(cases)
     )
-    own = np.sqrt(max(level**2 - (step.value**2 / 12.0 if step.found else 0.0), 0.0))
-    levels = [_as_sampled(measure, cases, session) for session in sessions]
+    own = np.sqrt(max(level**2 - (step.value**2 / 12.0 if step.found or described else 0.0), 0.0))
+    levels = described or [_as_sampled(measure, cases, session) for session in sessions]
     base = rms(np.array(levels)) if levels else 0.0
     known = bool(levels) and min(levels) > 0.0 and own > 0.0
     days, degrees = between_days(np.log(levels).tolist() if known else [], DAYS_NOISE)
     louder = float(np.log(own / base)) if known else 0.0
     found = louder > max(LEAST_LOUDER, CLEAR * max(_spread(levels), DAYS_NOISE)) and not step.found
-    size = float(np.sqrt(max(own**2 - base**2, 0.0))) * (_heaviness(cases, sessions) if found else 1.0)
+    size = float(np.sqrt(max(own**2 - base**2, 0.0))) * (_heaviness(cases, sessions) if found and sessions else 1.0)
     spread = days * np.hypot(own**2, base**2 / np.sqrt(max(len(levels), 1))) / max(size, 1e-12)
-    text = f"noise of {own:.3g} deg rms, {base:.3g} in the baselines"
+    text = f"noise of {own:.3g} deg rms, {base:.3g} in {'the fingerprint' if described else 'the baselines'}"
     return Signature(
         "noise", "sensor_noise", bool(found), float(own), base, "deg", text, {"std_deg": about(size, float(spread),
         0.0)},
@@ -50,6 +58,13 @@ def noise(
         size**2 if found else 0.0,
         SMOOTHED * size**2 if found else 0.0,
     )  # fmt: skip
+
+
+def _beside_the_motion(angles: Sequence[Column], *, without_repeats: bool) -> float:
+    """White noise as a fingerprint measures it, without what of the motion third differences let through."""
+    motions = [smoothed(filled(angle), SLOPE_ROWS, mirrored=True) for angle in angles]
+    level = white_noise(angles, without_repeats=without_repeats)
+    return float(np.sqrt(max(level**2 - white_noise(motions) ** 2, 0.0)))
 
 
 def _as_sampled(measure: Measure, cases: Sequence[Record], session: Sequence[Record]) -> float:

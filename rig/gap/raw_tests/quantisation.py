@@ -23,12 +23,16 @@ from rig.record import Column, Record
 from rig.smoothing import smoothed
 
 
-def quantisation_step(cases: Sequence[Record], sessions: Sequence[Sequence[Record]]) -> Signature:
-    """The test for a step coarser than the baselines'."""
+def quantisation_step(
+    cases: Sequence[Record], sessions: Sequence[Sequence[Record]], described_deg: float | None = None
+) -> Signature:
+    """The test for a step coarser than the baselines'; `described_deg` is the noise that a fingerprint knows of, for
+    want of them: a step makes a noise of step / sqrt(12), so a healthy day's was no larger than that allows."""
     step, spread = step_deg(angles_of(cases))
     base = max((step_deg(angles_of(session))[0] for session in sessions), default=0.0)
-    noise = level_deg(angles_of(cases))
-    found = step > COARSER * base and step > LEAST_STEP_DEG and (bool(sessions) or step > STEP_OVER_NOISE * noise)
+    plain = step > STEP_OVER_NOISE * level_deg(angles_of(cases))
+    known = bool(sessions) or (described_deg is not None and step > COARSER * math.sqrt(12.0) * described_deg)
+    found = step > COARSER * base and step > LEAST_STEP_DEG and (known or plain)
     text = (
         f"the angle takes values {step:.3g} deg apart, the baselines {base:.3g}"
         if step

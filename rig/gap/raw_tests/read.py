@@ -1,7 +1,8 @@
 """All tests on the raw samples of a case, the ones that find nothing too: what was looked for is part of the evidence.
 
 Each compares the case with its own baselines by medians and shares, so that a nominal converter's step or a nominal
-level of noise is no finding. Without a baseline what is found must be plain.
+level of noise is no finding. Without a baseline what is found must be plain; noise and step are compared with the noise
+that a model's fingerprint knows, where there is one.
 """
 
 from collections.abc import Sequence
@@ -17,16 +18,17 @@ from rig.gap.raw_tests.time_stamps import time_stamps
 from rig.gap.records.pairs import Pair
 
 
-def read_signatures(pairs: Sequence[Pair]) -> list[Signature]:
-    """The results of all tests."""
+def read_signatures(pairs: Sequence[Pair], described_noise_deg: float | None = None) -> list[Signature]:
+    """The results of all tests. `described_noise_deg`: of the angle, as a model's fingerprint knows it; counts where no
+    earlier day is there."""
     cases = [pair.raw for pair in pairs]
     count = min((len(pair.raw_baselines) for pair in pairs), default=0)
     sessions = [[pair.raw_baselines[k] for pair in pairs] for k in range(count)]
-    step = quantisation_step(cases, sessions)
+    step = quantisation_step(cases, sessions, described_noise_deg)
     repeats = repeated_samples(cases, sessions, max(step.value, step.baseline), finer=not step.found)
     fast, usual = fast_spectra(cases), [fast_spectra(session) for session in sessions]
     lines = [mains_line(fast, usual), spurious_tone(fast, usual)]
-    louder = noise(cases, sessions, step, repeats, [line for line in lines if line.found])
+    louder = noise(cases, sessions, step, repeats, [line for line in lines if line.found], described_noise_deg)
     falls = [dropouts(pairs, column) for column in (ANGLE, "p1_mpa", "p2_mpa")]
     return [
         step,

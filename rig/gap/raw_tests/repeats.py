@@ -22,6 +22,7 @@ from rig.gap.raw_tests.settings import (
     LOST_CLEAR,
     LOST_JUMP,
     LOST_MORE,
+    LOST_PLACE,
     MOST_CHANCE,
     MOST_LOST,
     MOVING_QUANTILE,
@@ -36,6 +37,8 @@ from rig.record import Column, Record
 from rig.smoothing import smoothed
 
 Lost = tuple["NDArray[np.bool_]", "NDArray[np.bool_]"]
+Places = tuple[Column, "NDArray[np.int64]"]
+"""Angles (deg) of some rows and their classes of speed, (n,) each."""
 
 
 @dataclass(frozen=True)
@@ -45,10 +48,14 @@ class Repeats:
     rows: Column
     repeated: Column
     onward: Column
-    """Sum, over the repeats, of the steps by which the row after them goes on: after a lost sample two, in a dead spot
-    one."""
+    """Sum over the repeats: one each, but for the last of a run the steps by which the row after it goes on. After lost
+    samples that is two a repeat, however many are lost in a row; in a dead spot one."""
     runs: int
     """Runs of repeats in a row."""
+    moving: Places
+    """Of all rows that move."""
+    still: Places
+    """Of the repeats."""
 
     @property
     def share(self) -> float:
@@ -61,7 +68,7 @@ class Chance:
 
     share: Column
     onward: Column
-    """Steps by which the row after such a repeat goes on."""
+    """Steps a repeat, see `Repeats.onward`."""
 
     @property
     def weight(self) -> Column:
@@ -80,7 +87,7 @@ class Excess:
     spread: float
     """Standard deviation of `share` by the number of rows."""
     jump: float
-    """Steps by which the row after a lost sample goes on."""
+    """Steps a repeat, see `Repeats.onward`."""
 
 
 def repeated_samples(
@@ -104,6 +111,7 @@ def repeated_samples(
         enough
         and found.share > max(LOST_CLEAR * spread, LEAST_LOST, LOST_MORE * found.chance)
         and found.jump > LOST_JUMP
+        and _apart(own, chance) < LOST_PLACE
     )
     base = float(np.mean([day.share for day in usual])) if usual else 0.0
     text = (
@@ -123,21 +131,44 @@ def count(records: Sequence[Record], least: float) -> Repeats:
     """Exact repeats among rows where the angle moves by more than `least` (deg a row), by class of speed."""
     unit = max(least, 1e-9)
     rows, repeated, onward, runs = np.zeros(SPEED_CLASSES), np.zeros(SPEED_CLASSES), np.zeros(SPEED_CLASSES), 0
+    moved: list[Places] = []
+    stood: list[Places] = []
     for angle in angles_of(records):
         slope = np.gradient(smoothed(filled(angle), SLOPE_ROWS, mirrored=True))[1:-1]
         moving = np.abs(slope) > max(least, float(np.quantile(np.abs(slope), MOVING_QUANTILE)), 1e-9)
         steps = np.diff(angle)
         moving &= np.isfinite(steps[:-1]) & np.isfinite(steps[1:])
         still = (steps[:-1] == 0) & moving
+        goes_on = np.where(steps[1:] == 0, 1.0, steps[1:] / np.where(still, slope, 1.0))
         speed = np.zeros(len(slope), dtype=np.int64)
         if least > 0.0:
             doublings = SPEEDS_PER_DOUBLING * np.log2(np.maximum(np.abs(slope), unit) / unit)
             speed = np.clip(doublings.astype(np.int64), 0, SPEED_CLASSES - 1)
         rows += np.bincount(speed[moving], minlength=SPEED_CLASSES)
         repeated += np.bincount(speed[still], minlength=SPEED_CLASSES)
-        onward += np.bincount(speed[still], weights=steps[1:][still] / slope[still], minlength=SPEED_CLASSES)
+        onward += np.bincount(speed[still], weights=goes_on[still], minlength=SPEED_CLASSES)
         runs += int(np.sum(still[1:] & ~still[:-1]) + still[0])
-    return Repeats(rows, repeated, onward, runs)
+        moved.append((angle[1:-1][moving], speed[moving]))
+        stood.append((angle[1:-1][still], speed[still]))
+    return Repeats(rows, repeated, onward, runs, _together(moved), _together(stood))
+
+
+def _together(parts: Sequence[Places]) -> Places:
+    return np.concatenate([angle for angle, _ in parts]), np.concatenate([speed for _, speed in parts])
+
+
+def _apart(own: Repeats, chance: Chance) -> float:
+    """How far the angles at which rows repeat are from those at which rows move, weighted as the shares are: the
+    largest distance of their distributions (Kolmogorov). Lost samples know nothing of the angle; a dead spot is at
+    one."""
+    (every, speeds), (held, their_speeds) = own.moving, own.still
+    if not len(held):
+        return 0.0
+    order, there = np.argsort(every), np.argsort(held)
+    moved = np.cumsum(chance.weight[speeds[order]])
+    stood = np.concatenate([[0.0], np.cumsum(chance.weight[their_speeds[there]])])
+    at = stood[np.searchsorted(held[there], every[order], side="right")]
+    return float(np.max(np.abs(at / stood[-1] - moved / moved[-1])))
 
 
 def by_chance_at_speed(days: Sequence[Repeats], dealt: Repeats | None) -> Chance:

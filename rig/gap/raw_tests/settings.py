@@ -66,9 +66,12 @@ LOST_MORE = 0.25
 """Repeats must exceed those by chance by this share of them: chance itself is known to about a tenth."""
 CHANCE_SPREAD = 0.1
 """How well repeats by chance are known without two baseline days, as a share of them."""
-LOST_JUMP = 1.2
-"""Steps that the row after a repeat must go on by: 2 after a lost sample, 1 + 1/n after n in a row, 1 in a dead
+LOST_JUMP = 1.5
+"""Steps that must go on for each repeat: 2 after lost samples, 1 in a dead spot. More: lost samples pass for a dead
 spot."""
+LOST_PLACE = 0.4
+"""Distance between the angles at which rows repeat and those at which they move (Kolmogorov): 0.5 at least for one dead
+spot, beyond 0.4 by chance for 20 lost samples once in 500. More: dead spots pass for lost samples."""
 MOST_LOST = 0.9
 """Largest share that the effect's stage takes."""
 

@@ -10,8 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.special import stdtr
+from support.gap_rigs import identified, session
 
 from rig.columns import grouped_median, white_noise
+from rig.gap import diagnose
 from rig.gap.raw_tests.quantisation import quantisation_step
 from rig.gap.raw_tests.read import read_signatures
 from rig.gap.raw_tests.settings import COARSER, DAYS_MEAN_MPA, HIGHEST_CONFIDENCE
@@ -214,3 +216,50 @@ def test_the_tail_of_students_t_is_scipys(degrees: int, t: float) -> None:
 
 def test_with_endless_degrees_of_freedom_it_is_the_normal_one() -> None:
     assert student_above(1.959964, math.inf) == pytest.approx(0.025, rel=1e-6)
+
+
+def found_by_a_fingerprint(records: list[Record]) -> dict[str, Signature]:
+    """What is found without an earlier day, by the noise that a fingerprint of another healthy day holds."""
+    usual_deg = white_noise([angle for record in day(1) if (angle := record.angle_deg) is not None])
+    return {mark.test: mark for mark in read_signatures(pair_up(records, [], 0.2).pairs, usual_deg) if mark.found}
+
+
+def louder(std_deg: float) -> Change:
+    return lambda angle, random: angle + std_deg * random.standard_normal(len(angle))
+
+
+def without_every_third(angle: Column, random: np.random.Generator) -> Column:
+    lost = random.random(len(angle)) < 0.3
+    lost[0] = False
+    return angle[np.maximum.accumulate(np.where(lost, 0, np.arange(len(angle))))]
+
+
+@pytest.mark.parametrize("std_deg", [0.08, 0.3])
+def test_noise_beyond_what_a_fingerprint_knows_is_found_and_measured(std_deg: float) -> None:
+    found = found_by_a_fingerprint(day(5, louder(std_deg)))
+    assert list(found) == ["noise"]
+    assert found["noise"].numbers["std_deg"] == pytest.approx(std_deg, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("change", "tests"),
+    [
+        (None, []),
+        (without_every_third, ["repeated samples"]),
+        (lambda angle, _: 0.4 * np.round(angle / 0.4), ["quantisation step"]),
+        (lambda angle, _: 2 * STEP_DEG * np.round(angle / 2 / STEP_DEG), []),  # the noise allows a step of 0.2 deg
+    ],
+    ids=["healthy", "lost", "coarse", "a little coarser"],
+)
+def test_what_is_no_noise_is_none_beside_a_fingerprint(change: Change | None, tests: list[str]) -> None:
+    assert list(found_by_a_fingerprint(day(6, change))) == tests
+
+
+def test_a_diagnosis_by_a_fingerprint_names_a_louder_sensor() -> None:
+    noisy = [
+        replace(record, angle_deg=record.angle_deg + 0.4 * np.random.default_rng(9).standard_normal(len(record)))
+        for record in session(71)
+        if record.angle_deg is not None
+    ]
+    assert [cause.effect for cause in diagnose(identified(), noisy, reference="fingerprint").causes] == ["sensor_noise"]
+    assert diagnose(identified(), session(72), reference="fingerprint").causes == []

@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from support.gap_rigs import baselines, session
 
 from rig.gap.raw_tests.read import read_signatures
@@ -63,6 +65,40 @@ def test_dead_spot_is_not_lost_samples() -> None:
         return np.where((y > 3.0) & (y < 6.0), 3.0, y)
 
     assert not marks(changed(63, stuck))["repeated samples"].found
+
+
+def test_a_dead_spot_that_goes_on_without_a_jump_is_not_lost_samples() -> None:
+    """The angle is what the sensor shows of a joint that goes on: a track that is worn through at one place."""
+
+    def worn(t: Column, y: Column) -> Column:
+        return y - np.clip(y - 3.0, 0.0, 0.5)
+
+    assert not marks(changed(65, worn))["repeated samples"].found
+
+
+@pytest.mark.parametrize("rows", [2, 4, 7, 10])
+def test_a_sensor_that_is_read_more_seldom_than_the_loop_runs_repeats_its_samples(rows: int) -> None:
+    """At 100 to 20 Hz beside a loop of 200 Hz."""
+
+    def held(t: Column, y: Column) -> Column:
+        return y[rows * (np.arange(len(y)) // rows)]
+
+    mark = marks(changed(66, held))["repeated samples"]
+    assert mark.found
+    assert mark.numbers["probability"] == pytest.approx(1.0 - 1.0 / rows, abs=0.03)
+
+
+@given(st.floats(0.02, 0.85), st.integers(0, 50))
+@settings(max_examples=12)
+def test_lost_samples_are_found_however_many_are_lost(share: float, seed: int) -> None:
+    def lost(t: Column, y: Column) -> Column:
+        kept = np.random.default_rng(seed).random(len(y)) >= share
+        kept[0] = True
+        return y[np.maximum.accumulate(np.where(kept, np.arange(len(y)), 0))]
+
+    mark = marks(changed(67, lost))["repeated samples"]
+    assert mark.found
+    assert mark.numbers["probability"] == pytest.approx(share, rel=0.2)
 
 
 def test_dead_monitor_is_seen() -> None:
