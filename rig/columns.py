@@ -13,6 +13,10 @@ MAD_TO_STD = 1.4826
 """Standard deviation of a normal distribution over the median of its absolute deviations."""
 SAME = 1e-9
 """Sizes that differ by less than this share of the largest are equal: what rounding leaves of equal steps."""
+NEAR = 0.1
+"""How far, in steps, the values of a converter may lie from even steps: its file rounds them, to three decimals say."""
+MOST_VALUES = 0.5
+"""Share of a column's rows with a value of their own from which on it has no steps."""
 LEAST_ROWS = 50
 """Fewer rows than this beside exact repeats say nothing; then all of a column's rows count."""
 
@@ -31,9 +35,24 @@ def white_noise(columns: Iterable[Column], *, without_repeats: bool = False) -> 
     Third differences take out what moves slowly, medians what jumps. `without_repeats` leaves out the rows beside a
     value that was read twice: repeats are no noise. Missing values (NaN) are left out, and so are the rows beside them.
     """
-    parts = [_third_differences(column, without_repeats) for column in columns]
+    parts = [_third_differences(on_even_steps(column), without_repeats) for column in columns]
     together = np.concatenate(parts)
     return MAD_TO_STD * grouped_median(np.abs(together - np.median(together))) / math.sqrt(THIRD_DIFFERENCE_POWER)
+
+
+def on_even_steps(column: Column) -> Column:
+    """A converter's column (n,) with its values exactly even steps apart, whatever decimals its file kept; any other as
+    it is. Values that are rounded twice are many where there is one, and no median tells how they are spread."""
+    values = np.unique(column[np.isfinite(column)])
+    if not 2 < len(values) < MOST_VALUES * len(column):
+        return column
+    gaps = np.diff(values)
+    steps = gaps / float(np.median(gaps))
+    codes = np.concatenate([[0.0], np.cumsum(np.round(steps))])
+    if np.any(np.abs(steps - np.round(steps)) > NEAR) or np.any(steps < 0.5):
+        return column
+    even = values[0] + codes * ((values[-1] - values[0]) / codes[-1])
+    return np.asarray(np.interp(column, values, even), np.float64)
 
 
 def grouped_median(sizes: Column) -> float:

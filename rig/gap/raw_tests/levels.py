@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rig.columns import grouped_median, rms, white_noise
+from rig.columns import grouped_median, on_even_steps, rms, white_noise
 from rig.gap.raw_tests.settings import MAD_TO_STD, NOISE_WINDOW_ROWS
 from rig.record import Column, Record
 from rig.smoothing import running_mean
@@ -49,7 +49,7 @@ def level_deg(angles: Sequence[Column]) -> float:
 
 def _rest(angle: Column) -> Column:
     """What a running mean leaves, where nothing is missing within its window."""
-    whole = filled(angle)
+    whole = filled(on_even_steps(angle))
     beside = running_mean((~np.isfinite(angle)).astype(float), NOISE_WINDOW_ROWS) > 0.5 / NOISE_WINDOW_ROWS
     rest: Column = (whole - running_mean(whole, NOISE_WINDOW_ROWS))[~beside]
     return rest

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 from scipy.special import stdtr
 from support.gap_rigs import identified, session
 
-from rig.columns import grouped_median, white_noise
+from rig.columns import grouped_median, on_even_steps, white_noise
 from rig.gap import diagnose
+from rig.gap.raw_tests.levels import level_deg
 from rig.gap.raw_tests.quantisation import quantisation_step
 from rig.gap.raw_tests.read import read_signatures
 from rig.gap.raw_tests.settings import COARSER, DAYS_MEAN_MPA, HIGHEST_CONFIDENCE
@@ -263,3 +264,17 @@ def test_a_diagnosis_by_a_fingerprint_names_a_louder_sensor() -> None:
     ]
     assert [cause.effect for cause in diagnose(identified(), noisy, reference="fingerprint").causes] == ["sensor_noise"]
     assert diagnose(identified(), session(72), reference="fingerprint").causes == []
+
+
+@given(st.floats(0.04, 0.5), st.integers(0, 1000))
+def test_the_decimals_of_a_file_change_nothing_of_a_converter_s_noise(step_deg: float, seed: int) -> None:
+    random = np.random.default_rng(seed)
+    exact = step_deg * np.round((20.0 * np.sin(np.pi * T) + step_deg * random.standard_normal(len(T))) / step_deg)
+    filed = np.round(exact, 3)
+    assert level_deg([filed]) == pytest.approx(level_deg([exact]), rel=0.03)
+    assert np.ptp(on_even_steps(filed) - exact) < 2e-3
+
+
+@pytest.mark.parametrize("column", [np.sin(T), np.round(3.0 * T**2) + 0.3 * (T > 10.0), np.zeros_like(T)])
+def test_a_column_without_even_steps_stays_as_it_is(column: Column) -> None:
+    assert np.array_equal(on_even_steps(column), column)
