@@ -180,7 +180,10 @@ def require_columns(names: list[str], path: Path) -> None:
         other = "; another separator?" if len(names) == 1 and re.search(r"[;\t]", shown) else ""
         raise RecordError(f"{path}: no column t_s; it has {shown[:200]!r}{other} (`pamrig log import` takes a mapping)")
     if "dp_cmd_mpa" not in names and not {"p1_cmd_mpa", "p2_cmd_mpa"} <= set(names):
-        raise RecordError(f"{path}: no column dp_cmd_mpa, nor p1_cmd_mpa and p2_cmd_mpa; it has {shown[:200]}")
+        raise RecordError(
+            f"{path}: no column dp_cmd_mpa, nor p1_cmd_mpa and p2_cmd_mpa; it has {shown[:200]} (`pamrig log import` "
+            "takes a mapping)"
+        )
 
 
 def pairing_name(facts: Mapping[str, Any], path: Path) -> str:

@@ -5,7 +5,7 @@ What each effect is called and means on the rig stands in `rig.gap.answer.on_the
 """
 
 from rig.gap.answer.chain import NAMES
-from rig.gap.answer.facts import SWALLOWED, Moved, Verdict
+from rig.gap.answer.facts import RAW, SWALLOWED, Moved, Verdict
 from rig.gap.answer.on_the_rig import ON_THE_RIG
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Observation
 from rig.gap.answer.sizes import degrees, size
@@ -21,7 +21,8 @@ SOURCES = {
     "sister": "what a simulator usually misses of another rig of the build",
 }
 FAR = 3.0
-"""Floors by which a model must miss the healthy rig for that to be worth a line."""
+"""Floors by which a model must miss the healthy rig for that to be worth a line; and from which on a gap is not called
+small, whatever is found."""
 AS_MUCH = 0.05
 """Shares of the error that differ by less than this are told as the same."""
 FROM_MODEL = (Kind.SIMULATOR, Kind.FINGERPRINT)
@@ -114,6 +115,9 @@ def _rest(diagnosis: Diagnosis) -> str:
     """Whether the named effects are all there is."""
     if diagnosis.verdict is Verdict.PARTLY_EXPLAINED:
         return f"; something else is there too{_seen(diagnosis)}, that the library has no name for"
+    gap = diagnosis.gap
+    if gap.after_deg > FAR * gap.floor_deg and any(cause.side not in RAW for cause in _named(diagnosis)):
+        return "; the laws follow these records only roughly, and no others do so more closely"
     return "; nothing else is needed to explain these records"
 
 
@@ -177,6 +181,8 @@ def _after(diagnosis: Diagnosis) -> tuple[str, str]:
 def _nothing(diagnosis: Diagnosis) -> str:
     gap = diagnosis.gap
     size_of, usual = degrees(gap.rms_deg), degrees(gap.floor_deg)
+    if gap.rms_deg > FAR * gap.floor_deg:
+        return _far_and_nothing(diagnosis)
     if diagnosis.reference in FROM_MODEL:
         start = "The simulator says what these records show"
         rest = f"it is {size_of} deg off (rms), and {usual} deg is {SOURCES[gap.floor_source]}."
@@ -186,6 +192,22 @@ def _nothing(diagnosis: Diagnosis) -> str:
     if gap.rms_deg > gap.floor_deg:
         rest += " What is above that is of the kind that may differ anyhow: offset, gain, lag and width of the loop."
     return f"{start}; {rest}"
+
+
+def _far_and_nothing(diagnosis: Diagnosis) -> str:
+    """Neither an effect nor something unknown is likelier than that nothing is wrong, and yet the gap is large."""
+    gap = diagnosis.gap
+    far = f"{degrees(gap.rms_deg)} deg (rms), {gap.rms_deg / gap.floor_deg:.0f} times {SOURCES[gap.floor_source]}"
+    if diagnosis.reference in FROM_MODEL:
+        start, other = f"The simulator is off by {far}", "a simulator that misses more than usual"
+        then = "Identify it on a healthy day of this rig"
+    else:
+        start, other = f"The angle differs by {far}", "a day unlike the others"
+        then = "Record a healthy day more: if it is like this one, the rig is as it was"
+    return (
+        f"{start}; and yet no effect of the library is likelier than {other}, in offset, gain, lag and width of the "
+        f"loop. {then}."
+    )
 
 
 def _unknown(diagnosis: Diagnosis) -> str:

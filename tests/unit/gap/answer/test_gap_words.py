@@ -210,3 +210,23 @@ def test_a_move_that_nobody_can_see_is_not_told() -> None:
     ]
     assert "goes from" not in seen[0]
     assert "valve1_gain goes from 100 % to 90 %" in seen[1]
+
+
+@pytest.mark.parametrize(("after_deg", "rough"), [(0.29, False), (0.31, True)])
+def test_a_law_that_leaves_much_is_not_said_to_be_all_that_is_needed(after_deg: float, rough: bool) -> None:
+    said = headline(told(LAG, after_deg=after_deg, after_low_deg=after_deg, after_high_deg=after_deg))[0]
+    assert ("only roughly" in said) is rough
+    assert ("nothing else is needed" in said) is not rough
+
+
+def test_a_mark_in_the_raw_samples_need_close_nothing() -> None:
+    mark = cause("sensor_noise", "signature", std_deg=(0.3, 0.29, 0.31, "deg"))
+    assert "nothing else is needed" in headline(told(mark, after_deg=0.751, after_high_deg=0.751))[0]
+
+
+@pytest.mark.parametrize(("rms_deg", "far"), [(0.29, False), (0.82, True)])
+@pytest.mark.parametrize("reference", ["sessions", "fingerprint"])
+def test_no_finding_of_a_large_gap_is_not_said_to_be_no_change(rms_deg: float, far: bool, reference: str) -> None:
+    (said,) = headline(told(verdict="none", reference=reference, rms_deg=rms_deg, floor_source=reference))
+    assert ("no effect of the library is likelier than" in said) is far
+    assert ("Nothing has changed" in said or "says what these records show" in said) is not far
