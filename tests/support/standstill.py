@@ -12,9 +12,9 @@ from itertools import count
 from pathlib import Path
 from typing import Final, Protocol, Self
 
-STOOD_S: Final = 0.05
+STOOD_S: Final = 0.02
 """A sleep longer by this is one of the machine: who has slept waits 9 to 17 ms for a processor where five processes
-share two."""
+share two, and a driver waits 25 ms for the rest of a reply."""
 RERUNS: Final = 2
 """So often may a test be run again, whatever it failed by."""
 STANDSTILLS: Final = 6
