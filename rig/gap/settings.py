@@ -30,6 +30,9 @@ MEAN_DOUBT = 0.3
 """What is not known of the law of the mean pressure where that is another than expected: standard deviation of its
 exponent, which lies between 0 and 1. Healthy days never show it, so no fit of theirs can say it. Less: a stiffness is
 named beside every cause that shifts both pressures."""
+FRICTION_DOUBT = 0.5
+"""The same of the joint's friction over its stiffness: friction of the bearing stays while the stiffness rises (an
+exponent of -1), a braid's rises with it (0). Less: as there."""
 VOLUME_DOUBT = 0.3
 """Relative change of a muscle's volume over the joint's span (a McKibben muscle that contracts by a fifth grows by
 about as much; Chou and Hannaford, IEEE Trans. Robot. Autom. 12, 1996): a joint that moves otherwise than expected

@@ -11,7 +11,7 @@ import numpy as np
 from rig.columns import rms
 from rig.identify.descent import descend
 from rig.identify.nonnegative import nonnegative
-from rig.model.joint_balance import LOOP_RADII_DEG
+from rig.model.joint_balance import LOOP_RADII_DEG, REACHES_DEG, SHARES
 from rig.model.kernels import drive
 from rig.model.response import NO_FRICTION, REGULATOR_TERMS, Balance, Regulator, ResponseModel, regulator_terms
 from rig.model.response_kernels import RESPONSE_TERMS, regulated, response_terms, stops
@@ -212,7 +212,8 @@ def _balance_rows(record: Drive, p0_mpa: float, exponent: float) -> tuple[Column
     speed = np.gradient(angle, record.dt_s)
     by = drive(record.p1_mpa, record.p2_mpa, p0_mpa, exponent)
     terms = [np.ones_like(by), *(smooth(by**k) for k in (1, 2, 3))]
-    terms += [-smooth(stops(angle, radius)) for radius in LOOP_RADII_DEG]
+    elements = np.array(REACHES_DEG).reshape(len(LOOP_RADII_DEG), -1), np.array(SHARES).reshape(len(LOOP_RADII_DEG), -1)
+    terms += [-smooth(stops(angle, radii, shares)) for radii, shares in zip(*elements, strict=True)]
     terms += [-smooth(speed), -smooth(np.gradient(speed, record.dt_s))]
     used = record.used > 0
     return np.column_stack(terms)[used], smooth(angle)[used]

@@ -4,10 +4,10 @@ load.
     y + sum_j w_j stop_j(y) + T_v y' + T_i^2 y'' + (added terms) = F,
 
 everything over the joint's stiffness at P0, so that every size is an angle (deg) or a time (s). w_j are the
-Maxwell-slip weights, stop_j the deflection of an element that slips after LOOP_RADII_DEG[j], T_v the viscous and T_i
-the inertia time, F the equilibrium angle to which the muscles pull. Effects solve the balance once more with something
-added (decision 0501); the diagnosis solves it with the equilibrium angle offset and the compliance changed. Both use
-the functions below, which numba compiles; on whole columns: `rig.model.kernels.balanced`.
+Maxwell-slip weights, stop_j the deflection of an element that slips after about LOOP_RADII_DEG[j], part by part, T_v
+the viscous and T_i the inertia time, F the equilibrium angle to which the muscles pull. Effects solve the balance once
+more with something added (decision 0501); the diagnosis solves it with the equilibrium angle offset and the compliance
+changed. Both use the functions below, which numba compiles; on whole columns: `rig.model.kernels.balanced`.
 """
 
 import math
@@ -17,11 +17,27 @@ from rig.model.slots import Values
 
 LOOP_RADII_DEG = (0.3, 1.0, 3.0, 8.0, 20.0)
 """Travel after which each Maxwell-slip element of the nominal joint slips."""
+SPREAD = (0.35, 0.6, 1.0, 1.7, 2.9)
+"""No friction slips all at once: an element's parts, of equal force, slip after so many times its travel. Fewer: what
+an effect changes has corners that no rig shows (docs/decisions/0564)."""
+REACHES_DEG = tuple(radius * share for radius in LOOP_RADII_DEG for share in SPREAD)
+"""Travel after which each part slips."""
+SHARES = tuple(1.0 / (len(SPREAD) * share) for _ in LOOP_RADII_DEG for share in SPREAD)
+"""Stiffness of each part over its element's weight."""
+FULL = tuple(share * radius for share, radius in zip(SHARES, REACHES_DEG, strict=True))
+"""What a part that slips carries over its element's weight, deg."""
+ELEMENTS, PARTS, OF_AN_ELEMENT = len(LOOP_RADII_DEG), len(REACHES_DEG), len(SPREAD)
+OWN, NEW, DRY = 5, 5 + PARTS, 5 + 2 * PARTS
+"""Where in the state the deflections of the nominal parts begin, those of the new ones, and of the added friction."""
 PRESLIDING_DEG = 0.05
 """Travel over which added dry friction builds up."""
-STATE_SIZE = 16
-"""Started, nominal angle and speed, new angle and speed, stops of the nominal loop (5), of the new one (5), of the dry
-friction."""
+MOST_STEPS = 60
+"""Newton's steps, or halvings of the interval that holds the angle; three or four are usual."""
+STATE_SIZE = DRY + 1
+"""Started, nominal angle and speed, new angle and speed, and those deflections."""
+AT_REST_S = 1e6
+"""A tick so long that speed and acceleration count for nothing: where a record starts, the joint has come to rest from
+where it was, held by its friction."""
 NOTHING_ADDED = (0.0, 0.0, 0.0, 0.0, 0.0)
 """width_deg, tau_s, time_s, load_deg, phase_deg of a joint without added terms."""
 
@@ -29,13 +45,14 @@ NOTHING_ADDED = (0.0, 0.0, 0.0, 0.0, 0.0)
 def equilibrium_angle(y: float, state: Values, params: Sequence[float], dt_s: float) -> float:
     """The angle F (deg) to which the muscles pull, from the nominal angle y; steps the nominal half of `state` on by
     one tick."""
+    ticks_per_s = 1.0 / dt_s
     step = y - state[1]
-    speed = step / dt_s
-    out = y + params[6] * speed + params[7] * params[7] * (speed - state[2]) / dt_s
-    for j in range(5):
-        radius = LOOP_RADII_DEG[j]
-        state[5 + j] = min(max(state[5 + j] + step, -radius), radius)
-        out += params[8 + j] * state[5 + j]
+    speed = step * ticks_per_s
+    out = y + params[6] * speed + params[7] * params[7] * (speed - state[2]) * ticks_per_s
+    for k in range(PARTS):
+        radius = REACHES_DEG[k]
+        state[OWN + k] = min(max(state[OWN + k] + step, -radius), radius)
+        out += params[8 + k // OF_AN_ELEMENT] * SHARES[k] * state[OWN + k]
     state[1], state[2] = y, speed
     return out
 
@@ -61,36 +78,58 @@ def balanced_angle(
     weights. Below zero, width_deg, tau_s and time_s take off what the nominal joint has of that, down to nothing.
     """
     radian = math.pi / 180.0
-    viscous = max(friction * params[6] + compliance * params[1], 0.0) / dt_s
-    inertia = max(friction * params[7] * params[7] + compliance * params[2] * abs(params[2]), 0.0) / dt_s
+    ticks_per_s = 1.0 / dt_s
+    viscous = max(friction * params[6] + compliance * params[1], 0.0) * ticks_per_s
+    inertia = max(friction * params[7] * params[7] + compliance * params[2] * abs(params[2]), 0.0) * ticks_per_s
+    moving = 1.0 + viscous + inertia * ticks_per_s
     width = compliance * max(params[0], 0.0)
+    load = compliance * params[3]
     slip = friction * kept_slip(params, compliance)
     old, rate = state[3], state[4]
     new = old + rate * dt_s
-    for _ in range(12):
+    below, above = -math.inf, math.inf
+    for _ in range(MOST_STEPS):
         step = new - old
-        miss = new + viscous * step + inertia * (step / dt_s - rate) - equilibrium
-        slope = 1.0 + viscous + inertia / dt_s
-        for j in range(5):
-            moved = state[10 + j] + step
-            weight = slip * params[8 + j]
-            miss += weight * min(max(moved, -LOOP_RADII_DEG[j]), LOOP_RADII_DEG[j])
-            slope += weight if abs(moved) < LOOP_RADII_DEG[j] else 0.0
-        moved = state[15] + step
-        miss += width / PRESLIDING_DEG * min(max(moved, -PRESLIDING_DEG), PRESLIDING_DEG)
-        slope += width / PRESLIDING_DEG if abs(moved) < PRESLIDING_DEG else 0.0
-        turned = (new + params[4]) * radian
-        miss += compliance * params[3] * math.sin(turned)
-        slope += compliance * params[3] * radian * math.cos(turned)
+        miss = new + viscous * step + inertia * (step * ticks_per_s - rate) - equilibrium
+        slope = moving
+        for j in range(ELEMENTS):
+            if params[8 + j] == 0.0:
+                continue
+            force, stiffness = 0.0, 0.0
+            for k in range(OF_AN_ELEMENT * j, OF_AN_ELEMENT * (j + 1)):
+                moved = state[NEW + k] + step
+                if abs(moved) < REACHES_DEG[k]:
+                    force += SHARES[k] * moved
+                    stiffness += SHARES[k]
+                else:
+                    force += math.copysign(FULL[k], moved)
+            miss += slip * params[8 + j] * force
+            slope += slip * params[8 + j] * stiffness
+        if width > 0.0:
+            moved = state[DRY] + step
+            miss += width / PRESLIDING_DEG * min(max(moved, -PRESLIDING_DEG), PRESLIDING_DEG)
+            slope += width / PRESLIDING_DEG if abs(moved) < PRESLIDING_DEG else 0.0
+        if load != 0.0:  # a sine and a cosine take as long as all the rest
+            turned = (new + params[4]) * radian
+            miss += load * math.sin(turned)
+            slope += load * radian * math.cos(turned)
         change = miss / max(slope, 0.1)
-        new -= change
         if abs(change) < 1e-7:
+            new -= change
             break
+        if miss > 0.0:
+            above = min(above, new)
+        else:
+            below = max(below, new)
+        new -= change
+        # from beyond an element's reach Newton's step may lead past it to and fro for ever
+        if not below < new < above:
+            new = 0.5 * (below + above)
     step = new - old
-    for j in range(5):
-        state[10 + j] = min(max(state[10 + j] + step, -LOOP_RADII_DEG[j]), LOOP_RADII_DEG[j])
-    state[15] = min(max(state[15] + step, -PRESLIDING_DEG), PRESLIDING_DEG)
-    state[3], state[4] = new, step / dt_s
+    for k in range(PARTS):
+        state[NEW + k] = min(max(state[NEW + k] + step, -REACHES_DEG[k]), REACHES_DEG[k])
+    state[DRY] = min(max(state[DRY] + step, -PRESLIDING_DEG), PRESLIDING_DEG)
+    state[3], state[4] = new, step * ticks_per_s
     return new
 
 
@@ -101,6 +140,7 @@ def balanced_angles(
     times."""
     for i in range(len(y)):
         if state[0] == 0.0:
-            state[0], state[1], state[3] = 1.0, y[i], y[i] + offset[i]
+            state[0], state[1], state[3] = 1.0, y[i], y[i]
+            balanced_angle(y[i] + offset[i], 1.0, friction[i], state, params, AT_REST_S)
         pulled_to = equilibrium_angle(y[i], state, params, dt_s) + offset[i]
         y[i] = balanced_angle(pulled_to, 1.0, friction[i], state, params, dt_s)

@@ -4,14 +4,17 @@ The compiled stages are the functions of `rig.model.stages` and `rig.model.effec
 simulator and diagnosis share one implementation. Many parameter sets at once are in `rig.model.swarm_kernel`.
 """
 
+import importlib
 from collections.abc import Iterable
 from dataclasses import replace
 from functools import cache
+from hashlib import blake2b
 from types import FunctionType
 from typing import Any, cast
 
 import numba
 import numpy as np
+from numba.np import linalg as numba_linalg
 
 from rig.errors import ModelError, RecordError
 from rig.model.chain import lay_out
@@ -27,6 +30,20 @@ DIVERGED_DEG = 1e4
 """An angle beyond this is no angle: the parameter set diverges under that input."""
 
 
+def _load_numba() -> None:
+    """What numba loads with its first kernel, but for SciPy's linear algebra: a quarter of that time, imported there
+    only to see whether it can be. No kernel here calls it, and numba asks again for one that does (decision 0209)."""
+    asks: Any = getattr(numba_linalg, "ensure_blas", None)
+    numba_linalg.ensure_blas = lambda: None
+    try:
+        importlib.import_module("numba.np.arraymath")
+    finally:
+        numba_linalg.ensure_blas = asks
+
+
+_load_numba()
+
+
 @cache
 def compiled(function: StageFunction | FunctionType) -> Any:
     """The stage compiled for numpy columns; the machine code is kept beside the source between runs of the program.
@@ -34,13 +51,29 @@ def compiled(function: StageFunction | FunctionType) -> Any:
     numba calls only what is compiled itself: the functions that this one names are compiled with it.
     """
     plain = cast(FunctionType, function)
-    named = {name: plain.__globals__.get(name) for name in plain.__code__.co_names}
-    called = {name: compiled(helper) for name, helper in named.items() if isinstance(helper, FunctionType)}
-    if called:
-        copy = FunctionType(plain.__code__, plain.__globals__ | called, plain.__name__, plain.__defaults__)
-        copy.__qualname__, copy.__module__ = plain.__qualname__, plain.__module__
-        plain = copy
-    return numba.njit(cache=True, nogil=True)(plain)
+    called = {name: compiled(one) for name, one in _named(plain).items() if isinstance(one, FunctionType)}
+    copy = FunctionType(plain.__code__, plain.__globals__ | called, plain.__name__, plain.__defaults__)
+    copy.__qualname__, copy.__module__ = f"{plain.__qualname__}.{made_of(plain)}", plain.__module__
+    return numba.njit(cache=True, nogil=True)(copy)
+
+
+def made_of(function: FunctionType) -> str:
+    """What a function's machine code depends on, as a word: its own code, the numbers that it names and the functions
+    that it calls. numba looks at the one file that the function stands in, and would go on with what it kept when
+    another one has changed."""
+    parts = [function.__code__.co_code, repr([one for one in function.__code__.co_consts if not isinstance(one, str)])]
+    for name, value in sorted(_named(function).items()):
+        parts.append(f"{name}={made_of(value) if isinstance(value, FunctionType) else _number(value)}")
+    return blake2b(repr(parts).encode(), digest_size=6).hexdigest()
+
+
+def _named(function: FunctionType) -> dict[str, object]:
+    """What a function names from outside of itself."""
+    return {name: function.__globals__.get(name) for name in function.__code__.co_names}
+
+
+def _number(value: object) -> str:
+    return repr(value) if isinstance(value, (int, float, tuple)) else ""
 
 
 def drive(p1_mpa: Column, p2_mpa: Column, p0_mpa: float, exponent: float) -> Column:

@@ -70,6 +70,11 @@ class ResponseModel:
         """Mean time constant of the regulators."""
         return float(np.mean([tau for regulator in self.regulators for tau in regulator[1:]]))
 
+    @cached_property
+    def stage_numbers(self) -> dict[str, float]:
+        """What effects act on, under the names of the stages' numbers."""
+        return {"p0_mpa": self.p0_mpa, "tau0_s": self.tau0_s} | self.balance.stage_numbers()
+
     def pressures(self, u1: Column, u2: Column, dt_s: float) -> tuple[Column, Column]:
         """Both regulators' pressures (MPa) under set-points (MPa); all (n,)."""
         return regulated(u1, *self.regulators[0], dt_s), regulated(u2, *self.regulators[1], dt_s)

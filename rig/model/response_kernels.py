@@ -101,13 +101,14 @@ def propagated(
 
 
 @njit(cache=True, nogil=True)
-def stops(y: Column, radius: float) -> Column:  # pragma: no cover
-    """The deflection (n,) of a Maxwell-slip element that slips after `radius`, moved along by y."""
-    out = np.empty(len(y))
-    state = 0.0
-    last = y[0]
-    for i in range(len(y)):
-        state = min(max(state + y[i] - last, -radius), radius)
-        last = y[i]
-        out[i] = state
+def stops(y: Column, radii: Column, shares: Column) -> Column:  # pragma: no cover
+    """The deflection (n,) of a Maxwell-slip element whose parts, of these `shares` (k,), slip after `radii` (k,), moved
+    along by y."""
+    out = np.zeros(len(y))
+    for k in range(len(radii)):
+        state, last = 0.0, y[0]
+        for i in range(len(y)):
+            state = min(max(state + y[i] - last, -radii[k]), radii[k])
+            last = y[i]
+            out[i] += shares[k] * state
     return out

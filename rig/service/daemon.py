@@ -98,18 +98,17 @@ class Daemon:
 
     async def serve(self) -> None:
         """Listen, start the session, work; until SIGTERM, SIGINT or `end`."""
-        if not self._parts.virtual:
-            _ask_for_attention()
-        try:
-            await self._server.listen(self._settings.socket, self._settings.group)
+        with contextlib.nullcontext() if self._parts.virtual else attention():
             try:
-                await self._begin()
-                await self._over.wait()
+                await self._server.listen(self._settings.socket, self._settings.group)
+                try:
+                    await self._begin()
+                    await self._over.wait()
+                finally:
+                    await self._finish()
             finally:
-                await self._finish()
-        finally:
-            for lock in self._locks:
-                os.close(lock)
+                for lock in self._locks:
+                    os.close(lock)
 
     def end(self) -> None:
         """Leave `serve`."""
@@ -314,14 +313,24 @@ class Daemon:
 _ARMED: Final = (State.ARMED, State.RUNNING, State.DONE)
 
 
-def _ask_for_attention() -> None:
+@contextlib.contextmanager
+def attention(session: Path = Path("/proc/self/autogroup")) -> Iterator[None]:
     """A better place in the scheduler; without the right to it the daemon goes on as it is.
 
     And the interpreter back soon from a thread of our own, such as one that writes a black box: an emergency stop needs
-    it half a dozen times, and would wait 5 ms for it each time.
+    it half a dozen times, and would wait 5 ms for it each time. Where the kernel shares time out by sessions, nice
+    counts inside a session only (sched(7), autogroup): the place of the whole `session` is given back at the end, for a
+    shell may live on in it.
     """
     sys.setswitchinterval(_SWITCH_S)
+    former = None
     with contextlib.suppress(OSError):
         os.setpriority(os.PRIO_PROCESS, 0, _NICE)
-        # where the kernel shares time out by sessions, nice counts inside a session only (sched(7), autogroup)
-        Path("/proc/self/autogroup").write_text(str(_NICE), encoding="ascii")
+        former = session.read_text(encoding="ascii").split()[-1]
+        session.write_text(str(_NICE), encoding="ascii")
+    try:
+        yield
+    finally:
+        if former is not None:
+            with contextlib.suppress(OSError):
+                session.write_text(former, encoding="ascii")

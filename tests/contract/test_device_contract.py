@@ -56,19 +56,26 @@ def near(bench: Bench, wanted: tuple[float, float]) -> bool:
     return all(abs(a - b) <= bench.step_mpa for a, b in zip(bench.commands(), wanted, strict=True))
 
 
+def read_once(device: Device) -> Measurement | None:
+    """What one read gives; nothing where a busy machine tore a reply, which is an error of that one read."""
+    try:
+        return device.read()
+    except DeviceLost:
+        raise
+    except DeviceError:
+        return None
+
+
 def read_until_fresh(bench: Bench, device: Device) -> Measurement:
-    """The first measurement with every value present; a device with a wire of its own needs a moment after opening, and
-    a busy machine may tear a reply, which is an error of that one read."""
+    """The first measurement with every value present; a device with a wire of its own needs a moment after opening."""
     found: list[Measurement] = []
 
     def complete() -> bool:
-        try:
-            found.append(device.read())
-        except DeviceLost:
-            raise
-        except DeviceError:
+        now = read_once(device)
+        if now is None:
             return False
-        return not found[-1].flags & (Flag.P1_ABSENT | Flag.P2_ABSENT | Flag.ANGLE_ABSENT)
+        found.append(now)
+        return not now.flags & (Flag.P1_ABSENT | Flag.P2_ABSENT | Flag.ANGLE_ABSENT)
 
     assert bench.soon(complete), f"never a complete measurement: {found[-1:]}"
     return found[-1]
@@ -88,8 +95,9 @@ def test_opening_reading_and_closing_move_nothing(bench: Bench, device: Device) 
     before = bench.commands()
     device.open()
     for _ in range(5):
-        device.read()
+        read_once(device)
         bench.clock.wait_until_ns(bench.clock.now_ns() + 5_000_000)
+    read_until_fresh(bench, device)
     device.close()
     assert bench.commands() == before
 
@@ -142,10 +150,12 @@ def test_pressures_come_back_as_they_were_written(bench: Bench, device: Device) 
         return
 
     def settled() -> bool:
-        now = device.read()
+        now = read_once(device)
+        if now is None:
+            return False
         return abs(now.p1_mpa - 0.3) < 0.01 and abs(now.p2_mpa - 0.1) < 0.01 and now.angle_deg > 10.0
 
-    assert bench.soon(settled), device.read()
+    assert bench.soon(settled), read_once(device)
 
 
 def test_a_device_that_tells_what_stands_at_its_outputs_tells_the_truth(bench: Bench, device: Device) -> None:

@@ -100,6 +100,20 @@ def _load(numbers: Numbers) -> str:
     return f"A weight (or spring) turns the joint by up to {size(numbers['load_deg'])}"
 
 
+def _warming(numbers: Numbers) -> str:
+    if "rate_per_min" in numbers:
+        grows = _more(numbers, "rate_per_min", "grows", "shrinks")
+        return f"The motion {grows} by {size(numbers['rate_per_min'])}"
+    firmer = _more(numbers, "rise_per_min", "stiffer", "softer")
+    return f"The muscles hold the joint ever {firmer}, by {size(numbers['rise_per_min'])}"
+
+
+def _stiffness(numbers: Numbers) -> str:
+    firmer, less = (_more(numbers, "stiffness", *words) for words in (("stiffer", "softer"), ("less", "more")))
+    what = "friction, mass and weight move" if value(numbers, "spring") < 0.5 else "muscles, mass and weight turn"
+    return f"The joint is held {size(numbers['stiffness'])} {firmer} {{than}}, so that {what} it {less}"
+
+
 def _end_stop(numbers: Numbers) -> str:
     names = [name for name in ("low_deg", "high_deg") if name in numbers and abs(value(numbers, name)) < 180.0]
     return f"The angle meets a stop at {sizes([numbers[name] for name in names], signed=True)}"
@@ -149,7 +163,7 @@ ON_THE_RIG: Mapping[str, OnTheRig] = {
         "a fitting, a hose or the bladder leaks", "fittings and hoses with leak spray; hold a pressure and watch the regulator's outlet"),
     "creep": OnTheRig("creep", _creep,
         "rubber and mesh of the muscles relax; new, cold or hot muscles", "a long hold at one pressure; whether it fades once the muscles are warm"),
-    "thermal_drift": OnTheRig("muscles that change as they warm", lambda n: f"The motion {_more(n, 'rate_per_min', 'grows', 'shrinks')} by {size(n['rate_per_min'])}",
+    "thermal_drift": OnTheRig("muscles that change as they warm", _warming,
         "the muscles warm up; the room's temperature", "a long record from cold; the muscles' temperature"),
     "coulomb_friction": OnTheRig("dry friction", lambda n: f"Dry friction holds the joint back by {size(n['width_deg'])} {_more(n, 'width_deg', 'more', 'less')} {{than}}",
         "more: a dry, tight or dirty bearing, a cable or hose that rubs, muscles that touch; less: a bearing that was greased or has run in, less preload", "the bearing by hand without air; cables and hoses that touch; preload and tension"),
@@ -157,8 +171,8 @@ ON_THE_RIG: Mapping[str, OnTheRig] = {
         "more: stiff grease, a damper, cold; less: thinner or warmer grease", "the bearing's grease; temperature"),
     "inertia": OnTheRig("inertia", _inertia,
         "a load or tool was mounted, or taken off; the simulator was identified with another one", "what is mounted on the joint; a fast sweep of 2 to 4 Hz"),
-    "stiffness": OnTheRig("another stiffness or loop gain", lambda n: f"The joint is held {size(n['stiffness'])} {_more(n, 'stiffness', 'stiffer', 'softer')} {{than}}, so that friction, mass and weight move it {_more(n, 'stiffness', 'less', 'more')}",
-        "another gain of the position loop; other springs, belts or muscles", "the loop's gain; how far the joint gives way to a known weight"),
+    "stiffness": OnTheRig("another stiffness or loop gain", _stiffness,
+        "another gain of the position loop; a spring, a belt or a stiff cable at the joint; other muscles", "the loop's gain; how far the joint gives way to a known weight"),
     "gravity_load": OnTheRig("a weight on the joint", _load,
         "a load or tool was mounted; the rig stands tilted; a cable pulls", "what hangs on the joint; a level"),
     "backlash": OnTheRig("play", lambda n: f"There are {size(_twice(n['width_deg']))} of play between joint and sensor or load",

@@ -59,23 +59,25 @@ class Lines:
         ]
 
     @cached_property
-    def _places(self) -> list[tuple[Places, Places]]:
+    def _places(self) -> list[tuple[Places, Column, Places]]:
         """For all records of one length and period: their rows (r, n), the even ones first and then the odd ones
-        backwards, and their lines (r, count)."""
+        backwards, whether they were measured (r, n), and their lines (r, count)."""
         first_row, first_line = np.cumsum((0, *self.rows)), np.cumsum((0, *self.counts))
         found = []
         for n, count in dict.fromkeys(zip(self.rows, self.counts, strict=True)):
             own = [k for k, kind in enumerate(zip(self.rows, self.counts, strict=True)) if kind == (n, count)]
             order = np.concatenate([np.arange(0, n, 2), np.arange(1, n, 2)[::-1]])
-            found.append((first_row[own][:, None] + order, first_line[own][:, None] + np.arange(count)))
+            rows = first_row[own][:, None] + order
+            found.append((rows, self.used[rows], first_line[own][:, None] + np.arange(count)))
         return found
 
     def of(self, columns: Column) -> Column:
         """(l,) or (l, m) lines of (n,) or (n, m) columns, zero where nothing was measured."""
-        measured = columns * (self.used if columns.ndim == 1 else self.used[:, None])
         out = np.empty((sum(self.counts), *columns.shape[1:]))
-        for rows, lines in self._places:
-            out[lines] = _cosines(measured[rows], lines.shape[1])
+        for rows, used, lines in self._places:
+            measured = np.take(columns, rows, axis=0)
+            measured *= used if columns.ndim == 1 else used[:, :, None]
+            out[lines] = _cosines(measured, lines.shape[1])
         return out
 
     def envelope(self, lines: Column, width_hz: float, share_all: float) -> Column:

@@ -53,7 +53,7 @@ class Effect:
     """Effects with the same word look alike even with pressures."""
     misfit: float = 0.1
     """What its best law usually leaves of its own gap, as a share of the rms: how exact the law is. Measured on effects of other laws
-    (development cases, the practice set; docs/decisions/0505)."""
+    (development cases, the practice set, a stranger's plant; docs/decisions/0505, 0565)."""
     signature: bool = False
     """Found by its signature, not by least squares."""
 
@@ -78,6 +78,7 @@ HOLDS = tuple(0.012 * 1.28**k for k in range(13))
 CHOKED = tuple({"exhaust_mpa_s": exhaust, "choked": 1.0} for exhaust in (0.15, 0.3, 0.6, 1.2))
 UNCHOKED = tuple({"exhaust_mpa_s": exhaust} for exhaust in (0.15, 0.3, 0.6))
 EITHER_MUSCLE = ({"muscle": 1.0}, {"muscle": 2.0})
+CHOKED_LEAK = ({"muscle": 1.0, "absolute": 1.0}, {"muscle": 2.0, "absolute": 1.0})
 BOTH_STOPS = tuple({"low_deg": low} for low in (-32.0, -26.0, -20.0, -15.0, -10.0))
 TIMES = (0.004, 0.008, 0.016, 0.03, 0.06, 0.12, 0.25)
 
@@ -98,7 +99,7 @@ _LIBRARY: tuple[Effect, ...] = (
                          *(Law("valve_filter", ("tau_s",), TIMES, shapes=({"poles": poles},)) for poles in (1.0, 2.0, 3.0)),
                          Law("valve_filter", ("tau_s",), TIMES, shapes=ONE_VALVE),
                          Law("valve_lag", ("tau_s",), (-0.005, -0.015, -0.03), shapes=_both())),
-           "pressures follow more slowly, filling and exhausting alike", "late", "valve_lag", 0.05),
+           "pressures follow more slowly, filling and exhausting alike", "late", "valve_lag", 0.15),
     Effect("valve_slew", (
         Law("valve_slew", ("fill_mpa_s",), (0.95, 0.85, 0.7, 0.5, 0.3, 0.15), "rate_mpa_s", tied={"exhaust_mpa_s": "fill_mpa_s"}),
         Law("valve_slew", ("fill_mpa_s",), (0.95, 0.8, 0.6, 0.35), "rate_mpa_s", tied={"exhaust_mpa_s": "fill_mpa_s"}, shapes=ONE_VALVE),
@@ -110,7 +111,7 @@ _LIBRARY: tuple[Effect, ...] = (
         Law("fill_exhaust_asymmetry", ("ratio",), (0.15, 0.3, 0.5, 0.7, 0.85, 1.2, 2.0), shapes=({"fill_share": 1.0},)),
         Law("valve_slew", ("exhaust_mpa_s",), (0.95, 0.85, 0.7, 0.5, 0.3), "rate_mpa_s"),
         Law("valve_slew", ("fill_mpa_s",), (0.95, 0.85, 0.7, 0.5, 0.3), "rate_mpa_s"),
-    ), "pressures late in one direction only, so their mean moves with speed", "one_way", "one_way", 0.08),
+    ), "pressures late in one direction only, so their mean moves with speed", "one_way", "one_way", 0.4),
     Effect("valve_dead_band", (
         Law("valve_dead_band", ("width_mpa",), FINE, "swing_mpa", shapes=({"edge": 1.0},)),
         Law("valve_dead_band", ("width_mpa",), HOLDS, "swing_mpa", shapes=({"edge": 0.1}, {"edge": 0.3}, {"edge": 0.6})),
@@ -124,14 +125,14 @@ _LIBRARY: tuple[Effect, ...] = (
             bounds={"droop_s": (0.1, 2.0)}),
         Law("fill_exhaust_asymmetry", ("ratio",), (0.15, 0.3, 0.5, 0.7, 0.85), shapes=({"fill_share": 0.0}, {"fill_share": 1.0}),
             bounds={"ratio": (0.02, 1.0)}),
-    ), "filling falls behind, exhausting does not", "one_way", "one_way", 0.2),
+    ), "filling falls behind, exhausting does not", "one_way", "one_way", 0.5),
     Effect("co_contraction", (Law("co_contraction", ("shift_mpa",), FINE, signs=BOTH_SIGNS),),
            "both pressures off by the same constant; the angle's gain changes against it", "gain", "co_contraction", 0.02),
     Effect("muscle_mismatch", (Law("muscle_mismatch", ("mismatch",), FINE, signs=BOTH_SIGNS),),
            "the angle is off, and its gain a little, as if one pressure counted more", "offset", "mismatch", 0.06),
     Effect("leak", (
-        Law("leak", ("loss",), FINE, shapes=EITHER_MUSCLE),
-        Law("leak_ahead", ("loss",), FINE, shapes=EITHER_MUSCLE),
+        Law("leak", ("loss",), FINE, shapes=(*EITHER_MUSCLE, *CHOKED_LEAK)),
+        Law("leak_ahead", ("loss",), FINE, shapes=(*EITHER_MUSCLE, *CHOKED_LEAK)),
     ), "one pressure lower by a share; behind the monitor only the angle shows it", "offset", "mismatch", 0.07),
     Effect("creep", (
         Law("creep", ("share", "tau_s"), (0.02, 0.1), signs=BOTH_SIGNS, shapes=tuple({"tau_s": t, "relaxed": 0.0} for t in (0.7, 3.0, 12.0)),
@@ -139,15 +140,16 @@ _LIBRARY: tuple[Effect, ...] = (
         Law("creep", ("share", "tau_s"), (0.02, 0.1), signs=BOTH_SIGNS, shapes=tuple({"tau_s": t, "relaxed": 1.0} for t in (0.7, 2.0)),
             bounds={"tau_s": (0.4, 4.0)}),
     ), "the angle keeps moving slowly after the pressure has settled; loops wider at low frequency", "creep", "creep", 0.06),
-    Effect("thermal_drift", (Law("thermal_drift", ("rate_per_min",), (0.01, 0.05, 0.2, 0.6), signs=BOTH_SIGNS),),
-           "the amplitude grows or shrinks through each record", "drift", "thermal", 0.08),
+    Effect("thermal_drift", (Law("thermal_drift", ("rate_per_min",), (0.01, 0.05, 0.2, 0.6), signs=BOTH_SIGNS),
+                             Law("stiffness", ("rise_per_min",), (0.3, 1.0, 3.0)), Law("stiffness", ("rise_per_min",), (-0.2, -0.6, -1.5))),
+           "the amplitude grows or shrinks through each record", "drift", "thermal", 0.16),
     Effect("coulomb_friction", (Law("coulomb_friction", ("width_deg",), (0.01, 0.03, 0.1, 0.3), "span_deg"),
                                 Law("coulomb_friction", ("width_deg",), (-0.01, -0.03, -0.1), "span_deg")),
            "the loop is wider, or narrower, at every speed, with corners at turning points", "play", "play", 0.09),
     Effect("viscous_friction", (Law("viscous_friction", ("tau_s",), (0.01, 0.03, 0.1, 0.3)), Law("viscous_friction", ("tau_s",), (-0.01, -0.03))),
            "the angle lags in proportion to speed", "late", "lag", 0.09),
     Effect("inertia", (Law("inertia", ("time_s",), (0.015, 0.03, 0.06, 0.12)), Law("inertia", ("time_s",), (-0.015, -0.03, -0.06))),
-           "fast parts of the angle overshoot and ring", "late", "inertia", 0.11),
+           "fast parts of the angle overshoot and ring", "late", "inertia", 0.15),
     Effect("gravity_load", (
         Law("gravity_load", ("load_deg",), (0.01, 0.05, 0.2), "span_deg", BOTH_SIGNS),
         Law("gravity_load", ("load_deg", "phase_deg"), (0.05, 0.2), "span_deg", BOTH_SIGNS, shapes=({"phase_deg": 30.0}, {"phase_deg": -30.0}),
@@ -155,6 +157,7 @@ _LIBRARY: tuple[Effect, ...] = (
     ), "gain and offset change together, bent like a sine of the angle", "offset", "gravity", 0.025),
     Effect("stiffness", (
         Law("stiffness", ("stiffness",), (0.15, 0.4, 1.0), signs=BOTH_SIGNS),
+        Law("stiffness", ("stiffness",), (0.02, 0.06, 0.2), signs=BOTH_SIGNS, shapes=({"spring": 1.0},)),
         Law("stiffness", ("stiffness", "load_deg"), (0.15, 0.4, 1.0), signs=BOTH_SIGNS, shapes=({"load_deg": 5.0}, {"load_deg": -5.0})),
     ), "friction, mass and weight all count less, or more, by the same share", "stiffness", "stiffness", 0.1),
     Effect("backlash", (Law("backlash", ("width_deg",), (0.003, 0.01, 0.03, 0.1, 0.3), "span_deg"),),

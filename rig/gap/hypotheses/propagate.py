@@ -66,8 +66,7 @@ def lay_tracks(pairs: Sequence[Pair], references: Sequence[Reference], nominal: 
 
 def full_numbers(applied: Applied, nominal: ResponseModel) -> dict[str, float]:
     """Every number of the stage, the nominal rig's filled in."""
-    known = EFFECT_STAGES[applied.stage]
-    given = {"p0_mpa": nominal.p0_mpa, "tau0_s": nominal.tau0_s} | nominal.balance.stage_numbers()
+    known, given = EFFECT_STAGES[applied.stage], nominal.stage_numbers
     return known.neutral() | {name: given[name] for name in known.parameters if name in given} | dict(applied.numbers)
 
 

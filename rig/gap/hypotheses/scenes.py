@@ -78,7 +78,7 @@ def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = N
     parts = angle_parts(tracks, base, response, expected.driven)
     factor = own_factor(parts, angle_days(tracks, response, expected.driven), levels, settings.prior)
     if expected.driven:
-        factor = factor.doubting(mean_doubt(tracks, base))
+        factor = factor.doubting(mean_doubt(tracks, base, response))
     if expected.driven and expected.kind is not Kind.SIMULATOR:  # a simulator is asked itself under these pressures
         factor = _answering_other_pressures(factor, expected, settings.prior)
     factor = _where_fast(factor.at_least(expected.missed_deg), expected).noisier(expected.marked_deg2)

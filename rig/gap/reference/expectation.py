@@ -18,6 +18,7 @@ from rig.gap.records.pairs import Pair
 from rig.gap.settings import (
     ENVELOPE_EVEN,
     ENVELOPE_HZ,
+    FRICTION_DOUBT,
     LEAST_EFFECTIVE,
     MEAN_DOUBT,
     SESSION_S,
@@ -26,6 +27,7 @@ from rig.gap.settings import (
     FactorLevels,
     Prior,
 )
+from rig.model.effect_stages.valve import ATMOSPHERE_MPA
 from rig.model.response import ResponseModel
 from rig.model.response_kernels import RESPONSE_TERMS, regulated, response_terms
 from rig.record import Column
@@ -48,8 +50,6 @@ the law of the mean pressure, a drift, and an amplitude that grows."""
 LOOP_STEP = 0.02
 """Share of the joint's friction by whose change the pattern is taken; a smaller one is lost in the
 balance's own precision."""
-ATMOSPHERE_MPA = 0.1
-"""Pressures count from the atmosphere's, air by what is absolute."""
 BANK = "bank"
 """Any of the response model's terms."""
 
@@ -221,16 +221,17 @@ def angle_parts(tracks: Sequence[Track], base: Sequence[Column], response: Respo
     )
 
 
-def mean_doubt(tracks: Sequence[Track], base: Sequence[Column]) -> Column:
-    """(n, 1) what one standard deviation of the law of the mean pressure is worth in the angle, where the measured mean
-    is not the expected one."""
+def mean_doubt(tracks: Sequence[Track], base: Sequence[Column], response: ResponseModel) -> Column:
+    """(n, 2) what one standard deviation of the law of the mean pressure is worth in the angle, where the measured mean
+    is not the expected one: of what the difference counts for, and of what the joint's friction does."""
     parts = []
     for track, angle in zip(tracks, base, strict=True):
         (p1, p2), reference = _drive(track, True), track.reference
         least = 0.2 * (reference.p1_mpa + reference.p2_mpa).mean()
         ratio = np.maximum(p1 + p2, least) / np.maximum(reference.p1_mpa + reference.p2_mpa, least)
-        parts.append(MEAN_DOUBT * angle * np.log(ratio))
-    return np.concatenate(parts)[:, None]
+        rubbed = response.balanced(angle, np.zeros_like(angle), ratio**FRICTION_DOUBT, track.pair.dt_s) - angle
+        parts.append(np.column_stack([MEAN_DOUBT * angle * np.log(ratio), rubbed]))
+    return np.concatenate(parts)
 
 
 def motion_doubt(tracks: Sequence[Track], response: ResponseModel) -> Column:

@@ -8,7 +8,7 @@ that.
 import math
 from collections.abc import Sequence
 
-from rig.model.joint_balance import balanced_angle, equilibrium_angle
+from rig.model.joint_balance import AT_REST_S, STATE_SIZE, balanced_angle, equilibrium_angle
 from rig.model.slots import Values
 
 
@@ -22,9 +22,10 @@ def balance_again(p1: Values, p2: Values, y: Values, state: Values, params: Sequ
     `joint_balance.STATE_SIZE`.
     """
     for i in range(len(y)):
+        compliance = 2.0 * params[5] / max(p1[i] + p2[i], 0.02)
         if state[0] == 0.0:
             state[0], state[1], state[3] = 1.0, y[i], y[i]
-        compliance = 2.0 * params[5] / max(p1[i] + p2[i], 0.02)
+            balanced_angle(y[i], compliance, 1.0, state, params, AT_REST_S)
         pulled_to = equilibrium_angle(y[i], state, params, dt_s)
         y[i] = balanced_angle(pulled_to, compliance, 1.0, state, params, dt_s)
 
@@ -32,18 +33,21 @@ def balance_again(p1: Values, p2: Values, y: Values, state: Values, params: Sequ
 def stiffness(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
     """The joint is held by another stiffness, or a servo by another loop gain, while it is sent to the same angles:
     all that stands against the stiffness (dry and viscous friction, inertia, a weight) counts 1 / (1 + stiffness)
-    times.
+    times. With `spring` the muscles are held against as well: a spring beside the joint, at rest at 0 deg.
 
-    The nominal angle already holds the weight `load_deg`; params: those of `balance_again`, then stiffness.
+    The stiffness may rise steadily, as that of muscles that warm up. The nominal angle already holds the weight
+    `load_deg`; params: those of `balance_again`, then stiffness, spring (0 or 1), rise_per_min.
     """
-    counts = 1.0 / (1.0 + params[13])
     radian = math.pi / 180.0
     for i in range(len(y)):
         if state[0] == 0.0:
             state[0], state[1], state[3] = 1.0, y[i], y[i]
+        counts = 1.0 / max(1.0 + params[13] + params[15] * state[STATE_SIZE] / 60.0, 0.1)
+        state[STATE_SIZE] += dt_s
         weight = params[3] * math.sin((y[i] + params[4]) * radian)
         pulled_to = equilibrium_angle(y[i], state, params, dt_s) + weight
-        y[i] = balanced_angle(pulled_to, counts, counts, state, params, dt_s)
+        held = 1.0 + params[14] * (counts - 1.0)
+        y[i] = balanced_angle(held * pulled_to, counts, counts, state, params, dt_s)
 
 
 def backlash(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:

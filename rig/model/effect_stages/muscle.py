@@ -7,6 +7,7 @@ the angle behind it.
 import math
 from collections.abc import Sequence
 
+from rig.model.effect_stages.valve import ATMOSPHERE_MPA
 from rig.model.slots import Values
 
 
@@ -18,12 +19,14 @@ def muscle_mismatch(p1: Values, p2: Values, y: Values, state: Values, params: Se
 
 
 def leak(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
-    """One muscle gets less than its monitor says; params: loss (share of the pressure), muscle (1 or 2)."""
+    """One muscle's line loses pressure: ahead of the monitor, or behind it, and the muscle gets less than that says;
+    params: loss (share of the pressure), muscle (1 or 2), absolute (0 the gauge pressure's, 1 the absolute one's: a
+    choked leak takes in proportion to that)."""
     for i in range(len(p1)):
         if params[1] < 1.5:
-            p1[i] *= 1.0 - params[0]
+            p1[i] -= params[0] * (p1[i] + params[2] * ATMOSPHERE_MPA)
         else:
-            p2[i] *= 1.0 - params[0]
+            p2[i] -= params[0] * (p2[i] + params[2] * ATMOSPHERE_MPA)
 
 
 def creep(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:

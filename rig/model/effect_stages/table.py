@@ -6,6 +6,7 @@ sensor.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Final
 
 from rig.model.effect_stages import joint, muscle, sensor, timing, valve
@@ -48,7 +49,7 @@ class EffectStage:
     """It may be put onto a measured response itself: the rest of the chain has no part in what it does there. In the
     timing slot its first number is then a dead time."""
 
-    @property
+    @cached_property
     def parameters(self) -> tuple[str, ...]:
         """Names in the order in which the stage reads them."""
         return tuple(number.name for number in self.numbers)
@@ -67,6 +68,12 @@ FORMER_NAMES: Final = {"drag_s": "viscous_time_s", "sway_s": "inertia_time_s"}
 _P = EffectParameter
 _BALANCE = _P("balance", "1", -2.0, 2.0, 0.0, "0 both valves, 1 valve 1 alone, -1 valve 2 alone, +-2 opposite signs")
 _MUSCLE = _P("muscle", "1", 1.0, 2.0, 1.0, "which muscle: 1 or 2")
+_LOSS = (
+    _P("loss", "1", 0.0, 0.8, 0.0, "share of the pressure lost"),
+    _MUSCLE,
+    _P("absolute", "1", 0.0, 1.0, 0.0, "1 of the absolute pressure, as by a choked leak, 0 of the gauge pressure"),
+)
+"""What a leak ahead of the monitor and one behind it share."""
 _P0 = _P("p0_mpa", "MPa", 0.02, 0.6, 0.2, "mean pressure at which the size holds", "the rig's")
 _TAU0 = _P("tau0_s", "s", 0.0, 1.0, 0.0, "time constant of the nominal regulator", "the valves'; 0 if they have none")
 _BALANCED = (
@@ -86,7 +93,7 @@ _BALANCED = (
     _P("viscous_time_s", "s", 0.0, 2.0, 0.0, "viscous friction of the nominal joint over stiffness"),
     _P("inertia_time_s", "s", 0.0, 0.5, 0.0, "square root of the nominal inertia over stiffness"),
     *(
-        _P(f"loop_{j + 1}", "1", 0.0, 50.0, 0.0, f"nominal dry friction that slips after {r:g} degrees")
+        _P(f"loop_{j + 1}", "1", 0.0, 50.0, 0.0, f"nominal dry friction that slips after about {r:g} degrees")
         for j, r in enumerate(LOOP_RADII_DEG)
     ),
 )
@@ -233,17 +240,8 @@ OWN_STAGES: dict[str, EffectStage] = {
         1,
         _P("shift_mpa", "MPa", -0.2, 0.2, 0.0, "shift of P0 of both muscles"),
     ),
-    "leak_ahead": _entry(
-        "leak",
-        "muscle@valve",
-        valve.leak_ahead,
-        1,
-        _P("loss", "1", 0.0, 0.8, 0.0, "share of the pressure lost"),
-        _MUSCLE,
-    ),
-    "leak": _entry(
-        "leak", "muscle<", muscle.leak, 1, _P("loss", "1", 0.0, 0.8, 0.0, "share of the pressure lost"), _MUSCLE
-    ),
+    "leak_ahead": _entry("leak", "muscle@valve", muscle.leak, 1, *_LOSS),
+    "leak": _entry("leak", "muscle<", muscle.leak, 1, *_LOSS),
     "muscle_mismatch": _entry(
         "muscle_mismatch",
         "muscle<",
@@ -276,8 +274,13 @@ OWN_STAGES: dict[str, EffectStage] = {
         "joint",
         Slot.JOINT,
         joint.stiffness,
-        STATE_SIZE,
-        (*_BALANCED, _P("stiffness", "1", -0.8, 4.0, 0.0, "relative change of what holds the joint at its angle")),
+        STATE_SIZE + 1,
+        (
+            *_BALANCED,
+            _P("stiffness", "1", -0.8, 4.0, 0.0, "relative change of what holds the joint at its angle"),
+            _P("spring", "1", 0.0, 1.0, 0.0, "1 by a spring beside the joint, 0 by what sends it to its angles"),
+            _P("rise_per_min", "1/min", -2.0, 8.0, 0.0, "how fast that changes through a record"),
+        ),
         "stiffness",
     ),
     "backlash": _entry("backlash", "joint", joint.backlash, 2, _P("width_deg", "deg", 0.0, 30.0, 0.0, "half the play")),

@@ -13,6 +13,8 @@ from collections.abc import Sequence
 
 from rig.model.slots import Values
 
+ATMOSPHERE_MPA = 0.1013
+"""Pressures count from the atmosphere's, air by what is absolute."""
 TANK_MPA = 0.6
 """Absolute pressure of a full tank: what a sag is counted against."""
 
@@ -87,10 +89,10 @@ def valve_slew(p1: Values, p2: Values, y: Values, state: Values, params: Sequenc
             state[0], state[1], state[2], state[3], state[4] = 1.0, p1[i], p2[i], p1[i], p2[i]
         goal1, goal2 = (p1[i] - was * state[3]) / (1.0 - was), (p2[i] - was * state[4]) / (1.0 - was)
         state[3], state[4] = p1[i], p2[i]
-        down = params[1] * dt_s * (1.0 + params[4] * ((state[1] + 0.1013) / 0.4013 - 1.0))
+        down = params[1] * dt_s * (1.0 + params[4] * ((state[1] + ATMOSPHERE_MPA) / 0.4013 - 1.0))
         move = (1.0 - was) * (goal1 - state[1])
         state[1] += min(max(move, -down / share1), params[0] * dt_s / share1)
-        down = params[1] * dt_s * (1.0 + params[4] * ((state[2] + 0.1013) / 0.4013 - 1.0))
+        down = params[1] * dt_s * (1.0 + params[4] * ((state[2] + ATMOSPHERE_MPA) / 0.4013 - 1.0))
         move = (1.0 - was) * (goal2 - state[2])
         state[2] += min(max(move, -down / share2), params[0] * dt_s / share2)
         p1[i], p2[i] = state[1], state[2]
@@ -210,12 +212,3 @@ def co_contraction(p1: Values, p2: Values, y: Values, state: Values, params: Seq
     for i in range(len(p1)):
         p1[i] += params[0]
         p2[i] += params[0]
-
-
-def leak_ahead(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
-    """One muscle's line loses a share of its pressure ahead of the monitor; params: loss, muscle (1 or 2)."""
-    for i in range(len(p1)):
-        if params[1] < 1.5:
-            p1[i] *= 1.0 - params[0]
-        else:
-            p2[i] *= 1.0 - params[0]

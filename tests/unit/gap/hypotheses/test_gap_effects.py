@@ -10,6 +10,7 @@ from support.gap_rigs import model
 from rig.gap.hypotheses.library import LIBRARY, alike
 from rig.model.chain import lay_out
 from rig.model.effect_stages import EFFECT_STAGES
+from rig.model.effect_stages.valve import ATMOSPHERE_MPA
 from rig.model.parameters import AddedEffect
 from rig.report.effects_page import effects_markdown
 
@@ -148,3 +149,24 @@ def test_a_tank_refills() -> None:
     behind = healthy - sagging
     assert behind.max() > 1e-3
     assert behind.max() > 5 * -behind.min(), "filling falls behind, exhausting does not"
+
+
+def test_a_spring_beside_a_free_joint_makes_every_angle_smaller_alike() -> None:
+    known = EFFECT_STAGES["stiffness"].neutral() | {"stiffness": 0.25}
+    angle = 20 * np.sin(9 * T - 0.3)
+    assert ran("stiffness", known | {"spring": 1.0})[2][1:] == pytest.approx(list(angle[1:] / 1.25), abs=1e-6)
+    assert ran("stiffness", known)[2] == pytest.approx(list(angle), abs=1e-6)
+
+
+def test_a_stiffness_that_rises_lets_friction_count_less_and_less() -> None:
+    known = EFFECT_STAGES["stiffness"].neutral() | {"loop_2": 2.0}
+    changed = np.abs(np.array(ran("stiffness", known | {"rise_per_min": 8.0})[2]) - 20 * np.sin(9 * T - 0.3))
+    assert 0.0 < changed[:100].max() < changed[-100:].max()
+
+
+@pytest.mark.parametrize("key", ["leak", "leak_ahead"])
+def test_a_choked_leak_takes_its_share_of_the_absolute_pressure(key: str) -> None:
+    p1 = 0.2 + 0.08 * np.sin(9 * T)
+    for absolute in (0.0, 1.0):
+        found = ran(key, {"loss": 0.1, "muscle": 1.0, "absolute": absolute})[0]
+        assert found == pytest.approx(list(p1 - 0.1 * (p1 + absolute * ATMOSPHERE_MPA)))

@@ -1,0 +1,89 @@
+"""The joint's balance holds at every tick, however far the joint moves in one: dry friction is steep where it sticks
+and flat beyond, and Newton's steps alone go to and fro between its two sides."""
+
+import math
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rig.model.effect_stages import EFFECT_STAGES
+from rig.model.joint_balance import (
+    DRY,
+    LOOP_RADII_DEG,
+    NEW,
+    PRESLIDING_DEG,
+    REACHES_DEG,
+    SHARES,
+    SPREAD,
+    STATE_SIZE,
+    balanced_angle,
+)
+from rig.model.kernels import balanced, compiled
+
+DT_S = 0.005
+P0_MPA = 0.2
+
+
+def numbers(width_deg: float, viscous_s: float, inertia_s: float, slip: list[float]) -> list[float]:
+    """Of `balanced_angle`: added dry friction on a joint with friction of its own."""
+    return [width_deg, 0.0, 0.0, 0.0, 0.0, P0_MPA, viscous_s, inertia_s, *slip]
+
+
+def missed(new: float, pulled_to: float, before: list[float], params: list[float]) -> float:
+    """By how many degrees the balance does not hold at an angle, one tick after `before`."""
+    old, rate = before[3], before[4]
+    step = new - old
+    miss = new + params[6] * step / DT_S + params[7] ** 2 * (step / DT_S - rate) / DT_S - pulled_to
+    for k, (radius, share) in enumerate(zip(REACHES_DEG, SHARES, strict=True)):
+        miss += params[8 + k // len(SPREAD)] * share * min(max(before[NEW + k] + step, -radius), radius)
+    return miss + params[0] / PRESLIDING_DEG * min(max(before[DRY] + step, -PRESLIDING_DEG), PRESLIDING_DEG)
+
+
+@given(
+    st.floats(0.0, 10.0),
+    st.floats(0.0, 0.05),
+    st.floats(0.0, 0.05),
+    st.lists(st.floats(0.0, 5.0), min_size=5, max_size=5),
+    st.lists(st.floats(-40.0, 40.0), min_size=1, max_size=30),
+)
+def test_the_balance_holds_at_every_tick(
+    width_deg: float, viscous_s: float, inertia_s: float, slip: list[float], pulled: list[float]
+) -> None:
+    params, state = numbers(width_deg, viscous_s, inertia_s, slip), [0.0] * STATE_SIZE
+    for pulled_to in pulled:
+        before = list(state)
+        new = balanced_angle(pulled_to, 1.0, 1.0, state, params, DT_S)
+        steepest = 1.0 + viscous_s / DT_S + (inertia_s / DT_S) ** 2 + 2.0 * sum(slip) + width_deg / PRESLIDING_DEG
+        assert abs(missed(new, pulled_to, before, params)) <= 1e-5 * steepest
+
+
+@given(st.floats(0.3, 4.0), st.floats(0.2, 3.0), st.floats(10.0, 35.0))
+def test_dry_friction_changes_an_angle_by_no_more_than_its_width(
+    width_deg: float, frequency_hz: float, amplitude_deg: float
+) -> None:
+    t = np.arange(round(4.0 / frequency_hz / DT_S)) * DT_S
+    angle = amplitude_deg * np.sin(2.0 * math.pi * frequency_hz * t)
+    entry = EFFECT_STAGES["coulomb_friction"]
+    known = entry.neutral() | {"width_deg": width_deg, "loop_1": 2.4, "loop_2": 0.8, "loop_3": 0.3, "loop_5": 0.1}
+    changed, pressure = angle.copy(), np.full(len(angle), P0_MPA)
+    params = np.array([known[name] for name in entry.parameters])
+    compiled(entry.stage)(pressure, pressure.copy(), changed, np.zeros(entry.state_size), params, DT_S)
+    assert np.max(np.abs(changed - angle)) <= width_deg + 1e-4
+
+
+def test_an_element_carries_its_weight_times_its_travel_once_all_of_it_slips() -> None:
+    for j, radius in enumerate(LOOP_RADII_DEG):
+        own = slice(j * len(SPREAD), (j + 1) * len(SPREAD))
+        whole = sum(share * reach for share, reach in zip(SHARES[own], REACHES_DEG[own], strict=True))
+        assert math.isclose(whole, radius)
+
+
+def test_a_joint_with_friction_starts_where_it_rests_and_goes_on_once_it_moves() -> None:
+    """Sent further by 3 deg at rest, friction keeps most of it; the first travel breaks it loose."""
+    angle = 15.0 * np.sin(2.0 * math.pi * 0.5 * np.arange(2000) * DT_S)
+    moved = balanced(
+        angle, np.full(len(angle), 3.0), np.ones(len(angle)), 0.02, 0.02, np.array([2.4, 0.8, 0.3, 0.0, 0.1]), DT_S
+    )
+    assert 0.2 < moved[0] - angle[0] < 1.5
+    assert np.mean((moved - angle)[400:]) > 2.0
