@@ -326,8 +326,10 @@ def attention(session: Path = Path("/proc/self/autogroup")) -> Iterator[None]:
     former = None
     with contextlib.suppress(OSError):
         os.setpriority(os.PRIO_PROCESS, 0, _NICE)
-        former = session.read_text(encoding="ascii").split()[-1]
-        session.write_text(str(_NICE), encoding="ascii")
+        # empty in the session of a machine's first process, as in some containers: it has no place to give back
+        if place := session.read_text(encoding="ascii").split():
+            former = place[-1]
+            session.write_text(str(_NICE), encoding="ascii")
     try:
         yield
     finally:

@@ -38,6 +38,14 @@ def test_where_the_kernel_shares_by_processes_nothing_is_asked_of_a_session(tmp_
     assert not list(tmp_path.iterdir())
 
 
+def test_a_session_without_a_place_is_left_as_it_is(tmp_path: Path) -> None:
+    session = tmp_path / "autogroup"
+    session.touch()
+    with attention(session):
+        assert session.read_bytes() == b""
+    assert session.read_bytes() == b""
+
+
 def test_without_the_right_to_it_nothing_is_touched(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def refused(*_: int) -> None:
         raise PermissionError
