@@ -15,6 +15,7 @@ from typing import Any, cast
 import numba
 import numpy as np
 from numba.np import linalg as numba_linalg
+from numpy.typing import NDArray
 
 from rig.errors import ModelError, RecordError
 from rig.model.chain import lay_out
@@ -57,6 +58,31 @@ def compiled(function: StageFunction | FunctionType) -> Any:
     return numba.njit(cache=True, nogil=True)(copy)
 
 
+def run(p1: Column, p2: Column, y: Column, state: Column, params: Column, dt_s: float) -> None:
+    """Stands in `each_record` for the stage that `over_records` puts there."""
+
+
+def each_record(
+    first: Column, second: Column, third: Column, ends: NDArray[np.intp], state: Column, params: Column, dt_s: Column
+) -> None:
+    """`run`, which is a stage or the like, over records that stand one after the other in the columns (n,): `ends` (r,)
+    are the rows after their last ones, dt_s (r,) their periods."""
+    at = 0
+    for k in range(len(ends)):
+        to = ends[k]
+        state[:] = 0.0
+        run(first[at:to], second[at:to], third[at:to], state, params, dt_s[k])
+        at = to
+
+
+@cache
+def over_records(function: StageFunction | FunctionType) -> Any:
+    """`each_record` of a stage, compiled: one call for all records, in which no thread waits for another."""
+    plain = FunctionType(each_record.__code__, {**each_record.__globals__, "run": function}, "each_record")
+    plain.__module__ = each_record.__module__
+    return compiled(plain)
+
+
 def made_of(function: FunctionType) -> str:
     """What a function's machine code depends on, as a word: its own code, the numbers that it names and the functions
     that it calls. numba looks at the one file that the function stands in, and would go on with what it kept when
@@ -90,17 +116,20 @@ def balanced(
     viscous_s: float,
     inertia_s: float,
     weights: Column,
-    dt_s: float,
+    dt_s: float | Column,
+    ends: NDArray[np.intp] | None = None,
 ) -> Column:
     """The joint's angle (n,) when the muscles pull `offset_deg` further and its friction counts `friction` times (both
-    (n,)).
+    (n,)); of several records where their `ends` and dt_s are given, as in `each_record`.
 
     viscous_s, inertia_s and the Maxwell-slip weights (5,) are those of the nominal joint; see
     `rig.model.joint_balance`.
     """
     out = angle_deg.copy()
     params = np.array([*NOTHING_ADDED, 0.0, viscous_s, inertia_s, *weights])
-    compiled(balanced_angles)(out, offset_deg, friction, np.zeros(STATE_SIZE), params, dt_s)
+    ends = np.array([len(out)]) if ends is None else ends
+    state, each_dt_s = np.zeros(STATE_SIZE), np.full(len(ends), dt_s)
+    over_records(balanced_angles)(out, offset_deg, friction, ends, state, params, each_dt_s)
     return out
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rig.model.fingerprint import Fingerprint
 from rig.model.joint_balance import LOOP_RADII_DEG
@@ -103,11 +104,18 @@ class ResponseModel:
         angle: Column = by * (first + by * (second + by * third))
         return angle
 
-    def balanced(self, angle: Column, offset: Column, compliance: Column, dt_s: float) -> Column:
+    def balanced(
+        self,
+        angle: Column,
+        offset: Column,
+        compliance: Column,
+        dt_s: float | Column,
+        ends: NDArray[np.intp] | None = None,
+    ) -> Column:
         """The joint's angle when its equilibrium lies `offset` degrees further and its friction counts `compliance`
-        times; all (n,)."""
+        times; all (n,); of several records with their `ends` and each one's dt_s, see `kernels.balanced`."""
         joint = self.balance
-        return balanced(angle, offset, compliance, joint.viscous_s, joint.inertia_s, np.array(joint.slip), dt_s)
+        return balanced(angle, offset, compliance, joint.viscous_s, joint.inertia_s, np.array(joint.slip), dt_s, ends)
 
 
 def response_of(fingerprint: Fingerprint) -> ResponseModel:

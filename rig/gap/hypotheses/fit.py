@@ -13,7 +13,16 @@ import numpy as np
 from rig.gap.evidence.gaussian import Gaussian
 from rig.gap.evidence.lines import Lines
 from rig.gap.hypotheses.library import Effect, Law
-from rig.gap.hypotheses.propagate import Applied, Ready, Track, angle_with, pressures_with, ready, response_with
+from rig.gap.hypotheses.propagate import (
+    Applied,
+    Course,
+    Ready,
+    Track,
+    angle_with,
+    pressures_with,
+    ready,
+    response_with,
+)
 from rig.gap.reference.expectation import Factor
 from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, FIT_STEPS, WIDTH_SHARES, Odds, Prior
 from rig.identify.descent import descend
@@ -71,28 +80,28 @@ class Fit:
 
 def pressure_change(tracks: Sequence[Track], response: ResponseModel) -> Change:
     """Both monitors, valve 1 of every record and then valve 2."""
+    course = Course(tuple(tracks))
+    usual = course.reference
 
     def change(causes: Sequence[Ready]) -> Column:
-        both = [pressures_with(causes, track, response) for track in tracks]
-        first = [p1 - track.reference.p1_mpa for (p1, _), track in zip(both, tracks, strict=True)]
-        second = [p2 - track.reference.p2_mpa for (_, p2), track in zip(both, tracks, strict=True)]
-        return np.concatenate(first + second)
+        p1, p2 = pressures_with(causes, course, response)
+        return np.concatenate([p1 - usual.p1_mpa, p2 - usual.p2_mpa])
 
     return change
 
 
 def angle_change(tracks: Sequence[Track], base: Sequence[Column], response: ResponseModel, driven: bool) -> Change:
     """The angle, under the measured pressures when `driven`, else under the commands."""
+    course, expected = Course(tuple(tracks)), np.concatenate(list(base))
+    pressures = course.measured if driven else None
 
     def change(causes: Sequence[Ready]) -> Column:
-        parts = []
-        for track, angle in zip(tracks, base, strict=True):
-            case = track.pair.case
-            if driven and case.p1_mpa is not None and case.p2_mpa is not None:
-                parts.append(angle_with(causes, case.p1_mpa, case.p2_mpa, angle, track, response) - angle)
-            else:
-                parts.append(response_with(causes, track, response)[2] - track.reference.angle_deg)
-        return np.concatenate(parts)
+        if pressures is None:
+            moved, usual = response_with(causes, course, response)[2], course.reference.angle_deg
+        else:
+            moved, usual = angle_with(causes, *pressures, expected, course, response), expected
+        out: Column = moved - usual
+        return out
 
     return change
 
@@ -152,6 +161,7 @@ class _Trial:
         bounds = [law.bounds.get(name, (self._numbers[name].low, self._numbers[name].high)) for name in law.free]
         self.low, self.high = np.array([pair[0] for pair in bounds]), np.array([pair[1] for pair in bounds])
         self._gap = scene.factor.lines.of(scene.factor.gap)
+        self._known: dict[tuple[object, ...], tuple[Column, Column]] = {}
 
     def usual(self, name: str) -> float:
         return self._numbers[name].neutral
@@ -160,11 +170,19 @@ class _Trial:
         values = dict(fixed) | {name: float(value) for name, value in zip(self.law.free, x, strict=True)}
         return Applied(self.law.stage, values | {name: values[owner] for name, owner in self.law.tied.items()})
 
+    def changed(self, x: Column, fixed: Mapping[str, float]) -> tuple[Column, Column]:
+        """(n,) what the law changes and (l,) its lines, these not finite where it runs away; computed once for each
+        numbers: a descent comes back to where it was, and is judged there."""
+        asked = (*x, *fixed.items())
+        if asked not in self._known:
+            change = self.scene.changed_by(self.applied(x, fixed))
+            stays = np.max(np.abs(change)) < RUNS_AWAY
+            moved = self.scene.factor.lines.of(change) if stays else np.full_like(self._gap, np.nan)
+            self._known[asked] = change, moved
+        return self._known[asked]
+
     def residual(self, x: Column, fixed: Mapping[str, float]) -> Column:
-        change = self.scene.changed_by(self.applied(x, fixed))
-        if not np.max(np.abs(change)) < RUNS_AWAY:
-            return np.full_like(self._gap, np.nan)
-        out: Column = self._gap - self.scene.factor.lines.of(change)
+        out: Column = self._gap - self.changed(x, fixed)[1]
         return out
 
     def weighed(self, x: Column, fixed: Mapping[str, float]) -> Column:
@@ -181,11 +199,11 @@ class _Trial:
     def judged(self, effect: Effect, x: Column, fixed: Mapping[str, float], jacobian: Column, cost: float) -> Fit:
         """Laplace's evidence at the optimum, the law's usual error included."""
         healthy, lines, prior = self.scene.factor.healthy, self.scene.factor.lines, self.scene.prior
-        change = self.scene.changed_by(self.applied(x, fixed))
-        moved = lines.of(change)
+        change, moved = self.changed(x, fixed)
         left = self._gap - moved
         rho = effect.misfit * prior.rho_scale
-        logs = [with_law(healthy, lines, moved, share * rho, prior).log_density(left) for share in LAW_SHARES]
+        power = lines.envelope(moved, ENVELOPE_HZ, ENVELOPE_EVEN)
+        logs = [with_law(healthy, lines, moved, share * rho, prior, power).log_density(left) for share in LAW_SHARES]
         log_density = float(np.logaddexp.reduce(logs)) - float(np.log(len(logs)))
         stiff = (healthy.degrees + healthy.effective) / (healthy.degrees + cost)
         hessian = stiff * (jacobian.T @ jacobian)
@@ -230,11 +248,15 @@ def _widths(values: Column, bounds: Column) -> Column:
     return out
 
 
-def with_law(healthy: Gaussian, lines: Lines, moved: Column, rho: float, prior: Prior) -> Gaussian:
-    """What is expected of what a law leaves when it is as rough as a share `rho` of what it changes."""
+def with_law(
+    healthy: Gaussian, lines: Lines, moved: Column, rho: float, prior: Prior, power: Column | None = None
+) -> Gaussian:
+    """What is expected of what a law leaves when it is as rough as a share `rho` of what it changes; `power` is the
+    envelope of that, where it is known."""
     if rho <= 0.0:
         return healthy
-    rough = (prior.rho_lines * rho) ** 2 * lines.envelope(moved, ENVELOPE_HZ, ENVELOPE_EVEN)
+    power = lines.envelope(moved, ENVELOPE_HZ, ENVELOPE_EVEN) if power is None else power
+    rough = (prior.rho_lines * rho) ** 2 * power
     return healthy.with_patterns(law_patterns(moved, lines, rho)).with_variance(rough)
 
 

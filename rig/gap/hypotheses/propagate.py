@@ -9,15 +9,17 @@ the nominal rig comes between. No fitting here.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rig.gap.hypotheses.lateness import delayed, displaced_s
 from rig.gap.records.pairs import Pair
 from rig.gap.reference.nominal import Reference
 from rig.model.effect_stages import EFFECT_STAGES
-from rig.model.kernels import compiled
+from rig.model.kernels import over_records
 from rig.model.response import ResponseModel
 from rig.model.slots import Slot
 from rig.record import Column
@@ -51,6 +53,51 @@ class Track:
     measured."""
 
 
+@dataclass(frozen=True)
+class Course:
+    """Tracks end to end: columns (n,) run over all their records, so that a stage is one call."""
+
+    tracks: tuple[Track, ...]
+
+    @cached_property
+    def ends(self) -> NDArray[np.intp]:
+        """(r,) the row after the last of each record."""
+        return np.cumsum([len(track.pair) for track in self.tracks])
+
+    @cached_property
+    def dt_s(self) -> Column:
+        """(r,) of each record."""
+        return np.array([track.pair.dt_s for track in self.tracks])
+
+    @cached_property
+    def reference(self) -> Reference:
+        """The healthy rig's columns (n,)."""
+        every = [track.reference for track in self.tracks]
+        return Reference(
+            np.concatenate([one.p1_mpa for one in every]),
+            np.concatenate([one.p2_mpa for one in every]),
+            np.concatenate([one.angle_deg for one in every]),
+        )
+
+    @cached_property
+    def regulated(self) -> tuple[Column, Column]:
+        """Both regulators' pressures (n,)."""
+        first, second = ([track.regulated[k] for track in self.tracks] for k in (0, 1))
+        return np.concatenate(first), np.concatenate(second)
+
+    @cached_property
+    def measured(self) -> tuple[Column, Column] | None:
+        """Both monitors (n,), where all cases have them."""
+        cases = [track.pair.case for track in self.tracks]
+        first = [case.p1_mpa for case in cases if case.p1_mpa is not None]
+        second = [case.p2_mpa for case in cases if case.p2_mpa is not None]
+        return (np.concatenate(first), np.concatenate(second)) if len(first) == len(second) == len(cases) else None
+
+    def split(self, column: Column) -> list[Column]:
+        """A column (n,) as it is in each record."""
+        return np.split(column, self.ends[:-1])
+
+
 def lay_tracks(pairs: Sequence[Pair], references: Sequence[Reference], nominal: ResponseModel) -> list[Track]:
     """A track for each pair."""
     return [
@@ -72,7 +119,7 @@ def full_numbers(applied: Applied, nominal: ResponseModel) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Ready:
-    """An effect stage with its numbers in a row, as the compiled function reads them."""
+    """An effect stage over whole records, with its numbers in a row, as the compiled function reads them."""
 
     slot: Slot
     stage: Any
@@ -89,32 +136,47 @@ def ready(causes: Sequence[Applied], nominal: ResponseModel) -> list[Ready]:
         known = EFFECT_STAGES[cause.stage]
         numbers = full_numbers(cause, nominal)
         params = np.array([numbers[name] for name in known.parameters])
-        made.append(Ready(known.slot, compiled(known.stage), params, max(known.state_size, 1), known.exact))
+        made.append(Ready(known.slot, over_records(known.stage), params, max(known.state_size, 1), known.exact))
     return made
 
 
-def pressures_with(causes: Sequence[Ready], track: Track, nominal: ResponseModel) -> tuple[Column, Column]:
+def pressures_with(causes: Sequence[Ready], course: Course, nominal: ResponseModel) -> tuple[Column, Column]:
     """The pressures of the healthy rig with these timing and valve effects (the others are passed over)."""
-    track = late(causes, track)
-    p1, p2 = track.reference.p1_mpa, track.reference.p2_mpa
-    q1, q2 = track.regulated
+    course = _late(causes, course)
+    p1, p2 = course.reference.p1_mpa, course.reference.p2_mpa
+    q1, q2 = course.regulated
     ahead = [cause for cause in _in(causes, Slot.TIMING) if not cause.exact]
     if ahead:
-        u1, u2 = track.pair.u1_mpa.copy(), track.pair.u2_mpa.copy()
+        u1 = np.concatenate([track.pair.u1_mpa for track in course.tracks])
+        u2 = np.concatenate([track.pair.u2_mpa for track in course.tracks])
         for cause in ahead:
-            _run(cause, u1, u2, u1, track.pair.dt_s)
-        (q1, q2), was = nominal.pressures(u1, u2, track.pair.dt_s), (q1, q2)
+            _run(cause, u1, u2, u1, course)
+        (q1, q2), was = _regulated(u1, u2, course, nominal), (q1, q2)
         p1, p2 = p1 + q1 - was[0], p2 + q2 - was[1]
     for cause in _in(causes, Slot.VALVE):
-        (q1, q2), was = _changed(cause, q1, q2, track.pair.dt_s), (q1, q2)
-        p1, p2 = _changed(cause, p1, p2, track.pair.dt_s) if cause.exact else (p1 + q1 - was[0], p2 + q2 - was[1])
+        (q1, q2), was = _changed(cause, q1, q2, course), (q1, q2)
+        p1, p2 = _changed(cause, p1, p2, course) if cause.exact else (p1 + q1 - was[0], p2 + q2 - was[1])
     return p1, p2
 
 
-def _changed(cause: Ready, p1: Column, p2: Column, dt_s: float) -> tuple[Column, Column]:
+def _regulated(u1: Column, u2: Column, course: Course, nominal: ResponseModel) -> tuple[Column, Column]:
+    """What the nominal regulators make of set-points (n,)."""
+    each = zip(course.split(u1), course.split(u2), course.tracks, strict=True)
+    both = [nominal.pressures(one, other, track.pair.dt_s) for one, other, track in each]
+    return np.concatenate([one for one, _ in both]), np.concatenate([other for _, other in both])
+
+
+def _changed(cause: Ready, p1: Column, p2: Column, course: Course) -> tuple[Column, Column]:
     q1, q2 = p1.copy(), p2.copy()
-    _run(cause, q1, q2, q1, dt_s)
+    _run(cause, q1, q2, q1, course)
     return q1, q2
+
+
+def _late(causes: Sequence[Ready], course: Course) -> Course:
+    """`late` of every track."""
+    if not any(cause.exact and cause.slot is Slot.TIMING for cause in causes):
+        return course
+    return Course(tuple(late(causes, track) for track in course.tracks))
 
 
 def late(causes: Sequence[Ready], track: Track) -> Track:
@@ -157,8 +219,6 @@ def angle_under(p1: Column, p2: Column, track: Track, nominal: ResponseModel) ->
     friction and inertia count.
     """
     reference, dt = track.reference, track.pair.dt_s
-    if p1 is reference.p1_mpa and p2 is reference.p2_mpa:
-        return reference.angle_deg
     rows = _late_s(track, p1, p2) / dt
     angle = nominal.angle(p1, p2, dt) + delayed(reference.angle_deg - track.propagated, rows)
     compliance = _compliance(delayed(reference.p1_mpa + reference.p2_mpa, rows), p1 + p2, nominal)
@@ -175,38 +235,41 @@ def _compliance(usual: Column, now: Column, nominal: ResponseModel) -> Column:
 
 
 def angle_with(
-    causes: Sequence[Ready], p1: Column, p2: Column, angle: Column, track: Track, nominal: ResponseModel
+    causes: Sequence[Ready], p1: Column, p2: Column, angle: Column, course: Course, nominal: ResponseModel
 ) -> Column:
     """`angle` (n,) that the healthy rig has under p1 and p2, with these muscle, joint and sensor effects."""
-    dt = track.pair.dt_s
     out = angle
     muscle = _in(causes, Slot.MUSCLE)
     if muscle:
         q1, q2 = p1.copy(), p2.copy()
         for cause in muscle:
-            _run(cause, q1, q2, q1, dt)
-        out = nominal.balanced(
-            out, nominal.equilibrium(q1, q2) - nominal.equilibrium(p1, p2), _compliance(p1 + p2, q1 + q2, nominal), dt
-        )
+            _run(cause, q1, q2, q1, course)
+        offset = nominal.equilibrium(q1, q2) - nominal.equilibrium(p1, p2)
+        out = nominal.balanced(out, offset, _compliance(p1 + p2, q1 + q2, nominal), course.dt_s, course.ends)
     behind = _in(causes, Slot.JOINT) + _in(causes, Slot.SENSOR)
     if behind:
         out = out.copy()
         for cause in behind:
-            _run(cause, p1, p2, out, dt)
+            _run(cause, p1, p2, out, course)
     return out
 
 
-def response_with(causes: Sequence[Ready], track: Track, nominal: ResponseModel) -> tuple[Column, Column, Column]:
+def response_with(causes: Sequence[Ready], course: Course, nominal: ResponseModel) -> tuple[Column, Column, Column]:
     """Pressures and angle of the healthy rig under its commands with all these causes."""
-    track = late(causes, track)
+    course = _late(causes, course)
     causes = [cause for cause in causes if not (cause.exact and cause.slot is Slot.TIMING)]
-    p1, p2 = pressures_with(causes, track, nominal)
-    return p1, p2, angle_with(causes, p1, p2, angle_under(p1, p2, track, nominal), track, nominal)
+    p1, p2 = pressures_with(causes, course, nominal)
+    usual = course.reference
+    angle = usual.angle_deg
+    if p1 is not usual.p1_mpa or p2 is not usual.p2_mpa:
+        each = zip(course.split(p1), course.split(p2), course.tracks, strict=True)
+        angle = np.concatenate([angle_under(one, other, track, nominal) for one, other, track in each])
+    return p1, p2, angle_with(causes, p1, p2, angle, course, nominal)
 
 
 def _in(causes: Sequence[Ready], slot: Slot) -> list[Ready]:
     return [cause for cause in causes if cause.slot is slot]
 
 
-def _run(cause: Ready, p1: Column, p2: Column, y: Column, dt_s: float) -> None:
-    cause.stage(p1, p2, y, np.zeros(cause.state_size), cause.params, dt_s)
+def _run(cause: Ready, p1: Column, p2: Column, y: Column, course: Course) -> None:
+    cause.stage(p1, p2, y, course.ends, np.zeros(cause.state_size), cause.params, course.dt_s)

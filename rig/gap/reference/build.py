@@ -16,7 +16,7 @@ import numpy as np
 
 from rig.columns import rms
 from rig.errors import ConfigError, ModelError
-from rig.gap.hypotheses.propagate import Applied, Track, angle_under, lay_tracks, ready, response_with
+from rig.gap.hypotheses.propagate import Applied, Course, Track, angle_under, lay_tracks, ready, response_with
 from rig.gap.records.pairs import Pair, Pairing
 from rig.gap.records.usable import check_direction, check_reach
 from rig.gap.reference.kinds import Kind as Kind
@@ -96,11 +96,11 @@ class Expected:
 def commanded_gaps(expected: Expected, causes: Sequence[Applied] = ()) -> list[Column]:
     """For each record (n,): the case's angle less what the healthy rig would have read under its commands with these
     causes, holes 0."""
-    made = ready(causes, expected.response)
-    angles = [response_with(made, track, expected.response)[2] for track in expected.tracks]
+    course = Course(tuple(expected.tracks))
+    _, _, angles = response_with(ready(causes, expected.response), course, expected.response)
     return [
         (track.pair.case.angle_deg - angle) * track.pair.used
-        for track, angle in zip(expected.tracks, angles, strict=True)
+        for track, angle in zip(expected.tracks, course.split(angles), strict=True)
     ]
 
 

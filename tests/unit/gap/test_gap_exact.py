@@ -21,7 +21,7 @@ from rig.blind_check.source import records_of
 from rig.gap.hypotheses.fit import Fit, fit_effect
 from rig.gap.hypotheses.lateness import displaced_s
 from rig.gap.hypotheses.library import LIBRARY
-from rig.gap.hypotheses.propagate import Applied, late, ready, response_with
+from rig.gap.hypotheses.propagate import Applied, Course, late, ready, response_with
 from rig.gap.hypotheses.scenes import angle_stand, pressure_stand
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Expected, Kind, expect
@@ -197,7 +197,7 @@ def test_an_exact_stage_does_not_depend_on_the_nominal_rig(stage: str) -> None:
     causes = ready([Applied(stage, {size: 0.02})], said.response)
     other = replace(said.response, regulators=((0.01, 0.3, 0.2), (0.0, 0.1, 0.2)))
     for track in said.tracks:
-        own, strange = (response_with(causes, track, response) for response in (said.response, other))
+        own, strange = (response_with(causes, Course((track,)), response) for response in (said.response, other))
         assert own[0] == pytest.approx(strange[0], abs=1e-12)
         assert own[1] == pytest.approx(strange[1], abs=1e-12)
 
