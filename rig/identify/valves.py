@@ -1,4 +1,4 @@
-"""The regulators identified from set-points and measured pressures: gain, offset, lag, and the limit of the flow each
+"""The regulators identified from set-points and measured pressures: gain, offset, lag and the limit of the flow each
 way.
 
 Each valve is fitted to its own pressure, so filling and exhausting do not cancel as they do in the difference.
@@ -24,6 +24,7 @@ _BOUNDS = {
     "tau_s": (0.001, 1.0, "s"),
     "fill_limit_mpa_per_s": (0.05, 20.0, "MPa/s"),
     "exhaust_limit_mpa_per_s": (0.05, 20.0, "MPa/s"),
+    "exhaust_ratio": (0.1, 10.0, "1"),
 }
 _LIMIT_SHARE = 0.98
 """A flow limit beyond the fastest slope of the data, by this share of its bound, was not reached: nothing is known of
@@ -78,7 +79,7 @@ def identify_valves(records: Sequence[Record], dt_s: float, p0_mpa: float) -> Va
     errors, notes = [], []
     for valve, steps in both.items():
         delayed = [_late(step, late) for step in steps]
-        fit = min((_fit(delayed, dt_s, start) for start in _STARTS), key=lambda fit: fit.rmse_mpa)
+        fit = _best(delayed, dt_s)
         errors.append(fit.rmse_mpa)
         for index, (name, (low, high, unit)) in enumerate(_BOUNDS.items()):
             value = float(fit.values[index])
@@ -98,7 +99,7 @@ def _dead_ticks(both: Mapping[int, Sequence[_Step]], dt_s: float) -> int:
     does not."""
 
     def error(ticks: int) -> float:
-        fits = [_fit([_late(step, ticks) for step in steps], dt_s, _STARTS[0], 25) for steps in both.values()]
+        fits = [_best([_late(step, ticks) for step in steps], dt_s, 25) for steps in both.values()]
         return float(np.hypot(fits[0].rmse_mpa, fits[1].rmse_mpa))
 
     none, step = error(0), max(1, round(_DEAD_STEP_S / dt_s))
@@ -132,16 +133,26 @@ def _simulated(values: Column, step: _Step, dt_s: float) -> Column:
     return p1
 
 
-def _fit(steps: Sequence[_Step], dt_s: float, start: tuple[float, float], most_steps: int = 80) -> _Fit:
-    """Least squares from a lag and a flow limit."""
+def _best(steps: Sequence[_Step], dt_s: float, most_steps: int = 80) -> _Fit:
+    """The best of the fits from each start."""
+    return min((_fit(steps, dt_s, start, most_steps) for start in _STARTS), key=lambda fit: fit.rmse_mpa)
+
+
+def _fit(steps: Sequence[_Step], dt_s: float, start: tuple[float, float], most_steps: int) -> _Fit:
+    """Least squares from a lag and a flow limit: as fast both ways first, then apart, for a limit and a time constant of
+    one way are alike from afar."""
     low = np.array([bound[0] for bound in _BOUNDS.values()])
     high = np.array([bound[1] for bound in _BOUNDS.values()])
 
     def residuals(values: Column) -> Column:
         return np.concatenate([_simulated(values, step, dt_s) - step.pressure for step in steps])
 
+    def alike(values: Column) -> Column:
+        return residuals(np.append(values, 1.0))
+
     tau, limit = start
-    fit = descend(residuals, np.array([1.0, 0.0, tau, limit, limit]), low, high, most_steps)
+    even = descend(alike, np.array([1.0, 0.0, tau, limit, limit]), low[:-1], high[:-1], most_steps)
+    fit = descend(residuals, np.append(even.x, 1.0), low, high, most_steps)
     rmse = rms(fit.residual)
     covariance = np.linalg.pinv(fit.jacobian.T @ fit.jacobian, hermitian=True) * rmse**2
     return _Fit(fit.x, rmse, np.sqrt(np.diag(covariance)), np.any(fit.jacobian != 0.0, axis=0))

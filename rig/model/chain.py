@@ -12,7 +12,15 @@ from rig.model import stages
 from rig.model.effect_stages import EFFECT_STAGES, FORMER_NAMES
 from rig.model.external import KIND as EXTERNAL
 from rig.model.external import External
-from rig.model.parameters import KINDS, AddedEffect, Model, MuscleModel, StageKind, StageModel
+from rig.model.parameters import (
+    KINDS,
+    AddedEffect,
+    Model,
+    MuscleModel,
+    StageKind,
+    StageModel,
+    regulator_times_s,
+)
 from rig.model.slots import Placed, Slot, StageFunction
 
 NOMINAL: dict[str, tuple[StageFunction, int]] = {
@@ -61,7 +69,7 @@ def _of_the_rig(model: Model) -> dict[str, float]:
         return {"p0_mpa": model.p0_mpa}
     return {
         "p0_mpa": model.p0_mpa,
-        "tau0_s": 0.5 * (model.valve.value("valve1_tau_s") + model.valve.value("valve2_tau_s")),
+        "tau0_s": sum(map(sum, regulator_times_s(model.valve))) / 4.0,
     }
 
 

@@ -55,7 +55,8 @@ class StageModel:
     parameters: dict[str, Parameter] = field(default_factory=dict)
 
     def value(self, name: str) -> float:
-        return self.parameters[name].value
+        """What a parameter is, also where the file leaves it out; KeyError for one that the kind does not have."""
+        return self.parameters[name].value if name in self.parameters else LEFT_OUT[name]
 
 
 @dataclass(frozen=True)
@@ -145,7 +146,7 @@ class Model:
         return {"valve": self.valve, "muscle": self.muscle, "joint": self.joint, "sensor": self.sensor}
 
 
-_REGULATOR = ("gain", "offset_mpa", "tau_s", "fill_limit_mpa_per_s", "exhaust_limit_mpa_per_s")
+_REGULATOR = ("gain", "offset_mpa", "tau_s", "fill_limit_mpa_per_s", "exhaust_limit_mpa_per_s", "exhaust_ratio")
 _MUSCLE_UNITS = ("theta_divisor_s", "u_unit_mpa", "y_unit_deg", "mean_exponent")
 """The scales of (8) and (11) that the paper leaves open: divisor of theta, units of u and y, how the mean pressure
 counts."""
@@ -186,6 +187,8 @@ KINDS: dict[str, dict[str, tuple[str, ...]]] = {
     "sensor": {StageKind.IDEAL: (), StageKind.AFFINE: ("gain", "offset_deg")},
 }
 """Slot -> kind of stage -> the names of its parameters, in the order in which the stage reads them."""
+LEFT_OUT = {f"valve{n}_exhaust_ratio": 1.0 for n in (1, 2)}
+"""Parameters that a file may leave out, with what they are then: older files do not know them."""
 
 _POSITIVE = (1e-9, math.inf)
 _LEGAL = {
@@ -197,6 +200,13 @@ _LEGAL = {
     **{f"valve{n}_{name}": _POSITIVE for n in (1, 2) for name in _REGULATOR[2:]},
 }
 """Parameters with values that would divide by zero or mean nothing, whatever their bounds say."""
+
+
+def regulator_times_s(valve: StageModel) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Time constants of filling, of valve 1 and of valve 2, and those of exhausting; of the kind regulators."""
+    fills = valve.value("valve1_tau_s"), valve.value("valve2_tau_s")
+    exhausts = valve.value("valve1_exhaust_ratio") * fills[0], valve.value("valve2_exhaust_ratio") * fills[1]
+    return fills, exhausts
 
 
 def load_model(path: Path) -> Model:
@@ -281,7 +291,7 @@ def _check_names(where: str, given: list[str], wanted: tuple[str, ...], owner: s
                 f"{suggest(name, list(wanted)) if wanted else 'it has none'}"
             )
     for name in wanted:
-        if name not in given:
+        if name not in given and name not in LEFT_OUT:
             raise ModelError(f"{where}: the parameter {name!r} of {owner} is missing")
 
 

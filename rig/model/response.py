@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from rig.model.fingerprint import Fingerprint
 from rig.model.joint_balance import LOOP_RADII_DEG
 from rig.model.kernels import balanced, drive
-from rig.model.parameters import Model, StageKind
+from rig.model.parameters import Model, StageKind, regulator_times_s
 from rig.model.response_kernels import propagated, regulated
 from rig.record import Column
 
@@ -160,5 +160,5 @@ def regulators_of(model: Model | None) -> tuple[Regulator, Regulator]:
     none."""
     if model is None or model.valve.kind != StageKind.REGULATORS:
         return USUAL_REGULATOR, USUAL_REGULATOR
-    first, second = (float(np.clip(model.valve.value(f"valve{n}_tau_s"), 0.002, 1.0)) for n in (1, 2))
-    return (USUAL_REGULATOR[0], first, first), (USUAL_REGULATOR[0], second, second)
+    fills_s, exhausts_s = np.clip(regulator_times_s(model.valve), 0.002, 1.0).tolist()
+    return (USUAL_REGULATOR[0], fills_s[0], exhausts_s[0]), (USUAL_REGULATOR[0], fills_s[1], exhausts_s[1])

@@ -17,24 +17,29 @@ OUTPUT_LIMIT = 1e6
 
 
 def regulators(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
-    """Two pressure regulators: gain, offset, first-order lag and a limit of the flow, apart for filling and exhausting.
+    """Two pressure regulators: gain, offset, first-order lag and a limit of the flow, both apart for filling and
+    exhausting.
 
-    dp/dt = clip((gain p_cmd + offset - p) / tau, -exhaust_limit, fill_limit), exact between ticks for a held set-point.
-    params, for regulator 1 then 2: gain, offset_mpa, tau_s, fill_limit_mpa_per_s, exhaust_limit_mpa_per_s.
+    dp/dt = clip((gain p_cmd + offset - p) / tau, -exhaust_limit, fill_limit), exact between ticks for a held set-point;
+    while it exhausts, tau is exhaust_ratio times as long.
+    params, for regulator 1 then 2: gain, offset_mpa, tau_s, fill_limit_mpa_per_s, exhaust_limit_mpa_per_s,
+    exhaust_ratio.
     state: started, p1, p2. The first tick starts settled at its set-points.
     """
-    reach1 = 1.0 - math.exp(-dt_s / params[2])
-    reach2 = 1.0 - math.exp(-dt_s / params[7])
+    fills1, exhausts1 = 1.0 - math.exp(-dt_s / params[2]), 1.0 - math.exp(-dt_s / (params[5] * params[2]))
+    fills2, exhausts2 = 1.0 - math.exp(-dt_s / params[8]), 1.0 - math.exp(-dt_s / (params[11] * params[8]))
     if state[0] == 0.0:
         state[0] = 1.0
         state[1] = params[0] * p1[0] + params[1]
-        state[2] = params[5] * p2[0] + params[6]
-    fill1, exhaust1, fill2, exhaust2 = params[3] * dt_s, -params[4] * dt_s, params[8] * dt_s, -params[9] * dt_s
+        state[2] = params[6] * p2[0] + params[7]
+    most1, least1, most2, least2 = params[3] * dt_s, -params[4] * dt_s, params[9] * dt_s, -params[10] * dt_s
     for k in range(len(p1)):
-        move = reach1 * (params[0] * p1[k] + params[1] - state[1])
-        state[1] += exhaust1 if move < exhaust1 else fill1 if move > fill1 else move
-        move = reach2 * (params[5] * p2[k] + params[6] - state[2])
-        state[2] += exhaust2 if move < exhaust2 else fill2 if move > fill2 else move
+        away = params[0] * p1[k] + params[1] - state[1]
+        move = (exhausts1 if away < 0.0 else fills1) * away
+        state[1] += least1 if move < least1 else most1 if move > most1 else move
+        away = params[6] * p2[k] + params[7] - state[2]
+        move = (exhausts2 if away < 0.0 else fills2) * away
+        state[2] += least2 if move < least2 else most2 if move > most2 else move
         p1[k] = state[1]
         p2[k] = state[2]
 

@@ -36,7 +36,7 @@ WIDE = 20.0
 THINNED = 4
 """Every so manieth row of a record counts: neighbours say the same."""
 TUNED = {
-    "valve": ("gain", "offset_mpa", "tau_s"),
+    "valve": ("gain", "offset_mpa", "tau_s", "exhaust_ratio"),
     "muscle": (
         "lambda1",
         "lambda2",

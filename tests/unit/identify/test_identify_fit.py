@@ -154,6 +154,16 @@ def test_regulators_are_found_with_their_limits() -> None:
     assert max(fit.rmse_mpa) < 1e-4
 
 
+@pytest.mark.parametrize(("fill_s", "ratio"), [(0.04, 1.6), (0.08, 0.5)])
+def test_regulators_that_fill_and_exhaust_at_different_speeds_are_found(fill_s: float, ratio: float) -> None:
+    uneven = {"valve1_tau_s": Parameter(fill_s, "s"), "valve1_exhaust_ratio": Parameter(ratio)}
+    rig = replace(TRUTH, valve=replace(TRUTH.valve, parameters=TRUTH.valve.parameters | uneven))
+    fit = identify_valves([measured(0.2, model=rig), measured(0.8, model=rig)], 0.005, 0.2)
+    assert fit.stage.value("valve1_tau_s") == pytest.approx(fill_s, rel=0.05)
+    assert fit.stage.value("valve1_exhaust_ratio") == pytest.approx(ratio, rel=0.05)
+    assert fit.stage.value("valve2_exhaust_ratio") == pytest.approx(1.0, abs=0.05)
+
+
 def test_a_dead_time_ahead_of_the_regulators_is_found() -> None:
     late = replace(TRUTH, effects=[AddedEffect("delay", {"delay_s": 0.06})])
     time = np.arange(2000) * 0.005

@@ -10,7 +10,7 @@ from rig.errors import ConfigError, ModelError, RecordError
 from rig.model import stages
 from rig.model.chain import Chain, lay_out
 from rig.model.kernels import simulate
-from rig.model.parameters import AddedEffect, Input, Model, StageModel, load_model, save_model
+from rig.model.parameters import AddedEffect, Input, Model, Parameter, StageModel, load_model, save_model
 from rig.model.slots import Slot
 from rig.record import Record
 
@@ -75,12 +75,31 @@ def test_the_next_row_answers_to_a_set_point(model: Model) -> None:
 
 
 def test_regulators_lag_and_limit_the_flow() -> None:
-    params = (1.0, 0.0, 0.1, 1e3, 1e3, 1.0, 0.0, 0.1, 0.5, 0.25)
+    params = (1.0, 0.0, 0.1, 1e3, 1e3, 1.0, 1.0, 0.0, 0.1, 0.5, 0.25, 1.0)
     p1, p2, state = [0.1] + [0.2] * 99, [0.1] + [0.2] * 50 + [0.1] * 49, [0.0] * 3
     stages.regulators(p1, p2, [0.0] * 100, state, params, 0.005)
     assert p1[20] == pytest.approx(0.2 - 0.1 * np.exp(-1.0), abs=1e-12), "one time constant after 20 ticks"
     assert p2[1] - p2[0] == pytest.approx(0.5 * 0.005), "filling is limited"
     assert p2[51] - p2[50] == pytest.approx(-0.25 * 0.005), "exhausting is limited apart"
+
+
+def test_exhausting_takes_its_own_time_constant() -> None:
+    params = (1.0, 0.0, 0.1, 1e3, 1e3, 2.0) * 2
+    p1, p2, state = [0.1] + [0.2] * 41, [0.2] + [0.1] * 41, [0.0] * 3
+    stages.regulators(p1, p2, [0.0] * 42, state, params, 0.005)
+    assert p1[20] == pytest.approx(0.2 - 0.1 * np.exp(-1.0), abs=1e-12), "filling: one time constant after 20 ticks"
+    assert p2[40] == pytest.approx(0.1 + 0.1 * np.exp(-1.0), abs=1e-12), "exhausting: after twice as many"
+
+
+def test_a_file_without_a_ratio_exhausts_as_it_fills(tmp_path: Path, model: Model) -> None:
+    save_model(model, tmp_path / "older.yaml")
+    older = load_model(tmp_path / "older.yaml")
+    assert "valve1_exhaust_ratio" not in older.valve.parameters
+    one = {f"valve{n}_exhaust_ratio": Parameter(1.0) for n in (1, 2)}
+    newer = replace(older, valve=replace(older.valve, parameters=older.valve.parameters | one))
+    said, again = simulate(older, sine()), simulate(newer, sine())
+    assert np.array_equal(said.p1_mpa, again.p1_mpa)
+    assert np.array_equal(said.angle_deg, again.angle_deg)
 
 
 def test_monitors_are_read_ahead_of_a_leak(model: Model) -> None:
