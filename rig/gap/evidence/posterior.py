@@ -177,6 +177,6 @@ def _beside(scene: Scene, gap: Column, fits: dict[str, Fit], probability: dict[s
     fit, lines, prior = fits[best], scene.factor.lines, scene.prior
     moved = lines.of(fit.change)
     left = gap - moved
-    rough = with_law(scene.factor.healthy, lines, moved, fit.effect.misfit * prior.rho_scale, prior)
+    rough = with_law(fit.expected, lines, moved, fit.effect.misfit * prior.rho_scale, prior)
     odds = log_unknown(scene, rough, left) + prior.log_beside - fit.log_law
     return float(1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0))))

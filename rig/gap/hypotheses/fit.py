@@ -52,12 +52,40 @@ class Scene:
     """Rms of what the factor's columns do without any cause: sizes of changes are seen against it."""
     prior: Prior
     odds: Odds
+    carried: "Carried | None" = None
+    """What is unsure of the reference and large enough that it matters what a cause does to it as well."""
+
+    def under(self, cause: Applied) -> "Scene":
+        """The same with what is unsure of the reference as it comes through one cause."""
+        if self.carried is None:
+            return self
+        with np.errstate(invalid="ignore", over="ignore"):
+            more = self.carried.differs(ready([cause], self.response))
+        lines, healthy = self.factor.lines, self.factor.healthy
+        if not np.max(np.abs(more)) < RUNS_AWAY:
+            return self
+        patterns = healthy.patterns.copy()
+        patterns[:, self.carried.which] += lines.of(more) * self.carried.spread
+        return replace(self, factor=replace(self.factor, healthy=replace(healthy, patterns=patterns)))
 
     def changed_by(self, cause: Applied) -> Column:
         """(n,) what one cause changes in the factor's columns; not finite, or beyond RUNS_AWAY, where a law runs away
         under these records."""
         with np.errstate(invalid="ignore", over="ignore"):
             return self.change(ready([cause], self.response))
+
+
+@dataclass(frozen=True)
+class Carried:
+    """Patterns of a factor that are taken again under each cause: a slower regulator whose commands come late is slower
+    later."""
+
+    which: list[int]
+    """(k,) their places among the factor's patterns."""
+    spread: Column
+    """(k,) their standard deviations."""
+    differs: Callable[[Sequence[Ready]], Column]
+    """(n, k) what causes change in them, for sizes of 1."""
 
 
 @dataclass(frozen=True)
@@ -76,6 +104,8 @@ class Fit:
     """ln p of what it leaves, its law as rough as it usually is."""
     change: Column
     """(n,) what it changes."""
+    expected: Gaussian
+    """What is expected of what it leaves, its law being exact."""
 
 
 def pressure_change(tracks: Sequence[Track], response: ResponseModel) -> Change:
@@ -135,6 +165,9 @@ def fit_law(effect: Effect, law: Law, scene: Scene, rough: Scene) -> Fit | None:
         return None
     _, start, fixed = best
     fit = descend(lambda x: whole.weighed(x, fixed), start, whole.low, whole.high, FIT_STEPS)
+    if np.isfinite(fit.cost) and scene.carried is not None:
+        whole = _Trial(law, scene.under(whole.applied(fit.x, fixed)))
+        fit = descend(lambda x: whole.weighed(x, fixed), fit.x, whole.low, whole.high, FIT_STEPS)
     if not np.isfinite(fit.cost):
         return None
     return whole.judged(effect, fit.x, fixed, fit.jacobian, fit.cost)
@@ -213,7 +246,7 @@ class _Trial:
         spread = np.sqrt(np.maximum(np.diag(np.linalg.pinv(hessian)), 0.0))
         laplace = 0.5 * len(x) * np.log(2 * np.pi) - 0.5 * log_det if sign > 0 else 0.0
         evidence = log_density + log_prior + laplace
-        return Fit(effect, self.law, self.applied(x, fixed), x, spread, float(evidence), log_density, change)
+        return Fit(effect, self.law, self.applied(x, fixed), x, spread, float(evidence), log_density, change, healthy)
 
     def _log_prior(self, x: Column, change: Column) -> tuple[float, Column]:
         """Log-normal in what the effect does, flat in its shapes; and the precision that holds each number within its

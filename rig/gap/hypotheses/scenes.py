@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rig.gap.evidence.lines import Lines
+from rig.gap.hypotheses.carried import carried_regulators
 from rig.gap.hypotheses.fit import Scene, angle_change, pressure_change, with_law
 from rig.gap.hypotheses.lateness import displaced_s
 from rig.gap.hypotheses.library import Law
@@ -64,7 +65,10 @@ def pressure_scene(expected: Expected, settings: Fitted, whole: Expected | None 
     moving = float(np.std(np.concatenate([track.reference.p1_mpa for track in expected.tracks])))
     scales = law_scales((whole or expected).tracks)
     change = pressure_change(expected.tracks, expected.response)
-    return Scene(factor, change, expected.response, scales, moving, settings.prior, known.odds)
+    scene = Scene(factor, change, expected.response, scales, moving, settings.prior, known.odds)
+    if expected.kind is not Kind.SIMULATOR:
+        return scene
+    return replace(scene, carried=carried_regulators(expected.tracks, expected.response, parts.names, levels))
 
 
 def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = None) -> Scene:
