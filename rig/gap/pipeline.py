@@ -193,7 +193,7 @@ def _told_by(ahead: Posterior, name: str, expected: Expected, settings: Fitted) 
     """What is expected of the angle once a hypothesis holds ahead of the monitors."""
     if name == UNKNOWN:
         return expected
-    factor, levels = ahead.stand.scene.factor, settings.levels[expected.levels]
+    factor, levels = ahead.scene_of(name).factor, settings.levels[expected.levels]
     return read_right(expected, misread(factor, ahead.left(name), levels))
 
 

@@ -255,11 +255,9 @@ def _unknowns(told: Told, kept: Sequence[Kept], before: float) -> list[Cause]:
 
 def share_closed(posterior: Posterior, fit: Fit) -> float:
     """Share of its own factor's gap that an effect closes, in mean squares above what is expected anyhow."""
-    factor = posterior.stand.scene.factor
-    gap = factor.lines.of(factor.gap)
-    effective = factor.healthy.effective
-    before = factor.healthy.chi_square(gap)
-    after = factor.healthy.chi_square(gap - factor.lines.of(fit.change))
+    effective = posterior.plain.factor.healthy.effective
+    before = posterior.plain.factor.healthy.chi_square(posterior.left(NONE))
+    after = fit.scene.factor.healthy.chi_square(posterior.left(fit.effect.name))
     return float(np.clip((before - after) / max(before - min(effective, 0.5 * before), 1e-9), 0.0, 1.0))
 
 

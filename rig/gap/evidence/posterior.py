@@ -8,7 +8,7 @@ from types import MappingProxyType
 import numpy as np
 
 from rig.gap.evidence.gaussian import Gaussian
-from rig.gap.hypotheses.fit import Fit, Scene, fit_effect, with_law
+from rig.gap.hypotheses.fit import Fit, Scene, fit_effect, settled, with_law
 from rig.gap.hypotheses.library import NONE, UNKNOWN, Effect
 from rig.gap.hypotheses.scenes import Stand
 from rig.gap.settings import CREDIBLE, ENVELOPE_HZ, UNKNOWN_EVEN
@@ -42,6 +42,8 @@ class Posterior:
     """What competes on one factor, with its probabilities."""
 
     stand: Stand
+    plain: Scene
+    """The stand's scene as it is judged without any effect."""
     probability: dict[str, float]
     """none, unknown and every effect that acts here."""
     fits: dict[str, Fit]
@@ -65,9 +67,13 @@ class Posterior:
         return self.fits.get(self.best)
 
     def left(self, name: str) -> Column:
-        """(l,) lines of what a hypothesis leaves of the gap."""
-        factor = self.stand.scene.factor
+        """(l,) lines of what a hypothesis leaves of the gap, on its own scene."""
+        factor = self.scene_of(name).factor
         return factor.lines.of(factor.gap - self.fits[name].change if name in self.fits else factor.gap)
+
+    def scene_of(self, name: str) -> Scene:
+        """On which a hypothesis was judged."""
+        return self.fits[name].scene if name in self.fits else self.plain
 
     def likely(self, least: float) -> list[str]:
         """The hypotheses of at least this probability, likeliest first."""
@@ -81,8 +87,7 @@ class Posterior:
         heard = {name: nats.get(name, others) for name in self.probability}
         logs = {name: float(np.log(max(chance, 1e-300))) + heard[name] for name, chance in self.probability.items()}
         probability, total = _normalised(logs)
-        scene = self.stand.scene
-        beside = _beside(scene, scene.factor.lines.of(scene.factor.gap), self.fits, probability)
+        beside = _beside(self.fits, probability)
         return replace(self, probability=probability, beside=beside, log_evidence=self.log_evidence + total)
 
     @property
@@ -107,17 +112,17 @@ def judge(
 ) -> Posterior:
     """Every hypothesis on one factor; `said` holds the nats that experiments have for some of the effects."""
     scene = stand.scene
+    plain = settled(scene)
     with ThreadPoolExecutor(workers) as pool:
         found = list(pool.map(lambda effect: fit_effect(effect, scene, stand.shows, stand.rough), effects))
     fits = {fit.effect.name: fit for fit in found if fit is not None and np.isfinite(fit.log_evidence)}
-    gap = scene.factor.lines.of(scene.factor.gap)
+    gap, healthy = plain.factor.lines.of(plain.factor.gap), plain.factor.healthy
     logs = {
-        NONE: scene.factor.healthy.log_density(gap) + scene.odds.none,
-        UNKNOWN: log_unknown(scene, scene.factor.healthy, gap) + scene.odds.unknown,
+        NONE: healthy.log_density(gap) + scene.odds.none,
+        UNKNOWN: log_unknown(plain, healthy, gap) + scene.odds.unknown,
     } | {name: fit.log_evidence for name, fit in fits.items()}
     probability, total = _normalised(parted(logs, said))
-    beside = _beside(scene, gap, fits, probability)
-    return Posterior(stand, probability, fits, beside, total)
+    return Posterior(stand, plain, probability, fits, _beside(fits, probability), total)
 
 
 def parted(logs: Mapping[str, float], said: Mapping[str, float]) -> dict[str, float]:
@@ -168,15 +173,15 @@ def _log_beyond(expected: Gaussian, left: Column) -> float:
     return float(np.logaddexp.reduce(logs)) - float(np.log(len(_BEYOND)))
 
 
-def _beside(scene: Scene, gap: Column, fits: dict[str, Fit], probability: dict[str, float]) -> float:
+def _beside(fits: dict[str, Fit], probability: dict[str, float]) -> float:
     """Probability that the likeliest effect leaves something unknown, against that its law is only as rough as it
     usually is."""
     best = likeliest(probability)
     if best not in fits:
         return 0.0
-    fit, lines, prior = fits[best], scene.factor.lines, scene.prior
-    moved = lines.of(fit.change)
-    left = gap - moved
-    rough = with_law(fit.expected, lines, moved, fit.effect.misfit * prior.rho_scale, prior)
+    fit = fits[best]
+    scene, factor, lines, prior = fit.scene, fit.scene.factor, fit.scene.factor.lines, fit.scene.prior
+    moved, left = lines.of(fit.change), lines.of(factor.gap - fit.change)
+    rough = with_law(factor.healthy, lines, moved, fit.effect.misfit * prior.rho_scale, prior)
     odds = log_unknown(scene, rough, left) + prior.log_beside - fit.log_law
     return float(1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0))))

@@ -41,7 +41,8 @@ def with_second(effects: Sequence[Effect], alone: Posterior, said: Mapping[str, 
 
 def _beside(alone: Posterior, name: str, second: Fit) -> Fit:
     """The first effect with the numbers that it has beside the second: by itself it explains some of that too."""
-    scene, first = alone.stand.scene, alone.fits[name]
+    first = alone.fits[name]
+    scene = first.scene
     applied = refit(first, scene_given(scene, second))
     sizes = np.array([applied.numbers[number] for number in first.law.free])
     return replace(first, applied=applied, sizes=sizes, change=scene.changed_by(applied))

@@ -32,6 +32,9 @@ from rig.record import Column
 
 LAW_SHARES = (0.0, 0.3, 1.0)
 """How rough a law may be, in its usual error: exact, better than usual, as usual. Each is as likely as the others."""
+UNSURE_ROUNDS = 2
+"""How often what is unsure of a simulator is taken anew beside a cause: time constants that are twice as long stand
+still to a percent after it."""
 RUNS_AWAY = 1e6
 """A change beyond this, in deg or MPa, is none that a rig can show."""
 
@@ -52,21 +55,24 @@ class Scene:
     """Rms of what the factor's columns do without any cause: sizes of changes are seen against it."""
     prior: Prior
     odds: Odds
-    carried: "Carried | None" = None
-    """What is unsure of the reference and large enough that it matters what a cause does to it as well."""
+    unsure: "Unsure | None" = None
+    """What is unsure of the reference and may be far off."""
 
-    def under(self, cause: Applied) -> "Scene":
-        """The same with what is unsure of the reference as it comes through one cause."""
-        if self.carried is None:
+    def beside(self, cause: Applied | None, left: Column) -> "Scene":
+        """The same with that where it is likeliest, by what a cause leaves (lines, of this scene), and through the
+        cause."""
+        if self.unsure is None:
             return self
+        unsure, factor = self.unsure, self.factor
+        sizes = factor.healthy.sizes(left)[unsure.which] * unsure.spread
         with np.errstate(invalid="ignore", over="ignore"):
-            more = self.carried.differs(ready([cause], self.response))
-        lines, healthy = self.factor.lines, self.factor.healthy
-        if not np.max(np.abs(more)) < RUNS_AWAY:
+            moved = unsure.at(sizes, cause)
+        if not max(np.max(np.abs(moved.patterns)), np.max(np.abs(moved.bent))) < RUNS_AWAY:
             return self
-        patterns = healthy.patterns.copy()
-        patterns[:, self.carried.which] += lines.of(more) * self.carried.spread
-        return replace(self, factor=replace(self.factor, healthy=replace(healthy, patterns=patterns)))
+        patterns = factor.healthy.patterns.copy()
+        patterns[:, unsure.which] = factor.lines.of(moved.patterns) * unsure.spread * unsure.times[:, None]
+        judged = replace(factor, gap=unsure.gap - moved.bent, healthy=replace(factor.healthy, patterns=patterns))
+        return replace(self, factor=judged, change=moved.change, response=moved.response)
 
     def changed_by(self, cause: Applied) -> Column:
         """(n,) what one cause changes in the factor's columns; not finite, or beyond RUNS_AWAY, where a law runs away
@@ -76,16 +82,32 @@ class Scene:
 
 
 @dataclass(frozen=True)
-class Carried:
-    """Patterns of a factor that are taken again under each cause: a slower regulator whose commands come late is slower
-    later."""
+class Moved:
+    """A reference whose unsure numbers are others."""
+
+    response: ResponseModel
+    change: Change
+    """What causes change beside it."""
+    patterns: Column
+    """(n, k) what a size of 1 more of each number changes, through the cause."""
+    bent: Column
+    """(n,) what these numbers change beyond that in proportion to their sizes."""
+
+
+@dataclass(frozen=True)
+class Unsure:
+    """Numbers of the reference that may be far off: patterns of a factor, taken anew where they likeliest are."""
 
     which: list[int]
     """(k,) their places among the factor's patterns."""
     spread: Column
     """(k,) their standard deviations."""
-    differs: Callable[[Sequence[Ready]], Column]
-    """(n, k) what causes change in them, for sizes of 1."""
+    times: Column
+    """(l,) by how many times each line is known less surely."""
+    gap: Column
+    """(n,) the factor's gap with all of them at nought."""
+    at: Callable[[Column, Applied | None], Moved]
+    """The reference with sizes (k,), beside a cause."""
 
 
 @dataclass(frozen=True)
@@ -104,8 +126,8 @@ class Fit:
     """ln p of what it leaves, its law as rough as it usually is."""
     change: Column
     """(n,) what it changes."""
-    expected: Gaussian
-    """What is expected of what it leaves, its law being exact."""
+    scene: Scene
+    """On which it was judged."""
 
 
 def pressure_change(tracks: Sequence[Track], response: ResponseModel) -> Change:
@@ -164,13 +186,21 @@ def fit_law(effect: Effect, law: Law, scene: Scene, rough: Scene) -> Fit | None:
     if best is None:
         return None
     _, start, fixed = best
-    fit = descend(lambda x: whole.weighed(x, fixed), start, whole.low, whole.high, FIT_STEPS)
-    if np.isfinite(fit.cost) and scene.carried is not None:
-        whole = _Trial(law, scene.under(whole.applied(fit.x, fixed)))
-        fit = descend(lambda x: whole.weighed(x, fixed), fit.x, whole.low, whole.high, FIT_STEPS)
+    fit = descend(whole.weighing(fixed), start, whole.low, whole.high, FIT_STEPS)
+    for _ in range(0 if scene.unsure is None else UNSURE_ROUNDS):
+        if np.isfinite(fit.cost):
+            whole = _Trial(law, whole.scene.beside(whole.applied(fit.x, fixed), whole.residual(fit.x, fixed)))
+            fit = descend(whole.weighing(fixed), fit.x, whole.low, whole.high, FIT_STEPS)
     if not np.isfinite(fit.cost):
         return None
     return whole.judged(effect, fit.x, fixed, fit.jacobian, fit.cost)
+
+
+def settled(scene: Scene) -> Scene:
+    """The scene with what is unsure of its reference where it is likeliest without any cause."""
+    for _ in range(0 if scene.unsure is None else UNSURE_ROUNDS + 1):
+        scene = scene.beside(None, scene.factor.lines.of(scene.factor.gap))
+    return scene
 
 
 def refit(fit: Fit, scene: Scene) -> Applied:
@@ -225,6 +255,9 @@ class _Trial:
             return np.full(len(residual) + healthy.patterns.shape[1], np.nan)
         return healthy.weigh(residual)
 
+    def weighing(self, fixed: Mapping[str, float]) -> Callable[[Column], Column]:
+        return lambda x: self.weighed(x, fixed)
+
     def cost(self, x: Column, fixed: Mapping[str, float]) -> float:
         residual = self.residual(x, fixed)
         return self.scene.factor.healthy.chi_square(residual) if np.isfinite(residual).all() else np.inf
@@ -246,7 +279,9 @@ class _Trial:
         spread = np.sqrt(np.maximum(np.diag(np.linalg.pinv(hessian)), 0.0))
         laplace = 0.5 * len(x) * np.log(2 * np.pi) - 0.5 * log_det if sign > 0 else 0.0
         evidence = log_density + log_prior + laplace
-        return Fit(effect, self.law, self.applied(x, fixed), x, spread, float(evidence), log_density, change, healthy)
+        return Fit(
+            effect, self.law, self.applied(x, fixed), x, spread, float(evidence), log_density, change, self.scene
+        )
 
     def _log_prior(self, x: Column, change: Column) -> tuple[float, Column]:
         """Log-normal in what the effect does, flat in its shapes; and the precision that holds each number within its

@@ -17,7 +17,7 @@ LAW_SHARE = 0.3
 
 def stand_given(stand: Stand, first: Fit) -> Stand:
     """The stand on which a second cause competes beside the first."""
-    return replace(stand, scene=scene_given(stand.scene, first), rough=scene_given(stand.rough, first))
+    return replace(stand, scene=scene_given(first.scene, first), rough=scene_given(stand.rough, first))
 
 
 def scene_given(scene: Scene, first: Fit) -> Scene:
@@ -32,6 +32,7 @@ def scene_given(scene: Scene, first: Fit) -> Scene:
         scene,
         factor=replace(rough.doubting(_unsure(scene, first, known)), gap=factor.gap - known),
         change=lambda causes: scene.change([*cause, *causes]) - known,
+        unsure=None,
     )
 
 

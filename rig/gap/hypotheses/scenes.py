@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rig.gap.evidence.lines import Lines
-from rig.gap.hypotheses.carried import carried_regulators
 from rig.gap.hypotheses.fit import Scene, angle_change, pressure_change, with_law
 from rig.gap.hypotheses.lateness import displaced_s
 from rig.gap.hypotheses.library import Law
 from rig.gap.hypotheses.propagate import as_late_as_measured
+from rig.gap.hypotheses.retuned import unsure_regulators
 from rig.gap.hypotheses.scales import law_scales
 from rig.gap.reference.build import Expected, Kind
 from rig.gap.reference.expectation import Factor, angle_parts, mean_doubt, motion_doubt, pressure_parts
@@ -61,14 +61,15 @@ def pressure_scene(expected: Expected, settings: Fitted, whole: Expected | None 
     parts = pressure_parts(expected.tracks, expected.pairing.p0_mpa, expected.response)
     factor = own_factor(parts, pressure_days(expected.tracks), levels, settings.prior)
     factor = factor.doubting(motion_doubt(expected.tracks, expected.response))
-    factor = _where_fast(factor.at_least(expected.missed_mpa), expected)
+    factor = factor.at_least(expected.missed_mpa).less_sure(_where_fast(factor.lines, expected))
     moving = float(np.std(np.concatenate([track.reference.p1_mpa for track in expected.tracks])))
     scales = law_scales((whole or expected).tracks)
     change = pressure_change(expected.tracks, expected.response)
     scene = Scene(factor, change, expected.response, scales, moving, settings.prior, known.odds)
     if expected.kind is not Kind.SIMULATOR:
         return scene
-    return replace(scene, carried=carried_regulators(expected.tracks, expected.response, parts.names, levels))
+    times = _where_fast(factor.lines, expected)
+    return replace(scene, unsure=unsure_regulators(expected.tracks, expected.response, parts, levels, times))
 
 
 def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = None) -> Scene:
@@ -85,7 +86,8 @@ def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = N
         factor = factor.doubting(mean_doubt(tracks, base, response))
     if expected.driven and expected.kind is not Kind.SIMULATOR:  # a simulator is asked itself under these pressures
         factor = _answering_other_pressures(factor, expected, settings.prior)
-    factor = _where_fast(factor.at_least(expected.missed_deg), expected).noisier(expected.marked_deg2)
+    factor = factor.at_least(expected.missed_deg).less_sure(_where_fast(factor.lines, expected))
+    factor = factor.noisier(expected.marked_deg2)
     if expected.kind is Kind.FINGERPRINT:
         factor = factor.standing_off(expected.missed_deg)
     moving = float(np.std(np.concatenate(base)))
@@ -119,12 +121,12 @@ def at_another_time(lines: Lines, column: Column, later_s: Column) -> Column:
     return out
 
 
-def _where_fast(factor: Factor, expected: Expected) -> Factor:
-    """The factor with its doubt of experiments that are faster than what the reference is known from."""
+def _where_fast(lines: Lines, expected: Expected) -> Column:
+    """(l,) by how many times each line is known less surely, where experiments are faster than what the reference is
+    known from."""
     if not np.isfinite(expected.known_hz):  # no experiments: nothing is fast
-        return factor
-    pairs = [track.pair for track in expected.tracks]
-    return factor.less_sure(doubt(pairs, factor.lines, expected.known_hz))
+        return np.ones_like(lines.frequency_hz)
+    return doubt([track.pair for track in expected.tracks], lines, expected.known_hz)
 
 
 def on_records(expected: Expected, chosen: Sequence[int]) -> Expected:

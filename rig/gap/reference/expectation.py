@@ -40,8 +40,6 @@ REGULATOR_PATTERNS = ("regulators", "one_way")
 filling; relative."""
 REGULATOR_STEP = 0.1
 """Relative change of a time constant by which these patterns are taken."""
-REGULATORS_VARIED = ((1.0 + REGULATOR_STEP, 1.0 + REGULATOR_STEP), (1.0 - REGULATOR_STEP, 1.0 + REGULATOR_STEP))
-"""For each of them, how many times as long filling and exhausting take."""
 ANGLE_PATTERNS = (
     "offset", "gain", "lag_s", "loop", "monitor_mpa", "monitor_mpa", "monitor_gain", "monitor_gain", "mean_law",
     "drift", "warming",
@@ -188,11 +186,11 @@ def _regulator_patterns(track: Track, response: ResponseModel, valve: int) -> Co
     """(n, 2) of one valve in the order of REGULATOR_PATTERNS."""
     pair, (dead_s, fill_s, exhaust_s) = track.pair, response.regulators[valve]
     u = pair.u1_mpa if valve == 0 else pair.u2_mpa
+    more, less = 1.0 + REGULATOR_STEP, 1.0 - REGULATOR_STEP
     here = regulated(u, dead_s, fill_s, exhaust_s, pair.dt_s)
-    varied = [
-        regulated(u, dead_s, fills * fill_s, exhausts * exhaust_s, pair.dt_s) for fills, exhausts in REGULATORS_VARIED
-    ]
-    return np.column_stack([one - here for one in varied]) / REGULATOR_STEP
+    slower = regulated(u, dead_s, more * fill_s, more * exhaust_s, pair.dt_s)
+    uneven = regulated(u, dead_s, less * fill_s, more * exhaust_s, pair.dt_s)
+    return np.column_stack([slower - here, uneven - here]) / REGULATOR_STEP
 
 
 def angle_parts(tracks: Sequence[Track], base: Sequence[Column], response: ResponseModel, driven: bool) -> Parts:

@@ -18,7 +18,7 @@ from rig.gap.hypotheses.library import NONE, UNKNOWN
 from rig.gap.pipeline import Grounds
 from rig.gap.records.pairs import pair_up
 from rig.gap.settings import fitted
-from rig.model.parameters import AddedEffect, Model
+from rig.model.parameters import AddedEffect, Model, Parameter
 from rig.record import Record
 
 LACKING = [
@@ -104,6 +104,31 @@ def test_retuning_a_simulator_that_fits_moves_no_time_constant() -> None:
     assert found is not None
     assert [one.name for one in found.told.moved if one.name.endswith("tau_s")] == []
     assert found.told.after_deg < 2.0 * found.told.before_deg
+
+
+def sister(fill: float = 1.0, exhaust: float = 1.0) -> Model:
+    """The simulator of another rig of the build, whose regulators fill and exhaust in so many times the time."""
+    rig = model()
+    known = rig.valve.parameters
+    other = {f"valve{n}_tau_s": replace(tau := known[f"valve{n}_tau_s"], value=fill * tau.value) for n in (1, 2)}
+    other |= {f"valve{n}_exhaust_ratio": Parameter(exhaust / fill, "1", 0.1, 10.0) for n in (1, 2)}
+    return replace(rig, valve=replace(rig.valve, parameters=known | other))
+
+
+@pytest.mark.parametrize("fill", [0.7, 1.4])
+def test_a_dead_time_beside_a_sister_with_other_regulators_is_that_dead_time(fill: float) -> None:
+    late = session(75, AddedEffect("delay", {"delay_s": 0.06}))
+    found, grounds = diagnose_with_grounds(sister(fill, fill), late, reference="simulator")
+    assert isinstance(grounds, Grounds)
+    assert found.causes[0].effect == "delay"
+    assert found.causes[0].parameters["delay_s"].value == pytest.approx(0.06, rel=0.15)
+
+
+def test_retuning_finds_that_exhausting_takes_longer() -> None:
+    found = retune(sister(1.0, 0.7), pair_up(session(76), [], model().p0_mpa).pairs, True)
+    assert found is not None
+    (ratio,) = [one for one in found.told.moved if one.name == "valve1_exhaust_ratio"]
+    assert (ratio.before, ratio.after) == (pytest.approx(0.7), pytest.approx(1.0, abs=0.1))
 
 
 def test_records_without_pressures_are_judged_on_the_angle_alone() -> None:

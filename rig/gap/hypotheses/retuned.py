@@ -1,0 +1,69 @@
+"""A simulator's regulators as fast as they likeliest are, beside each cause.
+
+Rigs of one build differ by a third in how fast their regulators answer. What such a difference does to the pressures is
+a pattern among others for small ones only: a regulator twice as fast as the simulator's was named as an effect, and
+late commands beside a slower regulator passed for a lag, for a slower regulator whose commands come late is slower
+later. So the pattern is taken anew where the time constants likeliest are beside the cause (Gauss and Newton's step),
+and through the cause. Beside days of the rig itself regulators are known to a percent, and it does not matter.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from rig.gap.hypotheses.fit import Moved, Unsure, pressure_change
+from rig.gap.hypotheses.propagate import Applied, Ready, Track, pressures_with, ready
+from rig.gap.reference.expectation import REGULATOR_PATTERNS, REGULATOR_STEP, Parts
+from rig.gap.reference.nominal import Reference
+from rig.gap.settings import FactorLevels
+from rig.model.response import Regulator, ResponseModel
+from rig.record import Column
+
+
+def unsure_regulators(
+    tracks: Sequence[Track], response: ResponseModel, parts: Parts, levels: FactorLevels, times: Column
+) -> Unsure:
+    """The regulators' time constants in the factor of the pressures, whose lines are known so many `times` (l,) less
+    surely: sizes are logarithms of the time constant, and half that of exhausting over filling."""
+    expected = _monitors([], tracks, response)
+
+    def at(sizes: Column, cause: Applied | None) -> Moved:
+        here = _retuned(tracks, response, sizes)
+        causes = [] if cause is None else ready([cause], here[1])
+        said = _monitors(causes, *here)
+        patterns = np.column_stack([
+            (_monitors(causes, *_retuned(tracks, response, sizes + step)) - said) / REGULATOR_STEP
+            for step in REGULATOR_STEP * np.eye(len(sizes))
+        ])  # fmt: skip
+        return Moved(here[1], pressure_change(*here), patterns, _monitors([], *here) - expected - patterns @ sizes)
+
+    which = [parts.names.index(name) for name in REGULATOR_PATTERNS]
+    spread = np.array([levels.patterns[name] for name in REGULATOR_PATTERNS])
+    return Unsure(which, spread, times, parts.gap, at)
+
+
+def _retuned(tracks: Sequence[Track], response: ResponseModel, sizes: Column) -> tuple[list[Track], ResponseModel]:
+    """Tracks and response with other time constants."""
+    both, apart = sizes.tolist()
+    first, second = (_slower(one, both, apart) for one in response.regulators)
+    other = replace(response, regulators=(first, second))
+    return [_with_regulators(track, other) for track in tracks], other
+
+
+def _slower(regulator: Regulator, both: float, apart: float) -> Regulator:
+    dead_s, fill_s, exhaust_s = regulator
+    return dead_s, fill_s * float(np.exp(both - apart)), exhaust_s * float(np.exp(both + apart))
+
+
+def _with_regulators(track: Track, other: ResponseModel) -> Track:
+    pair, reference, was = track.pair, track.reference, track.regulated
+    now = other.pressures(pair.u1_mpa, pair.u2_mpa, pair.dt_s)
+    moved = Reference(reference.p1_mpa + now[0] - was[0], reference.p2_mpa + now[1] - was[1], reference.angle_deg)
+    return replace(track, reference=moved, regulated=now)
+
+
+def _monitors(causes: Sequence[Ready], tracks: Sequence[Track], response: ResponseModel) -> Column:
+    """(n,) both monitors with these causes, valve 1 of every record and then valve 2."""
+    pairs = [pressures_with(causes, track, response) for track in tracks]
+    return np.concatenate([p1 for p1, _ in pairs] + [p2 for _, p2 in pairs])
