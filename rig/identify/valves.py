@@ -139,8 +139,8 @@ def _best(steps: Sequence[_Step], dt_s: float, most_steps: int = 80) -> _Fit:
 
 
 def _fit(steps: Sequence[_Step], dt_s: float, start: tuple[float, float], most_steps: int) -> _Fit:
-    """Least squares from a lag and a flow limit: as fast both ways first, then apart, for a limit and a time constant of
-    one way are alike from afar."""
+    """Least squares from a lag and a flow limit: as fast both ways first, then apart, for from afar a limit and a time
+    constant of one way are alike."""
     low = np.array([bound[0] for bound in _BOUNDS.values()])
     high = np.array([bound[1] for bound in _BOUNDS.values()])
 
