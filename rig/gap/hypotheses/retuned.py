@@ -20,12 +20,15 @@ from rig.gap.settings import FactorLevels
 from rig.model.response import Regulator, ResponseModel
 from rig.record import Column
 
+FASTEST = 0.1
+"""Of the simulator's, the least time constant that is tried: no rig of a build is ten times as fast as another."""
+
 
 def unsure_regulators(
     tracks: Sequence[Track], response: ResponseModel, parts: Parts, levels: FactorLevels, times: Column
 ) -> Unsure:
     """The regulators' time constants in the factor of the pressures, whose lines are known so many `times` (l,) less
-    surely: sizes are logarithms of the time constant, and half that of exhausting over filling."""
+    surely: sizes are relative, of both time constants and of exhausting against filling."""
     expected = _monitors([], tracks, response)
 
     def at(sizes: Column, cause: Applied | None) -> Moved:
@@ -53,7 +56,7 @@ def _retuned(tracks: Sequence[Track], response: ResponseModel, sizes: Column) ->
 
 def _slower(regulator: Regulator, both: float, apart: float) -> Regulator:
     dead_s, fill_s, exhaust_s = regulator
-    return dead_s, fill_s * float(np.exp(both - apart)), exhaust_s * float(np.exp(both + apart))
+    return dead_s, fill_s * max(1.0 + both - apart, FASTEST), exhaust_s * max(1.0 + both + apart, FASTEST)
 
 
 def _with_regulators(track: Track, other: ResponseModel) -> Track:
