@@ -4,8 +4,9 @@ way.
 Each valve is fitted to its own pressure, so filling and exhausting do not cancel as they do in the difference.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -35,6 +36,9 @@ _DEAD_WORTH = 0.95
 fourth power."""
 _STARTS = ((0.05, 19.8), (0.05, 1.0))
 """Lag (s) and flow limit (MPa/s) from which the least squares start."""
+
+
+_MOST_STEPS = 80
 
 
 @dataclass(frozen=True)
@@ -74,34 +78,31 @@ def identify_valves(records: Sequence[Record], dt_s: float, p0_mpa: float) -> Va
     if not all(record.has_pressures for record in records):
         raise RecordError(f"{records[0].name}: the pressures were not measured: the regulators cannot be identified")
     both = {valve: [_steps_of(record, dt_s, p0_mpa, valve) for record in records] for valve in (1, 2)}
-    late = _dead_ticks(both, dt_s)
+
+    @cache
+    def late_by(ticks: int) -> dict[int, _Fit]:
+        return {valve: _fit([_late(step, ticks) for step in steps], dt_s) for valve, steps in both.items()}
+
+    late = _dead_ticks(lambda ticks: float(np.hypot(*(fit.rmse_mpa for fit in late_by(ticks).values()))), dt_s)
     parameters: dict[str, Parameter] = {}
     errors, notes = [], []
-    for valve, steps in both.items():
-        delayed = [_late(step, late) for step in steps]
-        fit = _best(delayed, dt_s)
+    for valve, fit in late_by(late).items():
         errors.append(fit.rmse_mpa)
         for index, (name, (low, high, unit)) in enumerate(_BOUNDS.items()):
             value = float(fit.values[index])
             reached = not name.endswith("per_s") or (bool(fit.shown[index]) and value < _LIMIT_SHARE * high)
             if not reached:
                 value = high
-                notes.append(
-                    f"valve {valve}: {name} was not reached; it is at least {_fastest(steps, dt_s, name):.2g} MPa/s"
-                )
+                fastest = _fastest(both[valve], dt_s, name)
+                notes.append(f"valve {valve}: {name} was not reached; it is at least {fastest:.2g} MPa/s")
             deviation = float(fit.std[index]) if reached and np.isfinite(fit.std[index]) else None
             parameters[f"valve{valve}_{name}"] = Parameter(value, unit, low, high, False, deviation, not reached)
     return ValveFit(StageModel(StageKind.REGULATORS, parameters), (errors[0], errors[1]), late * dt_s, notes)
 
 
-def _dead_ticks(both: Mapping[int, Sequence[_Step]], dt_s: float) -> int:
-    """Ticks between a set-point and the first answer of the regulators; 0 unless a dead time explains much that a lag
-    does not."""
-
-    def error(ticks: int) -> float:
-        fits = [_best([_late(step, ticks) for step in steps], dt_s, 25) for steps in both.values()]
-        return float(np.hypot(fits[0].rmse_mpa, fits[1].rmse_mpa))
-
+def _dead_ticks(error: Callable[[int], float], dt_s: float) -> int:
+    """Ticks between a set-point and the first answer of the regulators, by what is left of their pressures without so
+    many; 0 unless a dead time explains much that a lag does not."""
     none, step = error(0), max(1, round(_DEAD_STEP_S / dt_s))
     if error(step) > _DEAD_WORTH * none:
         return 0
@@ -133,14 +134,9 @@ def _simulated(values: Column, step: _Step, dt_s: float) -> Column:
     return p1
 
 
-def _best(steps: Sequence[_Step], dt_s: float, most_steps: int = 80) -> _Fit:
-    """The best of the fits from each start."""
-    return min((_fit(steps, dt_s, start, most_steps) for start in _STARTS), key=lambda fit: fit.rmse_mpa)
-
-
-def _fit(steps: Sequence[_Step], dt_s: float, start: tuple[float, float], most_steps: int) -> _Fit:
-    """Least squares from a lag and a flow limit: as fast both ways first, then apart, for from afar a limit and a time
-    constant of one way are alike."""
+def _fit(steps: Sequence[_Step], dt_s: float) -> _Fit:
+    """Least squares from each start: as fast both ways first, then apart, for from afar a limit and a time constant of
+    one way are alike."""
     low = np.array([bound[0] for bound in _BOUNDS.values()])
     high = np.array([bound[1] for bound in _BOUNDS.values()])
 
@@ -150,9 +146,11 @@ def _fit(steps: Sequence[_Step], dt_s: float, start: tuple[float, float], most_s
     def alike(values: Column) -> Column:
         return residuals(np.append(values, 1.0))
 
-    tau, limit = start
-    even = descend(alike, np.array([1.0, 0.0, tau, limit, limit]), low[:-1], high[:-1], most_steps)
-    fit = descend(residuals, np.append(even.x, 1.0), low, high, most_steps)
+    even = [
+        descend(alike, np.array([1.0, 0.0, tau, limit, limit]), low[:-1], high[:-1], _MOST_STEPS)
+        for tau, limit in _STARTS
+    ]
+    fit = descend(residuals, np.append(min(even, key=lambda one: one.cost).x, 1.0), low, high, _MOST_STEPS)
     rmse = rms(fit.residual)
     covariance = np.linalg.pinv(fit.jacobian.T @ fit.jacobian, hermitian=True) * rmse**2
     return _Fit(fit.x, rmse, np.sqrt(np.diag(covariance)), np.any(fit.jacobian != 0.0, axis=0))
