@@ -4,6 +4,7 @@ way.
 Each valve is fitted to its own pressure, so filling and exhausting do not cancel as they do in the difference.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -83,7 +84,7 @@ def identify_valves(records: Sequence[Record], dt_s: float, p0_mpa: float) -> Va
     def late_by(ticks: int) -> dict[int, _Fit]:
         return {valve: _fit([_late(step, ticks) for step in steps], dt_s) for valve, steps in both.items()}
 
-    late = _dead_ticks(lambda ticks: float(np.hypot(*(fit.rmse_mpa for fit in late_by(ticks).values()))), dt_s)
+    late = _dead_ticks(lambda ticks: math.hypot(*(fit.rmse_mpa for fit in late_by(ticks).values())), dt_s)
     parameters: dict[str, Parameter] = {}
     errors, notes = [], []
     for valve, fit in late_by(late).items():
