@@ -57,6 +57,8 @@ class Scene:
     odds: Odds
     unsure: "Unsure | None" = None
     """What is unsure of the reference and may be far off."""
+    bent: "Column | float" = 0.0
+    """(n,) what has been taken off the gap because that is where it likeliest is."""
 
     def beside(self, cause: Applied | None, left: Column) -> "Scene":
         """The same with that where it is likeliest, by what a cause leaves (lines, of this scene), and through the
@@ -71,8 +73,9 @@ class Scene:
             return self
         patterns = factor.healthy.patterns.copy()
         patterns[:, unsure.which] = factor.lines.of(moved.patterns) * unsure.spread * unsure.times[:, None]
-        judged = replace(factor, gap=unsure.gap - moved.bent, healthy=replace(factor.healthy, patterns=patterns))
-        return replace(self, factor=judged, change=moved.change, response=moved.response)
+        gap = factor.gap + self.bent - moved.bent
+        judged = replace(factor, gap=gap, healthy=replace(factor.healthy, patterns=patterns))
+        return replace(self, factor=judged, change=moved.change, response=moved.response, bent=moved.bent)
 
     def changed_by(self, cause: Applied) -> Column:
         """(n,) what one cause changes in the factor's columns; not finite, or beyond RUNS_AWAY, where a law runs away
@@ -104,8 +107,6 @@ class Unsure:
     """(k,) their standard deviations."""
     times: Column
     """(l,) by how many times each line is known less surely."""
-    gap: Column
-    """(n,) the factor's gap with all of them at nought."""
     at: Callable[[Column, Applied | None], Moved]
     """The reference with sizes (k,), beside a cause."""
 

@@ -43,7 +43,7 @@ def unsure_regulators(
 
     which = [parts.names.index(name) for name in REGULATOR_PATTERNS]
     spread = np.array([levels.patterns[name] for name in REGULATOR_PATTERNS])
-    return Unsure(which, spread, times, parts.gap, at)
+    return Unsure(which, spread, times, at)
 
 
 def _retuned(tracks: Sequence[Track], response: ResponseModel, sizes: Column) -> tuple[list[Track], ResponseModel]:

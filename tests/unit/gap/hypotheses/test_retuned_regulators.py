@@ -57,7 +57,7 @@ def test_a_sisters_regulators_leave_nothing_once_they_are_taken_anew(times: floa
     unsure = unsure_of(here)
     other = unsure.at(np.array([times - 1.0, 0.0]), None)
     gap = other.bent + other.patterns @ np.array([times - 1.0, 0.0])  # the records of just such a rig
-    rig = replace(here, factor=replace(here.factor, gap=gap), unsure=replace(unsure, gap=gap))
+    rig = replace(here, factor=replace(here.factor, gap=gap))
     found = settled(rig)
     assert found.response.regulators[0][1] == pytest.approx(times * here.response.regulators[0][1], rel=0.1)
     plain = rig.factor.healthy.chi_square(rig.factor.lines.of(gap))
