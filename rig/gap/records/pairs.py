@@ -37,7 +37,7 @@ class Pairing:
     matches: Sequence[Match] = ()
     """The table: each usable record beside each session, what paired by what, and how far off what did not."""
     elsewhere: bool = False
-    """The measured P0 lies elsewhere than the earlier days', and nobody says which was commanded."""
+    """The measured P0 lies elsewhere than the earlier days', or the model's, and nobody says which was commanded."""
 
     def noting(self, *lines: str) -> "Pairing":
         """The same with further lines for whoever reads the answer."""
@@ -73,8 +73,8 @@ def pair_up(
         check_scale(record, others[id(record)])
         told = [hole(record), *(hole(other, "baseline ") for other in others[id(record)])]
         notes.extend(text for text in told if text)
-    p0 = rest_pressure(kept, p0_mpa, notes)
-    elsewhere = say_shift(kept, [other for record in kept for other in others[id(record)]], notes)
+    p0 = rest_pressure(kept, p0_mpa, bool(sessions))
+    elsewhere = say_shift(kept, [other for record in kept for other in others[id(record)]], p0_mpa, notes)
     pressed = pressures and _all_have_pressures(kept, others, notes)
     pairs = [on_grid(record, partners[id(record)], p0, pressed, fallen, notes) for record in kept]
     if pairs[0].sessions:

@@ -24,9 +24,8 @@ ANGLE_AGAINST = -0.7
 third of a period is still above -0.5."""
 RADIANS = (0.75 * np.pi / 180, 1.25 * np.pi / 180)
 """An angle that spreads by this share of the baseline's is the same angle in radians."""
-STRANGE = 8.0
-"""A model that moves this many times as far as the rig, or as little, is no reference: units differ by ten and more
-(bar, radians), and a stop or a ceiling may leave a seventh of the motion."""
+STRANGE = 4.0
+"""A model that moves this many times as far as the rig, or as little, is no reference."""
 FARTHEST = 4.0
 """An angle that spreads by so many times the baseline's is another rig's or in another unit: no effect of the library
 reaches so far. Less than the baseline's may be a joint that is nearly stuck."""

@@ -19,6 +19,7 @@ from rig.errors import ConfigError, ModelError
 from rig.gap.hypotheses.propagate import Applied, Course, Track, angle_under, lay_tracks, ready, response_with
 from rig.gap.records.pairs import Pair, Pairing
 from rig.gap.records.usable import check_direction, check_reach
+from rig.gap.reference.expectation import driving
 from rig.gap.reference.kinds import Kind as Kind
 from rig.gap.reference.monitors import Misread
 from rig.gap.reference.nominal import Reference, describe, mean_session, references_of
@@ -177,7 +178,7 @@ def _from_fingerprint(model: Model, pairing: Pairing) -> Expected:
         [track.reference.angle_deg for track in made.tracks],
         "what the model's fingerprint expects",
     )
-    seen = [(track.reference.p1_mpa, track.reference.p2_mpa) for track in made.tracks]
+    seen = [driving(track, driven) for track in made.tracks]
     outside = outside_fingerprint(known, [drive(p1, p2, known.p0_mpa, known.exponent) for p1, p2 in seen], seen)
     levels, missed_mpa, missed_deg = known_how(known)
     lag_s, coarse = _unsure_lag_s(model, pairing)

@@ -200,7 +200,7 @@ def angle_parts(tracks: Sequence[Track], base: Sequence[Column], response: Respo
     lines = lines_of([len(p) for p in pairs], [p.dt_s for p in pairs], [p.used for p in pairs], TOP_HZ)
     together = np.concatenate(list(base))
     span = max(float(np.ptp(together)), 1e-3)
-    drives = [_drive(track, driven) for track in tracks]
+    drives = [driving(track, driven) for track in tracks]
     named = [
         _angle_patterns(track.pair, angle, drive, response, span)
         for track, angle, drive in zip(tracks, base, drives, strict=True)
@@ -226,7 +226,7 @@ def mean_doubt(tracks: Sequence[Track], base: Sequence[Column], response: Respon
     is not the expected one: of what the difference counts for, and of what the joint's friction does."""
     parts = []
     for track, angle in zip(tracks, base, strict=True):
-        (p1, p2), reference = _drive(track, True), track.reference
+        (p1, p2), reference = driving(track, True), track.reference
         least = 0.2 * (reference.p1_mpa + reference.p2_mpa).mean()
         ratio = np.maximum(p1 + p2, least) / np.maximum(reference.p1_mpa + reference.p2_mpa, least)
         rubbed = response.balanced(angle, np.zeros_like(angle), ratio**FRICTION_DOUBT, track.pair.dt_s) - angle
@@ -251,7 +251,8 @@ def motion_doubt(tracks: Sequence[Track], response: ResponseModel) -> Column:
     return np.concatenate(parts)[:, None]
 
 
-def _drive(track: Track, driven: bool) -> tuple[Column, Column]:
+def driving(track: Track, driven: bool) -> tuple[Column, Column]:
+    """Both pressures that move the joint: the measured ones when `driven`, else the reference's."""
     case = track.pair.case
     if driven and case.p1_mpa is not None and case.p2_mpa is not None:
         return case.p1_mpa, case.p2_mpa

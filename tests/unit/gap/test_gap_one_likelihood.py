@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.gap_rigs import model, session
+from support.gap_rigs import identified, model, session
 
 from rig.gap import pipeline
 from rig.gap.answer.consistency import contradictions
@@ -179,3 +179,34 @@ def test_what_the_angle_says_counts_for_what_lies_ahead() -> None:
     assert sum(against.probability.values()) == pytest.approx(1.0)
     assert ahead.likely(2.0) == names[:1], "at least one"
     assert ahead.likely(0.0) == sorted(ahead.probability, key=lambda name: -ahead.probability[name])
+
+
+def unsaid(*effects: AddedEffect) -> list[Record]:
+    """Records that do not say around which P0 they were commanded."""
+    return [replace(record, p1_cmd_mpa=None, p2_cmd_mpa=None, facts={}) for record in session(79, *effects)]
+
+
+BOTH = [
+    (AddedEffect("co_contraction", {"shift_mpa": 0.02}), "shift_mpa", 0.02),
+    (AddedEffect("valve_gain", {"gain": -0.1}), "gain", -0.1),
+]
+
+
+@pytest.mark.parametrize("reference", ["simulator", "fingerprint"])
+@pytest.mark.parametrize(("effect", "size", "wanted"), BOTH)
+def test_what_moves_both_pressures_is_no_other_p0(
+    effect: AddedEffect, size: str, wanted: float, reference: str
+) -> None:
+    found, _ = diagnose_with_grounds(identified(), unsaid(effect), reference=reference)
+    assert found.causes[0].effect == effect.effect
+    assert found.causes[0].confidence > 0.8
+    assert found.causes[0].parameters[size].value == pytest.approx(wanted, rel=0.1)
+
+
+@pytest.mark.parametrize(("shift_mpa", "said"), [(0.025, False), (0.04, True)])
+def test_a_shift_that_may_have_been_commanded_is_said_and_half_as_sure(shift_mpa: float, said: bool) -> None:
+    shifted = unsaid(AddedEffect("co_contraction", {"shift_mpa": shift_mpa}))
+    found, _ = diagnose_with_grounds(identified(), shifted, reference="fingerprint")
+    assert found.causes[0].effect == "co_contraction"
+    assert any("around another P0" in note for note in found.notes) is said
+    assert (found.causes[0].confidence <= 0.5) is said
