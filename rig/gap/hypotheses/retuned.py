@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from rig.gap.hypotheses.fit import Moved, Unsure, pressure_change
-from rig.gap.hypotheses.propagate import Applied, Ready, Track, pressures_with, ready
+from rig.gap.hypotheses.propagate import Applied, Course, Ready, Track, pressures_with, ready
 from rig.gap.reference.expectation import REGULATOR_PATTERNS, REGULATOR_STEP, Parts
 from rig.gap.reference.nominal import Reference
 from rig.gap.settings import FactorLevels
@@ -68,5 +68,4 @@ def _with_regulators(track: Track, other: ResponseModel) -> Track:
 
 def _monitors(causes: Sequence[Ready], tracks: Sequence[Track], response: ResponseModel) -> Column:
     """(n,) both monitors with these causes, valve 1 of every record and then valve 2."""
-    pairs = [pressures_with(causes, track, response) for track in tracks]
-    return np.concatenate([p1 for p1, _ in pairs] + [p2 for _, p2 in pairs])
+    return np.concatenate(pressures_with(causes, Course(tuple(tracks)), response))
