@@ -1,7 +1,7 @@
 """How much noise an angle has: by medians, by second differences, and by how much a change of it would be louder."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -37,6 +37,23 @@ def loudness(case: Column, healthy: Sequence[Column], change: Column) -> tuple[f
     rows = min(len(change), *(len(day) for day in healthy))
     predicted = float(np.mean([high_rms(day[:rows] + change[:rows]) for day in healthy]))
     return (now - base) ** 2, (now - predicted) ** 2, float(np.var(quiet))
+
+
+Measure = Callable[[Sequence[Column]], float]
+"""Noise of columns, in their unit."""
+
+
+def once(measure: Measure) -> Measure:
+    """The same, computed once for the same columns: several tests ask it of each day."""
+    known: dict[tuple[int, ...], tuple[Sequence[Column], float]] = {}
+
+    def measured(columns: Sequence[Column]) -> float:
+        asked = tuple(map(id, columns))
+        if asked not in known:
+            known[asked] = columns, measure(columns)  # kept, so that no other column gets its identity
+        return known[asked][1]
+
+    return measured
 
 
 def level_deg(angles: Sequence[Column]) -> float:

@@ -1,13 +1,13 @@
 """More broadband noise than the baselines have, or a fingerprint knows of; what a step, a line or a lost sample adds is
 taken off first."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
 
 from rig.columns import THIRD_DIFFERENCE_POWER, rms, white_noise
-from rig.gap.raw_tests.levels import angles_of, filled, level_deg, white_level_deg
+from rig.gap.raw_tests.levels import Measure, angles_of, filled, level_deg, white_level_deg
 from rig.gap.raw_tests.settings import CLEAR, DAYS_NOISE, LEAST_LOUDER, MOST_HEAVY, SLOPE_ROWS, SMOOTHED
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.raw_tests.spectral_lines import without_line
@@ -17,9 +17,6 @@ from rig.model.resample import is_regular
 from rig.record import Column, Record
 from rig.smoothing import smoothed
 
-Measure = Callable[[Sequence[Column]], float]
-"""Noise of columns, in their unit."""
-
 
 def noise(
     cases: Sequence[Record],
@@ -28,13 +25,14 @@ def noise(
     repeats: Signature,
     lines: Sequence[Signature],
     described_deg: float | None = None,
+    level_of: Measure = level_deg,
 ) -> Signature:
     """The test for sensor noise; `described_deg` is what a fingerprint knows of it, for want of earlier days: of rows
     that are evenly apart, as its own were."""
     uneven = any(_elsewhere(case, day) for session in sessions for case, day in zip(cases, session, strict=True))
     even = all(is_regular(case, case.period_s) for case in cases)
     described = [described_deg] if described_deg is not None and even and not sessions else []
-    measure = white_level_deg if repeats.found or uneven else level_deg
+    measure = white_level_deg if repeats.found or uneven else level_of
     if described:
         measure = partial(_beside_the_motion, without_repeats=repeats.found)
     strongest = max(lines, key=lambda line: line.value, default=None)

@@ -8,6 +8,7 @@ that a model's fingerprint knows, where there is one.
 from collections.abc import Sequence
 
 from rig.gap.raw_tests.dropouts import ANGLE, dropouts
+from rig.gap.raw_tests.levels import level_deg, once
 from rig.gap.raw_tests.monitors import mean_pressure, wires
 from rig.gap.raw_tests.noise import noise
 from rig.gap.raw_tests.quantisation import quantisation_step
@@ -24,11 +25,14 @@ def read_signatures(pairs: Sequence[Pair], described_noise_deg: float | None = N
     cases = [pair.raw for pair in pairs]
     count = min((len(pair.raw_baselines) for pair in pairs), default=0)
     sessions = [[pair.raw_baselines[k] for pair in pairs] for k in range(count)]
-    step = quantisation_step(cases, sessions, described_noise_deg)
-    repeats = repeated_samples(cases, sessions, max(step.value, step.baseline), finer=not step.found)
+    level_of = once(level_deg)
+    step = quantisation_step(cases, sessions, described_noise_deg, level_of)
+    coarsest = max(step.value, step.baseline)
+    repeats = repeated_samples(cases, sessions, coarsest, not step.found, level_of)
     fast, usual = fast_spectra(cases), [fast_spectra(session) for session in sessions]
     lines = [mains_line(fast, usual), spurious_tone(fast, usual)]
-    louder = noise(cases, sessions, step, repeats, [line for line in lines if line.found], described_noise_deg)
+    standing = [line for line in lines if line.found]
+    louder = noise(cases, sessions, step, repeats, standing, described_noise_deg, level_of)
     falls = [dropouts(pairs, column) for column in (ANGLE, "p1_mpa", "p2_mpa")]
     return [
         step,

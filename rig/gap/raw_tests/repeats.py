@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.gap.raw_tests.levels import angles_of, filled, level_deg
+from rig.gap.raw_tests.levels import Measure, angles_of, filled, level_deg
 from rig.gap.raw_tests.settings import (
     CHANCE_SPREAD,
     LEAST_CHANCE,
@@ -91,7 +91,11 @@ class Excess:
 
 
 def repeated_samples(
-    cases: Sequence[Record], sessions: Sequence[Sequence[Record]], step_deg: float, finer: bool
+    cases: Sequence[Record],
+    sessions: Sequence[Sequence[Record]],
+    step_deg: float,
+    finer: bool,
+    level_of: Measure = level_deg,
 ) -> Signature:
     """The test for lost samples. `step_deg` is the coarsest quantisation step of case and baselines; `finer`: the
     baselines have it too."""
@@ -100,7 +104,7 @@ def repeated_samples(
     if own.rows.sum() < LEAST_MOVING and finer:
         least, own = 0.0, count(cases, 0.0)
     usual = [count(session, least) for session in sessions]
-    dealt = step_deg > 0.0 and (not usual or _is_louder(cases, sessions))
+    dealt = step_deg > 0.0 and (not usual or _is_louder(cases, sessions, level_of))
     chance = by_chance_at_speed(usual, count(_dealt(cases, step_deg), least) if dealt else None)
     found = excess(own, chance)
     days = [excess(day, chance) for day in usual]
@@ -212,10 +216,10 @@ def _variance(own: Repeats, chance: Chance, share: float) -> float:
     return float(np.sum(chance.weight**2 * own.rows * p * (1.0 - p))) / free**2
 
 
-def _is_louder(cases: Sequence[Record], sessions: Sequence[Sequence[Record]]) -> bool:
+def _is_louder(cases: Sequence[Record], sessions: Sequence[Sequence[Record]], level_of: Measure) -> bool:
     """Whether the case has so much more noise than the days that more repeats by chance than in them."""
-    usual = [level_deg(angles_of(session)) for session in sessions]
-    return level_deg(angles_of(cases)) > math.exp(LEAST_LOUDER) * max(usual)
+    usual = [level_of(angles_of(session)) for session in sessions]
+    return level_of(angles_of(cases)) > math.exp(LEAST_LOUDER) * max(usual)
 
 
 def _dealt(records: Sequence[Record], step: float) -> list[Record]:
