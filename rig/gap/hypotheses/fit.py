@@ -25,6 +25,7 @@ from rig.gap.hypotheses.propagate import (
 )
 from rig.gap.reference.expectation import Factor
 from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, FIT_STEPS, WIDTH_SHARES, Odds, Prior
+from rig.identify.descent import Fit as Descent
 from rig.identify.descent import descend
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.response import ResponseModel
@@ -32,9 +33,11 @@ from rig.record import Column
 
 LAW_SHARES = (0.0, 0.3, 1.0)
 """How rough a law may be, in its usual error: exact, better than usual, as usual. Each is as likely as the others."""
-UNSURE_ROUNDS = 2
-"""How often what is unsure of a simulator is taken anew beside a cause: time constants that are twice as long stand
-still to a percent after it."""
+UNSURE_ROUNDS = 4
+"""How often what is unsure of a simulator is taken anew beside a cause at most; once or twice is usual."""
+STANDS = 0.1
+"""What is unsure stands still when its sizes (relative) are found within this of where they were taken. Where they do
+not, they are taken as they are without a size: beyond it the patterns say nothing."""
 RUNS_AWAY = 1e6
 """A change beyond this, in deg or MPa, is none that a rig can show."""
 
@@ -58,7 +61,9 @@ class Scene:
     unsure: "Unsure | None" = None
     """What is unsure of the reference and may be far off."""
     bent: "Column | float" = 0.0
-    """(n,) what has been taken off the gap because that is where it likeliest is."""
+    """(n,) what has been taken off the gap because that is where it was taken."""
+    at: "Column | float" = 0.0
+    """(k,) where what is unsure was taken."""
 
     def beside(self, cause: Applied | None, left: Column) -> "Scene":
         """The same with that where it is likeliest, by what a cause leaves (lines, of this scene), and through the
@@ -66,7 +71,7 @@ class Scene:
         if self.unsure is None:
             return self
         unsure, factor = self.unsure, self.factor
-        sizes = factor.healthy.sizes(left)[unsure.which] * unsure.spread
+        sizes = self._likeliest(left)
         with np.errstate(invalid="ignore", over="ignore"):
             moved = unsure.at(sizes, cause)
         if not max(np.max(np.abs(moved.patterns)), np.max(np.abs(moved.bent))) < RUNS_AWAY:
@@ -75,7 +80,17 @@ class Scene:
         patterns[:, unsure.which] = factor.lines.of(moved.patterns) * unsure.spread * unsure.times[:, None]
         gap = factor.gap + self.bent - moved.bent
         judged = replace(factor, gap=gap, healthy=replace(factor.healthy, patterns=patterns))
-        return replace(self, factor=judged, change=moved.change, response=moved.response, bent=moved.bent)
+        return replace(self, factor=judged, change=moved.change, response=moved.response, bent=moved.bent, at=sizes)
+
+    def stands(self, left: Column) -> bool:
+        """Whether that is where it was taken, by what a cause leaves (lines)."""
+        return self.unsure is None or bool(np.max(np.abs(self._likeliest(left) - self.at)) < STANDS)
+
+    def _likeliest(self, left: Column) -> Column:
+        """(k,) sizes of what is unsure."""
+        assert self.unsure is not None
+        likeliest: Column = self.factor.healthy.sizes(left)[self.unsure.which] * self.unsure.spread
+        return likeliest
 
     def changed_by(self, cause: Applied) -> Column:
         """(n,) what one cause changes in the factor's columns; not finite, or beyond RUNS_AWAY, where a law runs away
@@ -188,19 +203,36 @@ def fit_law(effect: Effect, law: Law, scene: Scene, rough: Scene) -> Fit | None:
         return None
     _, start, fixed = best
     fit = descend(whole.weighing(fixed), start, whole.low, whole.high, FIT_STEPS)
-    for _ in range(0 if scene.unsure is None else UNSURE_ROUNDS):
-        if np.isfinite(fit.cost):
-            whole = _Trial(law, whole.scene.beside(whole.applied(fit.x, fixed), whole.residual(fit.x, fixed)))
-            fit = descend(whole.weighing(fixed), fit.x, whole.low, whole.high, FIT_STEPS)
     if not np.isfinite(fit.cost):
         return None
+    whole, fit = _taken_anew(whole, fit, fixed)
     return whole.judged(effect, fit.x, fixed, fit.jacobian, fit.cost)
 
 
+def _taken_anew(whole: "_Trial", fit: Descent, fixed: Mapping[str, float]) -> tuple["_Trial", Descent]:
+    """A trial and its fit once what is unsure of the reference stands still beside it; as they were where it does
+    not."""
+    here, found = whole, fit
+    for _ in range(UNSURE_ROUNDS):
+        left = here.residual(found.x, fixed)
+        if here.scene.stands(left):
+            return here, found
+        here = _Trial(whole.law, here.scene.beside(here.applied(found.x, fixed), left))
+        found = descend(here.weighing(fixed), found.x, here.low, here.high, FIT_STEPS)
+        if not np.isfinite(found.cost):
+            break
+    return whole, fit
+
+
 def settled(scene: Scene) -> Scene:
-    """The scene with what is unsure of its reference where it is likeliest without any cause."""
-    for _ in range(0 if scene.unsure is None else UNSURE_ROUNDS + 1):
-        scene = scene.beside(None, scene.factor.lines.of(scene.factor.gap))
+    """The scene with what is unsure of its reference where it is likeliest without any cause; as it was where that does
+    not stand still."""
+    here = scene
+    for _ in range(UNSURE_ROUNDS):
+        left = here.factor.lines.of(here.factor.gap)
+        if here.stands(left):
+            return here
+        here = here.beside(None, left)
     return scene
 
 
