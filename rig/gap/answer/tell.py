@@ -34,6 +34,9 @@ ABOVE = 1.2
 """A gap counts as above the floor from this ratio on; below it, what is explained is counted from zero."""
 EITHER = 0.5
 """Trust in a name beside which something else may have done the same: one of two."""
+CLOSES = 0.02
+"""Share of its own factor's gap that a named effect closes at least: less reads as "loses 0 % of its pressure", and
+something unknown is there."""
 SPOILT = 1.02
 """A cause that leaves more than this share of the rms in the simulator is not added to it."""
 
@@ -175,8 +178,9 @@ def _floor_source(expected: Expected) -> str:
 
 
 def _helping(told: Told, before: float) -> list[Kept]:
-    """The named effects without any that makes the simulator, with the others in it, follow these records worse."""
-    named = [(posterior, fit) for posterior, fit in told.named if share_closed(posterior, fit) > 0.0]
+    """The named effects that close something, without any that makes the simulator, with the others in it, follow these
+    records worse."""
+    named = [(posterior, fit) for posterior, fit in told.named if share_closed(posterior, fit) > CLOSES]
     left = cache(lambda *some: _left(told, [named[k][1] for k in some], before))
     kept = tuple(range(len(named)))
     while (spoiler := _spoiler(kept, named, left)) is not None:
