@@ -61,13 +61,13 @@ class Scene:
     unsure: "Unsure | None" = None
     """What is unsure of the reference and may be far off."""
     bent: "Column | float" = 0.0
-    """(n,) what has been taken off the gap because that is where it was taken."""
+    """(n,) what was taken off the gap for where that was taken."""
     at: "Column | float" = 0.0
-    """(k,) where what is unsure was taken."""
+    """(k,) the sizes at which that was taken."""
 
     def beside(self, cause: Applied | None, left: Column) -> "Scene":
-        """The same with that where it is likeliest, by what a cause leaves (lines, of this scene), and through the
-        cause."""
+        """The same with what is unsure taken anew where it is likeliest by what a cause leaves (lines, of this scene),
+        and through the cause."""
         if self.unsure is None:
             return self
         unsure, factor = self.unsure, self.factor
@@ -83,7 +83,7 @@ class Scene:
         return replace(self, factor=judged, change=moved.change, response=moved.response, bent=moved.bent, at=sizes)
 
     def stands(self, left: Column) -> bool:
-        """Whether that is where it was taken, by what a cause leaves (lines)."""
+        """Whether what is unsure is likeliest where it was taken, by what a cause leaves (lines)."""
         return self.unsure is None or bool(np.max(np.abs(self._likeliest(left) - self.at)) < STANDS)
 
     def _likeliest(self, left: Column) -> Column:
