@@ -110,13 +110,14 @@ def diagnose(
         made = list(diagnose_campaign(chosen, cases, dask, workers))
     results = {case.name: diagnosis for case, diagnosis in made}
     results = {case.name: results[case.name] for case in cases}
-    for name, diagnosis in results.items():
-        _show(diagnosis, name, json_to)
     odd = odd_days(days)
-    for line in (*described(days, odd), *without_next(chosen, results)):
-        console(json_to).print(line)
+    # files first: whoever reads the text may close it after its first lines
     write_overview(chosen, results, days)
     emit(report(results, days, odd), json_to)
+    for name, diagnosis in results.items():
+        _show(diagnosis, name, json_to)
+    for line in (*described(days, odd), *without_next(chosen, results)):
+        console(json_to).print(line)
 
 
 def _show(diagnosis: "Diagnosis", name: str | None, json_to: str | None) -> None:
