@@ -76,7 +76,11 @@ def _supply_droop(numbers: Numbers) -> str:
 
 
 def _leak(numbers: Numbers) -> str:
-    return f"Muscle {2 if value(numbers, 'muscle', 1.0) > 1.5 else 1} loses {size(numbers['loss'])} of its pressure"
+    return f"{_muscle(numbers)} loses {size(numbers['loss'])} of its pressure"
+
+
+def _muscle(numbers: Numbers) -> str:
+    return f"Muscle {2 if value(numbers, 'muscle', 1.0) > 1.5 else 1}"
 
 
 def _creep(numbers: Numbers) -> str:
@@ -101,6 +105,9 @@ def _load(numbers: Numbers) -> str:
 
 
 def _warming(numbers: Numbers) -> str:
+    if "muscle" in numbers:
+        stronger = _more(numbers, "rate_per_min", "stronger", "weaker")
+        return f"{_muscle(numbers)} gets {stronger} by {size(numbers['rate_per_min'])}"
     if "rate_per_min" in numbers:
         grows = _more(numbers, "rate_per_min", "grows", "shrinks")
         return f"The motion {grows} by {size(numbers['rate_per_min'])}"

@@ -159,9 +159,11 @@ def _how_far(diagnosis: Diagnosis) -> str:
     with_it = "that" if len(_named(diagnosis)) == 1 else "these"
     if all(cause.is_raw for cause in _named(diagnosis)):
         return f"It lies in the single samples: the smoothed angle, {degrees(before)} deg off, is not helped by it."
-    if not after < before:
-        return f"It shows in the pressures; {_error(diagnosis)} in the angle, {degrees(before)} deg, hardly changes."
-    left, between = _after(diagnosis)
+    left, between = _after(diagnosis) if after < before else (degrees(before), "")
+    if left == degrees(before):
+        shows = any(_side(cause) == "the pressures" for cause in _named(diagnosis))
+        start = "It shows in the pressures;" if shows else f"With {with_it} in it"
+        return f"{start} {_error(diagnosis)} in the angle, {degrees(before)} deg, hardly changes."
     return (
         f"With {with_it} in it {_error(diagnosis)} falls from {degrees(before)} to {left} deg{between}, "
         "on records that the fit has not seen."
@@ -169,12 +171,14 @@ def _how_far(diagnosis: Diagnosis) -> str:
 
 
 def _after(diagnosis: Diagnosis) -> tuple[str, str]:
-    """What is left, and its interval in brackets where there is one, to the same digit."""
+    """What is left, and its interval in brackets where there is one, to the same digit: that of the interval, or of how
+    far the gap falls."""
     gap = diagnosis.gap
     low, high = gap.after_low_deg, gap.after_high_deg
     if not low < high:
         return degrees(gap.after_deg), ""
-    left, least, most = (degrees(value, high - low) for value in (gap.after_deg, low, high))
+    width = min(high - low, gap.rms_deg - gap.after_deg)  # a digit fewer, and 1.8 would fall to 2
+    left, least, most = (degrees(value, width) for value in (gap.after_deg, low, high))
     return left, f" ({least} to {most})" if least != most else ""
 
 

@@ -1,7 +1,7 @@
 """Effects of the muscles behind the pressure monitors; block stages as in `timing`.
 
-Leak and mismatch stand before the hysteresis and change the pressures that it sees; creep and thermal drift change
-the angle behind it.
+Leak, mismatch and one muscle that warms stand before the hysteresis and change the pressures that it sees; creep and
+thermal drift change the angle behind it.
 """
 
 import math
@@ -27,6 +27,17 @@ def leak(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[floa
             p1[i] -= params[0] * (p1[i] + params[2] * ATMOSPHERE_MPA)
         else:
             p2[i] -= params[0] * (p2[i] + params[2] * ATMOSPHERE_MPA)
+
+
+def one_muscle_warms(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
+    """One muscle's strength changes steadily, as if its pressure counted more, or less; params: rate_per_min, muscle
+    (1 or 2)."""
+    for i in range(len(p1)):
+        if params[1] < 1.5:
+            p1[i] *= 1.0 + params[0] * state[0] / 60.0
+        else:
+            p2[i] *= 1.0 + params[0] * state[0] / 60.0
+        state[0] += dt_s
 
 
 def creep(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:

@@ -51,6 +51,17 @@ def test_the_first_lines_are_understood_at_once() -> None:
 
 
 @pytest.mark.parametrize(
+    ("gap", "falls"),
+    [
+        ({"rms_deg": 1.8, "after_deg": 1.6, "after_low_deg": 1.1, "after_high_deg": 2.3}, "from 1.8 to 1.6 deg (1.1 to"),
+        ({"rms_deg": 1.84, "after_deg": 1.79, "after_low_deg": 1.5, "after_high_deg": 2.0}, "1.8 deg, hardly changes"),
+    ],
+)
+def test_what_falls_falls_in_the_digits_that_are_told(gap: dict[str, float], falls: str) -> None:
+    assert falls in headline(told(cause("creep", "angle"), **gap))[-1]
+
+
+@pytest.mark.parametrize(
     ("reference", "than"),
     [
         ("simulator", "than the simulator says"),
