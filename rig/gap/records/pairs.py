@@ -13,6 +13,7 @@ from rig.gap.records.alignment import align
 from rig.gap.records.conditions import difference
 from rig.gap.records.dropouts import Dropouts, without_dropouts
 from rig.gap.records.grid import Pair, Session, on_grid
+from rig.gap.records.outliers import without_outliers
 from rig.gap.records.partners import Match, Partner, find_partner, named_session, require_partners
 from rig.gap.records.rest import rest_pressure, say_shift
 from rig.gap.records.settings import CLIPPED
@@ -54,8 +55,7 @@ def pair_up(
     baseline the pairs have no sessions.
     """
     notes: list[str] = []
-    whole, dropouts = without_dropouts(records)
-    fallen = {id(record): mine for record, mine in zip(whole, dropouts, strict=True)}
+    whole, fallen = _cleaned(records, notes)
     fit = [record for record in whole if usable(record, notes)]
     if not fit:
         raise RecordError(reasons(notes))
@@ -84,6 +84,15 @@ def pair_up(
     return Pairing(pairs, pressed, len(pairs[0].sessions), p0, tuple(notes), unpaired, clipped, matches, elsewhere)
 
 
+def _cleaned(
+    records: Sequence[Record], notes: list[str], kind: str = ""
+) -> tuple[list[Record], dict[int, tuple[Dropouts, ...]]]:
+    """The records of one day without drop-outs and outliers, and what fell in each, by its identity."""
+    risen, dropouts = without_dropouts(records)
+    whole = without_outliers(risen, notes, kind)
+    return whole, {id(record): mine for record, mine in zip(whole, dropouts, strict=True)}
+
+
 def _sessions(
     baselines: Sequence[Sequence[Record]],
     case: Sequence[Record],
@@ -93,8 +102,8 @@ def _sessions(
     """The baseline sessions that can be used, by their numbers; RecordError when some were given and none can."""
     sessions = []
     for session in baselines:
-        whole, dropouts = without_dropouts(session)
-        fallen |= {id(record): mine for record, mine in zip(whole, dropouts, strict=True)}
+        whole, more = _cleaned(session, notes, "baseline ")
+        fallen |= more
         sessions.append([record for record in whole if usable(record, notes, "baseline ")])
     kept = _distinct(sessions, case, notes)
     if baselines and not kept:

@@ -27,6 +27,15 @@ EXACT = 1e-9
 """Share of a column's range within which values without such a step are the same."""
 FEWEST_DROPOUTS = 3
 """Samples that fell to one rail from which on they are drop-outs and not outliers; 0.5 % of two 20 s records are 40."""
+OUTLIER_ROWS = 3
+"""Samples in a row that may be one outlier. More: a joint that snaps and comes back is left out."""
+USUAL, FAR_OUT = 0.99, 8.0
+"""An outlier stands this many times further from its neighbours than all but the largest hundredth do: beyond twenty
+standard deviations of normal noise, eight steps of a converter. Fewer: heavy-tailed noise loses its tails; more: pulses
+stay in."""
+MOST_OUTLIERS = 2e-3
+"""Share of a column from which on what stands out is noise and no outlier, and stays. More: an effect that scatters
+samples is cleaned away."""
 RAIL_STEPS = 2.5
 """A converter reads a rail within so many of its steps: one either way, counted from the lowest."""
 LONGEST_BRIDGE_S = 0.05

@@ -53,7 +53,10 @@ def test_the_first_lines_are_understood_at_once() -> None:
 @pytest.mark.parametrize(
     ("gap", "falls"),
     [
-        ({"rms_deg": 1.8, "after_deg": 1.6, "after_low_deg": 1.1, "after_high_deg": 2.3}, "from 1.8 to 1.6 deg (1.1 to"),
+        (
+            {"rms_deg": 1.8, "after_deg": 1.6, "after_low_deg": 1.1, "after_high_deg": 2.3},
+            "from 1.8 to 1.6 deg (1.1 to",
+        ),
         ({"rms_deg": 1.84, "after_deg": 1.79, "after_low_deg": 1.5, "after_high_deg": 2.0}, "1.8 deg, hardly changes"),
     ],
 )

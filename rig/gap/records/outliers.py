@@ -1,0 +1,64 @@
+"""Outliers: a sample, or up to three, that stand far from both neighbours and that the joint cannot have gone to and
+come back from. They are taken out before anything is computed, and said.
+
+A pulse on the sensor's line is one; samples that fall to the same rail again and again are drop-outs
+(`rig.gap.records.dropouts`), and many that scatter are noise, which is left as it is.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from rig.gap.records.dropouts import MEASURED, Rows
+from rig.gap.records.settings import FAR_OUT, MOST_OUTLIERS, OUTLIER_ROWS, RETURNS, USUAL
+from rig.record import Column, Record
+
+
+def without_outliers(records: Sequence[Record], notes: list[str], kind: str = "") -> list[Record]:
+    """The records with outliers missing (NaN); what was taken out goes into the notes."""
+    return [_cleaned(record, notes, kind) for record in records]
+
+
+def _cleaned(record: Record, notes: list[str], kind: str) -> Record:
+    changed: dict[str, Column] = {}
+    for name in MEASURED:
+        column = getattr(record, name)
+        rows = None if column is None else outliers(column)
+        if column is not None and rows is not None and rows.any():
+            changed[name] = np.where(rows, np.nan, column)
+            worst = float(column[rows][np.argmax(np.abs(column[rows] - np.nanmedian(column)))])
+            count = int(rows.sum())
+            what = "sample stands" if count == 1 else "samples stand"
+            notes.append(
+                f"{kind}{record.name}: {count} {what} far from both neighbours in {name}, up to {worst:.4g}; left out"
+            )
+    return replace(record, **changed) if changed else record  # type: ignore[arg-type]
+
+
+def outliers(column: Column) -> Rows:
+    """(n,) True in the outliers of a column (n,); none where more than MOST_OUTLIERS of it stand out: that is noise."""
+    out = np.zeros(len(column), dtype=bool)
+    known = np.flatnonzero(np.isfinite(column))
+    values = column[known]
+    steps = np.diff(np.unique(values))
+    step = float(np.median(steps)) if len(steps) else 0.0
+    for width in range(1, OUTLIER_ROWS + 1):
+        if len(values) > width + 1:
+            out[known] |= _excursions(values, width, step)
+    return out if out.sum() <= MOST_OUTLIERS * len(column) else np.zeros(len(column), dtype=bool)
+
+
+def _excursions(values: Column, width: int, step: float) -> Rows:
+    """(n,) True in stays of `width` samples on one side of both neighbours, all of them further than the column usually
+    goes and comes back in that time, or its converter's `step`."""
+    before, after = values[: -width - 1], values[width + 1 :]
+    inside = np.lib.stride_tricks.sliding_window_view(values[1:-1], width)
+    off = inside - 0.5 * (before + after)[:, None]
+    depth = np.where(np.all(off > 0.0, axis=1) | np.all(off < 0.0, axis=1), np.min(np.abs(off), axis=1), 0.0)
+    usual = max(float(np.quantile(np.max(np.abs(off), axis=1), USUAL)), step)
+    stands = (depth > FAR_OUT * usual) & (np.abs(after - before) < RETURNS * depth)
+    rows = np.zeros(len(values), dtype=bool)
+    for at in np.flatnonzero(stands):
+        rows[at + 1 : at + 1 + width] = True
+    return rows
