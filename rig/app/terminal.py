@@ -1,6 +1,5 @@
 """The terminal for a person: where text goes, plain tables, and progress."""
 
-import errno
 import os
 import re
 import sys
@@ -36,10 +35,6 @@ def console(json_to: str | None = None) -> "Console":
     from rich.table import Table
 
     class Terminal(Console):
-        def on_broken_pipe(self) -> None:
-            # rich would end with status 1, as if the thing asked about were not so
-            raise BrokenPipeError(errno.EPIPE, os.strerror(errno.EPIPE))
-
         def render_str(self, text: str, **how: Any) -> "Text":
             return super().render_str(visible(text), **how)
 

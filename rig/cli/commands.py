@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from rig.cli.streams import Streams
 from rig.errors import CheckFailed, Interrupted, RigError
 
 COMMANDS = {
@@ -61,11 +62,14 @@ class _Lazy(click.Group):
         return command
 
     def invoke(self, ctx: click.Context) -> Any:
-        """As click does; Ctrl-C becomes an error of ours, of which `main` says one line (click's own is empty)."""
+        """As click does; Ctrl-C becomes an error of ours, of which `main` says one line (click's own is empty), and so
+        does a broken pipe, which is none of our streams: they last."""
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt:
             raise Interrupted from None
+        except BrokenPipeError:
+            raise RigError("a process at the other end of a pipe or a socket is gone") from None
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
@@ -80,39 +84,41 @@ def cli() -> None:
 
 def main() -> None:
     """Entry point: 0 done, 1 not so, 2 the call or a file is wrong, 130 interrupted."""
-    for closed in ("stdout", "stderr"):  # `>&-`: Python has None there, and packages do not expect that
-        if getattr(sys, closed) is None:
-            setattr(sys, closed, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
+    streams = Streams()
     os.environ.setdefault(
         "OPENBLAS_NUM_THREADS", "1"
     )  # our matrices are small and our work is spread already: its threads only wait
-    output = sys.stdout
+    status = _status()
+    if failure := streams.failure():
+        _say(f"pamrig: the system: {failure.strerror}")
+        status = 2
+    sys.exit(status)
+
+
+def _status() -> Any:
+    """The exit status of the command, of whose error one line is said."""
     try:
-        sys.exit(cli.main(standalone_mode=False))
-    except SystemExit:
-        if sys.stdout is not output:  # click's sign of a broken pipe, for it a failure; but the reader has seen enough
-            sys.exit(0)
-        raise
+        return cli.main(standalone_mode=False) or 0
     except Interrupted:
         _say("pamrig: interrupted", apart=sys.stderr.isatty())  # a terminal has written ^C into the line
-        sys.exit(130)
+        return 130
     except (click.exceptions.Abort, KeyboardInterrupt):
-        sys.exit(130)
+        return 130
     except click.exceptions.NoArgsIsHelpError as error:
         error.show()
-        sys.exit(2)
+        return 2
     except click.ClickException as error:
         _say(f"{_called(error)}: {' '.join(error.format_message().split())}")
-        sys.exit(2)
+        return 2
     except CheckFailed as error:
         _say(f"pamrig: {error}")
-        sys.exit(1)
+        return 1
     except RigError as error:
         _say(f"pamrig: {error}")
-        sys.exit(2)
+        return 2
     except OSError as error:
         _say(f"pamrig: {error.filename or 'the system'}: {error.strerror or error}")
-        sys.exit(2)
+        return 2
 
 
 def _say(line: str, *, apart: bool = False) -> None:

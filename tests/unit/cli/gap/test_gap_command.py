@@ -3,8 +3,6 @@
 import csv
 import json
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -70,24 +68,6 @@ def test_everything_that_it_writes_can_be_used(days: Path, tmp_path: Path) -> No
     page = files["page.html"].read_text()
     assert page.count("<svg") >= 5
     assert not re.search(r"""(src|href)=["']https?:""", page)
-
-
-def test_the_json_is_there_although_nobody_reads_the_text_to_its_end(days: Path, tmp_path: Path) -> None:
-    asked = [
-        "gap",
-        "diagnose",
-        "--model",
-        MODEL,
-        "--log",
-        days / "late",
-        *healthy(days),
-        "--json",
-        tmp_path / "out.json",
-    ]
-    with subprocess.Popen([sys.executable, "-m", "rig.cli.main", *map(str, asked)], stdout=subprocess.PIPE) as process:
-        assert process.stdout is not None
-        process.stdout.close()
-    assert json.loads((tmp_path / "out.json").read_text())["causes"][0]["effect"] == "delay"
 
 
 def test_recommended_sweep_is_one_that_run_accepts(days: Path, tmp_path: Path) -> None:
