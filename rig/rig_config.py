@@ -12,6 +12,7 @@
 What stands under a device beside `kind` belongs to the driver, which has the schema for it.
 """
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -183,8 +184,8 @@ def _device(name: str, raw: object, roles: dict[str, str], path: Path) -> Device
 def require_file(place: Path, where: str, written: object) -> None:
     """ConfigError when a file that a rig's YAML names is not there: the YAML and its key, what it says, and where that
     was looked for."""
-    if not place.is_file():
-        near = nearest_file(place) if place.parent.is_dir() else ""
+    if not os.path.isfile(place):
+        near = nearest_file(place) if os.path.isdir(place.parent) else ""
         raise ConfigError(f"{where}: {written}: no such file{near}; looked for at {place.resolve()}")
 
 

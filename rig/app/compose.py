@@ -69,7 +69,7 @@ def _own_or(place: Path, setting: str) -> Path:
     """The file that a device's setting names, or pamrig's own model or rig of that bare name: a rig's YAML that says
     `model: simulated` holds wherever pamrig is installed."""
     ours = own_file(setting, place.name)
-    return ours if not place.exists() and ours.is_file() else place
+    return ours if not os.path.exists(place) and os.path.isfile(ours) else place
 
 
 def make_device(rig: RigConfig, clock: Clock, options: Mapping[str, Any] | None = None) -> Device:
@@ -244,4 +244,4 @@ def _require_files(entry: DeviceEntry, settings: Any, path: Path) -> None:
 def _paths(settings: Any) -> list[Path]:
     """The YAML files that a device's settings name, a model for example."""
     values = [getattr(settings, f.name) for f in dataclasses.fields(settings)]
-    return [value for value in values if isinstance(value, Path) and value.suffix == ".yaml" and value.is_file()]
+    return [value for value in values if isinstance(value, Path) and value.suffix == ".yaml" and os.path.isfile(value)]

@@ -1,6 +1,7 @@
 """Which records a model was identified on, by the content of their files, and where those files are now."""
 
 import hashlib
+import os
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -38,7 +39,7 @@ def find_logs(model: Model, folder: Path | None = None) -> tuple[list[Path], lis
     if folder is not None and missing:
         found |= _search(folder, missing, {path.name for path in wanted.values()})
     return [found[digest] for digest in wanted if digest in found], [
-        f"{path}: {'its content has changed since the identification' if path.is_file() else 'no such file'}"
+        f"{path}: {'its content has changed since the identification' if os.path.isfile(path) else 'no such file'}"
         + ("" if folder is None else f", nor is it in {folder}")
         for digest, path in wanted.items()
         if digest not in found
@@ -60,4 +61,4 @@ def _search(folder: Path, missing: set[str], names: set[str]) -> dict[str, Path]
 
 def _digest(path: Path | None) -> str:
     """SHA-256 of a file; empty where there is none."""
-    return hashlib.sha256(path.read_bytes()).hexdigest() if path is not None and path.is_file() else ""
+    return hashlib.sha256(path.read_bytes()).hexdigest() if path is not None and os.path.isfile(path) else ""

@@ -16,7 +16,7 @@ import numpy as np
 from rig.further import PLACES, furthers_of
 from rig.log.mcap import schema
 from rig.log.mcap.collector import LogLine
-from rig.log.mcap.columns import DTYPES, Array, Samples, message_rows, pack_columns
+from rig.log.mcap.columns import DTYPES, Array, Samples, kept_as, message_rows, pack_columns
 from rig.log.mcap.reader import McapLog
 from rig.log.mcap.writer import RunWriter
 from rig.log.replay import Comparison
@@ -124,17 +124,17 @@ def content_of_record(record: Record, facts: Mapping[str, Any]) -> LogContent:
 def samples_of(record: Record, started_ns: int) -> Samples:
     """A record as samples that start at `started_ns` since the Unix epoch; what is not known is NaN, flagged absent, or
     zero."""
-    count = len(record)
+    count, where = len(record), record.source or record.name
     fields: dict[str, Array] = {
         name: np.full(count, np.nan if wire.kind == "double" else 0, DTYPES[wire.kind]) for name, wire in WIRES.items()
     }
     known = record.columns()
     for name in fields.keys() & known.keys():
-        fields[name][:] = known[name]
+        fields[name][:] = kept_as(fields[name].dtype, known[name], f"{where}: {name}")
     for place, one in zip(PLACES, furthers_of(record.facts), strict=False):
         fields[place][:] = known.get(one.name, np.nan)
-    offsets = np.rint(record.t_s * 1e9).astype(np.int64)
-    late = np.rint(known["lateness_us"] * 1e3).astype(np.int64) if "lateness_us" in known else np.int64(0)
+    offsets = _nanoseconds(record.t_s * 1e9, f"{where}: t_s, in ns")
+    late = _nanoseconds(known["lateness_us"] * 1e3, f"{where}: lateness_us, in ns") if "lateness_us" in known else 0
     fields["scheduled_ns"] = offsets
     for name in ("woken_ns", "read_ns", "written_ns"):
         fields[name] = offsets + late
@@ -149,6 +149,10 @@ def samples_of(record: Record, started_ns: int) -> Samples:
     for name, flag in _ABSENT.items():
         fields["flags"][np.isnan(fields[name])] |= np.uint32(flag)
     return Samples(fields, offsets + np.int64(started_ns), np.arange(count, dtype=np.uint32))
+
+
+def _nanoseconds(values: Array, where: str) -> Array:
+    return kept_as(np.dtype(np.int64), np.rint(values), where)
 
 
 def unkept_columns(record: Record) -> list[str]:

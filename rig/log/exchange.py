@@ -25,7 +25,7 @@ from rig.log.foreign.delimited import read_text
 from rig.log.foreign.sidecar import Sidecar, from_plain, read_sidecar, sidecar_path, write_sidecar
 from rig.log.foreign.units import unit_in_name
 from rig.log.mcap.collector import LogLine
-from rig.log.mcap.columns import DTYPES, Array, Samples
+from rig.log.mcap.columns import DTYPES, Array, Samples, kept_as
 from rig.log.mcap.framing import unpacked_limit
 from rig.outputs import Kind, writing
 from rig.sample import WIRES
@@ -109,7 +109,9 @@ def _content(table: dict[str, Array], aside: Sidecar, where: str) -> LogContent:
     missing = [name for name in _TYPES if name not in table]
     if missing:
         raise RecordError(f"{where}: lacks the columns {', '.join(missing[:5])}")
-    columns = {name: np.ascontiguousarray(table[name]).astype(dtype, copy=False) for name, dtype in _TYPES.items()}
+    columns = {
+        name: kept_as(dtype, np.ascontiguousarray(table[name]), f"{where}: {name}") for name, dtype in _TYPES.items()
+    }
     times, sequence = columns.pop("log_time_ns"), columns.pop("sequence")
     attachments = {name: text.encode("utf-8", "surrogateescape") for name, text in aside.attachments.items()}
     lines = tuple(LogLine(*line) for line in aside.lines)

@@ -5,6 +5,7 @@ other names; a parameter start_deg, where it has one, gets the angle at the star
 """
 
 import atexit
+import os
 import shutil
 import tempfile
 from collections.abc import Mapping
@@ -80,7 +81,7 @@ def load_fmu(source: Path, names: Mapping[str, str]) -> Fmu:
         import fmpy
     except ImportError:
         raise ModelError(f"{source}: an FMU needs the package fmpy: pip install 'pamrig[fmu]'") from None
-    if not source.is_file():
+    if not os.path.isfile(source):
         raise ModelError(f"{source}: no such file")
     try:
         description = fmpy.read_model_description(str(source), validate=False)

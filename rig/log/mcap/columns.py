@@ -16,6 +16,7 @@ from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from google.protobuf.message import DecodeError
 from numpy.typing import NDArray
 
+from rig.errors import RecordError
 from rig.log.mcap.framing import HEAD, MESSAGE_HEAD
 from rig.sample import WIRES, Wire, tag_bytes
 
@@ -28,6 +29,20 @@ DTYPES: Final[dict[str, np.dtype[Any]]] = {
     "double": np.dtype("<f8"),
 }
 """Protobuf type -> numpy type of the same bytes."""
+
+
+def kept_as(dtype: np.dtype[Any], values: Array, where: str) -> Array:
+    """A column of a table, shape (n,), as a field of that type keeps it. RecordError for a field of whole numbers where
+    a cell is none of its own, for a cast would make another number of it."""
+    if dtype.kind == "f":
+        return values.astype(dtype, copy=False)
+    low, high = np.iinfo(dtype).min, np.iinfo(dtype).max
+    fits = (values >= low) & (values < high + 1) & (values == np.rint(values))
+    if not fits.all():
+        row = int(np.argmin(fits))
+        raise RecordError(f"{where}: {values[row]:g} in row {row + 1} is no whole number from {low} to {high}")
+    return values.astype(dtype, copy=False)
+
 
 _STRUCT_CODES: Final = {"fixed32": "I", "sfixed64": "q", "double": "d"}
 _HEAD_FIELDS: Final[dict[str, Any]] = {

@@ -12,6 +12,7 @@ from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from mcap.writer import Writer
 from support.made_logs import assert_same_content, made_content
 
+from rig.app.records.logs import import_content
 from rig.errors import ConfigError, RecordError
 from rig.log.exchange import SUFFIXES, export, read_exported
 from rig.log.foreign.mapping import load_mapping, read_mapped
@@ -47,6 +48,33 @@ def test_an_exported_csv_is_a_log_like_any_other(tmp_path: Path) -> None:
         "12e4",
         int((content.samples["phase"] == 4).sum()),
     )
+
+
+@pytest.mark.parametrize(
+    ("name", "cells"),
+    [
+        *((name, ["", "nan", "-1", "2.5", "1e30"]) for name in ("tick", "missed", "flags", "phase")),
+        ("woken_ns", ["", "2.5", "1e30"]),
+        ("lateness_us", ["", "1e30"]),
+    ],
+)
+def test_what_is_no_count_is_refused_and_not_made_another(tmp_path: Path, name: str, cells: list[str]) -> None:
+    path = tmp_path / "table.csv"
+    for cell in cells:
+        path.write_text(f"t_s,dp_cmd_mpa,angle_deg,{name}\n0,0,0,1\n0.005,0,1,{cell}\n0.01,0.1,1,3\n")
+        with pytest.raises(RecordError, match=rf"table.csv: {name}.* in row 2 is no whole number from"):
+            import_content(path, None)
+
+
+def test_an_export_whose_count_was_changed_is_refused(tmp_path: Path) -> None:
+    arrow, parquet = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
+    path = tmp_path / "run.parquet"
+    export(made_content(3), path, "parquet")
+    table = parquet.read_table(path)
+    place = table.schema.get_field_index("tick")
+    parquet.write_table(table.set_column(place, "tick", arrow.array([0.0, float("nan"), 2.0])), path)
+    with pytest.raises(RecordError, match="tick: nan in row 2 is no whole number from 0 to 4294967295"):
+        read_exported(path)
 
 
 @pytest.mark.parametrize("kind", ["csv", "parquet", "mat"])

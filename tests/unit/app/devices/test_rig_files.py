@@ -30,3 +30,11 @@ def test_a_calibration_that_is_missing(tmp_path: Path) -> None:
     assert (
         str(caught.value) == f"{path}: calibration: cal.yaml: no such file; looked for at {tmp_path.resolve()}/cal.yaml"
     )
+
+
+@pytest.mark.parametrize("name", ["x" * 5000, "a/" * 3000 + "x"])
+def test_a_name_that_no_file_can_have_is_one_of_a_file_that_is_missing(tmp_path: Path, name: str) -> None:
+    path = tmp_path / "mine.yaml"
+    path.write_text(RIG.read_text().replace("../models/simulated.yaml", f"{name}.yaml"))
+    with pytest.raises(ConfigError, match="no such file"):
+        compose.load(path)
