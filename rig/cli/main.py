@@ -1,17 +1,45 @@
-"""Where `pamrig` begins: nothing of it is imported before Ctrl-C is heard."""
+"""Where `pamrig` begins and ends: Ctrl-C is heard before anything of it is imported, wherever it strikes, and after the
+work is done."""
 
+import os
+import signal
 import sys
+import threading
+from typing import Any, Final
+
+INTERRUPTED: Final = 130
+_SOON_S: Final = 0.01
+"""Until Ctrl-C strikes once more where it was not heard: longer than a destructor takes."""
 
 
 def main() -> None:
     """`rig.cli.commands.main`; Ctrl-C while that and its packages are being imported ends as quietly as it does
     later."""
+    sys.unraisablehook = _heard_again
     try:
-        from rig.cli.commands import main as carry_out
+        try:
+            from rig.cli.commands import main as carry_out
 
-        carry_out()
+            carry_out()
+        finally:
+            # the interpreter takes a while to end, and would end by the signal: without a word, or with a traceback
+            signal.signal(signal.SIGINT, lambda *_: os._exit(INTERRUPTED))
+            # where Ctrl-C struck code made from text (dataclasses make some), `python -m` keeps that it was not caught,
+            # and ends by the signal, too; the next such code makes it forget (CPython, run_eval_code_obj)
+            exec("")
     except KeyboardInterrupt:
-        sys.exit(130)
+        sys.exit(INTERRUPTED)
+
+
+def _heard_again(lost: Any) -> None:
+    """Python's hook for an exception that nobody can catch, raised in a destructor or the callback of a weak reference:
+    Ctrl-C there would be lost, so it strikes again."""
+    if not issubclass(lost.exc_type, KeyboardInterrupt):
+        sys.__unraisablehook__(lost)
+        return
+    main_thread = threading.main_thread().ident
+    if main_thread is not None:
+        threading.Timer(_SOON_S, signal.pthread_kill, (main_thread, signal.SIGINT)).start()
 
 
 if __name__ == "__main__":

@@ -77,6 +77,52 @@ main()
     assert done.stderr.strip() in ("", "pamrig: interrupted")
 
 
+STRIKES = {
+    "in a destructor": """
+    class Dying:
+        def __del__(self):
+            raise KeyboardInterrupt
+    Dying()
+    while True:
+        pass
+""",
+    "in code made from text": """
+    exec("raise KeyboardInterrupt")
+""",
+}
+
+
+@pytest.mark.parametrize("where", list(STRIKES))
+def test_ctrl_c_is_heard_wherever_it_strikes(where: str, tmp_path: Path) -> None:
+    (tmp_path / "struck.py").write_text(f"""
+import sys
+from rig.cli.completion import completion
+from rig.cli.main import main
+
+def strike(**_):
+{STRIKES[where]}
+
+completion.callback = strike
+sys.argv[1:] = ["completion", "bash"]
+main()
+""")
+    call = [sys.executable, "-m", "struck"]
+    done = subprocess.run(call, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stderr) == (130, "pamrig: interrupted\n")
+
+
+def test_ctrl_c_while_the_interpreter_ends_is_quiet() -> None:
+    code = """
+import atexit, os, signal, sys
+from rig.cli.main import main
+atexit.register(os.kill, os.getpid(), signal.SIGINT)
+sys.argv[1:] = ["completion", "bash"]
+main()
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stderr) == (130, "")
+
+
 def test_ctrl_c_during_the_work_is_one_line_and_status_130(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
