@@ -9,10 +9,12 @@ import ctypes
 import os
 import signal
 import sys
+import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from multiprocessing import active_children, get_context
+from multiprocessing.process import BaseProcess
 from typing import Any, TypeVar
 
 from rig.errors import RigError
@@ -20,6 +22,8 @@ from rig.errors import RigError
 R = TypeVar("R")
 PATIENCE_S = 10.0
 """For a scheduler's first answer."""
+GRACE_S = 1.0
+"""For a worker that is ended, to take away what it has half written."""
 _PR_SET_PDEATHSIG = 1
 
 
@@ -30,18 +34,18 @@ def executor(dask: str | None = None, workers: int | None = None) -> Iterator[Ex
     RigError when the cluster cannot be reached or dask is not installed. A cluster's workers must see the same files.
     """
     if dask is None:
-        pool = ProcessPoolExecutor(
+        pool = _Pool(
             workers or os.cpu_count() or 1,
             get_context("spawn"),
             _begin_worker,
             (os.getpid(),),
         )
+        others = active_children()
         with pool:
             try:
                 yield pool
             except KeyboardInterrupt:
-                for worker in active_children():  # a piece may take minutes; done again, it is whole
-                    worker.terminate()
+                _end([child for child in active_children() if child not in others])
                 raise
         return
     try:
@@ -56,6 +60,43 @@ def executor(dask: str | None = None, workers: int | None = None) -> Iterator[Ex
         ) from None
     with client:
         yield client.get_executor(pure=False)
+
+
+class _Pool(ProcessPoolExecutor):
+    """Processes that can be ended in the middle of a piece, which takes away what it has half written."""
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
+        return super().submit(_piece, fn, *args, **kwargs)
+
+
+def _piece(work: Callable[..., R], *args: Any, **kwargs: Any) -> R:
+    """A piece of work, in a worker that ends when it is told to."""
+    signal.signal(signal.SIGTERM, _told_to_end)
+    try:
+        return work(*args, **kwargs)
+    except _ToldToEnd:
+        os._exit(0)
+    finally:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
+class _ToldToEnd(BaseException):
+    """The parent has asked this worker to end; nothing but `_piece` is to catch it."""
+
+
+def _told_to_end(*_: object) -> None:
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)  # the pool tells it again as soon as another worker has gone
+    raise _ToldToEnd
+
+
+def _end(workers: list[BaseProcess]) -> None:
+    """End the pieces that are being worked on, which may take minutes; done again, they are whole."""
+    for worker in workers:
+        worker.terminate()
+    until = time.monotonic() + GRACE_S
+    for worker in workers:
+        worker.join(max(until - time.monotonic(), 0.0))
+        worker.kill()  # one that computes in C has not heard of it
 
 
 def _begin_worker(parent: int) -> None:

@@ -34,12 +34,12 @@ def test_a_failing_piece_ends_the_work_with_its_own_error() -> None:
 
 
 POOL = """with executor(workers=2) as pool:
-            list(each(pool, partial(begin_and_stay, sys.argv[1]), range(2)))"""
+            list(each(pool, partial(write_and_stay, sys.argv[1]), range(2)))"""
 MEASURED_APART = "measured_apart(begin_and_stay, sys.argv[1], 0)"
 INTERRUPTED = """
 import signal, sys
 from functools import partial
-from support.cluster_work import begin_and_stay
+from support.cluster_work import begin_and_stay, write_and_stay
 from rig.parallel import each, executor
 from rig.qualify.benchmarks.log_peers import measured_apart
 if __name__ == "__main__":
@@ -74,6 +74,7 @@ def test_ctrl_c_ends_pieces_that_never_would_and_says_nothing(work: str, pieces:
             os.killpg(process.pid, signal.SIGKILL)
     assert process.returncode == 130
     assert said == ""
+    assert {path.suffix for path in tmp_path.iterdir()} == {".py", ".begun"}, "nothing is left half written"
 
 
 def test_a_killed_dask_worker_loses_nothing_and_counts_nothing_twice(tmp_path: Path) -> None:

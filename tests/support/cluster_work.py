@@ -4,6 +4,8 @@ import os
 import time
 from pathlib import Path
 
+from rig.outputs import Kind, writing
+
 
 def leave_trace(folder: str, number: int) -> int:
     """Write a line for this attempt, wait, then the result whole; returns the number."""
@@ -18,6 +20,13 @@ def leave_trace(folder: str, number: int) -> int:
 
 def fail(number: int) -> int:
     raise ValueError(f"piece {number} cannot be done")
+
+
+def write_and_stay(folder: str, number: int) -> None:
+    """Leave a trace in the middle of writing a file, then never come to an end."""
+    with writing(Path(folder) / f"{number}.json", Kind.JSON) as part:
+        part.write_text("[")
+        begin_and_stay(folder, number)
 
 
 def begin_and_stay(folder: str, number: int) -> None:
