@@ -17,8 +17,9 @@ SHORTEST_S = 2.0
 LEAST_ROWS = 50
 LEAST_SAMPLED = 0.5
 """Share of its own time that a record has to be sampled: rows times their usual distance, over its length."""
-AGAINST = -0.9
-"""Correlation of the measured with the commanded p1 - p2 below which the two sides are swapped."""
+AGAINST, ALMOST = -0.9, 0.97
+"""Correlation of the measured with the commanded p1 - p2 below which the two sides are swapped, at the first lag at
+which it is almost (this share of) the largest of either sign. A later lag: a sine half a period late is mirrored."""
 ANGLE_AGAINST = -0.7
 """Correlation of all records' angles with what is expected below which the sign is turned: a rig that is late by a
 third of a period is still above -0.5."""
@@ -114,13 +115,16 @@ def _sampled_too_thinly(record: Record) -> str | None:
 
 
 def _runs_against(record: Record) -> bool:
-    """The pressures follow the command mirrored, which no lag of a regulator does."""
+    """The pressures follow the command mirrored, at the lag at which they follow it at all: a regulator is late, and
+    half a period later a sine looks right again."""
     if not record.has_pressures:
         return False
     known = np.isfinite(record.dp_mpa)
     if known.sum() < LEAST_ROWS or np.ptp(record.dp_mpa[known]) < 0.005:
         return False
-    return bool(np.corrcoef(record.dp_mpa[known], record.dp_cmd_mpa[known])[0, 1] < AGAINST)
+    at = _correlations(record, record.dp_mpa)
+    first = int(np.argmax(np.abs(at) > ALMOST * np.max(np.abs(at))))
+    return bool(at[first] < AGAINST)
 
 
 def silent_monitor(record: Record) -> str | None:
@@ -138,14 +142,20 @@ def silent_monitor(record: Record) -> str | None:
 
 def follows(record: Record, column: Column) -> bool:
     """Whether a column has anything to do with the commanded p1 - p2, either way round and with some lag."""
+    if np.isfinite(column).sum() < LEAST_ROWS:
+        return True
+    return bool(np.max(np.abs(_correlations(record, column))) > FOLLOWS)
+
+
+def _correlations(record: Record, column: Column) -> Column:
+    """(lags,) correlations of a column (n,) with the commanded p1 - p2, at lags from 0 to LONGEST_LAG_S, FOLLOWED_S
+    apart."""
     t = np.linspace(record.t_s[0], record.t_s[-1], max(int((record.t_s[-1] - record.t_s[0]) / FOLLOWED_S), 2))
     known = np.isfinite(column)
-    if known.sum() < LEAST_ROWS:
-        return True
     command = np.interp(t, record.t_s, record.dp_cmd_mpa)
     heard = np.interp(t, record.t_s[known], column[known])
-    lags = range(min(int(LONGEST_LAG_S / FOLLOWED_S), len(t) // 2))
-    return any(abs(_correlation(command[: len(t) - lag], heard[lag:])) > FOLLOWS for lag in lags)
+    lags = range(max(min(int(LONGEST_LAG_S / FOLLOWED_S), len(t) // 2), 1))
+    return np.array([_correlation(command[: len(t) - lag], heard[lag:]) for lag in lags])
 
 
 def _correlation(one: Column, other: Column) -> float:

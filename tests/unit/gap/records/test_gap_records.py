@@ -158,6 +158,17 @@ def test_a_model_that_moves_otherwise_by_a_factor_of_four_is_no_model_of_this_ri
         check_reach("sine", times * angle, angle)
 
 
+@pytest.mark.parametrize("hertz", [0.2, 0.7, 1.5, 3.0])
+@pytest.mark.parametrize("late_s", [0.0, 0.05, 0.15])
+def test_monitors_that_follow_mirrored_are_swapped_however_late(hertz: float, late_s: float) -> None:
+    followed = 0.05 * np.sin(2 * np.pi * hertz * (T - late_s))
+    right = replace(record(hertz=hertz), p1_mpa=0.2 + followed, p2_mpa=0.2 - followed)
+    notes: list[str] = []
+    assert usable(right, notes)
+    assert not usable(replace(right, p1_mpa=right.p2_mpa, p2_mpa=right.p1_mpa), notes)
+    assert "are the two monitors, or the valves, swapped?" in notes[0]
+
+
 def at_rest(mpa: float, **facts: object) -> Record:
     pressed = 0.05 * np.sin(T)
     return replace(record(**facts), p1_mpa=mpa + pressed, p2_mpa=mpa - pressed)
