@@ -16,35 +16,46 @@ PLAYS_MPA = (0.005, 0.015, 0.04, 0.08, 0.13)
 """Half widths of the bank's plays, which follow the second low-pass."""
 RESPONSE_TERMS = 12 + len(PLAYS_MPA)
 """Constant and powers of the drive (4), low-passes (6), powers of the second (2), plays."""
+STEP_S = 0.01
+"""Longest step of the laws, s. A step takes its input as it is at its end, and so answers half a step early; rows that
+are farther apart are gone between in as many steps as that takes, straight from one to the next."""
 _factor = compiled(mean_pressure_factor)
+
+
+@njit(cache=True, nogil=True)
+def _steps(dt_s: float) -> int:  # pragma: no cover
+    """Steps from one row to the next."""
+    return max(1, int(floor(dt_s / STEP_S + 0.5)))  # noqa: RUF046 (numba's floor gives a float)
 
 
 @njit(cache=True, nogil=True)
 def regulated(u: Column, dead_s: float, fill_s: float, exhaust_s: float, dt_s: float) -> Column:  # pragma: no cover
     """A regulator's pressure under set-points u (n,): dead time, then a first-order lag, apart for filling and
     exhausting."""
-    n = len(u)
+    n, steps = len(u), _steps(dt_s)
     out = np.empty(n)
     state = u[0]
-    fill, exhaust = 1.0 - exp(-dt_s / fill_s), 1.0 - exp(-dt_s / exhaust_s)
+    step_s = dt_s / steps
+    fill, exhaust = 1.0 - exp(-step_s / fill_s), 1.0 - exp(-step_s / exhaust_s)
     for i in range(n):
-        at = i - dead_s / dt_s
-        whole = int(floor(at))  # noqa: RUF046 (numba's floor gives a float)
-        part = at - whole
-        if whole < 0:
-            goal = u[0]
-        elif whole >= n - 1:
-            goal = u[n - 1]
-        else:
-            goal = (1.0 - part) * u[whole] + part * u[whole + 1]
-        state += (fill if goal > state else exhaust) * (goal - state)
+        for k in range(steps):
+            at = i - (steps - 1 - k) / steps - dead_s / dt_s
+            whole = int(floor(at))  # noqa: RUF046 (numba's floor gives a float)
+            part = at - whole
+            if whole < 0:
+                goal = u[0]
+            elif whole >= n - 1:
+                goal = u[n - 1]
+            else:
+                goal = (1.0 - part) * u[whole] + part * u[whole + 1]
+            state += (fill if goal > state else exhaust) * (goal - state)
         out[i] = state
     return out
 
 
 @njit(cache=True, nogil=True)
 def _bank(d: float, first: bool, keep: Column, row: Column) -> None:  # pragma: no cover
-    """The bank one sample later under the drive d: `row` (RESPONSE_TERMS,) holds its terms, which are its state as
+    """The bank one step later under the drive d: `row` (RESPONSE_TERMS,) holds its terms, which are its state as
     well."""
     if first:
         row[4:10] = d
@@ -60,9 +71,10 @@ def _bank(d: float, first: bool, keep: Column, row: Column) -> None:  # pragma: 
 
 @njit(cache=True, nogil=True)
 def _keeps(dt_s: float) -> Column:  # pragma: no cover
+    """The bank's low-passes for one step."""
     keep = np.empty(6)
     for j in range(6):
-        keep[j] = 1.0 - exp(-dt_s / LAGS_S[j])
+        keep[j] = 1.0 - exp(-dt_s / _steps(dt_s) / LAGS_S[j])
     return keep
 
 
@@ -74,14 +86,24 @@ def _drive(p1: float, p2: float, p0: float, exponent: float) -> float:  # pragma
 
 
 @njit(cache=True, nogil=True)
+def _to_next(last: float, d: float, first: bool, steps: int, keep: Column, row: Column) -> None:  # pragma: no cover
+    """The bank one row later, as the drive goes from `last` to d."""
+    for k in range(1, steps):
+        if not first:
+            _bank(last + (d - last) * k / steps, False, keep, row)
+    _bank(d, first, keep, row)
+
+
+@njit(cache=True, nogil=True)
 def response_terms(
     p1: Column, p2: Column, p0: float, exponent: float, dt_s: float, out: Column
 ) -> None:  # pragma: no cover
     """The bank under the drive of `rig.model.drive`; fills out (n, RESPONSE_TERMS)."""
-    keep, row = _keeps(dt_s), np.empty(RESPONSE_TERMS)
+    keep, row, steps, last = _keeps(dt_s), np.empty(RESPONSE_TERMS), _steps(dt_s), 0.0
     for i in range(len(p1)):
-        _bank(_drive(p1[i], p2[i], p0, exponent), i == 0, keep, row)
-        out[i] = row
+        d = _drive(p1[i], p2[i], p0, exponent)
+        _to_next(last, d, i == 0, steps, keep, row)
+        out[i], last = row, d
 
 
 @njit(cache=True, nogil=True)
@@ -89,10 +111,12 @@ def propagated(
     p1: Column, p2: Column, p0: float, exponent: float, dt_s: float, weights: Column
 ) -> Column:  # pragma: no cover
     """The angle (n,) of the bank under pressures: `response_terms` times weights, without storing them."""
-    keep, row = _keeps(dt_s), np.empty(RESPONSE_TERMS)
+    keep, row, steps, last = _keeps(dt_s), np.empty(RESPONSE_TERMS), _steps(dt_s), 0.0
     out = np.empty(len(p1))
     for i in range(len(p1)):
-        _bank(_drive(p1[i], p2[i], p0, exponent), i == 0, keep, row)
+        d = _drive(p1[i], p2[i], p0, exponent)
+        _to_next(last, d, i == 0, steps, keep, row)
+        last = d
         angle = 0.0
         for j in range(RESPONSE_TERMS):
             angle += weights[j] * row[j]
