@@ -11,8 +11,8 @@ import signal
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
+from concurrent.futures import Executor, Future, InvalidStateError, ProcessPoolExecutor, as_completed
+from contextlib import contextmanager, suppress
 from multiprocessing import active_children, get_context
 from multiprocessing.process import BaseProcess
 from typing import Any, TypeVar
@@ -66,7 +66,18 @@ class _Pool(ProcessPoolExecutor):
     """Processes that can be ended in the middle of a piece, which takes away what it has half written."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
-        return super().submit(_piece, fn, *args, **kwargs)
+        future = super().submit(_piece, fn, *args, **kwargs)
+        future.__class__ = _Cancelled
+        return future
+
+
+class _Cancelled(Future[Any]):
+    """A future that may be cancelled before its pool breaks: in CPython 3.11 the pool's thread fails there, with a
+    traceback."""
+
+    def set_exception(self, exception: BaseException | None) -> None:
+        with suppress(InvalidStateError):
+            super().set_exception(exception)
 
 
 def _piece(work: Callable[..., R], *args: Any, **kwargs: Any) -> R:

@@ -34,7 +34,7 @@ def test_a_failing_piece_ends_the_work_with_its_own_error() -> None:
 
 
 POOL = """with executor(workers=2) as pool:
-            list(each(pool, partial(write_and_stay, sys.argv[1]), range(2)))"""
+            list(each(pool, partial(write_and_stay, sys.argv[1]), range(12)))"""
 MEASURED_APART = "measured_apart(begin_and_stay, sys.argv[1], 0)"
 INTERRUPTED = """
 import signal, sys
