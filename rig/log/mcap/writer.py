@@ -81,9 +81,13 @@ class RunWriter:
         if path.exists():
             raise RecordError(f"{path}: exists already; a log is never overwritten")
         self._tail = self._open_tail()
-        self._writer = McapWriter(self._tail, "pamrig")
-        self.sample_channel, self.log_channel = self._head(facts, attachments)
-        self.flush()
+        try:
+            self._writer = McapWriter(self._tail, "pamrig")
+            self.sample_channel, self.log_channel = self._head(facts, attachments)
+            self.flush()
+        except BaseException:
+            self.discard()  # nobody has it yet, and it holds no sample
+            raise
 
     def add(self, packed: bytes | memoryview, log_time_ns: int, sequence: int) -> None:
         """One packed sample; `log_time_ns` counts from the Unix epoch, a gap in `sequence` is a sample lost on the

@@ -175,3 +175,13 @@ def test_the_writer_needs_no_numpy() -> None:
         "import sys, rig.log.mcap.writer; sys.exit(any(name in sys.modules for name in ('numpy', 'scipy', 'pandas')))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_a_file_that_was_interrupted_as_it_began_is_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(_: int) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(os, "fsync", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        made_log(tmp_path / "x.mcap")
+    assert list(tmp_path.iterdir()) == []
