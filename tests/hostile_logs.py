@@ -252,6 +252,32 @@ def changed(data: bytes, draw: random.Random) -> bytes:
     return bytes(out)
 
 
+def spliced(one: bytes, other: bytes, draw: random.Random) -> bytes:
+    """Two sound files' records, whole each: put in among one another, left out, doubled, in another order."""
+    held, more = ([data[start:end] for start, end in bounds(data)] for data in (one, other))
+    for _ in range(draw.choice([1, 1, 2, 6])):
+        here, there, count = draw.randrange(len(held) + 1), draw.randrange(len(more)), draw.choice([1, 2, 5])
+        match draw.randrange(4):
+            case 0:
+                held[here:here] = more[there : there + count]
+            case 1:
+                held[here : here + count] = more[there : there + count]
+            case 2:
+                held[here : here + count] = held[here : here + count] * draw.choice([0, 2, 40])
+            case 3:
+                draw.shuffle(held)
+    return MAGIC + b"".join(held) + (MAGIC if draw.random() < 0.8 else b"")
+
+
+def bounds(data: bytes) -> Iterator[tuple[int, int]]:
+    """Where each record of a sound file begins and ends."""
+    start = len(MAGIC)
+    while start < len(data) - len(MAGIC):
+        end = start + 9 + struct.unpack_from("<Q", data, start + 1)[0]
+        yield start, end
+        start = end
+
+
 def tables(draw: random.Random) -> bytes:
     """Text that is nearly a table."""
     head = draw.choice(
@@ -286,15 +312,18 @@ def cases(seed: int, folder: Path) -> Iterator[tuple[str, bytes]]:
     """Name and bytes of one file after the other, without end."""
     draw = random.Random(seed)
     made_log(folder / "sound.mcap", 400)
-    sound = (folder / "sound.mcap").read_bytes()
+    made_log(folder / "other.mcap", 250, seed=2)
+    sound, other = ((folder / f"{name}.mcap").read_bytes() for name in ("sound", "other"))
     while True:
-        match draw.randrange(4):
+        match draw.randrange(5):
             case 0:
                 yield "x.mcap", hostile(draw)
             case 1:
                 yield "x.mcap", changed(sound, draw)
             case 2:
                 yield "x.mcap", strange_facts(folder, draw)
+            case 4:
+                yield "x.mcap", spliced(sound, other, draw)
             case 3:
                 yield draw.choice(
                     [
