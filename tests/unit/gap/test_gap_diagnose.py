@@ -160,7 +160,7 @@ def _worse(day: list[Record], **columns: Callable[[Record], Column]) -> list[Rec
     [
         ({"p1_mpa": lambda r: 1e3 * r.p1_mpa, "p2_mpa": lambda r: 1e3 * r.p2_mpa}, "p1_mpa reaches .* is it in kPa"),
         ({"angle_deg": lambda r: np.deg2rad(r.angle_deg)}, "is it in radians"),
-        ({"angle_deg": lambda r: np.where(r.t_s == 3.0, 1e300, r.angle_deg)}, "angle_deg reaches 1e.300"),
+        ({"angle_deg": lambda r: np.where(r.t_s > 3.0, 1e300, r.angle_deg)}, "angle_deg reaches 1e.300"),
         ({"angle_deg": lambda r: np.full(len(r), 7.0)}, "the angle never moves"),
         (
             {"angle_deg": lambda r: 5.0 * np.random.default_rng(1).standard_normal(len(r))},

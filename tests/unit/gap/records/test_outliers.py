@@ -56,12 +56,13 @@ def test_what_a_rig_does_is_no_outlier(column: Column) -> None:
     assert not outliers(column).any()
 
 
-def test_one_pulse_of_a_healthy_session_is_said_and_no_cause() -> None:
+@pytest.mark.parametrize("reads", [-172.5, 1e300])
+def test_one_pulse_of_a_healthy_session_is_said_and_no_cause(reads: float) -> None:
     records = session(212)
     angle = records[0].angle_deg
     assert angle is not None
     angle = angle.copy()
-    angle[700] = -172.5
+    angle[700] = reads
     found = diagnose(None, [replace(records[0], angle_deg=angle), *records[1:]], [session(211)])
     assert found.verdict == "none"
     assert (
