@@ -13,18 +13,18 @@ changed. Both use the functions below, which numba compiles; on whole columns: `
 import math
 from collections.abc import Sequence
 
-from rig.model.slots import Values
+from rig.model.slots import Row, Values
 
 LOOP_RADII_DEG = (0.3, 1.0, 3.0, 8.0, 20.0)
 """Travel after which each Maxwell-slip element of the nominal joint slips."""
 SPREAD = (0.35, 0.6, 1.0, 1.7, 2.9)
 """No friction slips all at once: an element's parts, of equal force, slip after so many times its travel. Fewer: what
 an effect changes has corners that no rig shows (docs/decisions/0564)."""
-REACHES_DEG = tuple(radius * share for radius in LOOP_RADII_DEG for share in SPREAD)
+REACHES_DEG = Row(radius * share for radius in LOOP_RADII_DEG for share in SPREAD)
 """Travel after which each part slips."""
-SHARES = tuple(1.0 / (len(SPREAD) * share) for _ in LOOP_RADII_DEG for share in SPREAD)
+SHARES = Row(1.0 / (len(SPREAD) * share) for _ in LOOP_RADII_DEG for share in SPREAD)
 """Stiffness of each part over its element's weight."""
-FULL = tuple(share * radius for share, radius in zip(SHARES, REACHES_DEG, strict=True))
+FULL = Row(share * radius for share, radius in zip(SHARES, REACHES_DEG, strict=True))
 """What a part that slips carries over its element's weight, deg."""
 ELEMENTS, PARTS, OF_AN_ELEMENT = len(LOOP_RADII_DEG), len(REACHES_DEG), len(SPREAD)
 OWN, NEW, DRY = 5, 5 + PARTS, 5 + 2 * PARTS
@@ -50,9 +50,12 @@ def equilibrium_angle(y: float, state: Values, params: Sequence[float], dt_s: fl
     speed = step * ticks_per_s
     out = y + params[6] * speed + params[7] * params[7] * (speed - state[2]) * ticks_per_s
     for k in range(PARTS):
-        radius = REACHES_DEG[k]
-        state[OWN + k] = min(max(state[OWN + k] + step, -radius), radius)
-        out += params[8 + k // OF_AN_ELEMENT] * SHARES[k] * state[OWN + k]
+        state[OWN + k] = min(max(state[OWN + k] + step, -REACHES_DEG[k]), REACHES_DEG[k])
+    for j in range(ELEMENTS):
+        carried = 0.0
+        for k in range(OF_AN_ELEMENT * j, OF_AN_ELEMENT * (j + 1)):
+            carried += SHARES[k] * state[OWN + k]
+        out += params[8 + j] * carried
     state[1], state[2] = y, speed
     return out
 
@@ -67,6 +70,44 @@ def kept_slip(params: Sequence[float], compliance: float) -> float:
     return max(1.0 + compliance * params[0] / whole, 0.0)
 
 
+def own_friction(step: float, state: Values, params: Sequence[float]) -> tuple[float, float]:
+    """What the joint's own parts carry (deg) after a step of so many degrees, and how much more a degree further."""
+    force, stiffness = 0.0, 0.0
+    for j in range(ELEMENTS):
+        if params[8 + j] == 0.0:
+            continue
+        carried, steep = 0.0, 0.0
+        for k in range(OF_AN_ELEMENT * j, OF_AN_ELEMENT * (j + 1)):
+            moved = state[NEW + k] + step
+            if abs(moved) < REACHES_DEG[k]:
+                carried += SHARES[k] * moved
+                steep += SHARES[k]
+            else:
+                carried += math.copysign(FULL[k], moved)
+        force += params[8 + j] * carried
+        stiffness += params[8 + j] * steep
+    return force, stiffness
+
+
+def slipping(step: float, state: Values) -> int:
+    """How many parts slip forwards after a step of so many degrees, less those that slip backwards. Whatever slips
+    forwards does so after a longer step too: between two steps with the same number no part begins or ends to slip."""
+    count = int(state[DRY] + step >= PRESLIDING_DEG) - int(state[DRY] + step <= -PRESLIDING_DEG)
+    for k in range(PARTS):
+        moved = state[NEW + k] + step
+        count += int(moved >= REACHES_DEG[k]) - int(moved <= -REACHES_DEG[k])
+    return count
+
+
+def step_on(new: float, state: Values, ticks_per_s: float) -> None:
+    """Steps the new half of `state` on to an angle."""
+    step = new - state[3]
+    for k in range(PARTS):
+        state[NEW + k] = min(max(state[NEW + k] + step, -REACHES_DEG[k]), REACHES_DEG[k])
+    state[DRY] = min(max(state[DRY] + step, -PRESLIDING_DEG), PRESLIDING_DEG)
+    state[3], state[4] = new, step * ticks_per_s
+
+
 def balanced_angle(
     equilibrium: float, compliance: float, friction: float, state: Values, params: Sequence[float], dt_s: float
 ) -> float:
@@ -77,12 +118,11 @@ def balanced_angle(
     params: width_deg, tau_s, time_s, load_deg, phase_deg, p0_mpa, viscous time, inertia time, the five Maxwell-slip
     weights. Below zero, width_deg, tau_s and time_s take off what the nominal joint has of that, down to nothing.
     """
-    radian = math.pi / 180.0
-    ticks_per_s = 1.0 / dt_s
+    radian, ticks_per_s = math.pi / 180.0, 1.0 / dt_s
     viscous = max(friction * params[6] + compliance * params[1], 0.0) * ticks_per_s
     inertia = max(friction * params[7] * params[7] + compliance * params[2] * abs(params[2]), 0.0) * ticks_per_s
     moving = 1.0 + viscous + inertia * ticks_per_s
-    width = compliance * max(params[0], 0.0)
+    dry = compliance * max(params[0], 0.0) / PRESLIDING_DEG
     load = compliance * params[3]
     slip = friction * kept_slip(params, compliance)
     old, rate = state[3], state[4]
@@ -90,25 +130,13 @@ def balanced_angle(
     below, above = -math.inf, math.inf
     for _ in range(MOST_STEPS):
         step = new - old
-        miss = new + viscous * step + inertia * (step * ticks_per_s - rate) - equilibrium
-        slope = moving
-        for j in range(ELEMENTS):
-            if params[8 + j] == 0.0:
-                continue
-            force, stiffness = 0.0, 0.0
-            for k in range(OF_AN_ELEMENT * j, OF_AN_ELEMENT * (j + 1)):
-                moved = state[NEW + k] + step
-                if abs(moved) < REACHES_DEG[k]:
-                    force += SHARES[k] * moved
-                    stiffness += SHARES[k]
-                else:
-                    force += math.copysign(FULL[k], moved)
-            miss += slip * params[8 + j] * force
-            slope += slip * params[8 + j] * stiffness
-        if width > 0.0:
+        force, stiffness = own_friction(step, state, params)
+        miss = new + viscous * step + inertia * (step * ticks_per_s - rate) - equilibrium + slip * force
+        slope = moving + slip * stiffness
+        if dry > 0.0:
             moved = state[DRY] + step
-            miss += width / PRESLIDING_DEG * min(max(moved, -PRESLIDING_DEG), PRESLIDING_DEG)
-            slope += width / PRESLIDING_DEG if abs(moved) < PRESLIDING_DEG else 0.0
+            miss += dry * min(max(moved, -PRESLIDING_DEG), PRESLIDING_DEG)
+            slope += dry if abs(moved) < PRESLIDING_DEG else 0.0
         if load != 0.0:  # a sine and a cosine take as long as all the rest
             turned = (new + params[4]) * radian
             miss += load * math.sin(turned)
@@ -125,11 +153,9 @@ def balanced_angle(
         # from beyond an element's reach Newton's step may lead past it to and fro for ever
         if not below < new < above:
             new = 0.5 * (below + above)
-    step = new - old
-    for k in range(PARTS):
-        state[NEW + k] = min(max(state[NEW + k] + step, -REACHES_DEG[k]), REACHES_DEG[k])
-    state[DRY] = min(max(state[DRY] + step, -PRESLIDING_DEG), PRESLIDING_DEG)
-    state[3], state[4] = new, step * ticks_per_s
+        elif load == 0.0 and slipping(step, state) == slipping(new - old, state):
+            break  # the balance is a straight line between the two, on which Newton's step is exact
+    step_on(new, state, ticks_per_s)
     return new
 
 

@@ -24,7 +24,7 @@ from rig.model.external import External
 from rig.model.joint_balance import NOTHING_ADDED, STATE_SIZE, balanced_angles
 from rig.model.parameters import Input, Model, StageKind
 from rig.model.resample import held_commands, is_regular, on_grid
-from rig.model.slots import Placed, Slot, StageFunction
+from rig.model.slots import Placed, Row, Slot, StageFunction
 from rig.record import Column, Record
 
 DIVERGED_DEG = 1e4
@@ -52,8 +52,10 @@ def compiled(function: StageFunction | FunctionType) -> Any:
     numba calls only what is compiled itself: the functions that this one names are compiled with it.
     """
     plain = cast(FunctionType, function)
-    called = {name: compiled(one) for name, one in _named(plain).items() if isinstance(one, FunctionType)}
-    copy = FunctionType(plain.__code__, plain.__globals__ | called, plain.__name__, plain.__defaults__)
+    named = _named(plain).items()
+    called = {name: compiled(one) for name, one in named if isinstance(one, FunctionType)}
+    rows = {name: np.array(one) for name, one in named if isinstance(one, Row)}
+    copy = FunctionType(plain.__code__, plain.__globals__ | called | rows, plain.__name__, plain.__defaults__)
     copy.__qualname__, copy.__module__ = f"{plain.__qualname__}.{made_of(plain)}", plain.__module__
     return numba.njit(cache=True, nogil=True)(copy)
 

@@ -10,6 +10,12 @@ from typing import NamedTuple
 Values = MutableSequence[float]
 """A block of n consecutive ticks: a list of length 1 in the simulated rig, a numpy array in compiled use."""
 
+
+class Row(tuple[float, ...]):
+    """Numbers of a module that a stage asks for by their place. In compiled use an array: a tuple is asked for its k-th
+    number by comparisons."""
+
+
 StageFunction = Callable[[Values, Values, Values, Values, Sequence[float], float], None]
 """stage(p1, p2, y, state, params, dt_s): changes p1 and p2 (MPa) or y (deg) in place, tick by tick.
 

@@ -69,7 +69,7 @@ class Posterior:
     def left(self, name: str) -> Column:
         """(l,) lines of what a hypothesis leaves of the gap, on its own scene."""
         factor = self.scene_of(name).factor
-        return factor.lines.of(factor.gap - self.fits[name].change if name in self.fits else factor.gap)
+        return factor.lines.of(factor.gap - self.fits[name].change) if name in self.fits else factor.gap_lines
 
     def scene_of(self, name: str) -> Scene:
         """On which a hypothesis was judged."""
@@ -116,7 +116,7 @@ def judge(
     with ThreadPoolExecutor(workers) as pool:
         found = list(pool.map(lambda effect: fit_effect(effect, scene, stand.shows, stand.rough), effects))
     fits = {fit.effect.name: fit for fit in found if fit is not None and np.isfinite(fit.log_evidence)}
-    gap, healthy = plain.factor.lines.of(plain.factor.gap), plain.factor.healthy
+    gap, healthy = plain.factor.gap_lines, plain.factor.healthy
     logs = {
         NONE: healthy.log_density(gap) + scene.odds.none,
         UNKNOWN: log_unknown(plain, healthy, gap) + scene.odds.unknown,

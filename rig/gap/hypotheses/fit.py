@@ -229,7 +229,7 @@ def settled(scene: Scene) -> Scene:
     not stand still."""
     here = scene
     for _ in range(UNSURE_ROUNDS):
-        left = here.factor.lines.of(here.factor.gap)
+        left = here.factor.gap_lines
         if here.stands(left):
             return here
         here = here.beside(None, left)
@@ -256,7 +256,7 @@ class _Trial:
         self._numbers = {number.name: number for number in EFFECT_STAGES[law.stage].numbers}
         bounds = [law.bounds.get(name, (self._numbers[name].low, self._numbers[name].high)) for name in law.free]
         self.low, self.high = np.array([pair[0] for pair in bounds]), np.array([pair[1] for pair in bounds])
-        self._gap = scene.factor.lines.of(scene.factor.gap)
+        self._gap = scene.factor.gap_lines
         self._known: dict[tuple[object, ...], tuple[Column, Column]] = {}
 
     def usual(self, name: str) -> float:

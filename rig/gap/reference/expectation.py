@@ -7,6 +7,7 @@ their usual sizes, and a remainder with a spectrum. Where the expected columns c
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -64,6 +65,11 @@ class Factor:
     healthy: Gaussian
     floor: float
     """Rms that a gap has when there is none, in the columns' unit."""
+
+    @cached_property
+    def gap_lines(self) -> Column:
+        """(l,) lines of the gap: every law is judged by what it leaves of them."""
+        return self.lines.of(self.gap)
 
     def rms(self, column: Column) -> float:
         """Root mean square of (n,) over the rows that were measured."""
