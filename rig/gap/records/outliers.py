@@ -41,24 +41,31 @@ def outliers(column: Column) -> Rows:
     out = np.zeros(len(column), dtype=bool)
     known = np.flatnonzero(np.isfinite(column))
     values = column[known]
-    steps = np.diff(np.unique(values))
-    step = float(np.median(steps)) if len(steps) else 0.0
     for width in range(1, OUTLIER_ROWS + 1):
         if len(values) > width + 1:
-            out[known] |= _excursions(values, width, step)
+            out[known] |= _excursions(values, width)
     return out if out.sum() <= MOST_OUTLIERS * len(column) else np.zeros(len(column), dtype=bool)
 
 
-def _excursions(values: Column, width: int, step: float) -> Rows:
+def _excursions(values: Column, width: int) -> Rows:
     """(n,) True in stays of `width` samples on one side of both neighbours, all of them further than the column usually
-    goes and comes back in that time, or its converter's `step`."""
+    goes and comes back in that time, or its converter's step."""
     before, after = values[: -width - 1], values[width + 1 :]
-    inside = np.lib.stride_tricks.sliding_window_view(values[1:-1], width)
-    off = inside - 0.5 * (before + after)[:, None]
-    depth = np.where(np.all(off > 0.0, axis=1) | np.all(off < 0.0, axis=1), np.min(np.abs(off), axis=1), 0.0)
-    usual = max(float(np.quantile(np.max(np.abs(off), axis=1), USUAL)), step)
-    stands = (depth > FAR_OUT * usual) & (np.abs(after - before) < RETURNS * depth)
+    middle, last = 0.5 * (before + after), len(before)
+    off = np.array([values[1 + row : 1 + row + last] - middle for row in range(width)])
+    lowest, highest = off.min(axis=0), off.max(axis=0)
+    depth = np.maximum(lowest, -highest)
+    usual = float(np.quantile(np.maximum(highest, -lowest), USUAL))
     rows = np.zeros(len(values), dtype=bool)
+    if depth.max() <= FAR_OUT * usual:  # most columns are done here
+        return rows
+    stands = (depth > FAR_OUT * max(usual, _step(values))) & (np.abs(after - before) < RETURNS * depth)
     for at in np.flatnonzero(stands):
         rows[at + 1 : at + 1 + width] = True
     return rows
+
+
+def _step(values: Column) -> float:
+    """The usual step between the different values (n,) of a column: a coarse converter's."""
+    steps = np.diff(np.unique(values))
+    return float(np.median(steps)) if len(steps) else 0.0
