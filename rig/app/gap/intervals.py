@@ -64,7 +64,8 @@ def _sized(cause: Mapping[str, Any], fact: EffectFact, reach: Reach) -> Sized | 
     number = None if cause["judged_on"] in RAW else cause["parameters"].get(fact.library_parameter)
     if not fact.size or number is None or number["high"] is None or number["high"] <= number["low"]:
         return None
-    half, rho = 0.5 * (number["high"] - number["low"]), LIBRARY[cause["effect"]].misfit
+    half = max(number["high"] - number["value"], number["value"] - number["low"])  # one end may be the law's own
+    rho = LIBRARY[cause["effect"]].misfit
     return Sized(number["value"], deviation_of(number["value"], half, rho, reach), rho, fact.size)
 
 

@@ -43,14 +43,16 @@ def reference_of(kind: Kind) -> str:
 
 
 def intervals(fit: Fit, reach: Reach) -> dict[str, Interval]:
-    """Fitted numbers with 95 % intervals, fixed shapes with none."""
+    """Fitted numbers with 95 % intervals, within what their law allows; fixed shapes with none."""
     known = {number.name: number for number in EFFECT_STAGES[fit.applied.stage].numbers}
     spread = spreads(fit)
     said = {}
     for name, value in fit.applied.numbers.items():
         deviation = spread.get(name, spread.get(fit.law.tied.get(name, ""), 0.0))
         half = half_width(float(value), deviation, fit.effect.misfit, reach)
-        said[name] = Interval(float(value), float(value) - half, float(value) + half, known[name].unit)
+        low, high = fit.law.range_of(name, fit.scene.scales)
+        ends = max(float(value) - half, min(low, float(value))), min(float(value) + half, max(high, float(value)))
+        said[name] = Interval(float(value), *ends, known[name].unit)
     return said
 
 

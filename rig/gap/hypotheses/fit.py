@@ -254,7 +254,7 @@ class _Trial:
     def __init__(self, law: Law, scene: Scene) -> None:
         self.law, self.scene = law, scene
         self._numbers = {number.name: number for number in EFFECT_STAGES[law.stage].numbers}
-        bounds = [law.bounds.get(name, (self._numbers[name].low, self._numbers[name].high)) for name in law.free]
+        bounds = [law.range_of(name, scene.scales) for name in law.free]
         self.low, self.high = np.array([pair[0] for pair in bounds]), np.array([pair[1] for pair in bounds])
         self._gap = scene.factor.gap_lines
         self._known: dict[tuple[object, ...], tuple[Column, Column]] = {}
@@ -337,8 +337,7 @@ class _Trial:
 def number_spreads(fit: Fit, prior: Prior) -> Column:
     """(k,) how far a law's numbers may be from where they are likeliest, by what is thought of them beforehand:
     standard deviations."""
-    known = {number.name: number for number in EFFECT_STAGES[fit.law.stage].numbers}
-    bounds = [fit.law.bounds.get(name, (known[name].low, known[name].high)) for name in fit.law.free[1:]]
+    bounds = [fit.law.range_of(name, fit.scene.scales) for name in fit.law.free[1:]]
     widths = _widths(fit.sizes[1:], np.array([high - low for low, high in bounds]))
     return np.concatenate([[prior.share_spread * abs(float(fit.sizes[0]))], widths / np.sqrt(12.0)])
 

@@ -8,6 +8,7 @@ Adding an effect: a stage, a line here (docs/how-to/add_an_effect.md).
 # ruff: noqa: E501 (one line a law reads best as a table)
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from math import inf
 from typing import Any
 
 from rig.model.effect_stages import EFFECT_STAGES
@@ -30,14 +31,22 @@ class Law:
     grid: tuple[float, ...]
     """Sizes to start from, in units of `scale`."""
     scale: str = "one"
-    """one, span_deg (half the angle's range), high_deg, low_deg, top_mpa (highest pressure), swing_mpa, rate_mpa_s (fastest change)."""
+    """one, span_deg (half the angle's range), high_deg, low_deg, top_mpa (highest pressure), swing_mpa, rate_mpa_s (fastest change), regulator_s
+    (the regulators' mean time constant)."""
     signs: tuple[float, ...] = (1.0,)
     shapes: tuple[Mapping[str, float], ...] = ({},)
     """Values of other numbers to scan; those that are free go on from there."""
     tied: Mapping[str, str] = field(default_factory=dict)
     """Number -> the free number that it equals."""
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    """Tighter bounds than the stage's: flexible forms are held to what they are meant for."""
+    """Tighter bounds than the stage's: flexible forms are held to what they are meant for. Those of the size are in units of `scale`."""
+
+    def range_of(self, name: str, scales: Mapping[str, float]) -> tuple[float, float]:
+        """Bounds of a free number in its own unit, its stage's where there are no tighter ones."""
+        number = next(number for number in EFFECT_STAGES[self.stage].numbers if number.name == name)
+        unit = scales[self.scale] if name == self.free[0] else 1.0
+        low, high = sorted(end * unit for end in self.bounds.get(name, (-inf, inf)))
+        return max(low, number.low), min(high, number.high)
 
 
 @dataclass(frozen=True)
@@ -98,7 +107,7 @@ _LIBRARY: tuple[Effect, ...] = (
     Effect("valve_lag", (Law("valve_lag", ("tau_s",), TIMES, shapes=_both(*ONE_VALVE)),
                          *(Law("valve_filter", ("tau_s",), TIMES, shapes=({"poles": poles},)) for poles in (1.0, 2.0, 3.0)),
                          Law("valve_filter", ("tau_s",), TIMES, shapes=ONE_VALVE),
-                         Law("valve_lag", ("tau_s",), (-0.005, -0.015, -0.03), shapes=_both())),
+                         Law("valve_lag", ("tau_s",), (-0.1, -0.35, -0.7), "regulator_s", shapes=_both(), bounds={"tau_s": (-1.0, 0.0)})),
            "pressures follow more slowly, filling and exhausting alike", "late", "valve_lag", 0.15),
     Effect("valve_slew", (
         Law("valve_slew", ("fill_mpa_s",), (0.95, 0.85, 0.7, 0.5, 0.3, 0.15), "rate_mpa_s", tied={"exhaust_mpa_s": "fill_mpa_s"}),

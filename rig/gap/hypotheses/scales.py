@@ -1,4 +1,5 @@
-"""What the grids of the laws count in: how far, how high and how fast the expected courses of the records go."""
+"""What the grids of the laws count in: how far, how high and how fast the expected courses of the records go, and
+how quick the regulators are."""
 
 from collections.abc import Sequence
 
@@ -7,8 +8,8 @@ import numpy as np
 from rig.gap.hypotheses.propagate import Track
 
 
-def law_scales(tracks: Sequence[Track]) -> dict[str, float]:
-    """What the laws' grids count in, from the expected courses of the records."""
+def law_scales(tracks: Sequence[Track], regulator_s: float) -> dict[str, float]:
+    """What the laws' grids count in, from the expected courses of the records and the regulators' time constant."""
     references = [track.reference for track in tracks]
     high = max(float(reference.angle_deg.max()) for reference in references)
     low = min(float(reference.angle_deg.min()) for reference in references)
@@ -23,4 +24,5 @@ def law_scales(tracks: Sequence[Track]) -> dict[str, float]:
         "top_mpa": top,
         "swing_mpa": top - bottom,
         "rate_mpa_s": float(np.quantile(np.abs(rates), 0.998)) + 1e-9,
+        "regulator_s": regulator_s,
     }

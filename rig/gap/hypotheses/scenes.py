@@ -63,7 +63,7 @@ def pressure_scene(expected: Expected, settings: Fitted, whole: Expected | None 
     factor = factor.doubting(motion_doubt(expected.tracks, expected.response))
     factor = factor.at_least(expected.missed_mpa).less_sure(_where_fast(factor.lines, expected))
     moving = float(np.std(np.concatenate([track.reference.p1_mpa for track in expected.tracks])))
-    scales = law_scales((whole or expected).tracks)
+    scales = law_scales((whole or expected).tracks, expected.response.tau0_s)
     change = pressure_change(expected.tracks, expected.response)
     scene = Scene(factor, change, expected.response, scales, moving, settings.prior, known.odds)
     if expected.kind is not Kind.SIMULATOR:
@@ -91,7 +91,7 @@ def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = N
     if expected.kind is Kind.FINGERPRINT:
         factor = factor.standing_off(expected.missed_deg)
     moving = float(np.std(np.concatenate(base)))
-    scales = law_scales((whole or expected).tracks)
+    scales = law_scales((whole or expected).tracks, expected.response.tau0_s)
     change = angle_change(tracks, base, response, expected.driven)
     return Scene(factor, change, response, scales, moving, settings.prior, known.odds)
 

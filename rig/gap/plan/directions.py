@@ -90,7 +90,7 @@ def sized(law: Law, shape: Mapping[str, float], size: float, stand: Stand) -> Co
 def ladder(law: Law, sign: float, stand: Stand) -> list[float]:
     """The sizes of a law's grid in its own unit, finer than the grid and further down for those that may be arbitrarily
     small."""
-    low, high = _bounds(law)
+    low, high = law.range_of(law.free[0], stand.scene.scales)
     grid = np.array(law.grid) * stand.scene.scales[law.scale] * sign
     fine = np.concatenate([grid, 0.5 * (grid[1:] + grid[:-1])])
     if law.grid[0] < law.grid[-1] and abs(_neutral(law)) == 0.0:
@@ -112,8 +112,3 @@ def _nearest(law: Law, shape: Mapping[str, float], sign: float, stand: Stand, sh
 
 def _neutral(law: Law) -> float:
     return next(number.neutral for number in EFFECT_STAGES[law.stage].numbers if number.name == law.free[0])
-
-
-def _bounds(law: Law) -> tuple[float, float]:
-    number = next(number for number in EFFECT_STAGES[law.stage].numbers if number.name == law.free[0])
-    return law.bounds.get(number.name, (number.low, number.high))
