@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.special import digamma
 
 from rig.columns import rms
 from rig.gap.evidence.gaussian import Gaussian
@@ -29,8 +30,15 @@ from rig.gap.settings import (
 from rig.model.response import ResponseModel
 from rig.record import Column
 
-ROUNDS = 20
-"""Steps of expectation and maximisation; the spreads stand still to a percent long before."""
+ROUNDS = 10
+"""Steps of expectation and maximisation; the spreads stand still to a percent by then."""
+LOG_SPREADS = np.linspace(-2.5, 4.5, 57)
+"""Logarithms of a pattern's spread over the population's that are tried."""
+USUAL_SQUARE = float(np.exp(digamma(0.5 * PATTERN_DEGREES)) / (0.5 * PATTERN_DEGREES))
+"""Scale of the population's inverse chi-square: with it the logarithm of a spread of which nothing is known is 0 on
+average."""
+LEAST_UNSURE = 1e-12
+"""A size's variance is no nearer to none, or to all of what it was beforehand: rounding."""
 BETWEEN_TWO_DAYS = 2.0
 """The population's levels are of what two days of a rig differ by: twice the variance of one."""
 
@@ -114,11 +122,30 @@ def learnt(population: Gaussian, own: Column, lines: Lines) -> Gaussian:
     for _ in range(ROUNDS):
         sizes, unsure = now.sizes_with_covariance(own)
         left = np.mean((own - now.patterns @ sizes) ** 2, axis=1) + now.power_of(unsure)
-        squares = spread**2 * (np.sum(sizes**2, axis=1) + count * np.diag(unsure))
-        spread = np.sqrt((PATTERN_DEGREES + squares) / (PATTERN_DEGREES + count))
+        spread = np.sqrt(
+            spread * _likely_spreads(sizes, np.diag(unsure), spread)
+        )  # half way: patterns share their causes
         variance = _levelled(population, _shape(population, left, count, lines), left, count)
         now = replace(population, variance=variance, patterns=population.patterns * spread)
     return now
+
+
+def _likely_spreads(sizes: Column, unsure: Column, spread: Column) -> Column:
+    """(m,) each pattern's spread from day to day, over the population's, beside the others as they stand: exp of what
+    its logarithm is on average. Its sizes (m, k) and their variance `unsure` (m,) are in units of the `spread` taken so
+    far. The likeliest spread would not do: where a day says little of a pattern there are two, one at the population's
+    whose deviations the lines' variance takes, one at the rig's own, and a search finds the nearer."""
+    known = np.clip(unsure, LEAST_UNSURE, 1.0 - LEAST_UNSURE)
+    tells = ((1.0 / known - 1.0) / spread**2)[:, None]
+    shown = np.sum((sizes / (spread * known)[:, None]) ** 2, axis=1)[:, None]
+    squares = np.exp(2.0 * LOG_SPREADS)
+    wider = 1.0 + squares * tells
+    logs = -0.5 * sizes.shape[1] * np.log(wider) + 0.5 * squares * shown / wider
+    logs -= 0.5 * PATTERN_DEGREES * (2.0 * LOG_SPREADS + USUAL_SQUARE / squares)
+    chance = np.exp(logs - np.max(logs, axis=1, keepdims=True))
+    chance /= np.sum(chance, axis=1, keepdims=True)
+    out: Column = np.exp(chance @ LOG_SPREADS)
+    return out
 
 
 def _shape(population: Gaussian, left: Column, count: int, lines: Lines) -> Column:

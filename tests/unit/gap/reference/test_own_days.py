@@ -46,6 +46,17 @@ def test_many_days_take_the_populations_place(share: float) -> None:
     assert found.patterns[10, 0] == pytest.approx(share * 30.0, rel=0.25)
 
 
+def test_a_pattern_faint_beside_the_lines_is_found_where_this_rigs_days_differ_in_it_far_more() -> None:
+    """One day tells nothing of a pattern at the population's spread, and the lines' variance could take what it does
+    here: a search from there never leaves."""
+    column = np.zeros((COUNT, 1))
+    column[10:40, 0] = 0.05
+    usual = replace(population(0.0), patterns=column, effective=60.0)
+    true = replace(usual, patterns=40.0 * column)
+    found = [learnt(usual, days(np.random.default_rng(seed), 5, true), LINES).patterns[20, 0] for seed in range(12)]
+    assert 15.0 < np.median(found) / 0.05 < 60.0
+
+
 @pytest.mark.parametrize("loudness", [0.25, 4.0])
 def test_lines_are_as_loud_as_on_the_own_days(loudness: float) -> None:
     quiet = population(1.0)
