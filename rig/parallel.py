@@ -12,6 +12,7 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor, Future, InvalidStateError, ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from multiprocessing import active_children, get_context
 from multiprocessing.process import BaseProcess
@@ -22,6 +23,8 @@ from rig.errors import RigError
 R = TypeVar("R")
 PATIENCE_S = 10.0
 """For a scheduler's first answer."""
+MOST_DEATHS = 3
+"""So often in a row a worker may die without a piece that gets done."""
 GRACE_S = 1.0
 """For a worker that is ended, to take away what it has half written."""
 _PR_SET_PDEATHSIG = 1
@@ -34,14 +37,8 @@ def executor(dask: str | None = None, workers: int | None = None) -> Iterator[Ex
     RigError when the cluster cannot be reached or dask is not installed. A cluster's workers must see the same files.
     """
     if dask is None:
-        pool = _Pool(
-            workers or os.cpu_count() or 1,
-            get_context("spawn"),
-            _begin_worker,
-            (os.getpid(),),
-        )
         others = active_children()
-        with pool:
+        with _Local(workers or os.cpu_count() or 1) as pool:
             try:
                 yield pool
             except KeyboardInterrupt:
@@ -62,13 +59,28 @@ def executor(dask: str | None = None, workers: int | None = None) -> Iterator[Ex
         yield client.get_executor(pure=False)
 
 
-class _Pool(ProcessPoolExecutor):
-    """Processes that can be ended in the middle of a piece, which takes away what it has half written."""
+class _Local(Executor):
+    """Processes that can be ended in the middle of a piece, which takes away what it has half written; new ones take
+    the place of a pool that broke because one of them died."""
+
+    def __init__(self, workers: int) -> None:
+        self._workers = workers
+        self._pool = self._made()
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
-        future = super().submit(_piece, fn, *args, **kwargs)
+        future = self._pool.submit(_piece, fn, *args, **kwargs)
         future.__class__ = _Cancelled
         return future
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        self._pool.shutdown(wait, cancel_futures=cancel_futures)
+
+    def renew(self) -> None:
+        self._pool.shutdown()
+        self._pool = self._made()
+
+    def _made(self) -> ProcessPoolExecutor:
+        return ProcessPoolExecutor(self._workers, get_context("spawn"), _begin_worker, (os.getpid(),))
 
 
 class _Cancelled(Future[Any]):
@@ -124,23 +136,32 @@ def end_with(parent: int) -> None:
             os.kill(os.getpid(), signal.SIGKILL)
 
 
-def finished(futures: Iterable["Future[R]"], done: Callable[[int], None] | None = None) -> Iterator[R]:
-    """Results as they come, in any order; `done(count)` after each. The first failure is raised, the rest is
-    cancelled."""
-    waiting = list(futures)
-    try:
-        for count, future in enumerate(as_completed(waiting), 1):
-            yield future.result()
-            if done is not None:
-                done(count)
-    except BaseException:
-        for future in waiting:
-            future.cancel()
-        raise
-
-
 def each(
     pool: Executor, work: Callable[..., R], items: Iterable[Any], done: Callable[[int], None] | None = None
 ) -> Iterator[R]:
-    """`work(item)` for every item, results as they come."""
-    return finished([pool.submit(work, item) for item in items], done)
+    """`work(item)` for every item, results as they come, in any order; `done(count)` after each. The first failure is
+    raised, the rest is cancelled. A piece whose worker died is done again; RigError when workers go on dying."""
+    left, count, deaths = dict(enumerate(items)), 0, 0
+    total = len(left)
+    while left:
+        waiting = {pool.submit(work, item): place for place, item in left.items()}
+        try:
+            for future in as_completed(waiting):
+                result = future.result()
+                del left[waiting[future]]
+                yield result
+                count, deaths = count + 1, 0
+                if done is not None:
+                    done(count)
+        except BrokenProcessPool:
+            deaths += 1
+            if not isinstance(pool, _Local) or deaths >= MOST_DEATHS:
+                raise RigError(
+                    f"{total - count} of {total} pieces of work are left: their process died {deaths} times in a row "
+                    "(killed, or out of memory?)"
+                ) from None
+            pool.renew()
+        except BaseException:
+            for future in waiting:
+                future.cancel()
+            raise

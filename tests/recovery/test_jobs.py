@@ -8,10 +8,11 @@ import subprocess
 import sys
 import time
 from functools import partial
+from multiprocessing import active_children
 from pathlib import Path
 
 import pytest
-from support.cluster_work import fail, leave_trace
+from support.cluster_work import die, fail, leave_trace
 
 from rig.errors import RigError
 from rig.parallel import each, executor
@@ -31,6 +32,26 @@ def test_local_processes_do_every_piece_once(tmp_path: Path) -> None:
 def test_a_failing_piece_ends_the_work_with_its_own_error() -> None:
     with executor(workers=1) as pool, pytest.raises(ValueError, match="cannot be done"):
         list(each(pool, fail, range(3)))
+
+
+def test_a_killed_worker_loses_nothing_and_counts_nothing_twice(tmp_path: Path) -> None:
+    """Out of memory, say: the kernel kills one, which breaks the pool."""
+    seen: list[int] = []
+
+    def kill_one(done: int) -> None:
+        seen.append(done)
+        if done in (3, 9):
+            os.kill(active_children()[0].pid or 0, signal.SIGKILL)
+
+    with executor(workers=2) as pool:
+        results = sorted(each(pool, partial(leave_trace, str(tmp_path)), range(PIECES), kill_one))
+    assert results == list(range(PIECES))
+    assert seen == list(range(1, PIECES + 1))
+
+
+def test_a_piece_that_always_kills_its_worker_is_one_clear_line() -> None:
+    with executor(workers=1) as pool, pytest.raises(RigError, match=r"1 of 1 pieces .* died 3 times in a row"):
+        list(each(pool, die, range(1)))
 
 
 POOL = """with executor(workers=2) as pool:
