@@ -8,7 +8,7 @@ import numpy as np
 from rig.excite.setpoints import around
 from rig.gap.records.alignment import on_clock_of
 from rig.gap.records.dropouts import Dropouts, Rows
-from rig.gap.records.holes import unsettled, with_rows
+from rig.gap.records.holes import bridged, unsettled, with_rows
 from rig.gap.records.own_input import at_input, differs
 from rig.gap.records.partners import Partner
 from rig.gap.records.periods import whole_periods
@@ -85,22 +85,22 @@ def on_grid(
     fine = np.arange(0.0, length + 0.5 * dt, dt)
     t = fine[::stride]
     t = t[: whole_periods(_input(record, start_s, t))].copy()
-    case, holes = _session(record, start_s, fine, dt, stride, pressures)
-    sessions = []
-    for other in others:
-        session, more = _session(other, start_s, fine, dt, stride, pressures)
-        sessions.append(
-            _at_own_input(_cut(session, len(t)), _input(other, start_s, t), _input(record, start_s, t), dt * stride)
-        )
-        holes |= more
-    if any(differs(_input(record, start_s, t), _input(other, start_s, t)) for other in others):
+    found = [_session(each, start_s, fine, dt, stride, pressures) for each in (record, *others)]
+    holes = [hole[: len(t)] for _, hole in found]
+    mine = _input(record, start_s, t)
+    runs = [
+        _at_own_input(_cut(session, len(t)), _input(each, start_s, t), mine, dt * stride)
+        for (session, _), each in zip(found, (record, *others), strict=True)
+    ]
+    if any(differs(mine, _input(other, start_s, t)) for other in others):
         notes.append(f"{record.name}: its input is not exactly the baselines'; they are taken at its own")
     u1, u2 = _commands(record, t, p0_mpa)
-    used = (~(holes[: len(t)] | unsettled(read, theirs, t + start_s))).astype(float)
+    case, *sessions = _through_holes(runs, holes, (u1, u2))
+    used = (~(np.any(holes, axis=0) | unsettled(read, theirs, t + start_s))).astype(float)
     edge = max(1, round(2 * SMOOTHING_S / (dt * stride)))
     used[-edge:] = 0.0
     return Pair(
-        record.name, dt * stride, t, u1, u2, _cut(case, len(t)), tuple(sessions), used, record, others,
+        record.name, dt * stride, t, u1, u2, case, tuple(sessions), used, record, others,
         fallen.get(id(read), ()), tuple(fallen.get(id(partner.record), ()) for partner in partners),
         tuple(partner.session for partner in partners),
     )  # fmt: skip
@@ -126,6 +126,24 @@ def _at_own_input(session: Session, theirs: Column, mine: Column, dt_s: float) -
         return None if column is None else at_input(column, theirs, mine, dt_s)
 
     return Session(moved(session.p1_mpa), moved(session.p2_mpa), at_input(session.angle_deg, theirs, mine, dt_s))
+
+
+def _through_holes(runs: Sequence[Session], holes: Sequence[Rows], set_points: tuple[Column, Column]) -> list[Session]:
+    """The runs with pressures in their holes as well: those of the first other run that was measured there, or the
+    set-points."""
+    first = _each_through(holes, [run.p1_mpa for run in runs], set_points[0])
+    second = _each_through(holes, [run.p2_mpa for run in runs], set_points[1])
+    return [Session(p1, p2, run.angle_deg) for p1, p2, run in zip(first, second, runs, strict=True)]
+
+
+def _each_through(holes: Sequence[Rows], columns: Sequence[Column | None], set_point: Column) -> list[Column | None]:
+    """One valve's pressures of all runs, with rows in their holes."""
+    out: list[Column | None] = []
+    for column, hole in zip(columns, holes, strict=True):
+        there = zip(columns, holes, strict=True)
+        known = (other for other, theirs in there if other is not None and not (hole & theirs).any())
+        out.append(None if column is None else bridged(column, hole, next(known, set_point)))
+    return out
 
 
 def _commands(record: Record, t: Column, p0_mpa: float) -> tuple[Column, Column]:

@@ -1,8 +1,9 @@
 """Stretches of a record without rows: the command of the same sweep on another day stands for what was written there,
 a straight line where nobody knows.
 
-What was measured stays missing. After a command that nobody knows the rows count again once the command has gone
-through its range: a full excursion wipes out what a hysteresis remembers (Mayergoyz 1991, the wiping-out property).
+What was measured stays missing; the pressures that drive the joint meanwhile are another day's, or the set-points.
+After a command that nobody knows the rows count again once the command has gone through its range: a full excursion
+wipes out what a hysteresis remembers (Mayergoyz 1991, the wiping-out property).
 """
 
 from collections.abc import Sequence
@@ -58,6 +59,16 @@ def unsettled(record: Record, others: Sequence[Record], t_s: Column) -> Rows:
         until = times[through[0]] + SETTLED if len(through) else np.inf
         rows |= (t_s >= start) & (t_s < until)
     return rows
+
+
+def bridged(column: Column, hole: Rows, other: Column) -> Column:
+    """A column (n,) with the course of another in its holes (n,), moved to meet its own at their edges: what drives the
+    joint there is felt long after."""
+    if not hole.any() or hole.all():
+        return column
+    own = np.flatnonzero(~hole)
+    apart = np.interp(np.arange(len(column)), own, (column - other)[own])
+    return np.where(hole, other + apart, column)
 
 
 def _between(start: float, end: float, period_s: float) -> Column:

@@ -4,10 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from rig.errors import ModelError, RecordError
 from rig.gap.records.alignment import align
 from rig.gap.records.conditions import difference
+from rig.gap.records.dropouts import MEASURED, Rows
+from rig.gap.records.holes import bridged
 from rig.gap.records.pairs import pair_up
 from rig.gap.records.partners import find_partner
 from rig.gap.records.periods import period_rows, whole_periods
@@ -109,6 +113,40 @@ def test_a_measured_input_is_compared_at_the_cases_own() -> None:
     left = (pair.case.angle_deg - pair.sessions[0].angle_deg) * pair.used
     assert np.std(left) < 0.05 * np.std(0.05 * pair.case.angle_deg)
     assert any("they are taken at its own" in note for note in pairing.notes)
+
+
+def regulated(off_mpa: float = 0.0) -> Record:
+    """A sine whose pressures were measured, off by a constant."""
+    plain = record()
+    p1, p2 = (0.2 + off_mpa + sign * 0.5 * plain.dp_cmd_mpa for sign in (1.0, -1.0))
+    return replace(plain, p1_mpa=p1, p2_mpa=p2)
+
+
+def paused(whole: Record, hole: Rows) -> Record:
+    """The same without some of its rows."""
+    return replace(whole, t_s=T[~hole], **{n: column[~hole] for n, column in whole.columns().items() if n != "t_s"})
+
+
+@pytest.mark.parametrize("seconds", [0.1, 0.4, 1.0, 1.9])
+@pytest.mark.parametrize("days", [0, 1])
+def test_what_drove_the_joint_in_a_hole_is_another_days_or_the_set_points(seconds: float, days: int) -> None:
+    """A straight line through half a sine leaves the joint's memory wrong long after. Beside a day rows are missing,
+    without one what was measured is."""
+    hole = np.abs(T - 3.2 - 0.5 * seconds) <= 0.5 * seconds
+    silent = replace(regulated(), **{n: np.where(hole, np.nan, getattr(regulated(), n)) for n in MEASURED})
+    pair = pair_up([paused(regulated(), hole) if days else silent], [[regulated(off_mpa=0.01)]] * days, 0.2).pairs[0]
+    assert pair.case.p1_mpa == pytest.approx(0.2 + 0.05 * np.sin(np.pi * pair.t_s), abs=2e-3)
+    assert 0.9 * seconds < np.sum(pair.used == 0.0) * pair.dt_s < seconds + 0.1
+
+
+@given(st.integers(0, 1000), st.floats(-1.0, 1.0))
+def test_a_hole_takes_the_other_course_and_meets_its_own_edges(seed: int, off: float) -> None:
+    random = np.random.default_rng(seed)
+    column, other = random.normal(size=60).cumsum(), random.normal(size=60).cumsum()
+    hole = np.zeros(60, dtype=bool)
+    hole[(start := int(random.integers(1, 40))) : start + int(random.integers(1, 19))] = True
+    assert np.array_equal(bridged(column, hole, other)[~hole], column[~hole])
+    assert bridged(column, hole, column + off) == pytest.approx(column)
 
 
 @pytest.mark.parametrize(("seconds", "whole"), [(7.0, 6.0), (5.9, 5.9)])
