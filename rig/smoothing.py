@@ -17,6 +17,13 @@ def smoothed(column: Column, deviation_rows: float, *, mirrored: bool = False) -
     return np.convolve(_extended(column, len(bell) // 2, len(bell) // 2, mirrored), bell, "valid")
 
 
+def response_of_smoothing(deviation_rows: float, per_row: Column) -> Column:
+    """(k,) what `smoothed` leaves of sines of these frequencies, in periods a row (k,)."""
+    bell = _bell(deviation_rows)
+    rows = np.arange(len(bell)) - len(bell) // 2
+    return np.asarray(np.cos(2.0 * np.pi * np.outer(per_row, rows)) @ bell)
+
+
 def running_mean(column: Column, rows: int) -> Column:
     """(n,) mean of so many rows about each (the odd one before it), mirrored at the ends."""
     before = rows // 2

@@ -96,6 +96,9 @@ LOWEST_LINE_HZ = 8.0
 """Where sampling folds the mains below this, the motion hides it."""
 HIGHEST_MARGIN_HZ = 1.0
 """Distance from half the sampling rate."""
+LEAST_KEPT = 0.1
+"""Share of an amplitude that is left once the motion is taken off, from which on it is told as it was: 0.17 at the
+lowest line."""
 LINE_CLEAR, LINE_MORE = 6.0, 2.0
 """How many times a line's amplitude must exceed what lies beside it, and the baselines'. 6 times the median amplitude
 is p = 10^-11."""

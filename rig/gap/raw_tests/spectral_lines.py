@@ -12,6 +12,7 @@ from rig.gap.raw_tests.settings import (
     BESIDE_TO_HZ,
     HANN_LOSS,
     HIGHEST_MARGIN_HZ,
+    LEAST_KEPT,
     LINE_CLEAR,
     LINE_MORE,
     LINE_WIDTH_HZ,
@@ -30,15 +31,16 @@ from rig.gap.raw_tests.signature import Signature, Size
 from rig.gap.raw_tests.statistics import about
 from rig.identify.response import SMOOTHING_S
 from rig.record import Column, Record
-from rig.smoothing import running_median_at, smoothed
+from rig.smoothing import response_of_smoothing, running_median_at, smoothed
 
 
 class Spectrum(NamedTuple):
-    """What the smoothing takes off one record's angle."""
+    """One record's angle above what the smoothing leaves of its motion."""
 
     rate_hz: float
     frequency_hz: Column
     power_deg2: Column
+    """As it was before the motion was taken off, where that leaves anything."""
 
 
 def fast_spectra(records: Sequence[Record]) -> list[Spectrum]:
@@ -174,7 +176,8 @@ def _fast_spectrum(record: Record) -> Spectrum:
     angle = np.interp(grid, record.t_s[known], record.angle_deg[known])
     rest = angle - smoothed(angle, SMOOTHING_S * rate, mirrored=True)
     frequency: Column = np.fft.rfftfreq(len(rest), 1.0 / rate).astype(np.float64)
-    return Spectrum(rate, frequency, _power(rest))
+    kept = 1.0 - response_of_smoothing(SMOOTHING_S * rate, frequency / rate)
+    return Spectrum(rate, frequency, _power(rest) / np.maximum(kept, LEAST_KEPT) ** 2)
 
 
 def _power(column: Column) -> Column:

@@ -11,6 +11,7 @@ from support.gap_rigs import baselines, session
 from rig.gap.raw_tests.read import read_signatures
 from rig.gap.raw_tests.repeats import bridged, lost_rows
 from rig.gap.raw_tests.signature import Signature
+from rig.gap.raw_tests.spectral_lines import fast_spectra, mains_line
 from rig.gap.records.pairs import pair_up
 from rig.record import Column, Record
 
@@ -58,6 +59,18 @@ def test_mark_is_found_alone_and_measured(mark: str, effect: str, change: object
     assert list(found) == [mark]
     assert found[mark].effect == effect
     assert found[mark].numbers[key] == pytest.approx(size, rel=0.2)
+
+
+@pytest.mark.parametrize(("period_s", "hertz"), [(0.005, 60.0), (0.01, 60.0), (0.02, 60.0), (0.0125, 50.0)])
+def test_hum_is_as_large_as_it_is_wherever_sampling_folds_it(period_s: float, hertz: float) -> None:
+    """The motion's smoothing takes three quarters off a line that shows at 10 Hz."""
+    t = np.arange(0.0, 20.0, period_s)
+    hum = 0.7 * np.sin(2.0 * np.pi * hertz * t + 0.4)
+    record = Record("hum", t, np.zeros(len(t)), angle_deg=hum + 5.0 * np.sin(2.0 * np.pi * 0.5 * t))
+    found = mains_line(fast_spectra([record]), [])
+    assert found.found
+    assert found.numbers["amplitude_deg"] == pytest.approx(0.7, rel=0.02)
+    assert found.numbers["frequency_hz"] == hertz
 
 
 def test_dead_spot_is_not_lost_samples() -> None:
