@@ -183,12 +183,14 @@ def _all_have_pressures(records: Sequence[Record], others: Mapping[int, Sequence
     if silent and all(record.has_pressures for record in records):
         notes.append(f"{silent}; broken wire? the angle alone is used")
         return False
-    case = all(record.has_pressures for record in records)
-    base = all(other.has_pressures for record in records for other in others[id(record)])
-    if case != base and any(others.values()):
+    days = [other for record in records for other in others[id(record)]]
+    case, base = (all(record.has_pressures for record in those) for those in (records, days))
+    if case != base and days:
+        lacking = next(record for record in (days if case else records) if not record.has_pressures)
+        missing = [name for name in ("p1_mpa", "p2_mpa") if getattr(lacking, name) is None]
         notes.append(
-            f"pressures were measured {'in the case only' if case else 'in the baselines only'}: the angle alone is "
-            "used"
+            f"{' and '.join(missing)} {'was' if len(missing) == 1 else 'were'} not measured in "
+            f"{'the baselines' if case else 'the case'} ({lacking.name}): the angle alone is used"
         )
     return case and base
 

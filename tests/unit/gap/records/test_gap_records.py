@@ -223,3 +223,13 @@ def test_a_p0_that_one_says_and_the_other_measured_is_compared(
     own = at_rest(read) if said is None else at_rest(read, p0_mpa=said)
     assert (difference(own, at_rest(other)) is None) is same
     assert (difference(at_rest(other), own) is None) is same
+
+
+@pytest.mark.parametrize(
+    ("case", "said"),
+    [(False, "p2_mpa was not measured in the case"), (True, "p2_mpa was not measured in the baselines")],
+)
+def test_which_pressure_was_not_measured_and_where_is_said(case: bool, said: str) -> None:
+    whole, lacking = regulated(), replace(regulated(), p2_mpa=None)
+    pairing = pair_up([whole if case else lacking], [[lacking if case else whole]], 0.2)
+    assert pairing.notes[-1].startswith(said) and "sine" in pairing.notes[-1]
