@@ -225,11 +225,9 @@ def test_a_p0_that_one_says_and_the_other_measured_is_compared(
     assert (difference(at_rest(other), own) is None) is same
 
 
-@pytest.mark.parametrize(
-    ("case", "said"),
-    [(False, "p2_mpa was not measured in the case"), (True, "p2_mpa was not measured in the baselines")],
-)
-def test_which_pressure_was_not_measured_and_where_is_said(case: bool, said: str) -> None:
-    whole, lacking = regulated(), replace(regulated(), p2_mpa=None)
-    pairing = pair_up([whole if case else lacking], [[lacking if case else whole]], 0.2)
-    assert pairing.notes[-1].startswith(said) and "sine" in pairing.notes[-1]
+@pytest.mark.parametrize(("missing", "where"), [("case", "the case"), ("day", "the baselines")])
+def test_which_pressure_was_not_measured_and_where_is_said(missing: str, where: str) -> None:
+    case, day = regulated(), replace(regulated(), angle_deg=100.1 * record().dp_cmd_mpa)
+    lacking = replace(case if missing == "case" else day, p2_mpa=None)
+    pairing = pair_up(*(([lacking], [[day]]) if missing == "case" else ([case], [[lacking]])), 0.2)
+    assert pairing.notes[-1] == f"p2_mpa was not measured in {where} (sine): the angle alone is used"
