@@ -99,8 +99,9 @@ def _status() -> Any:
     """The exit status of the command, of whose error one line is said."""
     try:
         return cli.main(standalone_mode=False) or 0
-    except Interrupted:
-        _say("pamrig: interrupted", apart=sys.stderr.isatty())  # a terminal has written ^C into the line
+    except Interrupted as error:
+        # a terminal has written ^C into the line
+        _say(f"pamrig: {str(error) or 'interrupted'}", apart=sys.stderr.isatty())
         return 130
     except (click.exceptions.Abort, KeyboardInterrupt):
         return 130

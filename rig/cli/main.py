@@ -1,6 +1,7 @@
 """Where `pamrig` begins and ends: Ctrl-C is heard before anything of it is imported, wherever it strikes, and after the
 work is done."""
 
+import atexit
 import os
 import signal
 import sys
@@ -16,6 +17,8 @@ def main() -> None:
     """`rig.cli.commands.main`; Ctrl-C while that and its packages are being imported ends as quietly as it does
     later."""
     sys.unraisablehook = _heard_again
+    # registered first, it is called last: Python then hands signals back to the system, and one would end what is done
+    atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)
     try:
         try:
             from rig.cli.commands import main as carry_out

@@ -27,6 +27,8 @@ class Step:
     """Their folder within the campaign's, once they are whole."""
     set: tuple[tuple[str, float], ...] = ()
     """The names that hold the credible mass after it, with their probabilities."""
+    since: int | None = None
+    """Given to a daemon, whose newest job until then had this number; None: it was not."""
 
     @property
     def done(self) -> bool:
@@ -96,4 +98,5 @@ def _step(plain: Mapping[str, Any]) -> Step:
     for name in (sweep, *([records] if records else [])):
         if name != file_name(name):
             raise ValueError(f"{name!a} is no name of a step's file")
-    return Step(sweep, str(plain["why"]), finite(plain["minutes"]), records, names)
+    since = None if plain.get("since") is None else int(plain["since"])
+    return Step(sweep, str(plain["why"]), finite(plain["minutes"]), records, names, since)

@@ -1,7 +1,6 @@
 """What `pamrig gap hunt` does: run a session, diagnose, run the records that part what is still possible, join the
 evidence, until one name is left, nothing parts the rest, or the time is over."""
 
-import shutil
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -9,10 +8,11 @@ from pathlib import Path
 
 from rig.app import shipped
 from rig.app.gap.campaign import FILE, Campaign, Step, open_campaign
+from rig.app.gap.daemon_jobs import at_hand, check_free, last_job, taken
 from rig.app.gap.planning import resting, room_of
 from rig.app.runs.outcome import Outcome
 from rig.app.runs.sweeping import SweepOptions, run_sweep
-from rig.errors import CheckFailed, Interrupted, RigError, StateError
+from rig.errors import Interrupted, RigError
 from rig.excite.envelope import check_run
 from rig.excite.experiment import expand, load_sweep
 from rig.gap.answer.result import Diagnosis
@@ -115,7 +115,7 @@ def hunt(
     while True:
         step = campaign.steps[-1]
         if not step.done:
-            if not allowed(step):
+            if not _at_hand(options, campaign) and not allowed(step):
                 return _ended(campaign, thought, "not confirmed")
             campaign = _recorded(campaign, options)
         thought = think(options, model, campaign)
@@ -187,42 +187,51 @@ def _planned(campaign: Campaign, sweep: str, why: str, minutes: float) -> Campai
     return campaign
 
 
+def _at_hand(options: HuntOptions, campaign: Campaign) -> bool:
+    """The daemon records the last step already, or has: a hunt before this one asked it to."""
+    step, daemon = campaign.steps[-1], options.daemon
+    if daemon is None or step.since is None:
+        return False
+    return at_hand(daemon.status(), campaign.folder / step.sweep, step.since)
+
+
 def _recorded(campaign: Campaign, options: HuntOptions) -> Campaign:
-    """The campaign with the records of its last step; what an earlier try left stays in a folder of its own."""
-    step, number = campaign.steps[-1], len(campaign.steps)
+    """The campaign with the records of its last step; what an earlier try left stays in a folder of its own.
+    CheckFailed when they are not all valid."""
+    number = len(campaign.steps)
     tries = sum(1 for place in campaign.folder.glob(f"step_{number}_records*"))
     folder = f"step_{number}_records" + (f"_again{tries}" if tries else "")
-    _carry_out(options, campaign.folder / step.sweep, campaign.folder / folder, number)
-    campaign = campaign.with_last(replace(step, records=folder))
+    if options.daemon is not None:
+        campaign = _by_daemon(options.daemon, campaign, options, folder)
+    else:
+        _here(options, campaign.folder / campaign.steps[-1].sweep, campaign.folder / folder, number)
+    campaign = campaign.with_last(replace(campaign.steps[-1], records=folder))
     campaign.save()
     return campaign
 
 
-def _carry_out(options: HuntOptions, sweep: Path, out: Path, number: int) -> None:
-    """One sweep on the rig, its records in `out`; CheckFailed when they are not all valid."""
-    if options.daemon is not None:
-        _as_job(options.daemon, sweep, out)
-        return
+def _here(options: HuntOptions, sweep: Path, out: Path, number: int) -> None:
+    """One sweep in this process, its records in `out`."""
     seed = None if options.seed is None else options.seed + number - 1
     outcome: Outcome = run_sweep(sweep, options.rig, SweepOptions(out, options.virtual, seed, options.force))
     outcome.judge()
 
 
-def _as_job(daemon: Client, sweep: Path, out: Path) -> None:
-    """One sweep as a job of the daemon, which must be armed and have nothing else to do; its records are copied."""
-    status = daemon.status()
-    if status["working"]:
-        raise StateError("the daemon works on its queue; wait for it by `pamrig queue`, or stop it")
-    (started,) = daemon.start(sweep, before="leave")
-    status = daemon.wait()
-    job = next(one for one in status["queue"] if one["id"] == started["id"])
-    if job["state"] != "done" or job.get("not_valid"):
-        fault = status["fault"]
-        why = job["error"] or (f"{fault['name']}: {fault['cause']}" if fault else f"{job['not_valid']} not valid")
-        raise CheckFailed(f"job {job['id']} {job['name']}: {job['state']}: {why}")
-    out.mkdir()
-    for file in map(Path, job["files"]):
-        shutil.copy2(file, out / file.name)
+def _by_daemon(daemon: Client, campaign: Campaign, options: HuntOptions, folder: str) -> Campaign:
+    """One sweep as a job of the daemon, which must be armed and have nothing else to do. From when on a job may be this
+    step's is on the disk before the daemon hears of it, so that a kill at any moment leaves no record unknown."""
+    step = campaign.steps[-1]
+    sweep = campaign.folder / step.sweep
+    if not _at_hand(options, campaign):
+        status = daemon.status()
+        check_free(status)
+        step = replace(step, since=last_job(status))
+        campaign = campaign.with_last(step)
+        campaign.save()
+        daemon.start(sweep, before="leave")
+    assert step.since is not None
+    taken(daemon, sweep, step.since, campaign.folder / folder)
+    return campaign
 
 
 def _ended(campaign: Campaign, thought: Thought | None, how: str) -> Hunted:
@@ -256,7 +265,7 @@ def hunt_and_tell(
 
     try:
         found = hunt(options, allowed, thought_through)
-    except (RigError, OSError, Interrupted) as error:
+    except (RigError, OSError, Interrupted, KeyboardInterrupt) as error:
         _tell_cut(options, learnt, error, emit)
         raise
     _write_pages(options, found)
@@ -265,7 +274,7 @@ def hunt_and_tell(
 
 
 def _tell_cut(
-    options: HuntOptions, learnt: Sequence[Thought], error: Exception, emit: Callable[[Hunted], None]
+    options: HuntOptions, learnt: Sequence[Thought], error: BaseException, emit: Callable[[Hunted], None]
 ) -> None:
     """Say what a hunt that was cut short has learnt, where it had begun; a page that cannot be written either is not
     what it ended by."""

@@ -111,16 +111,33 @@ main()
     assert (done.returncode, done.stderr) == (130, "pamrig: interrupted\n")
 
 
-def test_ctrl_c_while_the_interpreter_ends_is_quiet() -> None:
-    code = """
+ENDING = {
+    "while something is still being ended": ("atexit.register(os.kill, os.getpid(), signal.SIGINT)", 130),
+    "when nothing is left but to forget": ("sys.last = Last()", 0),
+}
+
+
+@pytest.mark.parametrize("moment", list(ENDING))
+def test_ctrl_c_while_the_interpreter_ends_is_quiet(moment: str) -> None:
+    strike, status = ENDING[moment]
+    code = f"""
 import atexit, os, signal, sys
+from rig.cli.completion import completion
 from rig.cli.main import main
-atexit.register(os.kill, os.getpid(), signal.SIGINT)
+
+class Last:
+    def __del__(self, kill=os.kill, process=os.getpid(), number=signal.SIGINT):
+        kill(process, number)
+
+def strike(**_):
+    {strike}
+
+completion.callback = strike
 sys.argv[1:] = ["completion", "bash"]
 main()
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
-    assert (done.returncode, done.stderr) == (130, "")
+    assert (done.returncode, done.stderr) == (status, "")
 
 
 def test_ctrl_c_during_the_work_is_one_line_and_status_130(
