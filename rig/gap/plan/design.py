@@ -1,7 +1,7 @@
 """A session that tells most in a given time: records chosen from a pool by the information that they add."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -86,6 +86,10 @@ class _Known:
     needed: tuple[Column, ...]
     """Of each factor (e,), standard deviations at which each effect is seen."""
 
+    def beside(self, chosen: Sequence[int]) -> "_Known":
+        """The same where these records are made in any case."""
+        return replace(self, factors=tuple(factor.beside(chosen) for factor in self.factors))
+
 
 def _all_known(
     rigs: Sequence[Rig],
@@ -162,19 +166,22 @@ def _addition(
     """The record that adds most a second, and what; None when none fits any more."""
     left = seconds - sum(times[k] for k in chosen)
     before = told_by(known, chosen).score
-    gains = {
-        k: (told_by(known, [*chosen, k]).score - before) / times[k]
-        for k in range(len(times))
-        if k not in chosen and times[k] <= left
-    }
+    fitting = [k for k in range(len(times)) if k not in chosen and times[k] <= left]
+    gains = {k: (score - before) / times[k] for k, score in _scores(known, chosen, fitting).items()}
     best = max(gains, key=lambda k: gains[k], default=None)
     return None if best is None else (best, gains[best])
+
+
+def _scores(known: Sequence[_Known], chosen: Sequence[int], further: Sequence[int]) -> dict[int, float]:
+    """Of the chosen records with each of the further ones."""
+    beside = [one.beside(chosen) for one in known]
+    return {k: told_by(beside, [k]).score for k in further}
 
 
 def _short_list(known: Sequence[_Known], chosen: Sequence[int]) -> list[int]:
     """The records of the pool that would add most to the chosen ones."""
     pool = range(known[0].factors[0].gram.shape[0])
-    added = {k: told_by(known, [*chosen, k]).score for k in pool if k not in chosen}
+    added = _scores(known, chosen, [k for k in pool if k not in chosen])
     return sorted(added, key=lambda k: -added[k])[:LISTED]
 
 
@@ -185,11 +192,8 @@ def _exchanged(known: Sequence[_Known], chosen: list[int], times: Sequence[float
     for place in range(len(chosen)):
         others = [k for n, k in enumerate(chosen) if n != place]
         left = seconds - sum(times[k] for k in others)
-        scores = {
-            k: told_by(known, [*others, k]).score
-            for k in (*listed, chosen[place])
-            if k not in others and times[k] <= left
-        }
+        fitting = [k for k in (*listed, chosen[place]) if k not in others and times[k] <= left]
+        scores = _scores(known, others, fitting)
         best = max(scores, key=lambda k: scores[k])
         if scores[best] > scores[chosen[place]] + 1e-6:
             chosen[place], better = best, True

@@ -15,14 +15,14 @@ from rig.record import Column
 
 @dataclass(frozen=True)
 class Direction:
-    """One law of an effect at one size, and what it changes in a factor's columns."""
+    """One law of an effect at one size, and what it changes in a factor's lines."""
 
     effect: Effect
     law: Law
     size: float
     """Of the law's first free number, in its unit."""
-    change: Column
-    """(n,) of all records together."""
+    moved: Column
+    """(l,) of all records together: an eighth of its columns, which are not kept."""
     choices: int
     """From how many laws, signs and shapes this one was taken: what a fit pays for them."""
 
@@ -54,7 +54,8 @@ def usual_directions(
     for one in usual_sizes(effects, few or stand, share):
         change = sized(one.law, one.shape, one.size, stand)
         if change is not None and change.any():
-            found.append(Direction(one.effect, one.law, one.size, change, one.choices))
+            moved = stand.scene.factor.lines.of(change)
+            found.append(Direction(one.effect, one.law, one.size, moved, one.choices))
     return found
 
 
@@ -74,8 +75,8 @@ def usual_sizes(effects: Sequence[Effect], stand: Stand, share: float) -> list[S
 
 
 def columns(directions: Sequence[Direction]) -> Column:
-    """(n, m) what directions change."""
-    return np.column_stack([one.change for one in directions])
+    """(l, m) what directions change, as lines."""
+    return np.column_stack([one.moved for one in directions])
 
 
 def sized(law: Law, shape: Mapping[str, float], size: float, stand: Stand) -> Column | None:

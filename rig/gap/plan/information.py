@@ -47,6 +47,11 @@ class Information:
         out: Column = directions - mixed.T @ np.linalg.solve(np.eye(split) + patterns, mixed)
         return out
 
+    def beside(self, chosen: Sequence[int]) -> "Information":
+        """The same where these records are made in any case: each with what they tell."""
+        made, lasting = self.gram[list(chosen)].sum(axis=0), self.seconds[list(chosen)].sum()
+        return replace(self, gram=made + self.gram, seconds=lasting + self.seconds)
+
     def distinct(self, owners: Sequence[str]) -> list[int]:
         """Directions without those that are, up to sign and size, nearly another one of the same owner."""
         power = self.of(range(len(self.seconds)))
@@ -65,11 +70,10 @@ class Information:
         return replace(self, gram=self.gram[:, rows][:, :, rows], directions=len(kept))
 
 
-def inform(stand: Stand, changes: Column) -> Information:
-    """The information of every record of a factor about directions (n, m) of its columns."""
+def inform(stand: Stand, moved: Column) -> Information:
+    """The information of every record of a factor about directions (l, m) of its lines."""
     factor, prior = stand.scene.factor, stand.scene.prior
     lines, healthy = factor.lines, factor.healthy
-    moved = lines.of(changes)
     records = _records(stand)
     lasts = np.array(lines.rows) * np.array(lines.dt_s) / _channels(stand)
     seconds = np.bincount(records, weights=lasts).astype(np.float64)

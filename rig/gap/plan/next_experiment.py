@@ -160,7 +160,8 @@ def _weigh(stand: Stand, rivals: Sequence[Hypothesis]) -> _Open:
             moved = Applied(one.applied.stage, {**one.applied.numbers, name: one.applied.numbers[name] + spread})
             slopes.append(stand.scene.changed_by(moved) - changes[k])
             owner.append(k)
-    information = inform(stand, np.nan_to_num(np.column_stack([*changes, *slopes])))
+    lines = stand.scene.factor.lines
+    information = inform(stand, np.column_stack([lines.of(np.nan_to_num(one)) for one in (*changes, *slopes)]))
     names = tuple(one.name for one in rivals)
     return _Open(names, chance / chance.sum(), information, tuple(owner))
 

@@ -108,8 +108,9 @@ class Factor:
         of it gets wrong."""
         if rms == 0.0:
             return self
-        record = np.repeat(np.arange(len(self.lines.rows)), self.lines.rows)
-        return self.doubting(rms * (record[:, None] == np.arange(len(self.lines.rows))))
+        off = self.lines.of(np.full(sum(self.lines.rows), rms))[:, None]
+        patterns = off * (self.lines.record[:, None] == np.arange(len(self.lines.rows)))
+        return replace(self, healthy=self.healthy.with_patterns(patterns))
 
 
 @dataclass(frozen=True)

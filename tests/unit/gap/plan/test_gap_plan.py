@@ -52,13 +52,18 @@ def test_information_of_all_records_is_the_likelihood_s_own(usual: list[Stand], 
     found = usual_directions(FEW, stand, 0.05)
     known = inform(stand, columns(found))
     apart = separations(known.of(range(len(known.seconds))))
-    likelihood, lines = stand.scene.factor.healthy, stand.scene.factor.lines
+    likelihood = stand.scene.factor.healthy
     for k, one in enumerate(found):
-        assert apart[k, k] ** 2 == pytest.approx(likelihood.chi_square(lines.of(one.change)), rel=1e-6)
-    first, other = lines.of(found[0].change), lines.of(found[-1].change)
+        assert apart[k, k] ** 2 == pytest.approx(likelihood.chi_square(one.moved), rel=1e-6)
+    first, other = found[0].moved, found[-1].moved
     sizes = np.linspace(-3.0, 3.0, 2001)
     refitted = min(likelihood.chi_square(first - size * other) for size in sizes)
     assert apart[0, -1] ** 2 == pytest.approx(refitted, rel=1e-2, abs=1e-3)
+
+
+def test_a_record_beside_others_tells_what_they_tell_together(usual: list[Stand]) -> None:
+    known = inform(usual[1], columns(usual_directions(FEW, usual[1], 0.05)))
+    np.testing.assert_array_equal(known.beside([2, 0]).of([5]), known.of([2, 0, 5]))
 
 
 def test_more_records_never_tell_less(usual: list[Stand]) -> None:

@@ -62,7 +62,7 @@ def test_a_reference_that_misses_more_shows_less(known: Rig) -> None:
 def test_what_one_record_alone_may_take_needs_no_place_among_the_patterns_of_all(known: Rig) -> None:
     plans = planned([replace(SINE, signal=Sine(hertz, 0.2)) for hertz in (0.3, 0.5, 0.8)], 10_000_000)
     stand = factors_of(rehearse(known, plans), fitted())[1]
-    likelihood, lines = stand.scene.factor.healthy, stand.scene.factor.lines
+    likelihood = stand.scene.factor.healthy
     found = usual_directions(FEW, stand, 0.05)
     told = inform(stand, columns(found))
     assert told.gram.shape[1] - told.directions <= likelihood.patterns.shape[1] - len(plans)
@@ -70,7 +70,7 @@ def test_what_one_record_alone_may_take_needs_no_place_among_the_patterns_of_all
     shorter = float(told.seconds.sum()) / SESSION_S
     likelihood = replace(likelihood, effective=fitted().prior.effective * shorter)
     for k, one in enumerate(found):
-        assert apart[k, k] ** 2 == pytest.approx(likelihood.chi_square(lines.of(one.change)), rel=1e-6)
+        assert apart[k, k] ** 2 == pytest.approx(likelihood.chi_square(one.moved), rel=1e-6)
 
 
 def test_what_is_planned_after_an_earlier_day_is_judged_by_a_fingerprint_of_it() -> None:

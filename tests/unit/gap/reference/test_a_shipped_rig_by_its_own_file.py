@@ -42,4 +42,6 @@ def test_a_record_may_stand_off_by_what_is_missed_and_no_more(factor: Factor) ->
     assert near < far < plain
     inside = replace(factor, gap=OFF_DEG * np.sin(2 * np.pi * DT_S * np.arange(2 * ROWS)))
     left = inside.standing_off(OFF_DEG).healthy.chi_square(inside.lines.of(inside.gap))
+    each = OFF_DEG * np.repeat(np.eye(2), ROWS, axis=0)
+    np.testing.assert_array_equal(factor.standing_off(OFF_DEG).healthy.patterns[:, 1:], factor.lines.of(each))
     assert left > 0.9 * inside.healthy.chi_square(inside.lines.of(inside.gap)), "a course within a record is no offset"
