@@ -12,10 +12,11 @@ from rig.channels import common
 from rig.errors import RecordError
 from rig.identify.data import Options, best_input, cut
 from rig.identify.fit import Identified, Settings, identify
-from rig.identify.mean_law import mean_law
+from rig.identify.mean_law import USUAL, mean_law
 from rig.identify.stability import SweepRange
 from rig.identify.swarm import SwarmSettings
 from rig.identify.templates import Template, input_gain, rest_pressure, template_model
+from rig.identify.zero import zero_shown
 from rig.model.parameters import Input, Model, StageKind, load_model
 from rig.record import Record
 
@@ -41,7 +42,8 @@ class StartOptions:
     p0_mpa: float | None
     """None: what the records say."""
     u_unit_mpa: float
-    free_offset: bool
+    free_offset: bool | None
+    """None: identified where the records show it."""
     mean_exponent: float | None
     """None: identified where the records show it."""
 
@@ -103,6 +105,12 @@ def start_model(start: StartOptions, records: list[Record], options: Options) ->
     if exponent is None and start.kind != StageKind.BW_CONTINUOUS:
         exponent, why = mean_law(records, drive, p0_mpa)
         choices.append(why)
+    shown = [cut(record, options) for record in records]
+    free_offset = start.free_offset
+    if free_offset is None:
+        why = zero_shown(shown, drive, p0_mpa, USUAL if exponent is None else exponent)
+        choices += [why] if why else []
+        free_offset = bool(why)
     template = Template(
         kind=start.kind,
         drive=drive,
@@ -110,10 +118,9 @@ def start_model(start: StartOptions, records: list[Record], options: Options) ->
         p0_mpa=p0_mpa,
         u_unit_mpa=start.u_unit_mpa,
         joint=start.joint,
-        free_offset=start.free_offset,
+        free_offset=free_offset,
         mean_exponent=exponent,
     )
-    shown = [cut(record, options) for record in records]
     return template_model(template, input_gain(shown, template.u_unit_mpa)), choices
 
 

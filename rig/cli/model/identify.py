@@ -125,7 +125,11 @@ def _shared(command: Any) -> Any:
     show_default=True,
     help="With second_order the joint has an inertia, which the muscles' stiffness moves.",
 )
-@click.option("--free-offset", is_flag=True, help="Identify an offset of the angle's zero as well.")
+@click.option(
+    "--free-offset/--no-free-offset",
+    default=None,
+    help="Identify an offset of the angle's zero as well; default: where the records show one.",
+)
 @click.option(
     "--mean-exponent",
     type=click.FloatRange(0.0, 2.0),

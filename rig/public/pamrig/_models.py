@@ -141,7 +141,7 @@ def identify(
     """
     records, options = records_of(logs), Options(resample=resample)
     begin = StartOptions(
-        None if start is None else Path(start), kind, drive, joint, sample_time_s, None, 0.2, False, None
+        None if start is None else Path(start), kind, drive, joint, sample_time_s, None, 0.2, None, None
     )
     search = SearchOptions(optimizer, seed, seeds, particles, iterations, early_stop, polish, bounded)
     found = identify_model(records, begin, search, sweep_range(*sweep_hz, None, records), options, None)

@@ -14,9 +14,10 @@ from rig.identify.data import Options, best_input, prepare
 from rig.identify.fit import Settings, identify
 from rig.identify.mean_law import hold, is_free, mean_law
 from rig.identify.swarm import SwarmSettings
+from rig.identify.zero import zero_shown
 from rig.model.fingerprint_check import fingerprint_trouble
 from rig.model.kernels import simulate
-from rig.model.parameters import Input, load_model
+from rig.model.parameters import Input, StageKind, load_model
 from rig.record import Record
 
 RIG = load_model(Path(__file__).parents[3] / "configs" / "models" / "simulated.yaml")
@@ -141,3 +142,29 @@ def test_the_command_says_what_it_chose(tmp_path: Path) -> None:
     assert fingerprint_trouble(model) is None
     assert model.fingerprint is not None
     assert result["fingerprint"]["weights"] == list(model.fingerprint.weights)
+
+
+def off(record: Record, zero_deg: float) -> Record:
+    assert record.angle_deg is not None
+    return replace(record, angle_deg=record.angle_deg + zero_deg)
+
+
+@pytest.mark.parametrize(("share", "found"), [(0.0, False), (0.007, False), (0.015, True), (-0.1, True)])
+def test_the_zero_of_the_angle_is_identified_where_it_is_off(share: float, found: bool) -> None:
+    """By a share of the angle's range: on both sides of the limit, and of 0."""
+    whole = max(float(np.ptp(record.angle_deg)) for record in SEVERAL if record.angle_deg is not None)
+    moved = [off(record, share * whole) for record in SEVERAL]
+    model, choices = start_model(replace(ASKED, free_offset=None), moved, Options())
+    assert (model.sensor.kind == StageKind.AFFINE) == found
+    assert any("zero of the angle: identified" in why for why in choices) == found
+    for insisted in (True, False):
+        model, choices = start_model(replace(ASKED, free_offset=insisted), moved, Options())
+        assert (model.sensor.kind == StageKind.AFFINE) == insisted
+        assert not any("zero of the angle" in why for why in choices)
+
+
+def test_a_drive_to_one_side_tells_nothing_of_the_zero() -> None:
+    """Half a sine: what hysteresis leaves there is a constant as well."""
+    half = [record.rows(record.dp_cmd_mpa > 0.0) for record in SEVERAL]
+    assert zero_shown([off(record, 10.0) for record in half], Input.PRESSURE, 0.2, 1.0) == ""
+    assert zero_shown([off(record, 10.0) for record in SEVERAL], Input.PRESSURE, 0.2, 1.0) != ""
