@@ -62,6 +62,9 @@ UNSEEN_MEAN_LAW = 0.5
 """Standard deviation of the exponent of the mean pressure at mean pressures that a reference never saw. Published
 muscles and the plants here lie between 0 (only the difference counts) and 1 (the difference over the mean). Smaller:
 another P0 looks like another gain."""
+ZERO_BY_HAND = 0.05
+"""Standard deviation, as a share of the angle's span, of where the zero of another rig of the build lies: it is
+set when the sensor is mounted, to some degrees. Smaller: every sister's simulator lacks an offset."""
 PRIORS = Path(__file__).with_name("priors.yaml")
 
 
@@ -82,6 +85,11 @@ class FactorLevels:
         """The same at a mean pressure that the reference has never seen: its law there is anybody's guess."""
         law = math.hypot(self.patterns["mean_law"], UNSEEN_MEAN_LAW)
         return replace(self, patterns={**self.patterns, "mean_law": law})
+
+    def of_any_zero(self) -> "FactorLevels":
+        """The same of a rig whose sensor was mounted by itself."""
+        offset = math.hypot(self.patterns["offset"], ZERO_BY_HAND)
+        return replace(self, patterns={**self.patterns, "offset": offset})
 
     def later(self, lag_s: float) -> "FactorLevels":
         """The same where a further lag, of this standard deviation, may differ without being a gap."""

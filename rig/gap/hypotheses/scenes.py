@@ -80,6 +80,8 @@ def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = N
     levels = levels if expected.misread is None else expected.misread.levels(levels)
     if expected.mean_unseen:
         levels = levels.of_any_mean()
+    if expected.other_zero:
+        levels = levels.of_any_zero()
     parts = angle_parts(tracks, base, response, expected.driven)
     factor = own_factor(parts, angle_days(tracks, response, expected.driven), levels, settings.prior)
     if expected.driven:

@@ -77,6 +77,8 @@ class Expected:
     """Fastest excitation that the reference is known from: faster experiments are expected less surely."""
     mean_unseen: bool = False
     """The records lie at a mean pressure that the reference has never seen."""
+    other_zero: bool = False
+    """The reference is another rig's simulator that has a zero of its sensor among its parameters."""
 
     @property
     def pairs(self) -> list[Pair]:
@@ -264,7 +266,14 @@ def _from_simulator(levels: str, model: Model, pairing: Pairing) -> Expected:
     lag_s, coarse = _unsure_lag_s(model, pairing)
     judged = replace(pairing, pressures=driven).noting(*coarse)
     made = Expected(Kind.SIMULATOR, levels, judged, tracks, response, tuple(base))
-    return replace(made, missed_mpa=_missed_mpa(model.fingerprint), missed_deg=missed_deg, unsure_lag_s=lag_s)
+    other_zero = levels == SISTER and "offset_deg" in model.sensor.parameters
+    return replace(
+        made,
+        missed_mpa=_missed_mpa(model.fingerprint),
+        missed_deg=missed_deg,
+        unsure_lag_s=lag_s,
+        other_zero=other_zero,
+    )
 
 
 def read_right(expected: Expected, wrong: Misread) -> Expected:

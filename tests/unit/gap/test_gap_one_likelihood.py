@@ -19,7 +19,7 @@ from rig.gap.hypotheses.library import NONE, UNKNOWN
 from rig.gap.pipeline import Grounds
 from rig.gap.records.pairs import pair_up
 from rig.gap.settings import fitted
-from rig.model.parameters import AddedEffect, Model, Parameter
+from rig.model.parameters import AddedEffect, Model, Parameter, StageKind, StageModel
 from rig.record import Record
 
 LACKING = [
@@ -133,6 +133,30 @@ def test_a_dead_time_beside_a_sister_with_other_regulators_is_that_dead_time(fil
     assert isinstance(grounds, Grounds)
     assert found.causes[0].effect == "delay"
     assert found.causes[0].parameters["delay_s"].value == pytest.approx(0.06, rel=0.15)
+
+
+def mounted(zero_deg: float) -> Model:
+    """The simulator of another rig of the build, with the zero of its own sensor."""
+    zero = {"gain": Parameter(1.0), "offset_deg": Parameter(zero_deg, "deg", -40.0, 40.0, free=True)}
+    return replace(model(), sensor=StageModel(StageKind.AFFINE, zero))
+
+
+def test_each_rig_has_a_zero_of_its_own() -> None:
+    """Another rig's simulator that is 2 deg off lacks nothing, and re-tuning says which number moved; the rig's own
+    does."""
+    found, _ = diagnose_with_grounds(mounted(2.0), session(77), reference="simulator")
+    assert found.verdict == "none"
+    assert found.retuning is not None
+    (zero,) = [one for one in found.retuning.moved if one.name == "sensor_offset_deg"]
+    assert (zero.before, zero.after) == (2.0, pytest.approx(0.0, abs=0.3))
+    own, _ = diagnose_with_grounds(mounted(2.0), session(77))
+    assert own.causes[0].effect == "sensor_offset"
+
+
+def test_a_lag_is_named_beside_another_zero() -> None:
+    late = session(78, AddedEffect("delay", {"delay_s": 0.06}))
+    found, _ = diagnose_with_grounds(mounted(-2.0), late, reference="simulator")
+    assert [cause.effect for cause in found.causes] == ["delay"]
 
 
 def test_retuning_finds_that_exhausting_takes_longer() -> None:
