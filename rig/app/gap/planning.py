@@ -13,12 +13,12 @@ from rig.channels import FACT, PNEUMATIC, REST_MPA, Channels, said
 from rig.errors import ConfigError, EnvelopeError
 from rig.excite.envelope import check
 from rig.excite.experiment import Entry, RunPlan, Sweep, expand, load_sweep
-from rig.gap.plan.candidates import Room, candidates, lasting_s, sweep_text
+from rig.gap.plan.candidates import Room, candidates, lasting_s, planned, sweep_text
 from rig.gap.plan.capability import FALSE_ALARM_RATE, Ability, Capability, capability
 from rig.gap.plan.data_sheet import ALLOWED, Allowed
 from rig.gap.plan.design import Design, Told, appraise, design
 from rig.gap.plan.raw_ability import raw_abilities
-from rig.gap.plan.rehearse import rehearse
+from rig.gap.plan.rehearse import rehearse, within
 from rig.gap.reference.build import Kind
 from rig.gap.settings import fitted
 from rig.own_units import own_plain
@@ -89,6 +89,7 @@ def room_of(rig: Path | None) -> Room:
         usual,
         pressure_mpa=(max(low, usual.pressure_mpa[0]), min(high, usual.pressure_mpa[1])),
         slew_mpa_s=limits.slew_mpa_s,
+        angle_deg=limits.angle_deg,
     )
 
 
@@ -129,7 +130,7 @@ def design_session(
     settings, known = fitted(), known_by_call(asked)
     plants = _families(families, known.channels)
     rigs = [known.rig, *(family_rig(name, unit) for name in plants for unit in range(FAMILY_UNITS))]
-    pool = candidates(_room_of_known(known, asked.rig), RECORD_S, known.rig.grid_ns)
+    pool = _pool(known, _room_of_known(known, asked.rig))
     if not pool:
         raise ConfigError(f"{asked.rig}: its limits leave no room for any record")
     effects = known.effects
@@ -138,6 +139,13 @@ def design_session(
         raise ConfigError(f"--minutes {seconds / 60:g}: no record fits into that; one takes 15 s at least")
     usual = resting(load_sweep(find_config(USUAL_SWEEP, "sweeps")))
     return Designed(found, appraise(rigs, usual, effects, settings), lasting_s(usual), len(rigs), known.channels)
+
+
+def _pool(known: Known, room: Room) -> list[Entry]:
+    """The records to choose from: inside what the rig's YAML allows its set-points, and its joint as it is expected."""
+    pool = candidates(room, RECORD_S, known.rig.grid_ns)
+    expected = rehearse(known.rig, planned(pool, known.rig.grid_ns)) if pool else None
+    return [] if expected is None else [pool[k] for k in within(expected, room.angle_deg)]
 
 
 def _families(names: Sequence[str], channels: Channels) -> Sequence[str]:

@@ -28,7 +28,7 @@ PEAK_OF_MIXED = 2.4
 
 @dataclass(frozen=True)
 class Room:
-    """What planned records may ask of a rig; an `rig.excite.envelope.Envelope`."""
+    """What planned records may ask of a rig; an `rig.excite.envelope.WholeEnvelope`."""
 
     pressure_mpa: tuple[float, float] = (0.02, 0.45)
     slew_mpa_s: float = 2.0
@@ -36,6 +36,8 @@ class Room:
     """Largest amplitude of dp."""
     rests_mpa: tuple[float, ...] = (0.15, 0.2, 0.25, 0.3)
     """Rest pressures that are tried."""
+    angle_deg: tuple[float, float] = (-np.inf, np.inf)
+    """Where the joint may be."""
 
 
 def room_within(tracks: Sequence[Track]) -> Room:

@@ -20,7 +20,7 @@ from rig.gap.hypotheses.scenes import Stand
 from rig.gap.plan.candidates import Room, candidates, lasts_s, planned, room_within
 from rig.gap.plan.experiment import Experiment
 from rig.gap.plan.information import Information, inform
-from rig.gap.plan.rehearse import Rig, factors_of, known_rig, rehearse
+from rig.gap.plan.rehearse import Rig, factors_of, known_rig, rehearse, within
 from rig.gap.reference.build import Expected
 from rig.gap.settings import Fitted, fitted
 from rig.record import Column
@@ -102,9 +102,10 @@ def next_experiment(
     pool, plans = _pool(room, rig.grid_ns) if rivals else ((), ())
     if not pool:
         return None
-    stands = {stand.name: stand for stand in factors_of(rehearse(rig, plans), settings)}
+    expected = rehearse(rig, plans)
+    stands = {stand.name: stand for stand in factors_of(expected, settings)}
     known = [_weigh(stands[those[0].factor], those) for those in rivals if those[0].factor in stands]
-    chosen = _chosen(known, [lasts_s(entry) for entry in pool], seconds)
+    chosen = _chosen(known, [lasts_s(entry) for entry in pool], within(expected, room.angle_deg), seconds)
     return _described(known, pool, chosen) if chosen else None
 
 
@@ -166,17 +167,15 @@ def _weigh(stand: Stand, rivals: Sequence[Hypothesis]) -> _Open:
     return _Open(names, chance / chance.sum(), information, tuple(owner))
 
 
-def _chosen(known: Sequence[_Open], times: Sequence[float], seconds: float) -> list[int]:
-    """Records by what they add a second, until the time is over or none adds enough; none at all where they are not
-    worth it together."""
+def _chosen(known: Sequence[_Open], times: Sequence[float], allowed: Sequence[int], seconds: float) -> list[int]:
+    """Of the allowed records, by what they add a second, until the time is over or none adds enough; none at all where
+    they are not worth it together."""
     chosen: list[int] = []
     told = 0.0
     while True:
         left = seconds - sum(times[k] for k in chosen)
         gains = {
-            k: sum(one.gain([*chosen, k]) for one in known)
-            for k in range(len(times))
-            if k not in chosen and times[k] <= left
+            k: sum(one.gain([*chosen, k]) for one in known) for k in allowed if k not in chosen and times[k] <= left
         }
         best = max(gains, key=lambda k: (gains[k] - told) / times[k], default=None)
         if best is None or gains[best] - told < MORE_NATS:

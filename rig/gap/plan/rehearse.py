@@ -63,6 +63,12 @@ def rehearse(rig: Rig, plans: Sequence[RunPlan], seed: int = 0) -> Expected:
     return replace(made, missed_mpa=rig.missed_mpa, missed_deg=rig.missed_deg)
 
 
+def within(expected: Expected, angle_deg: tuple[float, float]) -> list[int]:
+    """The records in which the joint stays between two angles, as the reference expects."""
+    low, high = angle_deg
+    return [k for k, base in enumerate(expected.base) if low <= float(base.min()) and float(base.max()) <= high]
+
+
 def _expected_pair(rig: Rig, plan: RunPlan, draw: np.random.Generator) -> Pair:
     dp = np.asarray(plan.dp_mpa, dtype=np.float64)
     dt_s = rig.grid_s

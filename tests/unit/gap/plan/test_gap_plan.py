@@ -183,6 +183,17 @@ def test_a_delay_and_a_lag_are_parted_by_something_fast(rig: Rig) -> None:
     assert found.to_json()["needs_reference"] is False
 
 
+def test_an_experiment_keeps_the_joint_where_it_may_be(rig: Rig) -> None:
+    rivals, limits = [late("delay", 0.08, 0.5), late("valve_lag", 0.08, 0.5)], (-20.0, 20.0)
+    moved: list[float] = []
+    for room in (Room(rests_mpa=(0.2,)), Room(rests_mpa=(0.2,), angle_deg=limits)):
+        found = next_experiment(rivals, rig, room, fitted())
+        assert found is not None
+        moved.append(max(np.abs(base).max() for base in rehearse(rig, planned(found.entries, PERIOD_NS)).base))
+    assert moved[1] <= limits[1] < moved[0]
+    assert next_experiment(rivals, rig, Room(rests_mpa=(0.2,), angle_deg=(-0.1, 0.1)), fitted()) is None
+
+
 @pytest.mark.parametrize(
     "rivals",
     [
