@@ -115,24 +115,30 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
     )
     return Diagnosis(
         _verdict(causes),
-        _confidence(told, marks),
+        _confidence(told, kept, marks),
         gap,
         _where(told, causes, gaps, left, floor),
         causes,
         _ranking(told, marks),
         what_next(told.expected, told.posteriors, settings=told.settings),
         _evidence(told, gaps, far, added),
-        _notes(told),
+        _notes(told, kept),
         reference=told.expected.kind,
         retuning=told.retuning,
         observations=found.observations,
     )
 
 
-def _notes(told: Told) -> list[str]:
-    """What was said on the way, and the marks that have no name; each line once."""
+def _notes(told: Told, kept: Sequence[Kept]) -> list[str]:
+    """What was said on the way, the marks that have no name, and the names that were dropped; each line once."""
     nameless = (f"{mark.text}: no effect of the library does that" for mark in _strange(told))
-    return list(dict.fromkeys([*told.expected.pairing.notes, *nameless]))
+    dropped = (
+        f"{fit.effect.name} explains {100.0 * share_closed(posterior, fit):.0f} % of what the "
+        f"{'pressures show' if posterior.stand.name == PRESSURES else 'angle shows'}, but with it the simulator "
+        "follows these records no better: it may act, and the simulator miss more than that by itself"
+        for posterior, fit in _dropped(told, kept)
+    )
+    return list(dict.fromkeys([*told.expected.pairing.notes, *nameless, *dropped]))
 
 
 def _further(kept: Sequence[Kept], before: float, floor: float, far: HowFar, settings: Fitted) -> tuple[float, float]:
@@ -186,6 +192,16 @@ def _helping(told: Told, before: float) -> list[Kept]:
     while (spoiler := _spoiler(kept, named, left)) is not None:
         kept = _but(kept, spoiler)
     return [Kept(*named[k], left(k)) for k in kept]
+
+
+def _dropped(told: Told, kept: Sequence[Kept]) -> list[tuple[Posterior, Fit]]:
+    """The effects that are the likeliest of their factor and close something of it, and are not named because the
+    simulator is no better with them."""
+    return [
+        (posterior, fit)
+        for posterior, fit in told.named
+        if share_closed(posterior, fit) > CLOSES and not any(fit is one.fit for one in kept)
+    ]
 
 
 def _spoiler(kept: tuple[int, ...], named: Sequence[tuple[Posterior, Fit]], left: Callable[..., float]) -> int | None:
@@ -243,6 +259,7 @@ def _unknowns(told: Told, kept: Sequence[Kept], before: float) -> list[Cause]:
     """Something unknown for each factor where that is the likeliest, or stands beside the effect."""
     found = []
     spoilt = [posterior for posterior, fit in told.named if not any(fit is one.fit for one in kept)]
+    doubted = [posterior for posterior, _ in _dropped(told, kept)]
     for posterior in told.posteriors:
         useless = any(posterior is one for one in spoilt)
         if posterior.found and (posterior.fit is None or posterior.beside > 0.5 or useless):
@@ -251,6 +268,8 @@ def _unknowns(told: Told, kept: Sequence[Kept], before: float) -> list[Cause]:
             stage = EFFECT_STAGES[posterior.fits[near[0]].applied.stage].lies_in if near else nowhere
             chance = posterior.probability[UNKNOWN] if posterior.fit is None else posterior.beside
             chance = 1.0 - posterior.probability[NONE] if useless else chance
+            if any(posterior is one for one in doubted):
+                chance = min(chance, EITHER)
             found.append(
                 Cause(UNKNOWN, stage, posterior.stand.name, None, {}, before, before, 0.0, tuple(near), chance)
             )
@@ -285,10 +304,11 @@ def _verdict(causes: Sequence[Cause]) -> Verdict:
     return Verdict.PARTLY_EXPLAINED if unknown else Verdict.EXPLAINED
 
 
-def _confidence(told: Told, marks: Sequence[Cause]) -> float:
+def _confidence(told: Told, kept: Sequence[Kept], marks: Sequence[Cause]) -> float:
     """Probability that what is said of every factor is right."""
     pairing = told.expected.pairing
     chances = [one.probability[one.best] * trust(pairing, one.best) for one in told.posteriors]
+    chances += [EITHER for _ in _dropped(told, kept)]
     return float(np.prod([*chances, *(mark.confidence for mark in marks)]))
 
 

@@ -9,6 +9,7 @@ from rig.gap.answer.facts import RAW, SWALLOWED, Moved, Verdict
 from rig.gap.answer.on_the_rig import ON_THE_RIG
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Observation
 from rig.gap.answer.sizes import degrees, size
+from rig.gap.evidence.posterior import EVEN
 from rig.gap.offered import VALVES
 from rig.gap.reference.kinds import Kind
 
@@ -221,6 +222,10 @@ def _unknown(diagnosis: Diagnosis) -> str:
         else "Something has changed"
     )
     near = next((cause.ambiguous_with for cause in diagnosis.causes if cause.ambiguous_with), ())
+    likely = [one.effect for one in diagnosis.ranking if one.effect in near and one.probability > EVEN]
+    if likely:
+        named = f"{_noun(likely[0])} may do it, but with it the simulator follows these records no better"
+        return f"{what}{_seen(diagnosis)}: {named}."
     nearest = (
         f" The nearest, and not near enough, {'is' if len(near) == 1 else 'are'} {' and '.join(map(_noun, near))}."
         if near

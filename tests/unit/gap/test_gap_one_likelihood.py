@@ -69,6 +69,8 @@ def test_what_explains_nothing_of_records_that_the_fit_has_not_seen_is_not_named
     monkeypatch.setattr(pipeline, "how_far", worse)
     found, _ = alone(bent)
     assert (found.verdict, [cause.effect for cause in found.causes]) == ("unknown", [UNKNOWN])
+    assert max(found.confidence, found.causes[0].confidence) <= 0.5, "play is likelier than that"
+    assert any(note.startswith("backlash explains") and "it may act" in note for note in found.notes)
     assert contradictions(found.to_json()) == []
 
 

@@ -8,7 +8,7 @@ import pytest
 from rig.gap.answer.consistency import contradictions
 from rig.gap.answer.facts import Evidence, Gap, Judged, Moved, Retuning, Verdict, Where
 from rig.gap.answer.on_the_rig import ON_THE_RIG
-from rig.gap.answer.result import Cause, Diagnosis, Interval
+from rig.gap.answer.result import Cause, Diagnosis, Interval, Ranked
 from rig.gap.answer.sizes import rounded, size
 from rig.gap.answer.words import answers, headline
 from rig.gap.hypotheses.library import LIBRARY
@@ -114,6 +114,16 @@ def test_none_says_what_is_usual() -> None:
     above = answers(told(verdict="none", rms_deg=0.2, reference="session", floor_source="session"))
     assert "above that is of the kind that may differ anyhow" in above["Answer:"]
     assert "Re-tuning:" not in above
+
+
+@pytest.mark.parametrize(("probability", "dropped"), [(0.99, True), (0.3, False)])
+def test_a_likely_effect_with_which_the_simulator_is_no_better_is_not_said_to_be_far(
+    probability: float, dropped: bool
+) -> None:
+    play = Ranked("backlash", "joint", "angle", 0.91, probability, 1.0)
+    said = answers(replace(told(NOTHING_KNOWN, verdict="unknown", after_deg=0.751), ranking=[play]))["Answer:"]
+    assert ("may do it, but with it the simulator follows these records no better" in said) == dropped
+    assert ("no effect of the library explains it" in said) != dropped
 
 
 def test_unknown_says_where_it_is_seen_and_what_is_nearest() -> None:
