@@ -114,9 +114,11 @@ def diagnose(
     # files first: whoever reads the text may close it after its first lines
     write_overview(chosen, results, days)
     emit(report(results, days, odd), json_to)
+    for said in odd:  # first: with a sick day among the earlier ones every answer is doubtful
+        console(json_to).print(styled(("note", "yellow"), f": {said}"))
     for name, diagnosis in results.items():
         _show(diagnosis, name, json_to)
-    for line in (*described(days, odd), *without_next(chosen, results)):
+    for line in (*described(days, ()), *without_next(chosen, results)):
         console(json_to).print(line)
 
 

@@ -64,15 +64,20 @@ def _one_way(numbers: Numbers) -> str:
     if "ratio" not in numbers:
         name, does = ("exhaust_mpa_s", "empty") if "exhaust_mpa_s" in numbers else ("fill_mpa_s", "fill")
         return f"The muscles {does} by no more than {size(numbers[name])}; the other way they are as fast as ever"
-    ratio = numbers["ratio"].value
-    slow, fast = ("Emptying", "filling") if ratio >= 1.0 else ("Filling", "emptying")
-    return f"{slow} a muscle takes {max(ratio, 1.0 / max(ratio, 1e-6)):.2g} times as long as {fast} it"
+    slow, fast = ("Emptying", "filling") if numbers["ratio"].value >= 1.0 else ("Filling", "emptying")
+    return f"{slow} a muscle takes {_times(numbers['ratio'])} as long as {fast} it"
+
+
+def _times(ratio: Interval) -> str:
+    """How many times as long the slower way takes; at least so many where the ratio stands at the end of its law."""
+    at_end = ratio.low < ratio.high and ratio.value in (ratio.low, ratio.high)
+    return f"{'at least ' if at_end else ''}{max(ratio.value, 1.0 / max(ratio.value, 1e-6)):.2g} times"
 
 
 def _supply_droop(numbers: Numbers) -> str:
     if "droop_s" in numbers:
         return f"The supply sags while the muscles fill, by {value(numbers, 'droop_s'):.2g} MPa for each MPa/s"
-    return f"The supply sags while the muscles fill: filling takes {1.0 / max(value(numbers, 'ratio', 1.0), 1e-6):.2g} times as long as emptying"
+    return f"The supply sags while the muscles fill: filling takes {_times(numbers['ratio'])} as long as emptying"
 
 
 def _leak(numbers: Numbers) -> str:

@@ -317,6 +317,8 @@ def _stays(diagnosis: Diagnosis) -> str:
         return f"{degrees(left)} deg, no more than the {degrees(usual)} deg that are {SOURCES[gap.floor_source]}."
     if diagnosis.verdict in (Verdict.UNKNOWN, Verdict.PARTLY_EXPLAINED):
         return f"{degrees(left)} deg, {usually}; the rest is what the library has no name for."
+    if all(cause.is_raw for cause in _named(diagnosis)):
+        return f"{degrees(left)} deg in the smoothed angle, {usually}; no simulator takes out what those samples leave."
     return (
         f"{degrees(left)} deg, {usually}; the rest is how roughly the law of the effect and the "
         "simulator's own class repeat this rig."

@@ -282,3 +282,10 @@ def test_validate_says_not_so_of_a_model_that_is_not_bounded(tmp_path: Path) -> 
 def test_preparing_for_a_model_of_another_period_is_refused() -> None:
     with pytest.raises(RecordError, match="the model works at 20 ms"):
         prepare(RECORDS[0], replace(TRUTH, sample_time_s=0.02))
+
+
+def test_a_model_that_misses_its_own_records_says_so() -> None:
+    off = [replace(record, angle_deg=record.angle_deg + 12.0) for record in RECORDS]
+    (told,) = [text for text in identify(off, start(), QUICK).warnings if "misses its own records" in text]
+    assert "it lacks something" in told
+    assert not any("misses its own records" in text for text in identify(RECORDS, start(), QUICK).warnings)

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from rig.gap.answer.consistency import contradictions
-from rig.gap.answer.facts import Evidence, Gap, Judged, Moved, Retuning, Verdict, Where
+from rig.gap.answer.facts import RAW_DATA, Evidence, Gap, Judged, Moved, Retuning, Verdict, Where
 from rig.gap.answer.on_the_rig import ON_THE_RIG
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Ranked
 from rig.gap.answer.sizes import rounded, size
@@ -84,6 +84,14 @@ def test_a_negative_size_is_a_word_and_no_minus() -> None:
     assert less.startswith("Dry friction holds the joint back by 0.30 deg less than")
 
 
+@pytest.mark.parametrize(
+    ("ratio", "times"),
+    [((2.0, 1.5, 2.5, "1"), "takes 2 times"), ((50.0, 40.0, 50.0, "1"), "takes at least 50 times")],
+)
+def test_a_ratio_at_the_end_of_its_law_is_a_bound(ratio: tuple[float, float, float, str], times: str) -> None:
+    assert times in headline(told(cause("fill_exhaust_asymmetry", ratio=ratio)))[0]
+
+
 @pytest.mark.parametrize("name", [*LIBRARY])
 def test_every_effect_has_its_sentence_for_every_law(name: str) -> None:
     for law in LIBRARY[name].laws:
@@ -131,6 +139,13 @@ def test_unknown_says_where_it_is_seen_and_what_is_nearest() -> None:
     assert "seen in the angle, and no effect of the library explains it" in said["Answer:"]
     assert "play (backlash) and creep (creep)" in said["Answer:"]
     assert "0.75 deg" in said["What stays:"]
+
+
+def test_what_stays_of_spoilt_samples_is_no_roughness_of_a_law() -> None:
+    spoilt = replace(cause("quantisation", RAW_DATA, step_deg=(7.5, 7.4, 7.6, "deg")), confidence=0.9)
+    said = answers(told(spoilt, rms_deg=2.4, after_deg=2.4))["What stays:"]
+    assert "in the smoothed angle" in said
+    assert "law" not in said
 
 
 def test_partly_explained_says_that_there_is_more() -> None:
