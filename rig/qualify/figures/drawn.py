@@ -13,7 +13,7 @@ def machine_line(results: Mapping[str, Any]) -> str:
     """When and on what the figures were measured, and whether the machine had other work."""
     one = results["machine"]
     where = f"{one['cpu']}, {one['cores']} cores, {one['system']}, Python {one['python']}"
-    busy = f"; other work kept {one['load']:g} processes busy" if one.get("load", 0.0) >= 1.0 else ""
+    busy = f"; other work kept {one['load']:g} processors busy" if one.get("load", 0.0) >= 1.0 else ""
     return f"Measured {one.get('date', 'at an unknown date')} on {where}{busy}.\n"
 
 

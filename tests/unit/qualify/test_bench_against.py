@@ -1,6 +1,7 @@
 """A regression is seen: ratios beside an earlier run's, judged by how far the rounds lay apart."""
 
 import json
+import os
 import random
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from rig.errors import CheckFailed, ConfigError
 from rig.qualify.benchmarks import figure, share
 from rig.qualify.figures.against import STILL, Move, compared, earlier, moved
 from rig.qualify.figures.drawn import machine_line, sections
+from rig.qualify.figures.machine import worked_s
 from rig.qualify.figures.rounds import gathered
 
 MACHINE = {"date": "2026-11-22", "cpu": "one", "cores": 2, "system": "Linux", "python": "3.11"}
@@ -142,8 +144,13 @@ def test_the_page_is_drawn_from_the_file_with_its_date_and_machine() -> None:
     assert "| lost | 3 s |  |  |  | 1, **missed** |" in text
     assert "Without a peer or a limit: counted." in text
     busy = machine_line({"machine": MACHINE | {"load": 34.5}})
-    assert busy.endswith("Python 3.11; other work kept 34.5 processes busy.\n")
+    assert busy.endswith("Python 3.11; other work kept 34.5 processors busy.\n")
     assert machine_line(one) == "Measured 2026-11-22 on one, 2 cores, Linux, Python 3.11.\n"
+
+
+def test_other_work_is_what_processors_do_but_rest() -> None:
+    stat = "cpu  300 100 200 9000 500 10 20 70 0 0\ncpu0 1 2 3 4 5 6 7 8 0 0\n"
+    assert worked_s(stat) == 700 / os.sysconf("SC_CLK_TCK")
 
 
 def test_pieces_of_one_machine_and_day_are_joined(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
