@@ -65,6 +65,8 @@ class ResponseModel:
     """How far the stiffness follows the mean pressure: 1 in proportion, 0 not at all."""
     corrections: tuple[Column, ...] = ()
     """(REGULATOR_TERMS,) of each valve: what its monitor shows beside the regulator; none where that is not known."""
+    zero_deg: float = 0.0
+    """What the sensor shows where nothing moves the joint: motion counts from there."""
 
     @cached_property
     def tau0_s(self) -> float:
@@ -131,6 +133,7 @@ def response_of(fingerprint: Fingerprint) -> ResponseModel:
         fingerprint.exponent,
         fingerprint.compliance,
         tuple(np.array(row) for row in fingerprint.corrections),
+        fingerprint.weights[0],
     )
 
 

@@ -127,6 +127,8 @@ class Ready:
     state_size: int
     exact: bool = False
     """See `EffectStage.exact`."""
+    from_deg: float = 0.0
+    """What the stage takes for 0 deg, as the sensor shows it."""
 
 
 def ready(causes: Sequence[Applied], nominal: ResponseModel) -> list[Ready]:
@@ -136,7 +138,10 @@ def ready(causes: Sequence[Applied], nominal: ResponseModel) -> list[Ready]:
         known = EFFECT_STAGES[cause.stage]
         numbers = full_numbers(cause, nominal)
         params = np.array([numbers[name] for name in known.parameters])
-        made.append(Ready(known.slot, over_records(known.stage), params, max(known.state_size, 1), known.exact))
+        from_deg = nominal.zero_deg if known.from_rest else 0.0
+        made.append(
+            Ready(known.slot, over_records(known.stage), params, max(known.state_size, 1), known.exact, from_deg)
+        )
     return made
 
 
@@ -248,9 +253,10 @@ def angle_with(
         out = nominal.balanced(out, offset, _compliance(p1 + p2, q1 + q2, nominal), course.dt_s, course.ends)
     behind = _in(causes, Slot.JOINT) + _in(causes, Slot.SENSOR)
     if behind:
-        out = out.copy()
         for cause in behind:
-            _run(cause, p1, p2, out, course)
+            moved = out - cause.from_deg
+            _run(cause, p1, p2, moved, course)
+            out = moved + cause.from_deg
     return out
 
 

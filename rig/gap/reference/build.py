@@ -158,6 +158,7 @@ def _from_days(kind: Kind, model: Model | None, pairing: Pairing) -> Expected:
     sessions = [mean_session(pair, pairing.pressures) for pair in pairing.pairs]
     regulators, references = references_of(model, pairing.pairs, sessions)
     response = describe(pairing.pairs, references, pairing.p0_mpa, regulators)
+    response = replace(response, zero_deg=float(response.weights[0]))
     tracks = lay_tracks(pairing.pairs, references, response)
     base = [_under_case(track, response) if pairing.pressures else track.reference.angle_deg for track in tracks]
     return Expected(kind, Kind.SESSION.value, pairing, tracks, response, tuple(base))
@@ -254,6 +255,8 @@ def _from_simulator(levels: str, model: Model, pairing: Pairing) -> Expected:
     pairing, sessions = _followed(at_rest, pairing)
     regulators, references = references_of(at_rest, pairing.pairs, sessions)
     response = describe(pairing.pairs, references, pairing.p0_mpa, regulators)
+    zero = at_rest.sensor.parameters.get("offset_deg")
+    response = replace(response, zero_deg=0.0 if zero is None else zero.value)
     tracks = lay_tracks(pairing.pairs, references, response)
     driven = pairing.pressures and model.muscle.input is Input.PRESSURE
     base = [_simulated(at_rest, track, response) if driven else track.reference.angle_deg for track in tracks]

@@ -209,7 +209,7 @@ def angle_parts(tracks: Sequence[Track], base: Sequence[Column], response: Respo
     span = max(float(np.ptp(together)), 1e-3)
     drives = [driving(track, driven) for track in tracks]
     named = [
-        _angle_patterns(track.pair, angle, drive, response, span)
+        _angle_patterns(track.pair, angle - response.zero_deg, drive, response, span)
         for track, angle, drive in zip(tracks, base, drives, strict=True)
     ]
     terms = [_bank(*drive, response, track.pair.dt_s) for track, drive in zip(tracks, drives, strict=True)]
@@ -222,7 +222,7 @@ def angle_parts(tracks: Sequence[Track], base: Sequence[Column], response: Respo
         np.concatenate([pair.case.angle_deg for pair in pairs]) - together,
         columns,
         (*ANGLE_PATTERNS, *[BANK] * bank.shape[1]),
-        lines.envelope(lines.of(together), ENVELOPE_HZ, ENVELOPE_EVEN),
+        lines.envelope(lines.of(together - response.zero_deg), ENVELOPE_HZ, ENVELOPE_EVEN),
         span,
         np.square(noise)[lines.record],
     )
@@ -232,8 +232,8 @@ def mean_doubt(tracks: Sequence[Track], base: Sequence[Column], response: Respon
     """(n, 2) what one standard deviation of the law of the mean pressure is worth in the angle, where the measured mean
     is not the expected one: of what the difference counts for, and of what the joint's friction does."""
     parts = []
-    for track, angle in zip(tracks, base, strict=True):
-        (p1, p2), reference = driving(track, True), track.reference
+    for track, expected in zip(tracks, base, strict=True):
+        (p1, p2), reference, angle = driving(track, True), track.reference, expected - response.zero_deg
         least = 0.2 * (reference.p1_mpa + reference.p2_mpa).mean()
         ratio = np.maximum(p1 + p2, least) / np.maximum(reference.p1_mpa + reference.p2_mpa, least)
         rubbed = response.balanced(angle, np.zeros_like(angle), ratio**FRICTION_DOUBT, track.pair.dt_s) - angle
@@ -269,7 +269,7 @@ def driving(track: Track, driven: bool) -> tuple[Column, Column]:
 def _angle_patterns(
     pair: Pair, angle: Column, drive: tuple[Column, Column], response: ResponseModel, span: float
 ) -> Column:
-    """(n, 11) in the order of ANGLE_PATTERNS."""
+    """(n, 11) in the order of ANGLE_PATTERNS; `angle` from where its sensor has its zero."""
     dt, p0, (p1, p2) = pair.dt_s, response.p0_mpa, drive
     here = response.angle(p1, p2, dt)
     step, share = 0.005 * p0, 0.01

@@ -28,6 +28,10 @@ class EffectParameter:
     """What the chain takes from the rig where the number is left out; empty: nothing, it stands at `neutral`."""
 
 
+AT_AN_ANGLE = ("end_stop",)
+"""Effects of the joint that stand at an angle of the sensor."""
+
+
 @dataclass(frozen=True)
 class EffectStage:
     """How one effect enters the chain (the form that `rig.model.chain` lays out)."""
@@ -53,6 +57,11 @@ class EffectStage:
     def parameters(self) -> tuple[str, ...]:
         """Names in the order in which the stage reads them."""
         return tuple(number.name for number in self.numbers)
+
+    @property
+    def from_rest(self) -> bool:
+        """It acts on how far the joint is from where it rests, whatever the sensor shows there."""
+        return self.slot is Slot.JOINT and self.effect not in AT_AN_ANGLE
 
     def n_state(self, params: Sequence[float], dt_s: float) -> int:
         """Length of the state; the same for all values."""

@@ -122,11 +122,13 @@ def test_half_an_answer_is_no_answer(finished: CheckFolder) -> None:
 
 def test_a_folder_may_be_named_from_where_one_stands(finished: CheckFolder, monkeypatch: pytest.MonkeyPatch) -> None:
     answer = sorted(finished.answers.glob("*.json"))[0]
+    was = answer.read_bytes()
     answer.unlink()
     monkeypatch.chdir(finished.root.parent)
     done = CliRunner().invoke(check, ["answer", finished.root.name, "--workers", "1"], catch_exceptions=False)
     assert done.exit_code == 0, done.output
     assert answer.exists()
+    answer.write_bytes(was)  # the seconds that it took are in the scores, and other tests compare those
 
 
 def test_truths_lie_with_the_maker(finished: CheckFolder) -> None:

@@ -42,7 +42,7 @@ LISTED: Mapping[str, list[str]] = yaml.safe_load(
 )
 VARIES = re.compile(
     r"\d+(?= (?:evaluations|baud|viewers|days|of them))|(?<=max of )\d+|(?<=loaded by ).+"
-    r"|(?<=: )[^,:]+(?=, (?:healthy|changed|augmented))"
+    r"|^[^:]+(?=: [^,:]+, (?:healthy|changed|augmented))|(?<=: )[^,:]+(?=, (?:healthy|changed|augmented))"
 )
 """What of a figure's name depends on how long, or on what, a benchmark is run."""
 

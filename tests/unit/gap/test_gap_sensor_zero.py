@@ -1,0 +1,45 @@
+"""Where a sensor has its zero says nothing of a change: with all angles as much higher the diagnosis is the same."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import pytest
+from support.gap_rigs import baselines, session
+
+from rig.gap import diagnose
+from rig.gap.answer.result import Diagnosis
+from rig.model.parameters import AddedEffect
+from rig.record import Record
+
+MOUNTED_DEG = 40.0
+CHANGES = {
+    "nothing": (),
+    "thermal_drift": (AddedEffect("thermal_drift", {"rate_per_min": 0.2}),),
+    "creep": (AddedEffect("creep", {"share": 0.08, "tau_s": 1.0}),),
+    "coulomb_friction": (AddedEffect("coulomb_friction", {"width_deg": 0.3}),),
+    "end_stop": (AddedEffect("end_stop", {"high_deg": 20.0}),),
+}
+
+
+def turned(day: Sequence[Record], by_deg: float) -> list[Record]:
+    """The records of a sensor that is mounted so much further."""
+    return [replace(record, angle_deg=record.angle_deg + by_deg) for record in day]  # type: ignore[operator]
+
+
+def beside_days(change: str, by_deg: float) -> Diagnosis:
+    days = [turned(day, by_deg) for day in baselines()]
+    return diagnose(None, turned(session(9, *CHANGES[change]), by_deg), days)
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_another_zero_changes_no_answer(change: str) -> None:
+    here, there = beside_days(change, 0.0), beside_days(change, MOUNTED_DEG)
+    assert there.verdict is here.verdict
+    assert [cause.effect for cause in there.causes] == [cause.effect for cause in here.causes]
+    assert there.confidence == pytest.approx(here.confidence, abs=0.02)
+    assert there.gap.floor_deg == pytest.approx(here.gap.floor_deg, rel=0.01)
+    for one, other in zip(here.causes, there.causes, strict=True):
+        moved = MOUNTED_DEG if one.effect == "end_stop" else 0.0
+        for name, number in one.parameters.items():
+            at = moved if name == "high_deg" else 0.0
+            assert other.parameters[name].value == pytest.approx(number.value + at, rel=0.02, abs=1e-3)
