@@ -26,6 +26,7 @@ from hil.reference.compiling import Array
 from hil.reference.disturbance import Disturbance
 from hil.reference.families import NAMES, Named, Unit
 from hil.reference.plant import Session
+from rig.errors import RigError
 
 Commands = Mapping[str, tuple[Array, Array, float]]
 UNTOUCHED_DAYS = 3
@@ -131,8 +132,16 @@ def _rest_mpa(session: Commands) -> float:
 
 
 def _played(plant: Unit, day: Session, disturbance: Disturbance, commands: Commands, noise_seed: int = 0) -> Named:
-    """Given set-points on that day, with noise from that seed on."""
-    return {
-        name: plant.simulate(np.asarray(p1), np.asarray(p2), period_s, day, disturbance, noise_seed=noise_seed + number)
-        for number, (name, (p1, p2, period_s)) in enumerate(commands.items())
-    }
+    """Given set-points on that day, with noise from that seed on. A record under which the joint leaves its range is
+    missing, as on a rig whose guard ends it; RigError where all are."""
+    played: Named = {}
+    ran_away: RigError | None = None
+    for number, (name, (p1, p2, period_s)) in enumerate(commands.items()):
+        set_points = np.asarray(p1), np.asarray(p2)
+        try:
+            played[name] = plant.simulate(*set_points, period_s, day, disturbance, noise_seed=noise_seed + number)
+        except RigError as error:
+            ran_away = error
+    if ran_away is not None and not played:
+        raise ran_away
+    return played
