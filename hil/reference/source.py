@@ -98,8 +98,8 @@ class PhysicsSource:
         untouched = [record_day(bench.plant, day, bench.untouched) for day in bench.days[:UNTOUCHED_DAYS]]
         if self.session is None:
             return Bench(bench.excitations[0].p0_mpa, list(bench.baselines), untouched, bench.sister)
-        days = [_played(bench.plant, day, bench.family.healthy, self.session) for day in bench.days]
-        sister = _played(*bench.sister_rig, bench.family.healthy, self.session)
+        days = [played(bench.plant, day, bench.family.healthy, self.session) for day in bench.days]
+        sister = played(*bench.sister_rig, bench.family.healthy, self.session)
         return Bench(_rest_mpa(self.session), days, untouched, sister)
 
     def case(self, label: dict[str, Any]) -> CaseData:
@@ -111,14 +111,14 @@ class PhysicsSource:
         facts |= {"floor_deg": bench.floor_deg, "sister_deg": bench.sister_deg, "drift": bench.drift}
         records = made.records
         if self.session is not None:
-            records = _played(bench.plant, made.day, made.disturbance, self.session)
+            records = played(bench.plant, made.day, made.disturbance, self.session)
         return CaseData(records, untouched, facts)
 
     def repeat(self, label: dict[str, Any], facts: Mapping[str, Any], commands: Commands, number: int) -> Named:
         case = _case(label)
         bench = bench_of(case)
         made = realise(case, bench, {effect: fact["size"] for effect, fact in facts["effects"].items()})
-        return _played(bench.plant, made.day, made.disturbance, commands, NOISE_OF_REPEATS * number)
+        return played(bench.plant, made.day, made.disturbance, commands, NOISE_OF_REPEATS * number)
 
 
 def _case(label: dict[str, Any]) -> Case:
@@ -131,17 +131,17 @@ def _rest_mpa(session: Commands) -> float:
     return round(float(np.median([np.median(0.5 * (p1 + p2)) for p1, p2, _ in session.values()])), 3)
 
 
-def _played(plant: Unit, day: Session, disturbance: Disturbance, commands: Commands, noise_seed: int = 0) -> Named:
+def played(plant: Unit, day: Session, disturbance: Disturbance, commands: Commands, noise_seed: int = 0) -> Named:
     """Given set-points on that day, with noise from that seed on. A record under which the joint leaves its range is
     missing, as on a rig whose guard ends it; RigError where all are."""
-    played: Named = {}
+    records: Named = {}
     ran_away: RigError | None = None
     for number, (name, (p1, p2, period_s)) in enumerate(commands.items()):
         set_points = np.asarray(p1), np.asarray(p2)
         try:
-            played[name] = plant.simulate(*set_points, period_s, day, disturbance, noise_seed=noise_seed + number)
+            records[name] = plant.simulate(*set_points, period_s, day, disturbance, noise_seed=noise_seed + number)
         except RigError as error:
             ran_away = error
-    if ran_away is not None and not played:
+    if ran_away is not None and not records:
         raise ran_away
-    return played
+    return records

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hil.reference.source import _played
+from hil.reference.source import played
 from rig.errors import RigError
 
 COMMANDS = {name: (np.full(5, level), np.full(5, 0.2), 0.005) for name, level in (("small", 0.25), ("large", 0.45))}
@@ -23,16 +23,16 @@ class Guarded:
         return {"seed": noise_seed}
 
 
-def played(most_mpa: float) -> Any:
+def under_commands(most_mpa: float) -> Any:
     rig: Any = Guarded(most_mpa)
-    return _played(rig, None, None, COMMANDS, 7)  # type: ignore[arg-type]
+    return played(rig, None, None, COMMANDS, 7)  # type: ignore[arg-type]
 
 
 def test_what_the_rig_can_do_is_recorded() -> None:
-    assert played(0.5) == {"small": {"seed": 7}, "large": {"seed": 8}}
-    assert played(0.3) == {"small": {"seed": 7}}
+    assert under_commands(0.5) == {"small": {"seed": 7}, "large": {"seed": 8}}
+    assert under_commands(0.3) == {"small": {"seed": 7}}
 
 
 def test_where_nothing_can_be_done_it_says_why() -> None:
     with pytest.raises(RigError, match="runs away"):
-        played(0.2)
+        under_commands(0.2)
