@@ -27,7 +27,7 @@ from rig.model.parameters import AddedEffect, Input, Model, StageKind, ValidRang
 from rig.model.swarm_kernel import cores
 from rig.record import Record
 
-POOR = 0.05
+_POOR = 0.05
 """Share of the angle's range: a modified Bouc-Wen model that misses the records it was fitted to by more (rms) lacks
 something. It misses healthy rigs by 1 to 3 %. Less: sound models are called poor."""
 _TERM_SHARE = 0.8
@@ -131,7 +131,7 @@ def identify(
         uncertainty,
         scores,
         valves,
-        _warnings(data, valves, model) + poor(data, scores, rmse),
+        _warnings(data, valves, model) + _poor(data, scores, rmse),
     )
 
 
@@ -200,10 +200,10 @@ def _warnings(data: Sequence[Prepared], valves: ValveFit | None, model: Model) -
     return found
 
 
-def poor(data: Sequence[Prepared], scores: Sequence[Score], rmse_deg: float) -> list[str]:
+def _poor(data: Sequence[Prepared], scores: Sequence[Score], rmse_deg: float) -> list[str]:
     """A line where the model misses its own records by far more than one of its kind does; empty where it does not."""
     reach = max(float(np.max(each.angle_deg)) for each in data) - min(float(np.min(each.angle_deg)) for each in data)
-    if rmse_deg <= POOR * reach:
+    if rmse_deg <= _POOR * reach:
         return []
     worst = max(scores, key=lambda row: row.rmse_deg)
     return [

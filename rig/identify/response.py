@@ -224,4 +224,5 @@ def fit_response(
 ) -> ResponseModel:
     """The response model of the rig that made these records; its regulators are given (see `fit_regulator`)."""
     weights, misfit = fit_bank(records, p0_mpa, exponent)
-    return ResponseModel(p0_mpa, regulators, weights, fit_balance(records, p0_mpa, exponent), misfit, exponent)
+    balance = fit_balance(records, p0_mpa, exponent)
+    return ResponseModel(p0_mpa, regulators, weights, balance, misfit, exponent, zero_deg=float(weights[0]))

@@ -251,12 +251,10 @@ def angle_with(
             _run(cause, q1, q2, q1, course)
         offset = nominal.equilibrium(q1, q2) - nominal.equilibrium(p1, p2)
         out = nominal.balanced(out, offset, _compliance(p1 + p2, q1 + q2, nominal), course.dt_s, course.ends)
-    behind = _in(causes, Slot.JOINT) + _in(causes, Slot.SENSOR)
-    if behind:
-        for cause in behind:
-            moved = out - cause.from_deg
-            _run(cause, p1, p2, moved, course)
-            out = moved + cause.from_deg
+    for cause in _in(causes, Slot.JOINT) + _in(causes, Slot.SENSOR):
+        out = out - cause.from_deg
+        _run(cause, p1, p2, out, course)
+        out += cause.from_deg
     return out
 
 

@@ -158,7 +158,6 @@ def _from_days(kind: Kind, model: Model | None, pairing: Pairing) -> Expected:
     sessions = [mean_session(pair, pairing.pressures) for pair in pairing.pairs]
     regulators, references = references_of(model, pairing.pairs, sessions)
     response = describe(pairing.pairs, references, pairing.p0_mpa, regulators)
-    response = replace(response, zero_deg=float(response.weights[0]))
     tracks = lay_tracks(pairing.pairs, references, response)
     base = [_under_case(track, response) if pairing.pressures else track.reference.angle_deg for track in tracks]
     return Expected(kind, Kind.SESSION.value, pairing, tracks, response, tuple(base))
@@ -269,7 +268,7 @@ def _from_simulator(levels: str, model: Model, pairing: Pairing) -> Expected:
     lag_s, coarse = _unsure_lag_s(model, pairing)
     judged = replace(pairing, pressures=driven).noting(*coarse)
     made = Expected(Kind.SIMULATOR, levels, judged, tracks, response, tuple(base))
-    other_zero = levels == SISTER and "offset_deg" in model.sensor.parameters
+    other_zero = levels == SISTER and zero is not None
     return replace(
         made,
         missed_mpa=_missed_mpa(model.fingerprint),
