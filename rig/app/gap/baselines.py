@@ -1,5 +1,9 @@
 """The earlier days that a diagnosis compares with: which sessions they are, that the log under test is not one of them,
-and which of them does not go with the others."""
+and that one which does not go with the others is left out.
+
+A day on which the rig was ill is no healthy day. Taken for one it makes the rig's days differ by as much as the illness
+changes, and a rig that has it again differs from them by no more than that.
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -104,44 +108,80 @@ def read_sessions(baselines: Sequence[Path], model_file: Path | None = None) -> 
     return sessions
 
 
-def described(sessions: Sequence[Session], odd: Sequence[str]) -> Iterator[str]:
-    """The earlier days, a line a session, and a line for each that disagrees with the others (`odd_days`)."""
-    for session in sessions:
-        yield f"earlier day {session.path}: {len(session.records)} records"
-    yield from (f"note: {said}" for said in odd)
+@dataclass(frozen=True)
+class EarlierDays:
+    """The sessions that the records are compared with, and those that were given and are not."""
+
+    sessions: list[Session]
+    odd: dict[Path, str]
+    """Session that disagrees with the others -> how, in one line."""
+
+    @property
+    def records(self) -> "list[list[Record]]":
+        """Of each session."""
+        return [day.records for day in self.sessions]
+
+    def listed(self) -> Iterator[str]:
+        """A line for each session that is compared with."""
+        for session in self.sessions:
+            yield f"earlier day {session.path}: {len(session.records)} records"
+
+    def lines(self) -> Iterator[str]:
+        """The same, and a line for each that disagrees with the others."""
+        yield from self.listed()
+        yield from (f"note: {said}" for said in self.odd.values())
 
 
-def compared_with(baselines: Sequence[Path], model_file: Path | None = None) -> list[str]:
-    """The earlier days, a line a session, where the call does nothing else with the sessions themselves."""
-    sessions = read_sessions(baselines, model_file)
-    return list(described(sessions, odd_days(sessions)))
+def earlier_days(baselines: Sequence[Path], model_file: Path | None = None, *, every: bool = False) -> EarlierDays:
+    """The earlier days (`read_sessions`) without those that disagree with the others; `every` keeps these too."""
+    return agreeing(read_sessions(baselines, model_file), every=every)
 
 
-def odd_days(sessions: Sequence[Session]) -> list[str]:
-    """Days that are farther from the others than those are from each other; none of less than three, where nobody can
-    say which."""
+def compared_with(baselines: Sequence[Path], model_file: Path | None = None, *, every: bool = False) -> list[str]:
+    """The lines about the earlier days, where the call does nothing else with the days themselves."""
+    return list(earlier_days(baselines, model_file, every=every).lines())
+
+
+def agreeing(sessions: Sequence[Session], *, every: bool = False) -> EarlierDays:
+    """The sessions without those that disagree with the others, which must be most of them; `every` keeps these too."""
+    found = odd_days(sessions)
+    if every or not found:
+        return EarlierDays(list(sessions), {path: f"{path} disagrees with {how}" for path, how in found.items()})
+    if 2 * len(found) >= len(sessions):
+        kept = "; and so do too many to say which days are the healthy ones: all are kept"
+        return EarlierDays(list(sessions), {path: f"{path} disagrees with {how}{kept}" for path, how in found.items()})
+    out = "left out (--every-day keeps it)"
+    said = {path: f"{path} is {out}: it disagrees with {how}" for path, how in found.items()}
+    return EarlierDays([session for session in sessions if session.path not in found], said)
+
+
+def odd_days(sessions: Sequence[Session]) -> dict[Path, str]:
+    """Days that are farther from the others than those are from each other, and how; none of less than three, where
+    nobody can say which."""
     if len(sessions) < 3:
-        return []
+        return {}
     pairs = {
         (first, second): list(_pairs(sessions[first].records, sessions[second].records))
         for first, second in combinations(range(len(sessions)), 2)
     }
-    return [said for channel in CHANNELS for said in _odd_in(channel, sessions, pairs)]
-
-
-def _odd_in(channel: str, sessions: Sequence[Session], pairs: "Pairs") -> Iterator[str]:
-    between = _distances(channel, pairs)
-    floor, unit = CHANNELS[channel]
+    between = {channel: _distances(channel, pairs) for channel in CHANNELS}
+    found = {}
     for number, session in enumerate(sessions):
-        own = [distance for pair, distance in between.items() if number in pair]
-        others = [distance for pair, distance in between.items() if number not in pair]
-        if not own or not others:
-            continue
-        usual = max(median(others), floor / ODD_RATIO)
-        if median(own) > ODD_RATIO * usual:
-            apart = f"its {channel.rpartition('_')[0]} is {median(own):.2g} {unit} (rms) from theirs"
-            usually = f"which are {median(others):.2g} {unit} from each other"
-            yield f"{session.path} disagrees with the other days: {apart}, {usually}; was the rig well on that day?"
+        apart = [said for channel in CHANNELS if (said := _odd_in(channel, number, between[channel]))]
+        if apart:
+            found[session.path] = f"the other days: {', '.join(apart)}; was the rig well on that day?"
+    return found
+
+
+def _odd_in(channel: str, number: int, between: Mapping[tuple[int, int], float]) -> str:
+    """How far that session is from the others in the channel, where that is too far; else nothing."""
+    floor, unit = CHANNELS[channel]
+    own = [distance for pair, distance in between.items() if number in pair]
+    others = [distance for pair, distance in between.items() if number not in pair]
+    if not own or not others or median(own) <= max(ODD_RATIO * median(others), floor):
+        return ""
+    usually = f"which are {median(others):.2g} {unit} from each other"
+    return f"its {channel.rpartition('_')[0]} is {median(own):.2g} {unit} (rms) from theirs, {usually}"
 
 
 def _distances(channel: str, pairs: "Pairs") -> dict[tuple[int, int], float]:
@@ -155,10 +195,12 @@ def _distances(channel: str, pairs: "Pairs") -> dict[tuple[int, int], float]:
 
 
 def _pairs(first: "Sequence[Record]", second: "Sequence[Record]") -> "Iterator[tuple[Record, Record]]":
-    """The records of two sessions that have one name and the same commands."""
+    """The records of two sessions that have one name, the same commands and the same conditions."""
+    from rig.gap.records.conditions import difference
+
     named = {record.name: record for record in second}
     both = ((record, named[record.name]) for record in first if record.name in named)
-    return ((a, b) for a, b in both if _commanded_alike(a, b))
+    return ((a, b) for a, b in both if _commanded_alike(a, b) and difference(a, b) is None)
 
 
 def _commanded_alike(first: "Record", second: "Record") -> bool:

@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rig.app.gap.baselines import Session, days_in, read_sessions
+from rig.app.gap.baselines import EarlierDays, Session, days_in, earlier_days
 from rig.errors import ConfigError
 from rig.outputs import Kind, write_text
 from rig.tags import told
@@ -26,6 +26,8 @@ class DiagnosisOptions:
 
     model: Path
     baselines: tuple[Path, ...]
+    every_day: bool = False
+    """Earlier days that disagree with the others count as well."""
     html_to: Path | None = None
     augmented_to: Path | None = None
     next_to: Path | None = None
@@ -67,12 +69,13 @@ def diagnose_case(
     gains = None if options.tracking is None else _gains_of(options.tracking)
     model = load_model(find_config(options.model, "models"))
     records = _read(case.logs)
-    days = read_sessions(options.baselines, options.model) if sessions is None else sessions
+    if sessions is None:
+        sessions = earlier_days(options.baselines, options.model, every=options.every_day).sessions
     library = list(options.effects) or None
     diagnosis, grounds = diagnose_with_grounds(
         model,
         records,
-        [day.records for day in days],
+        [day.records for day in sessions],
         pressures=not options.no_pressures,
         library=library,
         reference=options.reference,
@@ -82,7 +85,7 @@ def diagnose_case(
         diagnosis = _with_worth(gains, model, diagnosis, grounds, records)
     if said := {name: text for name, text in _told_once(records).items() if text}:
         diagnosis = replace(diagnosis, evidence=replace(diagnosis.evidence, said=said))
-    _write(options, case, model, diagnosis, grounds, _origin(options, case, records, days))
+    _write(options, case, model, diagnosis, grounds, _origin(options, case, records, sessions))
     return case, diagnosis
 
 
@@ -229,9 +232,9 @@ def _told_once(records: "Sequence[Record]") -> dict[str, str]:
     return {name: "; ".join(dict.fromkeys(one[name] for one in each if name in one)) for name in ("Tags", "Note")}
 
 
-def report(results: "Mapping[str | None, Diagnosis]", days: Sequence[Session], odd: Sequence[str]) -> dict[str, object]:
+def report(results: "Mapping[str | None, Diagnosis]", days: EarlierDays) -> dict[str, object]:
     """The JSON of the command: one diagnosis as it is, several by the names of their days; and what they were compared
-    with, `odd` as `odd_days` says it."""
+    with."""
     plain = {name: diagnosis.to_json() for name, diagnosis in results.items()}
-    sessions = [{"path": str(day.path), "records": len(day.records)} for day in days]
-    return plain.get(None, {"days": plain}) | {"baseline": {"sessions": sessions, "disagree": list(odd)}}
+    sessions = [{"path": str(day.path), "records": len(day.records)} for day in days.sessions]
+    return plain.get(None, {"days": plain}) | {"baseline": {"sessions": sessions, "disagree": list(days.odd.values())}}

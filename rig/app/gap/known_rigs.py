@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rig.app.gap.baselines import read_sessions
+from rig.app.gap.baselines import earlier_days
 from rig.app.model.simulating import by_plant, commands_of
 from rig.app.shipped import find_config
 from rig.channels import Channels, common
@@ -36,6 +36,8 @@ class Asked:
 
     model: Path
     baselines: tuple[Path, ...] = ()
+    every_day: bool = False
+    """Earlier days that disagree with the others count as well."""
     reference: str = AUTO
     rig: Path | None = None
     """The rig's YAML, for its envelope."""
@@ -59,7 +61,7 @@ def known_by_call(asked: Asked) -> Known:
     """The rig as the best reference there is describes it; ModelError, ConfigError or RecordError when none does, or
     when model, earlier days and YAML are of different rigs."""
     model = load_model(find_config(asked.model, "models"))
-    days = [day.records for day in read_sessions(asked.baselines, asked.model)]
+    days = earlier_days(asked.baselines, asked.model, every=asked.every_day).records
     file = None if asked.rig is None else load_rig(find_config(asked.rig, "rigs"))
     channels = channels_of_call(model, [], days)
     if file is not None:

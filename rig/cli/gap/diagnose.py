@@ -87,7 +87,7 @@ def diagnose(
 
     A folder of several days as LOG gives one diagnosis a day, side by side.
     """
-    from rig.app.gap.baselines import check_apart, described, odd_days, read_sessions
+    from rig.app.gap.baselines import check_apart, earlier_days
     from rig.app.gap.diagnosing import (
         DiagnosisOptions,
         cases_of,
@@ -102,23 +102,22 @@ def diagnose(
     check_effects(options["effects"])
     chosen, cases = DiagnosisOptions(**options, command=shlex.join(["pamrig", *sys.argv[1:]])), cases_of(logs)
     check_apart(logs, chosen.baselines)
-    days = read_sessions(chosen.baselines, chosen.model)
+    days = earlier_days(chosen.baselines, chosen.model, every=chosen.every_day)
     if len(cases) == 1:
         with progress("diagnosing"):
-            made = [diagnose_case(chosen, cases[0], days)]
+            made = [diagnose_case(chosen, cases[0], days.sessions)]
     else:
         made = list(diagnose_campaign(chosen, cases, dask, workers))
     results = {case.name: diagnosis for case, diagnosis in made}
     results = {case.name: results[case.name] for case in cases}
-    odd = odd_days(days)
     # files first: whoever reads the text may close it after its first lines
-    write_overview(chosen, results, days)
-    emit(report(results, days, odd), json_to)
-    for said in odd:  # first: with a sick day among the earlier ones every answer is doubtful
+    write_overview(chosen, results, days.sessions)
+    emit(report(results, days), json_to)
+    for said in days.odd.values():  # first: what is compared with decides every answer
         console(json_to).print(styled(("note", "yellow"), f": {said}"))
     for name, diagnosis in results.items():
         _show(diagnosis, name, json_to)
-    for line in (*described(days, ()), *without_next(chosen, results)):
+    for line in (*days.listed(), *without_next(chosen, results)):
         console(json_to).print(line)
 
 

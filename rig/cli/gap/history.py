@@ -28,6 +28,7 @@ def history(
     folder: Path,
     model: Path,
     baselines: tuple[Path, ...],
+    every_day: bool,
     reference: str,
     no_pressures: bool,
     workers: int | None,
@@ -45,11 +46,16 @@ def history(
 
     check_apart([folder], baselines)
     options = DiagnosisOptions(
-        model, baselines, no_pressures=no_pressures, reference=reference, command=shlex.join(["pamrig", *sys.argv[1:]])
+        model,
+        baselines,
+        every_day=every_day,
+        no_pressures=no_pressures,
+        reference=reference,
+        command=shlex.join(["pamrig", *sys.argv[1:]]),
     )
     found = look_back(past_days(options, cases_of((folder,)), workers))
     out, say = console(json_to), speaker(found.channels)
-    for line in compared_with(baselines, model):
+    for line in compared_with(baselines, model, every=every_day):
         out.print(line)
     table = listing("day", "gap", "floor", "verdict", "causes")
     for day in found.days:

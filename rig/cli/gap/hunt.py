@@ -68,6 +68,7 @@ _path = click.Path(path_type=Path)
 def hunt(
     rig_path: Path | None,
     baselines: tuple[Path, ...],
+    every_day: bool,
     confirm: bool | None,
     clock: str,
     by_daemon: bool,
@@ -83,24 +84,24 @@ def hunt(
     with the same folder.
     """
     from rig.app import compose
-    from rig.app.gap.baselines import check_apart, described, odd_days, read_sessions
+    from rig.app.gap.baselines import check_apart, earlier_days
     from rig.app.gap.hunting import HuntOptions, hunt_and_tell
     from rig.app.runs import runner
 
     rig, folder = compose.load(rig_path), output or runner.new_folder("hunt")
     check_apart([folder], baselines)
-    days = read_sessions(baselines, asked["model"])
+    days = earlier_days(baselines, asked["model"], every=every_day)
     options = HuntOptions(
         rig=rig,
         folder=folder,
-        days=[day.records for day in days],
-        day_names=tuple(str(day.path) for day in days),
+        days=days.records,
+        day_names=tuple(str(day.path) for day in days.sessions),
         virtual=clock == "virtual",
         daemon=_daemon(socket, rig.name) if by_daemon else None,
         **asked,
     )
     out = console(json_to)
-    for line in described(days, odd_days(days)):
+    for line in days.lines():
         out.print(line)
     asks = not compose.is_simulated(rig) if confirm is None else confirm
 

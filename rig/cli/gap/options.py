@@ -12,10 +12,14 @@ _AS_DIAGNOSED: Final = "What stands for the rig without a gap, as in `pamrig gap
 
 
 def baseline_option(text: str) -> Callable[[F], F]:
-    """Adds `--baseline LOG`, repeatable, passed on as `baselines`."""
-    return click.option(
+    """Adds `--baseline LOG`, repeatable, passed on as `baselines`, and `--every-day`."""
+    given = click.option(
         "--baseline", "baselines", multiple=True, type=click.Path(path_type=Path), metavar="LOG", help=text
     )
+    every = click.option(
+        "--every-day", is_flag=True, help="Keep earlier days that disagree with the others; they are left out else."
+    )
+    return lambda command: given(every(command))
 
 
 def reference_option(text: str = _AS_DIAGNOSED) -> Callable[[F], F]:

@@ -45,6 +45,7 @@ _no_pressures = click.option("--no-pressures", is_flag=True, help="As if the reg
 def capability(
     model: Path,
     baselines: tuple[Path, ...],
+    every_day: bool,
     sweeps: tuple[Path, ...],
     reference: str,
     rig: Path | None,
@@ -59,10 +60,10 @@ def capability(
     from rig.app.gap.planning import capability_of, report_capability
 
     with progress("computing"):
-        found = capability_of(Asked(model, baselines, reference, rig, not no_pressures), sweeps)
+        found = capability_of(Asked(model, baselines, every_day, reference, rig, not no_pressures), sweeps)
     hint = "" if baselines else "; --baseline DAY shows far smaller effects"
     console(json_to).print(f"compared with: {found.kind.value}{hint}")
-    for line in compared_with(baselines, model):
+    for line in compared_with(baselines, model, every=every_day):
         console(json_to).print(line)
     for name, one in found.sweeps.items():
         _show(name, one, found.channels, json_to)
@@ -129,6 +130,7 @@ def design(
     model: Path,
     minutes: float,
     baselines: tuple[Path, ...],
+    every_day: bool,
     reference: str,
     rig: Path | None,
     families: tuple[str, ...],
@@ -144,7 +146,7 @@ def design(
 
     with progress("designing", 100.0) as update:
         found = design_session(
-            Asked(model, baselines, reference, rig),
+            Asked(model, baselines, every_day, reference, rig),
             60.0 * minutes,
             families,
             lambda done, of: update(90.0 * done / of, f"{done} of {of} rigs"),
@@ -152,7 +154,7 @@ def design(
     write_text(output, found.text(output.stem), Kind.SWEEP)
     told, usual = found.design.told, found.usual
     out = console(json_to)
-    for line in compared_with(baselines, model):
+    for line in compared_with(baselines, model, every=every_day):
         out.print(line)
     table = listing("session", "minutes", "effects seen", "pairs told apart")
     for name, one, seconds in ((str(output), told, found.design.seconds), ("gap", usual, found.usual_s)):

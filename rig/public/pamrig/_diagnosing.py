@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from pamrig._models import _model, save_model
 from pamrig._picture import Picture, html_table
 from pamrig._places import Logs, records_of
-from rig.app.gap.baselines import Session, check_apart, odd_days, read_sessions
+from rig.app.gap.baselines import Session, agreeing, check_apart, read_sessions
 from rig.app.gap.effects import check_effects
 from rig.errors import ModelError
 from rig.gap.answer.result import Cause
@@ -96,19 +96,21 @@ def diagnose(
     pressures: bool = True,
     effects: Sequence[str] | None = None,
     reference: Reference = "auto",
+    every_day: bool = False,
 ) -> Diagnosis:
     """Explain records: by what the simulator lacks, or, with `baselines` (one entry an earlier day), by what has
     changed.
 
     A folder that has its logs in folders only is one day in each, as for `pamrig gap diagnose`; Error when an earlier
-    day contains the place of `logs`, or is in it.
+    day contains the place of `logs`, or is in it. An earlier day that disagrees with the others is left out, and said
+    to the log `pamrig`; `every_day=True` keeps it.
 
     `pressures=False` leaves the measured pressures out, `effects` limits the library by name. RecordError when no
     record can be used, ModelError when there is nothing to compare with.
     """
     check_effects(list(effects or ()))
     simulator = None if model is None else _model(model)
-    days = _days(logs, list(baselines))
+    days = _days(logs, list(baselines), every=every_day)
     library = list(effects) if effects else None
     answer, grounds = diagnose_with_grounds(
         simulator, records_of(logs), days, pressures=pressures, library=library, reference=reference
@@ -116,8 +118,8 @@ def diagnose(
     return Diagnosis(answer, grounds, simulator)
 
 
-def _days(logs: Logs, baselines: Sequence[Logs]) -> list[list[Record]]:
-    """The records of each earlier day; a day that disagrees with the others is said to the log."""
+def _days(logs: Logs, baselines: Sequence[Logs], *, every: bool) -> list[list[Record]]:
+    """The records of each earlier day; one that disagrees with the others is left out, and said to the log."""
     places = [Path(day) for day in baselines if isinstance(day, str | Path)]
     check_apart([Path(logs)] if isinstance(logs, str | Path) else [], places)
     sessions: list[Session] = []
@@ -126,6 +128,7 @@ def _days(logs: Logs, baselines: Sequence[Logs]) -> list[list[Record]]:
             sessions += read_sessions([Path(day)])
         else:
             sessions.append(Session(Path(f"day {number}"), records_of(day)))
-    for odd in odd_days(sessions):
+    earlier = agreeing(sessions, every=every)
+    for odd in earlier.odd.values():
         _LOG.warning("%s", odd)
-    return [session.records for session in sessions]
+    return earlier.records

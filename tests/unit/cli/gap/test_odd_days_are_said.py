@@ -1,5 +1,5 @@
-"""Every command that takes earlier days says which they are, and which of them disagrees with the others. What the
-commands then do with the days is taken out: it takes seconds, and others test it."""
+"""Every command that takes earlier days says which they are, and which of them disagrees with the others and is left
+out. What the commands then do with the days is taken out: it takes seconds, and others test it."""
 
 import csv
 from collections.abc import Callable
@@ -66,8 +66,13 @@ def test_which_days_and_which_is_odd(name: str, days: Path, monkeypatch: pytest.
     for module, function, value in work:
         monkeypatch.setattr(module, function, answers(value))
     compared = [part for day in ("a", "b", "sick") for part in ("--baseline", str(days / day))]
-    done = CliRunner().invoke(gap, [name, *(word.format(days) for word in words), *compared], catch_exceptions=False)
+    call = [name, *(word.format(days) for word in words), *compared]
+    done = CliRunner().invoke(gap, call, catch_exceptions=False)
     assert done.exit_code == 0, done.output
-    for day in ("a", "b", "sick"):
+    for day in ("a", "b"):
         assert f"earlier day {days / day}: 1 records" in done.output
+    assert f"earlier day {days / 'sick'}" not in done.output
+    assert f"note: {days / 'sick'} is left out" in done.output
+    done = CliRunner().invoke(gap, [*call, "--every-day"], catch_exceptions=False)
+    assert f"earlier day {days / 'sick'}: 1 records" in done.output
     assert f"note: {days / 'sick'} disagrees with the other days" in done.output
