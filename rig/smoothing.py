@@ -9,6 +9,8 @@ from rig.record import Column
 
 _REACH = 4.0
 """Standard deviations at which the bell is cut off."""
+_SINC_LOBES = 8
+"""Of a windowed sinc on either side: within 1 % up to three quarters of the band."""
 
 
 def smoothed(column: Column, deviation_rows: float, *, mirrored: bool = False) -> Column:
@@ -30,10 +32,41 @@ def running_mean(column: Column, rows: int) -> Column:
     return np.convolve(_extended(column, before, rows - 1 - before, True), np.full(rows, 1.0 / rows), "valid")
 
 
+def thinned(column: Column, rows: int) -> Column:
+    """(-(-n // rows),) every so many rows of (n,), without what is too fast for them; beyond its ends it goes on as if
+    turned about them."""
+    sinc = _windowed_sinc(rows)
+    return np.convolve(_turned_about_ends(column, len(sinc) // 2), sinc, "valid")[::rows]
+
+
+def filled(column: Column, rows: int, length: int) -> Column:
+    """(length,) a column that was `thinned` by so many rows, band-limited between them: its inverse for what is slow
+    enough."""
+    sinc, beyond = _windowed_sinc(rows), _SINC_LOBES + 1
+    between = np.zeros((len(column) + 2 * beyond) * rows)
+    between[::rows] = rows * _turned_about_ends(column, beyond)
+    start = beyond * rows - len(sinc) // 2
+    return np.convolve(between, sinc, "valid")[start : start + length]
+
+
 def running_median_at(column: Column, row: int, rows: int) -> float:
     """The (upper) median of so many rows of (n,) about one row (the odd one before it); beyond its ends it stays."""
     near = np.clip(np.arange(row - rows // 2, row - rows // 2 + rows), 0, len(column) - 1)
     return float(np.sort(column[near])[rows // 2])
+
+
+@lru_cache
+def _windowed_sinc(rows: int) -> Column:
+    """Low-pass up to half of one in so many rows, under a Hann window."""
+    reach = np.arange(-_SINC_LOBES * rows, _SINC_LOBES * rows + 1)
+    sinc = np.sinc(reach / rows) * np.cos(0.5 * np.pi * reach / (reach[-1] + 1)) ** 2
+    weights: Column = sinc / sinc.sum()
+    weights.setflags(write=False)
+    return weights
+
+
+def _turned_about_ends(column: Column, rows: int) -> Column:
+    return np.pad(column, rows, "reflect", reflect_type="odd")
 
 
 @lru_cache

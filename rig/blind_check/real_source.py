@@ -21,9 +21,9 @@ from rig.blind_check.put_in import PUT_IN, PutIn, reread
 from rig.blind_check.row import CaseKind
 from rig.blind_check.source import BenchData, CaseData, Columns, Commands, Label, Named
 from rig.columns import rms, white_noise
+from rig.conditions import commanded_rest
 from rig.errors import RecordError
 from rig.gap.hypotheses.library import LIBRARY
-from rig.gap.records.conditions import commanded_rest
 from rig.gap.records.usable import reasons, usable
 from rig.model.resample import is_regular
 from rig.record import MAIN_COLUMNS, Column, Record

@@ -50,7 +50,7 @@ def _heard(question: Question) -> Said:
 def _for_experiments(question: Question) -> Question:
     """The question by a reference that expects any record, and up to which excitation the rig is known by it."""
     if not question.days:
-        return question
+        return _without_kept_records(question)
     if question.model is None:
         raise RecordError("no model: experiments that no earlier day holds are judged by a model with a fingerprint")
     described = [record for day in question.days[-MOST_DAYS:] for record in day]
@@ -58,4 +58,14 @@ def _for_experiments(question: Question) -> Question:
     known = replace(known, fingerprint=fingerprint_of(described, known))
     if known.fingerprint is None:
         raise RecordError("--baseline: too short to describe the rig by; a hunt needs some minutes of records")
+    known = replace(known, fingerprint=replace(known.fingerprint, day=""))
     return replace(question, model=known, days=[], kind=Kind.FINGERPRINT, sister=False, known_hz=known_hz(described))
+
+
+def _without_kept_records(question: Question) -> Question:
+    """The question by the response model alone: session and experiments are compared with one reference, and no file
+    keeps records of an experiment."""
+    if question.kind is not Kind.FINGERPRINT or question.model is None or question.model.fingerprint is None:
+        return question
+    described = replace(question.model.fingerprint, day="")
+    return replace(question, model=replace(question.model, fingerprint=described))

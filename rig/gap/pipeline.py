@@ -22,12 +22,14 @@ from rig.gap.hypotheses.scenes import Stand, angle_stand, pressure_stand
 from rig.gap.raw_tests.read import read_signatures
 from rig.gap.raw_tests.repeats import bridged, lost_rows
 from rig.gap.raw_tests.signature import Signature
+from rig.gap.records.kept import pair_with_kept
 from rig.gap.records.pairs import Pairing, pair_up
 from rig.gap.records.strangers import without_strangers
 from rig.gap.reference.build import BY_DAYS, Expected, Kind, expect, read_right
 from rig.gap.reference.monitors import misread
 from rig.gap.reference.simulated import misfit_deg
 from rig.gap.settings import Fitted, fitted
+from rig.model.fingerprint import Fingerprint
 from rig.model.parameters import Model
 from rig.record import Record
 
@@ -87,11 +89,12 @@ def answer(question: Question) -> tuple[Diagnosis, Grounds]:
     settings = question.settings
     marks, expected, posteriors = weigh(question)
     at_rest = None if question.model is None else replace(question.model, p0_mpa=expected.pairing.p0_mpa)
-    missed = None if at_rest is None or not expected.by_days else _misfit_deg(at_rest, expected)
+    by_days = question.kind in BY_DAYS
+    missed = None if at_rest is None or not by_days else _misfit_deg(at_rest, expected)
     if missed is not None and (strange := _of_another_rig(missed, expected)):
         at_rest, expected = None, replace(expected, pairing=expected.pairing.noting(strange))
     refit = None
-    if at_rest is not None and not expected.by_days:  # what has changed is no matter of the simulator's
+    if at_rest is not None and not by_days:  # what has changed is no matter of the simulator's
         changes = {name: fit.change for name, fit in posteriors[-1].fits.items()}
         refit = retune(at_rest, expected.pairs, expected.driven, changes)
     grounds = Grounds(at_rest, expected, posteriors)
@@ -120,8 +123,13 @@ def weigh(question: Question) -> tuple[list[Signature], Expected, tuple[Posterio
 
 def _described_noise_deg(question: Question) -> float | None:
     """Of the angle, where the reference is a fingerprint."""
-    known = question.model.fingerprint if question.model is not None and question.kind is Kind.FINGERPRINT else None
+    known = _fingerprint(question)
     return known.noise_deg if known is not None and known.noise_deg > 0.0 else None
+
+
+def _fingerprint(question: Question) -> Fingerprint | None:
+    """The model's, where it is the reference."""
+    return question.model.fingerprint if question.model is not None and question.kind is Kind.FINGERPRINT else None
 
 
 def _misfit_deg(model: Model, expected: Expected) -> float | None:
@@ -211,9 +219,10 @@ def _with_withheld(question: Question, stand: Stand) -> Stand:
 
 def _paired(question: Question, records: Sequence[Record], days: Sequence[Sequence[Record]]) -> Pairing:
     p0_mpa = question.model.p0_mpa if question.model else USUAL_P0_MPA
-    wanted = days if question.kind in BY_DAYS else []
-    pairing = without_strangers(pair_up(records, wanted, p0_mpa, pressures=question.pressures))
-    if question.kind in BY_DAYS and not pairing.pairs[0].sessions:
+    if question.kind not in BY_DAYS:
+        return pair_with_kept(records, _fingerprint(question), p0_mpa, pressures=question.pressures)
+    pairing = without_strangers(pair_up(records, days, p0_mpa, pressures=question.pressures))
+    if not pairing.pairs[0].sessions:
         raise RecordError(f"--baseline: pairs with no record: {'; '.join(pairing.notes) or 'other sweeps'}")
     return pairing
 

@@ -26,6 +26,7 @@ from rig.identify.response import (
 )
 from rig.model.fingerprint import Fingerprint, PressureSource
 from rig.model.fingerprint_check import fingerprint_checksum
+from rig.model.kept_day import packed
 from rig.model.kernels import drive
 from rig.model.parameters import Input, Model
 from rig.model.resample import set_points
@@ -71,6 +72,7 @@ def make_fingerprint(data: Sequence[Prepared], model: Model) -> Fingerprint | No
     made = _response_part(records, given, model)
     made = _misfit_part(made, records)
     made = _seen_part(made, records, data)
+    made = replace(made, day=packed([each.grid for each in data]))
     return replace(made, checksum=fingerprint_checksum(made, model))
 
 

@@ -9,9 +9,9 @@ noise, and the range that they showed. Plain data, read and written with the mod
 from dataclasses import dataclass
 from enum import StrEnum
 
-VERSION = 2
-"""Of what is written; 1 has no corrections."""
-READ = (1, 2)
+VERSION = 3
+"""Of what is written; 1 has no corrections, 1 and 2 keep no records."""
+READ = (1, 2, 3)
 """Versions that can be used."""
 
 
@@ -64,3 +64,5 @@ class Fingerprint:
     drive_mpa: tuple[float, float] = (0.0, 0.0)
     mean_mpa: tuple[float, float] = (0.0, 0.0)
     """Lowest and highest drive d and mean pressure that the records showed; outside of it nothing is known."""
+    day: str = ""
+    """The records themselves, see `rig.model.kept_day`; none in versions 1 and 2."""

@@ -7,6 +7,9 @@ from dataclasses import asdict
 from rig.model.fingerprint import READ, VERSION, Fingerprint
 from rig.model.parameters import Model
 
+LACKS = {1: ("corrections", "day"), 2: ("day",)}
+"""Version -> what it does not have."""
+
 
 def fingerprint_checksum(fingerprint: Fingerprint, model: Model) -> str:
     """Over every number of the fingerprint and of the model it stands beside; opens with letters, since 3e47 would be
@@ -17,8 +20,8 @@ def fingerprint_checksum(fingerprint: Fingerprint, model: Model) -> str:
     }
     effects = [[added.effect, added.parameters] for added in model.effects]
     own = asdict(fingerprint) | {"checksum": ""}
-    if fingerprint.version == 1:
-        del own["corrections"]
+    for name in LACKS.get(fingerprint.version, ()):
+        del own[name]
     numbers = [own, model.sample_time_s, model.p0_mpa, model.muscle.input, stages, effects]
     text = json.dumps(_one_zero(numbers), sort_keys=True)
     return f"sha-{hashlib.sha256(text.encode()).hexdigest()[:12]}"

@@ -314,6 +314,10 @@ class _InlineList(list[object]):
     """A list that YAML writes on one line."""
 
 
+class _Lines(str):
+    """Text that YAML writes line by line."""
+
+
 class _Dumper(yaml.SafeDumper):
     """Writes a parameter, and a row of numbers, on one line."""
 
@@ -324,6 +328,7 @@ _Dumper.add_representer(
 _Dumper.add_representer(
     _InlineList, lambda dumper, data: dumper.represent_sequence("tag:yaml.org,2002:seq", data, flow_style=True)
 )
+_Dumper.add_representer(_Lines, lambda dumper, data: dumper.represent_scalar("tag:yaml.org,2002:str", data, style="|"))
 
 
 def _plain(value: object) -> object:
@@ -334,6 +339,8 @@ def _plain(value: object) -> object:
         return _InlineList(unstructure(value))
     if isinstance(value, dict):
         return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, str) and "\n" in value:
+        return _Lines(value)
     if not dataclasses.is_dataclass(value):
         return unstructure(value)
     said = {

@@ -9,6 +9,7 @@ import jinja2
 from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.words import FROM_MODEL, SOURCES, answers, chain_rows
 from rig.gap.pipeline import Grounds
+from rig.gap.reference.kinds import Kind as Reference
 from rig.model.parameters import Model
 from rig.outputs import Kind, write_text
 from rig.own_units import own_text
@@ -57,10 +58,18 @@ def _assumed(diagnosis: Diagnosis, grounds: Grounds, model: Model) -> list[str]:
             "muscles and joint"
         )
     told = [
-        f"What is expected is {f'the mean of {sessions} earlier days' if sessions else 'what the model says'}; "
+        f"What is expected is {_expected(diagnosis.reference, sessions)}; "
         f"what is usual comes from {SOURCES[diagnosis.gap.floor_source]}.",
         *([f"Pressures were {'used: each valve is judged by its monitor' if used else 'not used'}."] if valves else []),
         f"{description} misses {nominal.misfit_deg:.2g} deg rms of what is expected and is used in differences only.",
         f"The model ({model.muscle.kind}, driven by {model.muscle.input.value}) was not tuned to these records.",
     ]
     return [*told, *diagnosis.notes]
+
+
+def _expected(reference: Reference, sessions: int) -> str:
+    if not sessions:
+        return "what the model says"
+    if reference is Reference.FINGERPRINT:
+        return "what the rig answered to the same sweeps when the model was identified"
+    return f"the mean of {sessions} earlier days"

@@ -332,6 +332,10 @@ def _reference(diagnosis: Diagnosis) -> str:
         Kind.FINGERPRINT: "the description of the rig in the model file (its fingerprint)",
         Kind.SIMULATOR: "the simulator itself",
     }[diagnosis.reference]
+    if diagnosis.reference is Kind.FINGERPRINT and diagnosis.evidence.sessions:
+        name = (
+            "what the rig answered to these sweeps when the model was identified (the fingerprint in its file keeps it)"
+        )
     because = f", {diagnosis.reference_because}" if diagnosis.reference_because else ""
     gap = diagnosis.gap
     usual = f"{degrees(gap.floor_deg)} deg is {SOURCES[gap.floor_source]}"

@@ -62,6 +62,8 @@ def pressure_scene(expected: Expected, settings: Fitted, whole: Expected | None 
     factor = own_factor(parts, pressure_days(expected.tracks), levels, settings.prior)
     factor = factor.doubting(motion_doubt(expected.tracks, expected.response))
     factor = factor.at_least(expected.missed_mpa).less_sure(_where_fast(factor.lines, expected))
+    if expected.kind is Kind.FINGERPRINT:
+        factor = factor.standing_off(expected.missed_mpa)
     moving = float(np.std(np.concatenate([track.reference.p1_mpa for track in expected.tracks])))
     scales = law_scales((whole or expected).tracks, expected.response.tau0_s)
     change = pressure_change(expected.tracks, expected.response)

@@ -90,7 +90,7 @@ def known_rig(expected: Expected) -> Rig:
     """The rig of records that there are, as their reference knows it."""
     return (
         known_by(expected.response, expected.tracks, pressures=expected.driven)
-        if _of_days(expected)
+        if expected.by_days
         else Rig(
             expected.response,
             expected.levels,
@@ -125,10 +125,6 @@ def known_by(response: ResponseModel, days: Sequence[Track], *, pressures: bool)
         known_hz=known_by_hz((pair.u1_mpa - pair.u2_mpa, pair.dt_s) for pair in pairs),
         grid_s=pairs[0].dt_s,
     )
-
-
-def _of_days(expected: Expected) -> bool:
-    return expected.kind in (Kind.SESSION, Kind.SESSIONS)
 
 
 def _noise(tracks: Sequence[Track]) -> Noise:

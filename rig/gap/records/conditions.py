@@ -1,18 +1,15 @@
-"""Under which condition a record was taken: rest pressure, load, tension, temperature; from its facts, its columns or
-its session's YAML.
+"""In which condition two records differ: a sweep under another condition is another sweep, whatever its command.
 
-A sweep under another condition is another sweep, whatever its command. What only one of two records says is not
-compared.
+What only one of two records says is not compared.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from rig.further import Further, furthers_of
+from rig.conditions import commanded_rest, conditions, stated, word_of
 from rig.gap.records.settings import CONDITION_LIMITS, SHIFTED_MPA
 from rig.record import Record
-from rig.tags import tags_of
 
 
 @dataclass(frozen=True)
@@ -33,32 +30,11 @@ class Difference:
         return f"{self.name} is {self.mine:.4g}, not {self.other:.4g} (allowed: {self.limit:.2g} off)"
 
 
-def commanded_rest(record: Record) -> float | None:
-    """P0 that the record was commanded around, MPa; None where it does not say."""
-    if record.p1_cmd_mpa is not None and record.p2_cmd_mpa is not None:
-        return float(np.nanmedian(0.5 * (record.p1_cmd_mpa + record.p2_cmd_mpa)))
-    return float(record.facts["p0_mpa"]) if "p0_mpa" in record.facts else None
-
-
 def measured_rest(record: Record) -> float | None:
     """P0 by the measured pressures, MPa; None where one of them was not measured."""
     if record.p1_mpa is None or record.p2_mpa is None:
         return None
     return float(np.nanmedian(0.5 * (record.p1_mpa + record.p2_mpa)))
-
-
-def conditions(record: Record) -> dict[str, float | str]:
-    """Name -> value of every condition that the record says: a fact, or the median of a column of that name."""
-    said: dict[str, float | str] = {
-        name: float(np.nanmedian(column))
-        for name, column in record.extra.items()
-        if (_is_condition(name) or name in {one.name for one in _stated(record)}) and np.isfinite(column).any()
-    }
-    for name, value in (dict(record.facts) | tags_of(record.facts)).items():
-        if _is_condition(name) and isinstance(value, (int, float, str)):
-            said[name] = value if isinstance(value, str) else float(value)
-    rest = commanded_rest(record)
-    return said if rest is None else said | {"p0_mpa": rest}
 
 
 def difference(record: Record, other: Record) -> Difference | None:
@@ -92,20 +68,6 @@ def _other_rest(record: Record, other: Record) -> Difference | None:
 
 def _limit(name: str, size: float, record: Record) -> float:
     """What a condition may differ by: as its further channel says, else by its word."""
-    stated = [each.same_within for each in _stated(record) if each.name == name]
-    absolute, share = CONDITION_LIMITS.get(_word(name), (0.0, 0.0))
-    return stated[0] if stated else absolute + share * size
-
-
-def _stated(record: Record) -> list[Further]:
-    """The further channels that say within what their medians are one condition."""
-    return [one for one in furthers_of(record.facts) if one.same_within > 0.0]
-
-
-def _is_condition(name: str) -> bool:
-    return _word(name) in CONDITION_LIMITS
-
-
-def _word(name: str) -> str:
-    """load of load_kg."""
-    return name.partition("_")[0]
+    own = [each.same_within for each in stated(record) if each.name == name]
+    absolute, share = CONDITION_LIMITS.get(word_of(name), (0.0, 0.0))
+    return own[0] if own else absolute + share * size

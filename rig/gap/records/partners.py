@@ -9,9 +9,10 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from rig.conditions import conditions
 from rig.errors import RecordError
 from rig.gap.records.alignment import APART, Alignment, align
-from rig.gap.records.conditions import conditions, difference
+from rig.gap.records.conditions import difference
 from rig.gap.records.settings import SAME_COMMAND
 from rig.gap.records.usable import reasons
 from rig.record import Record

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rig.gap.records.conditions import commanded_rest, measured_rest
+from rig.conditions import commanded_rest
+from rig.gap.records.conditions import measured_rest
 from rig.gap.records.settings import SHIFTED_MPA
 from rig.record import Record
 

@@ -82,6 +82,9 @@ is weighed to a few percent."""
 SHIFTED_MPA = 0.03
 """A measured P0 that lies this far from the baselines' is another commanded P0, or a shift of both pressures, MPa:
 three times what regulators and monitors differ by between days."""
+LEAST_KEPT = 0.5
+"""Share of the records that must be of a sweep that a fingerprint keeps to be compared with that, the others left out.
+Fewer: all are compared with what its response model expects, which knows every sweep, and none as well."""
 INPUT_TAPS, INPUT_TAP_S = 8, 0.03
 """Taps of the response by which a baseline is propagated to the case's own input, and their distance, s: 0.24 s, six
 regulator lags."""

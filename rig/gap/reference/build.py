@@ -5,7 +5,7 @@ the pressures.
 |---|---|
 | sessions | two or more earlier days |
 | session | one earlier day |
-| fingerprint | the response model that identification keeps in the model file |
+| fingerprint | what identification keeps in the model file: its records as one day, and a response model |
 | simulator | the model alone; with the levels of a sister when it was made for another rig of the build |
 """
 
@@ -87,8 +87,8 @@ class Expected:
 
     @property
     def by_days(self) -> bool:
-        """Earlier days stand for the rig without a gap."""
-        return self.kind in BY_DAYS
+        """Earlier records of the same sweeps stand for the rig without a gap."""
+        return self.pairing.sessions > 0
 
     @property
     def driven(self) -> bool:
@@ -143,7 +143,7 @@ def because(asked: str, kind: Kind, model: Model | None, sessions: int) -> str:
 
 def expect(kind: Kind, sister: bool, model: Model | None, pairing: Pairing) -> Expected:
     """What the reference says of the records; ModelError when the model is no simulator of them."""
-    if kind in BY_DAYS:
+    if pairing.sessions:
         return _from_days(kind, model, pairing)
     if model is None:
         raise ModelError("neither a fitting baseline nor a model was given: there is nothing to compare with")

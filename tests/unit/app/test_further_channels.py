@@ -10,8 +10,9 @@ from support.run_command import PAMRIG
 from rig.app.compose import load
 from rig.app.records.logs import describe
 from rig.cli.commands import cli
+from rig.conditions import conditions
 from rig.errors import ConfigError
-from rig.gap.records.conditions import conditions, difference
+from rig.gap.records.conditions import difference
 from rig.log.reader import read
 from rig.record import Record
 from rig.report.log_figures import run_figure, terminal_picture

@@ -16,6 +16,7 @@ from rig.identify.stability import SweepRange
 from rig.identify.validate import validate
 from rig.model.fingerprint import Fingerprint, PressureSource
 from rig.model.fingerprint_check import fingerprint_checksum, fingerprint_trouble
+from rig.model.kept_day import unpacked
 from rig.model.kernels import simulate
 from rig.model.parameters import AddedEffect, Input, Model, SourceLog, load_model, save_model
 from rig.model.response import regulators_of, response_of
@@ -149,8 +150,9 @@ def test_it_comes_back_from_the_file_as_it_was(file: Path) -> None:
     again = load_model(file)
     assert again == MODEL
     assert fingerprint_trouble(again) is None
-    lines = file.read_text(encoding="utf-8").partition("fingerprint:")[2].splitlines()
-    assert len(lines) < 30, "rows of numbers stand on one line"
+    numbers, _, records = file.read_text(encoding="utf-8").partition("fingerprint:")[2].partition("  day: |\n")
+    assert len(numbers.splitlines()) < 30, "rows of numbers stand on one line"
+    assert "".join(records.split()) == "".join(FINGERPRINT.day.split())
 
 
 def test_a_checksum_never_looks_like_a_number(tmp_path: Path) -> None:
@@ -173,8 +175,26 @@ def test_a_model_without_one_reads_as_ever() -> None:
     assert fingerprint_trouble(RIG) is None
 
 
+def test_the_records_are_kept_on_the_models_clock() -> None:
+    kept = unpacked(FINGERPRINT.day)
+    assert [record.name for record in kept] == ["sine_0.2hz", "sine_0.5hz", "sine_0.8hz"]
+    for mine, record in zip(prepared(0.2, 0.5, 0.8), kept, strict=True):
+        assert record.period_s == pytest.approx(RIG.sample_time_s)
+        assert record.angle_deg is not None
+        assert np.std(record.angle_deg - mine.angle_deg) == pytest.approx(0.03, rel=0.1), "its noise is not kept"
+
+
+def test_a_file_of_version_2_keeps_no_records_and_stays_good(file: Path) -> None:
+    second = replace(FINGERPRINT, version=2, day="")
+    save_model(replace(RIG, fingerprint=replace(second, checksum=fingerprint_checksum(second, RIG))), file)
+    assert "day:" not in file.read_text(encoding="utf-8")
+    model = load_model(file)
+    assert fingerprint_trouble(model) is None
+    assert fingerprint_checksum(second, RIG) != fingerprint_checksum(FINGERPRINT, RIG)
+
+
 def test_a_file_of_version_1_has_no_corrections_and_stays_good(file: Path) -> None:
-    first = replace(FINGERPRINT, version=1, corrections=())
+    first = replace(FINGERPRINT, version=1, corrections=(), day="")
     save_model(replace(RIG, fingerprint=replace(first, checksum=fingerprint_checksum(first, RIG))), file)
     model = load_model(file)
     assert fingerprint_trouble(model) is None
@@ -200,16 +220,16 @@ def test_what_a_regulator_is_beside_a_lag_is_kept() -> None:
 
 def test_a_newer_version_is_said_in_one_line_and_the_model_works_without_it(file: Path) -> None:
     raw = yaml.safe_load(file.read_text(encoding="utf-8"))
-    raw["fingerprint"] = {"version": 3, "spectrum": {"lines": [1, 2]}, "weights": "base64"}
+    raw["fingerprint"] = {"version": 4, "spectrum": {"lines": [1, 2]}, "weights": "base64"}
     file.write_text(yaml.safe_dump(raw), encoding="utf-8")
     model = load_model(file)
     assert (
         fingerprint_trouble(model)
-        == "the model's fingerprint is of version 3, this pamrig reads versions up to 2: it is not used"
+        == "the model's fingerprint is of version 4, this pamrig reads versions up to 3: it is not used"
     )
     result = validate(model, [measured(0.5)], SweepRange())
     assert result.scores[0].rmse_deg < 0.2
-    assert [text for text in result.warnings if "version 3" in text]
+    assert [text for text in result.warnings if "version 4" in text]
 
 
 def edited(model: Model, change: str) -> Model:

@@ -79,7 +79,8 @@ def test_what_is_planned_after_an_earlier_day_is_judged_by_a_fingerprint_of_it()
     rig = known_rig(expected)
     assert (rig.kind, rig.levels) == (Kind.FINGERPRINT, "fingerprint")
     assert rig.missed_deg > 0.0
-    by_fingerprint = replace(expected, kind=Kind.FINGERPRINT, levels="fingerprint", missed_deg=0.25)
+    alone = pair_up(session(2), [], 0.2)
+    by_fingerprint = replace(expected, kind=Kind.FINGERPRINT, pairing=alone, levels="fingerprint", missed_deg=0.25)
     assert known_rig(by_fingerprint).missed_deg == 0.25
 
 
@@ -165,7 +166,8 @@ def test_a_planned_record_faster_than_what_is_known_is_as_many_times_less_sure(
 ) -> None:
     plans = planned([Entry(Sine(hz, 0.1), Timing(settle_s=1.0, duration_s=10.0), (0.2,))], 10_000_000)
     sure, unsure = (
-        pressure_scene(rehearse(replace(known, known_hz=at), plans), fitted()).factor.healthy for at in (np.inf, 0.8)
+        pressure_scene(rehearse(replace(known, known_hz=at, missed_mpa=0.0), plans), fitted()).factor.healthy
+        for at in (np.inf, 0.8)
     )
     np.testing.assert_allclose(unsure.variance, times**2 * sure.variance)
     np.testing.assert_allclose(unsure.patterns, times * sure.patterns)

@@ -16,7 +16,7 @@ RIG = load_model(ROOT / "configs" / "models" / "simulated.yaml")
 KNOWN = Fingerprint(drive_mpa=(-0.2, 0.2), mean_mpa=(0.19, 0.21))
 STAMPED = replace(RIG, fingerprint=replace(KNOWN, checksum=fingerprint_checksum(KNOWN, RIG)))
 EDITED = replace(STAMPED, p0_mpa=0.25)
-NEWER = replace(RIG, fingerprint=Fingerprint(version=3))
+NEWER = replace(RIG, fingerprint=Fingerprint(version=4))
 
 
 @pytest.mark.parametrize(
@@ -37,7 +37,7 @@ def test_the_best_there_is(model: Model | None, days: int, kind: Kind) -> None:
 
 @pytest.mark.parametrize(
     ("model", "reason"),
-    [(RIG, "the model file has none"), (EDITED, "changed after the identification"), (NEWER, "version 3")],
+    [(RIG, "the model file has none"), (EDITED, "changed after the identification"), (NEWER, "version 4")],
 )
 def test_a_fingerprint_that_is_asked_for_and_cannot_be_used_is_an_error_of_the_call(model: Model, reason: str) -> None:
     with pytest.raises(ConfigError, match=reason):

@@ -18,11 +18,11 @@ MISSED_MPA = 0.006
 
 
 def with_fingerprint(missed_mpa: float) -> Model:
-    """The simulator with a fingerprint of its own rig that says how far its regulators are off."""
+    """The simulator with a fingerprint of its rig that says how far its regulators are off, and keeps no records."""
     plain = model()
     made = fingerprint_of(session(70), plain)
     assert made is not None
-    said = replace(made, left_out_mpa=(missed_mpa, missed_mpa), misfit_mpa=(0.0, 0.0))
+    said = replace(made, day="", left_out_mpa=(missed_mpa, missed_mpa), misfit_mpa=(0.0, 0.0))
     return replace(plain, fingerprint=replace(said, checksum=fingerprint_checksum(said, plain)))
 
 
