@@ -47,6 +47,19 @@ class Group(Command, click.Group):
     group_class = type
 
 
+def options_behind_the_step(ctx: click.Context) -> None:
+    """UsageError for an option of a group that stands before one of its steps, which have options of their own and
+    would pass it over."""
+    given = [
+        param
+        for param in ctx.command.params
+        if ctx.get_parameter_source(param.name or "") is click.core.ParameterSource.COMMANDLINE
+    ]
+    if ctx.invoked_subcommand is not None and given:
+        option = max(given[0].opts, key=len)
+        raise click.UsageError(f"{option} stands before {ctx.invoked_subcommand}; options stand behind the step", ctx)
+
+
 def output_option(kind: Kind, help_text: str, *, or_folder: bool = False, **more: Any) -> Callable[[FC], FC]:
     """`-o`, also `--output` and `--out`: where a command writes its result, passed to it as `output`. Folders on the
     way are made."""

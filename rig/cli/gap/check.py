@@ -20,7 +20,7 @@ from rig.cli.gap.check_options import (
     workers_option,
 )
 from rig.cli.gap.check_studies import absorbed, further, odds, sensitivity, sizes
-from rig.cli.outputs import Group, Output, output_option
+from rig.cli.outputs import Group, Output, options_behind_the_step, output_option
 from rig.outputs import Kind
 
 if TYPE_CHECKING:
@@ -51,6 +51,7 @@ def check(
     The hash of the labels is printed first. Without a step, all three are done: make, answer, score.
     """
     if context.invoked_subcommand is not None:
+        options_behind_the_step(context)
         return
     import time
     from functools import partial

@@ -114,3 +114,11 @@ def test_effects_lists_the_library(tmp_path: Path) -> None:
 def test_missing_file_is_one_clear_line(days: Path) -> None:
     with pytest.raises(RecordError, match="nowhere"):
         call("diagnose", "--model", MODEL, "--log", days / "nowhere")
+
+
+def test_an_option_before_a_step_of_the_check_is_refused_and_not_passed_over(tmp_path: Path) -> None:
+    done = CliRunner().invoke(gap, ["check", "--cases", "8", "make", str(tmp_path / "here")])
+    assert done.exit_code == 2
+    assert "--cases stands before make; options stand behind the step" in done.output
+    assert not (tmp_path / "here").exists()
+    assert CliRunner().invoke(gap, ["check", "make", "--help"]).exit_code == 0
