@@ -43,10 +43,11 @@ def filled(column: Column, rows: int, length: int) -> Column:
     """(length,) a column that was `thinned` by so many rows, band-limited between them: its inverse for what is slow
     enough."""
     sinc, beyond = _windowed_sinc(rows), _SINC_LOBES + 1
-    between = np.zeros((len(column) + 2 * beyond) * rows)
-    between[::rows] = rows * _turned_about_ends(column, beyond)
+    between, ones = np.zeros((2, (len(column) + 2 * beyond) * rows))
+    between[::rows], ones[::rows] = _turned_about_ends(column, beyond), 1.0
     start = beyond * rows - len(sinc) // 2
-    return np.convolve(between, sinc, "valid")[start : start + length]
+    whole = np.convolve(between, sinc, "valid") / np.convolve(ones, sinc, "valid")  # a constant stays one
+    return whole[start : start + length]
 
 
 def running_median_at(column: Column, row: int, rows: int) -> float:

@@ -20,8 +20,7 @@ def fingerprint_checksum(fingerprint: Fingerprint, model: Model) -> str:
     }
     effects = [[added.effect, added.parameters] for added in model.effects]
     own = asdict(fingerprint) | {"checksum": ""}
-    for name in LACKS.get(fingerprint.version, ()):
-        del own[name]
+    own = {name: value for name, value in own.items() if value or name not in LACKS.get(fingerprint.version, ())}
     numbers = [own, model.sample_time_s, model.p0_mpa, model.muscle.input, stages, effects]
     text = json.dumps(_one_zero(numbers), sort_keys=True)
     return f"sha-{hashlib.sha256(text.encode()).hexdigest()[:12]}"

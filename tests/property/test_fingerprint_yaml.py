@@ -1,5 +1,6 @@
 """Whatever numbers a fingerprint holds, the file gives back the same ones, and a change of any one of them is seen."""
 
+import base64
 from dataclasses import fields, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -7,7 +8,7 @@ from tempfile import TemporaryDirectory
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rig.model.fingerprint import Fingerprint, PressureSource
+from rig.model.fingerprint import READ, Fingerprint, PressureSource
 from rig.model.fingerprint_check import fingerprint_checksum, fingerprint_trouble
 from rig.model.parameters import Model, load_model, save_model
 
@@ -18,7 +19,7 @@ PAIR = st.tuples(NUMBER, NUMBER)
 TRIPLE = st.tuples(NUMBER, NUMBER, NUMBER)
 FINGERPRINTS = st.builds(
     Fingerprint,
-    version=st.just(2),
+    version=st.sampled_from(READ),
     checksum=st.just(""),
     pressures=st.sampled_from(PressureSource),
     records=st.integers(0, 10**6),
@@ -30,6 +31,7 @@ FINGERPRINTS = st.builds(
     **dict.fromkeys(("weights", "slip", "curve", "misfit_mpa", "left_out_mpa", "noise_mpa"), ROW),
     drive_mpa=PAIR,
     mean_mpa=PAIR,
+    day=st.binary(max_size=500).map(lambda packed: base64.b64encode(packed).decode()),
 )
 
 
@@ -52,6 +54,8 @@ def another(value: object) -> object:
     """A value of the same kind that is not this one."""
     if isinstance(value, PressureSource):
         return next(each for each in PressureSource if each is not value)
+    if isinstance(value, str):
+        return f"{value[:-1]}\n"
     if isinstance(value, tuple):
         return value[:-1] if value else (1.0,)
     return 7.0 if value is None else float(value) / 2 + 1.0  # type: ignore[arg-type]
