@@ -132,8 +132,12 @@ class Prior:
     sooner."""
     share_spread: float = 1.5
     """Standard deviation of its logarithm."""
+    laws: Mapping[str, float] = field(default_factory=dict)
+    """Effect -> its laws' usual error: what the best of them leaves of its own change (rms) where a rig acts by another
+    law, beside what days differ in; fitted by `pamrig gap calibrate` (docs/decisions/0582). Larger: the effect is named
+    where it fits less well, and something unknown is sooner taken for it."""
     rho_scale: float = 1.0
-    """Factor on every law's usual error (`effects.Effect.misfit`). Larger: rough and exact laws come closer."""
+    """Factor on every law's usual error. Larger: rough and exact laws come closer."""
     rho_lines: float = 1.0
     """Share of that error that is independent from line to line, the rest being coherent."""
     effective: float = 60.0
@@ -153,7 +157,7 @@ class Spread:
     floor: float
     """Share of the floor's mean square. More: wider where gaps are small."""
     law: float
-    """Share of a law's usual error (`Effect.misfit`), of what it closes. More: wider for rough laws."""
+    """Share of a law's usual error (`Prior.laws`), of what it closes. More: wider for rough laws."""
     below: float
     above: float
     """Ends of the interval, in standard deviations."""
@@ -167,7 +171,7 @@ class Reach:
     gap check further`."""
 
     law: float = 0.0
-    """Share of a law's usual error (`Effect.misfit`) that a size may miss. More: wider for rough laws."""
+    """Share of a law's usual error (`Prior.laws`) that a size may miss. More: wider for rough laws."""
     deviations: float = 1.96
     """End of the 95 % interval, in standard deviations; as fitted here, where the likelihood were right."""
     cases: int = 0

@@ -18,7 +18,7 @@ from rig.gap.answer.further import Shrunk, fit_spread
 from rig.gap.answer.size_intervals import Sized, deviation_of, fit_reach, reference_of
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.reference.kinds import Kind
-from rig.gap.settings import Fitted, Reach
+from rig.gap.settings import Fitted, Prior, Reach
 
 LEAST_CASES = 20
 """Fewer tell nothing of the outermost twentieths."""
@@ -27,7 +27,7 @@ LEAST_CASES = 20
 def with_intervals(levels: Fitted, folders: Sequence[CheckFolder], left_out: Sequence[str]) -> Fitted:
     """The levels with the spread of what is left and the reach of sizes, as these checks' cases show them, without
     those of the families `left_out`. RecordError where there are too few."""
-    found = [case for folder in folders for case in _cases(folder, left_out)]
+    found = [case for folder in folders for case in _cases(levels, folder, left_out)]
     if len(found) < LEAST_CASES:
         raise RecordError(
             f"{len(found)} cases name an effect whose shrinking was seen on untouched records; at least {LEAST_CASES} "
@@ -55,27 +55,27 @@ def _sizes(levels: Fitted, folder: CheckFolder, left_out: Sequence[str]) -> Iter
         reference = reference_of(Kind(diagnosis["reference"]))
         for cause in diagnosis["causes"]:
             fact = facts.get(cause["effect"])
-            one = None if fact is None else _sized(cause, fact, levels.reach_of(reference))
+            one = None if fact is None else _sized(cause, fact, levels.reach_of(reference), levels.prior)
             if one is not None:
                 yield reference, one
 
 
-def _sized(cause: Mapping[str, Any], fact: EffectFact, reach: Reach) -> Sized | None:
+def _sized(cause: Mapping[str, Any], fact: EffectFact, reach: Reach, prior: Prior) -> Sized | None:
     number = None if cause["judged_on"] in RAW else cause["parameters"].get(fact.library_parameter)
     if not fact.size or number is None or number["high"] is None or number["high"] <= number["low"]:
         return None
     half = max(number["high"] - number["value"], number["value"] - number["low"])  # one end may be the law's own
-    rho = LIBRARY[cause["effect"]].misfit
+    rho = LIBRARY[cause["effect"]].roughness(prior)
     return Sized(number["value"], deviation_of(number["value"], half, rho, reach), rho, fact.size)
 
 
-def _cases(folder: CheckFolder, left_out: Sequence[str]) -> Iterator[tuple[Shrunk, float]]:
+def _cases(levels: Fitted, folder: CheckFolder, left_out: Sequence[str]) -> Iterator[tuple[Shrunk, float]]:
     """For each case and way of asking that named something: what was said, and the mean square (deg^2) that was
     left."""
     for _, row, diagnosis in _answers(folder, left_out):
         if row.realised_ef is None or row.ef_interval is None:
             continue
-        said = _said(diagnosis)
+        said = _said(diagnosis, levels.prior)
         closed = said.before_deg**2 - said.floor_deg**2
         yield said, said.floor_deg**2 + (1.0 - min(row.realised_ef, 1.0)) * closed
 
@@ -93,8 +93,8 @@ def _of_library(row: Row) -> bool:
     return row.kind in (CaseKind.SINGLE, CaseKind.PAIR) and row.is_clear
 
 
-def _said(diagnosis: Mapping[str, Any]) -> Shrunk:
+def _said(diagnosis: Mapping[str, Any], prior: Prior) -> Shrunk:
     left = tuple(one["gap_after_deg"] ** 2 for one in diagnosis["evidence"]["records"])
     added = [cause["effect"] for cause in diagnosis["causes"] if cause["judged_on"] not in RAW]
-    rho = max(LIBRARY[name].misfit for name in added if name in LIBRARY)
+    rho = max(LIBRARY[name].roughness(prior) for name in added if name in LIBRARY)
     return Shrunk(diagnosis["gap"]["rms_deg"], diagnosis["gap"]["floor_deg"], left, rho)

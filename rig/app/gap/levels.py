@@ -1,5 +1,5 @@
 """What `pamrig gap calibrate` does: the levels of every reference, fitted on healthy days of development units of all
-plant families.
+plant families, and how rough the library's laws are on these (`rig.app.gap.law_errors`).
 
 Each unit is identified on its first day, as a user would; further days then stand beside that day, beside the
 fingerprint and the simulator that the identification made, and beside the simulator of the next unit of the same build.
@@ -16,6 +16,7 @@ import yaml
 
 from hil.reference.cases import CASES_PER_UNIT, Bench, Case, Purpose, bench_of, draw_sheet
 from hil.reference.families import NAMES
+from rig.app.gap.law_errors import of_rig, usual_errors
 from rig.blind_check.generate import nominal_model
 from rig.blind_check.source import records_of
 from rig.columns import rms
@@ -34,6 +35,8 @@ from rig.parallel import executor
 from rig.record import Record
 
 R = TypeVar("R")
+STEPS = 3
+"""Rounds over the rigs: identified, their days, their effects."""
 DAYS = (1, 3, 5)
 """Healthy days that are held beside the first."""
 DIGITS = 4
@@ -80,7 +83,8 @@ def known_families(names: Sequence[str], left_out: Sequence[str] = ()) -> tuple[
 
 
 def calibrate(plan: Plan, report: Callable[[int], None] = lambda done: None) -> Fitted:
-    """The levels of session, fingerprint, simulator and sister; the rest, odds as well, stays as it is."""
+    """The levels of session, fingerprint, simulator and sister, and the laws' usual errors; the rest, odds as well,
+    stays as it is. `report` is told how many of STEPS times the rigs are done."""
     shipped = fitted()
     prior = shipped.prior
     sheets = [_first_cases(name, plan) for name in plan.families]
@@ -94,9 +98,11 @@ def calibrate(plan: Plan, report: Callable[[int], None] = lambda done: None) -> 
         of_each = [[day for day in days if day.reference == name] for name in names]
         made = zip(names, pool.map(partial(_levels, prior=prior), of_each), strict=True)
         levels = {name: replace(one, odds=shipped.levels[name].odds) for name, one in made}
+        errors = _reported(pool.map(of_rig, range(len(rigs)), rigs), report, 2 * len(rigs))
+        laws = usual_errors([error for some in errors for error in some])
     command = f"pamrig gap calibrate --units {plan.units} --seed {plan.seed}"
     provenance = Provenance(command, list(plan.families), len(rigs), len(rigs) * len(DAYS))
-    return replace(shipped, provenance=provenance, levels=levels, prior=prior)
+    return replace(shipped, provenance=provenance, levels=levels, prior=replace(prior, laws={**prior.laws, **laws}))
 
 
 def _reported(results: Iterable[R], report: Callable[[int], None], before: int) -> Iterator[R]:

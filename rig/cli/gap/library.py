@@ -26,21 +26,24 @@ def calibrate(
     output: Path, families: tuple[str, ...], left_out: tuple[str, ...], units: int, seed: int, workers: int | None,
     json_to: str | None,
 ) -> None:  # fmt: skip
-    """Fit how much healthy days of simulated plants differ from each reference: the levels that decide what counts as a
-    gap.
+    """Fit how much healthy days of simulated plants differ from each reference, which decides what counts as a gap, and
+    how rough each effect's law is where a plant acts by another.
 
     The file takes the place of rig/gap/priors.yaml once a blind check on other seeds and families has shown that it is
     better.
     """
-    from rig.app.gap.levels import Plan, calibrate, known_families, write
+    from rig.app.gap.levels import STEPS, Plan, calibrate, known_families, write
     from rig.config import unstructure
 
     plan = Plan(known_families(families, left_out), units, seed, workers)
-    total = 2 * units * len(plan.families)
+    total = STEPS * units * len(plan.families)
     with progress("fitting", total) as update:
         found = calibrate(plan, lambda done: update(done, f"{done} of {total}"))
     write(found, output)
-    console(json_to).print(f"{output}: levels of {', '.join(found.levels)}, from {found.provenance.units} rigs")
+    console(json_to).print(
+        f"{output}: levels of {', '.join(found.levels)}, and the errors of {len(found.prior.laws)} effects' laws, from "
+        f"{found.provenance.units} rigs"
+    )
     emit(unstructure(found), json_to)
 
 

@@ -63,6 +63,8 @@ def _valve_slew(numbers: Numbers) -> str:
 def _one_way(numbers: Numbers) -> str:
     if "ratio" not in numbers:
         name, does = ("exhaust_mpa_s", "empty") if "exhaust_mpa_s" in numbers else ("fill_mpa_s", "fill")
+        if value(numbers, "soft") > 0.5:
+            return f"Something narrows the air's way: the muscles {does} the more slowly the faster they should, half as fast at {size(numbers[name])}; the other way they are as fast as ever"
         return f"The muscles {does} by no more than {size(numbers[name])}; the other way they are as fast as ever"
     slow, fast = ("Emptying", "filling") if numbers["ratio"].value >= 1.0 else ("Filling", "emptying")
     return f"{slow} a muscle takes {_times(numbers['ratio'])} as long as {fast} it"
@@ -72,6 +74,12 @@ def _times(ratio: Interval) -> str:
     """How many times as long the slower way takes; at least so many where the ratio stands at the end of its law."""
     at_end = ratio.low < ratio.high and ratio.value in (ratio.low, ratio.high)
     return f"{'at least ' if at_end else ''}{max(ratio.value, 1.0 / max(ratio.value, 1e-6)):.2g} times"
+
+
+def _ceiling(numbers: Numbers) -> str:
+    if "supply_mpa" in numbers:
+        return f"The supply stands at {size(numbers['supply_mpa'])} only, and the closer the pressures come to it the more slowly the muscles fill"
+    return f"The pressures do not rise above {size(numbers['ceiling_mpa'])}"
 
 
 def _supply_droop(numbers: Numbers) -> str:
@@ -163,7 +171,7 @@ ON_THE_RIG: Mapping[str, OnTheRig] = {
         "a clogged silencer or throttle on one way; the supply close to the pressure asked for", "the exhaust's silencer; the supply pressure; a step up and a step down"),
     "valve_dead_band": OnTheRig("a dead band of the valves", lambda n: f"{_valves(n, 'The regulators do', 'Regulator {} does')} not react while the set-point changes by less than {size(n['width_mpa'])}",
         "dry friction of the spool; a dead band set in the regulator", "the regulator's settings; a slow ramp of the set-point"),
-    "pressure_ceiling": OnTheRig("a ceiling of the pressure", lambda n: f"The pressures do not rise above {size(n['ceiling_mpa'])}",
+    "pressure_ceiling": OnTheRig("a ceiling of the pressure", _ceiling,
         "the supply is lower than what is asked for; a limit set in the regulator or the output", "the supply's gauge; the regulator's range"),
     "supply_droop": OnTheRig("a supply that sags", _supply_droop,
         "a small compressor or tank; a thin or long supply line; others on the same line", "the supply's gauge while the rig moves fast"),

@@ -143,7 +143,7 @@ def _notes(told: Told, kept: Sequence[Kept]) -> list[str]:
 
 def _further(kept: Sequence[Kept], before: float, floor: float, far: HowFar, settings: Fitted) -> tuple[float, float]:
     """Between what rms (deg) further records will lie with the kept effects in the simulator."""
-    rho = max(one.fit.effect.misfit for one in kept)
+    rho = max(one.fit.effect.roughness(settings.prior) for one in kept)
     return further(Shrunk(before, floor, far.per_record_deg2, rho), settings.further)
 
 

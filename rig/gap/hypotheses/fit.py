@@ -300,7 +300,7 @@ class _Trial:
         healthy, lines, prior = self.scene.factor.healthy, self.scene.factor.lines, self.scene.prior
         change, moved = self.changed(x, fixed)
         left = self._gap - moved
-        rho = effect.misfit * prior.rho_scale
+        rho = effect.roughness(prior)
         power = lines.envelope(moved, ENVELOPE_HZ, ENVELOPE_EVEN)
         logs = [with_law(healthy, lines, moved, share * rho, prior, power).log_density(left) for share in LAW_SHARES]
         log_density = float(np.logaddexp.reduce(logs)) - float(np.log(len(logs)))

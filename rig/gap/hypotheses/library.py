@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from math import inf
 from typing import Any
 
+from rig.gap.settings import Prior
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.slots import AHEAD
 from rig.plugins import EFFECTS, Registered
@@ -61,8 +62,7 @@ class Effect:
     pressure_class: str
     """Effects with the same word look alike even with pressures."""
     misfit: float = 0.1
-    """What its best law usually leaves of its own gap, as a share of the rms: how exact the law is. Measured on effects of other laws
-    (development cases, the practice set, a stranger's plant; docs/decisions/0505, 0565)."""
+    """Its laws' usual error where none was fitted (`Prior.laws`): what the best of them leaves of its own change, as a share of the rms."""
     signature: bool = False
     """Found by its signature, not by least squares."""
 
@@ -70,6 +70,10 @@ class Effect:
     def stage(self) -> str:
         """Where the report says it lies."""
         return EFFECT_STAGES[self.laws[0].stage].lies_in
+
+    def roughness(self, prior: Prior) -> float:
+        """How rough its laws usually are, as a share of what they change."""
+        return prior.rho_scale * prior.laws.get(self.name, self.misfit)
 
     @property
     def upstream(self) -> bool:
@@ -84,6 +88,8 @@ def _both(*more: Mapping[str, float]) -> tuple[Mapping[str, float], ...]:
 ONE_VALVE = ({"balance": 1.0}, {"balance": -1.0})
 HOLDS = tuple(0.012 * 1.28**k for k in range(13))
 """A hold is discontinuous in its width: a close grid."""
+RESONANCES = tuple(0.01 * 1.25**k for k in range(13))
+"""A mass on a lightly damped joint fits within a tenth of its resonance only: a close grid, too."""
 CHOKED = tuple({"exhaust_mpa_s": exhaust, "choked": 1.0} for exhaust in (0.15, 0.3, 0.6, 1.2))
 UNCHOKED = tuple({"exhaust_mpa_s": exhaust} for exhaust in (0.15, 0.3, 0.6))
 EITHER_MUSCLE = ({"muscle": 1.0}, {"muscle": 2.0})
@@ -92,101 +98,106 @@ BOTH_STOPS = tuple({"low_deg": low} for low in (-32.0, -26.0, -20.0, -15.0, -10.
 TIMES = (0.004, 0.008, 0.016, 0.03, 0.06, 0.12, 0.25)
 
 _LIBRARY: tuple[Effect, ...] = (
-    Effect("delay", (Law("delay", ("delay_s",), TIMES),), "everything late by the same time; grows with frequency, keeps shapes", "late", "delay", 0.05),
+    Effect("delay", (Law("delay", ("delay_s",), TIMES),), "everything late by the same time; grows with frequency, keeps shapes", "late", "delay"),
     Effect("clock_drift", (Law("clock_drift", ("drift",), (1e-4, 3e-4, 1e-3, 3e-3, 1e-2), signs=BOTH_SIGNS),),
-           "a delay that grows steadily through each record", "clock", "clock", 0.1),
+           "a delay that grows steadily through each record", "clock", "clock"),
     Effect("lost_samples", (Law("lost_samples", ("probability",), (0.01,)),), "values repeat exactly, then jump", "lost", "lost", signature=True),
     Effect("valve_gain", (
         Law("valve_gain", ("gain",), FINE, signs=BOTH_SIGNS),
         Law("valve_gain", ("gain", "balance"), FINE, signs=BOTH_SIGNS, shapes=({"balance": 0.1}, {"balance": -0.1})),
         Law("valve_gain", ("gain",), FINE, shapes=ONE_VALVE),
-    ), "pressures in proportion to their set-points, off by a share", "gain", "valve_gain", 0.02),
+    ), "pressures in proportion to their set-points, off by a share", "gain", "valve_gain"),
     Effect("valve_offset", (
         Law("valve_offset", ("offset_mpa",), FINE[:5], signs=BOTH_SIGNS, shapes=(*ONE_VALVE, {"balance": 2.0})),
-    ), "one pressure (or the difference) off by a constant", "offset", "valve_offset", 0.05),
+    ), "one pressure (or the difference) off by a constant", "offset", "valve_offset"),
     Effect("valve_lag", (Law("valve_lag", ("tau_s",), TIMES, shapes=_both(*ONE_VALVE)),
                          *(Law("valve_filter", ("tau_s",), TIMES, shapes=({"poles": poles},)) for poles in (1.0, 2.0, 3.0)),
                          Law("valve_filter", ("tau_s",), TIMES, shapes=ONE_VALVE),
                          Law("valve_lag", ("tau_s",), (-0.1, -0.35, -0.7), "regulator_s", shapes=_both(), bounds={"tau_s": (-1.0, 0.0)})),
-           "pressures follow more slowly, filling and exhausting alike", "late", "valve_lag", 0.15),
+           "pressures follow more slowly, filling and exhausting alike", "late", "valve_lag"),
     Effect("valve_slew", (
         Law("valve_slew", ("fill_mpa_s",), (0.95, 0.85, 0.7, 0.5, 0.3, 0.15), "rate_mpa_s", tied={"exhaust_mpa_s": "fill_mpa_s"}),
         Law("valve_slew", ("fill_mpa_s",), (0.95, 0.8, 0.6, 0.35), "rate_mpa_s", tied={"exhaust_mpa_s": "fill_mpa_s"}, shapes=ONE_VALVE),
         Law("valve_slew", ("fill_mpa_s", "exhaust_mpa_s"), (3.0, 1.3, 0.9, 0.6, 0.35), "rate_mpa_s", shapes=CHOKED),
         Law("valve_slew", ("fill_mpa_s", "exhaust_mpa_s"), (1.3, 0.8, 0.4), "rate_mpa_s", shapes=UNCHOKED),
-    ), "fast changes of pressure become ramps, slow ones are untouched", "slew", "slew", 0.2),
+    ), "fast changes of pressure become ramps, slow ones are untouched", "slew", "slew"),
     Effect("fill_exhaust_asymmetry", (
         Law("fill_exhaust_asymmetry", ("ratio",), (0.3, 0.5, 0.7, 0.85, 1.15, 1.5, 2.0, 3.0, 5.0), shapes=({"fill_share": 0.0},)),
         Law("fill_exhaust_asymmetry", ("ratio",), (0.15, 0.3, 0.5, 0.7, 0.85, 1.2, 2.0), shapes=({"fill_share": 1.0},)),
         Law("valve_slew", ("exhaust_mpa_s",), (0.95, 0.85, 0.7, 0.5, 0.3), "rate_mpa_s"),
         Law("valve_slew", ("fill_mpa_s",), (0.95, 0.85, 0.7, 0.5, 0.3), "rate_mpa_s"),
-    ), "pressures late in one direction only, so their mean moves with speed", "one_way", "one_way", 0.4),
+        Law("valve_slew", ("exhaust_mpa_s",), (10.0, 4.0, 2.0, 1.0, 0.5), "rate_mpa_s", shapes=({"soft": 1.0},)),
+        Law("valve_slew", ("fill_mpa_s",), (10.0, 4.0, 2.0, 1.0, 0.5), "rate_mpa_s", shapes=({"soft": 1.0},)),
+    ), "pressures late in one direction only, so their mean moves with speed", "one_way", "one_way"),
     Effect("valve_dead_band", (
         Law("valve_dead_band", ("width_mpa",), FINE, "swing_mpa", shapes=({"edge": 1.0},)),
         Law("valve_dead_band", ("width_mpa",), HOLDS, "swing_mpa", shapes=({"edge": 0.1}, {"edge": 0.3}, {"edge": 0.6})),
         Law("valve_dead_band", ("width_mpa",), FINE, "swing_mpa", shapes=tuple({"edge": 1.0} | one for one in ONE_VALVE)),
-    ), "pressures stand still at turning points and stay short of the set-point", "play", "dead_band", 0.4),
-    Effect("pressure_ceiling", (Law("pressure_ceiling", ("ceiling_mpa",), (0.99, 0.97, 0.94, 0.9, 0.85, 0.78, 0.7), "top_mpa"),),
-           "peaks of pressure cut off at one height", "cut", "ceiling", 0.12),
+    ), "pressures stand still at turning points and stay short of the set-point", "play", "dead_band"),
+    Effect("pressure_ceiling", (
+        Law("pressure_ceiling", ("ceiling_mpa",), (0.99, 0.97, 0.94, 0.9, 0.85, 0.78, 0.7), "top_mpa"),
+        Law("low_supply", ("supply_mpa",), (1.4, 1.25, 1.15, 1.08, 1.03, 1.0, 0.95, 0.9, 0.8, 0.7), "top_mpa"),
+    ),
+           "peaks of pressure cut off at one height", "cut", "ceiling"),
     Effect("supply_droop", (
         Law("supply_droop", ("droop_s",), (0.03, 0.1, 0.3, 0.9), shapes=tuple({"refill_s": refill} for refill in (0.05, 0.15, 0.5))),
         Law("supply_droop", ("droop_s", "supply_mpa"), (0.15, 0.5, 1.5), shapes=({"supply_mpa": 0.35}, {"supply_mpa": 0.42}, {"supply_mpa": 0.5}),
             bounds={"droop_s": (0.1, 2.0)}),
         Law("fill_exhaust_asymmetry", ("ratio",), (0.15, 0.3, 0.5, 0.7, 0.85), shapes=({"fill_share": 0.0}, {"fill_share": 1.0}),
             bounds={"ratio": (0.02, 1.0)}),
-    ), "filling falls behind, exhausting does not", "one_way", "one_way", 0.5),
+    ), "filling falls behind, exhausting does not", "one_way", "one_way"),
     Effect("co_contraction", (Law("co_contraction", ("shift_mpa",), FINE, signs=BOTH_SIGNS),),
-           "both pressures off by the same constant; the angle's gain changes against it", "gain", "co_contraction", 0.02),
+           "both pressures off by the same constant; the angle's gain changes against it", "gain", "co_contraction"),
     Effect("muscle_mismatch", (Law("muscle_mismatch", ("mismatch",), FINE, signs=BOTH_SIGNS),),
-           "the angle is off, and its gain a little, as if one pressure counted more", "offset", "mismatch", 0.06),
+           "the angle is off, and its gain a little, as if one pressure counted more", "offset", "mismatch"),
     Effect("leak", (
         Law("leak", ("loss",), FINE, shapes=(*EITHER_MUSCLE, *CHOKED_LEAK)),
         Law("leak_ahead", ("loss",), FINE, shapes=(*EITHER_MUSCLE, *CHOKED_LEAK)),
-    ), "one pressure lower by a share; behind the monitor only the angle shows it", "offset", "mismatch", 0.07),
+    ), "one pressure lower by a share; behind the monitor only the angle shows it", "offset", "mismatch"),
     Effect("creep", (
         Law("creep", ("share", "tau_s"), (0.02, 0.1), signs=BOTH_SIGNS, shapes=tuple({"tau_s": t, "relaxed": 0.0} for t in (0.7, 3.0, 12.0)),
             bounds={"tau_s": (0.4, 40.0)}),
         Law("creep", ("share", "tau_s"), (0.02, 0.1), signs=BOTH_SIGNS, shapes=tuple({"tau_s": t, "relaxed": 1.0} for t in (0.7, 2.0, 8.0)),
             bounds={"tau_s": (0.4, 40.0)}),
-    ), "the angle keeps moving slowly after the pressure has settled; loops wider at low frequency", "creep", "creep", 0.06),
+    ), "the angle keeps moving slowly after the pressure has settled; loops wider at low frequency", "creep", "creep"),
     Effect("thermal_drift", (Law("thermal_drift", ("rate_per_min",), (0.01, 0.05, 0.2, 0.6), signs=BOTH_SIGNS),
                              Law("stiffness", ("rise_per_min",), (0.3, 1.0, 3.0)), Law("stiffness", ("rise_per_min",), (-0.2, -0.6, -1.5)),
                              Law("one_muscle_warms", ("rate_per_min",), (0.01, 0.05, 0.2, 0.6), signs=BOTH_SIGNS, shapes=EITHER_MUSCLE)),
-           "the amplitude grows or shrinks through each record, and the angle wanders where one muscle warms more", "drift", "thermal", 0.16),
+           "the amplitude grows or shrinks through each record, and the angle wanders where one muscle warms more", "drift", "thermal"),
     Effect("coulomb_friction", (Law("coulomb_friction", ("width_deg",), (0.01, 0.03, 0.1, 0.3), "span_deg"),
                                 Law("coulomb_friction", ("width_deg",), (-0.01, -0.03, -0.1), "span_deg")),
-           "the loop is wider, or narrower, at every speed, with corners at turning points", "play", "play", 0.09),
+           "the loop is wider, or narrower, at every speed, with corners at turning points", "play", "play"),
     Effect("viscous_friction", (Law("viscous_friction", ("tau_s",), (0.01, 0.03, 0.1, 0.3)), Law("viscous_friction", ("tau_s",), (-0.01, -0.03))),
-           "the angle lags in proportion to speed", "late", "lag", 0.09),
-    Effect("inertia", (Law("inertia", ("time_s",), (0.015, 0.03, 0.06, 0.12)), Law("inertia", ("time_s",), (-0.015, -0.03, -0.06))),
-           "fast parts of the angle overshoot and ring", "late", "inertia", 0.15),
+           "the angle lags in proportion to speed", "late", "lag"),
+    Effect("inertia", (Law("inertia", ("time_s",), RESONANCES), Law("inertia", ("time_s",), (-0.015, -0.03, -0.06))),
+           "fast parts of the angle overshoot and ring", "late", "inertia"),
     Effect("gravity_load", (
         Law("gravity_load", ("load_deg",), (0.01, 0.05, 0.2), "span_deg", BOTH_SIGNS),
         Law("gravity_load", ("load_deg", "phase_deg"), (0.05, 0.2), "span_deg", BOTH_SIGNS, shapes=({"phase_deg": 30.0}, {"phase_deg": -30.0}),
             bounds={"phase_deg": (-45.0, 45.0)}),
-    ), "gain and offset change together, bent like a sine of the angle", "offset", "gravity", 0.025),
+    ), "gain and offset change together, bent like a sine of the angle", "offset", "gravity"),
     Effect("stiffness", (
         Law("stiffness", ("stiffness",), (0.15, 0.4, 1.0), signs=BOTH_SIGNS),
         Law("stiffness", ("stiffness",), (0.02, 0.06, 0.2), signs=BOTH_SIGNS, shapes=({"spring": 1.0},)),
         Law("stiffness", ("stiffness", "load_deg"), (0.15, 0.4, 1.0), signs=BOTH_SIGNS, shapes=({"load_deg": 5.0}, {"load_deg": -5.0})),
-    ), "friction, mass and weight all count less, or more, by the same share", "stiffness", "stiffness", 0.1),
+    ), "friction, mass and weight all count less, or more, by the same share", "stiffness", "stiffness"),
     Effect("backlash", (Law("backlash", ("width_deg",), (0.003, 0.01, 0.03, 0.1, 0.3), "span_deg"),),
-           "the angle stands still after each turning point, then moves on short by the play", "play", "play", 0.07),
+           "the angle stands still after each turning point, then moves on short by the play", "play", "play"),
     Effect("end_stop", (
         Law("end_stop", ("high_deg", "give"), (0.97, 0.9, 0.8, 0.65, 0.45), "high_deg", bounds={"give": (0.0, 0.6)}),
         Law("end_stop", ("low_deg", "give"), (0.97, 0.9, 0.8, 0.65, 0.45), "low_deg", bounds={"give": (0.0, 0.6)}),
         Law("end_stop", ("high_deg", "low_deg", "give"), (0.97, 0.9, 0.8, 0.65, 0.45), "high_deg", bounds={"give": (0.0, 0.6)}, shapes=BOTH_STOPS),
-    ), "the angle is cut off at one height while the pressures go on", "cut", "stop", 0.08),
-    Effect("sensor_gain", (Law("sensor_gain", ("gain",), FINE, signs=BOTH_SIGNS),), "the angle is off in proportion to itself", "gain", "sensor_gain", 0.03),
-    Effect("sensor_offset", (Law("sensor_offset", ("offset_deg",), (0.005, 0.02, 0.1, 0.4), "span_deg", BOTH_SIGNS),), "the angle is off by a constant", "offset", "sensor_offset", 0.02),
+    ), "the angle is cut off at one height while the pressures go on", "cut", "stop"),
+    Effect("sensor_gain", (Law("sensor_gain", ("gain",), FINE, signs=BOTH_SIGNS),), "the angle is off in proportion to itself", "gain", "sensor_gain"),
+    Effect("sensor_offset", (Law("sensor_offset", ("offset_deg",), (0.005, 0.02, 0.1, 0.4), "span_deg", BOTH_SIGNS),), "the angle is off by a constant", "offset", "sensor_offset"),
     Effect("sensor_drift", (Law("sensor_drift", ("rate_deg_min",), (0.02, 0.1, 0.5), "span_deg", BOTH_SIGNS),),
-           "the angle wanders steadily through each record, whatever the excitation", "drift", "drift", 0.04),
+           "the angle wanders steadily through each record, whatever the excitation", "drift", "drift"),
     Effect("sensor_nonlinearity", (
         Law("sensor_nonlinearity", ("square", "cube"), (0.02, 0.1), signs=BOTH_SIGNS, shapes=({"cube": 0.0},)),
         Law("sensor_nonlinearity", ("cube", "square"), (0.02, 0.1), signs=BOTH_SIGNS, shapes=({"square": 0.0},)),
         Law("sensor_nonlinearity", ("cube", "square", "slope"), (0.05, 0.2), signs=BOTH_SIGNS, shapes=({"square": 0.0},)),
-    ), "the angle is bent: even and odd harmonics without delay", "bent", "bent", 0.03),
-    Effect("sensor_lag", (Law("sensor_lag", ("tau_s",), TIMES),), "the angle is late and its corners are rounded", "late", "lag", 0.02),
+    ), "the angle is bent: even and odd harmonics without delay", "bent", "bent"),
+    Effect("sensor_lag", (Law("sensor_lag", ("tau_s",), TIMES),), "the angle is late and its corners are rounded", "late", "lag"),
     Effect("quantisation", (Law("quantisation", ("step_deg",), (0.1,)),), "the angle takes only multiples of one step", "steps", "steps", signature=True),
     Effect("mains_hum", (Law("mains_hum", ("amplitude_deg",), (0.1,)),), "a line at 50 or 60 Hz", "hum", "hum", signature=True),
     Effect("sensor_noise", (Law("sensor_noise", ("std_deg",), (0.1,)),), "more noise at all frequencies", "noise", "noise", signature=True),

@@ -189,6 +189,7 @@ OWN_STAGES: dict[str, EffectStage] = {
         _BALANCE,
         _TAU0,
         _P("choked", "1", 0.0, 1.0, 0.0, "1: exhausting slows down as the pressure falls, as through an orifice"),
+        _P("soft", "1", 0.0, 1.0, 0.0, "1: a resistance in series, that takes half of the flow at the limit"),
     ),
     "fill_exhaust_asymmetry": _entry(
         "fill_exhaust_asymmetry",
@@ -223,6 +224,14 @@ OWN_STAGES: dict[str, EffectStage] = {
         valve.pressure_ceiling,
         5,
         _P("ceiling_mpa", "MPa", 0.02, 2.0, 2.0, "highest pressure"),
+        _TAU0,
+    ),
+    "low_supply": _entry(
+        "pressure_ceiling",
+        "valve",
+        valve.low_supply,
+        5,
+        _P("supply_mpa", "MPa", 0.02, 2.0, 2.0, "pressure of the main"),
         _TAU0,
     ),
     "supply_droop": _entry(

@@ -15,6 +15,9 @@ from rig.model.slots import Values
 
 ATMOSPHERE_MPA = 0.1013
 """Pressures count from the atmosphere's, air by what is absolute."""
+CRITICAL_RATIO = 0.3
+"""Of the absolute pressures behind and ahead of an orifice: below it the flow is choked (ISO 6358; 0.2 to 0.5 for
+valves)."""
 TANK_MPA = 0.6
 """Absolute pressure of a full tank: what a sag is counted against."""
 
@@ -77,24 +80,30 @@ def valve_filter(p1: Values, p2: Values, y: Values, state: Values, params: Seque
 
 
 def valve_slew(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
-    """|dp/dt| has a limit inside the regulator; params: fill_mpa_s, exhaust_mpa_s, balance, tau0_s, choked.
+    """|dp/dt| has a limit inside the regulator; params: fill_mpa_s, exhaust_mpa_s, balance, tau0_s, choked, soft.
 
     With a balance the less limited valve has the limits divided by its share. choked 1: a small orifice, through which
-    the muscle exhausts the more slowly the less (absolute) pressure is left; the limit then holds at 0.3 MPa.
+    the muscle exhausts the more slowly the less (absolute) pressure is left; the limit then holds at 0.3 MPa. soft 1: a
+    resistance in series (a filter, a silencer), which takes the more of the flow the larger it is; half of it at the
+    limit.
     """
     was = math.exp(-dt_s / max(params[3], 1e-6))
-    share1, share2 = max(min(1.0, 1.0 + params[2]), 1e-6), max(min(1.0, 1.0 - params[2]), 1e-6)
     for i in range(len(p1)):
         if state[0] == 0.0:
             state[0], state[1], state[2], state[3], state[4] = 1.0, p1[i], p2[i], p1[i], p2[i]
-        goal1, goal2 = (p1[i] - was * state[3]) / (1.0 - was), (p2[i] - was * state[4]) / (1.0 - was)
-        state[3], state[4] = p1[i], p2[i]
-        down = params[1] * dt_s * (1.0 + params[4] * ((state[1] + ATMOSPHERE_MPA) / 0.4013 - 1.0))
-        move = (1.0 - was) * (goal1 - state[1])
-        state[1] += min(max(move, -down / share1), params[0] * dt_s / share1)
-        down = params[1] * dt_s * (1.0 + params[4] * ((state[2] + ATMOSPHERE_MPA) / 0.4013 - 1.0))
-        move = (1.0 - was) * (goal2 - state[2])
-        state[2] += min(max(move, -down / share2), params[0] * dt_s / share2)
+        for valve in range(2):
+            now = p1[i] if valve == 0 else p2[i]
+            share = max(min(1.0, 1.0 + params[2] * (1.0 - 2.0 * valve)), 1e-6)
+            move = now - was * state[3 + valve] - (1.0 - was) * state[1 + valve]
+            state[3 + valve] = now
+            most = params[0] * dt_s / share
+            if move < 0.0:
+                most = params[1] * dt_s / share
+                most *= 1.0 + params[4] * ((state[1 + valve] + ATMOSPHERE_MPA) / 0.4013 - 1.0)
+            if params[5] > 0.5:
+                state[1 + valve] += move / (1.0 + abs(move) / max(most, 1e-12))
+            else:
+                state[1 + valve] += min(max(move, -most), most)
         p1[i], p2[i] = state[1], state[2]
 
 
@@ -173,6 +182,32 @@ def pressure_ceiling(p1: Values, p2: Values, y: Values, state: Values, params: S
         p1[i], p2[i] = state[1], state[2]
 
 
+def low_supply(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
+    """The main is set too low: a muscle fills through an orifice, the more slowly the less is left of the supply above
+    it (flow function of ISO 6358); params: supply_mpa, tau0_s."""
+    was = math.exp(-dt_s / max(params[1], 1e-6))
+    for i in range(len(p1)):
+        if state[0] == 0.0:
+            state[0], state[3], state[4] = 1.0, p1[i], p2[i]
+            state[1], state[2] = min(p1[i], params[0]), min(p2[i], params[0])
+        for valve in range(2):
+            now = p1[i] if valve == 0 else p2[i]
+            move = now - was * state[3 + valve] - (1.0 - was) * state[1 + valve]
+            state[3 + valve] = now
+            ratio = (state[1 + valve] + ATMOSPHERE_MPA) / (params[0] + ATMOSPHERE_MPA)
+            beyond = min(max((ratio - CRITICAL_RATIO) / (1.0 - CRITICAL_RATIO), 0.0), 1.0)
+            state[1 + valve] += move * math.sqrt(1.0 - beyond * beyond) if move > 0.0 else move
+        p1[i], p2[i] = state[1], state[2]
+
+
+def _filling(p_mpa: float, left: float) -> float:
+    """Flow function of ISO 6358 into a pressure from a tank that has so much left, over that of a full one."""
+    ratio = (p_mpa + ATMOSPHERE_MPA) / TANK_MPA
+    full = min(max((ratio - CRITICAL_RATIO) / (1.0 - CRITICAL_RATIO), 0.0), 0.99)
+    now = min(max((ratio / left - CRITICAL_RATIO) / (1.0 - CRITICAL_RATIO), 0.0), 1.0)
+    return math.sqrt((1.0 - now * now) / (1.0 - full * full))
+
+
 def supply_droop(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
     """The supply sags by droop_s x (the filling rate of both muscles); params: droop_s, supply_mpa, tau0_s, refill_s.
 
@@ -192,7 +227,8 @@ def supply_droop(p1: Values, p2: Values, y: Values, state: Values, params: Seque
         move1, move2 = (1.0 - was) * (goal1 - state[1]), (1.0 - was) * (goal2 - state[2])
         if params[3] > 0.0:
             left = max(1.0 - state[7] / TANK_MPA, 0.02)
-            move1, move2 = min(move1, move1 * left), min(move2, move2 * left)
+            move1 = min(move1, move1 * left * _filling(state[1], left))
+            move2 = min(move2, move2 * left * _filling(state[2], left))
             state[7] += refill * (params[0] * (max(move1, 0.0) + max(move2, 0.0)) / dt_s - state[7])
         else:
             roof1 = (params[1] if params[1] > 0.0 else goal1) - params[0] * state[6]

@@ -1,0 +1,134 @@
+"""How rough the library's laws are: every effect of a plant put onto a healthy day of its own, by the plant's law and
+without noise of its own, and what the library's best law leaves of it.
+
+Part of `pamrig gap calibrate`; nothing is diagnosed, and no case of a check is looked at.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from statistics import median
+
+import numpy as np
+
+from hil.reference.cases import Bench, Case, CaseKind, bench_of, realise, record_day
+from hil.reference.families import Named
+from rig.blind_check.source import records_of
+from rig.errors import RigError
+from rig.gap.hypotheses.fit import Fit, fit_effect
+from rig.gap.hypotheses.library import LIBRARY, Effect
+from rig.gap.hypotheses.scenes import Stand, angle_stand, pressure_stand
+from rig.gap.records.pairs import pair_up
+from rig.gap.reference.build import Expected, Kind, expect
+from rig.gap.settings import Fitted, fitted
+from rig.record import Column, Record
+
+RATIOS = (4.0, 2.5, 8.0)
+"""Gap over what the rig's days differ by at which effects are put in, rig by rig in turn."""
+NOT_A_COPY = 1e-9
+"""By so much, relatively, the healthy records are off: those of an effect that does not show in them would be taken for
+copies."""
+SAME_DIRECTION = 1e-2
+"""Patterns that differ by less than this share of the strongest count as one."""
+LEAST_ROUGH, MOST_ROUGH = 0.01, 0.6
+"""Usual errors are held between these: no law is exact on another rig, and one that leaves more than half says
+nothing."""
+
+
+@dataclass(frozen=True)
+class LawError:
+    """What the best law of an effect leaves on one rig."""
+
+    family: str
+    effect: str
+    share: float
+    """Of its own change, rms, beside what days differ in."""
+
+
+def of_rig(number: int, case: Case) -> list[LawError]:
+    """The errors of all laws on the unit of a case; `number` says which size and sign. Effects that the unit cannot
+    have at that size, or that no law fits, are left out."""
+    bench, settings = bench_of(case), fitted()
+    ratio, sign = RATIOS[number % len(RATIOS)], 1 - 2 * (number % 2)
+    found = []
+    for name in bench.family.effects:
+        if name not in LIBRARY or LIBRARY[name].signature:
+            continue
+        signed = sign if bench.family.laws[name].signed else 1
+        asked = replace(case, kind=CaseKind.SINGLE, effects=(name,), signs=(signed,), wanted_ratios=(ratio,))
+        with suppress(RigError):
+            expected = _expected(*_with_and_without(asked, bench), bench.excitations[0].p0_mpa)
+            share = _left(LIBRARY[name], expected, settings)
+            found += [] if share is None else [LawError(case.family, name, share)]
+    return found
+
+
+def usual_errors(found: Sequence[LawError]) -> dict[str, float]:
+    """Effect -> root of the mean square over families of what is in the middle of each: another build may be as far
+    from a law as any of them."""
+    out = {}
+    for effect in dict.fromkeys(one.effect for one in found):
+        shares = [median(some) for some in _by_family(one for one in found if one.effect == effect)]
+        out[effect] = min(max(float(np.sqrt(np.mean(np.square(shares)))), LEAST_ROUGH), MOST_ROUGH)
+    return out
+
+
+def _by_family(found: Iterable[LawError]) -> Iterator[list[float]]:
+    by: dict[str, list[float]] = {}
+    for one in found:
+        by.setdefault(one.family, []).append(one.share)
+    yield from by.values()
+
+
+def _with_and_without(case: Case, bench: Bench) -> tuple[list[Record], list[Record]]:
+    """The case's records, and those of the same day with the same noise and nothing wrong."""
+    made = realise(case, bench)
+    healthy: Named = {
+        name: {column: values * (1.0 + NOT_A_COPY) if _measured(column) else values for column, values in one.items()}
+        for name, one in record_day(bench.plant, made.day, bench.excitations).items()
+    }
+    return records_of(made.records), records_of(healthy)
+
+
+def _measured(column: str) -> bool:
+    return column in ("p1_mpa", "p2_mpa", "angle_deg")
+
+
+def _expected(records: list[Record], healthy: list[Record], p0_mpa: float) -> Expected:
+    return expect(Kind.SESSION, False, None, pair_up(records, [healthy], p0_mpa))
+
+
+def _left(effect: Effect, expected: Expected, settings: Fitted) -> float | None:
+    """What the effect's best law leaves on the factor on which the effect shows more."""
+    stands = [angle_stand(expected, settings)]
+    if expected.driven:
+        stands.append(pressure_stand(expected, settings))
+    acting = [stand for stand in stands if any(stand.shows(law) for law in effect.laws)]
+    stand = max(acting, key=lambda one: _power(one.scene.factor.gap_lines, one))
+    fit = fit_effect(effect, stand.scene, stand.shows, stand.rough)
+    return None if fit is None else left_beside_days(stand, fit)
+
+
+def _power(column: Column, stand: Stand) -> float:
+    return stand.scene.factor.healthy.chi_square(column)
+
+
+def left_beside_days(stand: Stand, fit: Fit) -> float:
+    """Rms of what a fit leaves, beside what days differ in, over that of what it changes."""
+    factor = stand.scene.factor
+    change = factor.lines.of(fit.change)
+    left = beside(factor.gap_lines - change, factor.healthy.patterns[:, : factor.healthy.between_days])
+    return _norm(left) / max(_norm(change), 1e-12)
+
+
+def _norm(column: Column) -> float:
+    return float(np.linalg.norm(column))
+
+
+def beside(column: Column, patterns: Column) -> Column:
+    """What of a column (l,) lies along none of the patterns (l, m), whatever their sizes."""
+    sized = patterns[:, np.linalg.norm(patterns, axis=0) > 0.0]
+    directions, strengths, _ = np.linalg.svd(sized / np.linalg.norm(sized, axis=0), full_matrices=False)
+    kept = directions[:, strengths > SAME_DIRECTION * strengths[0]]
+    out: Column = column - kept @ (kept.T @ column)
+    return out
