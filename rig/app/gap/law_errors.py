@@ -4,7 +4,7 @@ without noise of its own, and what the library's best law leaves of it.
 Part of `pamrig gap calibrate`; nothing is diagnosed, and no case of a check is looked at.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from statistics import median
@@ -45,14 +45,14 @@ class LawError:
     """Of its own change, rms, beside what days differ in."""
 
 
-def of_rig(number: int, case: Case) -> list[LawError]:
-    """The errors of all laws on the unit of a case; `number` says which size and sign. Effects that the unit cannot
-    have at that size, or that no law fits, are left out."""
+def of_rig(number: int, case: Case, effects: Collection[str] = LIBRARY.keys()) -> list[LawError]:
+    """The errors of these effects' laws on the unit of a case; `number` says which size and sign. Effects that the unit
+    cannot have at that size, or that no law fits, are left out."""
     bench, settings = bench_of(case), fitted()
     ratio, sign = RATIOS[number % len(RATIOS)], 1 - 2 * (number % 2)
     found = []
     for name in bench.family.effects:
-        if name not in LIBRARY or LIBRARY[name].signature:
+        if name not in effects or LIBRARY[name].signature:
             continue
         signed = sign if bench.family.laws[name].signed else 1
         asked = replace(case, kind=CaseKind.SINGLE, effects=(name,), signs=(signed,), wanted_ratios=(ratio,))

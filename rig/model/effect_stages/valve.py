@@ -15,6 +15,8 @@ from rig.model.slots import Values
 
 ATMOSPHERE_MPA = 0.1013
 """Pressures count from the atmosphere's, air by what is absolute."""
+UNLIMITED_MPA_S = 100.0
+"""A flow at this limit is none that is limited."""
 CRITICAL_RATIO = 0.3
 """Of the absolute pressures behind and ahead of an orifice: below it the flow is choked (ISO 6358; 0.2 to 0.5 for
 valves)."""
@@ -101,7 +103,8 @@ def valve_slew(p1: Values, p2: Values, y: Values, state: Values, params: Sequenc
                 most = params[1] * dt_s / share
                 most *= 1.0 + params[4] * ((state[1 + valve] + ATMOSPHERE_MPA) / 0.4013 - 1.0)
             if params[5] > 0.5:
-                state[1 + valve] += move / (1.0 + abs(move) / max(most, 1e-12))
+                narrow = max(1.0 / max(most, 1e-12) - 1.0 / (UNLIMITED_MPA_S * dt_s), 0.0)
+                state[1 + valve] += move / (1.0 + abs(move) * narrow)
             else:
                 state[1 + valve] += min(max(move, -most), most)
         p1[i], p2[i] = state[1], state[2]
@@ -196,7 +199,9 @@ def low_supply(p1: Values, p2: Values, y: Values, state: Values, params: Sequenc
             state[3 + valve] = now
             ratio = (state[1 + valve] + ATMOSPHERE_MPA) / (params[0] + ATMOSPHERE_MPA)
             beyond = min(max((ratio - CRITICAL_RATIO) / (1.0 - CRITICAL_RATIO), 0.0), 1.0)
-            state[1 + valve] += move * math.sqrt(1.0 - beyond * beyond) if move > 0.0 else move
+            if move > 0.0:
+                move = min(move * math.sqrt(1.0 - beyond * beyond), max(params[0] - state[1 + valve], 0.0))
+            state[1 + valve] += move
         p1[i], p2[i] = state[1], state[2]
 
 

@@ -73,6 +73,7 @@ def sized(key: str) -> dict[str, float]:
     number = next(number for number in known.numbers if number.name == known.size)
     strong = {
         "pressure_ceiling": 0.25,
+        "low_supply": 0.3,
         "end_stop": 15.0,
         "valve_slew": 0.2,
         "fill_exhaust_asymmetry": 3.0,
@@ -170,3 +171,43 @@ def test_a_choked_leak_takes_its_share_of_the_absolute_pressure(key: str) -> Non
     for absolute in (0.0, 1.0):
         found = ran(key, {"loss": 0.1, "muscle": 1.0, "absolute": absolute})[0]
         assert found == pytest.approx(list(p1 - 0.1 * (p1 + absolute * ATMOSPHERE_MPA)))
+
+
+def steps(key: str, numbers: dict[str, float], first: list[float]) -> list[float]:
+    """Pressure of valve 1 after a stage in plain Python."""
+    known = EFFECT_STAGES[key]
+    columns = [list(first), list(first), [0.0] * len(first)]
+    numbers = known.neutral() | {"tau0_s": 0.05} | numbers
+    known.stage(*columns, [0.0] * known.state_size, [numbers[name] for name in known.parameters], DT)
+    return columns[0]
+
+
+def rising(start: float, end: float) -> list[float]:
+    """What a regulator of 50 ms makes of a step of its set-point, MPa."""
+    return [end + (start - end) * np.exp(-DT * k / 0.05) for k in range(200)]
+
+
+def test_a_resistance_in_series_takes_half_of_the_flow_at_the_limit() -> None:
+    fast = rising(0.1, 0.3)
+    limit = (fast[1] - fast[0]) / DT
+    slowed = steps("valve_slew", {"fill_mpa_s": limit, "soft": 1.0}, fast)
+    assert slowed[1] - slowed[0] == pytest.approx(0.5 * (fast[1] - fast[0]), rel=0.03)
+    other_way = rising(0.3, 0.1)
+    np.testing.assert_allclose(steps("valve_slew", {"fill_mpa_s": limit, "soft": 1.0}, other_way), other_way)
+
+
+@pytest.mark.parametrize("supply_mpa", [0.25, 0.35, 0.5])
+def test_a_muscle_fills_the_more_slowly_the_less_the_supply_lies_above_it(supply_mpa: float) -> None:
+    asked = rising(0.1, 0.3)
+    filled = steps("low_supply", {"supply_mpa": supply_mpa}, asked)
+    assert max(filled) <= supply_mpa + 1e-9
+    assert all(one <= other + 1e-12 for one, other in zip(filled, asked, strict=True))
+    emptied = rising(0.2, 0.05)
+    np.testing.assert_allclose(steps("low_supply", {"supply_mpa": supply_mpa}, emptied), emptied)
+
+
+def test_a_tank_that_sags_to_the_muscles_pressure_fills_no_more() -> None:
+    asked = rising(0.1, 0.45)
+    filled = steps("supply_droop", {"droop_s": 2.0, "refill_s": 5.0}, asked)
+    assert filled[30] < asked[30] - 0.05
+    assert max(filled) < 0.45

@@ -1,0 +1,81 @@
+"""How rough laws are, as `pamrig gap calibrate` fits it: what counts, and fits that once went astray."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hil.reference.cases import CASES_PER_UNIT, Case, Purpose, draw_sheet
+from rig.app.gap.law_errors import LEAST_ROUGH, MOST_ROUGH, LawError, beside, of_rig, usual_errors
+from rig.gap.hypotheses.library import LIBRARY
+from rig.gap.settings import Prior, fitted
+
+SEED = 994003
+LARGEST, MIDDLE = 2, 0
+"""Numbers of a rig that bring the largest size, and the one in the middle."""
+
+
+def unit(family: str, number: int) -> Case:
+    """A case that stands for a unit of a family."""
+    return draw_sheet(Purpose.DEVELOPMENT, SEED, (number + 1) * CASES_PER_UNIT, family)[number * CASES_PER_UNIT]
+
+
+def errors(*shares: tuple[str, float]) -> list[LawError]:
+    """Errors of one effect, by family."""
+    return [LawError(family, "delay", share) for family, share in shares]
+
+
+def test_families_count_alike_however_many_rigs_they_bring() -> None:
+    found = usual_errors(errors(("a", 0.3), ("a", 0.3), ("a", 0.3), ("b", 0.1)))
+    assert found == {"delay": pytest.approx(np.sqrt((0.09 + 0.01) / 2))}
+
+
+def test_one_fit_that_went_astray_does_not_make_a_law_rough() -> None:
+    assert usual_errors(errors(("a", 0.1), ("a", 0.12), ("a", 30.0)))["delay"] == pytest.approx(0.12)
+
+
+@pytest.mark.parametrize(("share", "usual"), [(0.001, LEAST_ROUGH), (0.2, 0.2), (3.0, MOST_ROUGH)])
+def test_no_law_is_exact_and_none_is_worth_nothing(share: float, usual: float) -> None:
+    assert usual_errors(errors(("a", share)))["delay"] == pytest.approx(usual)
+
+
+@given(st.integers(0, 2**31), st.integers(1, 6))
+def test_what_days_differ_in_counts_for_nothing_and_the_rest_in_full(seed: int, count: int) -> None:
+    random = np.random.default_rng(seed)
+    patterns, rest = random.standard_normal((40, count)), random.standard_normal(40)
+    along = patterns @ random.standard_normal(count)
+    alone = beside(rest, patterns)
+    np.testing.assert_allclose(patterns.T @ alone, 0.0, atol=1e-8)
+    np.testing.assert_allclose(beside(along + rest, patterns), alone, atol=1e-8)
+
+
+def test_the_library_takes_what_was_fitted_and_else_what_the_effect_says() -> None:
+    effect = LIBRARY["delay"]
+    assert effect.roughness(Prior(laws={"delay": 0.3}, rho_scale=2.0)) == pytest.approx(0.6)
+    assert effect.roughness(Prior()) == effect.misfit
+
+
+def test_every_effect_that_is_fitted_has_an_error_that_was_fitted() -> None:
+    assert set(fitted().prior.laws) == {name for name, effect in LIBRARY.items() if not effect.signature}
+
+
+def test_a_gain_of_the_sensor_is_nearly_exact() -> None:
+    found = of_rig(MIDDLE, unit("mckibben", 0), ["sensor_gain"])
+    assert [one.effect for one in found] == ["sensor_gain"]
+    assert found[0].share < 0.05
+
+
+@pytest.mark.parametrize(
+    ("family", "number", "effect", "most"),
+    [
+        # a resonance is found within a tenth of its frequency only: on a grid of doubled times it was passed over
+        ("mckibben", 1, "inertia", 0.45),
+        # a filter in series takes the more of the flow the larger it is: no time constant does that
+        ("fluidic", 2, "fill_exhaust_asymmetry", 0.45),
+        # a tank that is nearly empty fills nothing, however large the orifice
+        ("mckibben", 1, "supply_droop", 0.3),
+    ],
+)
+def test_a_law_follows_what_a_plant_does(family: str, number: int, effect: str, most: float) -> None:
+    found = of_rig(LARGEST, unit(family, number), [effect])
+    assert found[0].share < most
