@@ -132,7 +132,7 @@ class Prior:
     sooner."""
     share_spread: float = 1.5
     """Standard deviation of its logarithm."""
-    laws: Mapping[str, float] = field(default_factory=dict)
+    laws: Mapping[str, float] = field(default_factory=dict, hash=False)
     """Effect -> its laws' usual error: what the best of them leaves of its own change (rms) where a rig acts by another
     law, beside what days differ in; fitted by `pamrig gap calibrate` (docs/decisions/0582). Larger: the effect is named
     where it fits less well, and something unknown is sooner taken for it."""

@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hil.reference.cases import Purpose, bench_of, draw_sheet
+from hil.reference.cases import Purpose, bench_of, draw_sheet, realise
 from rig.blind_check.source import records_of
+from rig.gap.hypotheses.library import NONE
+from rig.gap.pipeline import Question, weigh
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Expected, Kind, expect
 from rig.gap.reference.expectation import motion_doubt
@@ -42,3 +44,14 @@ def test_twice_the_motion_pushes_twice_and_the_valves_against_each_other(beside_
         assert two == pytest.approx(2.0 * one, abs=1e-12)
     assert np.all(np.sign(once[0]) == -np.sign(once[1]))
     assert 1e-6 < float(np.std(once[0])) < 1e-2, "MPa, by a degree at 1 Hz"
+
+
+def test_what_a_ringing_joint_pushes_back_is_no_gap_of_the_regulators() -> None:
+    case = draw_sheet(Purpose.DEVELOPMENT, 994001, 60, "mckibben")[58]
+    assert case.effects == ("inertia",)
+    bench = bench_of(case)
+    days = [records_of(day) for day in bench.baselines[: case.baselines]]
+    records = records_of(realise(case, bench).records)
+    _, _, (regulators, joint) = weigh(Question(None, records, days, Kind.SESSIONS))
+    assert regulators.best == NONE, "something unknown, with more than 99 %, by what is made up for late alone"
+    assert joint.best == "inertia"
