@@ -208,5 +208,9 @@ class Fitted:
 
 @cache
 def fitted(path: Path = PRIORS) -> Fitted:
-    """The fitted numbers; ConfigError when the file is not one."""
-    return load(path, Fitted)
+    """The fitted numbers; ConfigError when the file is not one. A file of before the laws' errors stood in it has the
+    shipped ones."""
+    found = load(path, Fitted)
+    if found.prior.laws or path == PRIORS:
+        return found
+    return replace(found, prior=replace(found.prior, laws=fitted().prior.laws))

@@ -1,5 +1,8 @@
 """How rough laws are, as `pamrig gap calibrate` fits it: what counts, and fits that once went astray."""
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -7,6 +10,7 @@ from hypothesis import strategies as st
 
 from hil.reference.cases import CASES_PER_UNIT, Case, Purpose, draw_sheet
 from rig.app.gap.law_errors import LEAST_ROUGH, MOST_ROUGH, LawError, beside, of_rig, usual_errors
+from rig.app.gap.levels import write
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.settings import Prior, fitted
 
@@ -79,3 +83,10 @@ def test_a_gain_of_the_sensor_is_nearly_exact() -> None:
 def test_a_law_follows_what_a_plant_does(family: str, number: int, effect: str, most: float) -> None:
     found = of_rig(LARGEST, unit(family, number), [effect])
     assert found[0].share < most
+
+
+@pytest.mark.parametrize("own", [{}, {"delay": 0.5}])
+def test_a_file_of_before_there_were_errors_in_it_takes_the_shipped_ones(tmp_path: Path, own: dict[str, float]) -> None:
+    shipped = fitted()
+    write(replace(shipped, prior=replace(shipped.prior, laws=own)), tmp_path / "priors.yaml")
+    assert fitted(tmp_path / "priors.yaml").prior.laws == (own or shipped.prior.laws)
