@@ -11,9 +11,9 @@ from statistics import median
 
 import numpy as np
 
-from hil.reference.cases import Bench, Case, CaseKind, bench_of, realise, record_day
-from hil.reference.families import Named
+from hil.reference.cases import Case, CaseKind, bench_of, realise
 from rig.blind_check.source import records_of
+from rig.columns import rms
 from rig.errors import RigError
 from rig.gap.hypotheses.fit import Fit, fit_effect
 from rig.gap.hypotheses.library import LIBRARY, Effect
@@ -31,7 +31,7 @@ copies."""
 SAME_DIRECTION = 1e-2
 """Patterns that differ by less than this share of the strongest count as one."""
 LEAST_ROUGH, MOST_ROUGH = 0.01, 0.6
-"""Usual errors are held between these: no law is exact on another rig, and one that leaves more than half says
+"""Usual errors are held between these: no law is exact on another rig, and one that leaves more says
 nothing."""
 
 
@@ -48,7 +48,8 @@ class LawError:
 def of_rig(number: int, case: Case, effects: Collection[str] = LIBRARY.keys()) -> list[LawError]:
     """The errors of these effects' laws on the unit of a case; `number` says which size and sign. Effects that the unit
     cannot have at that size, or that no law fits, are left out."""
-    bench, settings = bench_of(case), fitted()
+    bench, settings, healthy = bench_of(case), fitted(), _healthy(case)
+    p0_mpa = bench.excitations[0].p0_mpa
     ratio, sign = RATIOS[number % len(RATIOS)], 1 - 2 * (number % 2)
     found = []
     for name in bench.family.effects:
@@ -57,8 +58,8 @@ def of_rig(number: int, case: Case, effects: Collection[str] = LIBRARY.keys()) -
         signed = sign if bench.family.laws[name].signed else 1
         asked = replace(case, kind=CaseKind.SINGLE, effects=(name,), signs=(signed,), wanted_ratios=(ratio,))
         with suppress(RigError):
-            expected = _expected(*_with_and_without(asked, bench), bench.excitations[0].p0_mpa)
-            share = _left(LIBRARY[name], expected, settings)
+            pairing = pair_up(records_of(realise(asked, bench).records), [healthy], p0_mpa)
+            share = _left(LIBRARY[name], expect(Kind.SESSION, False, None, pairing), settings)
             found += [] if share is None else [LawError(case.family, name, share)]
     return found
 
@@ -80,22 +81,19 @@ def _by_family(found: Iterable[LawError]) -> Iterator[list[float]]:
     yield from by.values()
 
 
-def _with_and_without(case: Case, bench: Bench) -> tuple[list[Record], list[Record]]:
-    """The case's records, and those of the same day with the same noise and nothing wrong."""
-    made = realise(case, bench)
-    healthy: Named = {
-        name: {column: values * (1.0 + NOT_A_COPY) if _measured(column) else values for column, values in one.items()}
-        for name, one in record_day(bench.plant, made.day, bench.excitations).items()
-    }
-    return records_of(made.records), records_of(healthy)
+def _healthy(case: Case) -> list[Record]:
+    """The records of the case's day, with the same noise, and nothing wrong."""
+    nothing = replace(case, kind=CaseKind.NONE, effects=(), signs=(), wanted_ratios=())
+    return [_nudged(record) for record in records_of(realise(nothing, bench_of(case)).records)]
 
 
-def _measured(column: str) -> bool:
-    return column in ("p1_mpa", "p2_mpa", "angle_deg")
-
-
-def _expected(records: list[Record], healthy: list[Record], p0_mpa: float) -> Expected:
-    return expect(Kind.SESSION, False, None, pair_up(records, [healthy], p0_mpa))
+def _nudged(record: Record) -> Record:
+    """The record, and no copy of it."""
+    first, second, angle = (
+        None if column is None else (1.0 + NOT_A_COPY) * column
+        for column in (record.p1_mpa, record.p2_mpa, record.angle_deg)
+    )
+    return replace(record, p1_mpa=first, p2_mpa=second, angle_deg=angle)
 
 
 def _left(effect: Effect, expected: Expected, settings: Fitted) -> float | None:
@@ -104,31 +102,24 @@ def _left(effect: Effect, expected: Expected, settings: Fitted) -> float | None:
     if expected.driven:
         stands.append(pressure_stand(expected, settings))
     acting = [stand for stand in stands if any(stand.shows(law) for law in effect.laws)]
-    stand = max(acting, key=lambda one: _power(one.scene.factor.gap_lines, one))
+    stand = max(acting, key=lambda one: one.scene.factor.healthy.chi_square(one.scene.factor.gap_lines))
     fit = fit_effect(effect, stand.scene, stand.shows, stand.rough)
-    return None if fit is None else left_beside_days(stand, fit)
+    return None if fit is None else _left_beside_days(stand, fit)
 
 
-def _power(column: Column, stand: Stand) -> float:
-    return stand.scene.factor.healthy.chi_square(column)
-
-
-def left_beside_days(stand: Stand, fit: Fit) -> float:
+def _left_beside_days(stand: Stand, fit: Fit) -> float:
     """Rms of what a fit leaves, beside what days differ in, over that of what it changes."""
     factor = stand.scene.factor
     change = factor.lines.of(fit.change)
     left = beside(factor.gap_lines - change, factor.healthy.patterns[:, : factor.healthy.between_days])
-    return _norm(left) / max(_norm(change), 1e-12)
-
-
-def _norm(column: Column) -> float:
-    return float(np.linalg.norm(column))
+    return rms(left) / max(rms(change), 1e-12)
 
 
 def beside(column: Column, patterns: Column) -> Column:
     """What of a column (l,) lies along none of the patterns (l, m), whatever their sizes."""
-    sized = patterns[:, np.linalg.norm(patterns, axis=0) > 0.0]
-    directions, strengths, _ = np.linalg.svd(sized / np.linalg.norm(sized, axis=0), full_matrices=False)
+    sizes = np.linalg.norm(patterns, axis=0)
+    shown = sizes > 0.0
+    directions, strengths, _ = np.linalg.svd(patterns[:, shown] / sizes[shown], full_matrices=False)
     kept = directions[:, strengths > SAME_DIRECTION * strengths[0]]
     out: Column = column - kept @ (kept.T @ column)
     return out

@@ -22,6 +22,8 @@ CRITICAL_RATIO = 0.3
 valves)."""
 TANK_MPA = 0.6
 """Absolute pressure of a full tank: what a sag is counted against."""
+LEAST_FLOW = 0.141
+"""Share of choked flow that a full tank gives at least: at its own pressure none is left to compare with."""
 
 
 def valve_gain(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
@@ -185,6 +187,12 @@ def pressure_ceiling(p1: Values, p2: Values, y: Values, state: Values, params: S
         p1[i], p2[i] = state[1], state[2]
 
 
+def _orifice(ratio: float) -> float:
+    """Flow function of ISO 6358: flow over choked flow at this ratio of the absolute pressures behind and ahead."""
+    beyond = min(max((ratio - CRITICAL_RATIO) / (1.0 - CRITICAL_RATIO), 0.0), 1.0)
+    return math.sqrt(1.0 - beyond * beyond)
+
+
 def low_supply(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
     """The main is set too low: a muscle fills through an orifice, the more slowly the less is left of the supply above
     it (flow function of ISO 6358); params: supply_mpa, tau0_s."""
@@ -197,20 +205,17 @@ def low_supply(p1: Values, p2: Values, y: Values, state: Values, params: Sequenc
             now = p1[i] if valve == 0 else p2[i]
             move = now - was * state[3 + valve] - (1.0 - was) * state[1 + valve]
             state[3 + valve] = now
-            ratio = (state[1 + valve] + ATMOSPHERE_MPA) / (params[0] + ATMOSPHERE_MPA)
-            beyond = min(max((ratio - CRITICAL_RATIO) / (1.0 - CRITICAL_RATIO), 0.0), 1.0)
             if move > 0.0:
-                move = min(move * math.sqrt(1.0 - beyond * beyond), max(params[0] - state[1 + valve], 0.0))
+                flow = _orifice((state[1 + valve] + ATMOSPHERE_MPA) / (params[0] + ATMOSPHERE_MPA))
+                move = min(move * flow, max(params[0] - state[1 + valve], 0.0))
             state[1 + valve] += move
         p1[i], p2[i] = state[1], state[2]
 
 
 def _filling(p_mpa: float, left: float) -> float:
-    """Flow function of ISO 6358 into a pressure from a tank that has so much left, over that of a full one."""
+    """Flow function into a pressure from a tank that has so much left, over that of a full one."""
     ratio = (p_mpa + ATMOSPHERE_MPA) / TANK_MPA
-    full = min(max((ratio - CRITICAL_RATIO) / (1.0 - CRITICAL_RATIO), 0.0), 0.99)
-    now = min(max((ratio / left - CRITICAL_RATIO) / (1.0 - CRITICAL_RATIO), 0.0), 1.0)
-    return math.sqrt((1.0 - now * now) / (1.0 - full * full))
+    return _orifice(ratio / left) / max(_orifice(ratio), LEAST_FLOW)
 
 
 def supply_droop(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
