@@ -27,19 +27,80 @@ SHARES = Row(1.0 / (len(SPREAD) * share) for _ in LOOP_RADII_DEG for share in SP
 FULL = Row(share * radius for share, radius in zip(SHARES, REACHES_DEG, strict=True))
 """What a part that slips carries over its element's weight, deg."""
 ELEMENTS, PARTS, OF_AN_ELEMENT = len(LOOP_RADII_DEG), len(REACHES_DEG), len(SPREAD)
-OWN, NEW, DRY = 5, 5 + PARTS, 5 + 2 * PARTS
-"""Where in the state the deflections of the nominal parts begin, those of the new ones, and of the added friction."""
+TRAVELLED, FORCE, STIFFNESS, LEAST, MOST, FORWARDS, BACKWARDS = range(PARTS, PARTS + 7)
+"""Where in the state of a joint's friction, behind its parts' deflections, stands how far the joint has moved since
+these were taken, and the straight line that its friction follows meanwhile: see `on_its_line`."""
+OF_A_FRICTION = PARTS + 7
+OWN, NEW, DRY = 5, 5 + OF_A_FRICTION, 5 + 2 * OF_A_FRICTION
+"""Where in the state the nominal friction begins, the new one, and the deflection of what is added."""
 PRESLIDING_DEG = 0.05
 """Travel over which added dry friction builds up."""
 MOST_STEPS = 60
 """Newton's steps, or halvings of the interval that holds the angle; three or four are usual."""
 STATE_SIZE = DRY + 1
 """Started, nominal angle and speed, new angle and speed, and those deflections."""
+EXACT_DEG = 1e-7
+"""How exactly the balance holds."""
 AT_REST_S = 1e6
 """A tick so long that speed and acceleration count for nothing: where a record starts, the joint has come to rest from
 where it was, held by its friction."""
 NOTHING_ADDED = (0.0, 0.0, 0.0, 0.0, 0.0)
 """width_deg, tau_s, time_s, load_deg, phase_deg of a joint without added terms."""
+
+
+def on_its_line(step: float, state: Values, at: int, params: Sequence[float]) -> None:
+    """Makes the friction that stands `at` a place of the state follow the line on which it is after a step of so many
+    degrees.
+
+    Where no part begins or ends to slip, friction is a straight line over the travel t since the deflections were
+    taken: FORCE + STIFFNESS t, from LEAST to MOST. Most ticks stay on the line of the tick before; only a step beyond
+    its ends asks all parts.
+    """
+    to = state[at + TRAVELLED] + step
+    if state[at + LEAST] <= to <= state[at + MOST] and state[at + LEAST] < state[at + MOST]:
+        return
+    force, stiffness, least, most, forwards, backwards = 0.0, 0.0, -math.inf, math.inf, 0.0, 0.0
+    for j in range(ELEMENTS):
+        if params[8 + j] == 0.0:  # carries nothing, wherever its parts stand
+            continue
+        carried, steep = 0.0, 0.0
+        for k in range(OF_AN_ELEMENT * j, OF_AN_ELEMENT * (j + 1)):
+            held = deflection(k, state, at)
+            state[at + k] = held
+            if held + step >= REACHES_DEG[k]:
+                carried += FULL[k]
+                least, forwards = max(least, REACHES_DEG[k] - held), 1.0
+            elif held + step <= -REACHES_DEG[k]:
+                carried -= FULL[k]
+                most, backwards = min(most, -REACHES_DEG[k] - held), 1.0
+            else:
+                carried += SHARES[k] * (held + step)
+                steep += SHARES[k]
+                least, most = max(least, -REACHES_DEG[k] - held), min(most, REACHES_DEG[k] - held)
+        force += params[8 + j] * carried
+        stiffness += params[8 + j] * steep
+    state[at + TRAVELLED], state[at + FORCE], state[at + STIFFNESS] = 0.0, force - stiffness * step, stiffness
+    state[at + LEAST], state[at + MOST] = least, most
+    state[at + FORWARDS], state[at + BACKWARDS] = forwards, backwards
+
+
+def deflection(part: int, state: Values, at: int) -> float:
+    """Of one part of the friction `at` a place of the state, deg."""
+    reach = REACHES_DEG[part]
+    return min(max(state[at + part] + state[at + TRAVELLED], -reach), reach)
+
+
+def moved_on(step: float, state: Values, at: int, params: Sequence[float]) -> float:
+    """Steps the friction `at` a place of the state on by so many degrees; what it carries there, deg. A part that slips
+    sticks as soon as the joint turns back, where the line ends."""
+    on_its_line(step, state, at, params)
+    to = state[at + TRAVELLED] + step
+    state[at + TRAVELLED] = to
+    if state[at + FORWARDS] > 0.0:
+        state[at + LEAST] = to
+    if state[at + BACKWARDS] > 0.0:
+        state[at + MOST] = to
+    return state[at + FORCE] + state[at + STIFFNESS] * to
 
 
 def equilibrium_angle(y: float, state: Values, params: Sequence[float], dt_s: float) -> float:
@@ -49,13 +110,7 @@ def equilibrium_angle(y: float, state: Values, params: Sequence[float], dt_s: fl
     step = y - state[1]
     speed = step * ticks_per_s
     out = y + params[6] * speed + params[7] * params[7] * (speed - state[2]) * ticks_per_s
-    for k in range(PARTS):
-        state[OWN + k] = min(max(state[OWN + k] + step, -REACHES_DEG[k]), REACHES_DEG[k])
-    for j in range(ELEMENTS):
-        carried = 0.0
-        for k in range(OF_AN_ELEMENT * j, OF_AN_ELEMENT * (j + 1)):
-            carried += SHARES[k] * state[OWN + k]
-        out += params[8 + j] * carried
+    out += moved_on(step, state, OWN, params)
     state[1], state[2] = y, speed
     return out
 
@@ -68,44 +123,6 @@ def kept_slip(params: Sequence[float], compliance: float) -> float:
     for j in range(5):
         whole += params[8 + j] * LOOP_RADII_DEG[j]
     return max(1.0 + compliance * params[0] / whole, 0.0)
-
-
-def own_friction(step: float, state: Values, params: Sequence[float]) -> tuple[float, float]:
-    """What the joint's own parts carry (deg) after a step of so many degrees, and how much more a degree further."""
-    force, stiffness = 0.0, 0.0
-    for j in range(ELEMENTS):
-        if params[8 + j] == 0.0:
-            continue
-        carried, steep = 0.0, 0.0
-        for k in range(OF_AN_ELEMENT * j, OF_AN_ELEMENT * (j + 1)):
-            moved = state[NEW + k] + step
-            if abs(moved) < REACHES_DEG[k]:
-                carried += SHARES[k] * moved
-                steep += SHARES[k]
-            else:
-                carried += math.copysign(FULL[k], moved)
-        force += params[8 + j] * carried
-        stiffness += params[8 + j] * steep
-    return force, stiffness
-
-
-def slipping(step: float, state: Values) -> int:
-    """How many parts slip forwards after a step of so many degrees, less those that slip backwards. Whatever slips
-    forwards does so after a longer step too: between two steps with the same number no part begins or ends to slip."""
-    count = int(state[DRY] + step >= PRESLIDING_DEG) - int(state[DRY] + step <= -PRESLIDING_DEG)
-    for k in range(PARTS):
-        moved = state[NEW + k] + step
-        count += int(moved >= REACHES_DEG[k]) - int(moved <= -REACHES_DEG[k])
-    return count
-
-
-def step_on(new: float, state: Values, ticks_per_s: float) -> None:
-    """Steps the new half of `state` on to an angle."""
-    step = new - state[3]
-    for k in range(PARTS):
-        state[NEW + k] = min(max(state[NEW + k] + step, -REACHES_DEG[k]), REACHES_DEG[k])
-    state[DRY] = min(max(state[DRY] + step, -PRESLIDING_DEG), PRESLIDING_DEG)
-    state[3], state[4] = new, step * ticks_per_s
 
 
 def balanced_angle(
@@ -130,19 +147,20 @@ def balanced_angle(
     below, above = -math.inf, math.inf
     for _ in range(MOST_STEPS):
         step = new - old
-        force, stiffness = own_friction(step, state, params)
-        miss = new + viscous * step + inertia * (step * ticks_per_s - rate) - equilibrium + slip * force
-        slope = moving + slip * stiffness
+        on_its_line(step, state, NEW, params)
+        moved, added = state[NEW + TRAVELLED] + step, state[DRY] + step
+        miss = new + viscous * step + inertia * (step * ticks_per_s - rate) - equilibrium
+        miss += slip * (state[NEW + FORCE] + state[NEW + STIFFNESS] * moved)
+        slope = moving + slip * state[NEW + STIFFNESS]
         if dry > 0.0:
-            moved = state[DRY] + step
-            miss += dry * min(max(moved, -PRESLIDING_DEG), PRESLIDING_DEG)
-            slope += dry if abs(moved) < PRESLIDING_DEG else 0.0
+            miss += dry * min(max(added, -PRESLIDING_DEG), PRESLIDING_DEG)
+            slope += dry if abs(added) < PRESLIDING_DEG else 0.0
         if load != 0.0:  # a sine and a cosine take as long as all the rest
             turned = (new + params[4]) * radian
             miss += load * math.sin(turned)
             slope += load * radian * math.cos(turned)
         change = miss / max(slope, 0.1)
-        if abs(change) < 1e-7:
+        if abs(change) < EXACT_DEG:
             new -= change
             break
         if miss > 0.0:
@@ -153,10 +171,22 @@ def balanced_angle(
         # from beyond an element's reach Newton's step may lead past it to and fro for ever
         if not below < new < above:
             new = 0.5 * (below + above)
-        elif load == 0.0 and slipping(step, state) == slipping(new - old, state):
-            break  # the balance is a straight line between the two, on which Newton's step is exact
-    step_on(new, state, ticks_per_s)
+        elif (
+            state[NEW + LEAST] <= moved - change <= state[NEW + MOST]
+            and (dry == 0.0 or sticks(added) == sticks(added - change))
+            and 0.5 * abs(load) * radian * radian * change * change < EXACT_DEG
+        ):
+            break  # but for the load the balance is a straight line between the two, on which Newton's step is exact
+    step = new - old
+    moved_on(step, state, NEW, params)
+    state[DRY] = min(max(state[DRY] + step, -PRESLIDING_DEG), PRESLIDING_DEG)
+    state[3], state[4] = new, step * ticks_per_s
     return new
+
+
+def sticks(deflection_deg: float) -> int:
+    """0 where added dry friction sticks, else which way it slips."""
+    return int(deflection_deg >= PRESLIDING_DEG) - int(deflection_deg <= -PRESLIDING_DEG)
 
 
 def balanced_angles(

@@ -27,6 +27,9 @@ from rig.model.resample import held_commands, is_regular, on_grid
 from rig.model.slots import Placed, Row, Slot, StageFunction
 from rig.record import Column, Record
 
+INLINED = True
+"""A stage is cut into functions of one idea each; left to LLVM, calling them takes longer than what they do
+(docs/decisions/0583)."""
 DIVERGED_DEG = 1e4
 """An angle beyond this is no angle: the parameter set diverges under that input."""
 
@@ -57,7 +60,7 @@ def compiled(function: StageFunction | FunctionType) -> Any:
     rows = {name: np.array(one) for name, one in named if isinstance(one, Row)}
     copy = FunctionType(plain.__code__, plain.__globals__ | called | rows, plain.__name__, plain.__defaults__)
     copy.__qualname__, copy.__module__ = f"{plain.__qualname__}.{made_of(plain)}", plain.__module__
-    return numba.njit(cache=True, nogil=True)(copy)
+    return numba.njit(cache=True, nogil=True, forceinline=INLINED)(copy)
 
 
 def run(p1: Column, p2: Column, y: Column, state: Column, params: Column, dt_s: float) -> None:
@@ -89,7 +92,8 @@ def made_of(function: FunctionType) -> str:
     """What a function's machine code depends on, as a word: its own code, the numbers that it names and the functions
     that it calls. numba looks at the one file that the function stands in, and would go on with what it kept when
     another one has changed."""
-    parts = [function.__code__.co_code, repr([one for one in function.__code__.co_consts if not isinstance(one, str)])]
+    constants = [one for one in function.__code__.co_consts if not isinstance(one, str)]
+    parts = [repr(INLINED), function.__code__.co_code, repr(constants)]
     for name, value in sorted(_named(function).items()):
         parts.append(f"{name}={made_of(value) if isinstance(value, FunctionType) else _number(value)}")
     return blake2b(repr(parts).encode(), digest_size=6).hexdigest()

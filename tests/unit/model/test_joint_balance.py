@@ -18,6 +18,9 @@ from rig.model.joint_balance import (
     SPREAD,
     STATE_SIZE,
     balanced_angle,
+    deflection,
+    moved_on,
+    on_its_line,
 )
 from rig.model.kernels import balanced, compiled
 
@@ -36,7 +39,8 @@ def missed(new: float, pulled_to: float, before: list[float], params: list[float
     step = new - old
     miss = new + params[6] * step / DT_S + params[7] ** 2 * (step / DT_S - rate) / DT_S - pulled_to
     for k, (radius, share) in enumerate(zip(REACHES_DEG, SHARES, strict=True)):
-        miss += params[8 + k // len(SPREAD)] * share * min(max(before[NEW + k] + step, -radius), radius)
+        held = deflection(k, before, NEW)
+        miss += params[8 + k // len(SPREAD)] * share * min(max(held + step, -radius), radius)
     return miss + params[0] / PRESLIDING_DEG * min(max(before[DRY] + step, -PRESLIDING_DEG), PRESLIDING_DEG)
 
 
@@ -56,6 +60,25 @@ def test_the_balance_holds_at_every_tick(
         new = balanced_angle(pulled_to, 1.0, 1.0, state, params, DT_S)
         steepest = 1.0 + viscous_s / DT_S + (inertia_s / DT_S) ** 2 + 2.0 * sum(slip) + width_deg / PRESLIDING_DEG
         assert abs(missed(new, pulled_to, before, params)) <= 1e-5 * steepest
+
+
+@given(
+    st.lists(st.floats(0.0, 5.0), min_size=5, max_size=5),
+    st.lists(st.tuples(st.floats(-2.0, 2.0), st.floats(-30.0, 30.0)), min_size=1, max_size=60),
+)
+def test_the_line_of_a_friction_is_the_sum_of_its_parts(slip: list[float], moves: list[tuple[float, float]]) -> None:
+    """Each part moves with the joint until it slips and sticks again as soon as that turns back; what is only tried,
+    in between, changes nothing."""
+    params, state, parts = numbers(0.0, 0.0, 0.0, slip), [0.0] * STATE_SIZE, [0.0] * len(REACHES_DEG)
+    for step, tried in moves:
+        on_its_line(tried, state, NEW, params)
+        force = moved_on(step, state, NEW, params)
+        parts = [min(max(part + step, -reach), reach) for part, reach in zip(parts, REACHES_DEG, strict=True)]
+        weights = [slip[k // len(SPREAD)] * SHARES[k] for k in range(len(parts))]
+        whole = sum(weight * part for weight, part in zip(weights, parts, strict=True))
+        assert math.isclose(force, whole, rel_tol=1e-9, abs_tol=1e-9)
+        counted = [k for k, weight in enumerate(weights) if weight > 0.0]
+        assert np.allclose([deflection(k, state, NEW) for k in counted], [parts[k] for k in counted], atol=1e-9)
 
 
 @given(st.floats(0.3, 4.0), st.floats(0.2, 3.0), st.floats(10.0, 35.0))
