@@ -21,8 +21,8 @@ class TimingLaw(NamedTuple):
     clock_rate: float = 0.0
     """Mean rate by which the readings' clock runs fast; it ages, from three quarters of it on."""
     lost_share: float = 0.0
-    lost_fade_s: float = 4.0
-    """Share of readings that are lost, each channel for itself; it swells and fades within so long."""
+    lost_fade: float = 800.0
+    """Share of readings that are lost, each channel for itself; it swells and fades within so many."""
 
 
 class RigLaw(NamedTuple):
@@ -59,7 +59,7 @@ class RigLaw(NamedTuple):
     wide_2: float = 0.0
     """By how much wider a muscle's pouches are: force and volume."""
     creep: float = 0.0
-    """More creep of the skin, as a strain at the tension of rest in twentieths."""
+    """More creep of the skin, as a strain at the tension of rest in fortieths."""
     stiff: float = 0.0
     """By how much stronger muscles and springs pull, all alike: the joint goes to the same angles, held by more."""
     heat: float = 0.0
@@ -67,7 +67,8 @@ class RigLaw(NamedTuple):
     """Loss of a muscle's force by what warm air is let into it."""
     slip_mm_s: float = 0.0
     slip_n: float = 220.0
-    """Speed at which a tendon slides out of its clamp, per 100 N above a force."""
+    slip_muscle: float = 0.0
+    """Speed at which a tendon slides out of its clamp, per 100 N above a force; 0: muscle 1's, 1: muscle 2's."""
     dry_nm: float = 0.0
     """Elasto-plastic friction with Stribeck's rise."""
     damper_nm_s: float = 0.0

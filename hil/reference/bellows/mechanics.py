@@ -2,8 +2,8 @@
 Compiled.
 
 A pouch of half angle t is shorter by 1 - sin(t) / t, pulls with l w p cos(t) / t and holds l^2 w / 2 (t - sin t cos t)
-/ t^2, of which one follows from the other (Niiyama and others 2015; Veale and others 2016 of such muscles in a row). Its
-folds rub by a Prandtl-Ishlinskii operator of stops (Kuhnen 2003) whose thresholds have Weibull's density, over the
+/ t^2, of which one follows from the other (Niiyama and others 2015; Veale and others 2016 of such muscles in a row).
+Its folds rub by a Prandtl-Ishlinskii operator of stops (Kuhnen 2003) whose thresholds have Weibull's density, over the
 stroke of each muscle. The skin creeps under its own tension p / t by a chain of Kelvin elements that stands for a power
 of time (Findley). The bearing: Dupont, Hayward, Armstrong and Altpeter (2002), stiff below break-away, with Stribeck's
 rise. Stops: Lankarani and Nikravesh (1990).
@@ -36,7 +36,7 @@ THRESHOLDS = tuple((-math.log(1.0 - (k + 0.5) / STOPS)) ** (1.0 / WEIBULL_SHAPE)
 CREEP_S = (0.3, 1.5, 7.5, 37.0)
 CREEP_POWER = 0.2
 CREEP_SHARE = tuple(tau**CREEP_POWER / sum(other**CREEP_POWER for other in CREEP_S) for tau in CREEP_S)
-CREEP_UNIT, TENSION_MPA = 0.05, 0.206
+CREEP_UNIT, TENSION_MPA = 0.025, 0.206
 """Strain of one unit of creep, at the tension of 0.2 MPa at angle zero."""
 WARMING_MPA_S = 0.12
 """Inflow that heats by one unit."""
@@ -142,7 +142,8 @@ def pull(pressure: float, inflow: float, muscle: int, s: State, physics: Physics
     force = pouch_force(pressure, contraction, physics) * (1.0 if muscle == 0 else physics.strength_2)
     force *= (1.0 + (rig.wide_1 if muscle == 0 else rig.wide_2)) * (1.0 - rig.heat * s[HEAT + muscle])
     s[HEAT + muscle] += dt_s / rig.heat_s * (min(2.0, inflow / WARMING_MPA_S) - s[HEAT + muscle])
-    s[SLID + muscle] += dt_s * 1e-5 * rig.slip_mm_s * max(0.0, force - rig.slip_n)
+    if rig.slip_muscle == muscle:
+        s[SLID + muscle] += dt_s * 1e-5 * rig.slip_mm_s * max(0.0, force - rig.slip_n)
     shift = dt_s * (1.0 - 2.0 * muscle) * arm * s[SPEED]
     rub = fold_friction(shift, pressure, contraction, STOP + STOPS * muscle, s, physics)
     return arm * (force * (1.0 + rig.stiff) - rub)

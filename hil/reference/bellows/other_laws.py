@@ -35,7 +35,7 @@ OTHER_LAWS: Final[dict[str, EffectLaw]] = dict((
     # ages: ever faster
     known("clock_drift", 5e-5, 0.02, sized(timing, "clock_rate")),
     # each channel for itself, swelling and fading
-    known("lost_samples", 0.01, 0.85, sized(timing, "lost_share", lost_fade_s=(2.0, 6.0))),
+    known("lost_samples", 0.01, 0.85, sized(timing, "lost_share", lost_fade=(400.0, 1200.0))),
     # span that bends by a power
     known("valve_gain", 2e-3, 0.25, uneven_gains(rig)),
     known("valve_offset", 2e-4, 0.04, one_offset(rig)),
@@ -48,9 +48,9 @@ OTHER_LAWS: Final[dict[str, EffectLaw]] = dict((
     # no pulse below an error, a full one above
     known("valve_dead_band", 1e-3, 0.06, sized(rig, "numb_mpa")),
     # pilots are fed with too little
-    known("pressure_ceiling", 0.16, 0.40, sized(rig, "pilot_supply_mpa")),
+    known("pressure_ceiling", 0.16, 0.50, sized(rig, "pilot_supply_mpa")),
     # tank with a compressor that switches on and off
-    known("supply_droop", 2.0, 400.0, sized(rig, "tank"), "percent"),
+    known("supply_droop", 20.0, 400.0, sized(rig, "tank"), "percent"),
     known("co_contraction", 5e-4, 0.08, both_offsets(rig)),
     # pouches of another width: force and volume
     known("muscle_mismatch", 1e-3, 0.25, _mismatch),
@@ -95,12 +95,13 @@ OTHER_LAWS: Final[dict[str, EffectLaw]] = dict((
 ))  # fmt: skip
 
 FOREIGN: Final[dict[str, EffectLaw]] = {
-    "stale_frames": EffectLaw("timing", "s", 5e-3, 1.0, False, sized(timing, "stale_s", stale_share=(0.15, 0.3))),
+    "stale_frames": EffectLaw("timing", "s", 5e-3, 0.4, False, sized(timing, "stale_s", stale_share=(0.15, 0.3))),
     "kinked_tube": EffectLaw("valve", "ratio", 0.3, 120.0, False, sized(rig, "kink", kink_mpa=(0.12, 0.2))),
-    "shared_exhaust": EffectLaw("valve", "ratio", 0.02, 4.0, False, sized(rig, "manifold")),
-    "slipping_clamp": EffectLaw("muscle", "mm/s", 0.01, 8.0, False, sized(rig, "slip_mm_s", slip_n=(180.0, 230.0))),
+    "shared_exhaust": EffectLaw("valve", "ratio", 0.3, 6.0, False, sized(rig, "manifold")),
+    "slipping_clamp": EffectLaw("muscle", "mm/s", 0.01, 20.0, False,
+                                sized(rig, "slip_mm_s", slip_n=(170.0, 220.0), slip_muscle=[0.0, 1.0])),
     "rattling_load": EffectLaw("joint", "kg m2", 1e-3, 0.06, False, sized(rig, "loose_kgm2", loose_rad=(0.03, 0.08))),
     "block_mean": EffectLaw("sensor", "s", 5e-3, 0.4, False, sized(reading, "block_s")),
     "multiplexer_bleed": EffectLaw("sensor", "deg", 0.05, 8.0, False, sized(reading, "bleed_deg")),
-}
+}  # fmt: skip
 """Effects that no library has, of every stage; none of them is one of the other families'."""

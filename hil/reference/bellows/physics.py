@@ -68,7 +68,7 @@ class Physics(NamedTuple):
     """Largest friction of a muscle's folds: without pressure, and per pressure."""
     loop_m: float = 0.0007
     """Scale of the strokes at which its parts let go."""
-    creep: float = 0.02
+    creep: float = 0.04
     bearing_nm: float = 0.05
     oil_nm_s: float = 0.16
     inertia_kgm2: float = 0.010

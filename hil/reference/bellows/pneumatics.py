@@ -15,7 +15,7 @@ from hil.reference.compiling import State, compiled
 ATM = ATMOSPHERE_MPA
 CRITICAL, SUBSONIC, LAMINAR = 0.36, 0.55, 0.985
 """Critical ratio, subsonic index, and the ratio from which on the flow is proportional to the difference."""
-LAMINAR_FLOW = (1.0 - ((LAMINAR - CRITICAL) / (1.0 - CRITICAL)) ** 2) ** SUBSONIC
+LAMINAR_FLOW: float = (1.0 - ((LAMINAR - CRITICAL) / (1.0 - CRITICAL)) ** 2) ** SUBSONIC
 INWARD, OUTWARD, WORK = 1.3, 1.05, 1.2
 REFERENCE_MPA = 0.3
 TUBE_SMOOTH = 0.002

@@ -126,7 +126,8 @@ def stairs_deg(t: Array, law: ReadingLaw) -> Array:
     """A drift that rests for four fifths of each stair."""
     place = t / law.drift_stair_s
     whole = np.floor(place)
-    return np.asarray(law.drift_deg_min / 60.0 * law.drift_stair_s * (whole + np.clip(5.0 * (place - whole - 0.8), 0, 1)))
+    stairs = whole + np.clip(5.0 * (place - whole - 0.8), 0.0, 1.0)
+    return np.asarray(law.drift_deg_min / 60.0 * law.drift_stair_s * stairs)
 
 
 def hum(t: Array, angle_deg: Array, law: ReadingLaw, random: Generator) -> Array:
@@ -139,7 +140,7 @@ def hum(t: Array, angle_deg: Array, law: ReadingLaw, random: Generator) -> Array
 def added(angle_deg: Array, law: ReadingLaw, period_s: float, random: Generator) -> Array:
     """Offset, drift, hum and more noise, shape (n,)."""
     n = len(angle_deg)
-    t = np.arange(n) * period_s
+    t = np.arange(n, dtype=float) * period_s
     total = law.offset_deg + stairs_deg(t, law)
     if law.hum_deg > 0.0:
         total = total + hum(t, angle_deg, law, random)

@@ -65,7 +65,7 @@ def lost(columns: Array, law: TimingLaw, random: Generator) -> Array:
     if law.lost_share <= 0.0:
         return columns
     n: int = columns.shape[1]
-    fade = 1.0 + FADING * np.sin(2.0 * math.pi * np.arange(n) * 0.005 / law.lost_fade_s + random.uniform(0.0, 6.283))
+    fade = 1.0 + FADING * np.sin(2.0 * math.pi * np.arange(n) / law.lost_fade + random.uniform(0.0, 6.283))
     share = np.minimum(0.97, law.lost_share * fade)
     for row in columns:
         gone = random.random(n) < share
