@@ -90,7 +90,9 @@ def test_pressures_follow_the_set_points_late_and_settle_on_them(plant):
     assert np.mean(columns["p2_mpa"][-200:]) == pytest.approx(0.15, abs=0.002)
 
 
-@pytest.mark.parametrize(("flow", "choked"), [(flow_function, 0.3), (nozzle, 0.528), (parabola, 0.5), (conductance, 0.36)])
+@pytest.mark.parametrize(
+    ("flow", "choked"), [(flow_function, 0.3), (nozzle, 0.528), (parabola, 0.5), (conductance, 0.36)]
+)
 def test_flow_is_choked_below_the_critical_ratio_and_stops_at_equal_pressures(flow, choked):
     assert flow(0.1) == flow(choked) == 1.0
     assert flow(1.0) == flow(1.2) == 0.0
