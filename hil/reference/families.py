@@ -92,7 +92,7 @@ class Family:
         return {**self.effects, **self.foreign}
 
 
-NAMES: Final = ("mckibben", "fluidic", "pleated")
+NAMES: Final = ("mckibben", "fluidic", "pleated", "bellows")
 """In each folder of that name: the equations (`plant`) and the table of effects (`other_laws`)."""
 STEPPED: Final = ("mckibben", "fluidic")
 """Those that a controller can drive, with a module `stepped` in their folder."""

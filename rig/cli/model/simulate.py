@@ -20,7 +20,10 @@ from rig.outputs import Kind
     help="Instead of a model: a rig of simulated physics, by its number; each number is another rig of one build.",
 )
 @click.option(
-    "--family", default="mckibben", show_default=True, help="The build of that rig: mckibben, fluidic or pleated."
+    "--family",
+    default="mckibben",
+    show_default=True,
+    help="The build of that rig: mckibben, fluidic, pleated or bellows.",
 )
 @click.option(
     "--session",

@@ -8,6 +8,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hil.reference.bellows.mechanics import (
+    BREAK_AWAY,
+    bulge,
+    half_angle,
+    pouch_force,
+    pouch_volume,
+    sliding,
+)
+from hil.reference.bellows.physics import Physics as BellowsPhysics
+from hil.reference.bellows.pneumatics import conductance
 from hil.reference.cases import (
     CLEAR_RANGE,
     Purpose,
@@ -80,7 +90,9 @@ def test_pressures_follow_the_set_points_late_and_settle_on_them(plant):
     assert np.mean(columns["p2_mpa"][-200:]) == pytest.approx(0.15, abs=0.002)
 
 
-@pytest.mark.parametrize(("flow", "choked"), [(flow_function, 0.3), (nozzle, 0.528), (parabola, 0.5)])
+@pytest.mark.parametrize(
+    ("flow", "choked"), [(flow_function, 0.3), (nozzle, 0.528), (parabola, 0.5), (conductance, 0.36)]
+)
 def test_flow_is_choked_below_the_critical_ratio_and_stops_at_equal_pressures(flow, choked):
     assert flow(0.1) == flow(choked) == 1.0
     assert flow(1.0) == flow(1.2) == 0.0
@@ -107,6 +119,38 @@ def test_muscle_pulls_in_proportion_to_pressure_and_never_pushes():
     assert pleated_force(0.2, 0.1, 0.0, pleats) == pytest.approx(2.0 * pleated_force(0.1, 0.1, 0.0, pleats))
     assert pleated_force(0.2, 0.21, 0.0, pleats) == pytest.approx(0.2 * pleats.strength_n_mpa)
     assert pleated_force(0.2, 0.5, 0.0, pleats) == 0.0
+
+
+@pytest.mark.parametrize("contraction", [0.01, 0.08, 0.15, 0.25, 0.34])
+def test_force_of_a_pouch_is_what_its_volume_gives_for_its_length(contraction):
+    """Virtual work: force times length given up is pressure times volume won."""
+    physics = BellowsPhysics(fold_n=0.0, stretch_per_mpa=0.0)
+    t, at_zero = half_angle(contraction), bulge(half_angle(physics.contraction))
+    assert 1.0 - math.sin(t) / t == pytest.approx(contraction, rel=1e-4)
+    cubic_m_per_unit = 0.5 * physics.length_m * physics.pouch_n_mpa * at_zero / (1.0 - physics.dead_share)
+    step = 1e-4
+    high, low = (pouch_volume(half_angle(contraction + off), at_zero, physics)[0] for off in (step, -step))
+    slope = pouch_volume(t, at_zero, physics)[1]
+    assert (high - low) / (2.0 * step) == pytest.approx(slope, rel=2e-3)
+    by_work = 0.2 * slope * cubic_m_per_unit / physics.length_m
+    assert pouch_force(0.2, contraction, physics) == pytest.approx(by_work, rel=1e-6)
+
+
+def test_folds_of_a_pouch_push_back_ever_more_and_a_muscle_never_pushes():
+    physics = BellowsPhysics()
+    free = physics._replace(fold_n=0.0)
+    lost = [pouch_force(0.2, c, free) - pouch_force(0.2, c, physics) for c in (0.1, 0.2, 0.3)]
+    assert 0.0 < lost[0] < lost[1] < lost[2]
+    assert lost[2] - lost[1] > lost[1] - lost[0]
+    assert pouch_force(0.2, 0.5, physics) == pouch_force(0.0, 0.15, physics) == 0.0
+
+
+def test_elasto_plastic_friction_is_a_spring_below_break_away():
+    steady = 0.004
+    assert sliding(0.99 * BREAK_AWAY * steady, 1.0, steady) == 0.0
+    assert sliding(steady, 1.0, steady) == 1.0
+    assert sliding(steady, -1.0, steady) == 0.0, "on the way back it is a spring again"
+    assert 0.0 < sliding(0.8 * steady, 1.0, steady) < sliding(0.9 * steady, 1.0, steady) < 1.0
 
 
 @pytest.mark.parametrize("free", [1e-9, 1e-4, 0.1, 5.0])
@@ -157,14 +201,15 @@ def test_a_disturbance_that_throws_the_joint_is_named(name, plant):
         "mckibben": {"foreign_push": 500.0},
         "fluidic": {"gravity_load": -4000.0},
         "pleated": {"gravity_load": -900.0},
+        "bellows": {"gravity_load": -900.0},
     }[name]
     with pytest.raises(RigError, match="left"):
         run(SINE, plant, plant.still(), disturbance(name, wild))
 
 
 def test_families_and_effects_that_are_not_there_are_named():
-    with pytest.raises(RigError, match=r"plant family 'bellows': expected one of mckibben, fluidic, pleated"):
-        unit("bellows", 1)
+    with pytest.raises(RigError, match=r"plant family 'piston': expected one of mckibben, fluidic, pleated, bellows"):
+        unit("piston", 1)
     with pytest.raises(RigError, match=r"effect 'gremlins': family fluidic has backlash, "):
         disturbance("fluidic", {"gremlins": 1.0})
 
@@ -295,10 +340,10 @@ def test_paper_set_stays_inside_the_regulators_range():
 
 def test_levels_are_fitted_on_all_families_but_those_left_out():
     assert known_families(()) == NAMES
-    assert known_families((), ("pleated",)) == ("mckibben", "fluidic")
-    with pytest.raises(ConfigError, match=r"--leave-out: unknown plant family 'bellows'"):
-        known_families((), ("bellows",))
+    assert known_families((), ("pleated", "bellows")) == ("mckibben", "fluidic")
+    with pytest.raises(ConfigError, match=r"--leave-out: unknown plant family 'piston'"):
+        known_families((), ("piston",))
     with pytest.raises(ConfigError, match=r"--leave-out: no plant family is left"):
         known_families(("pleated",), ("pleated",))
-    with pytest.raises(ConfigError, match=r"unknown plant family 'bellows'"):
-        known_families(("bellows",))
+    with pytest.raises(ConfigError, match=r"unknown plant family 'piston'"):
+        known_families(("piston",))
