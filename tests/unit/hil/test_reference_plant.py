@@ -29,7 +29,7 @@ from hil.reference.cases import (
     record_day,
 )
 from hil.reference.excitations import Excitation, paper_set
-from hil.reference.families import NAMES, disturbance, family, run, unit
+from hil.reference.families import JUDGE, NAMES, disturbance, family, run, unit
 from hil.reference.fluidic.mechanics import muscle_force as fluidic_force
 from hil.reference.fluidic.physics import Physics as FluidicPhysics
 from hil.reference.fluidic.pneumatics import nozzle
@@ -338,9 +338,10 @@ def test_paper_set_stays_inside_the_regulators_range():
         assert (excitation.p0_mpa + np.abs(half)).max() <= 0.5
 
 
-def test_levels_are_fitted_on_all_families_but_those_left_out():
-    assert known_families(()) == NAMES
-    assert known_families((), ("pleated", "bellows")) == ("mckibben", "fluidic")
+def test_levels_are_fitted_on_all_families_but_the_judge_and_those_left_out():
+    assert known_families(()) == tuple(name for name in NAMES if name != JUDGE)
+    assert known_families((), ("pleated",)) == ("mckibben", "fluidic")
+    assert known_families((JUDGE,)) == (JUDGE,), "whoever names it has it"
     with pytest.raises(ConfigError, match=r"--leave-out: unknown plant family 'piston'"):
         known_families((), ("piston",))
     with pytest.raises(ConfigError, match=r"--leave-out: no plant family is left"):
