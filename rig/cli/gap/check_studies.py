@@ -100,11 +100,12 @@ def sensitivity(
     from dataclasses import asdict
 
     from rig.app.gap import sensitivity as numbers
+    from rig.app.gap.levels import known_families
     from rig.app.gap.sensitivity_page import as_markdown
     from rig.app.terminal import progress
     from rig.outputs import write_text
 
-    asked = numbers.Asked(families or ("mckibben", "fluidic", "pleated"), seed, cases)
+    asked = numbers.Asked(known_families(families), seed, cases)
     total = len(numbers.FACTORS) * len(numbers.numbers())
     with progress("numbers", total) as update:
         base, moved = numbers.sensitivity(asked, workers, lambda done: update(done, f"{done} of {total}"))
