@@ -65,6 +65,9 @@ another P0 looks like another gain."""
 ZERO_BY_HAND = 0.05
 """Standard deviation, as a share of the angle's span, of where the zero of another rig of the build lies: it is
 set when the sensor is mounted, to some degrees. Smaller: every sister's simulator lacks an offset."""
+MOST_ROUGH = 0.6
+"""A law that leaves more of its own change than this says nothing: no law counts as rougher. More: a rough law stands
+for whatever nobody knows."""
 PRIORS = Path(__file__).with_name("priors.yaml")
 
 
@@ -136,6 +139,10 @@ class Prior:
     """Effect -> its laws' usual error: what the best of them leaves of its own change (rms) where a rig acts by another
     law, beside what days differ in; fitted by `pamrig gap calibrate` (docs/decisions/0582). Larger: the effect is named
     where it fits less well, and something unknown is sooner taken for it."""
+    law_shares: tuple[float, ...] = (0.25, 0.42, 0.79, 1.23, 2.76)
+    """How rough a law is on another build, over its usual error: points of that distribution, each as likely as the
+    others; fitted by `pamrig gap calibrate`, each family beside the others (docs/decisions/0585). Larger: an effect
+    whose law fits badly is named in place of something unknown, or of one whose law is usually rough."""
     rho_scale: float = 1.0
     """Factor on every law's usual error. Larger: rough and exact laws come closer."""
     rho_lines: float = 1.0

@@ -20,7 +20,7 @@ from rig.gap.hypotheses.library import LIBRARY, Effect
 from rig.gap.hypotheses.scenes import Stand, angle_stand, pressure_stand
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Expected, Kind, expect
-from rig.gap.settings import Fitted, fitted
+from rig.gap.settings import MOST_ROUGH, Fitted, fitted
 from rig.record import Column, Record
 
 RATIOS = (4.0, 2.5, 8.0)
@@ -30,9 +30,11 @@ NOT_A_COPY = 1e-9
 copies."""
 SAME_DIRECTION = 1e-2
 """Patterns that differ by less than this share of the strongest count as one."""
-LEAST_ROUGH, MOST_ROUGH = 0.01, 0.6
-"""Usual errors are held between these: no law is exact on another rig, and one that leaves more says
-nothing."""
+LEAST_ROUGH = 0.01
+"""No usual error is less: no law is exact on another rig."""
+SHARES = 5
+"""Points by which the distribution of laws' errors on another build is told. More: slower, its tail a little farther
+out."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +74,19 @@ def usual_errors(found: Sequence[LawError]) -> dict[str, float]:
         shares = [median(some) for some in _by_family(one for one in found if one.effect == effect)]
         out[effect] = min(max(float(np.sqrt(np.mean(np.square(shares)))), LEAST_ROUGH), MOST_ROUGH)
     return out
+
+
+def shares_of_usual(found: Sequence[LawError], usual: Sequence[float]) -> tuple[float, ...]:
+    """How rough laws are on another build, over the usual errors of the other families: the points that share this
+    distribution evenly; `usual` where there is but one family."""
+    ratios = []
+    for family in dict.fromkeys(one.family for one in found):
+        others = usual_errors([one for one in found if one.family != family])
+        ratios += [one.share / others[one.effect] for one in found if one.family == family and one.effect in others]
+    if not ratios:
+        return tuple(usual)
+    middles = (np.arange(SHARES) + 0.5) / SHARES
+    return tuple(float(ratio) for ratio in np.quantile(ratios, middles))
 
 
 def _by_family(found: Iterable[LawError]) -> Iterator[list[float]]:

@@ -16,7 +16,7 @@ import yaml
 
 from hil.reference.cases import CASES_PER_UNIT, Bench, Case, Purpose, bench_of, draw_sheet
 from hil.reference.families import JUDGE, NAMES
-from rig.app.gap.law_errors import of_rig, usual_errors
+from rig.app.gap.law_errors import of_rig, shares_of_usual, usual_errors
 from rig.blind_check.generate import nominal_model
 from rig.blind_check.source import records_of
 from rig.columns import rms
@@ -84,8 +84,8 @@ def known_families(names: Sequence[str], left_out: Sequence[str] = ()) -> tuple[
 
 
 def calibrate(plan: Plan, report: Callable[[int], None] = lambda done: None) -> Fitted:
-    """The levels of session, fingerprint, simulator and sister, and the laws' usual errors; the rest, odds as well,
-    stays as it is. `report` is told how many of STEPS times the rigs are done."""
+    """The levels of session, fingerprint, simulator and sister, the laws' usual errors and how far these may be off;
+    the rest, odds as well, stays as it is. `report` is told how many of STEPS times the rigs are done."""
     shipped = fitted()
     prior = shipped.prior
     sheets = [_first_cases(name, plan) for name in plan.families]
@@ -100,10 +100,13 @@ def calibrate(plan: Plan, report: Callable[[int], None] = lambda done: None) -> 
         made = zip(names, pool.map(partial(_levels, prior=prior), of_each), strict=True)
         levels = {name: replace(one, odds=shipped.levels[name].odds) for name, one in made}
         errors = _reported(pool.map(of_rig, range(len(rigs)), rigs), report, 2 * len(rigs))
-        laws = usual_errors([error for some in errors for error in some])
+        rough = [error for some in errors for error in some]
+    prior = replace(
+        prior, laws={**prior.laws, **usual_errors(rough)}, law_shares=shares_of_usual(rough, prior.law_shares)
+    )
     command = f"pamrig gap calibrate --units {plan.units} --seed {plan.seed}"
     provenance = Provenance(command, list(plan.families), len(rigs), len(rigs) * len(DAYS))
-    return replace(shipped, provenance=provenance, levels=levels, prior=replace(prior, laws={**prior.laws, **laws}))
+    return replace(shipped, provenance=provenance, levels=levels, prior=prior)
 
 
 def _reported(results: Iterable[R], report: Callable[[int], None], before: int) -> Iterator[R]:

@@ -24,15 +24,13 @@ from rig.gap.hypotheses.propagate import (
     response_with,
 )
 from rig.gap.reference.expectation import Factor
-from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, FIT_STEPS, WIDTH_SHARES, Odds, Prior
+from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, FIT_STEPS, MOST_ROUGH, WIDTH_SHARES, Odds, Prior
 from rig.identify.descent import Fit as Descent
 from rig.identify.descent import descend
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.response import ResponseModel
 from rig.record import Column
 
-LAW_SHARES = (0.0, 0.3, 1.0)
-"""How rough a law may be, in its usual error: exact, better than usual, as usual. Each is as likely as the others."""
 UNSURE_ROUNDS = 4
 """How often what is unsure of a simulator is taken anew beside a cause at most; once or twice is usual."""
 STANDS = 0.1
@@ -139,7 +137,7 @@ class Fit:
     """(k,) their standard deviations."""
     log_evidence: float
     log_law: float
-    """ln p of what it leaves, its law as rough as it usually is."""
+    """ln p of what it leaves, over how rough its law may be."""
     change: Column
     """(n,) what it changes."""
     scene: Scene
@@ -302,7 +300,8 @@ class _Trial:
         left = self._gap - moved
         rho = effect.roughness(prior)
         power = lines.envelope(moved, ENVELOPE_HZ, ENVELOPE_EVEN)
-        logs = [with_law(healthy, lines, moved, share * rho, prior, power).log_density(left) for share in LAW_SHARES]
+        rough = [min(share * rho, MOST_ROUGH) for share in prior.law_shares]
+        logs = [with_law(healthy, lines, moved, each, prior, power).log_density(left) for each in rough]
         log_density = float(np.logaddexp.reduce(logs)) - float(np.log(len(logs)))
         stiff = (healthy.degrees + healthy.effective) / (healthy.degrees + cost)
         hessian = stiff * (jacobian.T @ jacobian)

@@ -159,6 +159,8 @@ _LIBRARY: tuple[Effect, ...] = (
             bounds={"tau_s": (0.4, 40.0)}),
         Law("creep", ("share", "tau_s"), (0.02, 0.1), signs=BOTH_SIGNS, shapes=tuple({"tau_s": t, "relaxed": 1.0} for t in (0.7, 2.0, 8.0)),
             bounds={"tau_s": (0.4, 40.0)}),
+        Law("creep", ("share", "tau_s"), (0.05, 0.2), signs=BOTH_SIGNS, shapes=tuple({"tau_s": 3.0, "relaxed": r, "decades": 2.0} for r in (0.0, 1.0)),
+            bounds={"tau_s": (0.4, 40.0)}),
     ), "the angle keeps moving slowly after the pressure has settled; loops wider at low frequency", "creep", "creep"),
     Effect("thermal_drift", (Law("thermal_drift", ("rate_per_min",), (0.01, 0.05, 0.2, 0.6), signs=BOTH_SIGNS),
                              Law("stiffness", ("rise_per_min",), (0.3, 1.0, 3.0)), Law("stiffness", ("rise_per_min",), (-0.2, -0.6, -1.5)),

@@ -10,6 +10,10 @@ from collections.abc import Sequence
 from rig.model.effect_stages.valve import ATMOSPHERE_MPA
 from rig.model.slots import Values
 
+CREEP_TIMES = 5
+"""Time constants of a creep whose times spread: one for each half decade of two. Fewer: the loop's width goes up and
+down with the frequency."""
+
 
 def muscle_mismatch(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
     """Muscle 1 is stronger by the share mismatch (negative: muscle 2), half to each; params: mismatch."""
@@ -41,17 +45,25 @@ def one_muscle_warms(p1: Values, p2: Values, y: Values, state: Values, params: S
 
 
 def creep(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
-    """A share of the response comes late: y + share (low pass of y - relaxed y); params: share, tau_s, relaxed.
+    """A share of the response comes late: y + share (low pass of y - relaxed y); params: share, tau_s, relaxed,
+    decades.
 
     relaxed = 1 keeps the final angle and weakens the quick response; relaxed = 0 keeps the quick response and adds to
-    the final angle.
+    the final angle. What comes late comes with one time constant, or with five that spread over so many decades around
+    it, as rubber and fabric creep: a power of time, or its logarithm (Findley, Lai and Onaran, Creep and Relaxation of
+    Nonlinear Viscoelastic Materials, 1976).
     """
-    keep = math.exp(-dt_s / max(params[1], 1e-3))
+    for k in range(CREEP_TIMES):
+        each_s = params[1] * math.pow(10.0, params[3] * (k / (CREEP_TIMES - 1.0) - 0.5))
+        state[1 + CREEP_TIMES + k] = math.exp(-dt_s / max(each_s, 1e-3))
     for i in range(len(y)):
-        if state[0] == 0.0:
-            state[0], state[1] = 1.0, y[i]
-        state[1] = y[i] + keep * (state[1] - y[i])
-        y[i] += params[0] * (state[1] - params[2] * y[i])
+        late = 0.0
+        for k in range(CREEP_TIMES):
+            before = state[1 + k] if state[0] != 0.0 else y[i]
+            state[1 + k] = y[i] + state[1 + CREEP_TIMES + k] * (before - y[i])
+            late += state[1 + k] / CREEP_TIMES
+        state[0] = 1.0
+        y[i] += params[0] * (late - params[2] * y[i])
 
 
 def thermal_drift(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:

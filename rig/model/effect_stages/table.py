@@ -271,10 +271,11 @@ OWN_STAGES: dict[str, EffectStage] = {
         "creep",
         "muscle@joint",
         muscle.creep,
-        2,
+        1 + 2 * muscle.CREEP_TIMES,
         _P("share", "1", -0.6, 0.8, 0.0, "share of the angle that comes late"),
         _P("tau_s", "s", 0.1, 60.0, 2.0, "time constant"),
         _P("relaxed", "1", 0.0, 1.0, 0.0, "1 keeps the final angle, 0 the quick response"),
+        _P("decades", "1", 0.0, 4.0, 0.0, "over how many its times spread; 0: one time constant"),
     ),
     "thermal_drift": _entry(
         "thermal_drift",

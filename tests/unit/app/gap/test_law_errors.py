@@ -9,10 +9,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hil.reference.cases import CASES_PER_UNIT, Case, Purpose, draw_sheet
-from rig.app.gap.law_errors import LEAST_ROUGH, MOST_ROUGH, LawError, beside, of_rig, usual_errors
+from rig.app.gap.law_errors import (
+    LEAST_ROUGH,
+    LawError,
+    beside,
+    of_rig,
+    shares_of_usual,
+    usual_errors,
+)
 from rig.app.gap.levels import write
 from rig.gap.hypotheses.library import LIBRARY
-from rig.gap.settings import Prior, fitted
+from rig.gap.settings import MOST_ROUGH, Prior, fitted
 
 SEED = 994003
 LARGEST, MIDDLE = 2, 0
@@ -41,6 +48,28 @@ def test_one_fit_that_went_astray_does_not_make_a_law_rough() -> None:
 @pytest.mark.parametrize(("share", "usual"), [(0.001, LEAST_ROUGH), (0.2, 0.2), (3.0, MOST_ROUGH)])
 def test_no_law_is_exact_and_none_is_worth_nothing(share: float, usual: float) -> None:
     assert usual_errors(errors(("a", share)))["delay"] == pytest.approx(usual)
+
+
+def test_each_family_is_held_against_the_usual_error_of_the_others() -> None:
+    found = shares_of_usual(errors(("a", 0.2), ("a", 0.2), ("b", 0.1), ("b", 0.1)), (1.0,))
+    assert found == pytest.approx((0.5, 0.5, 1.25, 2.0, 2.0)), "b is half as rough as a, a twice as rough as b"
+
+
+def test_one_family_says_nothing_of_how_far_another_is_off() -> None:
+    assert shares_of_usual(errors(("a", 0.2), ("a", 0.4)), (0.5, 2.0)) == (0.5, 2.0)
+
+
+@given(st.lists(st.floats(0.02, 0.5), min_size=3, max_size=12))
+def test_points_of_that_distribution_share_it_evenly(shares: list[float]) -> None:
+    found = shares_of_usual([*errors(*(("a", share) for share in shares)), *errors(("b", 0.1))], ())
+    ratios = [share / 0.1 for share in shares] + [
+        0.1 / usual_errors(errors(*(("a", share) for share in shares)))["delay"]
+    ]
+    assert all(
+        sum(ratio <= point for ratio in ratios) >= part * len(ratios) - 1
+        for part, point in zip((0.1, 0.3, 0.5, 0.7, 0.9), found, strict=True)
+    )
+    assert list(found) == sorted(found)
 
 
 @given(st.integers(0, 2**31), st.integers(1, 6))
