@@ -102,7 +102,7 @@ def _priors() -> Iterator[Number]:
     known = fitted()
     for field in fields(Prior):
         value = getattr(known.prior, field.name)
-        if not isinstance(value, Mapping):  # the laws' errors are moved together, by `rho_scale`
+        if not isinstance(value, (Mapping, tuple)):  # the laws' errors are moved together, by `rho_scale`
             yield Number(PRIORS, f"prior.{field.name}", float(value))
     odds = next(iter(known.levels.values())).odds
     yield from (Number(PRIORS, f"odds.{field.name}", float(getattr(odds, field.name))) for field in fields(Odds))

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rig.gap.evidence.posterior import Posterior, judge
+from rig.gap.evidence.posterior import LEAST_CHANCE, Posterior, judge
 from rig.gap.hypotheses.fit import Fit, refit
 from rig.gap.hypotheses.given import scene_given, stand_given
 from rig.gap.hypotheses.library import UNKNOWN, Effect
@@ -17,8 +17,8 @@ third effect is found more often."""
 
 
 def with_second(effects: Sequence[Effect], alone: Posterior, said: Mapping[str, float]) -> tuple[Posterior, ...]:
-    """The posterior as it is; or, where something unknown stands in it and a second effect explains that, those of the
-    likeliest first effect and of the second beside it."""
+    """The posterior as it is; or, where something unknown stands in it and two effects explain the factor better than
+    one with that, those of the likeliest first effect and of the second beside it."""
     if not alone.found or (alone.best != UNKNOWN and alone.beside <= 0.5):
         return (alone,)
     firsts = sorted(alone.fits.values(), key=lambda fit: -fit.log_evidence)[:FIRSTS]
@@ -28,8 +28,8 @@ def with_second(effects: Sequence[Effect], alone: Posterior, said: Mapping[str, 
         second = judge(others, stand_given(alone.stand, first), said)
         if second.fit is not None and second.beside <= 0.5:
             told = said.get(first.effect.name, 0.0) + said.get(second.best, 0.0)
-            pairs.append((second.fit.log_evidence + told, first.effect.name, second))
-    if not pairs:
+            pairs.append((_of_both(first, second.fit) + told, first.effect.name, second))
+    if not pairs or max(pairs, key=lambda pair: pair[0])[0] < _of_one(alone):
         return (alone,)
     _, name, second = max(pairs, key=lambda pair: pair[0])
     total = np.logaddexp.reduce([pair[0] for pair in pairs])
@@ -37,6 +37,21 @@ def with_second(effects: Sequence[Effect], alone: Posterior, said: Mapping[str, 
     assert second.fit is not None
     fits = alone.fits | {name: _beside(alone, name, second.fit)}
     return replace(alone, probability=chances, beside=0.0, fits=fits), replace(second, given=name)
+
+
+def _of_both(first: Fit, second: Fit) -> float:
+    """Log evidence of two effects: that of the second beside the first, what the numbers of the first cost, and that
+    there is anything beside it."""
+    return second.log_evidence + first.log_evidence - first.log_law + first.scene.prior.log_beside
+
+
+def _of_one(alone: Posterior) -> float:
+    """Log evidence of the likeliest hypothesis with one effect at most, something unknown beside it included."""
+    known = max(alone.fits.values(), key=lambda fit: alone.probability[fit.effect.name])
+    if alone.best == UNKNOWN:
+        chances = alone.probability[UNKNOWN], max(alone.probability[known.effect.name], LEAST_CHANCE)
+        return known.log_evidence + float(np.log(chances[0] / chances[1]))
+    return known.log_evidence - float(np.log(max(1.0 - alone.beside, LEAST_CHANCE)))
 
 
 def _beside(alone: Posterior, name: str, second: Fit) -> Fit:

@@ -31,6 +31,9 @@ from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.response import ResponseModel
 from rig.record import Column
 
+EXACT = 0.0
+"""Share of a law's usual error where a rig acts by that very law, as a simulated one does: as likely as each of the
+others."""
 UNSURE_ROUNDS = 4
 """How often what is unsure of a simulator is taken anew beside a cause at most; once or twice is usual."""
 STANDS = 0.1
@@ -300,7 +303,7 @@ class _Trial:
         left = self._gap - moved
         rho = effect.roughness(prior)
         power = lines.envelope(moved, ENVELOPE_HZ, ENVELOPE_EVEN)
-        rough = [min(share * rho, MOST_ROUGH) for share in prior.law_shares]
+        rough = [min(share * rho, MOST_ROUGH) for share in (EXACT, *prior.law_shares)]
         logs = [with_law(healthy, lines, moved, each, prior, power).log_density(left) for each in rough]
         log_density = float(np.logaddexp.reduce(logs)) - float(np.log(len(logs)))
         stiff = (healthy.degrees + healthy.effective) / (healthy.degrees + cost)

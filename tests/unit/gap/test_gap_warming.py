@@ -8,7 +8,7 @@ from rig.gap import diagnose
 from rig.gap.answer.words import headline
 from rig.model.parameters import AddedEffect
 
-WARMS = AddedEffect("one_muscle_warms", {"rate_per_min": -0.3, "muscle": 2.0})
+WARMS = AddedEffect("one_muscle_warms", {"rate_per_min": -0.6, "muscle": 2.0})
 WANDERS = AddedEffect("sensor_drift", {"rate_deg_min": 8.0})
 
 
@@ -17,7 +17,7 @@ def test_one_muscle_that_warms_is_no_wandering_sensor() -> None:
     assert [cause.effect for cause in found.causes] == ["thermal_drift"]
     numbers = found.causes[0].parameters
     assert numbers["muscle"].value == 2.0
-    assert numbers["rate_per_min"].value == pytest.approx(-0.3, rel=0.1)
+    assert numbers["rate_per_min"].value == pytest.approx(-0.6, rel=0.1)
     assert headline(found)[0].startswith("Muscle 2 gets weaker by ")
 
 
