@@ -10,6 +10,7 @@ from numpy.random import Generator
 from hil.reference.bellows.disturbance import ReadingLaw
 from hil.reference.bellows.physics import Physics
 from hil.reference.compiling import Array, compiled
+from hil.reference.noise import one_pole
 from hil.reference.plant import Session
 
 TRACK_DEG: Final = 300.0
@@ -29,25 +30,17 @@ QUICK, SLOW = 0.4, 1.6
 """Time constants of both paths of a filter, against their mean."""
 
 
-@compiled
-def _one_pole(drive: Array, keep: float, state: float) -> Array:
-    out = np.empty_like(drive)
-    for k in range(len(drive)):
-        state = keep * state + (1.0 - keep) * drive[k]
-        out[k] = state
-    return out
-
-
-def low_passed(column: Array, time_s: float, period_s: float) -> Array:
-    """Behind one pole, at rest before the record."""
-    return np.asarray(_one_pole(column, math.exp(-period_s / time_s), float(column[0])))
-
-
 def coloured(n: int, sigma: float, time_s: float, period_s: float, random: Generator) -> Array:
     """Noise of standard deviation `sigma` and correlation time `time_s`, shape (n,)."""
     keep = math.exp(-period_s / time_s)
     drive = sigma * math.sqrt((1.0 + keep) / (1.0 - keep)) * random.standard_normal(n)
-    return np.asarray(_one_pole(drive, keep, sigma * float(random.standard_normal())))
+    return np.asarray(one_pole((1.0 - keep) * drive, keep, sigma * float(random.standard_normal())))
+
+
+def low_passed(column: Array, time_s: float, period_s: float) -> Array:
+    """Behind one pole, at rest before the record."""
+    keep = math.exp(-period_s / time_s)
+    return np.asarray(one_pole((1.0 - keep) * column, keep, float(column[0])))
 
 
 @compiled

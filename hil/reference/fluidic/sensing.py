@@ -9,6 +9,7 @@ from numpy.random import Generator
 
 from hil.reference.compiling import Array, compiled
 from hil.reference.fluidic.disturbance import ReadingLaw
+from hil.reference.noise import one_pole
 from hil.reference.plant import Session
 
 COUNT_DEG: Final = 360.0 / 10_000
@@ -22,15 +23,6 @@ ANGLE_NOISE_DEG: Final = 0.01
 OCTAVES_S: Final = (0.004, 0.03, 0.2, 1.5)
 """Correlation times whose sum is nearly 1/f."""
 FULL_DEG: Final = 40.0
-
-
-@compiled
-def _one_pole(drive: Array, keep: float, state: float) -> Array:
-    out = np.empty_like(drive)
-    for k in range(len(drive)):
-        state = keep * state + (1.0 - keep) * drive[k]
-        out[k] = state
-    return out
 
 
 @compiled
@@ -77,7 +69,7 @@ def pink(n: int, sigma: float, period_s: float, random: Generator) -> Array:
     for time_s in OCTAVES_S:
         keep = math.exp(-period_s / time_s)
         drive = random.standard_normal(n) * math.sqrt((1.0 + keep) / (1.0 - keep))
-        total += _one_pole(drive, keep, float(random.standard_normal()))
+        total += one_pole((1.0 - keep) * drive, keep, float(random.standard_normal()))
     return sigma * total / math.sqrt(len(OCTAVES_S))
 
 
@@ -157,7 +149,7 @@ def angle_reading(angle_rad: Array, law: ReadingLaw, session: Session, period_s:
 def monitor_reading(pressure_mpa: Array, bias_mpa: float, gain: float, period_s: float, random: Generator) -> Array:
     """The recorded pressure (gauge MPa): filter, the day's gain and bias, pink noise, 16 bits."""
     keep = math.exp(-period_s / MONITOR_FILTER_S)
-    slow = _one_pole(pressure_mpa, keep, float(pressure_mpa[0]))
+    slow = one_pole((1.0 - keep) * pressure_mpa, keep, float(pressure_mpa[0]))
     noisy = gain * slow + bias_mpa + pink(len(slow), MONITOR_NOISE_MPA, period_s, random)
     return np.asarray(np.round(noisy / MONITOR_CODE_MPA) * MONITOR_CODE_MPA)
 

@@ -8,6 +8,7 @@ from numpy.random import Generator
 
 from hil.reference.compiling import Array, compiled
 from hil.reference.mckibben.disturbance import ReadingLaw
+from hil.reference.noise import coloured, one_pole
 from hil.reference.plant import Session
 
 CODE_DEG: Final = 345.0 / 4096
@@ -17,23 +18,6 @@ MONITOR_CODE_MPA: Final = 0.5 / 4096 * 5.0 / 4.0
 ANGLE_NOISE_DEG: Final = 0.05
 MONITOR_NOISE_MPA: Final = 0.0006
 REFERENCE_DEG: Final = 40.0
-
-
-def coloured(n: int, sigma: float, time_s: float, period_s: float, random: Generator) -> Array:
-    """First-order noise of standard deviation `sigma` and correlation time `time_s`, shape (n,)."""
-    keep = math.exp(-period_s / time_s)
-    return _recursive(
-        random.standard_normal(n) * sigma * math.sqrt(1.0 - keep * keep), keep, sigma * float(random.standard_normal())
-    )
-
-
-@compiled
-def _recursive(drive: Array, keep: float, state: float) -> Array:
-    out = np.empty_like(drive)
-    for k in range(len(drive)):
-        state = keep * state + drive[k]
-        out[k] = state
-    return out
 
 
 @compiled
@@ -84,7 +68,7 @@ def low_passed(angle_deg: Array, law: ReadingLaw, period_s: float) -> Array:
         return angle_deg
     keep = math.exp(-period_s * poles / law.lag_s)
     for _ in range(poles):
-        angle_deg = _recursive(angle_deg * (1.0 - keep), keep, float(angle_deg[0]))
+        angle_deg = one_pole(angle_deg * (1.0 - keep), keep, float(angle_deg[0]))
     return angle_deg
 
 

@@ -8,7 +8,7 @@ from numpy.random import Generator
 from hil.reference.arrival import in_force, read_off
 from hil.reference.compiling import Array
 from hil.reference.mckibben.disturbance import TimingLaw
-from hil.reference.mckibben.sensing import coloured
+from hil.reference.noise import coloured
 
 CLOCK_WARM_UP_S: Final = 15.0
 SET_POINT_NOISE_MPA: Final = 0.00012

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.random import Generator
 
 from hil.reference.compiling import Array, compiled
+from hil.reference.noise import coloured
 from hil.reference.plant import Session
 from hil.reference.pleated.disturbance import ReadingLaw
 
@@ -24,22 +25,6 @@ BOW_MPA: Final = 0.4
 LOUD, QUIET = 1.37, 0.36
 EPISODE_S: Final = 0.8
 LAG_DAMPING: Final = 0.9
-
-
-@compiled
-def _one_pole(drive: Array, keep: float, state: float) -> Array:
-    out = np.empty_like(drive)
-    for k in range(len(drive)):
-        state = keep * state + drive[k]
-        out[k] = state
-    return out
-
-
-def wandering(n: int, sigma: float, time_s: float, period_s: float, random: Generator) -> Array:
-    """Slow noise of standard deviation `sigma`, shape (n,)."""
-    keep = math.exp(-period_s / time_s)
-    drive = random.standard_normal(n) * sigma * math.sqrt(1.0 - keep * keep)
-    return np.asarray(_one_pole(drive, keep, sigma * float(random.standard_normal())))
 
 
 @compiled
@@ -133,7 +118,7 @@ def dropped(angle_deg: Array, law: ReadingLaw, random: Generator) -> Array:
 def angle_reading(angle_rad: Array, law: ReadingLaw, session: Session, period_s: float, random: Generator) -> Array:
     """The recorded angle (deg), shape (n,), of the true one (rad)."""
     n, angle = len(angle_rad), np.degrees(angle_rad)
-    noise = ANGLE_NOISE_DEG * random.standard_normal(n) + wandering(n, WANDER_DEG, WANDER_S, period_s, random)
+    noise = ANGLE_NOISE_DEG * random.standard_normal(n) + coloured(n, WANDER_DEG, WANDER_S, period_s, random)
     if law.play_deg > 0.0:
         angle = _loose(angle, law.play_deg, math.exp(-period_s / law.play_back_s))
     angle = filtered(bent(angle, law, session), law, session.physics.latency_s, period_s)

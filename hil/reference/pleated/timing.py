@@ -8,8 +8,8 @@ from numpy.random import Generator
 
 from hil.reference.arrival import in_force, read_off
 from hil.reference.compiling import Array
+from hil.reference.noise import coloured
 from hil.reference.pleated.disturbance import TimingLaw
-from hil.reference.pleated.sensing import wandering
 
 SET_POINT_NOISE_MPA: Final = 0.00008
 ROUTE_S: Final = 0.7
@@ -37,7 +37,7 @@ def set_points(
     n = len(p1_mpa)
     rows = in_force(arrivals_s(n, period_s, law, random), substeps, period_s)
     p1, p2 = (p + SET_POINT_NOISE_MPA * random.standard_normal(n) for p in (p1_mpa, p2_mpa))
-    slow_1, slow_2 = (wandering(n, SET_POINT_NOISE_MPA, 2.0, period_s, random) for _ in range(2))
+    slow_1, slow_2 = (coloured(n, SET_POINT_NOISE_MPA, 2.0, period_s, random) for _ in range(2))
     return np.asarray((p1 + slow_1)[rows]), np.asarray((p2 + slow_2)[rows])
 
 
