@@ -139,7 +139,7 @@ class Prior:
     """Effect -> its laws' usual error: what the best of them leaves of its own change (rms) where a rig acts by another
     law, beside what days differ in; fitted by `pamrig gap calibrate` (docs/decisions/0582). Larger: the effect is named
     where it fits less well, and something unknown is sooner taken for it."""
-    law_shares: tuple[float, ...] = (0.25, 0.42, 0.79, 1.23, 2.76)
+    law_shares: tuple[float, ...] = ()
     """How rough a law is on another build, over its usual error: points of that distribution, each as likely as the
     others; fitted by `pamrig gap calibrate`, each family beside the others (docs/decisions/0585). Larger: an effect
     whose law fits badly is named in place of something unknown, or of one whose law is usually rough."""
@@ -215,9 +215,11 @@ class Fitted:
 
 @cache
 def fitted(path: Path = PRIORS) -> Fitted:
-    """The fitted numbers; ConfigError when the file is not one. A file of before the laws' errors stood in it has the
-    shipped ones."""
+    """The fitted numbers; ConfigError when the file is not one. A file of before the laws' errors, or their shares,
+    stood in it has the shipped ones."""
     found = load(path, Fitted)
-    if found.prior.laws or path == PRIORS:
+    if path == PRIORS:
         return found
-    return replace(found, prior=replace(found.prior, laws=fitted().prior.laws))
+    prior, shipped = found.prior, fitted().prior
+    laws, shares = prior.laws or shipped.laws, prior.law_shares or shipped.law_shares
+    return replace(found, prior=replace(prior, laws=laws, law_shares=shares))

@@ -29,9 +29,11 @@ def with_second(effects: Sequence[Effect], alone: Posterior, said: Mapping[str, 
         if second.fit is not None and second.beside <= 0.5:
             told = said.get(first.effect.name, 0.0) + said.get(second.best, 0.0)
             pairs.append((_of_both(first, second.fit) + told, first.effect.name, second))
-    if not pairs or max(pairs, key=lambda pair: pair[0])[0] < _of_one(alone):
+    if not pairs:
         return (alone,)
-    _, name, second = max(pairs, key=lambda pair: pair[0])
+    best, name, second = max(pairs, key=lambda pair: pair[0])
+    if best < _of_one(alone):
+        return (alone,)
     total = np.logaddexp.reduce([pair[0] for pair in pairs])
     chances = dict.fromkeys(alone.probability, 0.0) | {other: float(np.exp(one - total)) for one, other, _ in pairs}
     assert second.fit is not None

@@ -119,3 +119,12 @@ def test_a_file_of_before_there_were_errors_in_it_takes_the_shipped_ones(tmp_pat
     shipped = fitted()
     write(replace(shipped, prior=replace(shipped.prior, laws=own)), tmp_path / "priors.yaml")
     assert fitted(tmp_path / "priors.yaml").prior.laws == (own or shipped.prior.laws)
+
+
+@pytest.mark.parametrize("own", [(), (0.5, 2.0)])
+def test_a_file_of_before_it_held_how_far_errors_may_be_off_takes_the_shipped(
+    tmp_path: Path, own: tuple[float, ...]
+) -> None:
+    shipped = fitted()
+    write(replace(shipped, prior=replace(shipped.prior, law_shares=own)), tmp_path / "priors.yaml")
+    assert fitted(tmp_path / "priors.yaml").prior.law_shares == (own or shipped.prior.law_shares)

@@ -2,11 +2,8 @@
 
 import pytest
 from support.gap_rigs import asked, names, session
+from support.ringing_joint import weighed
 
-from hil.reference.cases import Purpose, bench_of, draw_sheet, realise
-from rig.blind_check.source import records_of
-from rig.gap.pipeline import Question, weigh
-from rig.gap.reference.build import Kind
 from rig.model.parameters import AddedEffect
 
 LATE = AddedEffect("delay", {"delay_s": 0.08})
@@ -46,10 +43,6 @@ def test_more_than_days_bring_stands_beside_the_name_as_something_unknown() -> N
 
 def test_two_effects_that_explain_less_than_one_and_something_unknown_are_not_named() -> None:
     """A mass of a plant's that rings: its law leaves a third of it, and no second effect explains that."""
-    case = draw_sheet(Purpose.DEVELOPMENT, 994001, 60, "mckibben")[58]
-    bench = bench_of(case)
-    days = [records_of(day) for day in bench.baselines[: case.baselines]]
-    records = records_of(realise(case, bench).records)
-    _, _, (_, joint) = weigh(Question(None, records, days, Kind.SESSIONS))
+    _, joint = weighed()
     assert joint.best == "inertia"
     assert joint.beside > 0.5

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.ringing_joint import weighed
 
-from hil.reference.cases import Purpose, bench_of, draw_sheet, realise
+from hil.reference.cases import Purpose, bench_of, draw_sheet
 from rig.blind_check.source import records_of
 from rig.gap.hypotheses.library import NONE
-from rig.gap.pipeline import Question, weigh
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Expected, Kind, expect
 from rig.gap.reference.expectation import motion_doubt
@@ -47,11 +47,6 @@ def test_twice_the_motion_pushes_twice_and_the_valves_against_each_other(beside_
 
 
 def test_what_a_ringing_joint_pushes_back_is_no_gap_of_the_regulators() -> None:
-    case = draw_sheet(Purpose.DEVELOPMENT, 994001, 60, "mckibben")[58]
-    assert case.effects == ("inertia",)
-    bench = bench_of(case)
-    days = [records_of(day) for day in bench.baselines[: case.baselines]]
-    records = records_of(realise(case, bench).records)
-    _, _, (regulators, joint) = weigh(Question(None, records, days, Kind.SESSIONS))
+    regulators, joint = weighed()
     assert regulators.best == NONE, "something unknown, with more than 99 %, by what is made up for late alone"
     assert joint.best == "inertia"
