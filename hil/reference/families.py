@@ -92,7 +92,7 @@ class Family:
         return {**self.effects, **self.foreign}
 
 
-NAMES: Final = ("mckibben", "fluidic", "pleated", "bellows")
+NAMES: Final = ("mckibben", "fluidic", "pleated", "bellows", "bundle")
 """In each folder of that name: the equations (`plant`) and the table of effects (`other_laws`)."""
 JUDGE: Final = "bellows"
 """The family on which nothing is fitted and by which no law was chosen: its figures count."""

@@ -18,6 +18,15 @@ from hil.reference.bellows.mechanics import (
 )
 from hil.reference.bellows.physics import Physics as BellowsPhysics
 from hil.reference.bellows.pneumatics import conductance
+from hil.reference.bundle.mechanics import ANGLE as BUNDLE_ANGLE
+from hil.reference.bundle.mechanics import LATE_RAD, place, rubbed
+from hil.reference.bundle.mechanics import STATES as BUNDLE_STATES
+from hil.reference.bundle.mechanics import TAKEN as BUNDLE_TAKEN
+from hil.reference.bundle.mechanics import dry_torque as bundle_dry_torque
+from hil.reference.bundle.physics import Physics as BundlePhysics
+from hil.reference.bundle.pneumatics import CHOKED_DROP, seat_flow
+from hil.reference.bundle.sensing import mean_weights
+from hil.reference.bundle.strands import bundle_force, cavity, invariant, strand_force
 from hil.reference.cases import (
     CLEAR_RANGE,
     Purpose,
@@ -91,7 +100,8 @@ def test_pressures_follow_the_set_points_late_and_settle_on_them(plant):
 
 
 @pytest.mark.parametrize(
-    ("flow", "choked"), [(flow_function, 0.3), (nozzle, 0.528), (parabola, 0.5), (conductance, 0.36)]
+    ("flow", "choked"),
+    [(flow_function, 0.3), (nozzle, 0.528), (parabola, 0.5), (conductance, 0.36), (seat_flow, 1.0 - CHOKED_DROP)],
 )
 def test_flow_is_choked_below_the_critical_ratio_and_stops_at_equal_pressures(flow, choked):
     assert flow(0.1) == flow(choked) == 1.0
@@ -103,6 +113,9 @@ def test_flow_is_choked_below_the_critical_ratio_and_stops_at_equal_pressures(fl
 def test_orifices_are_those_of_the_books():
     assert flow_function(0.65) == pytest.approx(math.sqrt(0.75))
     assert nozzle(0.8) == pytest.approx(math.sqrt(0.8 ** (2 / 1.4) - 0.8 ** (2.4 / 1.4)) / 0.2588, rel=1e-3)
+    expansion = 1.0 - 0.2 / (3.0 * CHOKED_DROP)
+    by_standard = expansion * math.sqrt(0.2) / (2.0 / 3.0 * math.sqrt(CHOKED_DROP))
+    assert seat_flow(0.8) == pytest.approx(by_standard), "IEC 60534-2-1, against its choked flow"
 
 
 def test_muscle_pulls_in_proportion_to_pressure_and_never_pushes():
@@ -143,6 +156,84 @@ def test_folds_of_a_pouch_push_back_ever_more_and_a_muscle_never_pushes():
     assert 0.0 < lost[0] < lost[1] < lost[2]
     assert lost[2] - lost[1] > lost[1] - lost[0]
     assert pouch_force(0.2, 0.5, physics) == pouch_force(0.0, 0.15, physics) == 0.0
+
+
+@pytest.mark.parametrize("contraction", [0.02, 0.08, 0.16, 0.19])
+def test_force_of_a_strand_is_the_work_of_its_air_less_the_energy_of_its_bladder(contraction):
+    """Virtual work, with the energies differentiated here: pressure times volume, and Gent's rubber."""
+    physics, step, pressure_mpa = BundlePhysics(), 1e-5, 0.2
+    stretches = 1.0 - contraction + step, 1.0 - contraction - step
+
+    def energy(stretch: float) -> float:
+        used = (invariant(stretch, physics)[0] - 3.0) / physics.rubber_limit
+        rubber = -0.5 * physics.rubber_mpa * physics.rubber_limit * math.log(1.0 - used) * physics.wall
+        return rubber - pressure_mpa * cavity(stretch, physics)[0]
+
+    longer, shorter = (energy(stretch) for stretch in stretches)
+    by_work = physics.area_n_mpa * (longer - shorter) / (2.0 * step)
+    assert strand_force(pressure_mpa, contraction, physics) == pytest.approx(by_work, rel=1e-5)
+
+
+def test_a_thin_strand_without_thickness_and_rubber_is_the_ideal_braid():
+    physics = BundlePhysics(yarn=0.0, wall=0.0, jam_n=0.0)
+    radius_m = math.sqrt(physics.area_n_mpa * 1e-6 / math.pi)
+    ideal = muscle_force(0.2, 0.12, physics.braid_rad, radius_m)
+    assert strand_force(0.2, 0.12, physics) == pytest.approx(ideal, rel=1e-9)
+
+
+def test_strands_pull_one_after_another_jam_and_never_push():
+    physics = BundlePhysics()
+    even = physics._replace(uneven=0.0)
+    assert bundle_force(0.2, 0.16, 0.0, even) == pytest.approx(strand_force(0.2, 0.16, even))
+    ends = [c for c in np.linspace(0.1, 0.4, 301) if bundle_force(0.05, c, 0.0, even) == 0.0]
+    assert bundle_force(0.05, ends[0], 0.0, physics) > 0.0, "where even strands have ended the shortest still pull"
+    assert bundle_force(0.2, 0.6, 0.0, physics) == bundle_force(0.0, 0.16, 0.0, physics) == 0.0
+    whole, short = bundle_force(0.2, 0.16, 0.0, physics), bundle_force(0.2, 0.16, 0.2, physics)
+    assert short < 0.8 * whole, "the shortest are torn first, and they carry the most"
+    free = physics._replace(jam_n=0.0)
+    lost = [strand_force(0.2, c, free) - strand_force(0.2, c, physics) for c in (0.19, 0.22, 0.24)]
+    assert lost[0] == 0.0 < lost[1] < lost[2]
+
+
+def test_friction_of_yarns_closes_its_loops_and_forgets_them():
+    state = np.zeros(BUNDLE_STATES)
+    path = [*np.linspace(0.0, 6.0, 61), *np.linspace(6.0, -6.0, 121)]
+    before = [rubbed(float(x), state) for x in path]
+    assert before[60] == pytest.approx(6.0 / 7.0), "the hyperbola"
+    assert before[-1] == pytest.approx(-before[60]), "Masing: the way back is twice as wide"
+    inner = [rubbed(float(x), state) for x in (*np.linspace(-6.0, 1.0, 71), *np.linspace(1.0, -2.0, 31), 1.0)]
+    assert inner[-1] == pytest.approx(inner[70]), "a small loop closes where it began"
+    top = [rubbed(float(x), state) for x in np.linspace(1.0, 6.0, 51)]
+    assert top[-1] == pytest.approx(before[60]), "and leaves no trace on the large one"
+
+
+def test_a_tight_bearing_holds_more_when_it_sets_out_than_later():
+    state = np.zeros(BUNDLE_STATES)
+    first = [-bundle_dry_torque(1.0, 1e-5, state) for _ in range(4000)]
+    assert max(first) > 1.05
+    later = [-bundle_dry_torque(1.0, LATE_RAD, state) for _ in range(20)]
+    assert later[-1] == pytest.approx(1.0, abs=1e-3)
+
+
+@pytest.mark.parametrize("angle", [-0.6, -0.1, 0.0, 0.4])
+def test_a_pulley_off_its_centre_pulls_by_the_belt_that_it_takes_up(angle):
+    wrong = disturbance("bundle", {"pulley_off_centre": 0.2}).rig
+    taken, step = [], 1e-5
+    state = np.zeros(BUNDLE_STATES)
+    for off in (-step, step, 0.0):
+        state[BUNDLE_ANGLE] = angle + off
+        place(state, BundlePhysics(), wrong)
+        taken.append(state[BUNDLE_TAKEN : BUNDLE_TAKEN + 2].copy())
+    slope = (taken[1] - taken[0]) / (2.0 * step)
+    arms = state[BUNDLE_TAKEN + 2 : BUNDLE_TAKEN + 4]
+    assert slope == pytest.approx([arms[0], -arms[1]], rel=1e-6)
+
+
+@pytest.mark.parametrize("window_s", [0.0005, 0.004, 0.013, 0.05])
+def test_a_mean_over_a_window_is_late_by_half_of_it(window_s):
+    weights = mean_weights(window_s, 0.005)
+    assert weights.sum() == pytest.approx(1.0)
+    assert 0.005 * float(np.sum(weights * np.arange(len(weights)))) == pytest.approx(0.5 * window_s)
 
 
 def test_elasto_plastic_friction_is_a_spring_below_break_away():
@@ -202,13 +293,16 @@ def test_a_disturbance_that_throws_the_joint_is_named(name, plant):
         "fluidic": {"gravity_load": -4000.0},
         "pleated": {"gravity_load": -900.0},
         "bellows": {"gravity_load": -900.0},
+        "bundle": {"gravity_load": -900.0},
     }[name]
     with pytest.raises(RigError, match="left"):
         run(SINE, plant, plant.still(), disturbance(name, wild))
 
 
 def test_families_and_effects_that_are_not_there_are_named():
-    with pytest.raises(RigError, match=r"plant family 'piston': expected one of mckibben, fluidic, pleated, bellows"):
+    with pytest.raises(
+        RigError, match=r"plant family 'piston': expected one of mckibben, fluidic, pleated, bellows, bundle"
+    ):
         unit("piston", 1)
     with pytest.raises(RigError, match=r"effect 'gremlins': family fluidic has backlash, "):
         disturbance("fluidic", {"gremlins": 1.0})
@@ -340,7 +434,7 @@ def test_paper_set_stays_inside_the_regulators_range():
 
 def test_levels_are_fitted_on_all_families_but_the_judge_and_those_left_out():
     assert known_families(()) == tuple(name for name in NAMES if name != JUDGE)
-    assert known_families((), ("pleated",)) == ("mckibben", "fluidic")
+    assert known_families((), ("pleated",)) == tuple(name for name in NAMES if name not in (JUDGE, "pleated"))
     assert known_families((JUDGE,)) == (JUDGE,), "whoever names it has it"
     with pytest.raises(ConfigError, match=r"--leave-out: unknown plant family 'piston'"):
         known_families((), ("piston",))
