@@ -94,7 +94,7 @@ class Family:
 
 NAMES: Final = ("mckibben", "fluidic", "pleated", "bellows", "bundle")
 """In each folder of that name: the equations (`plant`) and the table of effects (`other_laws`)."""
-JUDGE: Final = "bellows"
+JUDGE: Final = "bundle"
 """The family on which nothing is fitted and by which no law was chosen: its figures count."""
 STEPPED: Final = ("mckibben", "fluidic")
 """Those that a controller can drive, with a module `stepped` in their folder."""
