@@ -13,13 +13,14 @@ from rig.channels import Channels, common
 from rig.errors import ConfigError
 from rig.gap.hypotheses.library import LIBRARY, Effect
 from rig.gap.offered import channels_of_call, possible
-from rig.gap.plan.rehearse import Noise, Rig, known_rig
+from rig.gap.plan.rehearse import Noise, Rig, as_steady_as, known_rig
 from rig.gap.records.grid import rows_apart
 from rig.gap.records.pairs import pair_up
-from rig.gap.reference.build import AUTO, Kind, choose, expect, known_how
+from rig.gap.reference.build import AUTO, Kind, choose, expect, from_response, known_how
 from rig.gap.settings import fitted
 from rig.identify.fingerprint import fingerprint_of
 from rig.model.fingerprint import Fingerprint, PressureSource
+from rig.model.kept_day import unpacked
 from rig.model.kernels import simulate
 from rig.model.parameters import Model, load_model
 from rig.model.response import response_of
@@ -103,7 +104,12 @@ def _by_fingerprint(known: Fingerprint) -> Rig:
     levels, missed_mpa, missed_deg = known_how(known)
     noise = Noise(known.noise_deg, float(np.mean(known.noise_mpa)) if known.noise_mpa else Noise.pressure_mpa)
     driven = known.pressures is PressureSource.MEASURED
-    return Rig(response_of(known), levels, driven, noise, missed_mpa=missed_mpa, missed_deg=missed_deg)
+    rig = Rig(response_of(known), levels, driven, noise, missed_mpa=missed_mpa, missed_deg=missed_deg)
+    kept = unpacked(known.day)
+    if not kept:
+        return rig
+    itself = from_response(rig.response, pair_up(kept, [], known.p0_mpa, pressures=driven))
+    return as_steady_as(rig, itself.tracks)
 
 
 def _by_simulator(model: Model, *, sister: bool) -> Rig:

@@ -23,9 +23,10 @@ from rig.columns import rms
 from rig.config import suggest, unstructure
 from rig.errors import ConfigError, ModelError
 from rig.gap.calibrate import Mean, fit_levels, fit_monitors, of_another_build
+from rig.gap.hypotheses.scenes import parts_of_angle, parts_of_pressures
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import SISTER, Expected, Kind, expect
-from rig.gap.reference.expectation import Parts, angle_parts, pressure_parts
+from rig.gap.reference.expectation import Parts
 from rig.gap.settings import Fitted, Levels, Prior, Provenance, fitted
 from rig.model.fingerprint_check import fingerprint_checksum
 from rig.model.parameters import Model
@@ -156,14 +157,14 @@ def uncorrected(model: Model) -> Model:
 
 
 def _healthy(family: str, expected: Expected) -> HealthyDay:
-    angle = angle_parts(expected.tracks, expected.base, expected.response, expected.driven)
+    angle = parts_of_angle(expected)
     reference = np.concatenate([track.reference.angle_deg for track in expected.tracks])
     measured = np.concatenate([track.pair.case.angle_deg for track in expected.tracks])
     commanded = rms(measured - reference, angle.lines.used) / angle.span
     return HealthyDay(
         family,
         expected.levels,
-        pressure_parts(expected.tracks, expected.pairing.p0_mpa, expected.response),
+        parts_of_pressures(expected),
         angle,
         commanded,
     )

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.pairs import Pairing
 from rig.gap.reference.build import Expected, Kind, commanded_gaps, rms_of
 from rig.gap.reference.own_days import angle_days, own_floor
+from rig.gap.reference.unrepeated import unrepeated_rms
 from rig.gap.settings import Fitted
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.parameters import Model
@@ -154,14 +155,15 @@ def _strange(told: Told) -> list[Signature]:
 
 def _floor(told: Told, settings: Fitted) -> float:
     """Rms that the angle is off under the commands when nothing is wrong, deg: what is usual, or what the rig's own
-    days differ by, and no less than what the reference is known to miss, of the angle and through the pressures."""
+    days differ by, and no less than what the reference is known to miss, of the angle and through the pressures, or
+    than what the rig does not repeat."""
     expected = told.expected
     span = float(np.ptp(np.concatenate(expected.base)))
     usual = settings.levels[expected.levels].commanded_floor * span
-    days = angle_days(expected.tracks, expected.response, driven=False)
-    own = own_floor(usual, days, np.concatenate([pair.used for pair in expected.pairs]))
+    commanded = partial(angle_days, response=expected.response, driven=False)
+    own = own_floor(usual, commanded(expected.tracks), np.concatenate([pair.used for pair in expected.pairs]))
     known = float(np.hypot(expected.missed_deg, _through_pressures(expected)))
-    return max(own, known, 1e-6)
+    return max(own, known, unrepeated_rms(expected.tracks, commanded), 1e-6)
 
 
 def _through_pressures(expected: Expected) -> float:

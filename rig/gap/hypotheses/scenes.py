@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -13,9 +14,10 @@ from rig.gap.hypotheses.propagate import as_late_as_measured
 from rig.gap.hypotheses.retuned import unsure_regulators
 from rig.gap.hypotheses.scales import law_scales
 from rig.gap.reference.build import Expected, Kind
-from rig.gap.reference.expectation import Factor, angle_parts, mean_doubt, motion_doubt, pressure_parts
+from rig.gap.reference.expectation import Factor, Parts, angle_parts, mean_doubt, motion_doubt, pressure_parts
 from rig.gap.reference.fast import doubt
 from rig.gap.reference.own_days import angle_days, own_factor, pressure_days
+from rig.gap.reference.unrepeated import with_unrepeated
 from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, Fitted, Prior
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.slots import AHEAD
@@ -54,14 +56,28 @@ def angle_stand(expected: Expected, settings: Fitted) -> Stand:
     return Stand(ANGLE, whole, rough, (lambda law: not acts_ahead(law)) if expected.driven else lambda law: True)
 
 
+def parts_of_pressures(expected: Expected) -> Parts:
+    """What may differ in the pressures, with what this rig does not repeat."""
+    parts = pressure_parts(expected.tracks, expected.pairing.p0_mpa, expected.response)
+    return with_unrepeated(parts, expected.tracks, pressure_days)
+
+
+def parts_of_angle(expected: Expected) -> Parts:
+    """What may differ in the angle, with what this rig does not repeat."""
+    response, driven = expected.response, expected.driven
+    parts = angle_parts(expected.tracks, expected.base, response, driven)
+    return with_unrepeated(parts, expected.tracks, partial(angle_days, response=response, driven=driven))
+
+
 def pressure_scene(expected: Expected, settings: Fitted, whole: Expected | None = None) -> Scene:
     """The pressures of some records; scales are those of the `whole`."""
     known = settings.levels[expected.levels]
     levels = known.pressures.later(expected.unsure_lag_s)
-    parts = pressure_parts(expected.tracks, expected.pairing.p0_mpa, expected.response)
+    parts = parts_of_pressures(expected)
     factor = own_factor(parts, pressure_days(expected.tracks), levels, settings.prior)
     factor = factor.doubting(motion_doubt(expected.tracks, expected.response))
-    factor = factor.at_least(expected.missed_mpa).less_sure(_where_fast(factor.lines, expected))
+    factor = factor.at_least(expected.missed_mpa).noisier(expected.anew_mpa**2)
+    factor = factor.less_sure(_where_fast(factor.lines, expected))
     if expected.kind is Kind.FINGERPRINT:
         factor = factor.standing_off(expected.missed_mpa)
     moving = float(np.std(np.concatenate([track.reference.p1_mpa for track in expected.tracks])))
@@ -84,14 +100,14 @@ def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = N
         levels = levels.of_any_mean()
     if expected.other_zero:
         levels = levels.of_any_zero()
-    parts = angle_parts(tracks, base, response, expected.driven)
+    parts = parts_of_angle(expected)
     factor = own_factor(parts, angle_days(tracks, response, expected.driven), levels, settings.prior)
     if expected.driven:
         factor = factor.doubting(mean_doubt(tracks, base, response))
     if expected.driven and expected.kind is not Kind.SIMULATOR:  # a simulator is asked itself under these pressures
         factor = _answering_other_pressures(factor, expected, settings.prior)
-    factor = factor.at_least(expected.missed_deg).less_sure(_where_fast(factor.lines, expected))
-    factor = factor.noisier(expected.marked_deg2)
+    factor = factor.at_least(expected.missed_deg).noisier(expected.anew_deg**2)
+    factor = factor.less_sure(_where_fast(factor.lines, expected)).noisier(expected.marked_deg2)
     if expected.kind is Kind.FINGERPRINT:
         factor = factor.standing_off(expected.missed_deg)
     moving = float(np.std(np.concatenate(base)))

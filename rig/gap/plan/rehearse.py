@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -14,6 +15,8 @@ from rig.gap.records.pairs import Pairing
 from rig.gap.reference.build import Expected, Kind, from_response, rms_of
 from rig.gap.reference.expectation import line_noise
 from rig.gap.reference.fast import known_by_hz
+from rig.gap.reference.own_days import angle_days, pressure_days
+from rig.gap.reference.unrepeated import unrepeated_rms
 from rig.gap.settings import Fitted
 from rig.identify.response import GRID_S
 from rig.model.response import ResponseModel
@@ -42,6 +45,9 @@ class Rig:
     missed_mpa: float = 0.0
     missed_deg: float = 0.0
     """Rms by which the reference misses the records that it was made from, where that is known; see `Expected`."""
+    anew_mpa: float = 0.0
+    anew_deg: float = 0.0
+    """Rms by which a further record is off for what the rig does not repeat, where that is known; see `Expected`."""
     known_hz: float = np.inf
     """Fastest excitation that it is known from, see `Expected`."""
     grid_s: float = GRID_S
@@ -60,6 +66,7 @@ def rehearse(rig: Rig, plans: Sequence[RunPlan], seed: int = 0) -> Expected:
     pairs = [_expected_pair(rig, plan, draw) for plan in plans]
     made = from_response(rig.response, Pairing(pairs, rig.pressures, 0, rig.response.p0_mpa))
     made = replace(made, levels=rig.levels, kind=rig.kind, known_hz=rig.known_hz)
+    made = replace(made, anew_mpa=rig.anew_mpa, anew_deg=rig.anew_deg)
     return replace(made, missed_mpa=rig.missed_mpa, missed_deg=rig.missed_deg)
 
 
@@ -88,21 +95,20 @@ def _expected_pair(rig: Rig, plan: RunPlan, draw: np.random.Generator) -> Pair:
 
 def known_rig(expected: Expected) -> Rig:
     """The rig of records that there are, as their reference knows it."""
-    return (
-        known_by(expected.response, expected.tracks, pressures=expected.driven)
-        if expected.by_days
-        else Rig(
-            expected.response,
-            expected.levels,
-            expected.driven,
-            _noise(expected.tracks),
-            expected.kind,
-            expected.missed_mpa,
-            expected.missed_deg,
-            expected.known_hz,
-            expected.pairs[0].dt_s,
-        )
+    if expected.by_days:
+        return known_by(expected.response, expected.tracks, pressures=expected.driven)
+    rig = Rig(
+        expected.response,
+        expected.levels,
+        expected.driven,
+        _noise(expected.tracks),
+        expected.kind,
+        expected.missed_mpa,
+        expected.missed_deg,
+        known_hz=expected.known_hz,
+        grid_s=expected.pairs[0].dt_s,
     )
+    return as_steady_as(rig, expected.tracks)
 
 
 def known_by(response: ResponseModel, days: Sequence[Track], *, pressures: bool) -> Rig:
@@ -114,10 +120,9 @@ def known_by(response: ResponseModel, days: Sequence[Track], *, pressures: bool)
         rms_of([track.reference.p1_mpa - track.regulated[0] for track in days], pairs),
         rms_of([track.reference.p2_mpa - track.regulated[1] for track in days], pairs),
     ]
-    levels = Kind.FINGERPRINT.value
-    return Rig(
+    rig = Rig(
         response,
-        levels,
+        Kind.FINGERPRINT.value,
         pressures,
         _noise(days),
         missed_mpa=max(missed_mpa),
@@ -125,6 +130,14 @@ def known_by(response: ResponseModel, days: Sequence[Track], *, pressures: bool)
         known_hz=known_by_hz((pair.u1_mpa - pair.u2_mpa, pair.dt_s) for pair in pairs),
         grid_s=pairs[0].dt_s,
     )
+    return as_steady_as(rig, days)
+
+
+def as_steady_as(rig: Rig, tracks: Sequence[Track]) -> Rig:
+    """The same that repeats itself as closely as it does in these records."""
+    of_angle = partial(angle_days, response=rig.response, driven=rig.pressures)
+    anew_deg = unrepeated_rms(tracks, of_angle)
+    return replace(rig, anew_deg=anew_deg, anew_mpa=unrepeated_rms(tracks, pressure_days) if rig.pressures else 0.0)
 
 
 def _noise(tracks: Sequence[Track]) -> Noise:

@@ -52,24 +52,30 @@ BETWEEN_TWO_DAYS = 2.0
 
 
 def pressure_days(tracks: Sequence[Track]) -> Column:
-    """(n, K) both monitors on each earlier day, valve 1 of every record and then valve 2; K is 0 without days."""
-    first = _by_day(tracks, lambda day, track: day.p1_mpa)
-    second = _by_day(tracks, lambda day, track: day.p2_mpa)
+    """(n, K) both monitors on each earlier day less what the reference's regulators give, valve 1 of every record and
+    then valve 2; K is 0 without days."""
+    first = _by_day(tracks, lambda day, track: _less(day.p1_mpa, track.regulated[0]))
+    second = _by_day(tracks, lambda day, track: _less(day.p2_mpa, track.regulated[1]))
     return np.vstack([first, second])
 
 
 def angle_days(tracks: Sequence[Track], response: ResponseModel, driven: bool) -> Column:
-    """(n, K) the angle on each earlier day, less what its own pressures do to it when `driven`."""
+    """(n, K) the angle on each earlier day less what its pressures do to it, its own ones when `driven`."""
 
     def beside_its_pressures(day: Session, track: Track) -> Column:
         if not driven or day.p1_mpa is None or day.p2_mpa is None:
-            return day.angle_deg
+            return day.angle_deg - track.propagated
         return day.angle_deg - response.angle(day.p1_mpa, day.p2_mpa, track.pair.dt_s)
 
     return _by_day(tracks, beside_its_pressures)
 
 
-def _by_day(tracks: Sequence[Track], column: Callable[[Session, Track], Column | None]) -> Column:
+def _less(measured: Column | None, expected: Column) -> Column:
+    assert measured is not None
+    return measured - expected
+
+
+def _by_day(tracks: Sequence[Track], column: Callable[[Session, Track], Column]) -> Column:
     count = len(tracks[0].pair.sessions)
     days = [np.concatenate([column(track.pair.sessions[k], track) for track in tracks]) for k in range(count)]
     return np.array(days).T if days else np.zeros((sum(len(track.pair) for track in tracks), 0))

@@ -1,0 +1,128 @@
+"""What a rig does not repeat from one period of its excitation to the next: noise of any colour, regulators that hunt.
+
+No cause explains it, and every day has it anew. Its spectrum is half the mean square by which successive periods of a
+steady answer differ (sample variance over periods: Pintelon and Schoukens, System Identification, 2nd edition, Wiley
+2012, chapter 2; by successive differences, so that what creeps or drifts does not count: von Neumann, Ann. Math. Stat.
+12, 1941).
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from rig.gap.evidence.lines import Lines, lines_of
+from rig.gap.hypotheses.propagate import Track
+from rig.gap.records.periods import period_rows
+from rig.gap.reference.expectation import Parts
+from rig.gap.settings import ENVELOPE_HZ, TOP_HZ
+from rig.record import Column
+
+SETTLING = 1
+"""First periods of a record that are left out, where two remain: the rig comes into its steady state."""
+FEWEST = 2
+"""Periods that can be compared."""
+WHOLE = 0.999
+"""A row between two that were measured; the rest is rounding."""
+
+
+def with_unrepeated(parts: Parts, tracks: Sequence[Track], days_of: Callable[[Sequence[Track]], Column]) -> Parts:
+    """The same with what the earlier days did not repeat: once for these days, and once for the case, which is no
+    quieter. Without days, with what the case itself does not repeat: no simulator follows that. `days_of` gives a
+    factor's columns (n, K) less what a model says of them, so that periods of broken rows compare."""
+    if tracks[0].pair.sessions:
+        own = unrepeated(parts.lines, _commands(tracks), days_of(tracks))
+        return replace(parts, noise=np.maximum(parts.noise, own) + own)
+    own = unrepeated(parts.lines, _commands(tracks), days_of(_as_days(tracks)))
+    return replace(parts, noise=np.maximum(parts.noise, own))
+
+
+def unrepeated_rms(tracks: Sequence[Track], days_of: Callable[[Sequence[Track]], Column]) -> float:
+    """Rms by which the case differs from the mean of the earlier days for what neither repeats; without days, from
+    whatever repeats itself exactly. In the columns' unit."""
+    pairs, count = [track.pair for track in tracks], len(tracks[0].pair.sessions)
+    days = days_of(tracks if count else _as_days(tracks))
+    every = pairs * (len(days) // sum(map(len, pairs)))
+    lines = lines_of([len(p) for p in every], [p.dt_s for p in every], [p.used for p in every], TOP_HZ)
+    mean_square = float(np.sum(unrepeated(lines, _commands(tracks), days))) / len(days)
+    return math.sqrt((1.0 + 1.0 / count if count else 1.0) * mean_square)
+
+
+def unrepeated(lines: Lines, commands: Sequence[Column], days: Column) -> Column:
+    """(l,) variance that a day adds anew to each line, mean of the days' (n, K). `commands` are those of the records,
+    of which `lines` may have each several times over; where one has no period, the mean of the others stands for it,
+    and where none has, nothing is known: 0."""
+    ends = np.cumsum(lines.rows)[:-1]
+    each = [*commands] * (len(lines.rows) // len(commands))
+    parts = zip(each, np.split(days, ends), np.split(lines.used, ends), lines.dt_s, strict=True)
+    spectra = [_spectrum(*part, lines.top_hz) for part in parts]
+    known = [spectrum for spectrum in spectra if spectrum is not None]
+    if not known:
+        return np.zeros_like(lines.frequency_hz)
+    out = np.empty_like(lines.frequency_hz)
+    for k, spectrum in enumerate(spectra):
+        here = lines.record == k
+        heard = known if spectrum is None else [spectrum]
+        out[here] = np.mean([np.interp(lines.frequency_hz[here], *one) for one in heard], axis=0)
+    return out
+
+
+def _commands(tracks: Sequence[Track]) -> list[Column]:
+    return [track.pair.u1_mpa - track.pair.u2_mpa for track in tracks]
+
+
+def _as_days(tracks: Sequence[Track]) -> list[Track]:
+    """The tracks with their case as the only earlier day."""
+    return [replace(track, pair=replace(track.pair, sessions=(track.pair.case,))) for track in tracks]
+
+
+def _spectrum(command: Column, days: Column, used: Column, dt_s: float, top_hz: float) -> tuple[Column, Column] | None:
+    """Frequencies (m,) and variance (m,) of a line of what the days (n, K) of one record do not repeat; None where its
+    command has no period."""
+    starts, rows = _periods(command)
+    if len(starts) < FEWEST:
+        return None
+    measured = used[:, None]
+    periods, there = (_cut(column, starts, rows) for column in (measured * days, measured))
+    both = (np.minimum(there[1:], there[:-1]) > WHOLE).astype(float)
+    later = np.diff(periods, axis=0)
+    drift = np.sum(both * later, axis=(0, 1)) / max(float(np.sum(both)), 1.0)
+    apart = (both * (later - drift)).reshape(-1, days.shape[1])
+    own = lines_of([len(apart)], [dt_s], [np.ones(len(apart))], top_hz)
+    power = 0.5 * np.mean(own.of(apart) ** 2, axis=1) / max(float(np.mean(both)), 1e-9)
+    return own.frequency_hz, own.blurred(power, ENVELOPE_HZ, 0.0)
+
+
+def _periods(command: Column) -> tuple[Column, int]:
+    """Where whole periods of a command start, in rows, without those in which the rig settles, and how many rows of
+    each are compared; none where it has no period."""
+    nearest = period_rows(command)
+    if nearest is None:
+        return np.zeros(0), 0
+    exact = _exact(command, nearest)
+    count = int((len(command) + 0.5) // exact)
+    first = SETTLING if count >= SETTLING + FEWEST else 0
+    return exact * np.arange(first, count, dtype=np.float64), int(exact)
+
+
+def _cut(columns: Column, starts: Column, rows: int) -> Column:
+    """(p, rows, K) of columns (n, K) from each start on, between rows on straight lines."""
+    at = np.minimum(starts[:, None] + np.arange(rows), len(columns) - 1.0)
+    before = np.minimum(at.astype(int), len(columns) - 2)
+    past = (at - before)[:, :, None]
+    out: Column = (1.0 - past) * columns[before] + past * columns[before + 1]
+    return out
+
+
+def _exact(command: Column, rows: int) -> float:
+    """A period in rows, which is no whole number: over as many as there are but one, the vertex of the parabola through
+    what the command differs by from itself so much later."""
+    times = max(len(command) // rows - 1, 1)
+    lags = range(max(times * rows - times, 1), min(times * rows + times, len(command) - 2) + 1)
+    off = [float(np.mean((command[lag:] - command[:-lag]) ** 2)) for lag in lags]
+    best = int(np.argmin(off))
+    if not 0 < best < len(off) - 1:
+        return float(rows)
+    low, here, high = off[best - 1 : best + 2]
+    return (lags[best] + 0.5 * (low - high) / max(low - 2.0 * here + high, 1e-30)) / times
