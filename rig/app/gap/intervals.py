@@ -33,8 +33,7 @@ def with_intervals(levels: Fitted, folders: Sequence[CheckFolder], left_out: Seq
             f"{len(found)} cases name an effect whose shrinking was seen on untouched records; at least {LEAST_CASES} "
             "are needed"
         )
-    said, left_deg2 = zip(*found, strict=True)
-    return replace(levels, further=fit_spread(said, left_deg2), reaches=_reaches(levels, folders, left_out))
+    return replace(levels, further=fit_spread(*zip(*found, strict=True)), reaches=_reaches(levels, folders, left_out))
 
 
 def _reaches(levels: Fitted, folders: Sequence[CheckFolder], left_out: Sequence[str]) -> dict[str, Reach]:
@@ -50,14 +49,14 @@ def _reaches(levels: Fitted, folders: Sequence[CheckFolder], left_out: Sequence[
 def _sizes(levels: Fitted, folder: CheckFolder, left_out: Sequence[str]) -> Iterator[tuple[str, Sized]]:
     """For each size of a rightly named effect that both laws have: what stood for the rig, and what was said. The
     answers must be by these `levels`."""
-    for token, _, diagnosis in _answers(folder, left_out):
+    for token, row, diagnosis in _answers(folder, left_out):
         facts = facts_of(read_truth(folder.truth(token))[0]).effects
         reference = reference_of(Kind(diagnosis["reference"]))
         for cause in diagnosis["causes"]:
             fact = facts.get(cause["effect"])
             one = None if fact is None else _sized(cause, fact, levels.reach_of(reference), levels.prior)
             if one is not None:
-                yield reference, one
+                yield reference, replace(one, family=row.family)
 
 
 def _sized(cause: Mapping[str, Any], fact: EffectFact, reach: Reach, prior: Prior) -> Sized | None:
@@ -69,15 +68,15 @@ def _sized(cause: Mapping[str, Any], fact: EffectFact, reach: Reach, prior: Prio
     return Sized(number["value"], deviation_of(number["value"], half, rho, reach), rho, fact.size)
 
 
-def _cases(levels: Fitted, folder: CheckFolder, left_out: Sequence[str]) -> Iterator[tuple[Shrunk, float]]:
-    """For each case and way of asking that named something: what was said, and the mean square (deg^2) that was
-    left."""
+def _cases(levels: Fitted, folder: CheckFolder, left_out: Sequence[str]) -> Iterator[tuple[Shrunk, float, str]]:
+    """For each case and way of asking that named something: what was said, the mean square (deg^2) that was left, and
+    the plant family."""
     for _, row, diagnosis in _answers(folder, left_out):
         if row.realised_ef is None or row.ef_interval is None:
             continue
         said = _said(diagnosis, levels.prior)
         closed = said.before_deg**2 - said.floor_deg**2
-        yield said, said.floor_deg**2 + (1.0 - min(row.realised_ef, 1.0)) * closed
+        yield said, said.floor_deg**2 + (1.0 - min(row.realised_ef, 1.0)) * closed, row.family
 
 
 def _answers(folder: CheckFolder, left_out: Sequence[str]) -> Iterator[tuple[str, Row, Mapping[str, Any]]]:

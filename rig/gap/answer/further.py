@@ -8,13 +8,16 @@ law that usually misses the share rho, and a day is never known better than a he
     s^2 = e^2 + (floor F^2)^2 + (law rho (G^2 - F^2))^2.
 
 The four numbers are fitted as split conformal prediction does (Lei et al., JASA 113, 2018, 1094): `below` and `above`
-are quantiles of (left^2 - max(L, F)^2) / s on development cases, whose untouched records show what is left.
+are quantiles of (left^2 - max(L, F)^2) / s on development cases, whose untouched records show what is left. Cases of
+one build are alike, and the next build is another: of each plant family's quantiles the widest count (a further family
+lies beyond those of k with the probability 1 / (k + 1); Dunn et al., JASA 118, 2023, on predictions of a new group).
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rig.gap.settings import Spread
 from rig.record import Column
@@ -63,17 +66,19 @@ def further(one: Shrunk, spread: Spread) -> tuple[float, float]:
     return float(np.sqrt(max(low, 0.0))), float(np.sqrt(one.middle_deg2 + spread.above * scale))
 
 
-def fit_spread(cases: Sequence[Shrunk], left_deg2: Sequence[float]) -> Spread:
+def fit_spread(cases: Sequence[Shrunk], left_deg2: Sequence[float], families: Sequence[str]) -> Spread:
     """The shares with the narrowest intervals (mean logarithm of their width), and the quantiles that hold LEVEL of
-    what was left (mean squares, deg^2, above what a healthy day shows there) in these cases."""
+    what was left (mean squares, deg^2, above what a healthy day shows there) in the cases of each of the families."""
     off = np.array([left - one.middle_deg2 for one, left in zip(cases, left_deg2, strict=True)])
-    return min((_at(cases, off, floor, law) for floor in FLOORS for law in LAWS), key=lambda found: found[0])[1]
+    of = np.array(families)
+    return min((_at(cases, off, of, floor, law) for floor in FLOORS for law in LAWS), key=lambda found: found[0])[1]
 
 
-def _at(cases: Sequence[Shrunk], off: Column, floor: float, law: float) -> tuple[float, Spread]:
+def _at(cases: Sequence[Shrunk], off: Column, of: NDArray[np.str_], floor: float, law: float) -> tuple[float, Spread]:
     """(mean logarithm of the width, the spread) with these shares."""
     scale = np.array([scale_deg2(one, floor, law) for one in cases])
-    ends = conformal(off / scale)
+    each = [conformal((off / scale)[of == family]) for family in np.unique(of)]
+    ends = max(below for below, _ in each), max(above for _, above in each)
     return float(np.mean(np.log(scale))) + float(np.log(sum(ends))), Spread(floor, law, *ends, len(cases))
 
 

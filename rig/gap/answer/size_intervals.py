@@ -3,8 +3,9 @@
 The likelihood knows the standard deviation d of a number v by noise and by what may differ without being a gap, not
 what a law that is not the rig's own makes of it. The number lies within v -+ k s, s^2 = d^2 + (law rho v)^2 for a law
 that usually misses the share rho, where k and `law` are fitted as split conformal prediction does (Lei et al., JASA
-113, 2018, 1094): k is the quantile of how far the sizes of development cases were off, in s. Where nothing describes
-the rig, its simulator's own parameters are wrong as well and change a size; such references have numbers of their own.
+113, 2018, 1094): k is the quantile of how far the sizes of development cases were off, in s, the largest of the plant
+families' (`rig.gap.answer.further` says why). Where nothing describes the rig, its simulator's own parameters are wrong
+as well and change a size; such references have numbers of their own.
 """
 
 from collections.abc import Sequence
@@ -18,6 +19,7 @@ from rig.gap.plan.next_experiment import spreads
 from rig.gap.reference.kinds import Kind
 from rig.gap.settings import Reach
 from rig.model.effect_stages import EFFECT_STAGES
+from rig.record import Column
 
 LEVEL = 0.95
 """Of the interval."""
@@ -35,6 +37,8 @@ class Sized:
     rho: float
     """Its law's usual error, as a share."""
     truth: float
+    family: str = ""
+    """Of plants."""
 
 
 def reference_of(kind: Kind) -> str:
@@ -68,7 +72,7 @@ def deviation_of(value: float, half: float, rho: float, reach: Reach) -> float:
 
 def fit_reach(cases: Sequence[Sized]) -> Reach:
     """The share with the narrowest intervals (mean logarithm of their width, as a share of the size), and the reach
-    that holds LEVEL of these cases."""
+    that holds LEVEL of the cases of each family."""
     tried = [_at(cases, law) for law in LAWS]
     return min(tried, key=lambda found: found[0])[1]
 
@@ -77,7 +81,12 @@ def _at(cases: Sequence[Sized], law: float) -> tuple[float, Reach]:
     """(mean logarithm of the relative width, the reach) with this share."""
     value, deviation, rho, truth = np.array([(one.value, one.deviation, one.rho, one.truth) for one in cases]).T
     scale = np.hypot(deviation, law * rho * value) + 1e-12 * np.abs(truth)
-    off = np.sort(np.abs(value - truth) / scale)
-    reach = float(off[min(int(np.ceil((len(off) + 1) * LEVEL)), len(off)) - 1])
+    off, of = np.abs(value - truth) / scale, np.array([one.family for one in cases])
+    reach = max(_quantile(off[of == family]) for family in np.unique(of))
     width = float(np.mean(np.log(scale / np.abs(truth)))) + float(np.log(max(reach, 1e-12)))
     return width, Reach(law, reach, len(off))
+
+
+def _quantile(off: Column) -> float:
+    """That holds LEVEL of further ones like these (n,); the outermost where there are too few."""
+    return float(np.sort(off)[min(int(np.ceil((len(off) + 1) * LEVEL)), len(off)) - 1])

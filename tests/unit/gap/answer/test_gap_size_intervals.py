@@ -1,5 +1,7 @@
 """How far a size may be off: fitted on cases whose size is known, and what is said without."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -41,6 +43,12 @@ def test_where_the_likelihood_is_right_the_fit_says_so() -> None:
     assert reach.deviations == pytest.approx(Reach().deviations, rel=0.06)
 
 
+def test_it_holds_for_the_family_whose_sizes_are_missed_most() -> None:
+    near, far = cases(5, 400, 1.0, 0.0), [replace(one, family="far") for one in cases(6, 100, 4.0, 0.0)]
+    assert held(fit_reach([*near, *far]), far) >= LEVEL
+    assert held(fit_reach(near), far) < 0.7
+
+
 def test_laws_that_miss_more_get_wider_intervals() -> None:
     reach = fit_reach(cases(4, 1000, 1.0, 2.0))
     assert reach.law > 0.0
@@ -66,4 +74,4 @@ def test_what_was_not_fitted_has_no_width() -> None:
 def test_every_reference_has_a_fitted_reach(kind: Kind) -> None:
     reach = fitted().reach_of(reference_of(kind))
     assert reach.cases >= 20
-    assert reach.deviations > Reach().deviations
+    assert half_width(1.0, 0.02, 0.1, reach) > half_width(1.0, 0.02, 0.1, Reach())
