@@ -2,13 +2,14 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, partial
+from functools import cache
 
 import numpy as np
 
 from rig.gap.answer.augment import remaining_gap
 from rig.gap.answer.chain import STAGES, chain
 from rig.gap.answer.facts import RAW_DATA, Evidence, Gap, Judged, RecordGap, Retuning, Verdict, Where
+from rig.gap.answer.floor import floor_of, floor_source, unsteadiness
 from rig.gap.answer.further import Shrunk, further
 from rig.gap.answer.held_out import HowFar
 from rig.gap.answer.observations import told_apart
@@ -23,9 +24,7 @@ from rig.gap.hypotheses.scenes import PRESSURES
 from rig.gap.plan.next_experiment import what_next
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.pairs import Pairing
-from rig.gap.reference.build import Expected, Kind, commanded_gaps, rms_of
-from rig.gap.reference.own_days import angle_days, own_floor
-from rig.gap.reference.unrepeated import unrepeated_rms
+from rig.gap.reference.build import Expected, commanded_gaps, rms_of
 from rig.gap.settings import Fitted
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.parameters import Model
@@ -89,7 +88,7 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
     """The diagnosis; `after` says how far the gap shrinks with some causes in the simulator."""
     pairs = told.expected.pairs
     gaps = commanded_gaps(told.expected)
-    before, floor = rms_of(gaps, pairs), _floor(told, told.settings)
+    before, floor = rms_of(gaps, pairs), floor_of(told.expected, told.settings)
     kept = _helping(told, before)
     far = after([(one.posterior.stand.name, one.fit) for one in kept])
     if far.after_deg > before and all(one.posterior.stand.name != PRESSURES for one in kept):
@@ -112,7 +111,7 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
         after_deg=left,
         after_low_deg=low,
         after_high_deg=high,
-        floor_source=_floor_source(told.expected),
+        floor_source=floor_source(told.expected),
     )
     return Diagnosis(
         _verdict(causes),
@@ -131,7 +130,8 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
 
 
 def _notes(told: Told, kept: Sequence[Kept]) -> list[str]:
-    """What was said on the way, the marks that have no name, and the names that were dropped; each line once."""
+    """What was said on the way, that the rig does not repeat itself, the marks that have no name, and the names that
+    were dropped; each line once."""
     nameless = (f"{mark.text}: no effect of the library does that" for mark in _strange(told))
     dropped = (
         f"{fit.effect.name} explains {100.0 * share_closed(posterior, fit):.0f} % of what the "
@@ -139,7 +139,8 @@ def _notes(told: Told, kept: Sequence[Kept]) -> list[str]:
         "follows these records no better: it may act, and the simulator miss more than that by itself"
         for posterior, fit in _dropped(told, kept)
     )
-    return list(dict.fromkeys([*told.expected.pairing.notes, *nameless, *dropped]))
+    unsteady = unsteadiness(told.expected, told.settings)
+    return list(dict.fromkeys([*told.expected.pairing.notes, *unsteady, *nameless, *dropped]))
 
 
 def _further(kept: Sequence[Kept], before: float, floor: float, far: HowFar, settings: Fitted) -> tuple[float, float]:
@@ -151,38 +152,6 @@ def _further(kept: Sequence[Kept], before: float, floor: float, far: HowFar, set
 def _strange(told: Told) -> list[Signature]:
     """Marks of something in the angle that the library has no name for."""
     return [mark for mark in told.marks if mark.found and mark.effect is None and mark.variance_deg2 > 0.0]
-
-
-def _floor(told: Told, settings: Fitted) -> float:
-    """Rms that the angle is off under the commands when nothing is wrong, deg: what is usual, or what the rig's own
-    days differ by, and no less than what the reference is known to miss, of the angle and through the pressures, or
-    than what the rig does not repeat."""
-    expected = told.expected
-    span = float(np.ptp(np.concatenate(expected.base)))
-    usual = settings.levels[expected.levels].commanded_floor * span
-    commanded = partial(angle_days, response=expected.response, driven=False)
-    own = own_floor(usual, commanded(expected.tracks), np.concatenate([pair.used for pair in expected.pairs]))
-    known = float(np.hypot(expected.missed_deg, _through_pressures(expected)))
-    return max(own, known, unrepeated_rms(expected.tracks, commanded), 1e-6)
-
-
-def _through_pressures(expected: Expected) -> float:
-    """Rms of the angle, deg, for what the reference's regulators miss of the pressures, each for itself (propagation of
-    errors to first order)."""
-    missed, response = expected.missed_mpa, expected.response
-    one, other = [], []
-    for track in expected.tracks:
-        p1, p2, dt_s = track.reference.p1_mpa, track.reference.p2_mpa, track.pair.dt_s
-        here = response.angle(p1, p2, dt_s)
-        one.append(response.angle(p1 + missed, p2, dt_s) - here)
-        other.append(response.angle(p1, p2 + missed, dt_s) - here)
-    pairs = [track.pair for track in expected.tracks]
-    return float(np.hypot(rms_of(one, pairs), rms_of(other, pairs)))
-
-
-def _floor_source(expected: Expected) -> str:
-    """What the floor rests on: the rig's own days from two on, else what is usual of such a reference."""
-    return Kind.SESSIONS.value if expected.by_days and expected.pairing.sessions > 1 else expected.levels
 
 
 def _helping(told: Told, before: float) -> list[Kept]:

@@ -16,7 +16,7 @@ from rig.gap.reference.build import Expected, Kind, from_response, rms_of
 from rig.gap.reference.expectation import line_noise
 from rig.gap.reference.fast import known_by_hz
 from rig.gap.reference.own_days import angle_days, pressure_days
-from rig.gap.reference.unrepeated import unrepeated_rms
+from rig.gap.reference.unrepeated import of_tracks
 from rig.gap.settings import Fitted
 from rig.identify.response import GRID_S
 from rig.model.response import ResponseModel
@@ -136,8 +136,8 @@ def known_by(response: ResponseModel, days: Sequence[Track], *, pressures: bool)
 def as_steady_as(rig: Rig, tracks: Sequence[Track]) -> Rig:
     """The same that repeats itself as closely as it does in these records."""
     of_angle = partial(angle_days, response=rig.response, driven=rig.pressures)
-    anew_deg = unrepeated_rms(tracks, of_angle)
-    return replace(rig, anew_deg=anew_deg, anew_mpa=unrepeated_rms(tracks, pressure_days) if rig.pressures else 0.0)
+    anew_mpa = of_tracks(tracks, pressure_days).rms if rig.pressures else 0.0
+    return replace(rig, anew_deg=of_tracks(tracks, of_angle).rms, anew_mpa=anew_mpa)
 
 
 def _noise(tracks: Sequence[Track]) -> Noise:

@@ -8,7 +8,7 @@ steady answer differ (sample variance over periods: Pintelon and Schoukens, Syst
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -27,6 +27,14 @@ WHOLE = 0.999
 """A row between two that were measured; the rest is rounding."""
 
 
+@dataclass(frozen=True)
+class Unrepeated:
+    """What is not repeated of a column."""
+
+    rms: float
+    loudest_hz: float
+
+
 def with_unrepeated(parts: Parts, tracks: Sequence[Track], days_of: Callable[[Sequence[Track]], Column]) -> Parts:
     """The same with what the earlier days did not repeat: once for these days, and once for the case, which is no
     quieter. Without days, with what the case itself does not repeat: no simulator follows that. `days_of` gives a
@@ -38,15 +46,16 @@ def with_unrepeated(parts: Parts, tracks: Sequence[Track], days_of: Callable[[Se
     return replace(parts, noise=np.maximum(parts.noise, own))
 
 
-def unrepeated_rms(tracks: Sequence[Track], days_of: Callable[[Sequence[Track]], Column]) -> float:
-    """Rms by which the case differs from the mean of the earlier days for what neither repeats; without days, from
+def of_tracks(tracks: Sequence[Track], days_of: Callable[[Sequence[Track]], Column]) -> Unrepeated:
+    """By how much the case differs from the mean of the earlier days for what neither repeats; without days, from
     whatever repeats itself exactly. In the columns' unit."""
     pairs, count = [track.pair for track in tracks], len(tracks[0].pair.sessions)
     days = days_of(tracks if count else _as_days(tracks))
     every = pairs * (len(days) // sum(map(len, pairs)))
     lines = lines_of([len(p) for p in every], [p.dt_s for p in every], [p.used for p in every], TOP_HZ)
-    mean_square = float(np.sum(unrepeated(lines, _commands(tracks), days))) / len(days)
-    return math.sqrt((1.0 + 1.0 / count if count else 1.0) * mean_square)
+    variance = unrepeated(lines, _commands(tracks), days)
+    mean_square = (1.0 + 1.0 / count if count else 1.0) * float(np.sum(variance)) / len(days)
+    return Unrepeated(math.sqrt(mean_square), float(lines.frequency_hz[np.argmax(variance)]))
 
 
 def unrepeated(lines: Lines, commands: Sequence[Column], days: Column) -> Column:

@@ -1,0 +1,62 @@
+"""The floor: how far the angle is off when nothing is wrong, and on what that rests."""
+
+from functools import partial
+
+import numpy as np
+
+from rig.gap.reference.build import Expected, Kind, rms_of
+from rig.gap.reference.own_days import angle_days, own_floor
+from rig.gap.reference.unrepeated import Unrepeated, of_tracks
+from rig.gap.settings import Fitted
+
+LEAST_DEG = 1e-6
+"""No floor is lower: gaps are told as multiples of it."""
+
+
+def floor_of(expected: Expected, settings: Fitted) -> float:
+    """Rms that the angle is off under the commands when nothing is wrong, deg: what is usual, or what the rig's own
+    days differ by, and no less than what the reference is known to miss, of the angle and through the pressures, or
+    than what the rig does not repeat."""
+    days = angle_days(expected.tracks, expected.response, driven=False)
+    own = own_floor(_usual(expected, settings), days, np.concatenate([pair.used for pair in expected.pairs]))
+    known = float(np.hypot(expected.missed_deg, _through_pressures(expected)))
+    return max(own, known, _not_repeated(expected).rms, LEAST_DEG)
+
+
+def floor_source(expected: Expected) -> str:
+    """What the floor rests on: the rig's own days from two on, else what is usual of such a reference."""
+    return Kind.SESSIONS.value if expected.by_days and expected.pairing.sessions > 1 else expected.levels
+
+
+def unsteadiness(expected: Expected, settings: Fitted) -> list[str]:
+    """A line where the rig repeats itself less closely than such references usually know a rig."""
+    found = _not_repeated(expected)
+    if found.rms <= _usual(expected, settings):
+        return []
+    return [
+        f"the rig does not repeat itself: from one period of a sweep to the next the angle is off by {found.rms:.2g} "
+        f"deg rms, most of it near {found.loudest_hz:.2g} Hz (regulators that hunt, something loose?); that is no gap, "
+        "and smaller ones hide in it"
+    ]
+
+
+def _usual(expected: Expected, settings: Fitted) -> float:
+    return settings.levels[expected.levels].commanded_floor * float(np.ptp(np.concatenate(expected.base)))
+
+
+def _not_repeated(expected: Expected) -> Unrepeated:
+    return of_tracks(expected.tracks, partial(angle_days, response=expected.response, driven=False))
+
+
+def _through_pressures(expected: Expected) -> float:
+    """Rms of the angle, deg, for what the reference's regulators miss of the pressures, each for itself (propagation of
+    errors to first order)."""
+    missed, response = expected.missed_mpa, expected.response
+    one, other = [], []
+    for track in expected.tracks:
+        p1, p2, dt_s = track.reference.p1_mpa, track.reference.p2_mpa, track.pair.dt_s
+        here = response.angle(p1, p2, dt_s)
+        one.append(response.angle(p1 + missed, p2, dt_s) - here)
+        other.append(response.angle(p1, p2 + missed, dt_s) - here)
+    pairs = [track.pair for track in expected.tracks]
+    return float(np.hypot(rms_of(one, pairs), rms_of(other, pairs)))
