@@ -9,8 +9,8 @@ law that usually misses the share rho, and a day is never known better than a he
 
 The four numbers are fitted as split conformal prediction does (Lei et al., JASA 113, 2018, 1094): `below` and `above`
 are quantiles of (left^2 - max(L, F)^2) / s on development cases, whose untouched records show what is left. Cases of
-one build are alike, and the next build is another: of each plant family's quantiles the widest count (a further family
-lies beyond those of k with the probability 1 / (k + 1); Dunn et al., JASA 118, 2023, on predictions of a new group).
+one build are alike, and the next build is another: the ends are the mean over plant families of each family's own
+quantiles (docs/decisions/0588).
 """
 
 from collections.abc import Sequence
@@ -68,7 +68,7 @@ def further(one: Shrunk, spread: Spread) -> tuple[float, float]:
 
 def fit_spread(cases: Sequence[Shrunk], left_deg2: Sequence[float], families: Sequence[str]) -> Spread:
     """The shares with the narrowest intervals (mean logarithm of their width), and the quantiles that hold LEVEL of
-    what was left (mean squares, deg^2, above what a healthy day shows there) in the cases of each of the families."""
+    what was left (mean squares, deg^2, above what a healthy day shows there), on average over the families."""
     off = np.array([left - one.middle_deg2 for one, left in zip(cases, left_deg2, strict=True)])
     of = np.array(families)
     return min((_at(cases, off, of, floor, law) for floor in FLOORS for law in LAWS), key=lambda found: found[0])[1]
@@ -78,7 +78,7 @@ def _at(cases: Sequence[Shrunk], off: Column, of: NDArray[np.str_], floor: float
     """(mean logarithm of the width, the spread) with these shares."""
     scale = np.array([scale_deg2(one, floor, law) for one in cases])
     each = [conformal((off / scale)[of == family]) for family in np.unique(of)]
-    ends = max(below for below, _ in each), max(above for _, above in each)
+    ends = float(np.mean([below for below, _ in each])), float(np.mean([above for _, above in each]))
     return float(np.mean(np.log(scale))) + float(np.log(sum(ends))), Spread(floor, law, *ends, len(cases))
 
 

@@ -3,7 +3,7 @@
 The likelihood knows the standard deviation d of a number v by noise and by what may differ without being a gap, not
 what a law that is not the rig's own makes of it. The number lies within v -+ k s, s^2 = d^2 + (law rho v)^2 for a law
 that usually misses the share rho, where k and `law` are fitted as split conformal prediction does (Lei et al., JASA
-113, 2018, 1094): k is the quantile of how far the sizes of development cases were off, in s, the largest of the plant
+113, 2018, 1094): k is the quantile of how far the sizes of development cases were off, in s, the mean of the plant
 families' (`rig.gap.answer.further` says why). Where nothing describes the rig, its simulator's own parameters are wrong
 as well and change a size; such references have numbers of their own.
 """
@@ -72,7 +72,7 @@ def deviation_of(value: float, half: float, rho: float, reach: Reach) -> float:
 
 def fit_reach(cases: Sequence[Sized]) -> Reach:
     """The share with the narrowest intervals (mean logarithm of their width, as a share of the size), and the reach
-    that holds LEVEL of the cases of each family."""
+    that holds LEVEL of the cases of a family, on average over them."""
     tried = [_at(cases, law) for law in LAWS]
     return min(tried, key=lambda found: found[0])[1]
 
@@ -82,7 +82,7 @@ def _at(cases: Sequence[Sized], law: float) -> tuple[float, Reach]:
     value, deviation, rho, truth = np.array([(one.value, one.deviation, one.rho, one.truth) for one in cases]).T
     scale = np.hypot(deviation, law * rho * value) + 1e-12 * np.abs(truth)
     off, of = np.abs(value - truth) / scale, np.array([one.family for one in cases])
-    reach = max(_quantile(off[of == family]) for family in np.unique(of))
+    reach = float(np.mean([_quantile(off[of == family]) for family in np.unique(of)]))
     width = float(np.mean(np.log(scale / np.abs(truth)))) + float(np.log(max(reach, 1e-12)))
     return width, Reach(law, reach, len(off))
 
