@@ -12,6 +12,7 @@ from hil.reference.bellows.physics import Physics
 from hil.reference.compiling import Array, compiled
 from hil.reference.noise import one_pole
 from hil.reference.plant import Session
+from hil.reference.play import dragged
 
 TRACK_DEG: Final = 300.0
 CODE_DEG: Final = TRACK_DEG / 4096
@@ -41,17 +42,6 @@ def low_passed(column: Array, time_s: float, period_s: float) -> Array:
     """Behind one pole, at rest before the record."""
     keep = math.exp(-period_s / time_s)
     return np.asarray(one_pole((1.0 - keep) * column, keep, float(column[0])))
-
-
-@compiled
-def _dragged(angle_deg: Array, half_deg: float) -> Array:
-    """Play: what follows is where it was until it is pushed."""
-    out = np.empty_like(angle_deg)
-    follower = angle_deg[0]
-    for k in range(len(angle_deg)):
-        follower = min(max(follower, angle_deg[k] - half_deg), angle_deg[k] + half_deg)
-        out[k] = follower
-    return out
 
 
 @compiled
@@ -182,7 +172,7 @@ def angle_reading(motion: Array, law: ReadingLaw, session: Session, period_s: fl
     noise = ANGLE_NOISE_DEG * random.standard_normal(n) + coloured(n, RUMBLE_DEG, RUMBLE_S, period_s, random)
     if law.play_deg > 0.0:
         angle = _coasting(angle, law.play_deg, law.play_hz, period_s)
-    angle = bent(track(_dragged(angle, 0.5 * physics.wiper_deg), physics), law, session)
+    angle = bent(track(dragged(angle, 0.5 * physics.wiper_deg), physics), law, session)
     angle = filtered(angle, law, physics.filter_s, period_s) + session.angle_offset_deg + noise
     angle = angle + added(angle, law, period_s, random) + law.bleed_deg * (motion[1] - 0.2) / 0.1
     if law.block_s > 0.0:

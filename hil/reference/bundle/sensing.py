@@ -12,6 +12,7 @@ from hil.reference.bundle.physics import Physics
 from hil.reference.compiling import Array, compiled
 from hil.reference.noise import coloured
 from hil.reference.plant import Session
+from hil.reference.play import dragged
 
 CODE_DEG: Final = 120.0 / 65_536
 ANGLE_NOISE_DEG: Final = 0.04
@@ -37,17 +38,6 @@ OPEN_KEEPS: Final = 0.4
 
 
 @compiled
-def _follower(angle_deg: Array, half_deg: float) -> Array:
-    """What follows is where it was until a flank pushes it."""
-    out = np.empty_like(angle_deg)
-    place = angle_deg[0]
-    for k in range(len(angle_deg)):
-        place = min(max(place, angle_deg[k] - half_deg), angle_deg[k] + half_deg)
-        out[k] = place
-    return out
-
-
-@compiled
 def _tracked(angle_deg: Array, most_deg: float) -> Array:
     """A reading that changes by `most_deg` a sample at most."""
     out = np.empty_like(angle_deg)
@@ -61,7 +51,7 @@ def _tracked(angle_deg: Array, most_deg: float) -> Array:
 def splined(angle_deg: Array, law: ReadingLaw) -> Array:
     """A worn spline: its teeth touch one after another, each carries its share."""
     halves = [0.5 * law.play_deg * (1.0 + law.play_spread * tooth) for tooth in TEETH]
-    return np.asarray(np.mean([_follower(angle_deg, half) for half in halves], axis=0))
+    return np.asarray(np.mean([dragged(angle_deg, half) for half in halves], axis=0))
 
 
 def mean_weights(window_s: float, period_s: float) -> Array:

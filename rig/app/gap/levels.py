@@ -157,14 +157,14 @@ def uncorrected(model: Model) -> Model:
 
 
 def _healthy(family: str, expected: Expected) -> HealthyDay:
-    angle = parts_of_angle(expected)
+    angle, _ = parts_of_angle(expected)
     reference = np.concatenate([track.reference.angle_deg for track in expected.tracks])
     measured = np.concatenate([track.pair.case.angle_deg for track in expected.tracks])
     commanded = rms(measured - reference, angle.lines.used) / angle.span
     return HealthyDay(
         family,
         expected.levels,
-        parts_of_pressures(expected),
+        parts_of_pressures(expected)[0],
         angle,
         commanded,
     )

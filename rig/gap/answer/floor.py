@@ -1,5 +1,6 @@
 """The floor: how far the angle is off when nothing is wrong, and on what that rests."""
 
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -13,14 +14,26 @@ LEAST_DEG = 1e-6
 """No floor is lower: gaps are told as multiples of it."""
 
 
-def floor_of(expected: Expected, settings: Fitted) -> float:
-    """Rms that the angle is off under the commands when nothing is wrong, deg: what is usual, or what the rig's own
-    days differ by, and no less than what the reference is known to miss, of the angle and through the pressures, or
-    than what the rig does not repeat."""
-    days = angle_days(expected.tracks, expected.response, driven=False)
-    own = own_floor(_usual(expected, settings), days, np.concatenate([pair.used for pair in expected.pairs]))
+@dataclass(frozen=True)
+class Floor:
+    """Of the angle under the commands."""
+
+    deg: float
+    """Rms when nothing is wrong."""
+    notes: tuple[str, ...]
+    """A line where the rig repeats itself less closely than such references usually know a rig."""
+
+
+def floor_of(expected: Expected, settings: Fitted) -> Floor:
+    """What is usual, or what the rig's own days differ by, and no less than what the reference is known to miss, of the
+    angle and through the pressures, or than what the rig does not repeat."""
+    usual = settings.levels[expected.levels].commanded_floor * float(np.ptp(np.concatenate(expected.base)))
+    commanded = partial(angle_days, response=expected.response, driven=False)
+    own = own_floor(usual, commanded(expected.tracks), np.concatenate([pair.used for pair in expected.pairs]))
     known = float(np.hypot(expected.missed_deg, _through_pressures(expected)))
-    return max(own, known, _not_repeated(expected).rms, LEAST_DEG)
+    anew = of_tracks(expected.tracks, commanded)
+    notes = (_unsteady(anew),) if anew.rms > usual else ()
+    return Floor(max(own, known, anew.rms, LEAST_DEG), notes)
 
 
 def floor_source(expected: Expected) -> str:
@@ -28,24 +41,12 @@ def floor_source(expected: Expected) -> str:
     return Kind.SESSIONS.value if expected.by_days and expected.pairing.sessions > 1 else expected.levels
 
 
-def unsteadiness(expected: Expected, settings: Fitted) -> list[str]:
-    """A line where the rig repeats itself less closely than such references usually know a rig."""
-    found = _not_repeated(expected)
-    if found.rms <= _usual(expected, settings):
-        return []
-    return [
-        f"the rig does not repeat itself: from one period of a sweep to the next the angle is off by {found.rms:.2g} "
-        f"deg rms, most of it near {found.loudest_hz:.2g} Hz (regulators that hunt, something loose?); that is no gap, "
+def _unsteady(anew: Unrepeated) -> str:
+    return (
+        f"the rig does not repeat itself: from one period of a sweep to the next the angle is off by {anew.rms:.2g} "
+        f"deg rms, most of it near {anew.loudest_hz:.2g} Hz (regulators that hunt, something loose?); that is no gap, "
         "and smaller ones hide in it"
-    ]
-
-
-def _usual(expected: Expected, settings: Fitted) -> float:
-    return settings.levels[expected.levels].commanded_floor * float(np.ptp(np.concatenate(expected.base)))
-
-
-def _not_repeated(expected: Expected) -> Unrepeated:
-    return of_tracks(expected.tracks, partial(angle_days, response=expected.response, driven=False))
+    )
 
 
 def _through_pressures(expected: Expected) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 from rig.gap.answer.augment import remaining_gap
 from rig.gap.answer.chain import STAGES, chain
 from rig.gap.answer.facts import RAW_DATA, Evidence, Gap, Judged, RecordGap, Retuning, Verdict, Where
-from rig.gap.answer.floor import floor_of, floor_source, unsteadiness
+from rig.gap.answer.floor import floor_of, floor_source
 from rig.gap.answer.further import Shrunk, further
 from rig.gap.answer.held_out import HowFar
 from rig.gap.answer.observations import told_apart
@@ -88,7 +88,8 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
     """The diagnosis; `after` says how far the gap shrinks with some causes in the simulator."""
     pairs = told.expected.pairs
     gaps = commanded_gaps(told.expected)
-    before, floor = rms_of(gaps, pairs), floor_of(told.expected, told.settings)
+    before, known = rms_of(gaps, pairs), floor_of(told.expected, told.settings)
+    floor = known.deg
     kept = _helping(told, before)
     far = after([(one.posterior.stand.name, one.fit) for one in kept])
     if far.after_deg > before and all(one.posterior.stand.name != PRESSURES for one in kept):
@@ -122,14 +123,14 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
         _ranking(told, marks),
         what_next(told.expected, told.posteriors, settings=told.settings),
         _evidence(told, gaps, far, added),
-        _notes(told, kept),
+        _notes(told, kept, known.notes),
         reference=told.expected.kind,
         retuning=told.retuning,
         observations=found.observations,
     )
 
 
-def _notes(told: Told, kept: Sequence[Kept]) -> list[str]:
+def _notes(told: Told, kept: Sequence[Kept], unsteady: Sequence[str]) -> list[str]:
     """What was said on the way, that the rig does not repeat itself, the marks that have no name, and the names that
     were dropped; each line once."""
     nameless = (f"{mark.text}: no effect of the library does that" for mark in _strange(told))
@@ -139,7 +140,6 @@ def _notes(told: Told, kept: Sequence[Kept]) -> list[str]:
         "follows these records no better: it may act, and the simulator miss more than that by itself"
         for posterior, fit in _dropped(told, kept)
     )
-    unsteady = unsteadiness(told.expected, told.settings)
     return list(dict.fromkeys([*told.expected.pairing.notes, *unsteady, *nameless, *dropped]))
 
 

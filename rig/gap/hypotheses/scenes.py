@@ -10,14 +10,14 @@ from rig.gap.evidence.lines import Lines
 from rig.gap.hypotheses.fit import Scene, angle_change, pressure_change, with_law
 from rig.gap.hypotheses.lateness import displaced_s
 from rig.gap.hypotheses.library import Law
-from rig.gap.hypotheses.propagate import as_late_as_measured
+from rig.gap.hypotheses.propagate import Track, as_late_as_measured
 from rig.gap.hypotheses.retuned import unsure_regulators
 from rig.gap.hypotheses.scales import law_scales
 from rig.gap.reference.build import Expected, Kind
 from rig.gap.reference.expectation import Factor, Parts, angle_parts, mean_doubt, motion_doubt, pressure_parts
 from rig.gap.reference.fast import doubt
 from rig.gap.reference.own_days import angle_days, own_factor, pressure_days
-from rig.gap.reference.unrepeated import with_unrepeated
+from rig.gap.reference.unrepeated import shown_by, with_unrepeated
 from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, Fitted, Prior
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.slots import AHEAD
@@ -56,25 +56,30 @@ def angle_stand(expected: Expected, settings: Fitted) -> Stand:
     return Stand(ANGLE, whole, rough, (lambda law: not acts_ahead(law)) if expected.driven else lambda law: True)
 
 
-def parts_of_pressures(expected: Expected) -> Parts:
-    """What may differ in the pressures, with what this rig does not repeat."""
+def parts_of_pressures(expected: Expected) -> tuple[Parts, Column]:
+    """What may differ in the pressures, with what this rig does not repeat; and (n, K) the earlier days."""
     parts = pressure_parts(expected.tracks, expected.pairing.p0_mpa, expected.response)
-    return with_unrepeated(parts, expected.tracks, pressure_days)
+    return _with_days(parts, expected, pressure_days)
 
 
-def parts_of_angle(expected: Expected) -> Parts:
-    """What may differ in the angle, with what this rig does not repeat."""
+def parts_of_angle(expected: Expected) -> tuple[Parts, Column]:
+    """What may differ in the angle, with what this rig does not repeat; and (n, K) the earlier days."""
     response, driven = expected.response, expected.driven
     parts = angle_parts(expected.tracks, expected.base, response, driven)
-    return with_unrepeated(parts, expected.tracks, partial(angle_days, response=response, driven=driven))
+    return _with_days(parts, expected, partial(angle_days, response=response, driven=driven))
+
+
+def _with_days(parts: Parts, expected: Expected, days_of: Callable[[Sequence[Track]], Column]) -> tuple[Parts, Column]:
+    shown = shown_by(expected.tracks, days_of)
+    return with_unrepeated(parts, expected.tracks, shown), shown[:, : len(expected.tracks[0].pair.sessions)]
 
 
 def pressure_scene(expected: Expected, settings: Fitted, whole: Expected | None = None) -> Scene:
     """The pressures of some records; scales are those of the `whole`."""
     known = settings.levels[expected.levels]
     levels = known.pressures.later(expected.unsure_lag_s)
-    parts = parts_of_pressures(expected)
-    factor = own_factor(parts, pressure_days(expected.tracks), levels, settings.prior)
+    parts, days = parts_of_pressures(expected)
+    factor = own_factor(parts, days, levels, settings.prior)
     factor = factor.doubting(motion_doubt(expected.tracks, expected.response))
     factor = factor.at_least(expected.missed_mpa).noisier(expected.anew_mpa**2)
     factor = factor.less_sure(_where_fast(factor.lines, expected))
@@ -100,8 +105,8 @@ def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = N
         levels = levels.of_any_mean()
     if expected.other_zero:
         levels = levels.of_any_zero()
-    parts = parts_of_angle(expected)
-    factor = own_factor(parts, angle_days(tracks, response, expected.driven), levels, settings.prior)
+    parts, days = parts_of_angle(expected)
+    factor = own_factor(parts, days, levels, settings.prior)
     if expected.driven:
         factor = factor.doubting(mean_doubt(tracks, base, response))
     if expected.driven and expected.kind is not Kind.SIMULATOR:  # a simulator is asked itself under these pressures

@@ -66,8 +66,9 @@ def rehearse(rig: Rig, plans: Sequence[RunPlan], seed: int = 0) -> Expected:
     pairs = [_expected_pair(rig, plan, draw) for plan in plans]
     made = from_response(rig.response, Pairing(pairs, rig.pressures, 0, rig.response.p0_mpa))
     made = replace(made, levels=rig.levels, kind=rig.kind, known_hz=rig.known_hz)
-    made = replace(made, anew_mpa=rig.anew_mpa, anew_deg=rig.anew_deg)
-    return replace(made, missed_mpa=rig.missed_mpa, missed_deg=rig.missed_deg)
+    return replace(
+        made, missed_mpa=rig.missed_mpa, missed_deg=rig.missed_deg, anew_mpa=rig.anew_mpa, anew_deg=rig.anew_deg
+    )
 
 
 def within(expected: Expected, angle_deg: tuple[float, float]) -> list[int]:

@@ -35,26 +35,30 @@ class Unrepeated:
     loudest_hz: float
 
 
-def with_unrepeated(parts: Parts, tracks: Sequence[Track], days_of: Callable[[Sequence[Track]], Column]) -> Parts:
-    """The same with what the earlier days did not repeat: once for these days, and once for the case, which is no
-    quieter. Without days, with what the case itself does not repeat: no simulator follows that. `days_of` gives a
-    factor's columns (n, K) less what a model says of them, so that periods of broken rows compare."""
+def shown_by(tracks: Sequence[Track], days_of: Callable[[Sequence[Track]], Column]) -> Column:
+    """(n, K) a factor's columns on the earlier days; without days, (n, 1) the case's own. `days_of` gives them less
+    what a model says of them, so that periods of broken rows compare."""
     if tracks[0].pair.sessions:
-        own = unrepeated(parts.lines, _commands(tracks), days_of(tracks))
-        return replace(parts, noise=np.maximum(parts.noise, own) + own)
-    own = unrepeated(parts.lines, _commands(tracks), days_of(_as_days(tracks)))
-    return replace(parts, noise=np.maximum(parts.noise, own))
+        return days_of(tracks)
+    return days_of([replace(track, pair=replace(track.pair, sessions=(track.pair.case,))) for track in tracks])
+
+
+def with_unrepeated(parts: Parts, tracks: Sequence[Track], shown: Column) -> Parts:
+    """The same with what the earlier days did not repeat: once for these days, and once for the case, which is no
+    quieter. Without days, with what the case itself does not repeat: no simulator follows that."""
+    own = unrepeated(parts.lines, _commands(tracks), shown)
+    noise = np.maximum(parts.noise, own)
+    return replace(parts, noise=noise + own if tracks[0].pair.sessions else noise)
 
 
 def of_tracks(tracks: Sequence[Track], days_of: Callable[[Sequence[Track]], Column]) -> Unrepeated:
     """By how much the case differs from the mean of the earlier days for what neither repeats; without days, from
     whatever repeats itself exactly. In the columns' unit."""
-    pairs, count = [track.pair for track in tracks], len(tracks[0].pair.sessions)
-    days = days_of(tracks if count else _as_days(tracks))
-    every = pairs * (len(days) // sum(map(len, pairs)))
+    pairs, count, shown = [track.pair for track in tracks], len(tracks[0].pair.sessions), shown_by(tracks, days_of)
+    every = pairs * (len(shown) // sum(map(len, pairs)))
     lines = lines_of([len(p) for p in every], [p.dt_s for p in every], [p.used for p in every], TOP_HZ)
-    variance = unrepeated(lines, _commands(tracks), days)
-    mean_square = (1.0 + 1.0 / count if count else 1.0) * float(np.sum(variance)) / len(days)
+    variance = unrepeated(lines, _commands(tracks), shown)
+    mean_square = (1.0 + 1.0 / count if count else 1.0) * float(np.sum(variance)) / len(shown)
     return Unrepeated(math.sqrt(mean_square), float(lines.frequency_hz[np.argmax(variance)]))
 
 
@@ -63,7 +67,7 @@ def unrepeated(lines: Lines, commands: Sequence[Column], days: Column) -> Column
     of which `lines` may have each several times over; where one has no period, the mean of the others stands for it,
     and where none has, nothing is known: 0."""
     ends = np.cumsum(lines.rows)[:-1]
-    each = [*commands] * (len(lines.rows) // len(commands))
+    each = [_periods(command) for command in commands] * (len(lines.rows) // len(commands))
     parts = zip(each, np.split(days, ends), np.split(lines.used, ends), lines.dt_s, strict=True)
     spectra = [_spectrum(*part, lines.top_hz) for part in parts]
     known = [spectrum for spectrum in spectra if spectrum is not None]
@@ -81,15 +85,12 @@ def _commands(tracks: Sequence[Track]) -> list[Column]:
     return [track.pair.u1_mpa - track.pair.u2_mpa for track in tracks]
 
 
-def _as_days(tracks: Sequence[Track]) -> list[Track]:
-    """The tracks with their case as the only earlier day."""
-    return [replace(track, pair=replace(track.pair, sessions=(track.pair.case,))) for track in tracks]
-
-
-def _spectrum(command: Column, days: Column, used: Column, dt_s: float, top_hz: float) -> tuple[Column, Column] | None:
-    """Frequencies (m,) and variance (m,) of a line of what the days (n, K) of one record do not repeat; None where its
-    command has no period."""
-    starts, rows = _periods(command)
+def _spectrum(
+    periods_of: tuple[Column, int], days: Column, used: Column, dt_s: float, top_hz: float
+) -> tuple[Column, Column] | None:
+    """Frequencies (m,) and variance (m,) of a line of what the days (n, K) of one record do not repeat between the
+    periods of its command, see `_periods`; None where it has none."""
+    starts, rows = periods_of
     if len(starts) < FEWEST:
         return None
     measured = used[:, None]
