@@ -1,8 +1,8 @@
 """Answering: the diagnosis on questions, in a process of its own that can see nothing else.
 
-`answer_cases` starts the process and returns when its answers are written; `python -m rig.blind_check.answer` is that
-process. Nothing of the labels, their seed or the maker's folder is among its arguments, its environment or the files it
-may open.
+`answer_cases` starts the process and returns when its answers are written; `main` is what that process does, by the
+same package as whoever asked. Nothing of the labels, their seed or the maker's folder is among its arguments, its
+environment or the files it may open.
 """
 
 import os
@@ -26,6 +26,12 @@ if TYPE_CHECKING:
 KEPT_ENVIRONMENT: Final = ("PATH", "LANG", "LC_ALL", "LD_LIBRARY_PATH", "TZ")
 ONE_THREAD: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
 """Cases run beside each other, so each keeps to one core."""
+_BEGINNING: Final = (
+    "import sys; sys.path.insert(0, sys.argv[1]); from rig.blind_check.answer import main; "
+    "del sys.path[0]; main(sys.argv[2:])"
+)
+"""The answering process: an isolated interpreter knows neither PYTHONPATH nor the folder that the package came from,
+and would answer by whichever is installed."""
 Known = dict[tuple[tuple[str, int, int], ...], "Sequence[Record]"]
 """Records of days by their files' names, devices and inodes."""
 _FAILURES: Final = (RigError, ValueError, ArithmeticError, LookupError)
@@ -42,7 +48,8 @@ def answer_cases(questions: str, answers: str, tokens: Sequence[str]) -> int:
     Path(answers).mkdir(parents=True, exist_ok=True)
     environment = {name: os.environ[name] for name in KEPT_ENVIRONMENT if name in os.environ}
     environment |= dict.fromkeys(ONE_THREAD, "1") | {"NUMBA_CACHE_DIR": str(compiled_beside(Path(answers)))}
-    call = [sys.executable, "-I", "-B", "-m", "rig.blind_check.answer", str(os.getpid()), questions, answers, *missing]
+    package = Path(__file__).resolve().parents[2]
+    call = [sys.executable, "-I", "-B", "-c", _BEGINNING, str(package), str(os.getpid()), questions, answers, *missing]
     ended = subprocess.run(
         call, env=environment, cwd=questions, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False
     )
@@ -153,7 +160,3 @@ def diagnosed(
     added = [{"effect": each.effect, "parameters": each.parameters} for each in simulator.effects]
     law = simulator.muscle.parameters.get("mean_exponent")
     return {"diagnosis": diagnosis.to_json(), "added": added, "mean_exponent": None if law is None else law.value}
-
-
-if __name__ == "__main__":
-    main(sys.argv[1:])

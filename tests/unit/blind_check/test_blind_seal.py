@@ -4,6 +4,7 @@ import contextlib
 import hashlib
 import json
 import os
+import shutil
 import socket
 import subprocess
 import sys
@@ -159,12 +160,11 @@ def test_the_answering_process_is_told_nothing_but_places(monkeypatch: pytest.Mo
     monkeypatch.setattr(answer.subprocess, "run", fake_run)
     monkeypatch.setenv("CHECK_SEED", "12345")
     answer.answer_cases(str(tmp_path / "questions"), str(tmp_path / "answers"), ["a1"])
-    assert seen["call"] == [
-        sys.executable,
-        "-I",
-        "-B",
-        "-m",
-        "rig.blind_check.answer",
+    call = seen["call"]
+    assert isinstance(call, list)
+    assert call[:4] == [sys.executable, "-I", "-B", "-c"]
+    assert call[5:] == [
+        str(Path(answer.__file__).parents[2]),
         str(os.getpid()),
         str(tmp_path / "questions"),
         str(tmp_path / "answers"),
@@ -174,6 +174,19 @@ def test_the_answering_process_is_told_nothing_but_places(monkeypatch: pytest.Mo
     assert isinstance(environment, dict)
     assert set(environment) <= {*answer.KEPT_ENVIRONMENT, *answer.ONE_THREAD, "NUMBA_CACHE_DIR"}
     assert seen["stdin"] is subprocess.DEVNULL
+
+
+def test_a_check_is_answered_by_the_package_that_asks(tmp_path: Path) -> None:
+    """Another checkout asks, found by PYTHONPATH, which the isolated answering process does not look at."""
+    checkout, questions = tmp_path / "checkout", tmp_path / "questions"
+    shutil.copytree(Path(rig.__file__).parent, checkout / "rig", ignore=shutil.ignore_patterns("__pycache__"))
+    with (checkout / "rig" / "blind_check" / "answer.py").open("a") as copied:
+        copied.write("\n\ndef answer_question(place, known=None):\n    return {'by': __file__}\n")
+    (questions / "a" / "records").mkdir(parents=True)
+    ask = "from rig.blind_check.answer import answer_cases; import sys; answer_cases(*sys.argv[1:3], ['a'])"
+    call = [sys.executable, "-c", ask, str(questions), str(tmp_path / "answers")]
+    subprocess.run(call, check=True, env=os.environ | {"PYTHONPATH": str(checkout)}, cwd=tmp_path)
+    assert Path(read_json(tmp_path / "answers" / "a.json")["by"]).is_relative_to(checkout)
 
 
 ENDED_SOON_S = 60.0
