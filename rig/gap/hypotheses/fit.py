@@ -5,6 +5,7 @@ What an effect changes is propagated through the frozen response of the healthy 
 how residuals are judged is the factor's (`rig.gap.reference.expectation`).
 """
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -303,9 +304,12 @@ class _Trial:
         left = self._gap - moved
         rho = effect.roughness(prior)
         power = lines.envelope(moved, ENVELOPE_HZ, ENVELOPE_EVEN)
-        rough = [min(share * rho, MOST_ROUGH) for share in (EXACT, *prior.law_shares)]
-        logs = [with_law(healthy, lines, moved, each, prior, power).log_density(left) for each in rough]
-        log_density = float(np.logaddexp.reduce(logs)) - float(np.log(len(logs)))
+        rough = Counter(min(share * rho, MOST_ROUGH) for share in (EXACT, *prior.law_shares))
+        logs = [
+            with_law(healthy, lines, moved, each, prior, power).log_density(left) + np.log(times / rough.total())
+            for each, times in rough.items()
+        ]
+        log_density = float(np.logaddexp.reduce(logs))
         stiff = (healthy.degrees + healthy.effective) / (healthy.degrees + cost)
         hessian = stiff * (jacobian.T @ jacobian)
         log_prior, precision = self._log_prior(x, change)
