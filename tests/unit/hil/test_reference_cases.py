@@ -1,0 +1,181 @@
+"""Cases of the physics plants: every effect acts, and sheets are drawn as promised."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from hil.reference.cases import (
+    CLEAR_RANGE,
+    Purpose,
+    bench_of,
+    draw_sheet,
+    made_to_order,
+    realise,
+    realise_in_range,
+    record_day,
+)
+from hil.reference.excitations import Excitation, paper_set
+from hil.reference.families import JUDGE, NAMES, disturbance, family, run, unit
+from rig.app.gap.levels import known_families
+from rig.errors import ConfigError, RigError
+from rig.gap.hypotheses.library import LIBRARY
+
+SINE = Excitation("sine", 0.5, 0.2)
+EFFECTS = [(name, effect) for name in NAMES for effect in sorted(family(name).laws)]
+
+
+@pytest.fixture(scope="module", params=NAMES)
+def name(request: pytest.FixtureRequest) -> str:
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def plant(name):
+    return unit(name, 3)
+
+
+def test_families_and_effects_that_are_not_there_are_named():
+    with pytest.raises(
+        RigError, match=r"plant family 'piston': expected one of mckibben, fluidic, pleated, bellows, bundle"
+    ):
+        unit("piston", 1)
+    with pytest.raises(RigError, match=r"effect 'gremlins': family fluidic has backlash, "):
+        disturbance("fluidic", {"gremlins": 1.0})
+
+
+def test_every_effect_of_the_library_has_another_law_and_the_foreign_ones_are_of_every_stage(name):
+    chosen = family(name)
+    assert set(chosen.effects) >= set(LIBRARY)
+    assert not set(chosen.foreign) & set(LIBRARY)
+    assert len(chosen.foreign) >= 6
+    assert {entry.stage for entry in chosen.foreign.values()} == {"timing", "valve", "muscle", "joint", "sensor"}
+
+
+def test_families_share_no_foreign_effect_and_place_the_known_ones_alike():
+    for first, second in itertools.combinations((family(name) for name in NAMES), 2):
+        assert not set(first.foreign) & set(second.foreign)
+        assert {effect: law.stage for effect, law in first.effects.items()} == {
+            effect: law.stage for effect, law in second.effects.items()
+        }
+
+
+@pytest.mark.parametrize(("name", "effect"), EFFECTS)
+def test_effect_acts_and_grows_with_its_size(name, effect):
+    plant, entry = unit(name, 3), family(name).laws[effect]
+    day = plant.still()
+    short = (Excitation("mixed", 0.5, 0.1, seconds=8.0), Excitation("sine", 0.8, 0.2, seconds=8.0))
+    healthy = record_day(plant, day, short)
+
+    def change(share: float) -> float:
+        size = math.exp(math.log(entry.low) + share * (math.log(entry.high) - math.log(entry.low)))
+        records = record_day(plant, day, short, entry.law(size, np.random.default_rng(4)))
+        return math.sqrt(
+            sum(np.mean((records[name]["angle_deg"] - healthy[name]["angle_deg"]) ** 2) for name in healthy)
+        )
+
+    small, large = (change(0.9), change(0.1)) if entry.falling else (change(0.1), change(0.9))
+    assert large > 0.2
+    assert large > 2 * small
+
+
+def test_signed_effects_go_both_ways(name, plant):
+    day = plant.still()
+    means = [
+        np.mean(run(SINE, plant, day, disturbance(name, {"muscle_mismatch": size}))["angle_deg"])
+        for size in (-0.1, 1e-9, 0.1)
+    ]
+    assert means[0] < means[1] < means[2]
+
+
+def test_two_effects_at_once_keep_each_others_parameters():
+    both = disturbance("mckibben", {"coulomb_friction": 1.0, "valve_lag": 0.1})
+    assert (both.rig.lugre_nm, both.rig.pilot_s) == (1.0, 0.1)
+    assert disturbance("fluidic", {}) == family("fluidic").healthy
+
+
+def test_sheet_has_the_promised_kinds_and_is_repeatable(name):
+    sheet = draw_sheet(Purpose.SCORING, 9, 400, name)
+    kinds = [case.kind for case in sheet]
+    assert (kinds.count("none"), kinds.count("foreign"), kinds.count("pair"), kinds.count("single")) == (
+        120,
+        60,
+        60,
+        160,
+    )
+    assert sheet == draw_sheet(Purpose.SCORING, 9, 400, name)
+    drawn = {case.effects[0] for case in sheet if case.kind == "single"}
+    assert drawn == set(family(name).effects)
+    assert {sign for case in sheet for sign in case.signs} == {-1, 1}
+    assert {case.family for case in sheet} == {name}
+    few = draw_sheet(Purpose.SCORING, 9, 40, name, known=("delay", "valve_lag", "backlash"))
+    assert {effect for case in few if case.kind != "foreign" for effect in case.effects} == {
+        "delay",
+        "valve_lag",
+        "backlash",
+    }
+
+
+def test_development_and_scoring_never_share_a_case_or_a_unit():
+    for seed in range(5):
+        sheets = [draw_sheet(purpose, seed, 60, name) for purpose in Purpose for name in NAMES]
+        ratios = {tuple(case.wanted_ratios for case in sheet) for sheet in sheets}
+        assert len(ratios) == len(sheets)
+    first, second = (bench_of(draw_sheet(purpose, 0, 10)[0]) for purpose in Purpose)
+    assert first.plant != second.plant
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_sizes_give_the_wanted_gap(name):
+    sheet = draw_sheet(Purpose.DEVELOPMENT, 2, 40, name)
+    case = next(case for case in sheet if case.effects == ("sensor_lag",) or case.kind == "pair")
+    made = realise(case, bench_of(case))
+    for effect, wanted in zip(case.effects, case.wanted_ratios, strict=True):
+        assert made.effects[effect]["ratio"] == pytest.approx(wanted, rel=0.3)
+    again = realise(case, bench_of(case), {effect: fact["size"] for effect, fact in made.effects.items()})
+    name = next(iter(made.records))
+    assert np.array_equal(made.records[name]["angle_deg"], again.records[name]["angle_deg"])
+    assert min(case.wanted_ratios) >= CLEAR_RANGE[0] or case.kind == "single"
+
+
+def test_effects_that_only_together_drive_the_joint_out_of_its_range_are_made_smaller():
+    sheet = draw_sheet(Purpose.SCORING, 900111, 40, "pleated", tuple(LIBRARY))
+    case = next(case for case in sheet if case.effects == ("fill_exhaust_asymmetry", "inertia"))
+    with pytest.raises(RigError, match="left"):
+        realise(case, bench_of(case))
+    made, untouched = realise_in_range(case, bench_of(case))
+    assert max(np.abs(columns["angle_deg"]).max() for day in (made.records, untouched) for columns in day.values()) < 75
+    for effect, wanted in zip(case.effects, case.wanted_ratios, strict=True):
+        assert 0.0 < made.effects[effect]["ratio"] < wanted
+
+
+def test_a_case_is_made_to_order(name):
+    made, bench = made_to_order(name, 7, {"valve_lag": 0.05, "sensor_gain": -0.1}, seed=1)
+    assert made.case.effects == ("valve_lag", "sensor_gain")
+    assert made.ratio_angle > 2.0
+    assert len(made.records) == 7
+    assert len(bench.baselines) == 6
+    assert {len(columns["t_s"]) for columns in made.records.values()} == {4000}
+    healthy, _ = made_to_order(name, 7, {}, seed=1)
+    assert healthy.case.kind == "none"
+    assert healthy.ratio_angle == 0.0
+
+
+def test_paper_set_stays_inside_the_regulators_range():
+    for excitation in paper_set():
+        half = 0.5 * excitation.dp_mpa()
+        assert (excitation.p0_mpa - np.abs(half)).min() >= 0.005
+        assert (excitation.p0_mpa + np.abs(half)).max() <= 0.5
+
+
+def test_levels_are_fitted_on_all_families_but_the_judge_and_those_left_out():
+    assert known_families(()) == tuple(name for name in NAMES if name != JUDGE)
+    assert known_families((), ("pleated",)) == tuple(name for name in NAMES if name not in (JUDGE, "pleated"))
+    assert known_families((JUDGE,)) == (JUDGE,), "whoever names it has it"
+    with pytest.raises(ConfigError, match=r"--leave-out: unknown plant family 'piston'"):
+        known_families((), ("piston",))
+    with pytest.raises(ConfigError, match=r"--leave-out: no plant family is left"):
+        known_families(("pleated",), ("pleated",))
+    with pytest.raises(ConfigError, match=r"unknown plant family 'piston'"):
+        known_families(("piston",))
