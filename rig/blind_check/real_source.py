@@ -107,7 +107,7 @@ class RecordsSource:
         told = {"effects": facts, "ratio_angle": ratio, "ratio_sisters": ratio, "ratio_pressure": None}
         return CaseData(_named(day.given), _named(day.untouched), told | {"floor_deg": held.floor_deg})
 
-    def repeat(self, label: Label, facts: Mapping[str, Any], commands: Commands) -> tuple[Named, list[Named]]:
+    def repeat(self, label: Label, facts: Mapping[str, Any], commands: Commands, number: int) -> Named:
         raise RecordError(f"{self.folder}: nothing can be recorded anew on a rig of which there are records alone")
 
 

@@ -21,8 +21,8 @@ from rig.gap.raw_tests.levels import loudness
 from rig.record import Column, Record
 
 ALSO_RIGHT: Final = {"co_contraction": {"valve"}, "leak": {"valve"}}
-"""Muscle effects that show on the valve side (gap.md): both places count as right."""
-UNPREDICTABLE: Final = {"quantisation", "mains_hum", "sensor_noise", "lost_samples", "sensor_dropout"}
+"""Muscle effects that show on the valve side: both places count as right."""
+UNPREDICTABLE: Final = {name for name, effect in LIBRARY.items() if effect.signature}
 """Effects whose course a simulator cannot repeat, only their strength: their gap is the high-frequency rms."""
 EXCITED: Final = 2.0
 """Untouched records show an effect when their rms gap is this many floors; a stop that is never met can neither be

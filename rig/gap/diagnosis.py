@@ -48,10 +48,12 @@ def diagnose_with_grounds(
     effects: Sequence[str] | None = None,
     experiments: Sequence[Sequence[Record]] = (),
     settings: Fitted | None = None,
+    every_day: bool = False,
 ) -> tuple[Diagnosis, Grounds]:
     """`diagnose`, with what the answer rests on. `effects`: effects or stages that the rig can have, by its YAML;
     without, as the records' facts say. `experiments`: what was recorded afterwards to tell more, sweep by sweep.
-    `settings`: levels and priors in place of the shipped ones."""
+    `settings`: levels and priors in place of the shipped ones. `every_day`: sessions that no other comes near count as
+    well."""
     channels = channels_of_call(model, records, baselines)
     able = possible(channels, records, effects)
     withheld = [] if library is None else [name for name in able if name not in library]
@@ -69,6 +71,7 @@ def diagnose_with_grounds(
         withheld=withheld,
         ahead=any(LIBRARY[name].upstream for name in able),
         settings=settings or fitted(),
+        every_day=every_day,
     )
     said, grounds = answer_with(question, experiments)
     why = because(reference, kind, model, len(baselines))

@@ -27,6 +27,7 @@ from rig.gap.records.pairs import Pairing, pair_up
 from rig.gap.records.strangers import without_strangers
 from rig.gap.reference.build import BY_DAYS, Expected, Kind, expect, read_right
 from rig.gap.reference.monitors import misread
+from rig.gap.reference.own_days import pressure_days
 from rig.gap.reference.simulated import misfit_deg
 from rig.gap.settings import Fitted, fitted
 from rig.model.fingerprint import Fingerprint
@@ -82,6 +83,8 @@ class Question:
     """The rig can have an effect ahead of its pressure monitors at all."""
     settings: Fitted = field(default_factory=fitted)
     """The levels and priors to judge by."""
+    every_day: bool = False
+    """Days that no other day comes near count as well."""
 
 
 def answer(question: Question) -> tuple[Diagnosis, Grounds]:
@@ -202,7 +205,8 @@ def _told_by(ahead: Posterior, name: str, expected: Expected, settings: Fitted) 
     if name == UNKNOWN:
         return expected
     factor, levels = ahead.scene_of(name).factor, settings.levels[expected.levels]
-    return read_right(expected, misread(factor, ahead.left(name), levels))
+    days = pressure_days(expected.tracks)
+    return read_right(expected, misread(factor, ahead.left(name), levels, days))
 
 
 def _with_withheld(question: Question, stand: Stand) -> Stand:
@@ -221,7 +225,8 @@ def _paired(question: Question, records: Sequence[Record], days: Sequence[Sequen
     p0_mpa = question.model.p0_mpa if question.model else USUAL_P0_MPA
     if question.kind not in BY_DAYS:
         return pair_with_kept(records, _fingerprint(question), p0_mpa, pressures=question.pressures)
-    pairing = without_strangers(pair_up(records, days, p0_mpa, pressures=question.pressures))
+    pairing = pair_up(records, days, p0_mpa, pressures=question.pressures)
+    pairing = pairing if question.every_day else without_strangers(pairing)
     if not pairing.pairs[0].sessions:
         raise RecordError(f"--baseline: pairs with no record: {'; '.join(pairing.notes) or 'other sweeps'}")
     return pairing
@@ -234,7 +239,8 @@ def _named_only(marks: Sequence[Signature], effects: Sequence[Effect]) -> list[S
 
 
 def _bridged(question: Question, pairing: Pairing) -> Pairing:
-    """Paired anew with the case's lost samples bridged, in the day beside it as well."""
+    """Paired anew with the case's lost samples bridged, in the days beside it as well; what was found out while the
+    records were paired first stands."""
     lost = [lost_rows(pair.raw) for pair in pairing.pairs]
     records = [bridged(pair.raw, rows) for pair, rows in zip(pairing.pairs, lost, strict=True)]
     count = len(pairing.pairs[0].raw_baselines)
@@ -242,4 +248,12 @@ def _bridged(question: Question, pairing: Pairing) -> Pairing:
         [bridged(pair.raw_baselines[k], rows) for pair, rows in zip(pairing.pairs, lost, strict=True)]
         for k in range(count)
     ]
-    return _paired(question, records, days)
+    anew = _paired(question, records, days)
+    if [pair.name for pair in anew.pairs] != [pair.name for pair in pairing.pairs] or anew.sessions != pairing.sessions:
+        return anew.noting(*pairing.notes)
+    pairs = [
+        replace(pair, dropouts=was.dropouts, baseline_dropouts=was.baseline_dropouts, numbers=was.numbers)
+        for pair, was in zip(anew.pairs, pairing.pairs, strict=True)
+    ]
+    said = [line for line in anew.notes if line not in pairing.notes]
+    return replace(pairing, pairs=pairs, pressures=anew.pressures).noting(*said)

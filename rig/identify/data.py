@@ -192,7 +192,7 @@ def _check_columns(record: Record, drive: Input) -> None:
         raise RecordError(
             f"{record.name}: dp_cmd_mpa is not a number at {first:.3f} s; a command is known or there is none"
         )
-    for column in _measured(record, drive):
+    for column in _measured(drive):
         values = getattr(record, column)
         share = float(np.mean(~np.isfinite(values)))
         if share > MOST_MISSING:
@@ -298,5 +298,5 @@ def _without(record: Record, rows: NDArray[np.bool_]) -> Record:
     return replace(record, **measured)
 
 
-def _measured(record: Record, drive: Input) -> tuple[str, ...]:
+def _measured(drive: Input) -> tuple[str, ...]:
     return ("angle_deg", "p1_mpa", "p2_mpa") if drive is Input.PRESSURE else ("angle_deg",)

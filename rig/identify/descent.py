@@ -8,6 +8,9 @@ from numba import njit
 
 from rig.record import Column
 
+STANDS = 1e-4
+"""A descent is over when a step betters the sum of squares by less than this share of it."""
+
 
 @njit(cache=True, nogil=True)
 def square_sum(column: Column) -> float:  # pragma: no cover
@@ -45,7 +48,8 @@ class Fit:
     """Sum of the squared residuals."""
     residual: Column
     jacobian: Column
-    """(n, k), by differences at x; columns of zeros for parameters held at a bound."""
+    """(n, k), by differences at x, or one last step that changed next to nothing before; columns of zeros for
+    parameters held at a bound."""
 
 
 def descend(residual: Callable[[Column], Column], start: Column, low: Column, high: Column, steps: int = 8) -> Fit:
@@ -74,9 +78,9 @@ def descend(residual: Callable[[Column], Column], start: Column, low: Column, hi
             break
         gained = (cost - better) / max(cost, 1e-300)
         x, now, cost, damping = trial, then, better, damping * 0.2
-        slopes = _slopes(residual, x, now, low, high)
-        if gained < 1e-4:
+        if gained < STANDS:  # the slopes of where it came from are those of where it is
             break
+        slopes = _slopes(residual, x, now, low, high)
     return Fit(x, cost, now, slopes)
 
 

@@ -111,7 +111,7 @@ def identify(
     valves = _valves([each.grid for each in data], start)
     if valves is not None:
         start = _with_regulators(start, valves)
-    done = _search(_Task(data, hold(start, data), settings, report), start, settings)
+    done = _search(_Task(data, hold(start, data), settings, report), start)
     objective = done.task.objective(None)
     uncertainty = local_uncertainty(objective, done.task.space, done.point)
     rmse = float(objective.scores(done.point[np.newaxis])[0])
@@ -154,7 +154,7 @@ class _Searched:
     evaluations: int
 
 
-def _search(task: "_Task", start: Model, settings: Settings) -> _Searched:
+def _search(task: "_Task", start: Model) -> _Searched:
     """Every seed's search, the best of them polished; once more with all that is free, where something was held."""
     found, unbounded = task.search_all()
     point, spent = task.refine(list(found.values()))

@@ -156,11 +156,6 @@ class SwarmObjective(ChainObjective):
         parts = zip(self.inputs.ends[:-1], self.inputs.ends[1:], data, strict=True)
         self._looked_at = np.concatenate([np.arange(first + record.skip, last, thin) for first, last, record in parts])
 
-    @property
-    def steps(self) -> int:
-        """Model steps that one particle takes."""
-        return self.inputs.steps + (self._stability.steps if self._stability else 0)
-
     def scores(self, points: Table) -> Table:
         self.evaluations += len(points)
         table = self.law(points)

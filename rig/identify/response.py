@@ -100,13 +100,8 @@ def _correction_rows(line: Line, regulator: Regulator, p0_mpa: float) -> tuple[C
     return terms, (line.pressure_mpa - said) * line.used
 
 
-def regulator_misfit_mpa(lines: Sequence[Line], regulator: Regulator) -> float:
-    """Rms (MPa) that a regulator leaves of records, their offsets aside."""
-    return _rms_used([_missed(line, regulator) for line in lines], lines)
-
-
 def corrected_misfit_mpa(lines: Sequence[Line], regulator: Regulator, correction: Column, p0_mpa: float) -> float:
-    """The same of a regulator with its correction (REGULATOR_TERMS,)."""
+    """Rms (MPa) that a regulator with its correction (REGULATOR_TERMS,) leaves of records, their offsets aside."""
     rows = [_correction_rows(line, regulator, p0_mpa) for line in lines]
     left = [column - terms @ correction for terms, column in rows]
     return _rms_used([column - column.mean() for column in left], lines)

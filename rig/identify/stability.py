@@ -4,7 +4,7 @@ A model fitted to one sine may diverge at another frequency or amplitude (docs/e
 excitations here go into the score of the search, and a denser set judges the result.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -20,8 +20,6 @@ from rig.model.swarm_kernel import Inputs, lay_inputs, swarm_peaks
 from rig.record import Column, Record
 
 Table = NDArray[np.float64]
-MIXED_PEAK = 2.0
-"""The paper's mixed sine reaches about twice its amplitude A (its figures: -2..2 of the sine's unit)."""
 
 
 @dataclass(frozen=True)
@@ -89,11 +87,6 @@ class StabilityTerm:
             u, [np.zeros(len(column)) for column in u], muscle.value("theta_divisor_s"), [1] * len(u)
         )
 
-    @property
-    def steps(self) -> int:
-        """Model steps that one particle takes."""
-        return self._inputs.steps
-
     def excess(self, particles: Table, workers: int = 1) -> Table:
         """By how much each particle (columns of a kernel's table) exceeds the limit on each excitation, (signals,
         particles).
@@ -104,14 +97,11 @@ class StabilityTerm:
         return np.asarray(np.log(np.maximum(peaks / self.limit_deg, 1.0)))
 
 
-def check_bounded(
-    model: Model, sweep: SweepRange, limit_deg: float, signals: Sequence[Signal] | None = None
-) -> Verdict:
+def check_bounded(model: Model, sweep: SweepRange, limit_deg: float) -> Verdict:
     """Run the whole chain from the command over the dense set; bounded means |angle| within `limit_deg` throughout."""
     worst, peak, failing = "", 0.0, []
     chain = replace(model, effects=[])
-    tried = search_signals(sweep) if model.muscle.kind == EXTERNAL else dense_signals(sweep)
-    for signal in signals or tried:
+    for signal in search_signals(sweep) if model.muscle.kind == EXTERNAL else dense_signals(sweep):
         dp = excitation(signal, model.sample_time_s)
         record = Record(signal.label, np.arange(len(dp), dtype=np.float64) * model.sample_time_s, dp)
         try:

@@ -37,16 +37,11 @@ class Swarm:
     across it. The same seed gives the same search, bit by bit.
     """
 
-    def __init__(
-        self, dimension: int, seed: int, settings: SwarmSettings | None = None, start: Table | None = None
-    ) -> None:
-        """`start` (d,) puts one particle there, the others anywhere."""
+    def __init__(self, dimension: int, seed: int, settings: SwarmSettings | None = None) -> None:
         self._settings = settings or SwarmSettings()
         self.random = np.random.default_rng(seed)
         shape = (self._settings.particles, dimension)
         self._at: Table = self.random.random(shape)
-        if start is not None:
-            self._at[0] = start
         self.speed = (2.0 * self.random.random(shape) - 1.0) * self._settings.speed
         self._own_best, self._own_score = self._at.copy(), np.full(shape[0], np.inf)
         self._common_best, self.best_score = self._at[0].copy(), np.inf
@@ -56,11 +51,6 @@ class Swarm:
     def best(self) -> Table:
         """The best point so far, shape (d,)."""
         return np.asarray(self._common_best)
-
-    @property
-    def spread(self) -> float:
-        """Mean distance of the particles from the best, as a share of the range: how far the swarm has contracted."""
-        return float(np.mean(np.abs(self._at - self._common_best)))
 
     @property
     def done(self) -> bool:

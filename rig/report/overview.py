@@ -72,5 +72,5 @@ def _line(name: str, diagnosis: Diagnosis, page: Path) -> dict[str, str]:
         "causes": ", ".join(cause.effect for cause in causes) or "-",
         "gap": f"{by * diagnosis.gap.rms_deg:.3g}",
         "ratio": f"{diagnosis.gap.ratio:.1f}",
-        "after": f"{by * causes[-1].gap_after_deg:.3g}" if causes else "-",
+        "after": f"{by * diagnosis.gap.after_deg:.3g}" if causes else "-",
     }

@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hil.reference.cases import SISTERS, Bench, Case, CaseKind, Purpose, bench_of, draw_sheet, realise
-from hil.reference.families import NAMES, family
+from hil.reference.families import family
+from rig.app.gap.levels import known_families
 from rig.blind_check.generate import nominal_model, without_fingerprint
 from rig.blind_check.source import records_of
 from rig.gap.answer.retuning import retune
@@ -38,7 +39,7 @@ def swallowed(
     seed: int, units: int, workers: int | None = None, report: Callable[[int], None] = lambda done: None
 ) -> list[Swallowed]:
     """Every effect of the library on `units` units of each family."""
-    rigs = [(name, seed, unit) for name in NAMES for unit in range(units)]
+    rigs = [(name, seed, unit) for name in known_families(()) for unit in range(units)]
     with executor(None, workers) as pool:
         return [one for some in each(pool, of_unit, rigs, report) for one in some]
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rig.app.gap.baselines import EarlierDays, Session, days_in, earlier_days
-from rig.errors import ConfigError
+from rig.errors import ConfigError, RigError
 from rig.outputs import Kind, write_text
 from rig.tags import told
 
@@ -57,9 +57,7 @@ def cases_of(logs: tuple[Path, ...]) -> list[Case]:
     return [Case(day.name, (day,)) for day in days] or [Case(None, logs)]
 
 
-def diagnose_case(
-    options: DiagnosisOptions, case: Case, sessions: Sequence[Session] | None = None
-) -> "tuple[Case, Diagnosis]":
+def diagnose_case(options: DiagnosisOptions, case: Case, sessions: Sequence[Session] | None = None) -> "Diagnosis":
     """Read (the sessions too, where the caller has not), diagnose, write the files that were asked for."""
     from rig.app.shipped import find_config
     from rig.gap.diagnosis import diagnose_with_grounds
@@ -80,13 +78,14 @@ def diagnose_case(
         library=library,
         reference=options.reference,
         effects=None if options.rig is None else load_rig(find_config(options.rig, "rigs")).effects,
+        every_day=options.every_day,
     )
     if gains is not None:
         diagnosis = _with_worth(gains, model, diagnosis, grounds, records)
     if said := {name: text for name, text in _told_once(records).items() if text}:
         diagnosis = replace(diagnosis, evidence=replace(diagnosis.evidence, said=said))
     _write(options, case, model, diagnosis, grounds, _origin(options, case, records, sessions))
-    return case, diagnosis
+    return diagnosis
 
 
 def _gains_of(reference: Path) -> "ClosedLoop":
@@ -126,19 +125,49 @@ def _with_worth(
     return replace(diagnosis, evidence=evidence, notes=[*diagnosis.notes, note])
 
 
+@dataclass(frozen=True)
+class Campaign:
+    """What became of every day of a campaign, by its name."""
+
+    diagnoses: "dict[str | None, Diagnosis]"
+    failed: dict[str, str]
+    """Day -> why it could not be diagnosed, in one line."""
+
+    def complain(self) -> None:
+        """RigError when days could not be diagnosed, all of them named."""
+        if self.failed:
+            count = len(self.failed) + len(self.diagnoses)
+            lines = "; ".join(f"{day}: {why}" for day, why in self.failed.items())
+            raise RigError(f"{len(self.failed)} of {count} days could not be diagnosed: {lines}")
+
+
 def diagnose_campaign(
     options: DiagnosisOptions, cases: Sequence[Case], dask: str | None, workers: int | None
-) -> "Iterator[tuple[Case, Diagnosis]]":
-    """Every case over processes or a cluster; results as they come."""
+) -> Campaign:
+    """Every case over processes or a cluster; a day that cannot be diagnosed does not end it, unless none can."""
     from functools import partial
 
     from rig.app.terminal import progress
     from rig.parallel import each, executor
 
     with executor(dask, workers) as pool, progress("diagnosing", len(cases)) as update:
-        yield from each(
-            pool, partial(diagnose_case, options), cases, lambda done: update(done, f"{done} of {len(cases)} days")
+        told = dict(
+            each(pool, partial(_diagnosed, options), cases, lambda done: update(done, f"{done} of {len(cases)} days"))
         )
+    ordered = [(case.name, told[case.name]) for case in cases]
+    found = {name: one for name, one in ordered if not isinstance(one, str)}
+    campaign = Campaign(found, {str(name): why for name, why in ordered if isinstance(why, str)})
+    if not campaign.diagnoses:
+        campaign.complain()
+    return campaign
+
+
+def _diagnosed(options: DiagnosisOptions, case: Case) -> "tuple[str | None, Diagnosis | str]":
+    """A case's name with its diagnosis, or with why there is none."""
+    try:
+        return case.name, diagnose_case(options, case)
+    except RigError as error:
+        return case.name, str(error)
 
 
 def _read(paths: Sequence[Path]) -> "list[Record]":

@@ -46,6 +46,8 @@ class HuntOptions:
     folder: Path
     days: Sequence[Sequence[Record]] = ()
     day_names: tuple[str, ...] = ()
+    every_day: bool = False
+    """Days that no other day comes near count as well."""
     reference: str = AUTO
     minutes: float = 10.0
     first: Path = Path("gap")
@@ -143,6 +145,7 @@ def think(options: HuntOptions, model: Model, campaign: Campaign) -> Thought:
         reference=Kind.SESSION if kind is Kind.SESSIONS else options.reference,
         effects=options.rig.effects,
         experiments=later,
+        every_day=options.every_day,
     )
     assert isinstance(grounds, Grounds)
     why = because(options.reference, grounds.expected.kind, model, len(options.days))

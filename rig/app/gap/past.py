@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
-from rig.app.gap.diagnosing import Case, DiagnosisOptions, diagnose_campaign
+from rig.app.gap.diagnosing import Campaign, Case, DiagnosisOptions, diagnose_campaign
 from rig.errors import ConfigError
 from rig.gap.history import FALSE_ALARM_RATE, Day, History, day_of
 from rig.own_units import own_plain
@@ -16,14 +16,16 @@ _DATE: Final = re.compile(r"(\d{4})-?(\d{2})-?(\d{2})")
 _DAY_S: Final = 86400.0
 
 
-def past_days(options: DiagnosisOptions, cases: Sequence[Case], workers: int | None) -> list[Day]:
-    """Every day's diagnosis in order of time; ConfigError where there are not several days."""
+def past_days(options: DiagnosisOptions, cases: Sequence[Case], workers: int | None) -> tuple[list[Day], Campaign]:
+    """Every day's diagnosis in order of time, and what became of each; ConfigError where there are not several days."""
     if len(cases) < 2 or cases[0].name is None:
         raise ConfigError(f"{cases[0].logs[0]}: a history needs a folder that holds a folder for each of several days")
-    made = {str(case.name): diagnosis for case, diagnosis in diagnose_campaign(options, cases, None, workers)}
-    at = {str(case.name): _when(case, number) for number, case in enumerate(cases)}
+    campaign = diagnose_campaign(options, cases, None, workers)
+    made = {str(name): diagnosis for name, diagnosis in campaign.diagnoses.items()}
+    at = {str(case.name): _when(case, number) for number, case in enumerate(cases) if str(case.name) in made}
     first = min(at.values())
-    return [day_of(name, (at[name] - first) / _DAY_S, made[name]) for name in sorted(made, key=lambda one: at[one])]
+    days = [day_of(name, (at[name] - first) / _DAY_S, made[name]) for name in sorted(made, key=lambda one: at[one])]
+    return days, campaign
 
 
 def _when(case: Case, number: int) -> float:

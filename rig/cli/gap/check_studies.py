@@ -68,11 +68,12 @@ def absorbed(units: int, seed: int, workers: int | None, json_to: str | None) ->
     from rich.table import Table
 
     from rig.app.gap.absorbed import swallowed, table
+    from rig.app.gap.levels import known_families
     from rig.app.terminal import progress
     from rig.blind_check.score import ABSORBED
     from rig.gap.answer.facts import SWALLOWED
 
-    with progress("units", 2 * units) as update:
+    with progress("units", len(known_families(())) * units) as update:
         found = swallowed(seed, units, workers, lambda done: update(done, f"{done} units"))
     shown, rows = Table("effect", "absorbed, median", "units", "declared absorbed"), list(table(found))
     for effect, share, count in rows:

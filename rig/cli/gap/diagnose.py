@@ -89,6 +89,7 @@ def diagnose(
     """
     from rig.app.gap.baselines import check_apart, earlier_days
     from rig.app.gap.diagnosing import (
+        Campaign,
         DiagnosisOptions,
         cases_of,
         diagnose_campaign,
@@ -105,11 +106,10 @@ def diagnose(
     days = earlier_days(chosen.baselines, chosen.model, every=chosen.every_day)
     if len(cases) == 1:
         with progress("diagnosing"):
-            made = [diagnose_case(chosen, cases[0], days.sessions)]
+            campaign = Campaign({cases[0].name: diagnose_case(chosen, cases[0], days.sessions)}, {})
     else:
-        made = list(diagnose_campaign(chosen, cases, dask, workers))
-    results = {case.name: diagnosis for case, diagnosis in made}
-    results = {case.name: results[case.name] for case in cases}
+        campaign = diagnose_campaign(chosen, cases, dask, workers)
+    results = campaign.diagnoses
     # files first: whoever reads the text may close it after its first lines
     write_overview(chosen, results, days.sessions)
     emit(report(results, days), json_to)
@@ -119,6 +119,7 @@ def diagnose(
         _show(diagnosis, name, json_to)
     for line in (*days.listed(), *without_next(chosen, results)):
         console(json_to).print(line)
+    campaign.complain()
 
 
 def _show(diagnosis: "Diagnosis", name: str | None, json_to: str | None) -> None:

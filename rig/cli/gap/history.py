@@ -53,7 +53,8 @@ def history(
         reference=reference,
         command=shlex.join(["pamrig", *sys.argv[1:]]),
     )
-    found = look_back(past_days(options, cases_of((folder,)), workers))
+    days, campaign = past_days(options, cases_of((folder,)), workers)
+    found = look_back(days)
     out, say = console(json_to), speaker(found.channels)
     for line in compared_with(baselines, model, every=every_day):
         out.print(line)
@@ -73,3 +74,4 @@ def history(
     if output is not None:
         draw_history(found, output)
     emit(history_report(found), json_to)
+    campaign.complain()

@@ -96,6 +96,7 @@ def hunt(
         folder=folder,
         days=days.records,
         day_names=tuple(str(day.path) for day in days.sessions),
+        every_day=every_day,
         virtual=clock == "virtual",
         daemon=_daemon(socket, rig.name) if by_daemon else None,
         **asked,

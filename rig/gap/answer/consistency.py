@@ -28,7 +28,7 @@ def contradictions(diagnosis: Mapping[str, Any]) -> list[str]:
     return [
         *_verdict(diagnosis["verdict"], named, unknown),
         *_closing(diagnosis, named),
-        *_floor(diagnosis, named),
+        *_floor(diagnosis),
         *_order(causes),
         *_numbers(diagnosis, causes),
         *_taken_back(diagnosis, named),
@@ -60,7 +60,7 @@ def _closing(diagnosis: Mapping[str, Any], named: Sequence[Any]) -> list[str]:
     return said
 
 
-def _floor(diagnosis: Mapping[str, Any], named: Sequence[Any]) -> list[str]:
+def _floor(diagnosis: Mapping[str, Any]) -> list[str]:
     """Something is found only where something stands above what is usual: the gap, or a side by its own measure."""
     gap, evidence = diagnosis["gap"], diagnosis.get("evidence", {})
     if diagnosis["verdict"] == "none" or gap["rms_deg"] > gap["floor_deg"]:

@@ -22,6 +22,9 @@ LEAST_SHARE = 0.05
 """Share of the raw records' mean-square gap from which on a mark explains some of it. Less: small steps and hums are
 named beside any cause; more: a real second cause in the samples is told as a remark."""
 
+TAKEN_OUT = ("sensor_dropout", "lost_samples")
+"""Effects whose samples are taken out of the records, and bridged, before anything is compared."""
+
 
 @dataclass(frozen=True)
 class Marks:
@@ -60,8 +63,8 @@ def _raw_gap_deg(mark: Signature, expected: Expected, gap_deg: float) -> float:
     ]
     if not raw:
         return float(np.hypot(gap_deg, np.sqrt(mark.variance_deg2)))
-    fallen = mark.variance_deg2 if mark.effect == "sensor_dropout" else 0.0  # already taken out of what was read
-    return float(np.sqrt(np.nanmean(np.concatenate(raw) ** 2) + fallen))
+    bridged = mark.variance_deg2 if mark.effect in TAKEN_OUT else 0.0
+    return float(np.sqrt(np.nanmean(np.concatenate(raw) ** 2) + bridged))
 
 
 def _cause(mark: Signature, effect: str, before: float, share: float) -> Cause:

@@ -26,9 +26,10 @@ def displaced_s(moved: Column, usual: Column, dt_s: float) -> float:
     by a constant: least squares, by Gauss and Newton."""
     most, rows = MOST_LATE_S / dt_s, 0.0
     at = np.ascontiguousarray(usual)
-    for _ in range(STEPS):
+    for step in range(STEPS):
+        if step > 0:
+            at = delayed(usual, rows)
         rows = min(max(rows + _rows_behind(moved, at), -most), most)
-        at = delayed(usual, rows)
     return rows * dt_s
 
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from rig.gap.hypotheses.lateness import delayed, displaced_s
 from rig.gap.records.pairs import Pair
 from rig.gap.reference.nominal import Reference
+from rig.model.drive import LEAST_SHARE
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.kernels import over_records
 from rig.model.response import ResponseModel
@@ -48,9 +49,6 @@ class Track:
     reference: Reference
     regulated: tuple[Column, Column]
     propagated: Column
-    driven_by: tuple[Column, Column] | None = None
-    """The case's pressures without what their monitors misread, once a cause explains them; before that, as
-    measured."""
 
 
 @dataclass(frozen=True)
@@ -234,7 +232,7 @@ def angle_under(p1: Column, p2: Column, track: Track, nominal: ResponseModel) ->
 
 def _compliance(usual: Column, now: Column, nominal: ResponseModel) -> Column:
     """How much less stiff the joint is under one sum of the pressures (n,) than under another."""
-    least = 0.2 * nominal.p0_mpa
+    least = LEAST_SHARE * nominal.p0_mpa
     ratio: Column = (np.maximum(usual, least) / np.maximum(now, least)) ** nominal.compliance
     return ratio
 

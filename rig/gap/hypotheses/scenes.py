@@ -66,7 +66,8 @@ def parts_of_angle(expected: Expected) -> tuple[Parts, Column]:
     """What may differ in the angle, with what this rig does not repeat; and (n, K) the earlier days."""
     response, driven = expected.response, expected.driven
     parts = angle_parts(expected.tracks, expected.base, response, driven)
-    return _with_days(parts, expected, partial(angle_days, response=response, driven=driven))
+    read_right = () if expected.misread is None else expected.misread.days_mpa
+    return _with_days(parts, expected, partial(angle_days, response=response, driven=driven, misread_mpa=read_right))
 
 
 def _with_days(parts: Parts, expected: Expected, days_of: Callable[[Sequence[Track]], Column]) -> tuple[Parts, Column]:

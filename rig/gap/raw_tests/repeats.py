@@ -124,7 +124,7 @@ def repeated_samples(
     p = float(np.clip(found.share, 0.0, MOST_LOST))
     run = own.repeated.sum() / max(own.runs, 1)
     size = about(p, float(np.sqrt(max(2.0 * run - 1.0, 1.0) * _variance(own, chance, p) + between**2)), 0.0, MOST_LOST)
-    moved = float(np.mean([np.mean(np.diff(angle) ** 2) for angle in angles_of(cases)]))
+    moved = float(np.mean([np.nanmean(np.diff(angle) ** 2) for angle in angles_of(cases)]))
     return Signature(
         "repeated samples", "lost_samples", bool(lost), own.share, base, "1", text, {"probability": size},
         by_chance(found.share, spread), p * moved if lost else 0.0,
@@ -139,9 +139,12 @@ def count(records: Sequence[Record], least: float) -> Repeats:
     stood: list[Places] = []
     for angle in angles_of(records):
         slope = np.gradient(smoothed(filled(angle), SLOPE_ROWS, mirrored=True))[1:-1]
-        moving = np.abs(slope) > max(least, float(np.quantile(np.abs(slope), MOVING_QUANTILE)), 1e-9)
         steps = np.diff(angle)
-        moving &= np.isfinite(steps[:-1]) & np.isfinite(steps[1:])
+        known = np.isfinite(steps[:-1]) & np.isfinite(steps[1:]) & ~_beside_holes(angle)[1:-1]
+        if not known.any():
+            continue
+        slowest = float(np.quantile(np.abs(slope[known]), MOVING_QUANTILE))
+        moving = known & (np.abs(slope) > max(least, slowest, 1e-9))
         still = (steps[:-1] == 0) & moving
         goes_on = np.where(steps[1:] == 0, 1.0, steps[1:] / np.where(still, slope, 1.0))
         speed = np.zeros(len(slope), dtype=np.int64)
@@ -157,7 +160,18 @@ def count(records: Sequence[Record], least: float) -> Repeats:
     return Repeats(rows, repeated, onward, runs, _together(moved), _together(stood))
 
 
+def _beside_holes(angle: Column) -> "NDArray[np.bool_]":
+    """(n,) True where the slope is not the angle's own: it runs from before a hole to behind it."""
+    reach = np.ones(round(2.0 * SLOPE_ROWS))
+    missing = np.convolve(~np.isfinite(angle), reach, "valid") > len(reach) - 0.5  # a hole begins here
+    inside = np.convolve(missing, reach) > 0.5
+    beside: NDArray[np.bool_] = np.convolve(inside, np.ones(2 * len(reach) + 1), "same") > 0.5
+    return beside
+
+
 def _together(parts: Sequence[Places]) -> Places:
+    if not parts:
+        return np.zeros(0), np.zeros(0, dtype=np.int64)
     return np.concatenate([angle for angle, _ in parts]), np.concatenate([speed for _, speed in parts])
 
 

@@ -10,13 +10,14 @@ from rig.gap.records.settings import (
     ALIGN_STEP_S,
     ALIGNED,
     LEAST_COVERED,
+    LONGEST_GAP_S,
     MOST_SHIFT_S,
     OVERLAP,
     SAME_COMMAND,
     SHIFT_HELPS,
     SPREAD_FACTOR,
 )
-from rig.gap.records.usable import LONGEST_GAP_S, SHORTEST_S
+from rig.gap.records.usable import SHORTEST_S
 from rig.record import Column, Record
 
 

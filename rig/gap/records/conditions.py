@@ -41,7 +41,7 @@ def difference(record: Record, other: Record) -> Difference | None:
     """The first condition in which the two differ by more than it may; None when they agree in all that both say, and
     in P0 where one says it and the other measured it."""
     mine, theirs = conditions(record), conditions(other)
-    for name in mine.keys() & theirs.keys():
+    for name in (name for name in mine if name in theirs):
         one, two = mine[name], theirs[name]
         if isinstance(one, str) or isinstance(two, str):
             if str(one) != str(two):

@@ -14,17 +14,17 @@ import numpy as np
 
 from rig.gap.records.alignment import covered
 from rig.gap.records.dropouts import Rows
-from rig.gap.records.settings import SETTLED, WIPED_OUT
-from rig.gap.records.usable import LONGEST_GAP_S
+from rig.gap.records.settings import LONGEST_BRIDGE_S, LONGEST_GAP_S, SETTLED, WIPED_OUT
 from rig.record import Column, Record
 
 COMMANDS = ("dp_cmd_mpa", "p1_cmd_mpa", "p2_cmd_mpa")
 
 
-def holes_of(record: Record) -> list[tuple[float, float]]:
-    """(start, end) of every stretch without rows, s, by the record's own clock."""
+def holes_of(record: Record, longer_than_s: float = LONGEST_BRIDGE_S) -> list[tuple[float, float]]:
+    """(start, end) of every stretch without rows that is longer than so many seconds, by the record's own clock; by
+    default of every one that no straight line bridges."""
     steps = np.diff(record.t_s)
-    at = np.flatnonzero(steps > max(LONGEST_GAP_S, 3.0 * record.period_s))
+    at = np.flatnonzero(steps > max(longer_than_s, 3.0 * record.period_s))
     return [(float(record.t_s[k]), float(record.t_s[k + 1])) for k in at]
 
 
@@ -49,7 +49,7 @@ def with_rows(record: Record, others: Sequence[Record]) -> Record:
 def unsettled(record: Record, others: Sequence[Record], t_s: Column) -> Rows:
     """(n,) True at times after a hole whose command nobody knows, until the command has gone through its range."""
     rows = np.zeros(len(t_s), dtype=bool)
-    for start, end in holes_of(record):
+    for start, end in holes_of(record, LONGEST_GAP_S):
         if any(_knows(other, start, end) for other in others):
             continue
         after = record.t_s >= end

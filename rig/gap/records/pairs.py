@@ -17,7 +17,7 @@ from rig.gap.records.outliers import without_outliers
 from rig.gap.records.partners import Match, Partner, find_partner, named_session, require_partners
 from rig.gap.records.rest import rest_pressure, say_shift
 from rig.gap.records.settings import CLIPPED
-from rig.gap.records.usable import check_direction, check_scale, hole, reasons, silent_monitor, usable
+from rig.gap.records.usable import check_direction, check_scale, hole, reasons, runs_against, silent_monitor, usable
 from rig.record import Record
 
 __all__ = ["Pair", "Pairing", "Session", "pair_up"]
@@ -77,11 +77,22 @@ def pair_up(
     elsewhere = say_shift(kept, [other for record in kept for other in others[id(record)]], p0_mpa, notes)
     pressed = pressures and _all_have_pressures(kept, others, notes)
     pairs = [on_grid(record, partners[id(record)], p0, pressed, fallen, notes) for record in kept]
-    if pairs[0].sessions:
-        days = [np.mean([session.angle_deg for session in pair.sessions], axis=0) for pair in pairs]
-        check_direction([pair.case.angle_deg for pair in pairs], days, "the earlier days'")
+    _check_directions(pairs)
     clipped = _clipped(pairs, notes)
     return Pairing(pairs, pressed, len(pairs[0].sessions), p0, tuple(notes), unpaired, clipped, matches, elsewhere)
+
+
+def _check_directions(pairs: Sequence[Pair]) -> None:
+    """RecordError when the case's angle runs against that of an earlier day, which is named when it is not all of
+    them."""
+    cases, count = [pair.case.angle_deg for pair in pairs], len(pairs[0].sessions)
+    days = [[pair.sessions[k].angle_deg for pair in pairs] for k in range(count)]
+    against = [k for k, day in enumerate(days) if runs_against(cases, day)]
+    if against:
+        k, one = against[0], pairs[0]
+        day = "the earlier days" if len(against) == count else named_session(one.numbers[k], one.raw_baselines[k])
+        whose = f"{day}'" if day.endswith("s") else f"that of {day}"
+        check_direction(cases, days[k], whose)
 
 
 def _cleaned(

@@ -41,6 +41,10 @@ RAIL_STEPS = 2.5
 LONGEST_BRIDGE_S = 0.05
 """Missing samples up to this long are bridged by a straight line, s; longer ones count as a hole. A line misses a sweep
 of 20 deg at 1 Hz by 20 (2 pi)^2 0.05^2 / 8 = 0.25 deg in the middle of the longest bridge, 10 deg in one of 0.3 s."""
+LONGEST_GAP_S = 0.25
+"""What was commanded in a hole up to this long is a straight line where nobody knows it, s; after a longer one see
+WIPED_OUT. Nor are two commands compared in a longer one. A sine of 0.8 Hz is off its chord by a fifth of its
+amplitude in the middle."""
 WIPED_OUT = 0.9
 """Share of its range that a command goes through after a hole before rows count again where nobody knows what was
 commanded in it. Higher: less of a record counts; lower: what a hysteresis remembers of the hole looks like a gap."""

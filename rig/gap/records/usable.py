@@ -8,11 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from rig.errors import ModelError, RecordError
+from rig.gap.records.settings import LONGEST_BRIDGE_S, LONGEST_GAP_S
 from rig.identify.data import strange_units
 from rig.record import Column, Record
 
-LONGEST_GAP_S = 0.25
-"""Longer holes in a column are left out of every sum."""
 SHORTEST_S = 2.0
 LEAST_ROWS = 50
 LEAST_SAMPLED = 0.5
@@ -91,7 +90,7 @@ def hole(record: Record, kind: str = "") -> str | None:
     assert record.angle_deg is not None
     times = record.t_s[np.isfinite(record.angle_deg)]
     steps = np.diff(times)
-    if not len(steps) or steps.max() <= max(LONGEST_GAP_S, 3 * record.period_s):
+    if not len(steps) or steps.max() <= max(LONGEST_BRIDGE_S, 3 * record.period_s):
         return None
     at = int(np.argmax(steps))
     return (
@@ -173,12 +172,17 @@ def check_reach(name: str, said: Column, measured: Column) -> None:
         )
 
 
-def check_direction(cases: Sequence[Column], expected: Sequence[Column], whose: str) -> None:
-    """RecordError when the angles (n,) run against what is expected of them, over all records together: no lag and no
-    friction of a rig does that."""
+def runs_against(cases: Sequence[Column], expected: Sequence[Column]) -> bool:
+    """Whether angles (n,) run against what is expected of them, over all records together: no lag and no friction of a
+    rig does that."""
     centred = [(one - np.mean(one), other - np.mean(other)) for one, other in zip(cases, expected, strict=True)]
     case, other = (np.concatenate(columns) for columns in zip(*centred, strict=True))
-    if _correlation(case, other) < ANGLE_AGAINST:
+    return _correlation(case, other) < ANGLE_AGAINST
+
+
+def check_direction(cases: Sequence[Column], expected: Sequence[Column], whose: str) -> None:
+    """RecordError when the angles (n,) run against what is expected of them."""
+    if runs_against(cases, expected):
         raise RecordError(
             f"the angle runs against {whose}: is its sign turned, or are the muscles or their commands swapped?"
         )

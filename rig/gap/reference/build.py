@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rig.columns import rms
+from rig.config import suggest
 from rig.errors import ConfigError, ModelError
 from rig.gap.hypotheses.propagate import Applied, Course, Track, angle_under, lay_tracks, ready, response_with
 from rig.gap.records.pairs import Pair, Pairing
@@ -118,6 +119,8 @@ def choose(asked: str, model: Model | None, sessions: int) -> Kind:
         if sessions:
             return Kind.SESSIONS if sessions > 1 else Kind.SESSION
         return Kind.SIMULATOR if trouble else Kind.FINGERPRINT
+    if asked not in list(Kind):
+        raise ConfigError(f"reference {asked!r}: {suggest(asked, [AUTO, *Kind])}")
     kind = Kind(asked)
     least = {Kind.SESSIONS: 2, Kind.SESSION: 1}.get(kind, 0)
     if sessions < least:
@@ -141,7 +144,11 @@ def because(asked: str, kind: Kind, model: Model | None, sessions: int) -> str:
         return f"because {sessions} {'was' if sessions == 1 else 'were'} given by --baseline"
     if kind is Kind.FINGERPRINT:
         return "because the model file has one and no earlier day was given"
-    lacks = "" if model is None else " and the model file has no fingerprint"
+    lacks = ""
+    if model is not None:
+        lacks = " and the model file has no fingerprint"
+        if model.fingerprint is not None:
+            lacks = f" and the model file's fingerprint cannot be used ({fingerprint_trouble(model)})"
     return f"because no earlier day was given{lacks}; --baseline DAY shows far smaller effects"
 
 

@@ -28,14 +28,15 @@ from rig.gap.settings import (
     FactorLevels,
     Prior,
 )
+from rig.model.drive import LEAST_SHARE
 from rig.model.effect_stages.valve import ATMOSPHERE_MPA
-from rig.model.response import ResponseModel
+from rig.model.response import ResponseModel, regulator_terms
 from rig.model.response_kernels import RESPONSE_TERMS, regulated, response_terms
 from rig.record import Column
 
 VALVE_PATTERNS = ("offset_mpa", "gain", "lag_s", "curvature_s2", "one_way_s", "bend")
-"""What is unsure of each regulator with its monitor: zero, gain, first and second order of its answer, filling against
-exhausting, curvature of its characteristic."""
+"""What is unsure of each regulator with its monitor, the first of `rig.model.response.regulator_terms`: zero, gain,
+first and second order of its answer, filling against exhausting, curvature of its characteristic."""
 REGULATOR_PATTERNS = ("regulators", "one_way")
 """What is unsure of both regulators alike, which are of one make: their time constant, and that of exhausting against
 filling; relative."""
@@ -160,7 +161,10 @@ def pressure_parts(tracks: Sequence[Track], p0_mpa: float, response: ResponseMod
     expected = [track.reference.p1_mpa for track in tracks] + [track.reference.p2_mpa for track in tracks]
     monitors = [pair.case.p1_mpa for pair in pairs] + [pair.case.p2_mpa for pair in pairs]
     measured = [column for column in monitors if column is not None]
-    blocks = [_valve_patterns(column, p0_mpa, pair.dt_s) for column, pair in zip(expected, pairs * 2, strict=True)]
+    blocks = [
+        regulator_terms(column, p0_mpa, pair.dt_s)[:, : len(VALVE_PATTERNS)]
+        for column, pair in zip(expected, pairs * 2, strict=True)
+    ]
     first, second = np.concatenate(blocks[: len(pairs)]), np.concatenate(blocks[len(pairs) :])
     zero = np.zeros_like(first)
     alike = np.concatenate([_regulator_patterns(track, response, valve) for valve in (0, 1) for track in tracks])
@@ -177,15 +181,6 @@ def pressure_parts(tracks: Sequence[Track], p0_mpa: float, response: ResponseMod
         lines.envelope(moving, ENVELOPE_HZ, ENVELOPE_EVEN),
         max(float(np.ptp(np.concatenate(expected))), 1e-4),
         np.square(noise)[lines.record],
-    )
-
-
-def _valve_patterns(pressure: Column, p0_mpa: float, dt_s: float) -> Column:
-    """(n, 6) in the order of VALVE_PATTERNS."""
-    speed = np.gradient(pressure, dt_s)
-    moved = pressure - p0_mpa
-    return np.column_stack(
-        [np.ones_like(pressure), moved, -speed, np.gradient(speed, dt_s), -np.abs(speed), moved**2 / p0_mpa]
     )
 
 
@@ -234,7 +229,7 @@ def mean_doubt(tracks: Sequence[Track], base: Sequence[Column], response: Respon
     parts = []
     for track, expected in zip(tracks, base, strict=True):
         (p1, p2), reference, angle = driving(track, True), track.reference, expected - response.zero_deg
-        least = 0.2 * (reference.p1_mpa + reference.p2_mpa).mean()
+        least = LEAST_SHARE * response.p0_mpa
         ratio = np.maximum(p1 + p2, least) / np.maximum(reference.p1_mpa + reference.p2_mpa, least)
         rubbed = response.balanced(angle, np.zeros_like(angle), ratio**FRICTION_DOUBT, track.pair.dt_s) - angle
         parts.append(np.column_stack([MEAN_DOUBT * angle * np.log(ratio), rubbed]))
@@ -280,7 +275,7 @@ def _angle_patterns(
         (response.angle(p1 + share * (p1 - p0), p2, dt) - here) / share,
         (response.angle(p1, p2 + share * (p2 - p0), dt) - here) / share,
     ]
-    mean = np.maximum(p1 + p2, 0.2 * p0) / (2.0 * p0)
+    mean = np.maximum(p1 + p2, LEAST_SHARE * p0) / (2.0 * p0)
     elapsed = (pair.t_s - pair.t_s.mean()) / max(float(np.ptp(pair.t_s)), 1e-9)
     massless = replace(response, balance=replace(response.balance, inertia_s=0.0))
     more = np.full_like(angle, 1.0 + LOOP_STEP)

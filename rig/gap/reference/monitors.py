@@ -27,6 +27,8 @@ class Misread:
     offset_mpa: tuple[float, float]
     spread_mpa: float
     """Standard deviation that stays in doubt."""
+    days_mpa: tuple[tuple[float, float], ...] = ()
+    """The same on each earlier day, less what they misread on those days' mean."""
 
     def levels(self, angle: FactorLevels) -> FactorLevels:
         """The angle's levels with what stays in doubt of the monitors."""
@@ -38,15 +40,22 @@ class Misread:
         return max(apart) > max(self.spread_mpa, other.spread_mpa)
 
 
-def misread(pressures: Factor, left: Column, levels: Levels) -> Misread:
-    """From what a cause leaves of the pressures' gap, in lines (l,)."""
+def misread(pressures: Factor, left: Column, levels: Levels, days: Column | None = None) -> Misread:
+    """From what a cause leaves of the pressures' gap, in lines (l,), and from the pressures of the earlier days (n, K):
+    what their angles repeat is seen only once their monitors are read right as well."""
     share, own = levels.monitors, levels.angle.patterns[OWN]
     first = VALVE_PATTERNS.index(SHOWN)
     at = [first, len(VALVE_PATTERNS) + first]
     shown = _spreads(pressures, at)
     one, other = (share * shown * pressures.healthy.sizes(left)[at]).tolist()
     unsure = float(np.mean((share * shown) ** 2 * pressures.healthy.size_variances()[at]))
-    return Misread((one, other), min(float(np.sqrt((1.0 - share) * own**2 + unsure)), own))
+    spread = min(float(np.sqrt((1.0 - share) * own**2 + unsure)), own)
+    if days is None or days.shape[1] < 2:
+        return Misread((one, other), spread)
+    apart = pressures.lines.of(days - days.mean(axis=1, keepdims=True))
+    sizes, _ = pressures.healthy.sizes_with_covariance(apart)
+    each = (share * shown[:, None] * sizes[at]).T.tolist()
+    return Misread((one, other), spread, tuple((first, second) for first, second in each))
 
 
 def _spreads(pressures: Factor, at: Sequence[int]) -> Column:

@@ -15,7 +15,6 @@ from rig.columns import rms
 from rig.gap.evidence.gaussian import Gaussian
 from rig.gap.evidence.lines import Lines
 from rig.gap.hypotheses.propagate import Track
-from rig.gap.records.grid import Session
 from rig.gap.reference.expectation import Factor, Parts
 from rig.gap.settings import (
     DAY_DEGREES,
@@ -42,9 +41,12 @@ def digamma(x: float) -> float:
     return (math.lgamma(x + near) - math.lgamma(x - near)) / (2.0 * near)
 
 
-USUAL_SQUARE = math.exp(digamma(0.5 * PATTERN_DEGREES)) / (0.5 * PATTERN_DEGREES)
-"""Scale of the population's inverse chi-square: with it the logarithm of a spread of which nothing is known is 0 on
-average."""
+def usual_square(degrees: float) -> float:
+    """Scale of the population's inverse chi-square of so many degrees of freedom: with it the logarithm of a spread of
+    which nothing is known is 0 on average."""
+    return math.exp(digamma(0.5 * degrees)) / (0.5 * degrees)
+
+
 LEAST_UNSURE = 1e-12
 """A size's variance is no nearer to none, or to all of what it was beforehand: rounding."""
 BETWEEN_TWO_DAYS = 2.0
@@ -54,18 +56,26 @@ BETWEEN_TWO_DAYS = 2.0
 def pressure_days(tracks: Sequence[Track]) -> Column:
     """(n, K) both monitors on each earlier day less what the reference's regulators give, valve 1 of every record and
     then valve 2; K is 0 without days."""
-    first = _by_day(tracks, lambda day, track: _less(day.p1_mpa, track.regulated[0]))
-    second = _by_day(tracks, lambda day, track: _less(day.p2_mpa, track.regulated[1]))
+    first = _by_day(tracks, lambda k, track: _less(track.pair.sessions[k].p1_mpa, track.regulated[0]))
+    second = _by_day(tracks, lambda k, track: _less(track.pair.sessions[k].p2_mpa, track.regulated[1]))
     return np.vstack([first, second])
 
 
-def angle_days(tracks: Sequence[Track], response: ResponseModel, driven: bool) -> Column:
-    """(n, K) the angle on each earlier day less what its pressures do to it, its own ones when `driven`."""
+def angle_days(
+    tracks: Sequence[Track],
+    response: ResponseModel,
+    driven: bool,
+    misread_mpa: Sequence[tuple[float, float]] = (),
+) -> Column:
+    """(n, K) the angle on each earlier day less what its pressures do to it, its own ones when `driven`, without what
+    their monitors `misread_mpa` on each day (K of them, where that is known)."""
 
-    def beside_its_pressures(day: Session, track: Track) -> Column:
+    def beside_its_pressures(k: int, track: Track) -> Column:
+        day = track.pair.sessions[k]
         if not driven or day.p1_mpa is None or day.p2_mpa is None:
             return day.angle_deg - track.propagated
-        return day.angle_deg - response.angle(day.p1_mpa, day.p2_mpa, track.pair.dt_s)
+        one, other = misread_mpa[k] if misread_mpa else (0.0, 0.0)
+        return day.angle_deg - response.angle(day.p1_mpa - one, day.p2_mpa - other, track.pair.dt_s)
 
     return _by_day(tracks, beside_its_pressures)
 
@@ -75,9 +85,9 @@ def _less(measured: Column | None, expected: Column) -> Column:
     return measured - expected
 
 
-def _by_day(tracks: Sequence[Track], column: Callable[[Session, Track], Column]) -> Column:
+def _by_day(tracks: Sequence[Track], column: Callable[[int, Track], Column]) -> Column:
     count = len(tracks[0].pair.sessions)
-    days = [np.concatenate([column(track.pair.sessions[k], track) for track in tracks]) for k in range(count)]
+    days = [np.concatenate([column(k, track) for track in tracks]) for k in range(count)]
     return np.array(days).T if days else np.zeros((sum(len(track.pair) for track in tracks), 0))
 
 
@@ -155,7 +165,7 @@ def _likely_spreads(sizes: Column, unsure: Column, spread: Column) -> Column:
     squares = np.exp(2.0 * LOG_SPREADS)
     wider = 1.0 + squares * tells
     logs = -0.5 * sizes.shape[1] * np.log(wider) + 0.5 * squares * shown / wider
-    logs -= 0.5 * PATTERN_DEGREES * (2.0 * LOG_SPREADS + USUAL_SQUARE / squares)
+    logs -= 0.5 * PATTERN_DEGREES * (2.0 * LOG_SPREADS + usual_square(PATTERN_DEGREES) / squares)
     chance = np.exp(logs - np.max(logs, axis=1, keepdims=True))
     chance /= np.sum(chance, axis=1, keepdims=True)
     out: Column = np.exp(chance @ LOG_SPREADS)

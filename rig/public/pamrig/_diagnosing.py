@@ -113,7 +113,13 @@ def diagnose(
     days = _days(logs, list(baselines), every=every_day)
     library = list(effects) if effects else None
     answer, grounds = diagnose_with_grounds(
-        simulator, records_of(logs), days, pressures=pressures, library=library, reference=reference
+        simulator,
+        records_of(logs),
+        days,
+        pressures=pressures,
+        library=library,
+        reference=reference,
+        every_day=every_day,
     )
     return Diagnosis(answer, grounds, simulator)
 

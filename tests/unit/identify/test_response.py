@@ -6,15 +6,15 @@ import pytest
 from rig.identify.response import (
     Drive,
     Line,
+    corrected_misfit_mpa,
     fit_balance,
     fit_bank,
     fit_mean_exponent,
     fit_regulator,
     fit_response,
     mean_pressure_moves,
-    regulator_misfit_mpa,
 )
-from rig.model.response import Balance, ResponseModel
+from rig.model.response import REGULATOR_TERMS, Balance, ResponseModel
 from rig.model.response_kernels import RESPONSE_TERMS, regulated
 from rig.record import Column
 
@@ -46,7 +46,8 @@ def test_a_regulator_is_found_again(truth: tuple[float, float, float]) -> None:
         lines.append(Line(DT_S, u, regulated(u, *truth, DT_S) + 0.01 + rng.normal(0.0, 2e-4, len(u)), np.ones(len(u))))
     found = fit_regulator(lines)
     assert found == pytest.approx(truth, abs=2e-3), "a monitor's offset changes nothing"
-    assert regulator_misfit_mpa(lines, found) == pytest.approx(2e-4, rel=0.05)
+    none = np.zeros(REGULATOR_TERMS)
+    assert corrected_misfit_mpa(lines, found, none, TRUTH.p0_mpa) == pytest.approx(2e-4, rel=0.05)
 
 
 def test_the_bank_is_found_again_and_predicts_another_sweep() -> None:

@@ -3,8 +3,10 @@
 import csv
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 from support.gap_rigs import MODEL, session
@@ -82,14 +84,18 @@ def test_campaign_of_days_is_diagnosed_day_by_day(days: Path, tmp_path: Path) ->
     root.mkdir()
     write(root / "monday", session(73))
     write(root / "tuesday", session(74, AddedEffect("delay", {"delay_s": 0.04})))
-    call(
-        "diagnose", "--model", MODEL, "--log", root, *healthy(days), "--json", tmp_path / "days.json",
-        "--html", tmp_path / "day.html",
-    )  # fmt: skip
+    write(root / "wednesday", [replace(one, angle_deg=-np.asarray(one.angle_deg)) for one in session(75)])
+    turned = r"^1 of 3 days could not be diagnosed: wednesday: the angle runs against the earlier days'"
+    with pytest.raises(RigError, match=turned):
+        call(
+            "diagnose", "--model", MODEL, "--log", root, *healthy(days), "--json", tmp_path / "days.json",
+            "--html", tmp_path / "day.html",
+        )  # fmt: skip
     report = json.loads((tmp_path / "days.json").read_text())["days"]
-    assert [report[day]["verdict"] for day in ("monday", "tuesday")] == ["none", "explained"]
+    assert {day: told["verdict"] for day, told in report.items()} == {"monday": "none", "tuesday": "explained"}
     pages = sorted(path.name for path in tmp_path.glob("*.html"))
     assert pages == ["day.html", "day_monday.html", "day_tuesday.html"]
+    assert f">{report['tuesday']['gap']['after_deg']:.3g}<" in (tmp_path / "day.html").read_text()
 
 
 def test_a_folder_of_sessions_is_several_baselines_and_not_one(days: Path, tmp_path: Path) -> None:

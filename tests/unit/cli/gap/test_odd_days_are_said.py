@@ -31,7 +31,7 @@ COMMANDS: dict[str, tuple[list[str], list[Work]]] = {
     "history": (
         ["{}/log", "--model", MODEL],
         [
-            (past, "past_days", []),
+            (past, "past_days", ([], SimpleNamespace(complain=lambda: None))),
             (past, "history_report", {}),
             (history, "look_back", PAST),
             (history_words, "told", []),

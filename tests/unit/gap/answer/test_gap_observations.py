@@ -11,6 +11,7 @@ from rig.gap.answer.words import answers
 from rig.gap.raw_tests.signature import Signature, Size
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Expected, Kind
+from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.parameters import AddedEffect
 from rig.record import Record
 
@@ -67,3 +68,14 @@ def test_a_coarse_reading_beside_a_delay(step_deg: float, causes: set[str]) -> N
     assert ("quantisation" in seen) is ("quantisation" not in causes)
     assert ("Also seen:" in answers(found)) is bool(seen)
     assert found.to_json()["observations"] == [one.to_json() for one in found.observations]
+
+
+@pytest.mark.parametrize(
+    ("effect", "taken_out"), [("lost_samples", True), ("sensor_dropout", True), ("quantisation", False)]
+)
+def test_samples_that_were_taken_out_before_anything_is_compared_are_a_part_of_the_gap(
+    effect: str, taken_out: bool
+) -> None:
+    size = {next(iter(EFFECT_STAGES[effect].neutral())): Size(0.2, 0.19, 0.21)}
+    few, many = (told(replace(mark(v, effect), sizes=size), 3, False).causes[0] for v in (1e-6, 4.0))
+    assert (many.gap_before_deg**2 - few.gap_before_deg**2 > 3.9) is taken_out

@@ -154,3 +154,29 @@ def test_a_hole_in_the_stamps_is_said() -> None:
     pairing = pair_up([holed(record) for record in session(66)], [list(day) for day in baselines()], 0.2)
     assert any("s without samples from" in note for note in pairing.notes)
     assert all(pair.used[(pair.t_s > 4.1) & (pair.t_s < 6.4)].max() == 0.0 for pair in pairing.pairs)
+
+
+def test_rows_that_are_missing_are_no_lost_samples() -> None:
+    """A coarse angle repeats itself where it is slow; what counts as slow is asked of the rows that there are."""
+
+    def coarse(record: Record) -> Record:
+        return replace(record, angle_deg=0.02 * np.round(np.asarray(record.angle_deg) / 0.02))
+
+    def cut(record: Record) -> Record:
+        inside = (record.t_s > 3.0) & (record.t_s < 6.5)
+        return replace(record, angle_deg=np.where(inside, np.nan, np.asarray(record.angle_deg)))
+
+    days = [[coarse(record) for record in day] for day in baselines()]
+    pairing = pair_up([cut(coarse(record)) for record in session(68)], days, 0.2)
+    mark = next(one for one in read_signatures(pairing.pairs) if one.test == "repeated samples")
+    assert not mark.found
+    assert mark.value == pytest.approx(mark.baseline, rel=0.3)
+
+
+def test_lost_samples_beside_a_hole_have_a_size() -> None:
+    def lost(t: Column, y: Column) -> Column:
+        return np.where((t > 3.0) & (t < 3.5), np.nan, repeated(t, y))
+
+    mark = marks(changed(68, lost))["repeated samples"]
+    assert mark.found
+    assert np.isfinite(mark.variance_deg2)

@@ -94,6 +94,13 @@ def test_a_condition_may_be_a_column_or_a_word() -> None:
     assert difference(record(load="weight A"), record()) is None, "what only one says is not compared"
 
 
+def test_of_two_conditions_that_differ_the_first_that_the_record_names_is_said() -> None:
+    load, warm = {"load_kg": 1.0, "temperature_c": 20.0}, {"temperature_c": 20.0, "load_kg": 1.0}
+    other = record(load_kg=2.0, temperature_c=40.0)
+    said = [difference(record(**mine), other) for mine in (load, warm)]
+    assert [one.name for one in said if one is not None] == ["load_kg", "temperature_c"]
+
+
 def test_records_of_one_command_under_several_loads_do_not_collapse() -> None:
     session = [record("light", load_kg=0.5), record("heavy", load_kg=2.0)]
     assert find_partner(record("case", load_kg=2.0), session, 1)[1].partner == "heavy"
@@ -231,3 +238,24 @@ def test_which_pressure_was_not_measured_and_where_is_said(missing: str, where: 
     lacking = replace(case if missing == "case" else day, p2_mpa=None)
     pairing = pair_up(*(([lacking], [[day]]) if missing == "case" else ([case], [[lacking]])), 0.2)
     assert pairing.notes[-1] == f"p2_mpa was not measured in {where} (sine): the angle alone is used"
+
+
+def test_an_earlier_day_that_runs_against_the_case_is_named() -> None:
+    turned = [replace(record(), angle_deg=-np.asarray(record().angle_deg), name="sine")]
+    with pytest.raises(RecordError, match="runs against that of baseline session 2"):
+        pair_up([record()], [[record(scale=1.01)], turned], 0.2)
+    with pytest.raises(RecordError, match="runs against the earlier days'"):
+        pair_up([record()], [turned], 0.2)
+
+
+@pytest.mark.parametrize("seconds", [0.1, 0.2, 0.4])
+def test_rows_that_were_cut_out_change_nothing_beside_a_day_that_has_them(seconds: float) -> None:
+    whole, day = record(), record()
+    kept = (T < 4.0) | (4.0 + seconds <= T)
+    cut = Record(whole.name, T[kept], whole.dp_cmd_mpa[kept], angle_deg=np.asarray(whole.angle_deg)[kept])
+    pairing = pair_up([cut], [[replace(day, angle_deg=1.001 * np.asarray(day.angle_deg))]], 0.2)
+    pair = pairing.pairs[0]
+    assert not [note for note in pairing.notes if "its input is not exactly" in note]
+    assert [note for note in pairing.notes if "without samples from 4 s on" in note]
+    gap = (pair.case.angle_deg - pair.sessions[0].angle_deg / 1.001) * pair.used
+    assert float(np.max(np.abs(gap))) < 0.03, "of 10 deg, at its edges"

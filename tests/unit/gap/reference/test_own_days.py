@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from rig.gap.evidence.gaussian import Gaussian
 from rig.gap.evidence.lines import lines_of
+from rig.gap.reference import own_days
 from rig.gap.reference.expectation import Parts
 from rig.gap.reference.own_days import contrasts, learnt, own_factor, own_floor
 from rig.gap.settings import FactorLevels, fitted
@@ -108,3 +109,14 @@ def test_the_floor_lies_between_the_populations_and_the_own_days(count: int, sha
 @pytest.mark.parametrize("count", [0, 1])
 def test_without_a_second_day_the_floor_is_the_usual_one(count: int) -> None:
     assert own_floor(0.3, np.ones((100, count)), np.ones(100)) == 0.3
+
+
+@pytest.mark.parametrize("degrees", [1.5, 4.0, 12.0])
+def test_a_spread_of_which_nothing_is_known_stays_however_sure_the_population_is(
+    monkeypatch: pytest.MonkeyPatch, degrees: float
+) -> None:
+    """Whatever is computed from a number that decides is computed when it is used: a study moves that number."""
+    monkeypatch.setattr(own_days, "PATTERN_DEGREES", degrees)
+    before = population(1e-3)
+    found = learnt(before, days(np.random.default_rng(3), 5, before), LINES)
+    assert found.patterns[10, 0] == pytest.approx(1e-3, rel=0.05)

@@ -7,7 +7,7 @@ import pytest
 from conftest import ROOT
 
 from rig.errors import ConfigError
-from rig.gap.reference.build import Kind, choose, outside_fingerprint
+from rig.gap.reference.build import Kind, because, choose, outside_fingerprint
 from rig.model.fingerprint import Fingerprint
 from rig.model.fingerprint_check import fingerprint_checksum
 from rig.model.parameters import Model, load_model
@@ -50,3 +50,22 @@ def test_records_beyond_what_the_fingerprint_has_seen_are_said(half: float, line
     said = outside_fingerprint(KNOWN, [drive], [(0.2 + 0.5 * drive, 0.2 - 0.5 * drive)])
     assert len(said) == lines
     assert all("the fingerprint knows -0.2 to 0.2" in text for text in said.values())
+
+
+def test_a_reference_that_there_is_not_is_an_error_of_the_call() -> None:
+    with pytest.raises(ConfigError, match=r"reference 'sesion'.*session"):
+        choose("sesion", RIG, 2)
+
+
+@pytest.mark.parametrize(
+    ("model", "said"),
+    [
+        (RIG, "and the model file has no fingerprint"),
+        (
+            EDITED,
+            "and the model file's fingerprint cannot be used (the model's parameters or",
+        ),
+    ],
+)
+def test_why_the_simulator_alone_is_the_reference(model: Model, said: str) -> None:
+    assert said in because("auto", choose("auto", model, 0), model, 0)

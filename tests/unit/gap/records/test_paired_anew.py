@@ -1,0 +1,46 @@
+"""Records whose lost samples are bridged are paired once more: what was found out the first time stands."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.gap_rigs import baselines, model, session
+
+from rig.gap.diagnosis import diagnose_with_grounds
+from rig.gap.pipeline import Grounds
+from rig.record import Record
+
+
+def losing(record: Record) -> Record:
+    """Every twentieth sample or so repeats the one before."""
+    angle = np.array(record.angle_deg)
+    lost = np.random.default_rng(len(record.name)).random(len(angle)) < 0.05
+    for row in np.flatnonzero(lost)[1:]:
+        angle[row] = angle[row - 1]
+    return replace(record, angle_deg=angle)
+
+
+def alien(record: Record) -> Record:
+    return replace(record, name="alien", dp_cmd_mpa=0.3 * np.asarray(record.dp_cmd_mpa))
+
+
+def test_what_was_left_out_is_still_said_when_samples_were_lost() -> None:
+    records = [losing(record) for record in session(71)]
+    found, grounds = diagnose_with_grounds(model(), [*records, alien(records[0])], [list(day) for day in baselines()])
+    assert isinstance(grounds, Grounds)
+    pairing = grounds.expected.pairing
+    assert "lost_samples" in {cause.effect for cause in found.causes}
+    assert pairing.unpaired == ["alien"]
+    assert any(note.startswith("alien: no baseline of this sweep") for note in found.notes)
+    assert {match.record for match in pairing.matches} == {*(record.name for record in records), "alien"}
+
+
+@pytest.mark.parametrize(("every_day", "kept"), [(False, (1, 2, 3)), (True, (1, 2, 3, 4))])
+def test_days_that_no_other_comes_near_count_where_every_day_is_asked_for(
+    every_day: bool, kept: tuple[int, ...]
+) -> None:
+    sick = [replace(record, angle_deg=1.4 * np.asarray(record.angle_deg)) for record in session(5)]
+    days = [*(list(day) for day in baselines()), sick]
+    _, grounds = diagnose_with_grounds(model(), session(71), days, every_day=every_day)
+    assert isinstance(grounds, Grounds)
+    assert grounds.expected.pairing.pairs[0].numbers == kept
