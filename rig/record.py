@@ -45,8 +45,8 @@ class Record:
 
     @cached_property
     def period_s(self) -> float:
-        """The usual distance between rows: the median."""
-        return float(np.median(np.diff(self.t_s)))
+        """The usual distance between rows: the median; not a number for a single row."""
+        return float(np.median(np.diff(self.t_s))) if len(self) > 1 else float("nan")
 
     @cached_property
     def channels(self) -> Channels:

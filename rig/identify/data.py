@@ -160,13 +160,18 @@ def through_parabolas(column: Column, rows: int) -> Column:
     return np.concatenate([fitted[:middle] @ column[:rows], inner, fitted[middle + 1 :] @ column[-rows:]])
 
 
+def check_length(record: Record) -> None:
+    """RecordError for a record too short for anything to be asked of it."""
+    length = float(record.t_s[-1] - record.t_s[0]) if len(record) else 0.0
+    if len(record) < 3 or length < SHORTEST_S:
+        raise RecordError(
+            f"{record.name}: {len(record)} rows over {length:.3g} s are too short; needed: at least {SHORTEST_S:g} s"
+        )
+
+
 def _check_times(record: Record, dt_s: float, resample: bool) -> None:
     name = record.name
-    if len(record) < 3 or record.t_s[-1] - record.t_s[0] < SHORTEST_S:
-        length = float(record.t_s[-1] - record.t_s[0]) if len(record) else 0.0
-        raise RecordError(
-            f"{name}: {len(record)} rows over {length:.3g} s are too short; needed: at least {SHORTEST_S:g} s"
-        )
+    check_length(record)
     steps = np.diff(record.t_s)
     if not np.all(np.isfinite(record.t_s)) or np.any(steps <= 0):
         where = int(np.argmin(np.where(np.isfinite(steps), steps, -1.0)))

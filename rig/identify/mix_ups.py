@@ -9,6 +9,8 @@ from rig.record import Column, Record
 
 SLOWEST_S: Final = 0.5
 """No record of a rig whose muscles answer within 0.1 s is sampled more slowly; what looks so is in another unit."""
+MOVED_MPA: Final = 0.01
+"""Pressures that differ by more than this were commanded: five times what a monitor's noise reaches."""
 OPPOSED: Final = -0.7
 """Correlation from which on two columns run against each other; those that belong together reach +0.9 and more."""
 
@@ -22,10 +24,16 @@ def strange_clock(record: Record) -> str | None:
 
 
 def mix_ups(record: Record) -> list[str]:
-    """Measured pressures that run against the command, in words; the angle says which of the two is the wrong way
-    round."""
+    """Measured pressures that run against the command, or move without one, in words; the angle says which of the two
+    is the wrong way round."""
     if record.p1_mpa is None or record.p2_mpa is None:
         return []
+    commanded, moved = (_range(one) for one in (record.dp_cmd_mpa, record.dp_mpa))
+    if commanded == 0.0 and moved > MOVED_MPA:
+        return [
+            f"{record.name}: dp_cmd_mpa stands still while the measured p1 - p2 moves by {moved:.2g} MPa: the "
+            "regulators are not to be learnt from it; is that the right column?"
+        ]
     against = correlation(record.dp_mpa, record.dp_cmd_mpa)
     if against > OPPOSED:
         return []
@@ -38,6 +46,11 @@ def mix_ups(record: Record) -> list[str]:
     if turned <= OPPOSED:
         return [f"{measured}, and so does the angle: dp_cmd_mpa has the other sign"]
     return [f"{measured}: p1 and p2 look swapped, or dp_cmd_mpa has the other sign"]
+
+
+def _range(column: Column | None) -> float:
+    known = np.zeros(1) if column is None else column[np.isfinite(column)]
+    return float(np.ptp(known)) if len(known) else 0.0
 
 
 def correlation(a: Column, b: Column) -> float:

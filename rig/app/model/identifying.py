@@ -10,7 +10,7 @@ import numpy as np
 from rig.app.shipped import find_config
 from rig.channels import common
 from rig.errors import RecordError
-from rig.identify.data import Options, best_input, cut
+from rig.identify.data import Options, best_input, check_length, cut
 from rig.identify.fit import Identified, Settings, identify
 from rig.identify.mean_law import USUAL, mean_law
 from rig.identify.stability import SweepRange
@@ -80,6 +80,8 @@ def identify_model(
         bounded=search.bounded,
         sweep=sweep,
     )
+    for record in records:
+        check_length(record)
     channels = common([(record.name, record.channels) for record in records])
     model, choices = start_model(start, records, options)
     model = replace(model, channels=None if channels.has_valves else channels)

@@ -63,3 +63,11 @@ def test_time_in_another_unit_is_asked_about(factor: float, unit: str) -> None:
         prepare(record, MODEL, Options(resample=True))
     assert strange_clock(replace(good(), t_s=good().t_s * 99)) is None, "0.495 s a row"
     assert strange_clock(replace(good(), t_s=good().t_s * 101)) is not None, "0.505 s a row"
+
+
+def test_pressures_that_move_under_a_command_that_stands_still_are_said() -> None:
+    still = replace(good(), dp_cmd_mpa=np.full(len(good()), 0.1))
+    (said,) = mix_ups(still)
+    assert "dp_cmd_mpa stands still while the measured p1 - p2 moves" in said
+    quiet = replace(still, p1_mpa=np.full(len(good()), 0.2), p2_mpa=np.full(len(good()), 0.2))
+    assert mix_ups(quiet) == []
