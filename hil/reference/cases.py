@@ -4,7 +4,7 @@ here is stored.
 Development and scoring cases come from different roots of the random tree, so that no seed of one gives a case of the
 other. A development case in three lines:
 
-    sheet = draw_sheet(Purpose.DEVELOPMENT, seed=1, n=40, family="fluidic")
+    sheet = draw_sheet(Purpose.DEVELOPMENT, seed=1, n=40, family_name="fluidic")
     made = realise(sheet[0], bench_of(sheet[0]))
     made.records, made.effects, made.ratio_angle   # and bench_of(...).baselines
 

@@ -39,8 +39,8 @@ STILL_LIKELY = 0.02
 """Hypotheses ahead of the monitors of at least this probability are judged by the angle as well: what a valve does
 reaches the joint, what a monitor misreads does not. Less: one angle more to judge, seldom another name."""
 FAINT = 1e-4
-"""Hypotheses ahead of the monitors of at least this probability are tried on the angle where they read the monitors
-otherwise: an effect costs some nats beforehand, and the angle may say more than that."""
+"""Hypotheses ahead of the monitors down to this probability are judged by the angle as well, if they imply another
+monitor offset than the likeliest: an effect costs some nats beforehand, and the angle may say more than that."""
 MOST_FAINT = 3
 """Of those, the likeliest so many. More: slower."""
 POSSIBLE = 1e-3
@@ -59,7 +59,7 @@ class Grounds:
 
 
 Said = Mapping[str, Mapping[str, float]]
-"""What other records have said, as nats by factor and hypothesis: it counts as if it were known before."""
+"""Log evidence (nats) of further experiments, by factor and hypothesis; it is added to the prior odds."""
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,8 @@ fewer. Longer: short records are believed less."""
 LEAST_EFFECTIVE = 20.0
 """Independent lines that a single short record has at least. Fewer: nothing is seen in one record of some seconds."""
 UNKNOWN_EVEN = 0.3
-"""The same for a process that nobody knows."""
+"""Share of the power of something unknown that is spread evenly over all lines, as ENVELOPE_EVEN is for the remainder.
+Less: what is unknown must lie where the gap is largest."""
 MEAN_DOUBT = 0.3
 """What is not known of the law of the mean pressure where that is another than expected: standard deviation of its
 exponent, which lies between 0 and 1. Healthy days never show it, so no fit of theirs can say it. Less: a stiffness is
@@ -146,7 +147,8 @@ class Prior:
     rho_scale: float = 1.0
     """Factor on every law's usual error. Larger: rough and exact laws come closer."""
     rho_lines: float = 1.0
-    """Share of that error that is independent from line to line, the rest being coherent."""
+    """How much of that error is independent from line to line as well, beside the whole of it as coherent patterns.
+    Larger: laws forgive more."""
     effective: float = 60.0
     """Independent lines of one factor in a session of SESSION_S: neighbours and records share causes. More: surer, and
     more false alarms."""

@@ -1,7 +1,8 @@
 """Every effect of the library by this family's own laws, and effects that no library has.
 
 An entry turns one signed size into disturbance parameters; chance details that are no size (which bundle, which phase)
-are drawn. The comment at each entry says the law here; `hil.reference.fluidic.other_laws` says the other three.
+are drawn. The comment at each entry says the law here; `hil.reference.fluidic.other_laws` says those of
+fluidic, McKibben and the library.
 """
 
 import math

@@ -13,7 +13,11 @@ from rig.outputs import Kind
 @click.command(cls=Command, short_help="Fit the priors of the method on simulated plants.")
 @output_option(Kind.LEVELS, "Where the fitted levels go.", required=True, metavar="FILE")
 @click.option(
-    "--family", "families", multiple=True, metavar="NAME", help="Plant families to fit on; default: all there are."
+    "--family",
+    "families",
+    multiple=True,
+    metavar="NAME",
+    help="Plant families to fit on; default: all but the one that judges.",
 )
 @click.option(
     "--leave-out", "left_out", multiple=True, metavar="NAME", help="Families to leave out, to be judged by the levels."

@@ -122,7 +122,8 @@ def _size(value: float | None, unit: str, times: float = 1.0) -> str:
     "families",
     multiple=True,
     metavar="NAME",
-    help="Design for units of this plant family as well. Repeatable.  [default: all there are; `none` for none]",
+    help="Design for units of this plant family as well. Repeatable.  [default: all but the one that judges; `none` "
+    "for none]",
 )
 @output_option(Kind.SWEEP, "Where the sweep goes.", required=True, metavar="SWEEP.yaml")
 @json_option

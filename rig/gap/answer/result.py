@@ -144,8 +144,7 @@ class Diagnosis:
 
     @property
     def added(self) -> list[Applied]:
-        """What goes into the simulator and has a course there: the causes without those found by a signature and those
-        that spoil it."""
+        """What goes into the simulator and has a course there: the causes without those found by a signature."""
         return [cause.applied for cause in self.causes if cause.applied is not None and cause.side != SIGNATURE]
 
     def to_json(self) -> dict[str, Any]:

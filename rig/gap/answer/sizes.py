@@ -7,6 +7,9 @@ from rig.gap.answer.result import Interval
 
 MOST_DIGITS = 2
 """Significant digits of a number in a sentence; tables beside it have three."""
+DEVIATIONS = 4.0
+"""Standard deviations from end to end of a size's interval (95 %): a size is told to the digit that its own deviation
+leaves standing, as in physics (Particle Data Group, Review of Particle Physics, Introduction 5.3)."""
 UNITS: dict[str, Sequence[tuple[float, float, str]]] = {
     "s": ((0.9995, 1e3, "ms"), (math.inf, 1.0, "s")),
     "MPa": ((0.0995, 1e3, "kPa"), (math.inf, 1.0, "MPa")),
@@ -18,7 +21,7 @@ UNITS: dict[str, Sequence[tuple[float, float, str]]] = {
 
 
 def rounded(value: float, width: float = 0.0, most: int = MOST_DIGITS) -> str:
-    """A number to the digit that the width of its interval leaves standing, at most `most` significant ones."""
+    """A number to the digit that this width leaves standing, at most `most` significant ones."""
     if not math.isfinite(value):
         return "unknown"
     top = 0 if value == 0.0 else math.floor(math.log10(abs(value)))
@@ -36,7 +39,7 @@ def size(number: Interval, signed: bool = False) -> str:
         (line for line in UNITS.get(number.unit, ()) if abs(number.value) < line[0]), (0.0, 1.0, number.unit)
     )
     value = number.value if signed else abs(number.value)
-    return f"{rounded(factor * value, factor * width)} {unit}".rstrip()
+    return f"{rounded(factor * value, factor * width / DEVIATIONS)} {unit}".rstrip()
 
 
 def sizes(numbers: Sequence[Interval], signed: bool = False) -> str:

@@ -17,7 +17,7 @@ _LEVELS = np.exp(np.linspace(np.log(0.1), np.log(1.5), 6))
 """Sizes of something unknown that are tried, as shares of what is to be explained."""
 
 _BEYOND = (3.0, 10.0, 30.0, 100.0)
-"""By how many times what may differ without being a gap is tried to be more than that."""
+"""Factors by which the patterns that may differ without being a gap are enlarged, as one form of something unknown."""
 
 LEAST_CHANCE = 1e-12
 """An effect's share of all effects below counts as this much beside experiments: nothing is ever ruled out for good.
@@ -80,8 +80,8 @@ class Posterior:
         return [name for name in ordered if self.probability[name] >= least] or ordered[:1]
 
     def with_evidence(self, nats: Mapping[str, float]) -> "Posterior":
-        """The same once another factor has said so many nats for some of the hypotheses; of the others it is taken to
-        say what it says of none, or else of these on average."""
+        """The posterior updated by another factor's log evidence (nats) for some of the hypotheses; those without one
+        take that of none, or else the mean."""
         others = nats.get(NONE, float(np.mean(list(nats.values()))))
         heard = {name: nats.get(name, others) for name in self.probability}
         logs = {name: float(np.log(max(chance, 1e-300))) + heard[name] for name, chance in self.probability.items()}

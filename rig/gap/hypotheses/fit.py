@@ -38,8 +38,8 @@ others."""
 UNSURE_ROUNDS = 4
 """How often what is unsure of a simulator is taken anew beside a cause at most; once or twice is usual."""
 STANDS = 0.1
-"""What is unsure stands still when its sizes (relative) are found within this of where they were taken. Where they do
-not, they are taken as they are without a size: beyond it the patterns say nothing."""
+"""The patterns of the simulator's unsure numbers are taken anew (linearised) until their relative sizes change by less
+than this. Where they never do, those without a change are kept: farther off a linear pattern says nothing."""
 RUNS_AWAY = 1e6
 """A change beyond this, in deg or MPa, is none that a rig can show."""
 
@@ -63,7 +63,7 @@ class Scene:
     unsure: "Unsure | None" = None
     """What is unsure of the reference and may be far off."""
     bent: "Column | float" = 0.0
-    """(n,) what was taken off the gap for where that was taken."""
+    """(n,) what the unsure numbers change beyond their linear patterns, where these were taken; off the gap already."""
     at: "Column | float" = 0.0
     """(k,) the sizes at which that was taken."""
 

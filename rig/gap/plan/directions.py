@@ -22,7 +22,7 @@ class Direction:
     size: float
     """Of the law's first free number, in its unit."""
     moved: Column
-    """(l,) of all records together: an eighth of its columns, which are not kept."""
+    """(l,) spectral lines of all records together; the columns would take eight times the memory."""
     choices: int
     """From how many laws, signs and shapes this one was taken: what a fit pays for them."""
 

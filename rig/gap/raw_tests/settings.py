@@ -4,9 +4,9 @@
 """
 
 CLEAR = 5.0
-"""Standard deviations by which a share or a level must stand out. Six tests on every case at 5 leave no false one in
-10^6 by chance; days that differ more than their spread says are why it is not 3."""
-TESTS = 8
+"""Standard deviations by which a share or a level must stand out. TESTS tests on every case at 5 leave one false
+one in 10^5 cases by chance; days that differ more than their spread says are why it is not 3."""
+TESTS = 12
 """Tests made on every case: what a single p-value is multiplied by (Bonferroni) in the confidence that is stated."""
 HIGHEST_CONFIDENCE = 0.99
 """No test excludes what it was not made for; development: 97 to 100 % of what was found was right."""

@@ -48,7 +48,7 @@ def usual_square(degrees: float) -> float:
 
 
 LEAST_UNSURE = 1e-12
-"""A size's variance is no nearer to none, or to all of what it was beforehand: rounding."""
+"""Posterior variances of sizes, relative to the prior's, are kept this far from 0 and 1: rounding."""
 BETWEEN_TWO_DAYS = 2.0
 """The population's levels are of what two days of a rig differ by: twice the variance of one."""
 

@@ -24,7 +24,7 @@ SETTLING = 1
 FEWEST = 2
 """Periods that can be compared."""
 WHOLE = 0.999
-"""A row between two that were measured; the rest is rounding."""
+"""A row between the grid's counts as measured where its interpolated weight is more than this: both neighbours were."""
 
 
 @dataclass(frozen=True)

@@ -205,6 +205,9 @@ def test_units_are_those_that_people_use() -> None:
     assert size(Interval(0.0102, 0.0101, 0.0103, "s")) == "10 ms"
     assert size(Interval(0.004, 0.0039, 0.0041, "MPa")) == "4.0 kPa"
     assert size(Interval(-0.021, -0.022, -0.02, "1")) == "2.1 %"
+    assert size(Interval(0.23, 0.18, 0.29, "MPa")) == "0.23 MPa", "and not 0.2, which is the rest pressure"
+    assert size(Interval(0.036, 0.025, 0.05, "s")) == "36 ms"
+    assert size(Interval(0.036, 0.0, 0.1, "s")) == "40 ms"
     assert size(Interval(-12.0, -13.0, -11.0, "deg"), signed=True) == "-12 deg"
 
 
