@@ -247,3 +247,21 @@ def test_a_shift_that_may_have_been_commanded_is_said_and_half_as_sure(shift_mpa
     assert found.causes[0].effect == "co_contraction"
     assert any("around another P0" in note for note in found.notes) is said
     assert (found.causes[0].confidence <= 0.5) is said
+
+
+def test_what_monitors_misread_from_day_to_day_says_nothing_of_the_angle() -> None:
+    """An offset of half a degree is as unlikely beside days whose monitors are off by a kilopascal or so each day."""
+
+    def off(day: list[Record], mpa: float) -> list[Record]:
+        return [replace(record, p1_mpa=np.asarray(record.p1_mpa) + mpa) for record in day]
+
+    days = [session(seed) for seed in (1, 2, 3, 4, 5, 6)]
+    unlike = [off(day, mpa) for day, mpa in zip(days, (0.0015, -0.001, 0.0005, -0.0015, 0.001, -0.0005), strict=True)]
+    seen = []
+    for these in (days, unlike):
+        _, grounds = diagnose_with_grounds(model(), session(71), these)
+        assert isinstance(grounds, Grounds)
+        factor = grounds.posteriors[-1].plain.factor
+        shifted = factor.lines.of(factor.gap + 0.5)
+        seen.append(factor.healthy.chi_square(shifted) - factor.healthy.chi_square(factor.gap_lines))
+    assert seen[1] > 0.5 * seen[0]
