@@ -208,7 +208,20 @@ def fit_law(effect: Effect, law: Law, scene: Scene, rough: Scene) -> Fit | None:
     if not np.isfinite(fit.cost):
         return None
     whole, fit = _taken_anew(whole, fit, fixed)
+    if leaves_more_than_it_changes(whole.scene, whole.changed(fit.x, fixed)[1], whole.residual(fit.x, fixed)):
+        return None
     return whole.judged(effect, fit.x, fixed, fit.jacobian, fit.cost)
+
+
+def leaves_more_than_it_changes(scene: Scene, moved: Column, left: Column) -> bool:
+    """Whether a law leaves more (lines, (l,)) than it changes, beside the regulators of a simulator, which follow no
+    rig's exactly; what may differ without being a gap and the noise aside. Then how rough the law may be would stand
+    for all that the simulator misses, by its spectrum and not by its course (docs/decisions/0591)."""
+    if scene.unsure is None:
+        return False
+    healthy = scene.factor.healthy
+    beyond = left - healthy.patterns @ healthy.sizes(left)
+    return float(np.sum(beyond**2) - np.sum(healthy.variance)) > float(np.sum(moved**2))
 
 
 def _taken_anew(whole: "_Trial", fit: Descent, fixed: Mapping[str, float]) -> tuple["_Trial", Descent]:

@@ -7,13 +7,17 @@ import numpy as np
 import pytest
 from support.gap_rigs import model, session
 
+from rig.gap.diagnosis import diagnose_with_grounds
+from rig.gap.hypotheses import fit
 from rig.gap.hypotheses.fit import Scene, Unsure, settled
+from rig.gap.hypotheses.library import UNKNOWN
 from rig.gap.hypotheses.propagate import Applied, ready
 from rig.gap.hypotheses.scenes import pressure_scene
+from rig.gap.pipeline import Grounds
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Kind, expect
 from rig.gap.settings import fitted
-from rig.record import Record
+from rig.record import Column, Record
 
 
 def scene(records: Sequence[Record], kind: Kind = Kind.SIMULATOR) -> Scene:
@@ -67,3 +71,37 @@ def test_a_sisters_regulators_leave_nothing_once_they_are_taken_anew(times: floa
 
 def test_earlier_days_know_their_regulators() -> None:
     assert scene(session(84), Kind.SESSION).unsure is None
+
+
+def by_flow(set_point: Column, seed: int) -> Column:
+    """A regulator that no first-order lag follows: it opens in proportion to the error and to its integral, and lets
+    air out more slowly than in."""
+    pressure, integral, out, dt_s = float(set_point[0]), 0.0, np.empty(len(set_point)), 0.001
+    for row, goal in enumerate(set_point):
+        for _ in range(5):
+            wanted = 20.0 * (goal - pressure) + 200.0 * integral
+            flow = min(max(wanted, -0.3), 0.4)
+            integral += (goal - pressure) * dt_s if flow == wanted else 0.0
+            pressure += flow * dt_s
+        out[row] = pressure
+    return out + 3e-4 * np.random.default_rng(seed).standard_normal(len(out))
+
+
+def through_other_regulators(record: Record) -> Record:
+    half = 0.5 * np.asarray(record.dp_cmd_mpa)
+    return replace(record, p1_mpa=by_flow(0.2 + half, 1), p2_mpa=by_flow(0.2 - half, 2))
+
+
+def test_a_law_that_leaves_more_than_it_changes_does_not_stand_for_what_a_simulator_misses(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    records = session(71, after=through_other_regulators)
+    weighed = []
+    for told in (fit.leaves_more_than_it_changes, lambda *_: False):
+        monkeypatch.setattr(fit, "leaves_more_than_it_changes", told)
+        _, grounds = diagnose_with_grounds(model(), records)
+        assert isinstance(grounds, Grounds)
+        weighed.append(grounds.posteriors[0].probability)
+    with_rule, without = weighed
+    assert without["fill_exhaust_asymmetry"] > without[UNKNOWN], "by its roughness alone"
+    assert with_rule[UNKNOWN] > with_rule["fill_exhaust_asymmetry"]
