@@ -35,6 +35,10 @@ class Gaussian:
     another by a factor of its own."""
     day_degrees: float = math.inf
     """Degrees of freedom with which that factor is known."""
+    as_well: "Column | None" = None
+    """(l,) by how much more the variance may be as well, see `Factor.of_its_class`; None: it is as it stands."""
+    log_chance: float = 0.0
+    """ln of how likely that is, against the variance as it stands."""
 
     @cached_property
     def _scale(self) -> Column:
@@ -112,7 +116,15 @@ class Gaussian:
         """ln p(residual) but for a constant: a t density of `effective` dimensions and `degrees` degrees of freedom,
         over what the days' factor may be."""
         factors, log_chances = _factors(self.day_degrees)
-        return float(np.logaddexp.reduce(log_chances + self.log_densities(residual, factors)))
+        said = float(np.logaddexp.reduce(log_chances + self.log_densities(residual, factors)))
+        if self._looser is None:
+            return said
+        either = np.logaddexp(said, self.log_chance + self._looser.log_density(residual))
+        return float(either - np.logaddexp(0.0, self.log_chance))
+
+    @cached_property
+    def _looser(self) -> "Gaussian | None":
+        return None if self.as_well is None else replace(self, variance=self.variance + self.as_well, as_well=None)
 
     def log_densities(self, residual: Column, factors: Column) -> Column:
         """(k,) the same with the patterns that days differ in so many times (k,) as large, and known to be."""

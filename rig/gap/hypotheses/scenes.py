@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from rig.gap.evidence.lines import Lines
-from rig.gap.hypotheses.fit import Scene, angle_change, pressure_change, with_law
+from rig.gap.hypotheses.fit import Scene, angle_change, pressure_change, settled, with_law
 from rig.gap.hypotheses.lateness import displaced_s
 from rig.gap.hypotheses.library import Law
 from rig.gap.hypotheses.propagate import Track, as_late_as_measured
@@ -45,6 +45,8 @@ def pressure_stand(expected: Expected, settings: Fitted) -> Stand:
     """The pressures under the commands, on which acts what lies ahead of the monitors."""
     few = on_records(expected, telling_records(expected))
     whole, rough = pressure_scene(expected, settings), pressure_scene(few, settings, expected)
+    if expected.kind is Kind.SIMULATOR:
+        whole = replace(whole, factor=whole.factor.of_its_class(settled(whole).factor))
     return Stand(PRESSURES, whole, rough, acts_ahead)
 
 
@@ -53,6 +55,8 @@ def angle_stand(expected: Expected, settings: Fitted) -> Stand:
     the angle alone every law acts on it."""
     few = on_records(expected, telling_records(expected))
     whole, rough = angle_scene(expected, settings), angle_scene(few, settings, expected)
+    if expected.kind is Kind.SIMULATOR:
+        whole = replace(whole, factor=whole.factor.of_its_class(whole.factor))
     return Stand(ANGLE, whole, rough, (lambda law: not acts_ahead(law)) if expected.driven else lambda law: True)
 
 

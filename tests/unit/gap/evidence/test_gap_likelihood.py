@@ -87,6 +87,16 @@ def test_a_level_that_is_hardly_known_has_heavier_tails() -> None:
     assert fall[1] > 0.6 * fall[0]
 
 
+@pytest.mark.parametrize("log_chance", [-3.0, 0.0, 1.0])
+def test_a_variance_that_may_be_more_as_well_is_a_mixture_of_both(log_chance: float) -> None:
+    gaussian, residual = made(3, 12, 4)
+    more = np.linspace(0.5, 4.0, 12)
+    either = replace(gaussian, as_well=more, log_chance=log_chance).log_density(residual)
+    chances = np.array([1.0, np.exp(log_chance)]) / (1.0 + np.exp(log_chance))
+    each = [gaussian.log_density(residual), gaussian.with_variance(more).log_density(residual)]
+    assert either == pytest.approx(np.logaddexp.reduce(each + np.log(chances)))
+
+
 def test_more_patterns_and_more_variance_are_those_of_the_sum() -> None:
     gaussian, residual = made(5, 9, 2)
     more = np.ones((9, 1))

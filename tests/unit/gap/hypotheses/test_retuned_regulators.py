@@ -16,6 +16,7 @@ from rig.gap.hypotheses.scenes import pressure_scene
 from rig.gap.pipeline import Grounds
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Kind, expect
+from rig.gap.reference.expectation import CLASS_SPREAD
 from rig.gap.settings import fitted
 from rig.record import Column, Record
 
@@ -105,3 +106,17 @@ def test_a_law_that_leaves_more_than_it_changes_does_not_stand_for_what_a_simula
     with_rule, without = weighed
     assert without["fill_exhaust_asymmetry"] > without[UNKNOWN], "by its roughness alone"
     assert with_rule[UNKNOWN] > with_rule["fill_exhaust_asymmetry"]
+
+
+@pytest.mark.parametrize(("times", "wider"), [(0.3, False), (4.0, True), (8.0, True)])
+def test_what_a_simulator_misses_may_be_more_on_this_build_than_is_usual(times: float, wider: bool) -> None:
+    """Of a rig without any gap: as much as `times` what is usual."""
+    factor = scene(session(85)).factor
+    own = factor.healthy.chi_square(factor.gap_lines) / 5.0  # a healthy record of a quarter of the effective lines
+    usual = replace(factor, healthy=replace(factor.healthy, variance=own * factor.healthy.variance / times**2))
+    found = usual.of_its_class(usual).healthy
+    assert (found.as_well is not None) is wider
+    if found.as_well is not None:
+        level = np.sqrt(1.0 + np.mean(found.as_well / found.variance))
+        assert level == pytest.approx(times, rel=0.35)
+        assert found.log_chance == pytest.approx(-0.5 * (np.log(level) / CLASS_SPREAD) ** 2)
