@@ -99,7 +99,7 @@ def test_of_one_session_another_reading_stands_for_the_other_day(alone: Path) ->
     apart = case.records[name]["angle_deg"] - bench.baselines[0][name]["angle_deg"]
     assert 0.0 < float(np.std(apart)) < 0.2
     with pytest.raises(RecordError, match="nothing can be recorded anew"):
-        source.repeat(one, {}, {})
+        source.repeat(one, {}, {}, 1)
 
 
 def test_what_the_sessions_do_not_allow_is_refused(alone: Path, days: Path) -> None:
