@@ -26,16 +26,6 @@ SINE = Excitation("sine", 0.5, 0.2)
 EFFECTS = [(name, effect) for name in NAMES for effect in sorted(family(name).laws)]
 
 
-@pytest.fixture(scope="module", params=NAMES)
-def name(request: pytest.FixtureRequest) -> str:
-    return request.param
-
-
-@pytest.fixture(scope="module")
-def plant(name):
-    return unit(name, 3)
-
-
 def test_families_and_effects_that_are_not_there_are_named():
     with pytest.raises(
         RigError, match=r"plant family 'piston': expected one of mckibben, fluidic, pleated, bellows, bundle"

@@ -14,16 +14,6 @@ SINE = Excitation("sine", 0.5, 0.2)
 EFFECTS = [(name, effect) for name in NAMES for effect in sorted(family(name).laws)]
 
 
-@pytest.fixture(scope="module", params=NAMES)
-def name(request: pytest.FixtureRequest) -> str:
-    return request.param
-
-
-@pytest.fixture(scope="module")
-def plant(name):
-    return unit(name, 3)
-
-
 def test_a_play_is_counted_as_the_library_counts_it_half_of_the_whole(name, plant):
     known = LIBRARY["backlash"].laws[0]
     assert family(name).laws["backlash"].library_parameter == known.free[0] == "width_deg"

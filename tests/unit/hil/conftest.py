@@ -1,0 +1,15 @@
+"""One unit of each family of physics plants, for the tests that ask the same of all of them."""
+
+import pytest
+
+from hil.reference.families import NAMES, unit
+
+
+@pytest.fixture(scope="module", params=NAMES)
+def name(request: pytest.FixtureRequest) -> str:
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def plant(name):
+    return unit(name, 3)
