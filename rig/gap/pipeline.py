@@ -32,7 +32,7 @@ from rig.gap.reference.simulated import misfit_deg
 from rig.gap.settings import Fitted, fitted
 from rig.model.fingerprint import Fingerprint
 from rig.model.parameters import Model
-from rig.record import Record
+from rig.record import Column, Record
 
 USUAL_P0_MPA = 0.2
 STILL_LIKELY = 0.02
@@ -168,9 +168,10 @@ def _judged(
     if not expected.driven or not question.ahead:
         return expected, seconded(judged(angle_stand(expected, settings)))
     ahead = judged(pressure_stand(expected, settings))
-    told = {name: _told_by(ahead, name, expected, settings) for name in ahead.likely(STILL_LIKELY)}
+    days = pressure_days(expected.tracks)
+    told = {name: _told_by(ahead, name, expected, days, settings) for name in ahead.likely(STILL_LIKELY)}
     found = {name: judged(angle_stand(told[name], settings)) for name in told}
-    faint = _faint(ahead, told, expected, settings)
+    faint = _faint(ahead, told, expected, days, settings)
     if len(told) + len(faint) > 1:
         heard = {name: one.log_evidence for name, one in found.items()}
         few = _still_open(effects, found.values())
@@ -182,7 +183,9 @@ def _judged(
     return told[best], (*seconded(ahead), *seconded(found[best]))
 
 
-def _faint(ahead: Posterior, told: Mapping[str, Expected], expected: Expected, settings: Fitted) -> dict[str, Expected]:
+def _faint(
+    ahead: Posterior, told: Mapping[str, Expected], expected: Expected, days: Column, settings: Fitted
+) -> dict[str, Expected]:
     """What is expected of the angle by hypotheses ahead of the monitors that are unlikely by the pressures, and that
     read the monitors otherwise than the likeliest: an offset that is really there moves the joint, one of a monitor
     does not, and the pressures alone do not tell these apart."""
@@ -190,7 +193,7 @@ def _faint(ahead: Posterior, told: Mapping[str, Expected], expected: Expected, s
     if likeliest is None:
         return {}
     unlikely = [name for name in ahead.likely(FAINT) if name not in told and name in ahead.fits][:MOST_FAINT]
-    made = {name: _told_by(ahead, name, expected, settings) for name in unlikely}
+    made = {name: _told_by(ahead, name, expected, days, settings) for name in unlikely}
     return {name: one for name, one in made.items() if one.misread and one.misread.differs(likeliest)}
 
 
@@ -200,12 +203,12 @@ def _still_open(effects: Sequence[Effect], found: Iterable[Posterior]) -> list[E
     return [effect for effect in effects if effect.name in possible]
 
 
-def _told_by(ahead: Posterior, name: str, expected: Expected, settings: Fitted) -> Expected:
-    """What is expected of the angle once a hypothesis holds ahead of the monitors."""
+def _told_by(ahead: Posterior, name: str, expected: Expected, days: Column, settings: Fitted) -> Expected:
+    """What is expected of the angle once a hypothesis holds ahead of the monitors; `days`: the pressures of the earlier
+    days (n, K)."""
     if name == UNKNOWN:
         return expected
     factor, levels = ahead.scene_of(name).factor, settings.levels[expected.levels]
-    days = pressure_days(expected.tracks)
     return read_right(expected, misread(factor, ahead.left(name), levels, days))
 
 
