@@ -35,8 +35,8 @@ def test_families_and_effects_that_are_not_there_are_named():
         disturbance("fluidic", {"gremlins": 1.0})
 
 
-def test_every_effect_of_the_library_has_another_law_and_the_foreign_ones_are_of_every_stage(name):
-    chosen = family(name)
+def test_every_effect_of_the_library_has_another_law_and_the_foreign_ones_are_of_every_stage(build):
+    chosen = family(build)
     assert set(chosen.effects) >= set(LIBRARY)
     assert not set(chosen.foreign) & set(LIBRARY)
     assert len(chosen.foreign) >= 6
@@ -70,10 +70,10 @@ def test_effect_acts_and_grows_with_its_size(name, effect):
     assert large > 2 * small
 
 
-def test_signed_effects_go_both_ways(name, plant):
+def test_signed_effects_go_both_ways(build, plant):
     day = plant.still()
     means = [
-        np.mean(run(SINE, plant, day, disturbance(name, {"muscle_mismatch": size}))["angle_deg"])
+        np.mean(run(SINE, plant, day, disturbance(build, {"muscle_mismatch": size}))["angle_deg"])
         for size in (-0.1, 1e-9, 0.1)
     ]
     assert means[0] < means[1] < means[2]
@@ -85,8 +85,8 @@ def test_two_effects_at_once_keep_each_others_parameters():
     assert disturbance("fluidic", {}) == family("fluidic").healthy
 
 
-def test_sheet_has_the_promised_kinds_and_is_repeatable(name):
-    sheet = draw_sheet(Purpose.SCORING, 9, 400, name)
+def test_sheet_has_the_promised_kinds_and_is_repeatable(build):
+    sheet = draw_sheet(Purpose.SCORING, 9, 400, build)
     kinds = [case.kind for case in sheet]
     assert (kinds.count("none"), kinds.count("foreign"), kinds.count("pair"), kinds.count("single")) == (
         120,
@@ -94,12 +94,12 @@ def test_sheet_has_the_promised_kinds_and_is_repeatable(name):
         60,
         160,
     )
-    assert sheet == draw_sheet(Purpose.SCORING, 9, 400, name)
+    assert sheet == draw_sheet(Purpose.SCORING, 9, 400, build)
     drawn = {case.effects[0] for case in sheet if case.kind == "single"}
-    assert drawn == set(family(name).effects)
+    assert drawn == set(family(build).effects)
     assert {sign for case in sheet for sign in case.signs} == {-1, 1}
-    assert {case.family for case in sheet} == {name}
-    few = draw_sheet(Purpose.SCORING, 9, 40, name, known=("delay", "valve_lag", "backlash"))
+    assert {case.family for case in sheet} == {build}
+    few = draw_sheet(Purpose.SCORING, 9, 40, build, known=("delay", "valve_lag", "backlash"))
     assert {effect for case in few if case.kind != "foreign" for effect in case.effects} == {
         "delay",
         "valve_lag",
@@ -140,14 +140,14 @@ def test_effects_that_only_together_drive_the_joint_out_of_its_range_are_made_sm
         assert 0.0 < made.effects[effect]["ratio"] < wanted
 
 
-def test_a_case_is_made_to_order(name):
-    made, bench = made_to_order(name, 7, {"valve_lag": 0.05, "sensor_gain": -0.1}, seed=1)
+def test_a_case_is_made_to_order(build):
+    made, bench = made_to_order(build, 7, {"valve_lag": 0.05, "sensor_gain": -0.1}, seed=1)
     assert made.case.effects == ("valve_lag", "sensor_gain")
     assert made.ratio_angle > 2.0
     assert len(made.records) == 7
     assert len(bench.baselines) == 6
     assert {len(columns["t_s"]) for columns in made.records.values()} == {4000}
-    healthy, _ = made_to_order(name, 7, {}, seed=1)
+    healthy, _ = made_to_order(build, 7, {}, seed=1)
     assert healthy.case.kind == "none"
     assert healthy.ratio_angle == 0.0
 

@@ -14,11 +14,11 @@ SINE = Excitation("sine", 0.5, 0.2)
 EFFECTS = [(name, effect) for name in NAMES for effect in sorted(family(name).laws)]
 
 
-def test_a_play_is_counted_as_the_library_counts_it_half_of_the_whole(name, plant):
+def test_a_play_is_counted_as_the_library_counts_it_half_of_the_whole(build, plant):
     known = LIBRARY["backlash"].laws[0]
-    assert family(name).laws["backlash"].library_parameter == known.free[0] == "width_deg"
+    assert family(build).laws["backlash"].library_parameter == known.free[0] == "width_deg"
     healthy, loose = (
-        run(SINE, plant, plant.still(), made)["angle_deg"] for made in (None, disturbance(name, {"backlash": 2.0}))
+        run(SINE, plant, plant.still(), made)["angle_deg"] for made in (None, disturbance(build, {"backlash": 2.0}))
     )
     half = len(healthy) // 2
     assert 0.5 * (np.ptp(healthy[half:]) - np.ptp(loose[half:])) == pytest.approx(2.0, rel=0.2)
@@ -62,9 +62,9 @@ def test_days_differ_more_with_more_drift(plant):
     assert 0.03 < spread[0] < spread[1] < 2.0
 
 
-def test_sisters_differ_more_than_days_and_are_of_one_build(name, plant):
+def test_sisters_differ_more_than_days_and_are_of_one_build(build, plant):
     angles = [
-        run(SINE, sister, sister.still())["angle_deg"] for sister in (plant, *(unit(name, seed) for seed in (4, 5)))
+        run(SINE, sister, sister.still())["angle_deg"] for sister in (plant, *(unit(build, seed) for seed in (4, 5)))
     ]
     days = [run(SINE, plant, plant.session(k))["angle_deg"] for k in range(3)]
     assert 2.0 * np.std(days, axis=0).mean() < np.std(angles, axis=0).mean() < 5.0
@@ -77,13 +77,13 @@ def test_halving_the_internal_step_changes_little(plant):
     assert np.sqrt(np.mean((coarse - fine) ** 2)) < 0.15
 
 
-def test_a_disturbance_that_throws_the_joint_is_named(name, plant):
+def test_a_disturbance_that_throws_the_joint_is_named(build, plant):
     wild = {
         "mckibben": {"foreign_push": 500.0},
         "fluidic": {"gravity_load": -4000.0},
         "pleated": {"gravity_load": -900.0},
         "bellows": {"gravity_load": -900.0},
         "bundle": {"gravity_load": -900.0},
-    }[name]
+    }[build]
     with pytest.raises(RigError, match="left"):
-        run(SINE, plant, plant.still(), disturbance(name, wild))
+        run(SINE, plant, plant.still(), disturbance(build, wild))

@@ -28,6 +28,11 @@ def test_every_file_says_what_it_holds(room: str) -> None:
     assert not silent
 
 
+def test_tests_have_one_conftest() -> None:
+    """Tests import what it holds by its name: a second one would stand before it for every file read after."""
+    assert [path.relative_to(ROOT).as_posix() for path in TESTS if path.name == "conftest.py"] == ["tests/conftest.py"]
+
+
 def test_no_file_is_a_heap() -> None:
     assert not [(path.name, lines) for path in SOURCES if (lines := len(path.read_text().splitlines())) > 400]
 

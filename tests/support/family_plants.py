@@ -6,10 +6,10 @@ from hil.reference.families import NAMES, unit
 
 
 @pytest.fixture(scope="module", params=NAMES)
-def name(request: pytest.FixtureRequest) -> str:
+def build(request: pytest.FixtureRequest) -> str:
     return request.param
 
 
 @pytest.fixture(scope="module")
-def plant(name):
-    return unit(name, 3)
+def plant(build):
+    return unit(build, 3)
