@@ -27,7 +27,7 @@ from rig.app.model.identifying import SearchOptions, StartOptions, identify_mode
 from rig.channels import Channel, Channels
 from rig.errors import RecordError, RigError
 from rig.gap.diagnosis import diagnose
-from rig.identify.data import Options
+from rig.identify.records.data import Options
 from rig.log.foreign.mapping import Mapping, Source, read_mapped
 from rig.log.reader import record_from_columns, stem
 from rig.model.parameters import Model

@@ -192,8 +192,8 @@ def without_fingerprint(model: Model) -> Model:
 def nominal_model(records: Sequence[Record], p0_mpa: float) -> Model:
     """A MBW from measured pressures with regulators (from commands where none were measured), by the swarm of Table II
     with an early stop."""
-    from rig.identify.data import Options
     from rig.identify.fit import Settings, identify
+    from rig.identify.records.data import Options
     from rig.identify.templates import Template, template_model
     from rig.model.parameters import Input
 

@@ -15,7 +15,7 @@ from rig.gap.evidence.posterior import heard
 from rig.gap.pipeline import Grounds, Question, Said, answer, weigh
 from rig.gap.reference.build import Kind
 from rig.gap.reference.fast import known_hz
-from rig.identify.fingerprint import fingerprint_of
+from rig.identify.response.fingerprint import fingerprint_of
 from rig.record import Record
 
 MOST_DAYS = 2

@@ -10,19 +10,19 @@ from typing import TypeVar
 
 import numpy as np
 
-from rig.identify.data import Options, Prepared, prepare
-from rig.identify.fingerprint import make_fingerprint
-from rig.identify.mean_law import hold, is_free
-from rig.identify.objective import ChainObjective, make_objective, predict
-from rig.identify.optimizers import Optimizer, Table, make_optimizer, polish
 from rig.identify.provenance import provenance
-from rig.identify.search import Budget, Found, search
-from rig.identify.space import Space
-from rig.identify.stability import StabilityTerm, SweepRange, Verdict, check_bounded, search_signals
-from rig.identify.swarm import SwarmSettings
-from rig.identify.uncertainty import Uncertainty, local_uncertainty
+from rig.identify.records.data import Options, Prepared, prepare
+from rig.identify.response.fingerprint import make_fingerprint
+from rig.identify.response.mean_law import hold, is_free
+from rig.identify.response.valves import ValveFit, identify_valves
+from rig.identify.search.objective import ChainObjective, make_objective, predict
+from rig.identify.search.one_search import Budget, Found, search
+from rig.identify.search.optimizers import Optimizer, Table, make_optimizer, polish
+from rig.identify.search.space import Space
+from rig.identify.search.stability import StabilityTerm, SweepRange, Verdict, check_bounded, search_signals
+from rig.identify.search.swarm import SwarmSettings
+from rig.identify.search.uncertainty import Uncertainty, local_uncertainty
 from rig.identify.validate import Score, angle_limit, excited_hz, score
-from rig.identify.valves import ValveFit, identify_valves
 from rig.model.parameters import AddedEffect, Input, Model, StageKind, ValidRange
 from rig.model.swarm_kernel import cores
 from rig.record import Record

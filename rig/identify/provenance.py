@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from rig.identify.data import Prepared
+from rig.identify.records.data import Prepared
 from rig.identify.validate import Score
 from rig.log.reader import SUFFIXES
 from rig.model.parameters import Model, Provenance, SourceLog

@@ -12,7 +12,7 @@ import numpy as np
 
 from rig.config import suggest
 from rig.errors import ModelError
-from rig.identify.response import MOST_EXPONENT
+from rig.identify.response.response_fit import MOST_EXPONENT
 from rig.model.parameters import KINDS, Input, Model, MuscleModel, Parameter, StageKind, StageModel
 from rig.record import Record
 

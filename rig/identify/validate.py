@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rig.columns import rms
-from rig.identify.data import Options, Prepared, driving_pressures, prepare
-from rig.identify.objective import predict
-from rig.identify.stability import SweepRange, Verdict, check_bounded
+from rig.identify.records.data import Options, Prepared, driving_pressures, prepare
+from rig.identify.search.objective import predict
+from rig.identify.search.stability import SweepRange, Verdict, check_bounded
 from rig.model.chain import lay_out
 from rig.model.fingerprint_check import fingerprint_trouble
 from rig.model.kernels import DIVERGED_DEG, run_stages

@@ -2,8 +2,8 @@
 records.
 
 The numbers of a response model (`rig.model.response`), what it misses of the records that it was fitted to, their
-noise, and the range that they showed. Plain data, read and written with the model; `rig.identify.fingerprint` makes it,
-`rig.model.fingerprint_check` says whether it may be used.
+noise, and the range that they showed. Plain data, read and written with the model;
+`rig.identify.response.fingerprint` makes it, `rig.model.fingerprint_check` says whether it may be used.
 """
 
 from dataclasses import dataclass

@@ -1,7 +1,8 @@
 """The numbers that the paper prints for its models, as data: they are not the simulator's defaults.
 
 What they mean is not settled by the paper (units of u and y, divisor of theta); `Reading` makes that explicit, and
-docs/explanation/paper_findings.md says which readings stay bounded. Table II is `rig.identify.swarm.SwarmSettings`.
+docs/explanation/paper_findings.md says which readings stay bounded. Table II is
+`rig.identify.search.swarm.SwarmSettings`.
 """
 
 from dataclasses import dataclass

@@ -1,6 +1,6 @@
 """Records and the model's clock: is a record on it, put one onto it, and which command was in force at each tick.
 
-Nothing here decides whether a record may be resampled; `rig.identify.data` does, and says so.
+Nothing here decides whether a record may be resampled; `rig.identify.records.data` does, and says so.
 """
 
 from dataclasses import replace

@@ -2,8 +2,8 @@
 its records.
 
 Each regulator as a dead time and two lags, the muscles as a ridge bank of low-passes and plays on the drive, the
-joint's balance as Maxwell-slip friction, viscous friction and inertia over the stiffness. `rig.identify.response` fits
-it; nothing is fitted here.
+joint's balance as Maxwell-slip friction, viscous friction and inertia over the stiffness.
+`rig.identify.response.response_fit` fits it; nothing is fitted here.
 """
 
 from dataclasses import dataclass

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from rig.channels import PNEUMATIC, Channels
 from rig.errors import RigError
-from rig.identify.data import Options, prepare
 from rig.identify.fit import Identified
-from rig.identify.objective import predict
+from rig.identify.records.data import Options, prepare
+from rig.identify.search.objective import predict
 from rig.identify.validate import Score, Validation
 from rig.model.parameters import Input, Model
 from rig.outputs import Kind, targets_in, write_text, writing

@@ -18,7 +18,7 @@ from rig.gap.records.grid import rows_apart
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import AUTO, Kind, choose, expect, from_response, known_how
 from rig.gap.settings import fitted
-from rig.identify.fingerprint import fingerprint_of
+from rig.identify.response.fingerprint import fingerprint_of
 from rig.model.fingerprint import Fingerprint, PressureSource
 from rig.model.kept_day import unpacked
 from rig.model.kernels import simulate

@@ -10,13 +10,13 @@ import numpy as np
 from rig.app.shipped import find_config
 from rig.channels import common
 from rig.errors import RecordError
-from rig.identify.data import Options, best_input, check_length, cut
 from rig.identify.fit import Identified, Settings, identify
-from rig.identify.mean_law import USUAL, mean_law
-from rig.identify.stability import SweepRange
-from rig.identify.swarm import SwarmSettings
+from rig.identify.records.data import Options, best_input, check_length, cut
+from rig.identify.records.zero import zero_shown
+from rig.identify.response.mean_law import USUAL, mean_law
+from rig.identify.search.stability import SweepRange
+from rig.identify.search.swarm import SwarmSettings
 from rig.identify.templates import Template, input_gain, rest_pressure, template_model
-from rig.identify.zero import zero_shown
 from rig.model.parameters import Input, Model, StageKind, load_model
 from rig.record import Record
 

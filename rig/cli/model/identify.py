@@ -15,7 +15,7 @@ from rig.outputs import Kind
 
 if TYPE_CHECKING:
     from rig.identify.fit import Identified
-    from rig.identify.stability import SweepRange
+    from rig.identify.search.stability import SweepRange
     from rig.record import Record
 
 P = TypeVar("P")
@@ -243,7 +243,7 @@ def _read(logs: Sequence[Path]) -> "list[Record]":
 
 
 def _options(asked: dict[str, Any]) -> Any:
-    from rig.identify.data import Options
+    from rig.identify.records.data import Options
 
     return Options(asked["resample"], asked["trust_units"], asked["skip_s"], asked["until_s"])
 

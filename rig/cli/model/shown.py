@@ -10,10 +10,10 @@ from rich.console import Console
 
 from rig.app.terminal import listing, styled
 from rig.config import unstructure
-from rig.identify.data import Options, prepare
 from rig.identify.fit import Identified
-from rig.identify.objective import predict
-from rig.identify.stability import Verdict
+from rig.identify.records.data import Options, prepare
+from rig.identify.search.objective import predict
+from rig.identify.search.stability import Verdict
 from rig.identify.validate import Score, Validation
 from rig.model.fingerprint import Fingerprint, PressureSource
 from rig.model.parameters import Model

@@ -14,7 +14,7 @@ from rig.errors import RigError
 from rig.gap.answer.result import Diagnosis
 from rig.gap.hypotheses.propagate import Applied, full_numbers
 from rig.gap.reference.build import Expected, commanded_gaps
-from rig.identify.descent import square_sum
+from rig.identify.response.descent import square_sum
 from rig.model.kernels import simulate
 from rig.model.parameters import AddedEffect, Model
 from rig.record import Column

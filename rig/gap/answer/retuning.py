@@ -13,7 +13,7 @@ from rig.errors import ModelError, RigError
 from rig.gap.answer.facts import Moved, Retuning
 from rig.gap.records.pairs import Pair
 from rig.gap.reference.build import Expected
-from rig.identify.descent import Fit, descend, square_sum
+from rig.identify.response.descent import Fit, descend, square_sum
 from rig.model.kernels import simulate
 from rig.model.parameters import Model, Parameter, StageModel
 from rig.record import Column

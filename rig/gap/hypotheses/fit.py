@@ -26,8 +26,8 @@ from rig.gap.hypotheses.propagate import (
 )
 from rig.gap.reference.expectation import Factor
 from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, FIT_STEPS, MOST_ROUGH, WIDTH_SHARES, Odds, Prior
-from rig.identify.descent import Fit as Descent
-from rig.identify.descent import descend
+from rig.identify.response.descent import Fit as Descent
+from rig.identify.response.descent import descend
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.response import ResponseModel
 from rig.record import Column

@@ -18,7 +18,7 @@ from rig.gap.reference.fast import known_by_hz
 from rig.gap.reference.own_days import angle_days, pressure_days
 from rig.gap.reference.unrepeated import of_tracks
 from rig.gap.settings import Fitted
-from rig.identify.response import GRID_S
+from rig.identify.response.response_fit import GRID_S
 from rig.model.response import ResponseModel
 from rig.record import Column, Record
 

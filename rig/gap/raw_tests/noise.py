@@ -12,7 +12,7 @@ from rig.gap.raw_tests.settings import CLEAR, DAYS_NOISE, LEAST_LOUDER, MOST_HEA
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.raw_tests.spectral_lines import without_line
 from rig.gap.raw_tests.statistics import about, between_days, by_chance
-from rig.identify.response import SMOOTHING_S
+from rig.identify.response.response_fit import SMOOTHING_S
 from rig.model.resample import is_regular
 from rig.record import Column, Record
 from rig.smoothing import smoothed

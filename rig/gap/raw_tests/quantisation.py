@@ -18,7 +18,7 @@ from rig.gap.raw_tests.settings import (
 )
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.raw_tests.statistics import about
-from rig.identify.response import SMOOTHING_S
+from rig.identify.response.response_fit import SMOOTHING_S
 from rig.record import Column, Record
 from rig.smoothing import smoothed
 

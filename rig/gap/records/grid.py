@@ -13,7 +13,7 @@ from rig.gap.records.own_input import at_input, differs
 from rig.gap.records.partners import Partner
 from rig.gap.records.periods import whole_periods
 from rig.gap.records.settings import LONGEST_BRIDGE_S
-from rig.identify.response import GRID_S, SMOOTHING_S
+from rig.identify.response.response_fit import GRID_S, SMOOTHING_S
 from rig.record import Column, Record
 from rig.smoothing import smoothed
 

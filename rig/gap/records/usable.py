@@ -9,7 +9,7 @@ import numpy as np
 
 from rig.errors import ModelError, RecordError
 from rig.gap.records.settings import LONGEST_BRIDGE_S, LONGEST_GAP_S
-from rig.identify.data import strange_units
+from rig.identify.records.data import strange_units
 from rig.record import Column, Record
 
 SHORTEST_S = 2.0

@@ -2,7 +2,7 @@
 never to the case.
 
 The response model is used in differences only: what an effect changes in it is added to the measured baseline, so its
-own misfit cancels. The model is `rig.model.response`, its fits are `rig.identify.response`.
+own misfit cancels. The model is `rig.model.response`, its fits are `rig.identify.response.response_fit`.
 """
 
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rig.gap.records.pairs import Pair
-from rig.identify.response import Drive, Line, fit_regulator, fit_response
+from rig.identify.response.response_fit import Drive, Line, fit_regulator, fit_response
 from rig.model.parameters import Model
 from rig.model.response import Regulator, ResponseModel, regulators_of
 from rig.model.response_kernels import regulated

@@ -14,8 +14,8 @@ from rig.app.model.identifying import SearchOptions, StartOptions, identify_mode
 from rig.app.shipped import find_config
 from rig.identify import fit
 from rig.identify import validate as judging
-from rig.identify.data import Options, prepare
-from rig.identify.objective import predict
+from rig.identify.records.data import Options, prepare
+from rig.identify.search.objective import predict
 from rig.model import parameters
 from rig.model.kernels import simulate as simulate_record
 from rig.model.parameters import Input, Model

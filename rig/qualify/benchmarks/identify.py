@@ -24,7 +24,7 @@ ROUNDS = 5
 _COMPILE = """
 import time, numpy as np
 from rig.model.swarm_kernel import lay_inputs, swarm_errors, swarm_peaks
-from rig.identify.swarm import Swarm
+from rig.identify.search.swarm import Swarm
 t = np.arange(64) * 0.005
 inputs = lay_inputs([np.sin(t)], [np.sin(t)], 0.005, [0])
 begun = time.perf_counter()
@@ -43,9 +43,9 @@ def bench_identify() -> dict[str, Any]:
 
 def _objective(records: int = 1) -> Any:
     """The objective of the record, laid end to end so many times, without the stability term."""
-    from rig.identify.data import prepare
-    from rig.identify.objective import SwarmObjective
-    from rig.identify.space import Space
+    from rig.identify.records.data import prepare
+    from rig.identify.search.objective import SwarmObjective
+    from rig.identify.search.space import Space
     from rig.identify.templates import Template, input_gain, template_model
 
     record = _record()
@@ -58,7 +58,7 @@ def _record() -> Any:
     from hil.reference.families import unit
     from rig.excite.setpoints import around
     from rig.excite.signals import Sine
-    from rig.identify.stability import excitation
+    from rig.identify.search.stability import excitation
     from rig.record import Record
 
     dp = excitation(Sine(0.5, 0.2), 0.005, periods=5.0)[:2000]
@@ -83,8 +83,8 @@ def _budget() -> dict[str, Any]:
     """The whole search, the kernel alone, and the same search by pyswarms on a numpy-vectorised objective."""
     import numpy as np
 
-    from rig.identify.search import Budget, search
-    from rig.identify.swarm import Swarm, SwarmSettings
+    from rig.identify.search.one_search import Budget, search
+    from rig.identify.search.swarm import Swarm, SwarmSettings
 
     settings = SwarmSettings(iterations=ITERATIONS)
     objective, space = _objective()
@@ -231,9 +231,9 @@ def _quality() -> dict[str, Any]:
     A fifth of Table II's budget, because the packages' own overhead makes 20 searches of the whole one take minutes;
     the swarm's inertia falls over that fifth. The swarm is shown with the whole budget too.
     """
-    from rig.identify.optimizers import OPTIMIZERS, make_optimizer
-    from rig.identify.search import Budget, search
-    from rig.identify.swarm import SwarmSettings
+    from rig.identify.search.one_search import Budget, search
+    from rig.identify.search.optimizers import OPTIMIZERS, make_optimizer
+    from rig.identify.search.swarm import SwarmSettings
 
     found: dict[str, Any] = {}
     middle: list[float] = []

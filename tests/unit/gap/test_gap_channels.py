@@ -17,8 +17,8 @@ from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.history import day_of
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.offered import TWO_MUSCLES, VALVES, possible
-from rig.identify.data import Options
 from rig.identify.fit import Identified
+from rig.identify.records.data import Options
 from rig.identify.validate import validate
 from rig.own_units import own_text
 from rig.record import Record

@@ -9,10 +9,10 @@ import pytest
 import yaml
 
 from rig.errors import ConfigError
-from rig.identify.data import Options, Prepared, prepare
-from rig.identify.fingerprint import make_fingerprint
 from rig.identify.provenance import find_logs
-from rig.identify.stability import SweepRange
+from rig.identify.records.data import Options, Prepared, prepare
+from rig.identify.response.fingerprint import make_fingerprint
+from rig.identify.search.stability import SweepRange
 from rig.identify.validate import validate
 from rig.model.fingerprint import Fingerprint, PressureSource
 from rig.model.fingerprint_check import fingerprint_checksum, fingerprint_trouble

@@ -10,11 +10,11 @@ import pytest
 from click.testing import CliRunner
 
 from rig.app.model.identifying import StartOptions, start_model
-from rig.identify.data import Options, best_input, prepare
 from rig.identify.fit import Settings, identify
-from rig.identify.mean_law import hold, is_free, mean_law
-from rig.identify.swarm import SwarmSettings
-from rig.identify.zero import zero_shown
+from rig.identify.records.data import Options, best_input, prepare
+from rig.identify.records.zero import zero_shown
+from rig.identify.response.mean_law import hold, is_free, mean_law
+from rig.identify.search.swarm import SwarmSettings
 from rig.model.fingerprint_check import fingerprint_trouble
 from rig.model.kernels import simulate
 from rig.model.parameters import Input, StageKind, load_model

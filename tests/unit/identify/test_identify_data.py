@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.signal import savgol_filter
 
 from rig.errors import RecordError
-from rig.identify.data import Options, prepare, repeated_packets, through_parabolas
+from rig.identify.records.data import Options, prepare, repeated_packets, through_parabolas
 from rig.identify.templates import Template, input_gain, template_model
 from rig.model.parameters import Input
 from rig.model.resample import on_grid

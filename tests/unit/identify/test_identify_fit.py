@@ -9,15 +9,15 @@ import pytest
 from click.testing import CliRunner
 
 from rig.errors import ModelError, RecordError
-from rig.identify.data import prepare
 from rig.identify.fit import Settings, identify
-from rig.identify.space import Space
-from rig.identify.stability import StabilityTerm, SweepRange, check_bounded, dense_signals, search_signals
-from rig.identify.swarm import SwarmSettings
+from rig.identify.records.data import prepare
+from rig.identify.response.valves import identify_valves
+from rig.identify.search.space import Space
+from rig.identify.search.stability import StabilityTerm, SweepRange, check_bounded, dense_signals, search_signals
+from rig.identify.search.swarm import SwarmSettings
+from rig.identify.search.uncertainty import independent_samples
 from rig.identify.templates import Template, input_gain, rest_pressure, template_model
-from rig.identify.uncertainty import independent_samples
 from rig.identify.validate import excited_hz, score, validate
-from rig.identify.valves import identify_valves
 from rig.model.kernels import simulate
 from rig.model.parameters import AddedEffect, Input, Model, Parameter, load_model
 from rig.record import Record
@@ -119,7 +119,7 @@ def test_a_search_without_the_term_may_leave_the_range_and_the_term_brings_it_ba
     assert verdict.failing
     space = Space(start())
     term = StabilityTerm(search_signals(SweepRange()), start(), 60.0)
-    from rig.identify.objective import LawTable
+    from rig.identify.search.objective import LawTable
 
     tame = space.point(replace(start(), muscle=replace(start().muscle, parameters=_onto(start(), TRUTH))))
     assert np.all(term.excess(LawTable(start(), space)(tame[np.newaxis])) == 0.0)

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from rig.errors import RecordError
-from rig.identify.data import Options, prepare
 from rig.identify.fit import Settings, identify
-from rig.identify.stability import SweepRange
-from rig.identify.swarm import SwarmSettings
+from rig.identify.records.data import Options, prepare
+from rig.identify.response.valves import identify_valves
+from rig.identify.search.stability import SweepRange
+from rig.identify.search.swarm import SwarmSettings
 from rig.identify.templates import Template, input_gain, template_model
 from rig.identify.validate import validate
-from rig.identify.valves import identify_valves
 from rig.model.parameters import Input, regulator_times_s
 from rig.record import Record
 

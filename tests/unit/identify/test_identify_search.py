@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from rig.errors import ConfigError
-from rig.identify.optimizers import OPTIMIZERS, make_optimizer, polish
-from rig.identify.search import Budget, search
-from rig.identify.swarm import Swarm, SwarmSettings
+from rig.identify.search.one_search import Budget, search
+from rig.identify.search.optimizers import OPTIMIZERS, make_optimizer, polish
+from rig.identify.search.swarm import Swarm, SwarmSettings
 
 MINIMUM = np.array([0.3, 0.7, 0.55, 0.21])
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from rig.errors import RecordError
-from rig.identify.data import Options, prepare
-from rig.identify.mix_ups import mix_ups, strange_clock
+from rig.identify.records.data import Options, prepare
+from rig.identify.records.mix_ups import mix_ups, strange_clock
 from rig.identify.templates import Template, template_model
 from rig.record import Record
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
-from rig.identify.nonnegative import nonnegative
+from rig.identify.response.nonnegative import nonnegative
 
 
 @given(seed=st.integers(0, 10_000), columns=st.integers(1, 11), free=st.integers(0, 11))

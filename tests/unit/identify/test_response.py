@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rig.identify.response import (
+from rig.identify.response.response_fit import (
     Drive,
     Line,
     corrected_misfit_mpa,

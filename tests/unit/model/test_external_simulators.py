@@ -14,7 +14,7 @@ from rig.app.runs import replaying
 from rig.app.shipped import find_config
 from rig.errors import ConfigError, ModelError
 from rig.gap.diagnosis import diagnose
-from rig.identify.stability import SweepRange
+from rig.identify.search.stability import SweepRange
 from rig.identify.validate import validate
 from rig.log.convert import write_record
 from rig.model.chain import Chain

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from rig.excite.signals import Mixed, Signal, Sine, Triangle
-from rig.identify.stability import excitation
+from rig.identify.search.stability import excitation
 from rig.model.chain import lay_out
 from rig.model.kernels import compiled
 from rig.model.paper import DEGREES_PER_RADIAN, FIG_1, FIG_1_READING, LITERAL, TABLE_3, Reading, printed_model

@@ -5,8 +5,8 @@ import pytest
 
 from rig.app.model.identifying import SearchOptions, StartOptions, identify_model
 from rig.errors import RecordError
-from rig.identify.data import Options
-from rig.identify.stability import SweepRange
+from rig.identify.records.data import Options
+from rig.identify.search.stability import SweepRange
 from rig.record import Record
 
 

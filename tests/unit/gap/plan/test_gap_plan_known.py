@@ -29,7 +29,7 @@ from rig.gap.plan.rehearse import Rig, factors_of, known_rig, rehearse
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Kind, expect, known_how
 from rig.gap.settings import SESSION_S, fitted
-from rig.identify.fingerprint import fingerprint_of
+from rig.identify.response.fingerprint import fingerprint_of
 
 FEW = [LIBRARY[name] for name in ("valve_lag", "viscous_friction")]
 SINE = Entry(Sine(0.5, 0.2), Timing(settle_s=1.0, duration_s=10.0), (0.2,))

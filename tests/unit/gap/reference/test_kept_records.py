@@ -8,7 +8,7 @@ from support.gap_rigs import SWEEPS, model, session
 
 from rig.gap import diagnose
 from rig.gap.answer.result import Diagnosis
-from rig.identify.fingerprint import fingerprint_of
+from rig.identify.response.fingerprint import fingerprint_of
 from rig.model.fingerprint_check import fingerprint_checksum
 from rig.model.parameters import AddedEffect, Model
 from rig.record import Record

@@ -10,7 +10,7 @@ from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.hypotheses.scenes import pressure_scene
 from rig.gap.pipeline import Grounds
 from rig.gap.settings import fitted
-from rig.identify.fingerprint import fingerprint_of
+from rig.identify.response.fingerprint import fingerprint_of
 from rig.model.fingerprint_check import fingerprint_checksum
 from rig.model.parameters import Model
 

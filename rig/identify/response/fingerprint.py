@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rig.columns import rms, white_noise
-from rig.identify.data import Options, Prepared, best_input, prepare
-from rig.identify.response import (
+from rig.identify.records.data import Options, Prepared, best_input, prepare
+from rig.identify.response.response_fit import (
     GRID_S,
     SMOOTHING_S,
     Drive,

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from rig.columns import rms
-from rig.identify.descent import descend
-from rig.identify.nonnegative import nonnegative
+from rig.identify.response.descent import descend
+from rig.identify.response.nonnegative import nonnegative
 from rig.model.joint_balance import LOOP_RADII_DEG, REACHES_DEG, SHARES
 from rig.model.kernels import drive
 from rig.model.response import NO_FRICTION, REGULATOR_TERMS, Balance, Regulator, ResponseModel, regulator_terms

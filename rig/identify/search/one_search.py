@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rig.identify.objective import Objective
-from rig.identify.optimizers import Inverted, Optimizer, Table
+from rig.identify.search.objective import Objective
+from rig.identify.search.optimizers import Inverted, Optimizer, Table
 
 Progress = Callable[[int, float], None]
 """Called with the evaluations so far and the best score so far."""

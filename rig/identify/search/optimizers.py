@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from rig.config import suggest
 from rig.errors import ConfigError
-from rig.identify.swarm import Swarm, SwarmSettings
+from rig.identify.search.swarm import Swarm, SwarmSettings
 
 Table = NDArray[np.float64]
 

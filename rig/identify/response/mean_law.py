@@ -9,8 +9,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from rig.identify.data import Prepared
-from rig.identify.response import Drive, fit_mean_exponent, mean_pressure_moves
+from rig.identify.records.data import Prepared
+from rig.identify.response.response_fit import Drive, fit_mean_exponent, mean_pressure_moves
 from rig.model.parameters import Input, Model, Parameter
 from rig.record import Column, Record
 

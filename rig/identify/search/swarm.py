@@ -1,6 +1,6 @@
 """Particle swarm optimisation as the paper runs it (Table II), by ask and tell in the unit box.
 
-It knows neither models nor records; `rig.identify.search` brings it together with an objective.
+It knows neither models nor records; `rig.identify.search.one_search` brings it together with an objective.
 """
 
 from dataclasses import dataclass

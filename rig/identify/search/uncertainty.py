@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.identify.objective import ChainObjective
-from rig.identify.space import AT_BOUND, Space
+from rig.identify.search.objective import ChainObjective
+from rig.identify.search.space import AT_BOUND, Space
 
 Table = NDArray[np.float64]
 _STEP = 1e-5

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from rig.channels import common
 from rig.errors import RecordError
-from rig.identify.mix_ups import mix_ups, strange_clock
+from rig.identify.records.mix_ups import mix_ups, strange_clock
 from rig.model.external import KIND as EXTERNAL
 from rig.model.parameters import Input, Model
 from rig.model.resample import held_commands, is_regular, on_grid

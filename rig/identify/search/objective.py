@@ -1,8 +1,8 @@
 """How good a point of the unit box is: the model's error on the records, and what it pays for leaving the sweep range.
 
 Two objectives with one face: `SwarmObjective` for Bouc-Wen muscles on the compiled kernel, `ChainObjective` for
-everything else that can be free in a model (regulators aside, which `rig.identify.valves` fits), one simulation after
-another.
+everything else that can be free in a model (regulators aside, which `rig.identify.response.valves` fits), one
+simulation after another.
 """
 
 from collections.abc import Sequence
@@ -10,9 +10,9 @@ from typing import Protocol
 
 import numpy as np
 
-from rig.identify.data import Prepared
-from rig.identify.space import Space
-from rig.identify.stability import StabilityTerm
+from rig.identify.records.data import Prepared
+from rig.identify.search.space import Space
+from rig.identify.search.stability import StabilityTerm
 from rig.model.chain import lay_out
 from rig.model.kernels import DIVERGED_DEG, drive, run_stages
 from rig.model.parameters import Model, StageKind

@@ -13,7 +13,7 @@ import numpy as np
 
 from rig.columns import rms
 from rig.errors import RecordError
-from rig.identify.descent import descend
+from rig.identify.response.descent import descend
 from rig.model.kernels import compiled
 from rig.model.parameters import Parameter, StageKind, StageModel
 from rig.model.resample import held_commands, on_grid
