@@ -20,7 +20,7 @@ settings.load_profile("house")
 
 ROOT = Path(__file__).resolve().parent.parent
 
-pytest_plugins = ("support.page_rig", "support.family_plants")
+pytest_plugins = ("support.rigs.page_rig", "support.plants.family_plants")
 
 REAL_PROCESSES = ("contract", "faults", "recovery")
 """Folders whose tests run real processes against the real clock. A machine that stands still for tens of milliseconds,
@@ -45,7 +45,7 @@ def shared() -> Path:
 def _emulated_rigs_end_with_their_file() -> Iterator[None]:
     """The emulated rigs that a file of tests keeps running do not outlive it."""
     yield
-    if kept := sys.modules.get("support.fieldbus_rigs"):
+    if kept := sys.modules.get("support.rigs.fieldbus_rigs"):
         kept.end_all()
 
 
@@ -172,7 +172,7 @@ def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
 def lane_of(item: Any) -> Iterator[None]:
     """One test at a time, of all workers, reads the clock; one more may hold a browser, before a rig that bears
     seconds (decision 0712)."""
-    lane = "support/page_rig.py" if "chromium" in item.fixturenames else "conftest.py"
+    lane = "support/rigs/page_rig.py" if "chromium" in item.fixturenames else "conftest.py"
     with (Path(__file__).parent / lane).open() as locked:
         fcntl.flock(locked, fcntl.LOCK_EX)
         try:

@@ -21,7 +21,7 @@ from pathlib import Path
 import zstandard
 from click.testing import CliRunner
 from support import hostile_work
-from support.made_logs import made_content, made_log
+from support.records.made_logs import made_content, made_log
 
 from rig.cli.commands import cli
 from rig.errors import RigError

@@ -20,7 +20,7 @@ import numpy as np
 from fmpy import extract, read_model_description
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
-from support.fmu_plant import make_fmu
+from support.plants.fmu_plant import make_fmu
 
 from rig.app.model.simulating import commands_of
 from rig.model.kernels import simulate

@@ -6,7 +6,7 @@ daemons and the answering processes of the blind check would all do so at once.
 
 import sys
 
-from support.gap_rigs import asked, identified, session
+from support.plants.gap_rigs import asked, identified, session
 
 from hil.reference.cases import Purpose, bench_of, draw_sheet
 from hil.reference.families import NAMES

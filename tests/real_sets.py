@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from support.real_tables import RealSet, Trial, row, told
+from support.records.real_tables import RealSet, Trial, row, told
 
 from rig.app.model.identifying import SearchOptions, StartOptions, identify_model, sweep_range
 from rig.channels import Channel, Channels

@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from factories import Bench
-from support import fieldbus_rigs as rigs
+from support.rigs import fieldbus_rigs as rigs
 
 from drivers.itv_serial.device import ItvSerial
 from drivers.mixed import MixedRig

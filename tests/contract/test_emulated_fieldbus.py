@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from exact_rig import CONFIGS, EXACT, run
-from support import fieldbus_rigs as rigs
+from support.rigs import fieldbus_rigs as rigs
 
 from drivers.modbus_io.device import ModbusIo
 from drivers.modbus_io.settings import FurtherChannel, Mode

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from mcap.reader import NonSeekingReader, make_reader
 from mcap.stream_reader import StreamReader
-from support.made_logs import made_log
+from support.records.made_logs import made_log
 
 from rig.log.convert import read_content
 from rig.log.exchange import export

@@ -13,7 +13,7 @@ from rig.qualify.faults.bench import SAFE_MPA, FaultBench
 from rig.service.client import Client
 from rig.service.records.ledger import Ledger
 
-pytest_plugins = "support.daemon_rig"
+pytest_plugins = "support.rigs.daemon_rig"
 
 
 def pressures(client: Client) -> tuple[float, float]:

@@ -20,7 +20,7 @@ from rig.service.client import Client
 from rig.service.door import protocol
 from rig.service.door.control import MAX_CLIENTS
 
-pytest_plugins = "support.daemon_rig"
+pytest_plugins = "support.rigs.daemon_rig"
 
 
 def raw(bench: FaultBench, *lines: bytes) -> list[dict[str, Any]]:

@@ -23,7 +23,7 @@ from rig.qualify.faults.bench import FaultBench
 from rig.service.client import Client
 from rig.service.door import protocol
 
-pytest_plugins = "support.daemon_rig"
+pytest_plugins = "support.rigs.daemon_rig"
 
 
 def test_a_subscriber_gets_status_and_every_sample_once(bench: FaultBench, client: Client) -> None:

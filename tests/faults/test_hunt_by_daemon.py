@@ -17,7 +17,7 @@ from rig.log.reader import read
 from rig.qualify.faults.bench import FaultBench
 from rig.service.client import Client
 
-pytest_plugins = "support.daemon_rig"
+pytest_plugins = "support.rigs.daemon_rig"
 pytestmark = pytest.mark.real_time
 SESSION = """\
 name: first

@@ -10,12 +10,12 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
-from support.patient_rig import PATIENT
+from support.rigs.patient_rig import PATIENT
 
 from rig.cli.service import daemon as cli_daemon
 from rig.qualify.faults.bench import FaultBench, named_children
 
-pytest_plugins = "support.run_rig"
+pytest_plugins = "support.rigs.run_rig"
 
 AT_ONCE_S = 3.0
 SWEEP = """\

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from pymodbus.client import ModbusTcpClient
-from support import fieldbus_rigs as rigs
+from support.rigs import fieldbus_rigs as rigs
 
 from drivers.modbus_io.device import ModbusIo
 from drivers.modbus_io.settings import AngleChannel, Mode

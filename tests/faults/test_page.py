@@ -11,10 +11,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from support.made_logs import made_log
-from support.page_rig import diagnosing, stopped
 from support.page_visitor import Visitor, free_port
-from support.patient_rig import BY_THE_MACHINE, PATIENT
+from support.records.made_logs import made_log
+from support.rigs.page_rig import diagnosing, stopped
+from support.rigs.patient_rig import BY_THE_MACHINE, PATIENT
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 

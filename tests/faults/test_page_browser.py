@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from support import browsers
-from support.page_rig import (
+from support.rigs.page_rig import (
     CHANGED,
     DAYS,
     MARKUP,

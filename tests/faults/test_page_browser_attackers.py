@@ -10,7 +10,7 @@ from urllib.parse import urlsplit
 
 import pytest
 from support import browsers
-from support.page_rig import MARKUP, armed, badge, part, says
+from support.rigs.page_rig import MARKUP, armed, badge, part, says
 
 from rig.qualify.faults.bench import FaultBench
 

@@ -9,7 +9,7 @@ from urllib.parse import urlsplit
 
 import pytest
 from support import browsers
-from support.page_rig import PARTS, badge, part, says, stopped
+from support.rigs.page_rig import PARTS, badge, part, says, stopped
 
 from rig.qualify.faults.bench import FaultBench
 from rig.service.web.stream.glance import FRESH_S

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 import serial
-from support import fieldbus_rigs as rigs
+from support.rigs import fieldbus_rigs as rigs
 
 from drivers.itv_serial.device import ItvSerial, ItvSettings
 from drivers.serial_port import SerialPort

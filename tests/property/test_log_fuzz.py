@@ -18,7 +18,7 @@ import pytest
 import zstandard
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
-from support.made_logs import made_log
+from support.records.made_logs import made_log
 
 from rig.errors import RigError
 from rig.log.check import check

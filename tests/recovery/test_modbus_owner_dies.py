@@ -9,14 +9,14 @@ import time
 from collections.abc import Iterator
 
 import pytest
-from support import fieldbus_rigs as rigs
+from support.rigs import fieldbus_rigs as rigs
 
 from drivers.modbus_io.settings import Mode
 from hil.emulators.emulation import Emulation
 
 OWNER = """
 import sys, time
-from support import fieldbus_rigs as rigs
+from support.rigs import fieldbus_rigs as rigs
 from drivers.modbus_io.device import ModbusIo
 from drivers.modbus_io.settings import Mode
 place, mode = sys.argv[1:]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.made_logs import assert_same_content, assert_same_samples, made_content, made_log
+from support.records.made_logs import assert_same_content, assert_same_samples, made_content, made_log
 
 from rig.errors import RecordError
 from rig.log.check import check

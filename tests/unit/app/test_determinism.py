@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from support.mcap_files import Contents, contents
+from support.records.mcap_files import Contents, contents
 from support.run_command import pamrig
 
 from rig.sample import Phase, pack

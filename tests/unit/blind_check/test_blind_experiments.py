@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.short_session import short_session
+from support.records.short_session import short_session
 
 from hil.reference.cases import Purpose
 from hil.reference.source import PhysicsSource

@@ -1,7 +1,7 @@
 """What one would say without a diagnosis: answers to beat, whatever a question's folder is called."""
 
 import pytest
-from support.gap_rigs import baselines, session
+from support.plants.gap_rigs import baselines, session
 
 from rig.blind_check.naive import naive_answers
 from rig.gap.hypotheses.library import LIBRARY

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from support.gap_rigs import session
+from support.plants.gap_rigs import session
 
 from rig.app.gap.blind_checking import source_and_modes
 from rig.blind_check.put_in import PUT_IN, lagging, late

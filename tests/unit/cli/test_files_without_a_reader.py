@@ -10,8 +10,8 @@ from pathlib import Path
 
 import click
 import pytest
-from support.gap_rigs import MODEL, session
-from support.made_logs import made_log
+from support.plants.gap_rigs import MODEL, session
+from support.records.made_logs import made_log
 from support.run_command import SWEEP
 
 from rig.cli.commands import cli

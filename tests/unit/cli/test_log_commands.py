@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from support.made_logs import assert_same_content, made_content, made_log
+from support.records.made_logs import assert_same_content, made_content, made_log
 
 from rig.cli.main import main
 from rig.log.convert import read_content, write_content

@@ -11,7 +11,7 @@ from pathlib import Path
 import click
 import pytest
 from click.testing import CliRunner
-from support.made_logs import made_content, made_log
+from support.records.made_logs import made_content, made_log
 
 from rig.app import shipped
 from rig.cli.commands import cli

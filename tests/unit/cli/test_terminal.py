@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 from rich.text import Text
-from support.made_logs import made_content
+from support.records.made_logs import made_content
 
 from rig.app.terminal import console, listing, styled, visible
 from rig.cli.commands import cli

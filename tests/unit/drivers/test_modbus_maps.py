@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support import fieldbus_rigs as rigs
+from support.rigs import fieldbus_rigs as rigs
 
 from drivers.itv_serial.device import ItvSerial, ItvSettings
 from drivers.modbus_io.codec import decode, encode, rtu_exchange_s, to_counts

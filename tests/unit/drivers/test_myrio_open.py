@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from support.myrio_lab import FPGA_BUSY, RPC_SESSION, Lab, lab_with, refused
+from support.rigs.myrio_lab import FPGA_BUSY, RPC_SESSION, Lab, lab_with, refused
 
 from drivers.myrio.settings import MyRioSettings
 from hil.emulators.nifpga.bitfile import numbered, personality, write_bitfile

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from support.myrio_lab import COMMUNICATION_TIMEOUT, FPGA_BUSY, INVALID_SESSION, Lab, lab_with, refused
+from support.rigs.myrio_lab import COMMUNICATION_TIMEOUT, FPGA_BUSY, INVALID_SESSION, Lab, lab_with, refused
 
 from drivers.myrio.settings import AngleInput, FurtherInput, PressureLine
 from drivers.signals import Signal

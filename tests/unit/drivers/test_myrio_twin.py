@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from support.myrio_lab import Lab, lab_with
+from support.rigs.myrio_lab import Lab, lab_with
 
 from drivers.mixed import MixedRig
 from drivers.myrio.device import MyRio

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.gap_rigs import baselines, identified, session
+from support.plants.gap_rigs import baselines, identified, session
 
 from rig.errors import RigError
 from rig.gap import diagnose

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.gap_rigs import asked, baselines, model, names, session
+from support.plants.gap_rigs import asked, baselines, model, names, session
 
 from rig.cli.common import plain
 from rig.errors import ModelError, RecordError

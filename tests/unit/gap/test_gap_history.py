@@ -10,7 +10,7 @@ from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import lfilter
-from support.gap_rigs import session
+from support.plants.gap_rigs import session
 
 from rig.cli.commands import cli
 from rig.errors import ConfigError

@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from support.gap_rigs import baselines, model, names, session
+from support.plants.gap_rigs import baselines, model, names, session
 
 from rig.channels import EFFECTS_FACT, PNEUMATIC, Channel, Channels
 from rig.errors import ConfigError

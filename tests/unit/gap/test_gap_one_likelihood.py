@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.gap_rigs import identified, model, session
+from support.plants.gap_rigs import identified, model, session
 
 from rig.gap import pipeline
 from rig.gap.answer import tell

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import pytest
-from support.gap_rigs import baselines, session
+from support.plants.gap_rigs import baselines, session
 
 from rig.gap import diagnose
 from rig.gap.answer.result import Diagnosis

@@ -4,7 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
-from support.gap_rigs import session
+from support.plants.gap_rigs import session
 
 from rig.gap import diagnose
 from rig.gap.answer.on_the_rig import ON_THE_RIG

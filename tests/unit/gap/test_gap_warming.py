@@ -2,7 +2,7 @@
 alone."""
 
 import pytest
-from support.gap_rigs import session
+from support.plants.gap_rigs import session
 
 from rig.gap import diagnose
 from rig.gap.answer.words import headline

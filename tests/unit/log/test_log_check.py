@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.made_logs import made_content, made_log
+from support.records.made_logs import made_content, made_log
 
 from rig.log.check import check
 from rig.log.convert import LogContent, write_content

@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
-from support.made_logs import made_log
+from support.records.made_logs import made_log
 
 from rig.cli.log import log
 from rig.errors import CheckFailed, RecordError

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support.made_logs import made_content
+from support.records.made_logs import made_content
 
 from rig.app.records.logs import describe, plain_lines
 from rig.app.runs.replaying import prepare

@@ -10,7 +10,7 @@ import pytest
 from google.protobuf import descriptor_pool, message_factory
 from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from mcap.writer import Writer
-from support.made_logs import assert_same_content, made_content
+from support.records.made_logs import assert_same_content, made_content
 
 from rig.app.records.logs import import_content
 from rig.errors import ConfigError, RecordError

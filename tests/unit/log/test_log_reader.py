@@ -13,7 +13,7 @@ import pytest
 from google.protobuf import descriptor_pool, message_factory
 from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from mcap.writer import CompressionType, Writer
-from support.made_logs import assert_same_samples, made_content, made_log, made_samples
+from support.records.made_logs import assert_same_samples, made_content, made_log, made_samples
 
 from rig.errors import RecordError
 from rig.log.convert import read_content, write_content, write_record

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.made_logs import PERIOD_NS, made_content, made_samples
+from support.records.made_logs import PERIOD_NS, made_content, made_samples
 
 from rig.app.runs import replaying
 from rig.errors import ConfigError, EnvelopeError, RecordError

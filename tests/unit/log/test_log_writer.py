@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mcap.reader import make_reader
-from support.made_logs import assert_same_content, assert_same_samples, made_content, made_log, made_samples
+from support.records.made_logs import assert_same_content, assert_same_samples, made_content, made_log, made_samples
 
 from rig.errors import RecordError
 from rig.log.convert import read_content, write_content

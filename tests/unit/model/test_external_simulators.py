@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.fmu_plant import DEG_PER_MPA, LAG_S, PLAY_DEG, make_fmu
+from support.plants.fmu_plant import DEG_PER_MPA, LAG_S, PLAY_DEG, make_fmu
 
 from rig.app import compose
 from rig.app.model.simulating import commands_of

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.made_logs import BOOT_NS, PERIOD_NS, made_content, made_log
+from support.records.made_logs import BOOT_NS, PERIOD_NS, made_content, made_log
 
 from rig.log.convert import write_content
 from rig.qualify.stalls import OWN_NS, Miss, Place, Recorded, is_held_up, judge, recorded_in, summary

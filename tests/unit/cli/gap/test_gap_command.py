@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from support.gap_rigs import MODEL, session
+from support.plants.gap_rigs import MODEL, session
 
 from rig.app.gap.baselines import sessions_of
 from rig.cli.gap.group import gap

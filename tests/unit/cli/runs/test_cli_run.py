@@ -5,10 +5,10 @@ import resource
 from pathlib import Path
 
 import pytest
-from support.mcap_files import contents
+from support.records.mcap_files import contents
 from support.run_command import SWEEP, pamrig, refused
 
-pytest_plugins = "support.run_rig"
+pytest_plugins = "support.rigs.run_rig"
 pytestmark = pytest.mark.real_time
 
 

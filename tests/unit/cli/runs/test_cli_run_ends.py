@@ -12,7 +12,7 @@ from pathlib import Path
 
 import psutil
 import pytest
-from support.mcap_files import contents
+from support.records.mcap_files import contents
 from support.run_command import PATIENCE_S, SWEEP, Running, pamrig, until
 
 from rig.realtime import shared
@@ -21,7 +21,7 @@ from rig.realtime.ring import CAPACITY
 from rig.realtime.state import State
 from rig.sample import SAMPLE_BYTES, Phase
 
-pytest_plugins = "support.run_rig"
+pytest_plugins = "support.rigs.run_rig"
 pytestmark = pytest.mark.real_time
 
 

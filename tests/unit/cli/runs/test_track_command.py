@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner, Result
-from support.mcap_files import contents
+from support.records.mcap_files import contents
 
 from rig.app import shipped
 from rig.cli.gap.group import gap

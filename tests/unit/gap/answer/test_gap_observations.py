@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.gap_rigs import asked, baselines, names, session
+from support.plants.gap_rigs import asked, baselines, names, session
 
 from rig.gap.answer.observations import LEAST_SHARE, Marks, told_apart
 from rig.gap.answer.words import answers

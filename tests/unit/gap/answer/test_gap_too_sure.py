@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.gap_rigs import baselines, model, names, session
+from support.plants.gap_rigs import baselines, model, names, session
 
 from rig.gap import diagnose
 from rig.model.parameters import AddedEffect

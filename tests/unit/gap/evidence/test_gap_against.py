@@ -4,7 +4,7 @@ tones that no effect makes."""
 from dataclasses import replace
 
 import numpy as np
-from support.gap_rigs import asked, names, session
+from support.plants.gap_rigs import asked, names, session
 
 from rig.gap.hypotheses.library import LIBRARY
 from rig.model.parameters import AddedEffect

@@ -1,8 +1,8 @@
 """Two causes on one factor: both are named where one leaves something, one where it leaves nothing."""
 
 import pytest
-from support.gap_rigs import asked, names, session
-from support.ringing_joint import weighed
+from support.plants.gap_rigs import asked, names, session
+from support.plants.ringing_joint import weighed
 
 from rig.model.parameters import AddedEffect
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from conftest import ROOT
-from support.gap_rigs import model
+from support.plants.gap_rigs import model
 
 from rig.gap.hypotheses.library import LIBRARY, alike
 from rig.model.chain import lay_out

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.gap_rigs import model, session
+from support.plants.gap_rigs import model, session
 
 from rig.app.gap.known_rigs import known_of
 from rig.app.gap.smallest_sizes import REACH, Found, rows_of, sizes_page, threshold

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.special import stdtr
-from support.gap_rigs import identified, session
+from support.plants.gap_rigs import identified, session
 
 from rig.columns import grouped_median, on_even_steps, white_noise
 from rig.gap import diagnose

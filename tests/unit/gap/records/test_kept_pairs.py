@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.gap_rigs import identified, model, session
+from support.plants.gap_rigs import identified, model, session
 
 from rig.errors import RecordError
 from rig.gap.records.kept import pair_with_kept

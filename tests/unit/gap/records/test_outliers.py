@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.gap_rigs import session
+from support.plants.gap_rigs import session
 
 from rig.gap import diagnose
 from rig.gap.records.outliers import outliers

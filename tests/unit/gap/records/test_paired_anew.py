@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.gap_rigs import baselines, model, session
+from support.plants.gap_rigs import baselines, model, session
 
 from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.pipeline import Grounds

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.gap_rigs import SWEEPS, model, session
+from support.plants.gap_rigs import SWEEPS, model, session
 
 from rig.gap import diagnose
 from rig.gap.answer.result import Diagnosis

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.ringing_joint import weighed
+from support.plants.ringing_joint import weighed
 
 from hil.reference.cases import Purpose, bench_of, draw_sheet
 from rig.blind_check.source import records_of

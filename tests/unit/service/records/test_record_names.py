@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from support.made_logs import made_content
+from support.records.made_logs import made_content
 
 from rig.log.convert import write_content
 from rig.log.mcap.schema import Ended

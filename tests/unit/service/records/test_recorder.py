@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from support.mcap_files import contents
+from support.records.mcap_files import contents
 from support.scripted import PERIOD_NS
 
 from rig.log.check import check

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.made_logs import made_log
+from support.records.made_logs import made_log
 
 from rig.channels import FACT, Channel, Channels
 from rig.errors import RecordError

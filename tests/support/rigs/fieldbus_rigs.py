@@ -25,7 +25,7 @@ from hil.emulators.world import World
 from rig.interfaces import DeviceContext, Role
 from rig.realtime.clock import MonotonicClock
 
-CONFIGS = Path(__file__).resolve().parents[2] / "configs"
+CONFIGS = Path(__file__).resolve().parents[3] / "configs"
 MODEL = CONFIGS / "models/simulated.yaml"
 MAPS = CONFIGS / "modbus"
 BAUD = 115_200

@@ -15,7 +15,7 @@ from rig.model.kernels import simulate
 from rig.model.parameters import AddedEffect, Model, load_model
 from rig.record import Record
 
-MODEL = Path(__file__).resolve().parents[2] / "configs" / "models" / "simulated.yaml"
+MODEL = Path(__file__).resolve().parents[3] / "configs" / "models" / "simulated.yaml"
 SWEEPS = {"sine_0.3": (0.3, 0.2), "sine_0.8": (0.8, 0.16), "sine_1.3": (1.3, 0.08)}
 """Record name -> frequency (Hz), amplitude of dp (MPa)."""
 

@@ -8,7 +8,7 @@ import pytest
 
 from rig.qualify.faults.bench import FaultBench
 from rig.service.client import Client
-from support.patient_rig import PATIENT
+from support.rigs.patient_rig import PATIENT
 
 TOKEN = "0123456789abcdef"
 SHORT = """\

@@ -15,7 +15,7 @@ import pytest
 from rig.app.gap.campaign import Campaign, Step
 from rig.qualify.faults.bench import FaultBench
 from support import browsers
-from support.patient_rig import BY_THE_MACHINE, PATIENT
+from support.rigs.patient_rig import BY_THE_MACHINE, PATIENT
 
 PARTS = ("rig", "runs", "records", "diagnosis", "bringup")
 MARKUP = "<img src=x onerror=document.title='hit'>"
