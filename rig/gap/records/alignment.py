@@ -15,9 +15,9 @@ from rig.gap.records.settings import (
     OVERLAP,
     SAME_COMMAND,
     SHIFT_HELPS,
+    SHORTEST_S,
     SPREAD_FACTOR,
 )
-from rig.gap.records.usable import SHORTEST_S
 from rig.record import Column, Record
 
 

@@ -6,11 +6,8 @@ import numpy as np
 
 from rig.conditions import commanded_rest
 from rig.gap.records.conditions import measured_rest
-from rig.gap.records.settings import SHIFTED_MPA
+from rig.gap.records.settings import LEAST_REST_MPA, SHIFTED_MPA
 from rig.record import Record
-
-LEAST_MPA = 0.02
-"""The least P0 that is believed."""
 
 
 def rest_pressure(records: Sequence[Record], p0_mpa: float, days: bool) -> float:
@@ -21,7 +18,7 @@ def rest_pressure(records: Sequence[Record], p0_mpa: float, days: bool) -> float
     if means:
         return float(np.median(means))
     measured = measured_rests(records)
-    return max(float(np.round(np.median(measured), 2)), LEAST_MPA) if measured and days else p0_mpa
+    return max(float(np.round(np.median(measured), 2)), LEAST_REST_MPA) if measured and days else p0_mpa
 
 
 def say_shift(records: Sequence[Record], partners: Sequence[Record], p0_mpa: float, notes: list[str]) -> bool:

@@ -1,6 +1,8 @@
 """Every number that decides which records and rows can be used and what pairs with what: unit, source, what moves if it
 moves."""
 
+import math
+
 CLIPPED = 0.1
 """A column that stands at its end for more than this share of the time is said to be clipped."""
 
@@ -50,6 +52,48 @@ WIPED_OUT = 0.9
 commanded in it. Higher: less of a record counts; lower: what a hysteresis remembers of the hole looks like a gap."""
 SETTLED = 0.25
 """... and so much later, s: six lags of a regulator."""
+
+SHORTEST_S = 2.0
+"""A record shorter than this is not used, s: no effect that is slow shows in it."""
+LEAST_ROWS = 50
+"""Fewer rows show no response."""
+LEAST_SAMPLED = 0.5
+"""Share of its own time that a record has to be sampled: rows times their usual distance, over its length."""
+LEAST_MEASURED = 0.5
+"""Share of a record's rows in which the angle must have been measured."""
+LEAST_COMMAND_MPA = 0.005
+"""A command (p1 - p2) that moves by less excites nothing: half the noise of a monitor's full scale, MPa."""
+STILL_DEG, STILL_MPA = 1e-6, 1e-4
+"""A column that moves by less does not move at all, deg and MPa: far below a converter's step."""
+LONGEST_LAG_S, FOLLOWED_S = 1.0, 0.05
+"""Lags at which a column may follow its command, s, and their distance. Longer: a slow sine follows itself mirrored."""
+FOLLOWS = 0.3
+"""A column that follows at all correlates by more than this with what drives it, at some lag up to LONGEST_LAG_S."""
+AGAINST, ALMOST = -0.9, 0.97
+"""Correlation of the measured with the commanded p1 - p2 below which the two sides are swapped, at the first lag at
+which it is almost (this share of) the largest of either sign. A later lag: a sine half a period late is mirrored."""
+ANGLE_AGAINST = -0.7
+"""Correlation of all records' angles with what is expected below which the sign is turned: a rig that is late by a
+third of a period is still above -0.5."""
+RADIANS = (0.75 * math.pi / 180, 1.25 * math.pi / 180)
+"""An angle that spreads by this share of the baseline's is the same angle in radians."""
+STRANGE = 4.0
+"""A model that moves this many times as far as the rig, or as little, is no reference."""
+FARTHEST = 4.0
+"""An angle that spreads by so many times the baseline's is another rig's or in another unit: no effect of the library
+reaches so far. Less than the baseline's may be a joint that is nearly stuck."""
+MOST_REASONS = 3
+"""Reasons that are told when no record can be used."""
+LEAST_REST_MPA = 0.02
+"""The least P0 that is believed where it is measured, MPa."""
+
+STRANGER_FAR = 5.0
+"""A session is a stranger when its nearest neighbour is this many times as far as the others' nearest neighbours
+usually are..."""
+STRANGER_LEAST = 0.05
+"""... and by at least this share of the angle's spread: days of one rig differ by less than half of it."""
+FEWEST_SESSIONS = 3
+"""Sessions from which on one can be told to be the stranger."""
 
 SAME_COMMAND = 0.1
 """Two commands are the same sweep when they differ by less than this share of the command's spread (rms and mean),

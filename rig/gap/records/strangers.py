@@ -10,15 +10,8 @@ import numpy as np
 
 from rig.gap.records.pairs import Pair, Pairing
 from rig.gap.records.partners import named_session
+from rig.gap.records.settings import FEWEST_SESSIONS, STRANGER_FAR, STRANGER_LEAST
 from rig.record import Column
-
-FAR = 5.0
-"""A session is a stranger when its nearest neighbour is this many times as far as the others' nearest neighbours
-usually are..."""
-LEAST = 0.05
-"""... and by at least this share of the angle's spread: days of one rig differ by less than half of it."""
-FEWEST = 3
-"""Sessions from which on one can be told to be the stranger."""
 
 
 def without_strangers(pairing: Pairing) -> Pairing:
@@ -30,9 +23,9 @@ def without_strangers(pairing: Pairing) -> Pairing:
     apart = _distances([pair for pair in pairing.pairs if len(pair.sessions) == count], count)
     nearest = np.min(apart + np.diag(np.full(count, np.inf)), axis=1)
     far = [k for k in range(count) if _is_far(k, nearest)]
-    told = far if count >= FEWEST else far[:1]
+    told = far if count >= FEWEST_SESSIONS else far[:1]
     pairing = pairing.noting(*(_note(pairing.pairs[0], k, count, float(nearest[k])) for k in told))
-    if count < FEWEST or not far or len(far) > count - 2:
+    if count < FEWEST_SESSIONS or not far or len(far) > count - 2:
         return pairing
     kept = [k for k in range(count) if k not in far]
     pairs = [_with_sessions(pair, kept) for pair in pairing.pairs]
@@ -41,15 +34,15 @@ def without_strangers(pairing: Pairing) -> Pairing:
 
 def _note(pair: Pair, k: int, count: int, apart: float) -> str:
     who, end = f"{named_session(pair.numbers[k], pair.raw_baselines[k])} differs from every other", "left out"
-    if count < FEWEST:
+    if count < FEWEST_SESSIONS:
         who, end = "the two baseline sessions differ", "the floor is as high; a third session would tell which"
     return f"{who} by {100 * apart:.0f} % of the angle's spread or more: another rig, or a day with a fault; {end}"
 
 
 def _is_far(k: int, nearest: Column) -> bool:
     others = np.delete(nearest, k)
-    usual = float(np.median(others)) if len(others) >= FEWEST - 1 else 0.0
-    return bool(nearest[k] > max(LEAST, FAR * usual))
+    usual = float(np.median(others)) if len(others) >= FEWEST_SESSIONS - 1 else 0.0
+    return bool(nearest[k] > max(STRANGER_LEAST, STRANGER_FAR * usual))
 
 
 def _distances(pairs: Sequence[Pair], count: int) -> Column:

@@ -8,34 +8,29 @@ from collections.abc import Sequence
 import numpy as np
 
 from rig.errors import ModelError, RecordError
-from rig.gap.records.settings import LONGEST_BRIDGE_S, LONGEST_GAP_S
+from rig.gap.records.settings import (
+    AGAINST,
+    ALMOST,
+    ANGLE_AGAINST,
+    FARTHEST,
+    FOLLOWED_S,
+    FOLLOWS,
+    LEAST_COMMAND_MPA,
+    LEAST_MEASURED,
+    LEAST_ROWS,
+    LEAST_SAMPLED,
+    LONGEST_BRIDGE_S,
+    LONGEST_GAP_S,
+    LONGEST_LAG_S,
+    MOST_REASONS,
+    RADIANS,
+    SHORTEST_S,
+    STILL_DEG,
+    STILL_MPA,
+    STRANGE,
+)
 from rig.identify.records.data import strange_units
 from rig.record import Column, Record
-
-SHORTEST_S = 2.0
-LEAST_ROWS = 50
-LEAST_SAMPLED = 0.5
-"""Share of its own time that a record has to be sampled: rows times their usual distance, over its length."""
-AGAINST, ALMOST = -0.9, 0.97
-"""Correlation of the measured with the commanded p1 - p2 below which the two sides are swapped, at the first lag at
-which it is almost (this share of) the largest of either sign. A later lag: a sine half a period late is mirrored."""
-ANGLE_AGAINST = -0.7
-"""Correlation of all records' angles with what is expected below which the sign is turned: a rig that is late by a
-third of a period is still above -0.5."""
-RADIANS = (0.75 * np.pi / 180, 1.25 * np.pi / 180)
-"""An angle that spreads by this share of the baseline's is the same angle in radians."""
-STRANGE = 4.0
-"""A model that moves this many times as far as the rig, or as little, is no reference."""
-FARTHEST = 4.0
-"""An angle that spreads by so many times the baseline's is another rig's or in another unit: no effect of the library
-reaches so far. Less than the baseline's may be a joint that is nearly stuck."""
-LONGEST_LAG_S = 1.0
-FOLLOWED_S = 0.05
-STILL_MPA = 1e-4
-FOLLOWS = 0.3
-"""A column that follows at all correlates by more than this with what drives it, at some lag up to LONGEST_LAG_S."""
-MOST_REASONS = 3
-"""Reasons that are told when no record can be used."""
 
 
 def reasons(notes: Sequence[str]) -> str:
@@ -49,8 +44,8 @@ def usable(record: Record, notes: list[str], kind: str = "") -> bool:
     where = f"{kind}{record.name}"
     if strange := strange_units(record):
         notes.append(f"{where}: {strange}")
-    elif record.angle_deg is None or np.isfinite(record.angle_deg).mean() < 0.5:
-        notes.append(f"{where}: no angle was measured (at least half of the rows are needed)")
+    elif record.angle_deg is None or np.isfinite(record.angle_deg).mean() < LEAST_MEASURED:
+        notes.append(f"{where}: no angle was measured (at least {100 * LEAST_MEASURED:.0f} % of the rows are needed)")
     elif len(record) < LEAST_ROWS or record.t_s[-1] - record.t_s[0] < SHORTEST_S:
         notes.append(f"{where}: {_too_short(record)}")
     elif np.any(np.diff(record.t_s) < 0):
@@ -59,12 +54,12 @@ def usable(record: Record, notes: list[str], kind: str = "") -> bool:
         notes.append(f"{where}: {reason}")
     elif not np.isfinite(record.dp_cmd_mpa).all():
         notes.append(f"{where}: the command has holes")
-    elif np.ptp(record.dp_cmd_mpa) < 0.005:
+    elif np.ptp(record.dp_cmd_mpa) < LEAST_COMMAND_MPA:
         notes.append(
-            f"{where}: no excitation, the command moves by {1e3 * np.ptp(record.dp_cmd_mpa):.1f} kPa; at least 5 kPa "
-            "are needed"
+            f"{where}: no excitation, the command moves by {1e3 * np.ptp(record.dp_cmd_mpa):.1f} kPa; at least "
+            f"{1e3 * LEAST_COMMAND_MPA:.0f} kPa are needed"
         )
-    elif np.ptp(record.angle_deg[np.isfinite(record.angle_deg)]) < 1e-6:
+    elif np.ptp(record.angle_deg[np.isfinite(record.angle_deg)]) < STILL_DEG:
         notes.append(f"{where}: the angle never moves; broken sensor or stuck joint")
     elif not follows(record, record.angle_deg):
         notes.append(
@@ -119,7 +114,7 @@ def _runs_against(record: Record) -> bool:
     if not record.has_pressures:
         return False
     known = np.isfinite(record.dp_mpa)
-    if known.sum() < LEAST_ROWS or np.ptp(record.dp_mpa[known]) < 0.005:
+    if known.sum() < LEAST_ROWS or np.ptp(record.dp_mpa[known]) < LEAST_COMMAND_MPA:
         return False
     at = _correlations(record, record.dp_mpa)
     first = int(np.argmax(np.abs(at) > ALMOST * np.max(np.abs(at))))

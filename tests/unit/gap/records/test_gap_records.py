@@ -15,8 +15,8 @@ from rig.gap.records.holes import bridged
 from rig.gap.records.pairs import pair_up
 from rig.gap.records.partners import find_partner
 from rig.gap.records.periods import period_rows, whole_periods
-from rig.gap.records.settings import MOST_SHIFT_S, SAME_COMMAND
-from rig.gap.records.usable import ANGLE_AGAINST, FARTHEST, check_direction, check_reach, check_scale, usable
+from rig.gap.records.settings import ANGLE_AGAINST, FARTHEST, MOST_SHIFT_S, SAME_COMMAND
+from rig.gap.records.usable import check_direction, check_reach, check_scale, usable
 from rig.record import Column, Record
 
 T = np.arange(0.0, 10.0, 0.005)
