@@ -1,7 +1,7 @@
 """The simulator with the named causes added: a model like any other, for `pamrig simulate` and the simulated rig; and
 how far the gap shrinks with it.
 
-The response model that names causes (`rig.gap.reference.nominal`) propagates an effect to the angle better than a
+The response model that names causes (`rig.gap.response.nominal`) propagates an effect to the angle better than a
 simulator does. What a user gets is the simulator's: so it is asked itself, on the records at hand.
 """
 
@@ -12,8 +12,8 @@ import numpy as np
 
 from rig.errors import RigError
 from rig.gap.answer.result import Diagnosis
-from rig.gap.hypotheses.propagate import Applied, full_numbers
 from rig.gap.reference.build import Expected, commanded_gaps
+from rig.gap.response.propagate import Applied, full_numbers
 from rig.identify.response.descent import square_sum
 from rig.model.kernels import simulate
 from rig.model.parameters import AddedEffect, Model

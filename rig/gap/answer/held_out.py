@@ -8,9 +8,9 @@ import numpy as np
 from rig.gap.answer.augment import remaining_gap
 from rig.gap.hypotheses.fit import Fit, refit
 from rig.gap.hypotheses.given import scene_given
-from rig.gap.hypotheses.propagate import Applied
 from rig.gap.hypotheses.scenes import PRESSURES, angle_scene, on_records, pressure_scene
 from rig.gap.reference.build import Expected
+from rig.gap.response.propagate import Applied
 from rig.gap.settings import Fitted
 from rig.model.parameters import Model
 from rig.record import Column

@@ -13,9 +13,9 @@ import numpy as np
 from rig.gap.answer.facts import SIGNATURE
 from rig.gap.answer.result import Cause, Interval, Observation
 from rig.gap.hypotheses.library import LIBRARY
-from rig.gap.hypotheses.propagate import Applied
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.reference.build import Expected
+from rig.gap.response.propagate import Applied
 from rig.model.effect_stages import EFFECT_STAGES
 
 LEAST_SHARE = 0.05

@@ -7,9 +7,9 @@ from typing import Any
 from rig.channels import PNEUMATIC, Channels
 from rig.gap.answer.facts import RAW, SIGNATURE, Evidence, Gap, Retuning, Verdict, Where
 from rig.gap.hypotheses.library import UNKNOWN
-from rig.gap.hypotheses.propagate import Applied
 from rig.gap.plan.experiment import Experiment
 from rig.gap.reference.kinds import Kind
+from rig.gap.response.propagate import Applied
 from rig.own_units import own_plain
 
 

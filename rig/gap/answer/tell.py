@@ -19,12 +19,12 @@ from rig.gap.answer.where import frequency_shares, over_time, phase_shares, regi
 from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.library import LIBRARY, NONE, UNKNOWN
-from rig.gap.hypotheses.propagate import Applied, full_numbers
 from rig.gap.hypotheses.scenes import PRESSURES
 from rig.gap.plan.next_experiment import what_next
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.pairs import Pairing
 from rig.gap.reference.build import Expected, commanded_gaps, rms_of
+from rig.gap.response.propagate import Applied, full_numbers
 from rig.gap.settings import Fitted
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.parameters import Model

@@ -6,10 +6,10 @@ from types import MappingProxyType
 
 import numpy as np
 
-from rig.gap.evidence.gaussian import Gaussian
 from rig.gap.hypotheses.fit import Fit, Scene, fit_effect, settled, with_law
 from rig.gap.hypotheses.library import NONE, UNKNOWN, Effect
 from rig.gap.hypotheses.scenes import Stand
+from rig.gap.likelihood.gaussian import Gaussian
 from rig.gap.settings import CREDIBLE, ENVELOPE_HZ, UNKNOWN_EVEN
 from rig.record import Column
 

@@ -1,7 +1,7 @@
 """One hypothesis fitted: an effect's laws, each from its grid of starts to the likeliest numbers, with the evidence for
 it.
 
-What an effect changes is propagated through the frozen response of the healthy rig (`rig.gap.hypotheses.propagate`);
+What an effect changes is propagated through the frozen response of the healthy rig (`rig.gap.response.propagate`);
 how residuals are judged is the factor's (`rig.gap.reference.expectation`).
 """
 
@@ -11,10 +11,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rig.gap.evidence.gaussian import Gaussian
-from rig.gap.evidence.lines import Lines
 from rig.gap.hypotheses.library import Effect, Law
-from rig.gap.hypotheses.propagate import (
+from rig.gap.likelihood.gaussian import Gaussian
+from rig.gap.likelihood.lines import Lines
+from rig.gap.reference.expectation import Factor
+from rig.gap.response.propagate import (
     Applied,
     Course,
     Ready,
@@ -24,7 +25,6 @@ from rig.gap.hypotheses.propagate import (
     ready,
     response_with,
 )
-from rig.gap.reference.expectation import Factor
 from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, FIT_STEPS, MOST_ROUGH, WIDTH_SHARES, Odds, Prior
 from rig.identify.response.descent import Fit as Descent
 from rig.identify.response.descent import descend

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from rig.gap.hypotheses.fit import Fit, Scene, number_spreads, with_law
-from rig.gap.hypotheses.propagate import Applied, ready
 from rig.gap.hypotheses.scenes import Stand
+from rig.gap.response.propagate import Applied, ready
 from rig.record import Column
 
 STEP = 0.02

@@ -13,9 +13,9 @@ from dataclasses import replace
 import numpy as np
 
 from rig.gap.hypotheses.fit import Moved, Unsure, pressure_change
-from rig.gap.hypotheses.propagate import Applied, Course, Ready, Track, pressures_with, ready
 from rig.gap.reference.expectation import REGULATOR_PATTERNS, REGULATOR_STEP, Parts
-from rig.gap.reference.nominal import Reference
+from rig.gap.response.nominal import Reference
+from rig.gap.response.propagate import Applied, Course, Ready, Track, pressures_with, ready
 from rig.gap.settings import FactorLevels
 from rig.model.response import Regulator, ResponseModel
 from rig.record import Column

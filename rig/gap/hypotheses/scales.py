@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rig.gap.hypotheses.propagate import Track
+from rig.gap.response.propagate import Track
 
 
 def law_scales(tracks: Sequence[Track], regulator_s: float) -> dict[str, float]:

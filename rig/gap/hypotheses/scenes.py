@@ -6,18 +6,18 @@ from functools import partial
 
 import numpy as np
 
-from rig.gap.evidence.lines import Lines
 from rig.gap.hypotheses.fit import Scene, angle_change, pressure_change, settled, with_law
-from rig.gap.hypotheses.lateness import displaced_s
 from rig.gap.hypotheses.library import Law
-from rig.gap.hypotheses.propagate import Track, as_late_as_measured
 from rig.gap.hypotheses.retuned import unsure_regulators
 from rig.gap.hypotheses.scales import law_scales
+from rig.gap.likelihood.lines import Lines
 from rig.gap.reference.build import Expected, Kind
 from rig.gap.reference.expectation import Factor, Parts, angle_parts, mean_doubt, motion_doubt, pressure_parts
 from rig.gap.reference.fast import doubt
 from rig.gap.reference.own_days import angle_days, own_factor, pressure_days
 from rig.gap.reference.unrepeated import shown_by, with_unrepeated
+from rig.gap.response.lateness import displaced_s
+from rig.gap.response.propagate import Track, as_late_as_measured
 from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, Fitted, Prior
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.slots import AHEAD

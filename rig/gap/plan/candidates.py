@@ -13,7 +13,7 @@ from rig.excite.envelope import check
 from rig.excite.experiment import Entry, RunPlan, Sweep, Timing, expand
 from rig.excite.signals import Chirp, Mixed, Multisine, Signal, Sine, Triangle
 from rig.excite.steps import Hold, Staircase
-from rig.gap.hypotheses.propagate import Track
+from rig.gap.response.propagate import Track
 
 SINES_HZ = (0.1, 0.2, 0.35, 0.5, 0.8, 1.5, 2.5, 4.0)
 TRIANGLES_HZ = (0.1, 0.3, 0.5)

@@ -123,7 +123,7 @@ def separations(information: Column) -> Column:
 
 
 def log_odds(separation: float, prior: Prior) -> float:
-    """Nats by which the t likelihood of `rig.gap.evidence.gaussian` prefers the truth over a rival that many standard
+    """Nats by which the t likelihood of `rig.gap.likelihood.gaussian` prefers the truth over a rival that many standard
     deviations away, in the mean."""
     total = prior.degrees + prior.effective
     return float(0.5 * total * np.log1p(separation**2 / total))

@@ -15,13 +15,13 @@ import numpy as np
 from rig.excite.experiment import Entry, RunPlan
 from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.fit import Fit
-from rig.gap.hypotheses.propagate import Applied
 from rig.gap.hypotheses.scenes import Stand
 from rig.gap.plan.candidates import Room, candidates, lasts_s, planned, room_within
 from rig.gap.plan.experiment import Experiment
 from rig.gap.plan.information import Information, inform
 from rig.gap.plan.rehearse import Rig, factors_of, known_rig, rehearse, within
 from rig.gap.reference.build import Expected
+from rig.gap.response.propagate import Applied
 from rig.gap.settings import Fitted, fitted
 from rig.record import Column
 

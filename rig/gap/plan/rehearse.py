@@ -8,7 +8,6 @@ import numpy as np
 
 from rig.excite.experiment import RunPlan
 from rig.excite.setpoints import around
-from rig.gap.hypotheses.propagate import Track
 from rig.gap.hypotheses.scenes import Stand, angle_stand, pressure_stand
 from rig.gap.records.grid import Pair, Session
 from rig.gap.records.pairs import Pairing
@@ -17,6 +16,7 @@ from rig.gap.reference.expectation import line_noise
 from rig.gap.reference.fast import known_by_hz
 from rig.gap.reference.own_days import angle_days, pressure_days
 from rig.gap.reference.unrepeated import of_tracks
+from rig.gap.response.propagate import Track
 from rig.gap.settings import Fitted
 from rig.identify.response.response_fit import GRID_S
 from rig.model.response import ResponseModel

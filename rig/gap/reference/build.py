@@ -17,14 +17,14 @@ import numpy as np
 from rig.columns import rms
 from rig.config import suggest
 from rig.errors import ConfigError, ModelError
-from rig.gap.hypotheses.propagate import Applied, Course, Track, angle_under, lay_tracks, ready, response_with
 from rig.gap.records.pairs import Pair, Pairing
 from rig.gap.records.usable import check_direction, check_reach
 from rig.gap.reference.expectation import driving
 from rig.gap.reference.kinds import Kind as Kind
 from rig.gap.reference.monitors import Misread
-from rig.gap.reference.nominal import Reference, describe, mean_session, references_of
 from rig.gap.reference.simulated import modelled
+from rig.gap.response.nominal import Reference, describe, mean_session, references_of
+from rig.gap.response.propagate import Applied, Course, Track, angle_under, lay_tracks, ready, response_with
 from rig.model.fingerprint import Fingerprint, PressureSource
 from rig.model.fingerprint_check import fingerprint_trouble
 from rig.model.kernels import drive, simulate

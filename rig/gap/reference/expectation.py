@@ -12,10 +12,10 @@ from functools import cached_property
 import numpy as np
 
 from rig.columns import rms
-from rig.gap.evidence.gaussian import Gaussian
-from rig.gap.evidence.lines import Lines, lines_of
-from rig.gap.hypotheses.propagate import Track
+from rig.gap.likelihood.gaussian import Gaussian
+from rig.gap.likelihood.lines import Lines, lines_of
 from rig.gap.records.pairs import Pair
+from rig.gap.response.propagate import Track
 from rig.gap.settings import (
     ENVELOPE_EVEN,
     ENVELOPE_HZ,

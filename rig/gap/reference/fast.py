@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from rig.gap.evidence.lines import Lines
+from rig.gap.likelihood.lines import Lines
 from rig.gap.records.pairs import Pair
 from rig.record import Column, Record
 

@@ -12,10 +12,10 @@ from dataclasses import replace
 import numpy as np
 
 from rig.columns import rms
-from rig.gap.evidence.gaussian import Gaussian
-from rig.gap.evidence.lines import Lines
-from rig.gap.hypotheses.propagate import Track
+from rig.gap.likelihood.gaussian import Gaussian
+from rig.gap.likelihood.lines import Lines
 from rig.gap.reference.expectation import Factor, Parts
+from rig.gap.response.propagate import Track
 from rig.gap.settings import (
     DAY_DEGREES,
     ENVELOPE_EVEN,

@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rig.gap.evidence.lines import Lines, lines_of
-from rig.gap.hypotheses.propagate import Track
+from rig.gap.likelihood.lines import Lines, lines_of
 from rig.gap.records.periods import period_rows
 from rig.gap.reference.expectation import Parts
+from rig.gap.response.propagate import Track
 from rig.gap.settings import ENVELOPE_HZ, TOP_HZ
 from rig.record import Column
 

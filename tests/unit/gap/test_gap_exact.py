@@ -19,12 +19,12 @@ from scipy.signal import lfilter
 from hil.reference.cases import Purpose, bench_of, draw_sheet
 from rig.blind_check.source import records_of
 from rig.gap.hypotheses.fit import Fit, fit_effect
-from rig.gap.hypotheses.lateness import displaced_s
 from rig.gap.hypotheses.library import LIBRARY
-from rig.gap.hypotheses.propagate import Applied, Course, late, ready, response_with
 from rig.gap.hypotheses.scenes import angle_stand, pressure_stand
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Expected, Kind, expect
+from rig.gap.response.lateness import displaced_s
+from rig.gap.response.propagate import Applied, Course, late, ready, response_with
 from rig.gap.settings import fitted
 from rig.log.reader import read
 from rig.model.effect_stages import EFFECT_STAGES

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from rig.gap.calibrate import START, Mean, fit_levels, fit_monitors
-from rig.gap.evidence.gaussian import Gaussian
-from rig.gap.evidence.lines import lines_of
+from rig.gap.likelihood.gaussian import Gaussian
+from rig.gap.likelihood.lines import lines_of
 from rig.gap.reference.expectation import VALVE_PATTERNS, Parts
 from rig.gap.reference.monitors import misread
 from rig.gap.settings import FactorLevels, Levels, fitted

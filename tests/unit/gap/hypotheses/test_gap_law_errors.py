@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rig.gap.evidence.lines import lines_of
 from rig.gap.hypotheses.fit import law_patterns
+from rig.gap.likelihood.lines import lines_of
 
 ROWS, DT_S = 2000, 0.01
 LINES = lines_of([ROWS, ROWS], [DT_S, DT_S], [np.ones(ROWS)] * 2, 6.0)

@@ -11,12 +11,12 @@ from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.hypotheses import fit
 from rig.gap.hypotheses.fit import Scene, Unsure, settled
 from rig.gap.hypotheses.library import UNKNOWN
-from rig.gap.hypotheses.propagate import Applied, ready
 from rig.gap.hypotheses.scenes import pressure_scene
 from rig.gap.pipeline import Grounds
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Kind, expect
 from rig.gap.reference.expectation import CLASS_SPREAD
+from rig.gap.response.propagate import Applied, ready
 from rig.gap.settings import fitted
 from rig.record import Column, Record
 

@@ -14,7 +14,6 @@ from rig.app.gap.known_rigs import Asked, known_by_call
 from rig.excite.experiment import expand, load_sweep
 from rig.gap.evidence.posterior import judge
 from rig.gap.hypotheses.library import LIBRARY
-from rig.gap.hypotheses.propagate import Applied
 from rig.gap.hypotheses.scenes import ANGLE, PRESSURES, Stand
 from rig.gap.plan.candidates import Room, candidates, lasts_s, planned, sweep_text
 from rig.gap.plan.capability import Ability, capability, seen_separation
@@ -23,6 +22,7 @@ from rig.gap.plan.directions import columns, sized, usual_directions
 from rig.gap.plan.information import inform, log_odds, needed_separation, separations
 from rig.gap.plan.next_experiment import Hypothesis, next_experiment
 from rig.gap.plan.rehearse import Rig, factors_of, rehearse
+from rig.gap.response.propagate import Applied
 from rig.gap.settings import Odds, fitted
 from rig.record import Column
 

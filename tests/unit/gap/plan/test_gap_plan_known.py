@@ -17,7 +17,6 @@ from rig.errors import RigError
 from rig.excite.experiment import Entry, Timing
 from rig.excite.signals import Sine
 from rig.gap.hypotheses.library import LIBRARY
-from rig.gap.hypotheses.propagate import Applied
 from rig.gap.hypotheses.scenes import ANGLE, pressure_scene
 from rig.gap.plan.candidates import Room, planned
 from rig.gap.plan.capability import capability
@@ -28,6 +27,7 @@ from rig.gap.plan.raw_ability import RAW, STEP, raw_abilities, smallest
 from rig.gap.plan.rehearse import Rig, factors_of, known_rig, rehearse
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Kind, expect, known_how
+from rig.gap.response.propagate import Applied
 from rig.gap.settings import SESSION_S, fitted
 from rig.identify.response.fingerprint import fingerprint_of
 

@@ -10,8 +10,8 @@ import numpy as np
 import pamrig
 import pytest
 
-from rig.gap.evidence.gaussian import Gaussian
-from rig.gap.evidence.lines import lines_of
+from rig.gap.likelihood.gaussian import Gaussian
+from rig.gap.likelihood.lines import lines_of
 from rig.gap.reference.expectation import Factor
 
 ROWS, DT_S, OFF_DEG = 400, 0.02, 1.5

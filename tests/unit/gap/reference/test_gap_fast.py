@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rig.gap.evidence.lines import lines_of
+from rig.gap.likelihood.lines import lines_of
 from rig.gap.records.pairs import Pair
 from rig.gap.reference.fast import LEAST_HZ, doubt, fastest_hz, known_hz
 from rig.record import Column, Record

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rig.gap.evidence.gaussian import Gaussian
-from rig.gap.evidence.lines import lines_of
+from rig.gap.likelihood.gaussian import Gaussian
+from rig.gap.likelihood.lines import lines_of
 from rig.gap.reference import own_days
 from rig.gap.reference.expectation import Parts
 from rig.gap.reference.own_days import contrasts, learnt, own_factor, own_floor

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from rig.gap import diagnose
 from rig.gap.answer.result import Verdict
-from rig.gap.evidence.lines import lines_of
+from rig.gap.likelihood.lines import lines_of
 from rig.gap.reference.unrepeated import unrepeated
 from rig.record import Record
 from tests.support.plants.gap_rigs import model, session

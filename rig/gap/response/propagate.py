@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.gap.hypotheses.lateness import delayed, displaced_s
 from rig.gap.records.pairs import Pair
-from rig.gap.reference.nominal import Reference
+from rig.gap.response.lateness import delayed, displaced_s
+from rig.gap.response.nominal import Reference
 from rig.model.drive import LEAST_SHARE
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.kernels import over_records

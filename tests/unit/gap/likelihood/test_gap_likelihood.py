@@ -14,8 +14,8 @@ from rig.app.gap.baselines import logs_of_model, read_sessions
 from rig.errors import ConfigError, RigError
 from rig.gap.answer.chain import STAGES, chain
 from rig.gap.answer.result import Cause
-from rig.gap.evidence.gaussian import Gaussian
-from rig.gap.evidence.lines import lines_of
+from rig.gap.likelihood.gaussian import Gaussian
+from rig.gap.likelihood.lines import lines_of
 from rig.gap.reference.build import AUTO, Kind, because, choose
 from rig.model.parameters import load_model, save_model
 from rig.record import Column

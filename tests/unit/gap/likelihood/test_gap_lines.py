@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.fft import dct
 
-from rig.gap.evidence.lines import lines_of
+from rig.gap.likelihood.lines import lines_of
 
 
 @given(
