@@ -11,9 +11,9 @@ import numpy as np
 from scipy.optimize import minimize
 from scipy.special import ndtri, stdtrit
 
-from rig.gap.reference.expectation import Parts
+from rig.gap.reference.expectation import Factor, Parts
 from rig.gap.reference.monitors import OWN, misread
-from rig.gap.settings import FactorLevels, Levels, Prior
+from rig.gap.settings import MISSED_STEPS, MOST_MISSED, BuildSpread, FactorLevels, Levels, Prior
 from rig.record import Column
 
 START = {
@@ -65,6 +65,22 @@ def of_another_build(levels: FactorLevels, builds: int) -> FactorLevels:
     a spread known from so few is Student's, which is as wide at LIKELY (Gelman et al., Bayesian Data Analysis, 3.2)."""
     wider = float(stdtrit(builds, 0.5 + 0.5 * LIKELY) / ndtri(0.5 + 0.5 * LIKELY))
     return replace(levels, patterns={name: wider * value for name, value in levels.patterns.items()})
+
+
+def fit_builds(families: Sequence[Sequence[Parts]], levels: FactorLevels, prior: Prior) -> BuildSpread:
+    """By how much more or less than these levels each family's days are missed, as the spread of what builds are missed
+    by: of each family the mean logarithm of the likeliest share of the variance's root, of all their rms."""
+    found = [_mean([_log_missed(day.factor(levels, prior)) for day in days]) for days in families]
+    return BuildSpread(float(np.sqrt(np.mean(np.square(found)))), float(len(found)))
+
+
+def _log_missed(factor: Factor) -> float:
+    """Logarithm of the likeliest share of the usual rms by which a day without a gap is missed."""
+    logs, healthy = np.linspace(-MOST_MISSED, MOST_MISSED, 2 * MISSED_STEPS - 1), factor.healthy
+    said = [
+        replace(healthy, variance=share * healthy.variance).log_density(factor.gap_lines) for share in np.exp(2 * logs)
+    ]
+    return float(logs[int(np.argmax(said))])
 
 
 def fit_monitors(

@@ -1,4 +1,4 @@
-"""Fits the prior odds of no cause to factors of which the truth is known.
+"""Fits the prior odds of no cause, and of something unknown, to factors of which the truth is known.
 
 A probability that was stated under one prior is another under the next by Bayes' rule: nothing is diagnosed again.
 """
@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 from enum import IntEnum
 
 import numpy as np
-from scipy.optimize import minimize_scalar
-from scipy.special import logsumexp
+from scipy.optimize import minimize
 
 from rig.gap.settings import Odds
 from rig.record import Column
@@ -19,8 +18,6 @@ LEAST_CHANCE = 1e-4
 HELD = 2.0
 """How firmly odds are held to those before: the standard deviation of a normal prior, in nats. Less: more cases are
 needed to move them."""
-WIDEST = 10.0
-"""Farthest from the odds before that is looked, in nats."""
 
 
 class Truth(IntEnum):
@@ -41,33 +38,29 @@ class Judgement:
     none: float
     unknown: float
     """Stated probabilities; what they lack of one is the library's."""
+    right: float
+    """Stated probability of what is true: of an effect that of its name."""
 
 
 def fit_odds(judged: Sequence[Judgement], odds: Odds) -> Odds:
-    """The odds with that of no cause under which these truths are likeliest; they were judged by `odds`."""
-    stated, truths = _log_stated(judged), np.array([one.truth for one in judged])
+    """The odds under which these truths are likeliest; they were judged by `odds`."""
 
-    def cost(shift: float) -> float:
-        return -_log_likelihood(stated, truths, shift) + 0.5 * shift**2 / HELD**2
+    def cost(shifts: Column) -> float:
+        return -_log_likelihood(judged, *shifts) + 0.5 * float(shifts @ shifts) / HELD**2
 
-    found = minimize_scalar(cost, bounds=(-WIDEST, WIDEST), method="bounded")
-    return replace(odds, none=odds.none + float(found.x))
+    none, unknown = minimize(cost, np.zeros(2), method="Nelder-Mead").x.tolist()
+    return replace(odds, none=odds.none + none, unknown=odds.unknown + unknown)
 
 
 def log_likelihood(judged: Sequence[Judgement], odds: Odds, other: Odds) -> float:
-    """Mean nats of what was true, had the `other` odds of no cause stood where `odds` did."""
-    truths = np.array([one.truth for one in judged])
-    return _log_likelihood(_log_stated(judged), truths, other.none - odds.none) / len(judged)
+    """Mean nats of what was true, had the `other` odds stood where `odds` did."""
+    return _log_likelihood(judged, other.none - odds.none, other.unknown - odds.unknown) / len(judged)
 
 
-def _log_stated(judged: Sequence[Judgement]) -> Column:
-    """(n, 3) in the order of `Truth`."""
-    chances = np.array([(one.none, one.unknown, 1.0 - one.none - one.unknown) for one in judged])
-    out: Column = np.log(np.maximum(chances, LEAST_CHANCE))
-    return out
-
-
-def _log_likelihood(stated: Column, truths: Column, shift: float) -> float:
-    moved = stated + np.array([shift, 0.0, 0.0])
-    said = moved[np.arange(len(truths)), truths.astype(int)] - logsumexp(moved, axis=1)
-    return float(np.sum(np.logaddexp(said, np.log(LEAST_CHANCE))))
+def _log_likelihood(judged: Sequence[Judgement], none: float, unknown: float) -> float:
+    """Nats of what was true, with both odds shifted by so much."""
+    stated = np.array([(one.none, one.unknown, 1.0 - one.none - one.unknown) for one in judged])
+    right, truth = np.array([one.right for one in judged]), np.array([one.truth for one in judged])
+    times = np.exp([none, unknown, 0.0])
+    said = right * times[truth] / (stated @ times)
+    return float(np.sum(np.log(said + LEAST_CHANCE)))

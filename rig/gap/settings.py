@@ -10,7 +10,10 @@ from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 
+import numpy as np
+
 from rig.config import load
+from rig.record import Column
 
 TOP_HZ = 6.0
 """Highest frequency compared, Hz: muscles and regulators answer below it. Higher: more lines of noise, the same
@@ -66,6 +69,9 @@ another P0 looks like another gain."""
 ZERO_BY_HAND = 0.05
 """Standard deviation, as a share of the angle's span, of where the zero of another rig of the build lies: it is
 set when the sensor is mounted, to some degrees. Smaller: every sister's simulator lacks an offset."""
+MOST_MISSED, MISSED_STEPS = 3.0, 31
+"""Logarithm of the largest share of the usual by which a simulator's class may miss a build, and how many are tried up
+to there. Less: a build that is missed by more is given a cause."""
 MOST_ROUGH = 0.6
 """A law that leaves more of its own change than this says nothing: no law counts as rougher. More: a rough law stands
 for whatever nobody knows."""
@@ -102,6 +108,23 @@ class FactorLevels:
 
 
 @dataclass(frozen=True)
+class BuildSpread:
+    """By how much more or less a simulator's class misses of one build than of the others: Student's distribution of
+    the logarithm of the rms, about the level; fitted by `pamrig gap calibrate` (docs/decisions/0593)."""
+
+    spread: float
+    """Its scale. Less: healthy rigs of a build unlike those that the levels are fitted on are given a cause. More: what
+    nobody knows is taken for what the class misses."""
+    degrees: float
+    """Degrees of freedom: builds that it is known from."""
+
+    def log_chance(self, log_times: Column) -> Column:
+        """ln of how likely a build is that is missed by exp(`log_times`) as much, against one at the level."""
+        out: Column = -0.5 * (self.degrees + 1.0) * np.log1p((log_times / self.spread) ** 2 / self.degrees)
+        return out
+
+
+@dataclass(frozen=True)
 class Odds:
     """What is thought beforehand of each factor beside a reference, against each single effect, in nats."""
 
@@ -125,6 +148,8 @@ class Levels:
     """Of the variance of the offsets that monitors show, the share that is their own error, to which the muscles do not
     answer. 0: what the pressures show tells nothing of the monitors."""
     odds: Odds = Odds()
+    builds: BuildSpread | None = None
+    """Of what a simulator's class misses of the pressures; None: as much of every build."""
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from rig.blind_check.source import records_of
 from rig.columns import rms
 from rig.config import suggest, unstructure
 from rig.errors import ConfigError, ModelError
-from rig.gap.calibrate import Mean, fit_levels, fit_monitors, of_another_build
+from rig.gap.calibrate import Mean, fit_builds, fit_levels, fit_monitors, of_another_build
 from rig.gap.hypotheses.scenes import parts_of_angle, parts_of_pressures
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import SISTER, Expected, Kind, expect
@@ -183,7 +183,10 @@ def _levels(days: Sequence[HealthyDay], prior: Prior) -> Levels:
     if days[0].reference == SISTER:
         pressures = of_another_build(pressures, len(families))
     commanded = [np.sqrt(np.mean([day.commanded**2 for day in some])) for some in families]
-    return Levels(pressures, angle, float(np.exp(np.mean(np.log(commanded)))), monitors)
+    made = Levels(pressures, angle, float(np.exp(np.mean(np.log(commanded)))), monitors)
+    if days[0].reference not in (Kind.SIMULATOR.value, SISTER):
+        return made
+    return replace(made, builds=fit_builds([[day.pressures for day in some] for some in families], pressures, prior))
 
 
 def _first_cases(family: str, plan: Plan) -> list[Case]:

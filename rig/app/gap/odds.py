@@ -1,5 +1,5 @@
-"""What `pamrig gap check odds` does: the prior odds of no cause beside each reference, from checks of development
-cases.
+"""What `pamrig gap check odds` does: the prior odds of no cause, and of something unknown, beside each reference, from
+checks of development cases.
 
 Every factor of every answer counts: what was said of it, and whether something acts on it.
 """
@@ -13,7 +13,7 @@ from rig.blind_check.folder import CheckFolder
 from rig.blind_check.modes import MODES
 from rig.blind_check.row import Row, facts_of
 from rig.errors import RecordError
-from rig.gap.hypotheses.library import LIBRARY
+from rig.gap.hypotheses.library import LIBRARY, NONE, UNKNOWN
 from rig.gap.hypotheses.scenes import ANGLE, PRESSURES
 from rig.gap.odds import Judgement, Truth, fit_odds, log_likelihood
 from rig.gap.reference.build import UNCORRECTED, Kind
@@ -84,15 +84,18 @@ def _of_answer(diagnosis: Mapping[str, Any], stages: Mapping[str, str]) -> Itera
     for name in (PRESSURES, ANGLE):
         acting = [effect for effect, stage in stages.items() if PRESSURES not in factors or _acts_on(name, stage)]
         if name in factors and not any(effect in LIBRARY and LIBRARY[effect].signature for effect in acting):
-            said = factors[name]["probability"]
-            yield Judgement(_truth(acting), said.get("none", 0.0), said.get("unknown", 0.0))
+            said, (truth, names) = factors[name]["probability"], _true(acting)
+            right = sum(said.get(one, 0.0) for one in names)
+            yield Judgement(truth, said.get(NONE, 0.0), said.get(UNKNOWN, 0.0), right)
 
 
 def _acts_on(factor: str, stage: str) -> bool:
     return (stage in AHEAD) == (factor == PRESSURES)
 
 
-def _truth(acting: Sequence[str]) -> Truth:
-    if not acting:
-        return Truth.NONE
-    return Truth.EFFECT if any(effect in LIBRARY for effect in acting) else Truth.UNKNOWN
+def _true(acting: Sequence[str]) -> tuple[Truth, list[str]]:
+    """What is true where these effects act, and the hypotheses that say so."""
+    known = [effect for effect in acting if effect in LIBRARY]
+    if known:
+        return Truth.EFFECT, known
+    return (Truth.UNKNOWN, [UNKNOWN]) if acting else (Truth.NONE, [NONE])

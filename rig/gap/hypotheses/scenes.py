@@ -45,8 +45,8 @@ def pressure_stand(expected: Expected, settings: Fitted) -> Stand:
     """The pressures under the commands, on which acts what lies ahead of the monitors."""
     few = on_records(expected, telling_records(expected))
     whole, rough = pressure_scene(expected, settings), pressure_scene(few, settings, expected)
-    if expected.kind is Kind.SIMULATOR:
-        whole = replace(whole, factor=whole.factor.of_its_class(settled(whole).factor))
+    if builds := settings.levels[expected.levels].builds:
+        whole = replace(whole, factor=whole.factor.of_its_class(settled(whole).factor, builds))
     return Stand(PRESSURES, whole, rough, acts_ahead)
 
 
@@ -55,8 +55,6 @@ def angle_stand(expected: Expected, settings: Fitted) -> Stand:
     the angle alone every law acts on it."""
     few = on_records(expected, telling_records(expected))
     whole, rough = angle_scene(expected, settings), angle_scene(few, settings, expected)
-    if expected.kind is Kind.SIMULATOR:
-        whole = replace(whole, factor=whole.factor.of_its_class(whole.factor))
     return Stand(ANGLE, whole, rough, (lambda law: not acts_ahead(law)) if expected.driven else lambda law: True)
 
 

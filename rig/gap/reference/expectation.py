@@ -22,9 +22,13 @@ from rig.gap.settings import (
     FRICTION_DOUBT,
     LEAST_EFFECTIVE,
     MEAN_DOUBT,
+    MISSED_STEPS,
+    MOST_MISSED,
     SESSION_S,
     TOP_HZ,
+    UNKNOWN_EVEN,
     VOLUME_DOUBT,
+    BuildSpread,
     FactorLevels,
     Prior,
 )
@@ -52,12 +56,6 @@ the law of the mean pressure, a drift, and an amplitude that grows."""
 LOOP_STEP = 0.02
 """Share of the joint's friction by whose change the pattern is taken; a smaller one is lost in the
 balance's own precision."""
-CLASS_SPREAD = 0.5
-"""By how much the rms that a simulator's class misses differs from build to build: standard deviation of its logarithm,
-three times that of the four families (docs/decisions/0592). Less: healthy rigs of another build than those that the
-levels are fitted on are given a cause; more: a large gap of which a law leaves half is what the class misses."""
-MOST_MISSED, MISSED_STEPS = 3.0, 31
-"""Logarithm of the largest share of the usual that is tried, and how many are."""
 BANK = "bank"
 """Any of the response model's terms."""
 
@@ -109,18 +107,21 @@ class Factor:
             return self
         return replace(self, healthy=replace(self.healthy, variance=scale * variance), floor=max(self.floor, rms))
 
-    def of_its_class(self, settled: "Factor") -> "Factor":
-        """The same for a simulator whose class may miss this rig by more than is usual: as well by as much as it
-        likeliest misses these records, once they are `settled`, if there is no gap. No simulator's class holds a rig
-        exactly, and how far it is from one differs from build to build."""
+    def of_its_class(self, settled: "Factor", spread: BuildSpread) -> "Factor":
+        """The same for a simulator whose class may miss this build by more than is usual: as well by as much as it
+        likeliest misses these records, once they are `settled`, if there is no gap; by the spectrum of that, blurred as
+        the spectrum of something unknown is. No simulator's class holds a rig exactly, and how far it is from one, and
+        at which frequencies, differs from build to build; so nothing and something unknown differ by size alone."""
         healthy, gap = settled.healthy, settled.gap_lines
+        shape = self.lines.envelope(gap, ENVELOPE_HZ, UNKNOWN_EVEN)
+        usual = float(np.sum(healthy.variance)) / max(float(np.sum(shape)), 1e-300) * shape
         times = np.exp(np.linspace(0.0, MOST_MISSED, MISSED_STEPS))
-        log_chances = -0.5 * (np.log(times) / CLASS_SPREAD) ** 2
-        wider = [replace(healthy, variance=more**2 * healthy.variance).log_density(gap) for more in times]
+        log_chances = spread.log_chance(np.log(times))
+        wider = [healthy.with_variance((more**2 - 1.0) * usual).log_density(gap) for more in times]
         best = int(np.argmax(wider + log_chances))
         if best == 0:
             return self
-        more = (times[best] ** 2 - 1.0) * self.healthy.variance
+        more = (times[best] ** 2 - 1.0) * usual
         return replace(self, healthy=replace(self.healthy, as_well=more, log_chance=float(log_chances[best])))
 
     def standing_off(self, rms: float) -> "Factor":

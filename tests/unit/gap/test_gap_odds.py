@@ -24,20 +24,27 @@ def drawn(count: int, seed: int, odds: Odds) -> list[Judgement]:
     for truth in random.choice(3, count, p=SHARES):
         logs = random.normal(0.0, 1.5, 3) + 2.25 * (np.arange(3) == truth)
         logs += np.array([odds.none, odds.unknown, 0.0])
-        none, unknown, _ = np.exp(logs - np.logaddexp.reduce(logs))
-        judged.append(Judgement(Truth(truth), float(none), float(unknown)))
+        stated = np.exp(logs - np.logaddexp.reduce(logs))
+        none, unknown, _ = stated
+        judged.append(Judgement(Truth(truth), float(none), float(unknown), float(stated[truth])))
     return judged
 
 
-@pytest.mark.parametrize("none", [-1.0, 3.0])
-def test_odds_come_out_as_often_as_nothing_is_there(none: float) -> None:
-    before = Odds(none, float(np.log(SHARES[1] / SHARES[2])))
+@pytest.mark.parametrize(("none", "unknown"), [(-1.0, 1.0), (3.0, -3.0)])
+def test_odds_come_out_as_often_as_what_they_are_of_is_there(none: float, unknown: float) -> None:
+    before = Odds(none, unknown)
     judged = drawn(4000, 1, before)
     found = fit_odds(judged, before)
     assert found.none == pytest.approx(np.log(SHARES[0] / SHARES[2]), abs=0.25)
-    assert found.unknown == before.unknown
+    assert found.unknown == pytest.approx(np.log(SHARES[1] / SHARES[2]), abs=0.25)
     further = drawn(2000, 2, before)
     assert log_likelihood(further, before, found) > log_likelihood(further, before, before) + 0.03
+
+
+def test_of_an_effect_its_own_name_counts_and_no_other() -> None:
+    """Both say that it is something of the library, one by another name."""
+    wrong, right = (log_likelihood([Judgement(Truth.EFFECT, 0.1, 0.2, said)], Odds(), Odds()) for said in (0.1, 0.7))
+    assert wrong - right == pytest.approx(np.log(0.1 / 0.7), abs=1e-3)
 
 
 def check_of(folder: Path, cases: int) -> CheckFolder:

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import t as student
 from support.plants.gap_rigs import model, session
 
 from rig.gap.diagnosis import diagnose_with_grounds
@@ -15,9 +16,8 @@ from rig.gap.hypotheses.scenes import pressure_scene
 from rig.gap.pipeline import Grounds
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Kind, expect
-from rig.gap.reference.expectation import CLASS_SPREAD
 from rig.gap.response.propagate import Applied, ready
-from rig.gap.settings import fitted
+from rig.gap.settings import BuildSpread, fitted
 from rig.record import Column, Record
 
 
@@ -108,15 +108,18 @@ def test_a_law_that_leaves_more_than_it_changes_does_not_stand_for_what_a_simula
     assert with_rule[UNKNOWN] > with_rule["fill_exhaust_asymmetry"]
 
 
-@pytest.mark.parametrize(("times", "wider"), [(0.3, False), (4.0, True), (8.0, True)])
-def test_what_a_simulator_misses_may_be_more_on_this_build_than_is_usual(times: float, wider: bool) -> None:
-    """Of a rig without any gap: as much as `times` what is usual."""
-    factor = scene(session(85)).factor
+def test_what_a_simulator_misses_may_be_more_on_this_build_than_is_usual() -> None:
+    """Of a rig without any gap: less than usual is as it is, and the more, the more unlikely a build."""
+    factor, spread = scene(session(85)).factor, BuildSpread(0.3, 4.0)
     own = factor.healthy.chi_square(factor.gap_lines) / 5.0  # a healthy record of a quarter of the effective lines
-    usual = replace(factor, healthy=replace(factor.healthy, variance=own * factor.healthy.variance / times**2))
-    found = usual.of_its_class(usual).healthy
-    assert (found.as_well is not None) is wider
-    if found.as_well is not None:
-        level = np.sqrt(1.0 + np.mean(found.as_well / found.variance))
-        assert level == pytest.approx(times, rel=0.35)
-        assert found.log_chance == pytest.approx(-0.5 * (np.log(level) / CLASS_SPREAD) ** 2)
+    levels = []
+    for times in (0.3, 3.0, 6.0, 12.0):
+        usual = replace(factor, healthy=replace(factor.healthy, variance=own * factor.healthy.variance / times**2))
+        found = usual.of_its_class(usual, spread).healthy
+        more = 0.0 if found.as_well is None else float(np.sum(found.as_well))
+        levels.append(float(np.log(np.sqrt(1.0 + more / np.sum(found.variance)))))
+        likely = student.logpdf([levels[-1], 0.0], 4.0, 0.0, 0.3)
+        assert found.log_chance == pytest.approx(likely[0] - likely[1])
+    assert levels[0] == 0.0
+    assert np.all(np.diff(levels) > 0.0)
+    assert levels[-1] < np.log(12.0), "how unlikely such a build is counts"
