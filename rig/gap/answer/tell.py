@@ -94,9 +94,12 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
     far = after([(one.posterior.stand.name, one.fit) for one in kept])
     if far.after_deg > before and all(one.posterior.stand.name != PRESSURES for one in kept):
         kept, far = [], after([])  # of records that the fit has not seen they explain nothing
-    unknowns = _unknowns(told, kept, before)
+    added = bool(kept) and far.after_deg <= before
+    nothing_stays = added and far.after_deg <= ABOVE * floor < before
+    suspected = _unknowns(told, kept, before)
+    unknowns = [] if nothing_stays else suspected
     found = told_apart(told.marks, told.expected, before, bool(kept or unknowns))
-    marks, added = found.causes, bool(kept) and far.after_deg <= before
+    marks = found.causes
     causes = [*_causes(told, kept, before, far, added), *marks, *unknowns]
     causes += [Cause(UNKNOWN, "sensor", RAW_DATA, None, {}, before, before, 0.0, (), 0.5) for _ in _strange(told)]
     if told.expected.pairing.clipped:
@@ -123,16 +126,24 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
         _ranking(told, marks),
         what_next(told.expected, told.posteriors, settings=told.settings),
         _evidence(told, gaps, far, added),
-        _notes(told, kept, known.notes),
+        _notes(told, kept, [*known.notes, *(_immaterial(suspected) if nothing_stays else [])]),
         reference=told.expected.kind,
         retuning=told.retuning,
         observations=found.observations,
     )
 
 
-def _notes(told: Told, kept: Sequence[Kept], unsteady: Sequence[str]) -> list[str]:
-    """What was said on the way, that the rig does not repeat itself, the marks that have no name, and the names that
-    were dropped; each line once."""
+def _immaterial(suspected: Sequence[Cause]) -> list[str]:
+    """Of something unknown where what the named causes leave is no gap: that it may be there."""
+    return [
+        f"something small that is not in the library may act as well, at the {unknown.stage} "
+        f"({100.0 * unknown.confidence:.0f} %): with what is named nothing is left above the floor"
+        for unknown in suspected
+    ]
+
+
+def _notes(told: Told, kept: Sequence[Kept], said: Sequence[str]) -> list[str]:
+    """What was `said` on the way, the marks that have no name, and the names that were dropped; each line once."""
     nameless = (f"{mark.text}: no effect of the library does that" for mark in _strange(told))
     dropped = (
         f"{fit.effect.name} explains {100.0 * share_closed(posterior, fit):.0f} % of what the "
@@ -140,7 +151,7 @@ def _notes(told: Told, kept: Sequence[Kept], unsteady: Sequence[str]) -> list[st
         "follows these records no better: it may act, and the simulator miss more than that by itself"
         for posterior, fit in _dropped(told, kept)
     )
-    return list(dict.fromkeys([*told.expected.pairing.notes, *unsteady, *nameless, *dropped]))
+    return list(dict.fromkeys([*told.expected.pairing.notes, *said, *nameless, *dropped]))
 
 
 def _further(kept: Sequence[Kept], before: float, floor: float, far: HowFar, settings: Fitted) -> tuple[float, float]:
