@@ -29,24 +29,12 @@ from rig.gap.reference.build import BY_DAYS, Expected, Kind, expect, read_right
 from rig.gap.reference.monitors import misread
 from rig.gap.reference.own_days import pressure_days
 from rig.gap.reference.simulated import misfit_deg
-from rig.gap.settings import Fitted, fitted
+from rig.gap.settings import ANOTHER_RIG, FAINT, MOST_FAINT, POSSIBLE, STILL_LIKELY, Fitted, fitted
 from rig.model.fingerprint import Fingerprint
 from rig.model.parameters import Model
 from rig.record import Column, Record
 
 USUAL_P0_MPA = 0.2
-STILL_LIKELY = 0.02
-"""Hypotheses ahead of the monitors of at least this probability are judged by the angle as well: what a valve does
-reaches the joint, what a monitor misreads does not. Less: one angle more to judge, seldom another name."""
-FAINT = 1e-4
-"""Hypotheses ahead of the monitors down to this probability are judged by the angle as well, if they imply another
-monitor offset than the likeliest: an effect costs some nats beforehand, and the angle may say more than that."""
-MOST_FAINT = 3
-"""Of those, the likeliest so many. More: slower."""
-POSSIBLE = 1e-3
-"""Effects behind the monitors of at least this probability go into that trial."""
-ANOTHER_RIG = 0.3
-"""A model that misses the earlier days by this share of the angle's spread is no simulator of this rig."""
 
 
 @dataclass(frozen=True)

@@ -75,6 +75,55 @@ to there. Less: a build that is missed by more is given a cause."""
 MOST_ROUGH = 0.6
 """A law that leaves more of its own change than this says nothing: no law counts as rougher. More: a rough law stands
 for whatever nobody knows."""
+STILL_LIKELY = 0.02
+"""Hypotheses ahead of the monitors of at least this probability are judged by the angle as well: what a valve does
+reaches the joint, what a monitor misreads does not. Less: one angle more to judge, seldom another name."""
+FAINT = 1e-4
+"""Hypotheses ahead of the monitors down to this probability are judged by the angle as well, if they imply another
+monitor offset than the likeliest: an effect costs some nats beforehand, and the angle may say more than that."""
+MOST_FAINT = 3
+"""Of those, the likeliest so many. More: slower."""
+POSSIBLE = 1e-3
+"""Effects behind the monitors of at least this probability go into that trial."""
+ANOTHER_RIG = 0.3
+"""A model that misses the earlier days by this share of the angle's spread is no simulator of this rig."""
+UNSURE_ROUNDS = 4
+"""How often what is unsure of a simulator is taken anew beside a cause at most; once or twice is usual."""
+UNSURE_STANDS = 0.1
+"""The patterns of the simulator's unsure numbers are taken anew (linearised) until their relative sizes change by less
+than this. Where they never do, those without a change are kept: farther off a linear pattern says nothing."""
+FASTEST_REGULATOR = 0.1
+"""Of the simulator's, the least time constant that is tried: no rig of a build is ten times as fast as another."""
+FIRST_LAW_SHARE = 0.3
+"""How rough the first cause's law is taken to be, in its usual error."""
+LAG_SAID = 0.5
+"""Unsure lags of more than this share of the simulator's step are said."""
+RUNS_OFF = 2.0
+"""A simulator that is off by more than so many times what the joint moves (rms) does not follow it at all."""
+OUTSIDE_SEEN = 0.1
+"""Share of the drive's span by which records may leave what the fingerprint has seen before it is said."""
+USUAL_HZ = 0.8
+"""Fastest excitation of the usual session, on which levels are fitted: a slower session makes no record a fast one.
+Lower: usual records after a slow session are doubted."""
+EXCITED_POWER = 0.95
+"""Share of a command's power below the frequency that counts as its fastest. More: harmonics of triangles count."""
+BEYOND_DAYS = (3.0, 10.0, 30.0, 100.0)
+"""Factors by which the patterns that may differ without being a gap are enlarged, as one form of something unknown."""
+EVEN_CHANCE = 0.5
+"""Probability of none below which there is something."""
+FIRSTS_TRIED = 3
+"""Likeliest single effects that are tried as the first of two. More: slower, and a pair whose parts both look like a
+third effect is found more often."""
+ABOVE_FLOOR = 1.2
+"""A gap counts as above the floor from this ratio on; below it, what is explained is counted from zero, and something
+unknown beside a name is a note. More: less is said to be only partly explained."""
+EITHER_CHANCE = 0.5
+"""Trust in a name beside which something else may have done the same: one of two."""
+LEAST_CLOSED = 0.02
+"""Share of its own factor's gap that a named effect closes at least: less reads as "loses 0 % of its pressure", and
+something unknown is there."""
+SPOILT = 1.02
+"""A cause that leaves more than this share of the rms in the simulator is not added to it."""
 PRIORS = Path(__file__).with_name("priors.yaml")
 
 

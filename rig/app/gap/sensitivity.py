@@ -22,7 +22,7 @@ from rig.errors import RigError
 from rig.gap import settings
 from rig.gap.answer.facts import Verdict
 from rig.gap.diagnosis import diagnose_with_grounds
-from rig.gap.settings import FactorLevels, Fitted, Levels, Odds, Prior, fitted
+from rig.gap.settings import BuildSpread, FactorLevels, Fitted, Levels, Odds, Prior, fitted
 from rig.model.parameters import Model
 from rig.parallel import each, executor
 from rig.record import Record
@@ -30,7 +30,7 @@ from rig.record import Record
 FACTORS: Final = (0.5, 2.0)
 WAYS: Final = ("session", "fingerprint", "simulator")
 """How the cases are asked, in turn."""
-OF_SHARE: Final = {"CREDIBLE"}
+OF_SHARE: Final = {"CREDIBLE", "EXCITED_POWER"}
 """Numbers near 1 of which the distance from 1 is moved."""
 PRIORS, CONSTANTS = "priors.yaml", "settings.py"
 
@@ -110,6 +110,8 @@ def _priors() -> Iterator[Number]:
         levels: FactorLevels = getattr(next(iter(known.levels.values())), factor)
         yield from (Number(PRIORS, f"{factor}.{name}", size) for name, size in levels.patterns.items())
         yield from (Number(PRIORS, f"{factor}.{name}", getattr(levels, name)) for name in ("share", "even", "floor"))
+    builds = next(levels.builds for levels in known.levels.values() if levels.builds is not None)
+    yield from (Number(PRIORS, f"builds.{field.name}", getattr(builds, field.name)) for field in fields(BuildSpread))
     yield Number(PRIORS, "commanded_floor", next(iter(known.levels.values())).commanded_floor)
 
 
@@ -150,6 +152,9 @@ def moved_priors(known: Fitted, number: Number, factor: float) -> Fitted:
 def _moved_levels(levels: Levels, part: str, name: str, factor: float) -> Levels:
     if part == "commanded_floor":
         return replace(levels, commanded_floor=levels.commanded_floor * factor)
+    if part == "builds":
+        was = levels.builds
+        return levels if was is None else replace(levels, builds=replace(was, **{name: getattr(was, name) * factor}))
     if part == "odds":
         return replace(levels, odds=replace(levels.odds, **{name: getattr(levels.odds, name) * factor}))
     mine: FactorLevels = getattr(levels, part)

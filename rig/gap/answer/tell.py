@@ -25,20 +25,10 @@ from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.pairs import Pairing
 from rig.gap.reference.build import Expected, commanded_gaps, rms_of
 from rig.gap.response.propagate import Applied, full_numbers
-from rig.gap.settings import Fitted
+from rig.gap.settings import ABOVE_FLOOR, EITHER_CHANCE, LEAST_CLOSED, SPOILT, Fitted
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.parameters import Model
 from rig.record import Column
-
-ABOVE = 1.2
-"""A gap counts as above the floor from this ratio on; below it, what is explained is counted from zero."""
-EITHER = 0.5
-"""Trust in a name beside which something else may have done the same: one of two."""
-CLOSES = 0.02
-"""Share of its own factor's gap that a named effect closes at least: less reads as "loses 0 % of its pressure", and
-something unknown is there."""
-SPOILT = 1.02
-"""A cause that leaves more than this share of the rms in the simulator is not added to it."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +85,7 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
     if far.after_deg > before and all(one.posterior.stand.name != PRESSURES for one in kept):
         kept, far = [], after([])  # of records that the fit has not seen they explain nothing
     added = bool(kept) and far.after_deg <= before
-    nothing_stays = added and far.after_deg <= ABOVE * floor < before
+    nothing_stays = added and far.after_deg <= ABOVE_FLOOR * floor < before
     suspected = _unknowns(told, kept, before)
     unknowns = [] if nothing_stays else suspected
     found = told_apart(told.marks, told.expected, before, bool(kept or unknowns))
@@ -103,7 +93,7 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
     causes = [*_causes(told, kept, before, far, added), *marks, *unknowns]
     causes += [Cause(UNKNOWN, "sensor", RAW_DATA, None, {}, before, before, 0.0, (), 0.5) for _ in _strange(told)]
     if told.expected.pairing.clipped:
-        causes = [replace(cause, confidence=min(cause.confidence, EITHER)) for cause in causes]
+        causes = [replace(cause, confidence=min(cause.confidence, EITHER_CHANCE)) for cause in causes]
     left = far.after_deg if added else before
     low, high = _further(kept, before, floor, far, told.settings) if added else (before, before)
     named = any(cause.is_named for cause in causes)
@@ -168,7 +158,7 @@ def _strange(told: Told) -> list[Signature]:
 def _helping(told: Told, before: float) -> list[Kept]:
     """The named effects that close something, without any that makes the simulator, with the others in it, follow these
     records worse."""
-    named = [(posterior, fit) for posterior, fit in told.named if share_closed(posterior, fit) > CLOSES]
+    named = [(posterior, fit) for posterior, fit in told.named if share_closed(posterior, fit) > LEAST_CLOSED]
     left = cache(lambda *some: _left(told, [named[k][1] for k in some], before))
     kept = tuple(range(len(named)))
     while (spoiler := _spoiler(kept, named, left)) is not None:
@@ -182,7 +172,7 @@ def _dropped(told: Told, kept: Sequence[Kept]) -> list[tuple[Posterior, Fit]]:
     return [
         (posterior, fit)
         for posterior, fit in told.named
-        if share_closed(posterior, fit) > CLOSES and not any(fit is one.fit for one in kept)
+        if share_closed(posterior, fit) > LEAST_CLOSED and not any(fit is one.fit for one in kept)
     ]
 
 
@@ -234,7 +224,7 @@ def trust(pairing: Pairing, name: str) -> float:
     """What is left of an effect's probability where something that is no hypothesis may have done the same: a sensor
     that cuts off its values, another commanded P0."""
     elsewhere = pairing.elsewhere and name == "co_contraction"
-    return EITHER if name in LIBRARY and (pairing.clipped or elsewhere) else 1.0
+    return EITHER_CHANCE if name in LIBRARY and (pairing.clipped or elsewhere) else 1.0
 
 
 def _unknowns(told: Told, kept: Sequence[Kept], before: float) -> list[Cause]:
@@ -251,7 +241,7 @@ def _unknowns(told: Told, kept: Sequence[Kept], before: float) -> list[Cause]:
             chance = posterior.probability[UNKNOWN] if posterior.fit is None else posterior.beside
             chance = 1.0 - posterior.probability[NONE] if useless else chance
             if any(posterior is one for one in doubted):
-                chance = min(chance, EITHER)
+                chance = min(chance, EITHER_CHANCE)
             found.append(
                 Cause(UNKNOWN, stage, posterior.stand.name, None, {}, before, before, 0.0, tuple(near), chance)
             )
@@ -271,7 +261,7 @@ def _explained(kept: Sequence[Kept], before: float, after: float, floor: float) 
     found on."""
     if not kept:
         return 1.0
-    if after < before and before > ABOVE * floor:
+    if after < before and before > ABOVE_FLOOR * floor:
         return float(np.clip((before**2 - after**2) / (before**2 - floor**2), -1.0, 1.0))
     if after < before:
         return 1.0 - (after / before) ** 2
@@ -290,7 +280,7 @@ def _confidence(told: Told, kept: Sequence[Kept], marks: Sequence[Cause]) -> flo
     """Probability that what is said of every factor is right."""
     pairing = told.expected.pairing
     chances = [one.probability[one.best] * trust(pairing, one.best) for one in told.posteriors]
-    chances += [EITHER for _ in _dropped(told, kept)]
+    chances += [EITHER_CHANCE for _ in _dropped(told, kept)]
     return float(np.prod([*chances, *(mark.confidence for mark in marks)]))
 
 

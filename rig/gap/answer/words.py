@@ -9,9 +9,9 @@ from rig.gap.answer.facts import RAW, SWALLOWED, Moved, Verdict
 from rig.gap.answer.on_the_rig import ON_THE_RIG
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Observation
 from rig.gap.answer.sizes import degrees, size
-from rig.gap.evidence.posterior import EVEN
 from rig.gap.offered import VALVES
 from rig.gap.reference.kinds import Kind
+from rig.gap.settings import EVEN_CHANCE
 
 SOURCES = {
     "sessions": "what the earlier days differ by",
@@ -222,7 +222,7 @@ def _unknown(diagnosis: Diagnosis) -> str:
         else "Something has changed"
     )
     near = next((cause.ambiguous_with for cause in diagnosis.causes if cause.ambiguous_with), ())
-    likely = [one.effect for one in diagnosis.ranking if one.effect in near and one.probability > EVEN]
+    likely = [one.effect for one in diagnosis.ranking if one.effect in near and one.probability > EVEN_CHANCE]
     if likely:
         named = f"{_noun(likely[0])} may do it, but with it the simulator follows these records no better"
         return f"{what}{_seen(diagnosis)}: {named}."

@@ -10,28 +10,22 @@ from rig.gap.hypotheses.fit import Fit, Scene, fit_effect, settled, with_law
 from rig.gap.hypotheses.library import NONE, UNKNOWN, Effect
 from rig.gap.hypotheses.scenes import Stand
 from rig.gap.likelihood.gaussian import Gaussian
-from rig.gap.settings import CREDIBLE, ENVELOPE_HZ, UNKNOWN_EVEN
+from rig.gap.settings import BEYOND_DAYS, CREDIBLE, ENVELOPE_HZ, EVEN_CHANCE, UNKNOWN_EVEN
 from rig.record import Column
 
 _LEVELS = np.exp(np.linspace(np.log(0.1), np.log(1.5), 6))
 """Sizes of something unknown that are tried, as shares of what is to be explained."""
 
-_BEYOND = (3.0, 10.0, 30.0, 100.0)
-"""Factors by which the patterns that may differ without being a gap are enlarged, as one form of something unknown."""
 
 LEAST_CHANCE = 1e-12
 """An effect's share of all effects below counts as this much beside experiments: nothing is ever ruled out for good.
 More: a wrong name that is sure is corrected sooner."""
 
 
-EVEN = 0.5
-"""Probability of none below which there is something."""
-
-
 def likeliest(probability: Mapping[str, float]) -> str:
     """The hypothesis that is believed: none, or one of those that are something where they are likelier together."""
     something = {name: chance for name, chance in probability.items() if name != NONE}
-    if probability.get(NONE, 0.0) >= EVEN or not something:
+    if probability.get(NONE, 0.0) >= EVEN_CHANCE or not something:
         return NONE
     return max(something, key=lambda name: something[name])
 
@@ -92,7 +86,7 @@ class Posterior:
     @property
     def found(self) -> bool:
         """There is something."""
-        return self.probability[NONE] < EVEN
+        return self.probability[NONE] < EVEN_CHANCE
 
     @property
     def names(self) -> list[str]:
@@ -166,8 +160,8 @@ def _log_broad(scene: Scene, expected: Gaussian, left: Column) -> float:
 
 def _log_beyond(expected: Gaussian, left: Column) -> float:
     """Evidence for an offset, a gain or a lag that no effect of the library explains."""
-    logs = expected.log_densities(left, np.array(_BEYOND))
-    return float(np.logaddexp.reduce(logs)) - float(np.log(len(_BEYOND)))
+    logs = expected.log_densities(left, np.array(BEYOND_DAYS))
+    return float(np.logaddexp.reduce(logs)) - float(np.log(len(BEYOND_DAYS)))
 
 
 def _beside(fits: dict[str, Fit], probability: dict[str, float]) -> float:

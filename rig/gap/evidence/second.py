@@ -10,10 +10,7 @@ from rig.gap.evidence.posterior import LEAST_CHANCE, Posterior, judge
 from rig.gap.hypotheses.fit import Fit, refit
 from rig.gap.hypotheses.given import scene_given, stand_given
 from rig.gap.hypotheses.library import UNKNOWN, Effect
-
-FIRSTS = 3
-"""Likeliest single effects that are tried as the first of two. More: slower, and a pair whose parts both look like a
-third effect is found more often."""
+from rig.gap.settings import FIRSTS_TRIED
 
 
 def with_second(effects: Sequence[Effect], alone: Posterior, said: Mapping[str, float]) -> tuple[Posterior, ...]:
@@ -21,7 +18,7 @@ def with_second(effects: Sequence[Effect], alone: Posterior, said: Mapping[str, 
     one with that, those of the likeliest first effect and of the second beside it."""
     if not alone.found or (alone.best != UNKNOWN and alone.beside <= 0.5):
         return (alone,)
-    firsts = sorted(alone.fits.values(), key=lambda fit: -fit.log_evidence)[:FIRSTS]
+    firsts = sorted(alone.fits.values(), key=lambda fit: -fit.log_evidence)[:FIRSTS_TRIED]
     pairs = []
     for first in firsts:
         others = [effect for effect in effects if effect.name != first.effect.name]

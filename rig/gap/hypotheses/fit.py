@@ -25,7 +25,17 @@ from rig.gap.response.propagate import (
     ready,
     response_with,
 )
-from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, FIT_STEPS, MOST_ROUGH, WIDTH_SHARES, Odds, Prior
+from rig.gap.settings import (
+    ENVELOPE_EVEN,
+    ENVELOPE_HZ,
+    FIT_STEPS,
+    MOST_ROUGH,
+    UNSURE_ROUNDS,
+    UNSURE_STANDS,
+    WIDTH_SHARES,
+    Odds,
+    Prior,
+)
 from rig.identify.response.descent import Fit as Descent
 from rig.identify.response.descent import descend
 from rig.model.effect_stages import EFFECT_STAGES
@@ -35,11 +45,6 @@ from rig.record import Column
 EXACT = 0.0
 """Share of a law's usual error where a rig acts by that very law, as a simulated one does: as likely as each of the
 others."""
-UNSURE_ROUNDS = 4
-"""How often what is unsure of a simulator is taken anew beside a cause at most; once or twice is usual."""
-STANDS = 0.1
-"""The patterns of the simulator's unsure numbers are taken anew (linearised) until their relative sizes change by less
-than this. Where they never do, those without a change are kept: farther off a linear pattern says nothing."""
 RUNS_AWAY = 1e6
 """A change beyond this, in deg or MPa, is none that a rig can show."""
 
@@ -86,7 +91,7 @@ class Scene:
 
     def stands(self, left: Column) -> bool:
         """Whether what is unsure is likeliest where it was taken, by what a cause leaves (lines)."""
-        return self.unsure is None or bool(np.max(np.abs(self._likeliest(left) - self.at)) < STANDS)
+        return self.unsure is None or bool(np.max(np.abs(self._likeliest(left) - self.at)) < UNSURE_STANDS)
 
     def _likeliest(self, left: Column) -> Column:
         """(k,) sizes of what is unsure."""

@@ -7,12 +7,11 @@ import numpy as np
 from rig.gap.hypotheses.fit import Fit, Scene, number_spreads, with_law
 from rig.gap.hypotheses.scenes import Stand
 from rig.gap.response.propagate import Applied, ready
+from rig.gap.settings import FIRST_LAW_SHARE
 from rig.record import Column
 
 STEP = 0.02
 """Of a number, as a share of its value, for the slope of what it changes."""
-LAW_SHARE = 0.3
-"""How rough the first cause's law is taken to be, in its usual error."""
 
 
 def stand_given(stand: Stand, first: Fit) -> Stand:
@@ -25,7 +24,7 @@ def scene_given(scene: Scene, first: Fit) -> Scene:
     beforehand."""
     known = scene.changed_by(first.applied)
     factor, lines = scene.factor, scene.factor.lines
-    rho = LAW_SHARE * first.effect.roughness(scene.prior)
+    rho = FIRST_LAW_SHARE * first.effect.roughness(scene.prior)
     rough = replace(factor, healthy=with_law(factor.healthy, lines, lines.of(known), rho, scene.prior))
     cause = ready([first.applied], scene.response)
     return replace(

@@ -16,12 +16,9 @@ from rig.gap.hypotheses.fit import Moved, Unsure, pressure_change
 from rig.gap.reference.expectation import REGULATOR_PATTERNS, REGULATOR_STEP, Parts
 from rig.gap.response.nominal import Reference
 from rig.gap.response.propagate import Applied, Course, Ready, Track, pressures_with, ready
-from rig.gap.settings import FactorLevels
+from rig.gap.settings import FASTEST_REGULATOR, FactorLevels
 from rig.model.response import Regulator, ResponseModel
 from rig.record import Column
-
-FASTEST = 0.1
-"""Of the simulator's, the least time constant that is tried: no rig of a build is ten times as fast as another."""
 
 
 def unsure_regulators(
@@ -56,7 +53,11 @@ def _retuned(tracks: Sequence[Track], response: ResponseModel, sizes: Column) ->
 
 def _slower(regulator: Regulator, both: float, apart: float) -> Regulator:
     dead_s, fill_s, exhaust_s = regulator
-    return dead_s, fill_s * max(1.0 + both - apart, FASTEST), exhaust_s * max(1.0 + both + apart, FASTEST)
+    return (
+        dead_s,
+        fill_s * max(1.0 + both - apart, FASTEST_REGULATOR),
+        exhaust_s * max(1.0 + both + apart, FASTEST_REGULATOR),
+    )
 
 
 def _with_regulators(track: Track, other: ResponseModel) -> Track:

@@ -25,6 +25,7 @@ from rig.gap.reference.monitors import Misread
 from rig.gap.reference.simulated import modelled
 from rig.gap.response.nominal import Reference, describe, mean_session, references_of
 from rig.gap.response.propagate import Applied, Course, Track, angle_under, lay_tracks, ready, response_with
+from rig.gap.settings import LAG_SAID, OUTSIDE_SEEN, RUNS_OFF
 from rig.model.fingerprint import Fingerprint, PressureSource
 from rig.model.fingerprint_check import fingerprint_trouble
 from rig.model.kernels import drive, simulate
@@ -43,12 +44,6 @@ UNCORRECTED = "uncorrected"
 an older file."""
 SISTER = "sister"
 """Levels of a simulator that was made for another rig of the build, or from data sheets."""
-LAG_SAID = 0.5
-"""Unsure lags of more than this share of the simulator's step are said."""
-RUNS_OFF = 2.0
-"""A simulator that is off by more than so many times what the joint moves (rms) does not follow it at all."""
-OUTSIDE = 0.1
-"""Share of the drive's span by which records may leave what the fingerprint has seen before it is said."""
 
 
 @dataclass(frozen=True)
@@ -236,7 +231,7 @@ def outside_fingerprint(
 ) -> dict[str, str]:
     """What goes beyond the fingerprint's records by more than a tenth of the drive's span, the drive or the mean
     pressure, and a line about it."""
-    room = OUTSIDE * (known.drive_mpa[1] - known.drive_mpa[0])
+    room = OUTSIDE_SEEN * (known.drive_mpa[1] - known.drive_mpa[0])
     means = [0.5 * (p1 + p2) for p1, p2 in pressures]
     found = {}
     for name, (low, high), columns in (("drive", known.drive_mpa, drives), (MEAN, known.mean_mpa, means)):

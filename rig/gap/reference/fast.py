@@ -6,13 +6,8 @@ import numpy as np
 
 from rig.gap.likelihood.lines import Lines
 from rig.gap.records.pairs import Pair
+from rig.gap.settings import EXCITED_POWER, USUAL_HZ
 from rig.record import Column, Record
-
-LEAST_HZ = 0.8
-"""Fastest excitation of the usual session, on which levels are fitted: a slower session makes no record a fast one.
-Lower: usual records after a slow session are doubted."""
-POWER = 0.95
-"""Share of a command's power below the frequency that counts as its fastest. More: harmonics of triangles count."""
 
 
 def known_hz(records: Iterable[Record]) -> float:
@@ -22,7 +17,7 @@ def known_hz(records: Iterable[Record]) -> float:
 
 def known_by_hz(commands: Iterable[tuple[Column, float]]) -> float:
     """The same by the commands (n,) with the time between two rows, s."""
-    return max([LEAST_HZ, *(fastest_hz(dp_mpa, dt_s) for dp_mpa, dt_s in commands)])
+    return max([USUAL_HZ, *(fastest_hz(dp_mpa, dt_s) for dp_mpa, dt_s in commands)])
 
 
 def fastest_hz(dp_mpa: Column, dt_s: float) -> float:
@@ -31,7 +26,7 @@ def fastest_hz(dp_mpa: Column, dt_s: float) -> float:
     power = np.cumsum(np.abs(np.fft.rfft(known - known.mean())) ** 2)
     if not power[-1] > 0.0:
         return 0.0
-    return float(np.fft.rfftfreq(len(known), dt_s)[int(np.searchsorted(power, POWER * power[-1]))])
+    return float(np.fft.rfftfreq(len(known), dt_s)[int(np.searchsorted(power, EXCITED_POWER * power[-1]))])
 
 
 def doubt(pairs: Sequence[Pair], lines: Lines, known: float) -> Column:

@@ -2,16 +2,17 @@
 
 import pytest
 
-from rig.gap.answer.tell import EITHER, trust
+from rig.gap.answer.tell import trust
 from rig.gap.records.pairs import Pairing
+from rig.gap.settings import EITHER_CHANCE
 
 
 @pytest.mark.parametrize(
     ("clipped", "elsewhere", "name", "left"),
     [
         (False, False, "co_contraction", 1.0),
-        (True, False, "sensor_nonlinearity", EITHER),
-        (False, True, "co_contraction", EITHER),
+        (True, False, "sensor_nonlinearity", EITHER_CHANCE),
+        (False, True, "co_contraction", EITHER_CHANCE),
         (False, True, "delay", 1.0),
         (True, True, "none", 1.0),
     ],

@@ -7,8 +7,8 @@ import pytest
 from support.plants.gap_rigs import asked, names, session
 
 from rig.gap.answer.facts import Verdict
-from rig.gap.answer.tell import ABOVE
 from rig.gap.hypotheses.library import UNKNOWN
+from rig.gap.settings import ABOVE_FLOOR
 from rig.model.parameters import AddedEffect
 from rig.record import Record
 
@@ -27,4 +27,4 @@ def test_what_is_unknown_beside_a_name_is_a_cause_where_it_is_above_the_floor(si
     assert said.verdict is (Verdict.PARTLY_EXPLAINED if stays else Verdict.EXPLAINED)
     assert (UNKNOWN in names(said)) is stays
     assert any("may act as well" in note for note in said.notes) is not stays
-    assert (said.gap.after_deg > ABOVE * said.gap.floor_deg) is stays
+    assert (said.gap.after_deg > ABOVE_FLOOR * said.gap.floor_deg) is stays

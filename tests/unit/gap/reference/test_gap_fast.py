@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from rig.gap.likelihood.lines import lines_of
 from rig.gap.records.pairs import Pair
-from rig.gap.reference.fast import LEAST_HZ, doubt, fastest_hz, known_hz
+from rig.gap.reference.fast import doubt, fastest_hz, known_hz
+from rig.gap.settings import USUAL_HZ
 from rig.record import Column, Record
 
 DT_S = 0.01
@@ -39,7 +40,7 @@ def test_a_slow_triangle_is_no_fast_record_and_rest_is_none() -> None:
 def test_a_rig_is_known_up_to_its_fastest_record_and_at_least_as_far_as_levels_are() -> None:
     records = [Record(f"{hz}", T_S, sine(hz)) for hz in (0.2, 3.0)]
     assert known_hz(records) == pytest.approx(3.0, abs=0.06)
-    assert known_hz(records[:1]) == LEAST_HZ
+    assert known_hz(records[:1]) == USUAL_HZ
 
 
 def test_only_records_faster_than_what_is_known_are_doubted() -> None:
