@@ -157,14 +157,23 @@ def _correlation(one: Column, other: Column) -> float:
     return float(one @ other / max(float(np.sqrt((one @ one) * (other @ other))), 1e-30))
 
 
-def check_reach(name: str, said: Column, measured: Column) -> None:
-    """ModelError when a model moves so much more or less than the record of this name that it must be another's."""
-    share = float(np.ptp(said) / max(np.ptp(measured), 1e-9))
+def check_reach(name: str, said: Column, measured: Column, pushed: float = 1.0) -> None:
+    """ModelError when a model moves so much more or less than the record of this name that it must be another's.
+    `pushed`: so many times as far as the rig's do its pressures move it; a regulator that hardly fills is an effect."""
+    share = float(np.ptp(said) / max(np.ptp(measured), 1e-9)) / max(pushed, 1.0)
     if not 1.0 / STRANGE < share < STRANGE:
         raise ModelError(
             f"{name}: the model moves {share:.3g} times as far as the rig: other units, or outside its range; "
             f"allowed without a baseline: {1 / STRANGE:.2g} .. {STRANGE:g} times"
         )
+
+
+def farther(said: tuple[Column | None, Column | None], measured: tuple[Column | None, Column | None]) -> float:
+    """How many times as far as the measured ones the pressures (n,) of a model move apart; 1 where either has none."""
+    (p1, p2), (own1, own2) = said, measured
+    if p1 is None or p2 is None or own1 is None or own2 is None:
+        return 1.0
+    return float(np.ptp(p1 - p2) / max(np.nanmax(own1 - own2) - np.nanmin(own1 - own2), STILL_MPA))
 
 
 def runs_against(cases: Sequence[Column], expected: Sequence[Column]) -> bool:

@@ -18,7 +18,7 @@ from rig.columns import rms
 from rig.config import suggest
 from rig.errors import ConfigError, ModelError
 from rig.gap.records.pairs import Pair, Pairing
-from rig.gap.records.usable import check_direction, check_reach
+from rig.gap.records.usable import check_direction, check_reach, farther
 from rig.gap.reference.expectation import driving
 from rig.gap.reference.kinds import Kind as Kind
 from rig.gap.reference.monitors import Misread
@@ -180,7 +180,9 @@ def _from_fingerprint(model: Model, pairing: Pairing) -> Expected:
         )
     made = from_response(response, replace(pairing, pressures=driven))
     for track in made.tracks:
-        check_reach(track.pair.name, track.reference.angle_deg, track.pair.case.angle_deg)
+        said, case = track.reference, track.pair.case
+        pushed = farther((said.p1_mpa, said.p2_mpa), (case.p1_mpa, case.p2_mpa))
+        check_reach(track.pair.name, said.angle_deg, case.angle_deg, pushed)
     check_direction(
         [track.pair.case.angle_deg for track in made.tracks],
         [track.reference.angle_deg for track in made.tracks],

@@ -7,7 +7,7 @@ import numpy as np
 from rig.columns import rms
 from rig.errors import RigError
 from rig.gap.records.pairs import Pair
-from rig.gap.records.usable import check_reach
+from rig.gap.records.usable import check_reach, farther
 from rig.model.kernels import simulate
 from rig.model.parameters import Model
 from rig.record import Column
@@ -19,7 +19,8 @@ def modelled(model: Model, pair: Pair) -> tuple[Column | None, Column | None, Co
     start = [session.angle_deg[0] for session in pair.sessions] or [pair.case.angle_deg[0]]
     said = simulate(model, pair.raw, start_deg=float(np.mean(start)))
     assert said.angle_deg is not None
-    check_reach(pair.name, said.angle_deg, pair.case.angle_deg)
+    pushed = farther((said.p1_mpa, said.p2_mpa), (pair.case.p1_mpa, pair.case.p2_mpa))
+    check_reach(pair.name, said.angle_deg, pair.case.angle_deg, pushed)
     own = said.t_s - said.t_s[0]
 
     def on_grid(column: Column | None) -> Column | None:

@@ -16,7 +16,7 @@ from rig.gap.records.pairs import pair_up
 from rig.gap.records.partners import find_partner
 from rig.gap.records.periods import period_rows, whole_periods
 from rig.gap.records.settings import ANGLE_AGAINST, FARTHEST, MOST_SHIFT_S, SAME_COMMAND
-from rig.gap.records.usable import check_direction, check_reach, check_scale, usable
+from rig.gap.records.usable import check_direction, check_reach, check_scale, farther, usable
 from rig.record import Column, Record
 
 T = np.arange(0.0, 10.0, 0.005)
@@ -201,6 +201,20 @@ def test_a_model_that_moves_otherwise_by_a_factor_of_four_is_no_model_of_this_ri
         return
     with pytest.raises(ModelError, match=r"sine: the model moves .* times as far as the rig"):
         check_reach("sine", times * angle, angle)
+
+
+@pytest.mark.parametrize(("moved", "refused"), [(1.0, True), (0.1, False), (3.0, True)])
+def test_a_rig_whose_pressures_hardly_move_moves_less_and_is_no_other_rig(moved: float, refused: bool) -> None:
+    """A joint that moves an eighth as far as the model says: under pressures that move as far, and under less."""
+    said, angle = (0.2 + 0.1 * np.sin(T), 0.2 - 0.1 * np.sin(T)), 40.0 * np.sin(T)
+    own = tuple(0.2 + moved * (column - 0.2) for column in said)
+    pushed = farther(said, (own[0], own[1]))
+    assert farther(said, (None, own[1])) == 1.0
+    if not refused:
+        check_reach("sine", angle, angle / 8.0, pushed)
+        return
+    with pytest.raises(ModelError, match="8 times as far"):
+        check_reach("sine", angle, angle / 8.0, pushed)
 
 
 @pytest.mark.parametrize("hertz", [0.2, 0.7, 1.5, 3.0])
