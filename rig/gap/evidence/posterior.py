@@ -173,6 +173,6 @@ def _beside(fits: dict[str, Fit], probability: dict[str, float]) -> float:
     fit = fits[best]
     scene, factor, lines, prior = fit.scene, fit.scene.factor, fit.scene.factor.lines, fit.scene.prior
     moved, left = lines.of(fit.change), lines.of(factor.gap - fit.change)
-    rough = with_law(factor.healthy, lines, moved, fit.effect.roughness(prior), prior)
+    rough = with_law(factor.healthy, lines, moved, fit.effect.roughness(prior, fit.law), prior)
     odds = log_unknown(scene, rough, left) + prior.log_beside - fit.log_law
     return float(1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0))))

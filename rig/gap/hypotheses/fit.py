@@ -320,7 +320,7 @@ class _Trial:
         healthy, lines, prior = self.scene.factor.healthy, self.scene.factor.lines, self.scene.prior
         change, moved = self.changed(x, fixed)
         left = self._gap - moved
-        rho = effect.roughness(prior)
+        rho = effect.roughness(prior, self.law)
         power = lines.envelope(moved, ENVELOPE_HZ, ENVELOPE_EVEN)
         rough = Counter(min(share * rho, MOST_ROUGH) for share in (EXACT, *prior.law_shares))
         logs = [

@@ -24,7 +24,7 @@ def scene_given(scene: Scene, first: Fit) -> Scene:
     beforehand."""
     known = scene.changed_by(first.applied)
     factor, lines = scene.factor, scene.factor.lines
-    rho = FIRST_LAW_SHARE * first.effect.roughness(scene.prior)
+    rho = FIRST_LAW_SHARE * first.effect.roughness(scene.prior, first.law)
     rough = replace(factor, healthy=with_law(factor.healthy, lines, lines.of(known), rho, scene.prior))
     cause = ready([first.applied], scene.response)
     return replace(

@@ -42,6 +42,9 @@ class Law:
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     """Tighter bounds than the stage's: flexible forms are held to what they are meant for. Those of the size are in units of `scale`."""
 
+    like: str = ""
+    """Effect whose laws' usual error this form has, where it acts as that one does; else its own effect's."""
+
     def range_of(self, name: str, scales: Mapping[str, float]) -> tuple[float, float]:
         """Bounds of a free number in its own unit, its stage's where there are no tighter ones."""
         number = next(number for number in EFFECT_STAGES[self.stage].numbers if number.name == name)
@@ -71,9 +74,10 @@ class Effect:
         """Where the report says it lies."""
         return EFFECT_STAGES[self.laws[0].stage].lies_in
 
-    def roughness(self, prior: Prior) -> float:
-        """How rough its laws usually are, as a share of what they change."""
-        return prior.rho_scale * prior.laws.get(self.name, self.misfit)
+    def roughness(self, prior: Prior, law: Law | None = None) -> float:
+        """How rough its laws usually are, or one `law` of them, as a share of what they change."""
+        name = law.like if law is not None and law.like else self.name
+        return prior.rho_scale * prior.laws.get(name, self.misfit)
 
     @property
     def upstream(self) -> bool:
@@ -95,6 +99,9 @@ UNCHOKED = tuple({"exhaust_mpa_s": exhaust} for exhaust in (0.15, 0.3, 0.6))
 EITHER_MUSCLE = ({"muscle": 1.0}, {"muscle": 2.0})
 CHOKED_LEAK = ({"muscle": 1.0, "absolute": 1.0}, {"muscle": 2.0, "absolute": 1.0})
 BOTH_STOPS = tuple({"low_deg": low} for low in (-32.0, -26.0, -20.0, -15.0, -10.0))
+BEHIND_THE_LOOP = (dict.fromkeys(("viscous_time_s", "inertia_time_s", *(f"loop_{k}" for k in range(1, 6))), 0.0),)
+"""A joint without friction of its own: the hysteresis is that of the muscles, as a Bouc-Wen model has it, and what
+rubs stands behind it. Dry friction is then what a play is, viscous friction what a sensor's lag is."""
 TIMES = (0.004, 0.008, 0.016, 0.03, 0.06, 0.12, 0.25)
 
 _LIBRARY: tuple[Effect, ...] = (
@@ -167,9 +174,12 @@ _LIBRARY: tuple[Effect, ...] = (
                              Law("one_muscle_warms", ("rate_per_min",), (0.01, 0.05, 0.2, 0.6), signs=BOTH_SIGNS, shapes=EITHER_MUSCLE)),
            "the amplitude grows or shrinks through each record, and the angle wanders where one muscle warms more", "drift", "thermal"),
     Effect("coulomb_friction", (Law("coulomb_friction", ("width_deg",), (0.01, 0.03, 0.1, 0.3), "span_deg"),
+                                Law("coulomb_friction", ("width_deg",), (0.003, 0.01, 0.03, 0.1, 0.3), "span_deg", shapes=BEHIND_THE_LOOP, like="backlash"),
                                 Law("coulomb_friction", ("width_deg",), (-0.01, -0.03, -0.1), "span_deg")),
            "the loop is wider, or narrower, at every speed, with corners at turning points", "play", "play"),
-    Effect("viscous_friction", (Law("viscous_friction", ("tau_s",), (0.01, 0.03, 0.1, 0.3)), Law("viscous_friction", ("tau_s",), (-0.01, -0.03))),
+    Effect("viscous_friction", (Law("viscous_friction", ("tau_s",), (0.01, 0.03, 0.1, 0.3)),
+                                Law("viscous_friction", ("tau_s",), TIMES, shapes=BEHIND_THE_LOOP, like="sensor_lag"),
+                                Law("viscous_friction", ("tau_s",), (-0.01, -0.03))),
            "the angle lags in proportion to speed", "late", "lag"),
     Effect("inertia", (Law("inertia", ("time_s",), RESONANCES), Law("inertia", ("time_s",), (-0.015, -0.03, -0.06))),
            "fast parts of the angle overshoot and ring", "late", "inertia"),
