@@ -42,14 +42,21 @@ class Judgement:
     """Stated probability of what is true: of an effect that of its name."""
 
 
-def fit_odds(judged: Sequence[Judgement], odds: Odds) -> Odds:
-    """The odds under which these truths are likeliest; they were judged by `odds`."""
+def fit_odds(families: Sequence[Sequence[Judgement]], odds: Odds) -> Odds:
+    """The odds for a build that is not among these families: the mean of those under which each family's truths are
+    likeliest; they were judged by `odds`. A family is one draw of what builds differ by, however many cases it
+    brings."""
+    none, unknown = np.mean([_shifts(judged) for judged in families], axis=0).tolist()
+    return replace(odds, none=odds.none + none, unknown=odds.unknown + unknown)
+
+
+def _shifts(judged: Sequence[Judgement]) -> Column:
+    """By how much odds of none and of something unknown must move for these truths to be likeliest."""
 
     def cost(shifts: Column) -> float:
         return -_log_likelihood(judged, *shifts) + 0.5 * float(shifts @ shifts) / HELD**2
 
-    none, unknown = minimize(cost, np.zeros(2), method="Nelder-Mead").x.tolist()
-    return replace(odds, none=odds.none + none, unknown=odds.unknown + unknown)
+    return np.asarray(minimize(cost, np.zeros(2), method="Nelder-Mead").x)
 
 
 def log_likelihood(judged: Sequence[Judgement], odds: Odds, other: Odds) -> float:

@@ -39,38 +39,45 @@ def with_odds(levels: Fitted, folders: Sequence[CheckFolder], left_out: Sequence
     """The levels with the odds that these checks' cases ask for, which were answered by the odds of `levels`, and the
     fit of each reference that enough factors tell of; without the cases of the families `left_out`. RecordError where
     there are too few."""
-    judged: dict[str, list[Judgement]] = {}
+    judged: dict[str, dict[str, list[Judgement]]] = {}
     for folder in folders:
-        for reference, one in _judgements(folder, left_out):
-            judged.setdefault(reference, []).append(one)
-    most = max((len(some) for some in judged.values()), default=0)
+        for reference, family, one in _judgements(folder, left_out):
+            judged.setdefault(reference, {}).setdefault(family, []).append(one)
+    most = max(map(_count, judged.values()), default=0)
     if most < LEAST_FACTORS:
         raise RecordError(
             f"{most} factors of clear cases beside one reference are there; at least {LEAST_FACTORS} are needed"
         )
-    telling = {name: judged.get(SAME.get(name, name), []) for name in levels.levels}
+    telling = {name: judged.get(SAME.get(name, name), {}) for name in levels.levels}
     fits = {
-        name: _fitted(some, levels.levels[name].odds) for name, some in telling.items() if len(some) >= LEAST_FACTORS
+        name: _fitted(list(some.values()), levels.levels[name].odds)
+        for name, some in telling.items()
+        if _count(some) >= LEAST_FACTORS
     }
     changed = {name: replace(levels.levels[name], odds=fit.odds) for name, fit in fits.items()}
     return replace(levels, levels={**levels.levels, **changed}), fits
 
 
-def _fitted(judged: Sequence[Judgement], odds: Odds) -> Fit:
-    found = fit_odds(judged, odds)
+def _count(families: Mapping[str, Sequence[Judgement]]) -> int:
+    return sum(map(len, families.values()))
+
+
+def _fitted(families: Sequence[Sequence[Judgement]], odds: Odds) -> Fit:
+    found = fit_odds(families, odds)
+    judged = [one for family in families for one in family]
     before, after = (log_likelihood(judged, odds, one) for one in (odds, found))
     return Fit(found, len(judged), after - before)
 
 
-def _judgements(folder: CheckFolder, left_out: Sequence[str]) -> Iterator[tuple[str, Judgement]]:
-    """Of every factor, by whose answers its odds are fitted, what was said and what was true."""
+def _judgements(folder: CheckFolder, left_out: Sequence[str]) -> Iterator[tuple[str, str, Judgement]]:
+    """Of every factor, by whose answers its odds are fitted, the family, and what was said and what was true."""
     for _, scored, answers in answers_of(folder):
         stages = {name: fact.stage for name, fact in facts_of(scored.facts).effects.items()}
         for mode, row in scored.rows.items():
             if row.family not in left_out and _tells(row) and not MODES[mode].withheld:
                 said = answers[mode]["diagnosis"]
                 reference = said["gap"]["floor_source"]
-                yield from ((SAME.get(reference, reference), one) for one in _of_answer(said, stages))
+                yield from ((SAME.get(reference, reference), row.family, one) for one in _of_answer(said, stages))
 
 
 def _tells(row: Row) -> bool:

@@ -34,11 +34,19 @@ def drawn(count: int, seed: int, odds: Odds) -> list[Judgement]:
 def test_odds_come_out_as_often_as_what_they_are_of_is_there(none: float, unknown: float) -> None:
     before = Odds(none, unknown)
     judged = drawn(4000, 1, before)
-    found = fit_odds(judged, before)
+    found = fit_odds([judged], before)
     assert found.none == pytest.approx(np.log(SHARES[0] / SHARES[2]), abs=0.25)
     assert found.unknown == pytest.approx(np.log(SHARES[1] / SHARES[2]), abs=0.25)
     further = drawn(2000, 2, before)
     assert log_likelihood(further, before, found) > log_likelihood(further, before, before) + 0.03
+
+
+def test_every_family_counts_alike_however_many_cases_it_brings() -> None:
+    one, other = drawn(400, 3, Odds(2.0, 0.0)), drawn(400, 4, Odds(-2.0, 0.0))
+    apart = [fit_odds([family], Odds()).none for family in (one, other)]
+    assert apart[0] < apart[1] - 1.0
+    assert fit_odds([one, other], Odds()).none == pytest.approx(np.mean(apart))
+    assert fit_odds([one * 5, other], Odds()).none == pytest.approx(np.mean(apart), abs=0.3)
 
 
 def test_of_an_effect_its_own_name_counts_and_no_other() -> None:
