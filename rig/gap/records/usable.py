@@ -168,10 +168,13 @@ def check_reach(name: str, said: Column, measured: Column, pushed: float = 1.0) 
         )
 
 
-def farther(said: tuple[Column | None, Column | None], measured: tuple[Column | None, Column | None]) -> float:
-    """How many times as far as the measured ones the pressures (n,) of a model move apart; 1 where either has none."""
+def farther(
+    said: tuple[Column | None, Column | None], measured: tuple[Column | None, Column | None], least_set_mpa: float
+) -> float:
+    """How many times as far as the measured ones the pressures (n,) of a model move apart; 1 where either has none, and
+    where a set-point is below 0: no regulator can be given that, so it is in another unit."""
     (p1, p2), (own1, own2) = said, measured
-    if p1 is None or p2 is None or own1 is None or own2 is None:
+    if p1 is None or p2 is None or own1 is None or own2 is None or least_set_mpa < 0.0:
         return 1.0
     return float(np.ptp(p1 - p2) / max(np.nanmax(own1 - own2) - np.nanmin(own1 - own2), STILL_MPA))
 

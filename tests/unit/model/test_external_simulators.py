@@ -218,5 +218,7 @@ def test_the_diagnosis_names_what_an_fmu_lacks(tmp_path: Path) -> None:
     said = diagnose(model, records)
     assert said.verdict == "explained"
     lateness = {said.causes[0].effect, *said.causes[0].ambiguous_with}
-    assert "delay" in lateness <= {"delay", "valve_lag", "sensor_lag"}, "where, the angle alone does not tell"
+    assert "delay" in lateness <= {"delay", "valve_lag", "viscous_friction", "sensor_lag"}, (
+        "where, the angle alone does not tell"
+    )
     assert said.retuning is None, "it has no parameters of pamrig's"
