@@ -122,6 +122,9 @@ EITHER_CHANCE = 0.5
 LEAST_CLOSED = 0.02
 """Share of its own factor's gap that a named effect closes at least: less reads as "loses 0 % of its pressure", and
 something unknown is there."""
+LEAST_EXPLAINED = 0.5
+"""Share of a gap above the floor (mean squares) that causes close at least where they are said to explain it; with less
+something unknown makes up the larger part. More: rough laws explain nothing."""
 SPOILT = 1.02
 """A cause that leaves more than this share of the rms in the simulator is not added to it."""
 PRIORS = Path(__file__).with_name("priors.yaml")

@@ -25,7 +25,7 @@ from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.pairs import Pairing
 from rig.gap.reference.build import Expected, commanded_gaps, rms_of
 from rig.gap.response.propagate import Applied, full_numbers
-from rig.gap.settings import ABOVE_FLOOR, EITHER_CHANCE, LEAST_CLOSED, SPOILT, Fitted
+from rig.gap.settings import ABOVE_FLOOR, EITHER_CHANCE, LEAST_CLOSED, LEAST_EXPLAINED, SPOILT, Fitted
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.parameters import Model
 from rig.record import Column
@@ -88,6 +88,8 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
     nothing_stays = added and far.after_deg <= ABOVE_FLOOR * floor < before
     suspected = _unknowns(told, kept, before)
     unknowns = [] if nothing_stays else suspected
+    if added and not unknowns and ABOVE_FLOOR * floor < far.after_deg and closes_little(before, far.after_deg, floor):
+        unknowns = [_rest(kept, before)]
     found = told_apart(told.marks, told.expected, before, bool(kept or unknowns))
     marks = found.causes
     causes = [*_causes(told, kept, before, far, added), *marks, *unknowns]
@@ -266,6 +268,19 @@ def _explained(kept: Sequence[Kept], before: float, after: float, floor: float) 
     if after < before:
         return 1.0 - (after / before) ** 2
     return max(share_closed(one.posterior, one.fit) for one in kept)
+
+
+def closes_little(before: float, after: float, floor: float) -> bool:
+    """Less than LEAST_EXPLAINED of a gap above the floor, in mean squares: that leaves more unexplained than it
+    explains, however rough a law may be."""
+    return before**2 - after**2 < LEAST_EXPLAINED * (before**2 - floor**2)
+
+
+def _rest(kept: Sequence[Kept], before: float) -> Cause:
+    """Something unknown that makes up the larger part of a gap, beside the effects that close the smaller."""
+    first = max(kept, key=lambda one: before - one.alone_deg)
+    stage, factor = EFFECT_STAGES[first.fit.applied.stage].lies_in, first.posterior.stand.name
+    return Cause(UNKNOWN, stage, factor, None, {}, before, before, 0.0, (first.fit.effect.name,), EITHER_CHANCE)
 
 
 def _verdict(causes: Sequence[Cause]) -> Verdict:

@@ -7,6 +7,7 @@ import pytest
 from support.plants.gap_rigs import asked, names, session
 
 from rig.gap.answer.facts import Verdict
+from rig.gap.answer.tell import closes_little
 from rig.gap.hypotheses.library import UNKNOWN
 from rig.gap.settings import ABOVE_FLOOR
 from rig.model.parameters import AddedEffect
@@ -28,3 +29,9 @@ def test_what_is_unknown_beside_a_name_is_a_cause_where_it_is_above_the_floor(si
     assert (UNKNOWN in names(said)) is stays
     assert any("may act as well" in note for note in said.notes) is not stays
     assert (said.gap.after_deg > ABOVE_FLOOR * said.gap.floor_deg) is stays
+
+
+@pytest.mark.parametrize(("after_deg", "little"), [(2.3, True), (2.2, False)])
+def test_what_closes_less_than_half_of_a_gap_does_not_explain_it(after_deg: float, little: bool) -> None:
+    """Of 3 deg above a floor of 1: half of the mean square is at the root of 5."""
+    assert closes_little(3.0, after_deg, 1.0) is little
