@@ -85,18 +85,14 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
     if far.after_deg > before and all(one.posterior.stand.name != PRESSURES for one in kept):
         kept, far = [], after([])  # of records that the fit has not seen they explain nothing
     added = bool(kept) and far.after_deg <= before
-    nothing_stays = added and far.after_deg <= ABOVE_FLOOR * floor < before
-    suspected = _unknowns(told, kept, before)
-    unknowns = [] if nothing_stays else suspected
-    if added and not unknowns and ABOVE_FLOOR * floor < far.after_deg and closes_little(before, far.after_deg, floor):
-        unknowns = [_rest(kept, before)]
+    left = far.after_deg if added else before
+    unknowns, small = _unknown_beside(told, kept, before, left, floor)
     found = told_apart(told.marks, told.expected, before, bool(kept or unknowns))
     marks = found.causes
     causes = [*_causes(told, kept, before, far, added), *marks, *unknowns]
     causes += [Cause(UNKNOWN, "sensor", RAW_DATA, None, {}, before, before, 0.0, (), 0.5) for _ in _strange(told)]
     if told.expected.pairing.clipped:
         causes = [replace(cause, confidence=min(cause.confidence, EITHER_CHANCE)) for cause in causes]
-    left = far.after_deg if added else before
     low, high = _further(kept, before, floor, far, told.settings) if added else (before, before)
     named = any(cause.is_named for cause in causes)
     gap = Gap(
@@ -118,20 +114,30 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
         _ranking(told, marks),
         what_next(told.expected, told.posteriors, settings=told.settings),
         _evidence(told, gaps, far, added),
-        _notes(told, kept, [*known.notes, *(_immaterial(suspected) if nothing_stays else [])]),
+        _notes(told, kept, [*known.notes, *small]),
         reference=told.expected.kind,
         retuning=told.retuning,
         observations=found.observations,
     )
 
 
-def _immaterial(suspected: Sequence[Cause]) -> list[str]:
-    """Of something unknown where what the named causes leave is no gap: that it may be there."""
-    return [
-        f"something small that is not in the library may act as well, at the {unknown.stage} "
-        f"({100.0 * unknown.confidence:.0f} %): with what is named nothing is left above the floor"
-        for unknown in suspected
-    ]
+def _unknown_beside(
+    told: Told, kept: Sequence[Kept], before: float, left: float, floor: float
+) -> tuple[list[Cause], list[str]]:
+    """Something unknown, as causes or as notes. It is a note where the named causes leave no gap (rms in deg: `before`
+    and `left`), and a cause at any rate where they close less of it than they leave."""
+    suspected = _unknowns(told, kept, before)
+    above = ABOVE_FLOOR * floor
+    if left <= above < before:
+        notes = (
+            f"something small that is not in the library may act as well, at the {unknown.stage} "
+            f"({100.0 * unknown.confidence:.0f} %): with what is named nothing is left above the floor"
+            for unknown in suspected
+        )
+        return [], list(notes)
+    if not suspected and above < left < before and closes_little(before, left, floor):
+        return [_rest(kept, before)], []
+    return suspected, []
 
 
 def _notes(told: Told, kept: Sequence[Kept], said: Sequence[str]) -> list[str]:
