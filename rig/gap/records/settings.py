@@ -62,7 +62,7 @@ LEAST_SAMPLED = 0.5
 LEAST_MEASURED = 0.5
 """Share of a record's rows in which the angle must have been measured."""
 LEAST_COMMAND_MPA = 0.005
-"""A command (p1 - p2) that moves by less excites nothing: half the noise of a monitor's full scale, MPa."""
+"""A command (p1 - p2) that moves by less excites nothing, MPa: a hundredth of a regulator's span."""
 STILL_DEG, STILL_MPA = 1e-6, 1e-4
 """A column that moves by less does not move at all, deg and MPa: far below a converter's step."""
 LONGEST_LAG_S, FOLLOWED_S = 1.0, 0.05

@@ -157,10 +157,11 @@ def _correlation(one: Column, other: Column) -> float:
     return float(one @ other / max(float(np.sqrt((one @ one) * (other @ other))), 1e-30))
 
 
-def check_reach(name: str, said: Column, measured: Column, pushed: float = 1.0) -> None:
+def check_reach(name: str, said: Column, measured: Column, pressure_ratio: float = 1.0) -> None:
     """ModelError when a model moves so much more or less than the record of this name that it must be another's.
-    `pushed`: so many times as far as the rig's do its pressures move it; a regulator that hardly fills is an effect."""
-    share = float(np.ptp(said) / max(np.ptp(measured), 1e-9)) / max(pushed, 1.0)
+    `pressure_ratio`: how many times as far as the rig's its pressures move, see `farther`; a regulator that hardly
+    fills is an effect."""
+    share = float(np.ptp(said) / max(np.ptp(measured), 1e-9)) / max(pressure_ratio, 1.0)
     if not 1.0 / STRANGE < share < STRANGE:
         raise ModelError(
             f"{name}: the model moves {share:.3g} times as far as the rig: other units, or outside its range; "

@@ -18,11 +18,11 @@ from rig.columns import rms
 from rig.config import suggest
 from rig.errors import ConfigError, ModelError
 from rig.gap.records.pairs import Pair, Pairing
-from rig.gap.records.usable import check_direction, check_reach, farther
+from rig.gap.records.usable import check_direction
 from rig.gap.reference.expectation import driving
 from rig.gap.reference.kinds import Kind as Kind
 from rig.gap.reference.monitors import Misread
-from rig.gap.reference.simulated import least_set_mpa, modelled
+from rig.gap.reference.simulated import check_motion, modelled
 from rig.gap.response.nominal import Reference, describe, mean_session, references_of
 from rig.gap.response.propagate import Applied, Course, Track, angle_under, lay_tracks, ready, response_with
 from rig.gap.settings import LAG_SAID, OUTSIDE_SEEN, RUNS_OFF
@@ -180,9 +180,8 @@ def _from_fingerprint(model: Model, pairing: Pairing) -> Expected:
         )
     made = from_response(response, replace(pairing, pressures=driven))
     for track in made.tracks:
-        said, case = track.reference, track.pair.case
-        pushed = farther((said.p1_mpa, said.p2_mpa), (case.p1_mpa, case.p2_mpa), least_set_mpa(track.pair))
-        check_reach(track.pair.name, said.angle_deg, case.angle_deg, pushed)
+        said = track.reference
+        check_motion(track.pair, (said.p1_mpa, said.p2_mpa), said.angle_deg)
     check_direction(
         [track.pair.case.angle_deg for track in made.tracks],
         [track.reference.angle_deg for track in made.tracks],

@@ -19,8 +19,7 @@ def modelled(model: Model, pair: Pair) -> tuple[Column | None, Column | None, Co
     start = [session.angle_deg[0] for session in pair.sessions] or [pair.case.angle_deg[0]]
     said = simulate(model, pair.raw, start_deg=float(np.mean(start)))
     assert said.angle_deg is not None
-    pushed = farther((said.p1_mpa, said.p2_mpa), (pair.case.p1_mpa, pair.case.p2_mpa), least_set_mpa(pair))
-    check_reach(pair.name, said.angle_deg, pair.case.angle_deg, pushed)
+    check_motion(pair, (said.p1_mpa, said.p2_mpa), said.angle_deg)
     own = said.t_s - said.t_s[0]
 
     def on_grid(column: Column | None) -> Column | None:
@@ -29,9 +28,11 @@ def modelled(model: Model, pair: Pair) -> tuple[Column | None, Column | None, Co
     return on_grid(said.p1_mpa), on_grid(said.p2_mpa), np.interp(pair.t_s, own, said.angle_deg)
 
 
-def least_set_mpa(pair: Pair) -> float:
-    """The lowest set-point of a record, MPa."""
-    return float(min(np.min(pair.u1_mpa), np.min(pair.u2_mpa)))
+def check_motion(pair: Pair, pressures: tuple[Column | None, Column | None], angle_deg: Column) -> None:
+    """ModelError when a model that says these columns (n,) of a record must be of another rig, by how far they move."""
+    case = pair.case
+    least_set_mpa = float(min(np.min(pair.u1_mpa), np.min(pair.u2_mpa)))
+    check_reach(pair.name, angle_deg, case.angle_deg, farther(pressures, (case.p1_mpa, case.p2_mpa), least_set_mpa))
 
 
 def misfit_deg(model: Model, pairs: Sequence[Pair], healthy: Sequence[Column]) -> float | None:

@@ -208,14 +208,14 @@ def test_a_rig_whose_pressures_hardly_move_moves_less_and_is_no_other_rig(moved:
     """A joint that moves an eighth as far as the model says: under pressures that move as far, and under less."""
     said, angle = (0.2 + 0.1 * np.sin(T), 0.2 - 0.1 * np.sin(T)), 40.0 * np.sin(T)
     own = tuple(0.2 + moved * (column - 0.2) for column in said)
-    pushed = farther(said, (own[0], own[1]), 0.1)
+    ratio = farther(said, (own[0], own[1]), 0.1)
     assert farther(said, (None, own[1]), 0.1) == 1.0
     assert farther(said, (own[0], own[1]), -0.1) == 1.0, "set-points in another unit"
     if not refused:
-        check_reach("sine", angle, angle / 8.0, pushed)
+        check_reach("sine", angle, angle / 8.0, ratio)
         return
     with pytest.raises(ModelError, match="8 times as far"):
-        check_reach("sine", angle, angle / 8.0, pushed)
+        check_reach("sine", angle, angle / 8.0, ratio)
 
 
 @pytest.mark.parametrize("hertz", [0.2, 0.7, 1.5, 3.0])
