@@ -5,7 +5,6 @@ What comes in are healthy days beside their reference, of many units; nothing of
 
 from collections.abc import Sequence
 from dataclasses import replace
-from enum import StrEnum
 
 import numpy as np
 from scipy.optimize import minimize
@@ -24,9 +23,9 @@ START = {
     "bank": 3e-3,
 }  # fmt: skip
 """Where the search begins, and what a level falls back to of which the days say nothing; units as in the names."""
-MOST = {"gain": 0.1, "monitor_gain": 0.06, "loop": 0.5, "mean_law": 0.5}
-"""Largest levels that physics allows: a monitor is at most 6 % of full scale off (data sheet), a simulator 10 % of
-gain. Two patterns that all but undo each other would else grow without end."""
+MOST = {"monitor_gain": 0.06}
+"""Largest levels that physics allows: a monitor is at most 6 % of full scale off (data sheet). More: the gain of one
+muscle is taken for its monitor's."""
 START_SHARE, START_EVEN = 0.01, 0.003
 LIKELY = 0.9
 """Mass at which a normal spread is made as wide as Student's. More: wider."""
@@ -37,27 +36,20 @@ SHARES = (0.0, 0.2, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 """Shares of the monitors' offsets that are tried."""
 
 
-class Mean(StrEnum):
-    """How the families' own likeliest levels are brought together: on families that were left out each was the
-    likeliest of what it is used for (docs/decisions/0524)."""
-
-    WITH_START = "geometric, with the start as one more"
-    GEOMETRIC = "geometric"
-    SQUARES = "root of the mean square"
-
-
-def fit_levels(families: Sequence[Sequence[Parts]], prior: Prior, mean: Mean = Mean.WITH_START) -> FactorLevels:
+def fit_levels(families: Sequence[Sequence[Parts]], prior: Prior, *, of_days: bool = True) -> FactorLevels:
     """The levels of one factor for a rig of a build that is not among these, by a mean over families.
 
-    A family is one draw of what builds differ by, however many days it brings; the start, a guess about days, may be
-    one more. So a level that one build hardly shows stays a doubt about the next.
+    A family is one draw of what builds differ by, however many days it brings. What differs from day to day (`of_days`)
+    is the geometric mean, with the start, a guess about days, as one more draw: a level that one build hardly shows
+    stays a doubt about the next. What a description misses is the root of the mean square. On families that were left
+    out each was the likeliest of what it is used for (docs/decisions/0524, 0596).
     """
     found = [_of_family(days, prior) for days in families]
     floor = float(np.exp(np.mean([np.log(_floor(days)) for days in families])))
     names = _names(families[0])
-    draws = np.array([_start(names), *found] if mean is Mean.WITH_START else found)
-    squares = mean is Mean.SQUARES
-    return _levels(names, 0.5 * np.log(np.mean(np.exp(2.0 * draws), 0)) if squares else draws.mean(0), floor)
+    if of_days:
+        return _levels(names, np.mean([_start(names), *found], axis=0), floor)
+    return _levels(names, 0.5 * np.log(np.mean(np.exp(2.0 * np.array(found)), axis=0)), floor)
 
 
 def of_another_build(levels: FactorLevels, builds: int) -> FactorLevels:

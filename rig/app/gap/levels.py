@@ -22,7 +22,7 @@ from rig.blind_check.source import records_of
 from rig.columns import rms
 from rig.config import suggest, unstructure
 from rig.errors import ConfigError, ModelError
-from rig.gap.calibrate import Mean, fit_builds, fit_levels, fit_monitors, of_another_build
+from rig.gap.calibrate import fit_builds, fit_levels, fit_monitors, of_another_build
 from rig.gap.hypotheses.scenes import parts_of_angle, parts_of_pressures
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import SISTER, Expected, Kind, expect
@@ -43,8 +43,6 @@ DAYS = (1, 3, 5)
 DIGITS = 4
 OF_DAYS = (Kind.SESSION.value, Kind.FINGERPRINT.value)
 """References that describe the rig as closely as days repeat; the others miss more than days differ by."""
-MISSED = {"pressures": Mean.SQUARES, "angle": Mean.GEOMETRIC}
-"""How families are brought together in what those miss."""
 
 
 @dataclass(frozen=True)
@@ -172,10 +170,10 @@ def _healthy(family: str, expected: Expected) -> HealthyDay:
 
 def _levels(days: Sequence[HealthyDay], prior: Prior) -> Levels:
     families = [[day for day in days if day.family == name] for name in dict.fromkeys(day.family for day in days)]
-    as_days = days[0].reference in OF_DAYS
+    of_days = days[0].reference in OF_DAYS
     pressures, angle = (
-        fit_levels([[getattr(day, name) for day in some] for some in families], prior, mean)
-        for name, mean in (dict.fromkeys(MISSED, Mean.WITH_START) if as_days else MISSED).items()
+        fit_levels([[getattr(day, name) for day in some] for some in families], prior, of_days=of_days)
+        for name in ("pressures", "angle")
     )
     monitors = fit_monitors(
         [[(day.pressures, day.angle) for day in some] for some in families], pressures, angle, prior

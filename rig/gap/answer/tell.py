@@ -107,7 +107,7 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
     )
     return Diagnosis(
         _verdict(causes),
-        _confidence(told, kept, marks),
+        _confidence(told, kept, marks, small),
         gap,
         _where(told, causes, gaps, left, floor),
         causes,
@@ -124,20 +124,27 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
 def _unknown_beside(
     told: Told, kept: Sequence[Kept], before: float, left: float, floor: float
 ) -> tuple[list[Cause], list[str]]:
-    """Something unknown, as causes or as notes. It is a note where the named causes leave no gap (rms in deg: `before`
-    and `left`), and a cause at any rate where they close less of it than they leave."""
+    """Something unknown, as causes or as notes. It is a note where nothing stands above the floor that it could be the
+    cause of: where the named causes leave no gap (rms in deg: `before` and `left`), or where there was none, and none
+    in what it was found on. It is a cause at any rate where those close less of a gap than they leave."""
     suspected = _unknowns(told, kept, before)
     above = ABOVE_FLOOR * floor
-    if left <= above < before:
-        notes = (
-            f"something small that is not in the library may act as well, at the {unknown.stage} "
-            f"({100.0 * unknown.confidence:.0f} %): with what is named nothing is left above the floor"
-            for unknown in suspected
-        )
-        return [], list(notes)
     if not suspected and above < left < before and closes_little(before, left, floor):
         return [_rest(kept, before)], []
-    return suspected, []
+    small = [one for one in suspected if left <= above and (above < before or not _stands_out(told, one.side))]
+    why = "with what is named nothing is left" if kept and above < before else "nothing stands"
+    notes = (
+        f"something small that is not in the library may act{' as well' if kept else ''}, at the {one.stage} "
+        f"({100.0 * one.confidence:.0f} %): {why} above the floor"
+        for one in small
+    )
+    return [one for one in suspected if one not in small], list(notes)
+
+
+def _stands_out(told: Told, name: str) -> bool:
+    """Whether the gap of one factor is above its own floor."""
+    factors = (one.plain.factor for one in told.posteriors if one.stand.name == name)
+    return any(factor.rms(factor.gap) > ABOVE_FLOOR * factor.floor for factor in factors)
 
 
 def _notes(told: Told, kept: Sequence[Kept], said: Sequence[str]) -> list[str]:
@@ -297,11 +304,12 @@ def _verdict(causes: Sequence[Cause]) -> Verdict:
     return Verdict.PARTLY_EXPLAINED if unknown else Verdict.EXPLAINED
 
 
-def _confidence(told: Told, kept: Sequence[Kept], marks: Sequence[Cause]) -> float:
-    """Probability that what is said of every factor is right."""
+def _confidence(told: Told, kept: Sequence[Kept], marks: Sequence[Cause], small: Sequence[str]) -> float:
+    """Probability that what is said of every factor is right; where something `small` is only noted in place of a
+    finding, one of two."""
     pairing = told.expected.pairing
     chances = [one.probability[one.best] * trust(pairing, one.best) for one in told.posteriors]
-    chances += [EITHER_CHANCE for _ in _dropped(told, kept)]
+    chances += [EITHER_CHANCE for _ in (*_dropped(told, kept), *(() if kept else small))]
     return float(np.prod([*chances, *(mark.confidence for mark in marks)]))
 
 

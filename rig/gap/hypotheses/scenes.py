@@ -82,7 +82,7 @@ def pressure_scene(expected: Expected, settings: Fitted, whole: Expected | None 
     known = settings.levels[expected.levels]
     levels = known.pressures.later(expected.unsure_lag_s)
     parts, days = parts_of_pressures(expected)
-    factor = own_factor(parts, days, levels, settings.prior)
+    factor = own_factor(parts, days, levels, settings.prior).of_any_build(known.builds)
     factor = factor.doubting(motion_doubt(expected.tracks, expected.response))
     factor = factor.at_least(expected.missed_mpa).noisier(expected.anew_mpa**2)
     factor = factor.less_sure(_where_fast(factor.lines, expected))
@@ -109,7 +109,7 @@ def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = N
     if expected.other_zero:
         levels = levels.of_any_zero()
     parts, days = parts_of_angle(expected)
-    factor = own_factor(parts, days, levels, settings.prior)
+    factor = own_factor(parts, days, levels, settings.prior).of_any_build(known.builds)
     if expected.driven:
         factor = factor.doubting(mean_doubt(tracks, base, response))
     if expected.driven and expected.kind is not Kind.SIMULATOR:  # a simulator is asked itself under these pressures

@@ -100,12 +100,15 @@ class Factor:
     def at_least(self, rms: float) -> "Factor":
         """The same for a reference that misses the records it was fitted to by `rms`: it misses these by no less, and
         in the lines in which it answers, whatever is usual. (Spread evenly over all lines, the same mean square hides
-        what lies between the lines of the excitation and leaves those as sure as before.)"""
+        what lies between the lines of the excitation and leaves those as sure as before.) That level is this rig's own,
+        and known as surely as records of their own say it, beside what is usual."""
         variance = self.healthy.variance
         scale = rms**2 * float(self.lines.used.sum()) / float(variance.sum())
         if scale <= 1.0:
             return self
-        return replace(self, healthy=replace(self.healthy, variance=scale * variance), floor=max(self.floor, rms))
+        degrees = self.healthy.degrees + LEAST_EFFECTIVE
+        healthy = replace(self.healthy, variance=scale * variance, degrees=degrees)
+        return replace(self, healthy=healthy, floor=max(self.floor, rms))
 
     def of_its_class(self, settled: "Factor", spread: BuildSpread) -> "Factor":
         """The same for a simulator whose class may miss this build by more than is usual: as well by as much as it
@@ -123,6 +126,11 @@ class Factor:
             return self
         more = (times[best] ** 2 - 1.0) * usual
         return replace(self, healthy=replace(self.healthy, as_well=more, log_chance=float(log_chances[best])))
+
+    def of_any_build(self, spread: "BuildSpread | None") -> "Factor":
+        """The same for a rig of a build that is not among those that the levels were fitted on: what may differ without
+        being a gap is known as surely as from so many builds."""
+        return self if spread is None else replace(self, healthy=replace(self.healthy, day_degrees=spread.degrees))
 
     def standing_off(self, rms: float) -> "Factor":
         """The same for a reference that misses the records it was fitted to by `rms`: by so much each record may stand
@@ -231,7 +239,7 @@ def angle_parts(tracks: Sequence[Track], base: Sequence[Column], response: Respo
     terms = [_bank(*drive, response, track.pair.dt_s) for track, drive in zip(tracks, drives, strict=True)]
     bank = lines.of(np.concatenate(terms))
     size = np.sqrt(np.sum(bank**2, axis=0) / max(float(lines.used.sum()), 1.0))
-    columns = np.hstack([lines.of(np.concatenate(named)), bank * (span / np.maximum(size, 1e-9))])
+    columns = _each_by_itself(np.hstack([lines.of(np.concatenate(named)), bank * (span / np.maximum(size, 1e-9))]))
     noise = [line_noise(pair.raw.angle_deg, pair) for pair in pairs]
     return Parts(
         lines,
@@ -242,6 +250,18 @@ def angle_parts(tracks: Sequence[Track], base: Sequence[Column], response: Respo
         span,
         np.square(noise)[lines.record],
     )
+
+
+def _each_by_itself(columns: Column) -> Column:
+    """(l, m) patterns of the angle, each without what those before it do: a wider loop at the same gain, and of the
+    response model's terms what is neither gain nor loop. Each holds some of the others else, and levels that all but
+    undo each other grow without end (docs/decisions/0596)."""
+    gain, loop, bank = ANGLE_PATTERNS.index("gain"), ANGLE_PATTERNS.index("loop"), len(ANGLE_PATTERNS)
+    found = columns.copy()
+    for some, before in ((slice(loop, loop + 1), [gain]), (slice(bank, None), [gain, loop])):
+        known = np.linalg.qr(found[:, before])[0]
+        found[:, some] -= known @ (known.T @ found[:, some])
+    return found
 
 
 def mean_doubt(tracks: Sequence[Track], base: Sequence[Column], response: ResponseModel) -> Column:

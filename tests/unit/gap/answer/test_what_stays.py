@@ -1,4 +1,4 @@
-"""Something unknown beside a name is a cause where what stays is a gap, else a note."""
+"""Something unknown is a cause where a gap stands above the floor, or stays beside a name; else a note."""
 
 from dataclasses import replace
 
@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from support.plants.gap_rigs import asked, names, session
 
+from rig.gap.answer.consistency import contradictions
 from rig.gap.answer.facts import Verdict
 from rig.gap.answer.tell import closes_little
 from rig.gap.hypotheses.library import UNKNOWN
-from rig.gap.settings import ABOVE_FLOOR
+from rig.gap.settings import ABOVE_FLOOR, EITHER_CHANCE
 from rig.model.parameters import AddedEffect
 from rig.record import Record
 
@@ -29,6 +30,17 @@ def test_what_is_unknown_beside_a_name_is_a_cause_where_it_is_above_the_floor(si
     assert (UNKNOWN in names(said)) is stays
     assert any("may act as well" in note for note in said.notes) is not stays
     assert (said.gap.after_deg > ABOVE_FLOOR * said.gap.floor_deg) is stays
+
+
+@pytest.mark.parametrize(("size_deg", "stands"), [(0.12, False), (0.4, True)])
+def test_what_is_unknown_by_itself_is_a_finding_where_it_is_above_the_floor(size_deg: float, stands: bool) -> None:
+    said = asked(session(40, after=lambda record: ringing(size_deg, record)))
+    assert said.evidence.factors["angle"].found, "its course is none that days have, whatever its size"
+    assert said.verdict is (Verdict.UNKNOWN if stands else Verdict.NONE)
+    assert (said.gap.ratio > ABOVE_FLOOR) is stands
+    assert any("something small" in note for note in said.notes) is not stands
+    assert (said.confidence > EITHER_CHANCE) is stands, "what a note takes back is not said for sure"
+    assert contradictions(said.to_json()) == []
 
 
 @pytest.mark.parametrize(("after_deg", "little"), [(2.3, True), (2.2, False)])

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rig.gap.calibrate import START, Mean, fit_levels, fit_monitors
+from rig.gap.calibrate import START, fit_levels, fit_monitors
 from rig.gap.likelihood.gaussian import Gaussian
 from rig.gap.likelihood.lines import lines_of
 from rig.gap.reference.expectation import VALVE_PATTERNS, Parts
@@ -110,8 +110,6 @@ def test_what_a_description_misses_counts_by_its_squares_and_without_the_start()
     quiet, loud = [day(k, 1e-4) for k in range(6)], [day(100 + k, 0.05) for k in range(12)]
     prior = fitted().prior
     alone, other, both = (
-        fit_levels(each, prior, Mean.SQUARES).patterns["offset"] for each in ([quiet], [loud], [quiet, loud])
+        fit_levels(each, prior, of_days=False).patterns["offset"] for each in ([quiet], [loud], [quiet, loud])
     )
     assert both == pytest.approx(np.sqrt(0.5 * (alone**2 + other**2)), rel=1e-6)
-    geometric = fit_levels([quiet, loud], prior, Mean.GEOMETRIC).patterns["offset"]
-    assert geometric == pytest.approx(np.sqrt(alone * other), rel=1e-6)

@@ -96,9 +96,9 @@ def hunting(seed: int) -> Callable[[Record], Record]:
         swing = np.sin(2.0 * np.pi * 4.5 * record.t_s + random.uniform(0.0, 6.0) + wandering)
         return replace(
             record,
-            p1_mpa=record.p1_mpa + 0.004 * swing,
-            p2_mpa=record.p2_mpa - 0.004 * swing,
-            angle_deg=record.angle_deg + 0.4 * swing,
+            p1_mpa=record.p1_mpa + 0.006 * swing,
+            p2_mpa=record.p2_mpa - 0.006 * swing,
+            angle_deg=record.angle_deg + 0.6 * swing,
         )
 
     return swings

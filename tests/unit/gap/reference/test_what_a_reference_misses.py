@@ -8,6 +8,7 @@ from support.plants.gap_rigs import model, session
 
 from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.hypotheses.scenes import pressure_scene
+from rig.gap.likelihood.gaussian import Gaussian
 from rig.gap.pipeline import Grounds
 from rig.gap.settings import fitted
 from rig.identify.response.fingerprint import fingerprint_of
@@ -54,3 +55,17 @@ def test_what_is_missed_lies_in_the_lines_that_answer(answers: list[tuple[float,
     ratio = spread[1] / spread[0]
     assert ratio[0] > 1.0
     assert ratio == pytest.approx(ratio[0])
+
+
+def test_a_level_that_its_own_records_say_is_known_more_surely(answers: list[tuple[float, Grounds]]) -> None:
+    """Five times that is rarer than five times what is usual of rigs, once either level is the same."""
+    (_, usual), (_, own) = ((floor, pressure_scene(grounds.expected, fitted()).factor) for floor, grounds in answers)
+    known = replace(own.healthy, day_degrees=np.inf, as_well=None)
+    fewer = replace(known, degrees=usual.healthy.degrees)
+    assert known.degrees > fewer.degrees
+    left = np.sqrt(known.variance)
+
+    def drop(healthy: Gaussian) -> float:
+        return healthy.log_density(left) - healthy.log_density(5.0 * left)
+
+    assert drop(known) > drop(fewer) + 5.0
