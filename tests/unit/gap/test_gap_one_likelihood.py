@@ -128,13 +128,15 @@ def sister(fill: float = 1.0, exhaust: float = 1.0) -> Model:
     return replace(rig, valve=replace(rig.valve, parameters=known | other))
 
 
-@pytest.mark.parametrize("fill", [0.7, 1.4])
-def test_a_dead_time_beside_a_sister_with_other_regulators_is_that_dead_time(fill: float) -> None:
+@pytest.mark.parametrize(("fill", "sure"), [(0.7, False), (1.4, True)])
+def test_a_dead_time_beside_a_sister_with_other_regulators_is_that_dead_time(fill: float, sure: bool) -> None:
+    """Beside a quicker sister much of it may be a lag as well: then both are said."""
     late = session(75, AddedEffect("delay", {"delay_s": 0.06}))
     found, grounds = diagnose_with_grounds(sister(fill, fill), late, reference="simulator")
     assert isinstance(grounds, Grounds)
-    assert found.causes[0].effect == "delay"
-    assert found.causes[0].parameters["delay_s"].value == pytest.approx(0.06, rel=0.15)
+    first = found.causes[0]
+    assert "delay" in ([first.effect] if sure else [first.effect, *first.ambiguous_with])
+    assert grounds.posteriors[0].fits["delay"].sizes[0] == pytest.approx(0.06, rel=0.15)
 
 
 def mounted(zero_deg: float) -> Model:
