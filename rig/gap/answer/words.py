@@ -11,7 +11,7 @@ from rig.gap.answer.result import Cause, Diagnosis, Interval, Observation
 from rig.gap.answer.sizes import degrees, size
 from rig.gap.offered import VALVES
 from rig.gap.reference.kinds import Kind
-from rig.gap.settings import EVEN_CHANCE
+from rig.gap.settings import ABOVE_FLOOR, EVEN_CHANCE
 
 SOURCES = {
     "sessions": "what the earlier days differ by",
@@ -194,7 +194,10 @@ def _nothing(diagnosis: Diagnosis) -> str:
     else:
         start = f"Nothing has changed that these records show: they are as {_than(diagnosis).removeprefix('than ')}"
         rest = f"the angle differs by {size_of} deg (rms), and {usual} deg is {SOURCES[gap.floor_source]}."
-    if gap.rms_deg > gap.floor_deg:
+    if gap.ratio <= ABOVE_FLOOR and any(factor.found for factor in diagnosis.evidence.factors.values()):
+        start = f"Nothing stands above {SOURCES[gap.floor_source]}"
+        rest += " Something smaller than that is likely there all the same: it takes another course."
+    elif gap.rms_deg > gap.floor_deg:
         rest += " What is above that is of the kind that may differ anyhow: offset, gain, lag and width of the loop."
     return f"{start}; {rest}"
 

@@ -216,6 +216,7 @@ def test_nobody_goes_on_answering_for_a_check_that_was_ended(tmp_path: Path) -> 
             asking.terminate()
         asking.communicate(timeout=ENDED_SOON_S)
         became(lambda: not named_in_a_call(tmp_path), "the end of the answering process")
+    assert named_in_a_call(tmp_path) == []
 
 
 def named_in_a_call(place: Path) -> list[Path]:

@@ -9,6 +9,7 @@ from support.plants.gap_rigs import asked, names, session
 from rig.gap.answer.consistency import contradictions
 from rig.gap.answer.facts import Verdict
 from rig.gap.answer.tell import closes_little
+from rig.gap.answer.words import headline
 from rig.gap.hypotheses.library import UNKNOWN
 from rig.gap.settings import ABOVE_FLOOR, EITHER_CHANCE
 from rig.model.parameters import AddedEffect
@@ -41,6 +42,7 @@ def test_what_is_unknown_by_itself_is_a_finding_where_it_is_above_the_floor(size
     assert any("something small" in note for note in said.notes) is not stands
     assert (said.confidence > EITHER_CHANCE) is stands, "what a note takes back is not said for sure"
     assert contradictions(said.to_json()) == []
+    assert ("Something smaller than that is likely there" in headline(said)[0]) is not stands
 
 
 @pytest.mark.parametrize(("after_deg", "little"), [(2.3, True), (2.2, False)])

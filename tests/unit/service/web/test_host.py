@@ -139,6 +139,7 @@ def test_the_daemon_s_own_loop_does_not_wait_for_a_page_to_end(tmp_path: Path, m
         await asyncio.sleep(0.01)
 
     watch(tmp_path, seen)
+    assert joined.is_set(), "somebody waited for the process, and the loop went on"
 
 
 class _Importing:
