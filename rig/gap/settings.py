@@ -26,7 +26,9 @@ SESSION_S = 140.0
 """Length of the sessions (seven records of 20 s) for which `Prior.effective` lines are independent; shorter ones have
 fewer. Longer: short records are believed less."""
 LEAST_EFFECTIVE = 20.0
-"""Independent lines that a single short record has at least. Fewer: nothing is seen in one record of some seconds."""
+"""Independent lines that a single short record has at least; as surely a rig's own records say how much its simulator
+misses. Fewer: nothing is seen in one record of some seconds, and a simulator that misses several times as much as it
+does of its own records lacks nothing."""
 UNKNOWN_EVEN = 0.3
 """Share of the power of something unknown that is spread evenly over all lines, as ENVELOPE_EVEN is for the remainder.
 Less: what is unknown must lie where the gap is largest."""
@@ -116,7 +118,7 @@ FIRSTS_TRIED = 3
 third effect is found more often."""
 ABOVE_FLOOR = 1.2
 """A gap counts as above the floor from this ratio on; below it, what is explained is counted from zero, and something
-unknown beside a name is a note. More: less is said to be only partly explained."""
+unknown, by itself or beside a name, is a note. More: less is said to be unknown, or only partly explained."""
 EITHER_CHANCE = 0.5
 """Trust in a name beside which something else may have done the same: one of two."""
 LEAST_CLOSED = 0.02

@@ -132,7 +132,7 @@ def _unknown_beside(
     if not suspected and above < left < before and closes_little(before, left, floor):
         return [_rest(kept, before)], []
     small = [one for one in suspected if left <= above and (above < before or not _stands_out(told, one.side))]
-    why = "with what is named nothing is left" if kept and above < before else "nothing stands"
+    why = "with what is named nothing is left" if above < before else "nothing stands"
     notes = (
         f"something small that is not in the library may act{' as well' if kept else ''}, at the {one.stage} "
         f"({100.0 * one.confidence:.0f} %): {why} above the floor"

@@ -51,8 +51,8 @@ ANGLE_PATTERNS = (
     "drift", "warming",
 )  # fmt: skip
 """What is unsure of the angle under the pressures: zero and gain, lag, how much of the joint's own friction there is
-(and with it the loop's width; its mass is the same every day), what the monitors' zero and gain do through the muscles,
-the law of the mean pressure, a drift, and an amplitude that grows."""
+(taken at the same gain, so the loop's width; its mass is the same every day), what the monitors' zero and gain do
+through the muscles, the law of the mean pressure, a drift, and an amplitude that grows."""
 LOOP_STEP = 0.02
 """Share of the joint's friction by whose change the pattern is taken; a smaller one is lost in the
 balance's own precision."""
@@ -127,7 +127,7 @@ class Factor:
         more = (times[best] ** 2 - 1.0) * usual
         return replace(self, healthy=replace(self.healthy, as_well=more, log_chance=float(log_chances[best])))
 
-    def of_any_build(self, spread: "BuildSpread | None") -> "Factor":
+    def of_any_build(self, spread: BuildSpread | None) -> "Factor":
         """The same for a rig of a build that is not among those that the levels were fitted on: what may differ without
         being a gap is known as surely as from so many builds."""
         return self if spread is None else replace(self, healthy=replace(self.healthy, day_degrees=spread.degrees))
