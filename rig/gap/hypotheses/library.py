@@ -98,7 +98,8 @@ CHOKED = tuple({"exhaust_mpa_s": exhaust, "choked": 1.0} for exhaust in (0.15, 0
 UNCHOKED = tuple({"exhaust_mpa_s": exhaust} for exhaust in (0.15, 0.3, 0.6))
 EITHER_MUSCLE = ({"muscle": 1.0}, {"muscle": 2.0})
 CHOKED_LEAK = ({"muscle": 1.0, "absolute": 1.0}, {"muscle": 2.0, "absolute": 1.0})
-BOTH_STOPS = tuple({"low_deg": low} for low in (-32.0, -26.0, -20.0, -15.0, -10.0))
+BOTH_STOPS = tuple({"low_deg": -36.0 * 0.92**k} for k in range(16))
+"""A stop that is a little too near costs more than none, and one out of reach has no slope: a close grid."""
 BEHIND_THE_LOOP = (dict.fromkeys(("viscous_time_s", "inertia_time_s", *(f"loop_{k}" for k in range(1, 6))), 0.0),)
 """A joint without friction of its own: the hysteresis is that of the muscles, as a Bouc-Wen model has it, and what
 rubs stands behind it. Dry friction is then what a play is, viscous friction what a sensor's lag is."""
@@ -198,7 +199,7 @@ _LIBRARY: tuple[Effect, ...] = (
     Effect("end_stop", (
         Law("end_stop", ("high_deg", "give"), (0.97, 0.9, 0.8, 0.65, 0.45), "high_deg", bounds={"give": (0.0, 0.6)}),
         Law("end_stop", ("low_deg", "give"), (0.97, 0.9, 0.8, 0.65, 0.45), "low_deg", bounds={"give": (0.0, 0.6)}),
-        Law("end_stop", ("high_deg", "low_deg", "give"), (0.97, 0.9, 0.8, 0.65, 0.45), "high_deg", bounds={"give": (0.0, 0.6)}, shapes=BOTH_STOPS),
+        Law("end_stop", ("high_deg", "low_deg", "give"), (0.97, 0.92, 0.86, 0.8, 0.72, 0.65, 0.55, 0.45), "high_deg", bounds={"give": (0.0, 0.6)}, shapes=BOTH_STOPS),
     ), "the angle is cut off at one height while the pressures go on", "cut", "stop"),
     Effect("sensor_gain", (Law("sensor_gain", ("gain",), FINE, signs=BOTH_SIGNS),), "the angle is off in proportion to itself", "gain", "sensor_gain"),
     Effect("sensor_offset", (Law("sensor_offset", ("offset_deg",), (0.005, 0.02, 0.1, 0.4), "span_deg", BOTH_SIGNS),), "the angle is off by a constant", "offset", "sensor_offset"),

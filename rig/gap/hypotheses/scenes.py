@@ -16,7 +16,7 @@ from rig.gap.reference.expectation import Factor, Parts, angle_parts, mean_doubt
 from rig.gap.reference.fast import doubt
 from rig.gap.reference.own_days import angle_days, own_factor, pressure_days
 from rig.gap.reference.unrepeated import shown_by, with_unrepeated
-from rig.gap.response.lateness import displaced_s
+from rig.gap.response.lateness import displaced
 from rig.gap.response.propagate import Track, as_late_as_measured
 from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, Fitted, Prior
 from rig.model.effect_stages import EFFECT_STAGES
@@ -134,7 +134,7 @@ def _answering_other_pressures(factor: Factor, expected: Expected, prior: Prior)
     rho = max(expected.response.misfit_deg, expected.missed_deg) / max(float(np.std(np.concatenate(usual))), 1e-9)
     healthy = with_law(factor.healthy, factor.lines, factor.lines.of(moved), rho, prior)
     later_s = np.array([
-        abs(displaced_s(angle, track.reference.angle_deg, track.pair.dt_s))
+        displaced(angle, track.reference.angle_deg, track.pair.dt_s).rms_s(len(angle) * track.pair.dt_s)
         for track, angle in zip(tracks, expected.base, strict=True)
     ])  # fmt: skip
     missed = np.concatenate([track.reference.angle_deg - track.propagated for track in tracks])

@@ -36,7 +36,9 @@ from rig.gap.raw_tests.statistics import about, by_chance
 from rig.record import Column, Record
 from rig.smoothing import smoothed
 
-Lost = tuple["NDArray[np.bool_]", "NDArray[np.bool_]"]
+Rows = NDArray[np.bool_]
+Lost = tuple[Rows, Rows | None, Rows | None]
+"""Rows of the angle, p1 and p2 that were lost, (n,) each."""
 Places = tuple[Column, "NDArray[np.int64]"]
 """Angles (deg) of some rows and their classes of speed, (n,) each."""
 
@@ -110,7 +112,7 @@ def repeated_samples(
     days = [excess(day, chance) for day in usual]
     between = float(np.std([day.share for day in days])) if len(days) > 1 else CHANCE_SPREAD * found.chance
     spread = float(np.hypot(found.spread, between))
-    enough = own.rows.sum() >= LEAST_MOVING and (bool(usual) or finer)
+    enough = own.rows.sum() >= LEAST_MOVING
     lost = (
         enough
         and found.share > max(LOST_CLEAR * spread, LEAST_LOST, LOST_MORE * found.chance)
@@ -252,33 +254,28 @@ def _dealt(records: Sequence[Record], step: float) -> list[Record]:
 
 
 def lost_rows(record: Record) -> Lost:
-    """(n,) True where the angle repeats the row before exactly, and where the whole packet does."""
+    """Where each column repeats its row before exactly: a line may lose the sample of one sensor, or whole packets."""
+
+    def repeats(column: Column) -> Rows:
+        return np.concatenate([[False], np.diff(column) == 0])
+
     assert record.angle_deg is not None
-    lost = np.concatenate([[False], np.diff(record.angle_deg) == 0])
-    packet = lost.copy()
-    for column in (record.p1_mpa, record.p2_mpa):
-        packet[1:] &= np.diff(column) == 0 if column is not None else False
-    return lost, packet
+    p1, p2 = (None if column is None else repeats(column) for column in (record.p1_mpa, record.p2_mpa))
+    return repeats(record.angle_deg), p1, p2
 
 
 def bridged(record: Record, lost: Lost) -> Record:
-    """The record with straight lines over lost samples: of the angle, and of the pressures where the whole packet was
-    lost.
+    """The record with straight lines over lost samples.
 
     Done to the baselines in the same rows, it leaves no difference but the case's own. What is missing stays missing.
     """
-    rows = min(len(record), len(lost[0]))
-    angle, packet = (np.pad(one[:rows], (0, len(record) - rows)) for one in lost)
 
-    def over(column: Column | None, gone: NDArray[np.bool_]) -> Column | None:
-        if column is None:
-            return None
+    def over(column: Column | None, rows: Rows | None) -> Column | None:
+        if column is None or rows is None:
+            return column
+        gone = np.pad(rows[: len(record)], (0, max(len(record) - len(rows), 0)))
         kept = ~gone & np.isfinite(column)
         return np.where(gone & np.isfinite(column), np.interp(record.t_s, record.t_s[kept], column[kept]), column)
 
-    return replace(
-        record,
-        angle_deg=over(record.angle_deg, angle),
-        p1_mpa=over(record.p1_mpa, packet),
-        p2_mpa=over(record.p2_mpa, packet),
-    )
+    angle, p1, p2 = (over(*each) for each in zip((record.angle_deg, record.p1_mpa, record.p2_mpa), lost, strict=True))
+    return replace(record, angle_deg=angle, p1_mpa=p1, p2_mpa=p2)

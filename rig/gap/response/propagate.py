@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.gap.records.pairs import Pair
-from rig.gap.response.lateness import delayed, displaced_s
+from rig.gap.response.lateness import IN_TIME, Lateness, delayed, displaced
 from rig.gap.response.nominal import Reference
 from rig.model.drive import LEAST_SHARE
 from rig.model.effect_stages import EFFECT_STAGES
@@ -125,6 +125,8 @@ class Ready:
     state_size: int
     exact: bool = False
     """See `EffectStage.exact`."""
+    late: Lateness = IN_TIME
+    """By how much everything is later, where it is exact and of the timing slot."""
     from_deg: float = 0.0
     """What the stage takes for 0 deg, as the sensor shows it."""
 
@@ -137,9 +139,9 @@ def ready(causes: Sequence[Applied], nominal: ResponseModel) -> list[Ready]:
         numbers = full_numbers(cause, nominal)
         params = np.array([numbers[name] for name in known.parameters])
         from_deg = nominal.zero_deg if known.from_rest else 0.0
-        made.append(
-            Ready(known.slot, over_records(known.stage), params, max(known.state_size, 1), known.exact, from_deg)
-        )
+        stage, state_size = over_records(known.stage), max(known.state_size, 1)
+        late = Lateness(*known.late).times(float(params[0]))
+        made.append(Ready(known.slot, stage, params, state_size, known.exact, late, from_deg))
     return made
 
 
@@ -184,33 +186,35 @@ def _late(causes: Sequence[Ready], course: Course) -> Course:
 
 def late(causes: Sequence[Ready], track: Track) -> Track:
     """The track as it would have been under commands that are late: everything in it is as late."""
-    return later(track, sum(float(cause.params[0]) for cause in causes if cause.exact and cause.slot is Slot.TIMING))
+    return later(track, sum((cause.late for cause in causes), IN_TIME))
 
 
 def as_late_as_measured(track: Track) -> Track:
     """The track as late as the case's measured pressures are; as it is where none were measured."""
     p1, p2 = track.pair.case.p1_mpa, track.pair.case.p2_mpa
-    return track if p1 is None or p2 is None else later(track, _late_s(track, p1, p2))
+    return track if p1 is None or p2 is None else later(track, _behind(track, p1, p2))
 
 
-def _late_s(track: Track, p1: Column, p2: Column) -> float:
+def _behind(track: Track, p1: Column, p2: Column) -> Lateness:
     """By how much the difference of these pressures is behind the reference's own."""
-    return displaced_s(p1 - p2, track.reference.p1_mpa - track.reference.p2_mpa, track.pair.dt_s)
+    return displaced(p1 - p2, track.reference.p1_mpa - track.reference.p2_mpa, track.pair.dt_s)
 
 
-def later(track: Track, delay_s: float) -> Track:
+def later(track: Track, late: Lateness) -> Track:
     """Everything in it later by so much."""
-    if delay_s == 0.0:
+    if late == IN_TIME:
         return track
 
-    rows = delay_s / track.pair.dt_s
+    def moved(column: Column) -> Column:
+        return delayed(column, late, track.pair.dt_s)
+
     pair, reference = track.pair, track.reference
     return replace(
         track,
-        pair=replace(pair, u1_mpa=delayed(pair.u1_mpa, rows), u2_mpa=delayed(pair.u2_mpa, rows)),
-        reference=Reference(*(delayed(one, rows) for one in (reference.p1_mpa, reference.p2_mpa, reference.angle_deg))),
-        regulated=(delayed(track.regulated[0], rows), delayed(track.regulated[1], rows)),
-        propagated=delayed(track.propagated, rows),
+        pair=replace(pair, u1_mpa=moved(pair.u1_mpa), u2_mpa=moved(pair.u2_mpa)),
+        reference=Reference(moved(reference.p1_mpa), moved(reference.p2_mpa), moved(reference.angle_deg)),
+        regulated=(moved(track.regulated[0]), moved(track.regulated[1])),
+        propagated=moved(track.propagated),
     )
 
 
@@ -222,9 +226,9 @@ def angle_under(p1: Column, p2: Column, track: Track, nominal: ResponseModel) ->
     friction and inertia count.
     """
     reference, dt = track.reference, track.pair.dt_s
-    rows = _late_s(track, p1, p2) / dt
-    angle = nominal.angle(p1, p2, dt) + delayed(reference.angle_deg - track.propagated, rows)
-    compliance = _compliance(delayed(reference.p1_mpa + reference.p2_mpa, rows), p1 + p2, nominal)
+    late = _behind(track, p1, p2)
+    angle = nominal.angle(p1, p2, dt) + delayed(reference.angle_deg - track.propagated, late, dt)
+    compliance = _compliance(delayed(reference.p1_mpa + reference.p2_mpa, late, dt), p1 + p2, nominal)
     if abs(float(compliance.mean()) - 1.0) < SAME_STIFFNESS and float(compliance.std()) < SAME_STIFFNESS:
         return angle
     return nominal.balanced(angle, np.zeros_like(angle), compliance, dt)

@@ -51,7 +51,9 @@ class EffectStage:
     """Ahead of the slot's nominal stage, or after it."""
     exact: bool = False
     """It may be put onto a measured response itself: the rest of the chain has no part in what it does there. In the
-    timing slot its first number is then a dead time."""
+    timing slot it then makes everything later, by `late`."""
+    late: tuple[float, float] = (0.0, 0.0)
+    """(s, s/s) by how much, for each unit of its size: all along, and more for each second of the record."""
 
     @cached_property
     def parameters(self) -> tuple[str, ...]:
@@ -119,9 +121,12 @@ def _entry(effect: str, place: str, function: StageFunction, state_size: int, *n
     )
 
 
-EXACT = ("delay", "valve_gain", "valve_offset", "valve_filter", "co_contraction", "leak_ahead")
-"""Stages ahead of the monitors that act on what was measured behind them: a rig that does not change with time is late
-by as much as its command is, and a gain or an offset is one of the pressure."""
+EXACT = ("valve_gain", "valve_offset", "valve_filter", "co_contraction", "leak_ahead")
+"""Stages ahead of the monitors that act on what was measured behind them: a gain or an offset is one of the
+pressure."""
+LATE = {"delay": (1.0, 0.0), "clock_drift": (0.0, -1.0)}
+"""Stages of the timing slot that are exact, with `EffectStage.late`: a rig that does not change with time is late by as
+much as its command is."""
 
 
 def _balanced(effect: str, size: str) -> EffectStage:
@@ -386,3 +391,4 @@ OWN_STAGES: dict[str, EffectStage] = {
     ),
 }
 OWN_STAGES |= {name: replace(OWN_STAGES[name], exact=True) for name in EXACT}
+OWN_STAGES |= {name: replace(OWN_STAGES[name], exact=True, late=late) for name, late in LATE.items()}

@@ -12,6 +12,8 @@ from rig.model.slots import Values
 
 BUFFER_TICKS = 800
 """Longest delay that a stage can hold, in ticks (4 s at 5 ms)."""
+MOST_AHEAD_TICKS = 10.0
+"""How far a command is extrapolated, in ticks."""
 PACE_STATE = 3 + 2 * BUFFER_TICKS
 RANDOM_MODULUS = 2147483647.0
 RANDOM_FACTOR = 16807.0
@@ -42,10 +44,12 @@ def delay(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[flo
 def clock_drift(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
     """u((1 + drift) t): what a rig with a fast (drift > 0) or slow clock does with the commands; params: drift.
 
-    A slow clock looks back into the buffer; a fast one extrapolates from the last slope, so keep drift x time below
-    some 50 ms.
+    A slow clock looks back into the buffer; a fast one ahead into the block, as far as that goes: whole records are
+    known to their end. Beyond it, as on the controller, which knows no later command, it extrapolates from the last
+    slope, for MOST_AHEAD_TICKS.
     """
-    for i in range(len(p1)):
+    last = len(p1) - 1
+    for i in range(last + 1):
         if state[0] == 0.0:
             for k in range(BUFFER_TICKS):
                 state[3 + k] = p1[i]
@@ -54,13 +58,21 @@ def clock_drift(p1: Values, p2: Values, y: Values, state: Values, params: Sequen
         head = int(state[1])
         state[3 + head] = p1[i]
         state[3 + BUFFER_TICKS + head] = p2[i]
-        lag = min(max(-params[0] * state[2], -10.0), BUFFER_TICKS - 2.0)
-        whole = max(math.floor(lag), 0)
-        part = lag - whole
-        near = 3 + (head - whole) % BUFFER_TICKS
-        far = 3 + (head - whole - 1) % BUFFER_TICKS
-        p1[i] = (1.0 - part) * state[near] + part * state[far]
-        p2[i] = (1.0 - part) * state[BUFFER_TICKS + near] + part * state[BUFFER_TICKS + far]
+        lag = min(-params[0] * state[2], BUFFER_TICKS - 2.0)
+        ahead = math.floor(-lag)
+        if 0 <= ahead < last - i:
+            part = -lag - ahead
+            k = i + int(ahead)
+            p1[i] = (1.0 - part) * p1[k] + part * p1[k + 1]
+            p2[i] = (1.0 - part) * p2[k] + part * p2[k + 1]
+        else:
+            lag = max(lag, -MOST_AHEAD_TICKS)
+            whole = max(math.floor(lag), 0)
+            part = lag - whole
+            near = 3 + (head - whole) % BUFFER_TICKS
+            far = 3 + (head - whole - 1) % BUFFER_TICKS
+            p1[i] = (1.0 - part) * state[near] + part * state[far]
+            p2[i] = (1.0 - part) * state[BUFFER_TICKS + near] + part * state[BUFFER_TICKS + far]
         state[1] = float((head + 1) % BUFFER_TICKS)
         state[2] += 1.0
 

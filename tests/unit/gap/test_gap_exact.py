@@ -1,5 +1,5 @@
-"""Exact where exactness is free: a delay, a filter of the regulators, a gain, an offset and a sensor's lag act on the
-measured healthy day itself.
+"""Exact where exactness is free: a delay, a clock that runs off, a filter of the regulators, a gain, an offset and a
+sensor's lag act on the measured healthy day itself.
 
 Put onto another day of two plant families and of a real joint they come back, but for what that day differs in itself.
 """
@@ -23,7 +23,7 @@ from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.hypotheses.scenes import angle_stand, pressure_stand
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Expected, Kind, expect
-from rig.gap.response.lateness import displaced_s
+from rig.gap.response.lateness import IN_TIME, Lateness, delayed, displaced
 from rig.gap.response.propagate import Applied, Course, late, ready, response_with
 from rig.gap.settings import fitted
 from rig.log.reader import read
@@ -57,15 +57,20 @@ def wrist(shared: Path) -> tuple[list[Record], list[Record]]:
     return [replace(record, angle_deg=record.angle_deg + noise)], [record]
 
 
-def later(record: Record, delay_s: float) -> Record:
-    """All that was measured, later."""
+def later(record: Record, delay_s: float | Column) -> Record:
+    """All that was measured, later; (n,) by so much at each row."""
 
     def shifted(column: Column | None) -> Column:
-        return CubicSpline(record.t_s, column)(np.maximum(record.t_s - delay_s, record.t_s[0]))
+        return CubicSpline(record.t_s, column)(np.clip(record.t_s - delay_s, record.t_s[0], record.t_s[-1]))
 
     return replace(
         record, p1_mpa=shifted(record.p1_mpa), p2_mpa=shifted(record.p2_mpa), angle_deg=shifted(record.angle_deg)
     )
+
+
+def running_off(record: Record, drift: float) -> Record:
+    """All that was measured, on a rig whose clock is fast by a share."""
+    return later(record, -drift * (record.t_s - record.t_s[0]))
 
 
 def slower(record: Record, tau_s: float, step_s: float = 5e-4) -> Record:
@@ -140,6 +145,34 @@ def test_what_is_put_onto_another_day_comes_back(
     assert back == pytest.approx(np.array(values), abs=4.0 * spread)  # the day itself is a little late or louder
 
 
+@pytest.mark.parametrize("pressures", [True, False])
+@pytest.mark.parametrize("drift", [-0.006, 0.006])
+def test_a_clock_that_runs_off_put_onto_another_day_comes_back_and_leaves_nothing(
+    drift: float, pressures: bool
+) -> None:
+    first, second = days("mckibben")
+    said = expected(first, [running_off(record, drift) for record in second], pressures)
+    fit = fitted_to("clock_drift", said)
+    assert fit.sizes[0] == pytest.approx(drift, rel=EXACT)
+    as_it_was = fitted_to("clock_drift", expected(first, second, pressures)).scene.factor
+    left = fit.scene.factor.gap - fit.change
+    most, before = (np.quantile(np.abs(one - one.mean()), 0.95) for one in (left, as_it_was.gap))
+    assert most < 1.2 * before  # but for the last rows, in which a fast clock is ahead of the record
+    assert np.std(left) < 0.2 * np.std(fit.scene.factor.gap)
+
+
+@pytest.mark.parametrize(("low", "high"), [(-0.9, 0.9), (-0.8, 0.55), (-0.5, 0.85)])
+def test_two_stops_are_found_where_each_is(low: float, high: float) -> None:
+    """Shares of how far the joint goes."""
+    first, second = days("mckibben")
+    reach = max(float(np.max(np.abs(np.asarray(record.angle_deg)))) for record in second)
+    stopped = [replace(one, angle_deg=np.clip(np.asarray(one.angle_deg), low * reach, high * reach)) for one in second]
+    fit = fitted_to("end_stop", expected(first, stopped, pressures=True))
+    assert [fit.applied.numbers["low_deg"], fit.applied.numbers["high_deg"]] == pytest.approx(
+        [low * reach, high * reach], abs=0.03 * reach
+    )
+
+
 @pytest.mark.parametrize("delay_s", [0.005, 0.01, 0.02, 0.03])
 def test_a_delay_put_onto_a_day_that_is_no_later_itself_is_exact(delay_s: float) -> None:
     back, _ = sizes("delay", days("mckibben"), later, (delay_s,), True)
@@ -180,8 +213,30 @@ def test_a_column_at_another_time_is_found_at_that_time(delay_s: float, hz: floa
     def course(at: Column) -> Column:
         return np.sin(2 * np.pi * hz * at) + share * np.sin(2 * np.pi * 0.37 * hz * at + 0.5)
 
-    assert displaced_s(course(t - delay_s), course(t), 0.005) == pytest.approx(delay_s, abs=2e-3)
-    assert displaced_s(2.0 + course(t), course(t), 0.005) == pytest.approx(0.0, abs=2e-2)
+    whole_s = 0.005 * len(t)
+    late = displaced(course(t - delay_s), course(t), 0.005)
+    assert [late.start_s, late.start_s + late.growth * whole_s] == pytest.approx([delay_s, delay_s], abs=6e-3)
+    assert displaced(2.0 + course(t), course(t), 0.005).rms_s(whole_s) == pytest.approx(0.0, abs=5e-2)
+
+
+@given(start_s=st.floats(-0.05, 0.05), growth=st.floats(-0.006, 0.006), hz=st.floats(0.3, 1.2))
+def test_a_column_that_runs_off_is_found_at_its_pace(start_s: float, growth: float, hz: float) -> None:
+    t = 0.005 * np.arange(4000)
+    late = displaced(np.sin(2 * np.pi * hz * (t - start_s - growth * t)), np.sin(2 * np.pi * hz * t), 0.005)
+    assert late.start_s == pytest.approx(start_s, abs=4e-3)
+    assert late.growth == pytest.approx(growth, abs=4e-4)
+
+
+@given(start_s=st.floats(-0.1, 0.1), growth=st.floats(-0.01, 0.01))
+def test_a_column_is_delayed_by_what_its_lateness_says(start_s: float, growth: float) -> None:
+    t = 0.005 * np.arange(1000)
+    late = Lateness(start_s, growth)
+    moved = delayed(np.sin(2 * np.pi * 0.8 * t), late, 0.005)
+    inside = np.abs(t - 2.5) < 2.2
+    assert moved[inside] == pytest.approx(np.sin(2 * np.pi * 0.8 * (t - start_s - growth * t))[inside], abs=1e-5)
+    each = start_s + growth * t
+    assert late.rms_s(5.0) == pytest.approx(np.sqrt(np.mean(each**2)), rel=1e-2)
+    assert late + late.times(-1.0) == IN_TIME
 
 
 def test_the_practice_days_give_a_delay_back(shared: Path) -> None:

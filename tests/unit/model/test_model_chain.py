@@ -220,3 +220,21 @@ def test_a_broken_model_is_refused_in_one_line(old: str, new: str, said: str, tm
 def test_a_broken_effect_is_refused(model: Model, effect: AddedEffect, said: str) -> None:
     with pytest.raises(ModelError, match=said):
         lay_out(replace(model, effects=[effect]))
+
+
+@pytest.mark.parametrize("drift", [-0.01, 0.002, 0.01])
+def test_a_clock_that_runs_off_follows_the_commands_of_another_time(model: Model, drift: float) -> None:
+    """A fast one reads ahead in a record that is known to its end; tick by tick it can only go on as before."""
+    record = replace(sine(seconds=20.0), p1_mpa=None)
+    warped = replace(record, dp_cmd_mpa=np.interp((1.0 + drift) * record.t_s, record.t_s, record.dp_cmd_mpa))
+    off = replace(model, effects=[AddedEffect("clock_drift", {"drift": drift})])
+    said, wanted = simulate(off, record).angle_deg, simulate(model, warped).angle_deg
+    assert said is not None
+    assert wanted is not None
+    known = record.t_s < 19.7
+    assert said[known] == pytest.approx(wanted[known], abs=0.05)
+    chain = Chain(off)
+    held = np.concatenate([record.dp_cmd_mpa[:1], record.dp_cmd_mpa[:-1]])
+    ticks = np.array([chain.step(0.2 + dp / 2, 0.2 - dp / 2)[2] for dp in held.tolist()])
+    soon = known & (record.t_s < 0.03 / max(drift, 1e-3))
+    assert ticks[soon] == pytest.approx(wanted[soon], abs=0.3)

@@ -136,6 +136,43 @@ def test_lost_samples_in_runs_are_found_and_bridged() -> None:
         assert np.std(mended.angle_deg - truth.angle_deg) < 0.3 * np.std(record.angle_deg - truth.angle_deg)
 
 
+def test_samples_that_each_sensor_loses_by_itself_are_bridged_in_its_own_rows() -> None:
+    def held(column: Column, seed: int) -> Column:
+        kept = np.random.default_rng(seed).random(len(column)) >= 0.6
+        kept[0] = True
+        return column[np.maximum.accumulate(np.where(kept, np.arange(len(column)), 0))]
+
+    for record in session(64):
+        assert record.p1_mpa is not None
+        assert record.p2_mpa is not None
+        assert record.angle_deg is not None
+        lossy = replace(
+            record, angle_deg=held(record.angle_deg, 1), p1_mpa=held(record.p1_mpa, 2), p2_mpa=held(record.p2_mpa, 3)
+        )
+        mended, shortened = bridged(lossy, lost_rows(lossy)), bridged(record.rows(slice(50)), lost_rows(lossy))
+        for name in ("angle_deg", "p1_mpa", "p2_mpa"):
+            truth, lost, whole = (getattr(one, name) for one in (record, lossy, mended))
+            assert np.std(whole - truth) < 0.5 * np.std(lost - truth)
+        assert len(shortened) == 50
+    alone = bridged(replace(lossy, p1_mpa=None, p2_mpa=None), lost_rows(replace(lossy, p1_mpa=None, p2_mpa=None)))
+    assert alone.p1_mpa is None
+
+
+@pytest.mark.parametrize(("share", "found"), [(0.0, False), (0.3, True), (0.8, True)])
+def test_samples_are_lost_on_a_coarse_angle_without_any_healthy_day(share: float, found: bool) -> None:
+    """A coarse converter repeats its samples as well: how often, the case's own noise says."""
+
+    def lost(t: Column, y: Column) -> Column:
+        coarse = 0.1 * np.round(y / 0.1)
+        kept = np.random.default_rng(5).random(len(y)) >= share
+        kept[0] = True
+        return coarse[np.maximum.accumulate(np.where(kept, np.arange(len(y)), 0))]
+
+    pairs = [replace(pair, raw_baselines=()) for pair in pair_up(changed(67, lost), baselines(), 0.2).pairs]
+    mark = next(one for one in read_signatures(pairs) if one.test == "repeated samples")
+    assert mark.found is found
+
+
 def test_more_noise_is_no_lost_sample() -> None:
     def noisy(t: Column, y: Column) -> Column:
         return 0.08 * np.round((y + 0.4 * np.random.default_rng(4).standard_normal(len(y))) / 0.08)
