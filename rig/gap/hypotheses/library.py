@@ -210,7 +210,7 @@ _LIBRARY: tuple[Effect, ...] = (
         Law("sensor_nonlinearity", ("cube", "square"), (0.02, 0.1), signs=BOTH_SIGNS, shapes=({"square": 0.0},)),
         Law("sensor_nonlinearity", ("cube", "square", "slope"), (0.05, 0.2), signs=BOTH_SIGNS, shapes=({"square": 0.0},)),
     ), "the angle is bent: even and odd harmonics without delay", "bent", "bent"),
-    Effect("sensor_lag", (Law("sensor_lag", ("tau_s",), TIMES),), "the angle is late and its corners are rounded", "late", "lag"),
+    Effect("sensor_lag", tuple(Law("sensor_lag", ("tau_s",), TIMES, shapes=({"poles": poles},)) for poles in (1.0, 2.0, 4.0, 8.0)), "the angle is late and its corners are rounded", "late", "lag"),
     Effect("quantisation", (Law("quantisation", ("step_deg",), (0.1,)),), "the angle takes only multiples of one step", "steps", "steps", signature=True),
     Effect("mains_hum", (Law("mains_hum", ("amplitude_deg",), (0.1,)),), "a line at 50 or 60 Hz", "hum", "hum", signature=True),
     Effect("sensor_noise", (Law("sensor_noise", ("std_deg",), (0.1,)),), "more noise at all frequencies", "noise", "noise", signature=True),

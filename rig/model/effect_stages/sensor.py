@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 
+from rig.model.effect_stages.low_pass import through_poles
 from rig.model.effect_stages.timing import RANDOM_FACTOR, RANDOM_MODULUS
 from rig.model.slots import Values
 
@@ -34,17 +35,10 @@ def sensor_nonlinearity(p1: Values, p2: Values, y: Values, state: Values, params
 
 
 def sensor_lag(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
-    """A first-order low pass, exact for an angle that runs straight from sample to sample, so that the same time
-    constant lags by as much at every sample time; params: tau_s."""
-    tau = max(params[0], 1e-9)
-    keep = math.exp(-dt_s / tau)
-    new = 1.0 - (1.0 - keep) * tau / dt_s
-    for i in range(len(y)):
-        if state[0] == 0.0:
-            state[0], state[1], state[2] = 1.0, y[i], y[i]
-        state[1] = keep * state[1] + new * y[i] + (1.0 - keep - new) * state[2]
-        state[2] = y[i]
-        y[i] = state[1]
+    """A low pass of as many equal poles as `poles`, whose time constants sum to tau: one for an RC filter, about three
+    for a moving mean of samples, more for several in a row, which is nearly a dead time; params: tau_s, poles."""
+    through_poles(y, state, 1, params[0], int(params[1]), dt_s)
+    state[0] = 1.0
 
 
 def quantisation(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:

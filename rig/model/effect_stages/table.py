@@ -109,6 +109,8 @@ _BALANCED = (
     ),
 )
 """What the effects of the joint's balance share; each is the one number that is not neutral."""
+SENSOR_POLES = 8
+"""Most poles of a filter behind the joint."""
 _SEED = _P("seed", "1", 0.0, 1e6, 0.0, "seed of the random numbers")
 
 
@@ -179,10 +181,10 @@ OWN_STAGES: dict[str, EffectStage] = {
         "valve_lag",
         "valve",
         valve.valve_filter,
-        13,
+        1 + 4 * valve.VALVE_POLES,
         _P("tau_s", "s", 0.0, 1.0, 0.0, "sum of the filter's time constants"),
         _BALANCE,
-        _P("poles", "1", 1.0, 3.0, 1.0, "equal poles that it has"),
+        _P("poles", "1", 1.0, valve.VALVE_POLES, 1.0, "equal poles that it has"),
     ),
     "valve_slew": _entry(
         "valve_slew",
@@ -353,7 +355,12 @@ OWN_STAGES: dict[str, EffectStage] = {
         _P("slope", "1", -0.3, 0.3, 0.0, "gain that comes with the bend, relative"),
     ),
     "sensor_lag": _entry(
-        "sensor_lag", "sensor", sensor.sensor_lag, 3, _P("tau_s", "s", 0.0, 2.0, 0.0, "time constant")
+        "sensor_lag",
+        "sensor",
+        sensor.sensor_lag,
+        1 + 2 * SENSOR_POLES,
+        _P("tau_s", "s", 0.0, 2.0, 0.0, "sum of the filter's time constants"),
+        _P("poles", "1", 1.0, SENSOR_POLES, 1.0, "equal poles that it has"),
     ),
     "quantisation": _entry(
         "quantisation",

@@ -11,10 +11,13 @@ way, so that the neutral value gives the nominal pressure exactly. tau0_s = 0 ta
 import math
 from collections.abc import Sequence
 
+from rig.model.effect_stages.low_pass import through_poles
 from rig.model.slots import Values
 
 ATMOSPHERE_MPA = 0.1013
 """Pressures count from the atmosphere's, air by what is absolute."""
+VALVE_POLES = 3
+"""Most poles of a filter beside a regulator."""
 UNLIMITED_MPA_S = 100.0
 """A flow at this limit is none that is limited."""
 CRITICAL_RATIO = 0.3
@@ -61,25 +64,10 @@ def valve_lag(p1: Values, p2: Values, y: Values, state: Values, params: Sequence
 
 def valve_filter(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
     """A low pass beside the regulator, which keeps its own pole: a filter of the set-point, a pilot chamber, a tube; as
-    many equal poles as `poles`, whose time constants sum to tau; params: tau_s, balance, poles.
-
-    Exact for pressures that run straight from sample to sample, so that the same tau lags by as much at every sample
-    time. State: whether it runs, then each valve's last input and its poles.
-    """
+    many equal poles as `poles`, whose time constants sum to tau; params: tau_s, balance, poles."""
     poles = int(params[2])
-    for valve in range(2):
-        p = p1 if valve == 0 else p2
-        tau = max(params[0] * min(1.0, 1.0 + params[1] * (1.0 - 2.0 * valve)) / poles, 1e-9)
-        keep = math.exp(-dt_s / tau)
-        new = 1.0 - (1.0 - keep) * tau / dt_s
-        for pole in range(poles):
-            at = 1 + 6 * valve + 2 * pole
-            if state[0] == 0.0:
-                state[at], state[at + 1] = p[0], p[0]
-            for i in range(len(p)):
-                state[at] = keep * state[at] + new * p[i] + (1.0 - keep - new) * state[at + 1]
-                state[at + 1] = p[i]
-                p[i] = state[at]
+    through_poles(p1, state, 1, params[0] * min(1.0, 1.0 + params[1]), poles, dt_s)
+    through_poles(p2, state, 1 + 2 * VALVE_POLES, params[0] * min(1.0, 1.0 - params[1]), poles, dt_s)
     state[0] = 1.0
 
 
