@@ -15,6 +15,7 @@ import numpy as np
 
 from rig.gap.answer.result import Interval
 from rig.gap.hypotheses.fit import Fit
+from rig.gap.hypotheses.library import FREE_JOINT
 from rig.gap.plan.next_experiment import spreads
 from rig.gap.reference.kinds import Kind
 from rig.gap.settings import Reach
@@ -47,11 +48,13 @@ def reference_of(kind: Kind) -> str:
 
 
 def intervals(fit: Fit, reach: Reach) -> dict[str, Interval]:
-    """Fitted numbers with 95 % intervals, within what their law allows; fixed shapes with none."""
+    """Fitted numbers with 95 % intervals, within what their law allows; fixed shapes with none. What a law says of the
+    joint that it acts on is none of its numbers."""
     known = {number.name: number for number in EFFECT_STAGES[fit.applied.stage].numbers}
     spread = spreads(fit)
     said = {}
-    for name, value in fit.applied.numbers.items():
+    numbers = {name: value for name, value in fit.applied.numbers.items() if name not in FREE_JOINT}
+    for name, value in numbers.items():
         deviation = spread.get(name, spread.get(fit.law.tied.get(name, ""), 0.0))
         half = half_width(float(value), deviation, fit.effect.roughness(fit.scene.prior), reach)
         low, high = fit.law.range_of(name, fit.scene.scales)

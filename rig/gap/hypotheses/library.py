@@ -94,15 +94,18 @@ HOLDS = tuple(0.012 * 1.28**k for k in range(13))
 """A hold is discontinuous in its width: a close grid."""
 RESONANCES = tuple(0.01 * 1.25**k for k in range(13))
 """A mass on a lightly damped joint fits within a tenth of its resonance only: a close grid, too."""
+DAMPED_S = (0.003, 0.2)
+"""How much a mass on a free joint is damped: one that rings for ever is none that a rig has. More at least: the mass that
+is added to a simulated rig, which is hardly damped, is something unknown."""
 CHOKED = tuple({"exhaust_mpa_s": exhaust, "choked": 1.0} for exhaust in (0.15, 0.3, 0.6, 1.2))
 UNCHOKED = tuple({"exhaust_mpa_s": exhaust} for exhaust in (0.15, 0.3, 0.6))
 EITHER_MUSCLE = ({"muscle": 1.0}, {"muscle": 2.0})
 CHOKED_LEAK = ({"muscle": 1.0, "absolute": 1.0}, {"muscle": 2.0, "absolute": 1.0})
 BOTH_STOPS = tuple({"low_deg": -36.0 * 0.92**k} for k in range(16))
 """A stop that is a little too near costs more than none, and one out of reach has no slope: a close grid."""
-BEHIND_THE_LOOP = (dict.fromkeys(("viscous_time_s", "inertia_time_s", *(f"loop_{k}" for k in range(1, 6))), 0.0),)
+FREE_JOINT = dict.fromkeys(("viscous_time_s", "inertia_time_s", *(f"loop_{k}" for k in range(1, 6))), 0.0)
 """A joint without friction of its own: the hysteresis is that of the muscles, as a Bouc-Wen model has it, and what
-rubs stands behind it. Dry friction is then what a play is, viscous friction what a sensor's lag is."""
+acts on the joint stands behind it. Dry friction is then what a play is, viscous friction what a sensor's lag is."""
 TIMES = (0.004, 0.008, 0.016, 0.03, 0.06, 0.12, 0.25)
 
 _LIBRARY: tuple[Effect, ...] = (
@@ -148,7 +151,7 @@ _LIBRARY: tuple[Effect, ...] = (
     ),
            "peaks of pressure cut off at one height", "cut", "ceiling"),
     Effect("supply_droop", (
-        Law("supply_droop", ("droop_s",), (0.03, 0.1, 0.3, 0.9), shapes=tuple({"refill_s": refill} for refill in (0.05, 0.15, 0.5))),
+        Law("supply_droop", ("droop_s",), (0.03, 0.1, 0.3, 0.9), shapes=tuple({"refill_s": refill} for refill in (0.0, 0.05, 0.15, 0.5))),
         Law("supply_droop", ("droop_s", "supply_mpa"), (0.15, 0.5, 1.5), shapes=({"supply_mpa": 0.35}, {"supply_mpa": 0.42}, {"supply_mpa": 0.5}),
             bounds={"droop_s": (0.1, 2.0)}),
         Law("fill_exhaust_asymmetry", ("ratio",), (0.15, 0.3, 0.5, 0.7, 0.85), shapes=({"fill_share": 0.0}, {"fill_share": 1.0}),
@@ -175,19 +178,23 @@ _LIBRARY: tuple[Effect, ...] = (
                              Law("one_muscle_warms", ("rate_per_min",), (0.01, 0.05, 0.2, 0.6), signs=BOTH_SIGNS, shapes=EITHER_MUSCLE)),
            "the amplitude grows or shrinks through each record, and the angle wanders where one muscle warms more", "drift", "thermal"),
     Effect("coulomb_friction", (Law("coulomb_friction", ("width_deg",), (0.01, 0.03, 0.1, 0.3), "span_deg"),
-                                Law("coulomb_friction", ("width_deg",), (0.003, 0.01, 0.03, 0.1, 0.3), "span_deg", shapes=BEHIND_THE_LOOP, like="backlash"),
+                                Law("coulomb_friction", ("width_deg",), (0.003, 0.01, 0.03, 0.1, 0.3), "span_deg", shapes=(FREE_JOINT,), like="backlash"),
                                 Law("coulomb_friction", ("width_deg",), (-0.01, -0.03, -0.1), "span_deg")),
            "the loop is wider, or narrower, at every speed, with corners at turning points", "play", "play"),
     Effect("viscous_friction", (Law("viscous_friction", ("tau_s",), (0.01, 0.03, 0.1, 0.3)),
-                                Law("viscous_friction", ("tau_s",), TIMES, shapes=BEHIND_THE_LOOP, like="sensor_lag"),
+                                Law("viscous_friction", ("tau_s",), TIMES, shapes=(FREE_JOINT,), like="sensor_lag"),
                                 Law("viscous_friction", ("tau_s",), (-0.01, -0.03))),
            "the angle lags in proportion to speed", "late", "lag"),
-    Effect("inertia", (Law("inertia", ("time_s",), RESONANCES), Law("inertia", ("time_s",), (-0.015, -0.03, -0.06))),
+    Effect("inertia", (Law("inertia", ("time_s",), RESONANCES),
+                       Law("inertia", ("time_s", "tau_s"), RESONANCES, shapes=tuple(FREE_JOINT | {"tau_s": tau} for tau in (0.003, 0.01)), bounds={"tau_s": DAMPED_S}),
+                       Law("inertia", ("time_s",), (-0.015, -0.03, -0.06))),
            "fast parts of the angle overshoot and ring", "late", "inertia"),
     Effect("gravity_load", (
         Law("gravity_load", ("load_deg",), (0.01, 0.05, 0.2), "span_deg", BOTH_SIGNS),
         Law("gravity_load", ("load_deg", "phase_deg"), (0.05, 0.2), "span_deg", BOTH_SIGNS, shapes=({"phase_deg": 30.0}, {"phase_deg": -30.0}),
             bounds={"phase_deg": (-45.0, 45.0)}),
+        Law("gravity_load", ("load_deg", "phase_deg"), (0.01, 0.05, 0.2), "span_deg", BOTH_SIGNS, bounds={"phase_deg": (-45.0, 45.0)},
+            shapes=tuple(FREE_JOINT | {"phase_deg": phase} for phase in (-30.0, 0.0, 30.0)), like="sensor_nonlinearity"),
     ), "gain and offset change together, bent like a sine of the angle", "offset", "gravity"),
     Effect("stiffness", (
         Law("stiffness", ("stiffness",), (0.15, 0.4, 1.0), signs=BOTH_SIGNS),
