@@ -305,11 +305,12 @@ def _verdict(causes: Sequence[Cause]) -> Verdict:
 
 
 def _confidence(told: Told, kept: Sequence[Kept], marks: Sequence[Cause], small: Sequence[str]) -> float:
-    """Probability that what is said of every factor is right; where something `small` is only noted in place of a
-    finding, one of two."""
+    """Probability that what is said of every factor is right; one of two for each effect that was dropped, or where
+    none was and something `small` is only noted in place of a finding."""
     pairing = told.expected.pairing
     chances = [one.probability[one.best] * trust(pairing, one.best) for one in told.posteriors]
-    chances += [EITHER_CHANCE for _ in (*_dropped(told, kept), *(() if kept else small))]
+    noted = [] if kept else small
+    chances += [EITHER_CHANCE for _ in _dropped(told, kept) or noted]
     return float(np.prod([*chances, *(mark.confidence for mark in marks)]))
 
 

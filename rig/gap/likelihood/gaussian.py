@@ -33,7 +33,7 @@ class Gaussian:
     between_days: int = 0
     """How many of the patterns, the first ones, are what days differ in; they are all larger on one rig than on
     another by a factor of its own."""
-    day_degrees: float = math.inf
+    pattern_degrees: float = math.inf
     """Degrees of freedom with which that factor is known."""
     as_well: "Column | None" = None
     """(l,) by how much more the variance may be as well, see `Factor.of_its_class`; None: it is as it stands."""
@@ -115,7 +115,7 @@ class Gaussian:
     def log_density(self, residual: Column) -> float:
         """ln p(residual) but for a constant: a t density of `effective` dimensions and `degrees` degrees of freedom,
         over what the days' factor may be."""
-        factors, log_chances = _factors(self.day_degrees)
+        factors, log_chances = _factors(self.pattern_degrees)
         said = float(np.logaddexp.reduce(log_chances + self.log_densities(residual, factors)))
         if self._looser is None:
             return said

@@ -130,7 +130,7 @@ class Factor:
     def of_any_build(self, spread: BuildSpread | None) -> "Factor":
         """The same for a rig of a build that is not among those that the levels were fitted on: what may differ without
         being a gap is known as surely as from so many builds."""
-        return self if spread is None else replace(self, healthy=replace(self.healthy, day_degrees=spread.degrees))
+        return self if spread is None else replace(self, healthy=replace(self.healthy, pattern_degrees=spread.degrees))
 
     def standing_off(self, rms: float) -> "Factor":
         """The same for a reference that misses the records it was fitted to by `rms`: by so much each record may stand

@@ -97,14 +97,14 @@ def own_factor(parts: Parts, days: Column, levels: FactorLevels, prior: Prior) -
     usual, count = parts.factor(levels, prior), days.shape[1]
     if count == 0:
         return usual
-    day_degrees = RIG_DEGREES + count - 1.0
+    pattern_degrees = RIG_DEGREES + count - 1.0
     if count == 1:
-        return replace(usual, healthy=replace(usual.healthy, day_degrees=day_degrees))
+        return replace(usual, healthy=replace(usual.healthy, pattern_degrees=pattern_degrees))
     apart, further = days @ contrasts(count), 1.0 + 1.0 / count
     own = learnt(scaled(usual.healthy, 1.0 / BETWEEN_TWO_DAYS), parts.lines.of(apart), parts.lines)
     known = own.degrees + (count - 1.0) * own.effective
     degrees = 1.0 / (1.0 / DAY_DEGREES + 1.0 / known)
-    healthy = replace(scaled(own, further), degrees=degrees, day_degrees=day_degrees)
+    healthy = replace(scaled(own, further), degrees=degrees, pattern_degrees=pattern_degrees)
     return replace(usual, healthy=healthy, floor=own_floor(usual.floor, days, parts.lines.used))
 
 

@@ -62,7 +62,7 @@ def test_with_a_level_surely_known_it_is_a_normal_density(seed: int, lines: int,
 def test_what_days_may_differ_by_is_averaged_over() -> None:
     """Against the mean of many draws of the factor."""
     known, residual = made(7, 12, 4)
-    unsure = replace(known, between_days=3, day_degrees=2.0)
+    unsure = replace(known, between_days=3, pattern_degrees=2.0)
     drawn = np.exp(np.random.default_rng(1).normal(0.0, 0.5, 4000))
     log_mean = np.logaddexp.reduce(unsure.log_densities(residual, drawn)) - np.log(len(drawn))
     assert unsure.log_density(residual) == pytest.approx(log_mean, abs=0.1)
@@ -74,7 +74,7 @@ def test_a_day_that_differs_more_than_usual_is_likelier_and_nothing_else_is(at: 
     patterns = np.zeros((40, 2))
     patterns[0, 0] = patterns[1, 1] = 10.0
     known = Gaussian(np.ones(40), patterns, 40.0, 1e9, between_days=1)
-    unsure = replace(known, day_degrees=2.0)
+    unsure = replace(known, pattern_degrees=2.0)
     gained = unsure.log_density(6.0 * patterns[:, at]) - known.log_density(6.0 * patterns[:, at])
     assert (gained > 8.0) == spared
     assert spared or abs(gained) < 0.3

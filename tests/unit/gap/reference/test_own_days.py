@@ -94,7 +94,7 @@ def test_by_how_much_days_differ_on_this_rig_is_known_the_better_the_more_there_
     parts = Parts(LINES, np.zeros(ROWS), columns, ("offset",), envelope, 1.0, np.full(COUNT, 1e-4))
     levels = FactorLevels({"offset": 0.01}, 0.01, 0.003, 0.01)
     earlier = np.random.default_rng(5).normal(0.0, 0.01, (ROWS, count))
-    assert own_factor(parts, earlier, levels, fitted().prior).healthy.day_degrees == degrees
+    assert own_factor(parts, earlier, levels, fitted().prior).healthy.pattern_degrees == degrees
 
 
 @given(st.integers(2, 8), st.floats(0.1, 10.0))

@@ -60,7 +60,7 @@ def test_what_is_missed_lies_in_the_lines_that_answer(answers: list[tuple[float,
 def test_a_level_that_its_own_records_say_is_known_more_surely(answers: list[tuple[float, Grounds]]) -> None:
     """Five times that is rarer than five times what is usual of rigs, once either level is the same."""
     (_, usual), (_, own) = ((floor, pressure_scene(grounds.expected, fitted()).factor) for floor, grounds in answers)
-    known = replace(own.healthy, day_degrees=np.inf, as_well=None)
+    known = replace(own.healthy, pattern_degrees=np.inf, as_well=None)
     fewer = replace(known, degrees=usual.healthy.degrees)
     assert known.degrees > fewer.degrees
     left = np.sqrt(known.variance)
