@@ -89,15 +89,18 @@ def _of_answer(diagnosis: Mapping[str, Any], stages: Mapping[str, str]) -> Itera
     nothing of odds."""
     factors = diagnosis["evidence"]["factors"]
     for name in (PRESSURES, ANGLE):
-        acting = [effect for effect, stage in stages.items() if PRESSURES not in factors or _acts_on(name, stage)]
+        acting = [effect for effect in stages if PRESSURES not in factors or _acts_on(name, effect, stages[effect])]
         if name in factors and not any(effect in LIBRARY and LIBRARY[effect].signature for effect in acting):
             said, (truth, names) = factors[name]["probability"], _true(acting)
             right = sum(said.get(one, 0.0) for one in names)
             yield Judgement(truth, said.get(NONE, 0.0), said.get(UNKNOWN, 0.0), right)
 
 
-def _acts_on(factor: str, stage: str) -> bool:
-    return (stage in AHEAD) == (factor == PRESSURES)
+def _acts_on(factor: str, effect: str, stage: str) -> bool:
+    """Whether an effect shows on a factor: where the library has it, by what its laws act on (a shift of P0 lies in the
+    muscles and shows in the pressures)."""
+    ahead = LIBRARY[effect].upstream if effect in LIBRARY else stage in AHEAD
+    return ahead == (factor == PRESSURES)
 
 
 def _true(acting: Sequence[str]) -> tuple[Truth, list[str]]:
