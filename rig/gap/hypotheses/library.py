@@ -94,18 +94,18 @@ HOLDS = tuple(0.012 * 1.28**k for k in range(13))
 """A hold is discontinuous in its width: a close grid."""
 RESONANCES = tuple(0.01 * 1.25**k for k in range(13))
 """A mass on a lightly damped joint fits within a tenth of its resonance only: a close grid, too."""
-DAMPED_S = (0.003, 0.2)
-"""How much a mass on a free joint is damped: one that rings for ever is none that a rig has. More at least: the mass that
-is added to a simulated rig, which is hardly damped, is something unknown."""
+FREE_JOINT = dict.fromkeys(("viscous_time_s", "inertia_time_s", *(f"loop_{k}" for k in range(1, 6))), 0.0)
+"""A joint without friction of its own: the hysteresis is that of the muscles, as a Bouc-Wen model has it, and what
+acts on the joint stands behind it. Dry friction is then what a play is, viscous friction what a sensor's lag is."""
+HARDLY_DAMPED = tuple(FREE_JOINT | {"tau_s": tau} for tau in (0.004, 0.012))
+"""A mass on a free joint rings for a while: for ever none does that a rig has, and one that is damped more is told from
+viscous friction by nothing."""
 CHOKED = tuple({"exhaust_mpa_s": exhaust, "choked": 1.0} for exhaust in (0.15, 0.3, 0.6, 1.2))
 UNCHOKED = tuple({"exhaust_mpa_s": exhaust} for exhaust in (0.15, 0.3, 0.6))
 EITHER_MUSCLE = ({"muscle": 1.0}, {"muscle": 2.0})
 CHOKED_LEAK = ({"muscle": 1.0, "absolute": 1.0}, {"muscle": 2.0, "absolute": 1.0})
 BOTH_STOPS = tuple({"low_deg": -36.0 * 0.92**k} for k in range(16))
 """A stop that is a little too near costs more than none, and one out of reach has no slope: a close grid."""
-FREE_JOINT = dict.fromkeys(("viscous_time_s", "inertia_time_s", *(f"loop_{k}" for k in range(1, 6))), 0.0)
-"""A joint without friction of its own: the hysteresis is that of the muscles, as a Bouc-Wen model has it, and what
-acts on the joint stands behind it. Dry friction is then what a play is, viscous friction what a sensor's lag is."""
 TIMES = (0.004, 0.008, 0.016, 0.03, 0.06, 0.12, 0.25)
 
 _LIBRARY: tuple[Effect, ...] = (
@@ -186,7 +186,7 @@ _LIBRARY: tuple[Effect, ...] = (
                                 Law("viscous_friction", ("tau_s",), (-0.01, -0.03))),
            "the angle lags in proportion to speed", "late", "lag"),
     Effect("inertia", (Law("inertia", ("time_s",), RESONANCES),
-                       Law("inertia", ("time_s", "tau_s"), RESONANCES, shapes=tuple(FREE_JOINT | {"tau_s": tau} for tau in (0.003, 0.01)), bounds={"tau_s": DAMPED_S}),
+                       Law("inertia", ("time_s",), RESONANCES, shapes=HARDLY_DAMPED),
                        Law("inertia", ("time_s",), (-0.015, -0.03, -0.06))),
            "fast parts of the angle overshoot and ring", "late", "inertia"),
     Effect("gravity_load", (
