@@ -33,10 +33,10 @@ from rig.gap.raw_tests.settings import (
 )
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.raw_tests.statistics import about, by_chance
+from rig.gap.records.dropouts import Rows
 from rig.record import Column, Record
 from rig.smoothing import smoothed
 
-Rows = NDArray[np.bool_]
 Lost = tuple[Rows, Rows | None, Rows | None]
 """Rows of the angle, p1 and p2 that were lost, (n,) each."""
 Places = tuple[Column, "NDArray[np.int64]"]
@@ -162,12 +162,12 @@ def count(records: Sequence[Record], least: float) -> Repeats:
     return Repeats(rows, repeated, onward, runs, _together(moved), _together(stood))
 
 
-def _beside_holes(angle: Column) -> "NDArray[np.bool_]":
+def _beside_holes(angle: Column) -> Rows:
     """(n,) True where the slope is not the angle's own: it runs from before a hole to behind it."""
     reach = np.ones(round(2.0 * SLOPE_ROWS))
     missing = np.convolve(~np.isfinite(angle), reach, "valid") > len(reach) - 0.5  # a hole begins here
     inside = np.convolve(missing, reach) > 0.5
-    beside: NDArray[np.bool_] = np.convolve(inside, np.ones(2 * len(reach) + 1), "same") > 0.5
+    beside: Rows = np.convolve(inside, np.ones(2 * len(reach) + 1), "same") > 0.5
     return beside
 
 

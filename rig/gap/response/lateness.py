@@ -13,7 +13,7 @@ from rig.record import Column
 STEPS = 3
 """From no delay to that of a column. More: slower, and no other answer while it is below a quarter of a period."""
 MOST_LATE_S = 1.0
-SLOPE_ROWS = 4
+END_ROWS = 4
 """Over how many rows a column's last slope is read. More: less noise in what follows its end, and more of its bend."""
 
 
@@ -68,7 +68,7 @@ def displaced(moved: Column, usual: Column, dt_s: float) -> Lateness:
 def shift(column: Values, rows: float, growth: float, out: Values) -> None:
     """`out` becomes the column, so many rows later, and by `growth` more at each row."""
     last = len(column) - 1
-    back = min(SLOPE_ROWS, last)
+    back = min(END_ROWS, last)
     slope = (column[last] - column[last - back]) / max(back, 1)
     for i in range(len(column)):
         late = rows + growth * i

@@ -7,6 +7,9 @@ from rig.model.effect_stages.low_pass import through_poles
 from rig.model.effect_stages.timing import RANDOM_FACTOR, RANDOM_MODULUS
 from rig.model.slots import Values
 
+SENSOR_POLES = 8
+"""Most poles of a filter behind the joint."""
+
 
 def sensor_gain(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
     """y = (1 + gain) y; params: gain."""

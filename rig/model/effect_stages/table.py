@@ -109,8 +109,6 @@ _BALANCED = (
     ),
 )
 """What the effects of the joint's balance share; each is the one number that is not neutral."""
-SENSOR_POLES = 8
-"""Most poles of a filter behind the joint."""
 _SEED = _P("seed", "1", 0.0, 1e6, 0.0, "seed of the random numbers")
 
 
@@ -358,9 +356,9 @@ OWN_STAGES: dict[str, EffectStage] = {
         "sensor_lag",
         "sensor",
         sensor.sensor_lag,
-        1 + 2 * SENSOR_POLES,
+        1 + 2 * sensor.SENSOR_POLES,
         _P("tau_s", "s", 0.0, 2.0, 0.0, "sum of the filter's time constants"),
-        _P("poles", "1", 1.0, SENSOR_POLES, 1.0, "equal poles that it has"),
+        _P("poles", "1", 1.0, sensor.SENSOR_POLES, 1.0, "equal poles that it has"),
     ),
     "quantisation": _entry(
         "quantisation",

@@ -1,5 +1,5 @@
-"""What acts on a joint behind the muscles' own hysteresis: friction cannot be told from a play or a sensor's lag, and is
-not; a mass and a weight can."""
+"""What acts on a joint behind the muscles' own hysteresis: friction cannot be told from a play or a sensor's lag, and
+is not; a mass and a weight can."""
 
 import pytest
 from support.plants.gap_rigs import asked, session
