@@ -266,10 +266,11 @@ def test_a_late_track_is_the_track_some_rows_before() -> None:
     assert late((), track) is track
 
 
+@pytest.mark.parametrize("poles", [1.0, 4.0, 8.0])
 @pytest.mark.parametrize("dt_s", [0.001, 0.005, 0.01, 0.02])
-def test_a_sensor_lags_by_its_time_constant_at_every_sample_time(dt_s: float) -> None:
+def test_a_sensor_lags_by_its_time_constants_at_every_sample_time(dt_s: float, poles: float) -> None:
     stage, tau = EFFECT_STAGES["sensor_lag"], 0.03
     ramp = 10.0 * np.arange(0.0, 1.0, dt_s)
     angle, nothing = ramp.copy(), np.zeros_like(ramp)
-    compiled(stage.stage)(nothing, nothing, angle, np.zeros(stage.state_size), np.array([tau]), dt_s)
+    compiled(stage.stage)(nothing, nothing, angle, np.zeros(stage.state_size), np.array([tau, poles]), dt_s)
     assert ramp[-1] - angle[-1] == pytest.approx(10.0 * tau, rel=1e-6)

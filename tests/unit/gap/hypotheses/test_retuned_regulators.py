@@ -81,7 +81,7 @@ def by_flow(set_point: Column, seed: int) -> Column:
     for row, goal in enumerate(set_point):
         for _ in range(5):
             wanted = 20.0 * (goal - pressure) + 200.0 * integral
-            flow = min(max(wanted, -0.3), 0.4)
+            flow = min(max(wanted, -0.3), 0.45)
             integral += (goal - pressure) * dt_s if flow == wanted else 0.0
             pressure += flow * dt_s
         out[row] = pressure
