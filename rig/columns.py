@@ -11,6 +11,8 @@ THIRD_DIFFERENCE_POWER = 20.0
 """Variance of the third difference of white noise over its own: 1 + 9 + 9 + 1."""
 MAD_TO_STD = 1.4826
 """Standard deviation of a normal distribution over the median of its absolute deviations."""
+NORMAL_95 = 1.96
+"""Standard deviations by which a 95 % interval of a normal distribution goes either way."""
 SAME = 1e-9
 """Sizes that differ by less than this share of the largest are equal: what rounding leaves of equal steps."""
 NEAR = 0.1

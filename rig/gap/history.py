@@ -13,10 +13,13 @@ from rig.channels import PNEUMATIC, Channels
 from rig.gap.answer.result import Diagnosis, Interval
 from rig.gap.change_points import FEWEST_DAYS, change_points
 from rig.gap.hypotheses.library import LIBRARY
+from rig.model.effect_stages import EFFECT_STAGES
 from rig.record import Column
 
 GAP: Final = "gap_deg"
-"""The quantity of a change in the gap itself; any other is an effect's name."""
+"""The quantity of a change in the gap itself; any other is an effect's size, see `size_of`."""
+BY: Final = " by "
+"""Between an effect and its number, in a quantity."""
 FALSE_ALARM_RATE: Final = 0.01
 """Of a series without a change. Less: later and larger changes only."""
 
@@ -32,7 +35,7 @@ class Day:
     floor_deg: float
     verdict: str
     sizes: Mapping[str, Interval]
-    """Effect -> its size."""
+    """Quantity -> the size of the effect that it belongs to, see `size_of`."""
     said: Mapping[str, str] = field(default_factory=dict)
     """Tags and note of its records."""
     channels: Channels = PNEUMATIC
@@ -56,6 +59,7 @@ class Growth:
     """How an effect's size moves with time."""
 
     effect: str
+    """As a quantity, see `size_of`."""
     first_day: str
     unit: str
     per_day: float
@@ -85,53 +89,68 @@ def look_back(days: Sequence[Day]) -> History:
 
 def day_of(name: str, days: float, diagnosis: Diagnosis) -> Day:
     """The day of a diagnosis."""
-    sizes = {
-        cause.effect: size
-        for cause in diagnosis.causes
-        if (size := size_of(cause.effect, cause.parameters)) is not None
-    }
+    sizes = {name: size for cause in diagnosis.causes for name, size in size_of(cause.effect, cause.parameters).items()}
     said = diagnosis.evidence.said
     gap, floor = diagnosis.gap.rms_deg, diagnosis.gap.floor_deg
     return Day(name, days, gap, floor, diagnosis.verdict.value, sizes, said, diagnosis.channels)
 
 
 def changes(days: Sequence[Day], seed: int = 0) -> list[Change]:
-    """Where gap and sizes change, with the medians between one change and the next; a day on which an effect is not
-    named has a size of 0."""
-    effects = dict.fromkeys(effect for day in days for effect in day.sizes)
-    series = {GAP: np.array([day.gap_deg for day in days])} | {effect: sizes_of(days, effect) for effect in effects}
+    """Where gap and sizes change, with the medians between one change and the next."""
+    series = {GAP: (list(days), np.array([day.gap_deg for day in days]))}
+    series |= {quantity: sizes_of(days, quantity) for quantity in _quantities(days)}
     found = []
-    for quantity, values in series.items():
+    for quantity, (known, values) in series.items():
         points = change_points(values, FALSE_ALARM_RATE / len(series), seed)
         edges = [0, *(at for at, _ in points), len(values)]
         levels = [float(np.median(values[start:end])) for start, end in pairwise(edges)]
         for (at, p_value), (before, after) in zip(points, pairwise(levels), strict=True):
-            found.append(Change(quantity, days[at].name, before, after, p_value))
+            found.append(Change(quantity, known[at].name, before, after, p_value))
     return found
 
 
 def growth(days: Sequence[Day]) -> list[Growth]:
-    """The slope of every effect that is named on three days or more, from its first day on."""
+    """The slope of every size that is told on three days or more, from its first day on."""
     found = []
-    for effect in dict.fromkeys(effect for day in days for effect in day.sizes):
-        named = [day for day in days if effect in day.sizes]
+    for quantity in _quantities(days):
+        named = [day for day in days if quantity in day.sizes]
         times = np.array([day.days for day in named])
         if len(named) < FEWEST_DAYS or np.ptp(times) == 0.0:
             continue
-        slope, _, low, high = theilslopes([day.sizes[effect].value for day in named], times)
-        unit = named[0].sizes[effect].unit
-        found.append(Growth(effect, named[0].name, unit, float(slope), float(low), float(high)))
+        slope, _, low, high = theilslopes([day.sizes[quantity].value for day in named], times)
+        unit = named[0].sizes[quantity].unit
+        found.append(Growth(quantity, named[0].name, unit, float(slope), float(low), float(high)))
     return found
 
 
-def sizes_of(days: Sequence[Day], effect: str) -> Column:
-    """(d,) an effect's size on every day, 0 where it is not named."""
-    return np.array([day.sizes[effect].value if effect in day.sizes else 0.0 for day in days])
+def _quantities(days: Sequence[Day]) -> list[str]:
+    return list(dict.fromkeys(quantity for day in days for quantity in day.sizes))
 
 
-def size_of(effect: str, parameters: Mapping[str, Interval]) -> Interval | None:
-    """The number that says how large an effect is: the first that its laws fit."""
+def sizes_of(days: Sequence[Day], quantity: str) -> tuple[list[Day], Column]:
+    """The days on which a size is known, and (d,) what it was: on those on which its effect is not named, what changes
+    nothing. A day that tells the effect by another of its numbers says nothing of this one."""
+    effect, nothing = quantity.partition(BY)[0], _neutral(quantity)
+    others = {other for other in _quantities(days) if other.partition(BY)[0] == effect} - {quantity}
+    known = [day for day in days if quantity in day.sizes or not others & day.sizes.keys()]
+    return known, np.array([day.sizes[quantity].value if quantity in day.sizes else nothing for day in known])
+
+
+def size_of(effect: str, parameters: Mapping[str, Interval]) -> dict[str, Interval]:
+    """How large an effect is, by its quantity: the first number of the law by which it was found, named by the effect,
+    and by the number where that is not the first law's (they have other units). None of an effect that is not known."""
     if effect not in LIBRARY:
-        return None
-    sizes = [law.free[0] for law in LIBRARY[effect].laws]
-    return next((parameters[name] for name in sizes if name in parameters), None)
+        return {}
+    names = list(dict.fromkeys(law.free[0] for law in LIBRARY[effect].laws))
+    found = next((name for name in names if name in parameters), None)
+    if found is None:
+        return {}
+    return {effect if found == names[0] else f"{effect}{BY}{found}": parameters[found]}
+
+
+def _neutral(quantity: str) -> float:
+    """The size that changes nothing."""
+    effect, _, name = quantity.partition(BY)
+    laws = LIBRARY[effect].laws
+    law = next((law for law in laws if law.free[0] == name), laws[0])
+    return EFFECT_STAGES[law.stage].neutral()[law.free[0]]

@@ -5,14 +5,16 @@ from rig.gap.history import GAP, Change, Growth, History
 
 def told(history: History, unit: str = "deg") -> list[str]:
     """What changed and what grows, a sentence each; `unit` is the gap's."""
-    lines = [_told_change(change, unit) for change in history.changes] + [_told_growth(one) for one in history.growth]
+    units = {quantity: size.unit for day in history.days for quantity, size in day.sizes.items()} | {GAP: unit}
+    lines = [_told_change(change, units[change.quantity]) for change in history.changes]
+    lines += [_told_growth(one) for one in history.growth]
     return lines or ["nothing changed over these days (at a false-alarm rate of 1 %)"]
 
 
 def _told_change(change: Change, unit: str) -> str:
-    levels = f"from {change.before:.2g} to {change.after:.2g}"
-    what = "the gap went" if change.quantity == GAP else f"{change.quantity} went"
-    return f"{what} {levels}{f' {unit}' if change.quantity == GAP else ''} on {change.day} (p = {change.p_value:.2g})"
+    levels = f"from {change.before:.2g} to {change.after:.2g}{'' if unit == '1' else f' {unit}'}"
+    what = "the gap" if change.quantity == GAP else change.quantity
+    return f"{what} went {levels} on {change.day} (p = {change.p_value:.2g})"
 
 
 def _told_growth(one: Growth) -> str:

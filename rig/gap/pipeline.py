@@ -25,7 +25,7 @@ from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.kept import pair_with_kept
 from rig.gap.records.pairs import Pairing, pair_up
 from rig.gap.records.strangers import without_strangers
-from rig.gap.reference.build import BY_DAYS, Expected, Kind, expect, read_right
+from rig.gap.reference.build import Expected, Kind, expect, read_right
 from rig.gap.reference.monitors import misread
 from rig.gap.reference.own_days import pressure_days
 from rig.gap.reference.simulated import misfit_deg
@@ -80,12 +80,11 @@ def answer(question: Question) -> tuple[Diagnosis, Grounds]:
     settings = question.settings
     marks, expected, posteriors = weigh(question)
     at_rest = None if question.model is None else replace(question.model, p0_mpa=expected.pairing.p0_mpa)
-    by_days = question.kind in BY_DAYS
-    missed = None if at_rest is None or not by_days else _misfit_deg(at_rest, expected)
+    missed = None if at_rest is None or not question.kind.by_days else _misfit_deg(at_rest, expected)
     if missed is not None and (strange := _of_another_rig(missed, expected)):
         at_rest, expected = None, replace(expected, pairing=expected.pairing.noting(strange))
     refit = None
-    if at_rest is not None and not by_days:  # what has changed is no matter of the simulator's
+    if at_rest is not None and not question.kind.by_days:  # what has changed is no matter of the simulator's
         changes = {name: fit.change for name, fit in posteriors[-1].fits.items()}
         refit = retune(at_rest, expected.pairs, expected.driven, changes)
     grounds = Grounds(at_rest, expected, posteriors)
@@ -214,7 +213,7 @@ def _with_withheld(question: Question, stand: Stand) -> Stand:
 
 def _paired(question: Question, records: Sequence[Record], days: Sequence[Sequence[Record]]) -> Pairing:
     p0_mpa = question.model.p0_mpa if question.model else USUAL_P0_MPA
-    if question.kind not in BY_DAYS:
+    if not question.kind.by_days:
         return pair_with_kept(records, _fingerprint(question), p0_mpa, pressures=question.pressures)
     pairing = pair_up(records, days, p0_mpa, pressures=question.pressures)
     pairing = pairing if question.every_day else without_strangers(pairing)

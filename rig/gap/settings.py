@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from rig.columns import NORMAL_95
 from rig.config import load
 from rig.record import Column
 
@@ -260,7 +261,7 @@ class Reach:
 
     law: float = 0.0
     """Share of a law's usual error (`Prior.laws`) that a size may miss. More: wider for rough laws."""
-    deviations: float = 1.96
+    deviations: float = NORMAL_95
     """End of the 95 % interval, in standard deviations; as fitted here, where the likelihood were right."""
     cases: int = 0
     """On how many cases."""

@@ -64,7 +64,7 @@ def _sized(cause: Mapping[str, Any], fact: EffectFact, reach: Reach, prior: Prio
     if not fact.size or number is None or number["high"] is None or number["high"] <= number["low"]:
         return None
     half = max(number["high"] - number["value"], number["value"] - number["low"])  # one end may be the law's own
-    rho = LIBRARY[cause["effect"]].roughness(prior)
+    rho = _roughness(cause, prior)
     return Sized(number["value"], deviation_of(number["value"], half, rho, reach), rho, fact.size)
 
 
@@ -94,6 +94,13 @@ def _of_library(row: Row) -> bool:
 
 def _said(diagnosis: Mapping[str, Any], prior: Prior) -> Shrunk:
     left = tuple(one["gap_after_deg"] ** 2 for one in diagnosis["evidence"]["records"])
-    added = [cause["effect"] for cause in diagnosis["causes"] if cause["judged_on"] not in RAW]
-    rho = max(LIBRARY[name].roughness(prior) for name in added if name in LIBRARY)
+    added = [cause for cause in diagnosis["causes"] if cause["judged_on"] not in RAW and cause["effect"] in LIBRARY]
+    rho = max(_roughness(cause, prior) for cause in added)
     return Shrunk(diagnosis["gap"]["rms_deg"], diagnosis["gap"]["floor_deg"], left, rho)
+
+
+def _roughness(cause: Mapping[str, Any], prior: Prior) -> float:
+    """Of the law by which an effect was named, as it goes into the model; where none of it does, of its first."""
+    effect, added = LIBRARY[cause["effect"]], cause["added_to_model"]
+    law = effect.laws[0] if added is None else effect.law_of(added["effect"], added["parameters"])
+    return effect.roughness(prior, law)

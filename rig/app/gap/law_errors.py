@@ -118,7 +118,7 @@ def _left(effect: Effect, expected: Expected, settings: Fitted) -> float | None:
         stands.append(pressure_stand(expected, settings))
     acting = [stand for stand in stands if any(stand.shows(law) for law in effect.laws)]
     stand = max(acting, key=lambda one: one.scene.factor.healthy.chi_square(one.scene.factor.gap_lines))
-    fit = fit_effect(effect, stand.scene, stand.shows, stand.rough)
+    fit = fit_effect(effect, stand.scene, stand.shows, stand.few)
     return None if fit is None else _left_beside_days(stand, fit)
 
 

@@ -31,37 +31,31 @@ def augmented(model: Model, diagnosis: Diagnosis, expected: Expected) -> Model:
     """`model` with every cause, those found by their signature included, and a word on where they come from."""
     causes = [cause.applied for cause in diagnosis.causes if cause.applied is not None]
     names = ", ".join(cause.effect for cause in causes) or "nothing"
-    made = with_causes(model, causes, expected)
+    made, _ = _with_causes(model, causes, expected)
     law = "" if made.muscle == model.muscle else " and another law of the mean pressure"
     text = f"{model.provenance.text} With {names}{law} added by pamrig gap diagnose.".strip()
     return replace(made, provenance=replace(model.provenance, text=text))
 
 
-def with_causes(model: Model, causes: Sequence[Applied], expected: Expected) -> Model:
-    """`model` with each cause as an added effect, all its numbers written out."""
-    return _with_all(model, causes, expected, _simulated(model, expected))[0]
-
-
-def _added(causes: Sequence[Applied], expected: Expected) -> list[AddedEffect]:
-    return [
-        AddedEffect(cause.stage, {name: float(value) for name, value in full_numbers(cause, expected.response).items()})
-        for cause in causes
-    ]
-
-
-def _with_all(
-    model: Model, causes: Sequence[Applied], expected: Expected, before: list[Column] | None
-) -> tuple[Model, float]:
-    """`model` with all causes, and the sum of squares that it leaves of the gap; where they change the mean pressure,
-    with the law of the mean pressure that leaves least, because the records that `model` was identified on never showed
+def _with_causes(model: Model, causes: Sequence[Applied], expected: Expected) -> tuple[Model, list[Column] | None]:
+    """`model` with each cause as an added effect, all its numbers written out, and what they change in its angle (deg,
+    for each pair at the raw record's times; None where it runs away). Where they change the mean pressure, with the law
+    of the mean pressure that leaves least of the gap, because the records that `model` was identified on never showed
     another."""
-    changed = replace(model, effects=[*model.effects, *_added(causes, expected)], fingerprint=None)
+    numbers = [full_numbers(cause, expected.response) for cause in causes]
+    added = [
+        AddedEffect(cause.stage, {name: float(value) for name, value in each.items()})
+        for cause, each in zip(causes, numbers, strict=True)
+    ]
+    changed = replace(model, effects=[*model.effects, *added], fingerprint=None)
+    before = _simulated(model, expected)
     tried = [changed]
     if causes and "mean_exponent" in model.muscle.parameters and _mean_moves(model, changed, expected):
         tried = [with_mean_exponent(changed, exponent) for exponent in MEAN_EXPONENTS]
-    left = [_left_deg2(before, _simulated(one, expected), expected) for one in tried]
+    changes = [_changes(before, _simulated(one, expected)) for one in tried]
+    left = [np.inf if each is None else sum(map(square_sum, _less(each, expected))) for each in changes]
     k = int(np.argmin(left))
-    return (tried[k], left[k]) if np.isfinite(left[k]) else (changed, left[k])
+    return (tried[k] if np.isfinite(left[k]) else changed), changes[k]
 
 
 def with_mean_exponent(model: Model, exponent: float) -> Model:
@@ -84,12 +78,6 @@ def _mean_moves(model: Model, changed: Model, expected: Expected) -> bool:
     return abs(share - 1.0) > MEAN_MOVED
 
 
-def _left_deg2(before: list[Column] | None, after: list[Column] | None, expected: Expected) -> float:
-    """Sum of squares that is left of the gap; infinite where the simulator runs away."""
-    changes = _changes(before, after)
-    return np.inf if changes is None else sum(square_sum(left) for left in _less(changes, expected))
-
-
 def _less(changes: Sequence[Column], expected: Expected) -> list[Column]:
     """For each pair (n,): its angle gap (deg) less these changes at the raw record's times."""
     return [
@@ -105,14 +93,8 @@ def remaining_gap(model: Model | None, causes: Sequence[Applied], expected: Expe
     """
     if model is None or not causes:
         return commanded_gaps(expected, causes)
-    changes = simulated_changes(model, with_causes(model, causes, expected), expected)
+    _, changes = _with_causes(model, causes, expected)
     return commanded_gaps(expected, causes) if changes is None else _less(changes, expected)
-
-
-def simulated_changes(model: Model, changed: Model, expected: Expected) -> list[Column] | None:
-    """For each pair, at the raw record's times: by how much the angle (deg) of `changed` differs; None where one runs
-    away."""
-    return _changes(_simulated(model, expected), _simulated(changed, expected))
 
 
 def _changes(before: list[Column] | None, after: list[Column] | None) -> list[Column] | None:

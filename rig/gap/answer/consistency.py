@@ -13,8 +13,8 @@ from rig.gap.answer.facts import RAW
 
 SAME = 1.001
 """Values closer than this are the same number."""
-AHEAD = ("valve", "pressures")
-"""Judged on the pressures: the angle's gap need not close, the pressures' must."""
+AHEAD = "pressures"
+"""Judged on them: the angle's gap need not close, theirs must."""
 TAKEN_BACK = ("less sure", "do not use", "is wrong")
 """Words of notes that take back a name."""
 SURE = 0.9
@@ -50,7 +50,7 @@ def _closing(diagnosis: Mapping[str, Any], named: Sequence[Any]) -> list[str]:
         if cause["judged_on"] not in RAW and not cause["explained_fraction"] > 0.0
     ]
     gap = diagnosis["gap"]
-    on_angle = [cause for cause in named if cause["judged_on"] not in (*RAW, *AHEAD)]
+    on_angle = [cause for cause in named if cause["judged_on"] not in (*RAW, AHEAD)]
     if named and gap["after_deg"] > SAME * gap["rms_deg"]:
         said.append(
             f"{diagnosis['verdict']}, and the simulator gets worse: {gap['rms_deg']:.3g} to {gap['after_deg']:.3g} deg"

@@ -55,7 +55,7 @@ class Gap:
 
 
 @dataclass(frozen=True)
-class Moved:
+class ParameterMove:
     """One of the simulator's own parameters before and after it was fitted again."""
 
     name: str
@@ -79,8 +79,8 @@ class Retuning:
 
     before_deg: float
     after_deg: float
-    """Rms of the simulator's error on records that the fit had not seen."""
-    moved: tuple[Moved, ...]
+    """Rms of the simulator's error on records, or on the half of a single one, that the fit had not seen."""
+    moved: tuple[ParameterMove, ...]
     """Parameters that plainly moved, those that matter most first."""
     looks_like: tuple[str, ...] = ()
     """Effects of the angle that a fit of these parameters swallows in the same way: where it closes the gap, any of
@@ -114,7 +114,7 @@ class Link:
 
 
 @dataclass(frozen=True)
-class Lines:
+class OverFrequency:
     """One record's gap over frequency: shares that are constant, excited, at odd and even multiples, and the rest."""
 
     record: str
@@ -141,7 +141,7 @@ class Band:
 
 
 @dataclass(frozen=True)
-class Course:
+class OverTime:
     """One record's gap over time."""
 
     record: str
@@ -164,10 +164,10 @@ class Where:
     shares: Mapping[str, float] = field(default_factory=dict)
     """Through the pressures (valve) and from behind them (downstream); none from the angle alone."""
     chain: Sequence[Link] = ()
-    frequency: Sequence[Lines] = ()
+    frequency: Sequence[OverFrequency] = ()
     phase: Sequence[Band] = ()
     region: Sequence[Band] = ()
-    time: Sequence[Course] = ()
+    time: Sequence[OverTime] = ()
 
     def to_json(self) -> dict[str, Any]:
         return {

@@ -1,11 +1,13 @@
-"""How far the gap shrinks once the causes are in the simulator, on records that their fit has not seen."""
+"""How far the gap shrinks once the causes are in the simulator, on records that their fit has not seen; of a single
+record, on the half of it that the fit has not seen."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from rig.gap.answer.augment import remaining_gap
+from rig.gap.answer.halves import in_halves
 from rig.gap.hypotheses.fit import Fit, refit
 from rig.gap.hypotheses.given import scene_given
 from rig.gap.hypotheses.scenes import PRESSURES, angle_scene, on_records, pressure_scene
@@ -22,23 +24,32 @@ class HowFar:
 
     after_deg: float
     per_record_deg2: tuple[float, ...]
-    """Mean square of each record, by a fit to the others."""
+    """Mean square of each record, by fits that have not seen what they are judged on."""
 
 
 def how_far(causes: Sequence[tuple[str, Fit]], expected: Expected, model: Model | None, settings: Fitted) -> HowFar:
-    """Causes with the factor that each was found on; each record is judged by a fit to the other half of the
-    records."""
-    count = len(expected.tracks)
-    left = np.zeros(count)
-    for odd in (0, 1) if count > 1 else (0,):
-        seen = [k for k in range(count) if k % 2 != odd] or [0]
-        some = on_records(expected, seen)
+    """Causes with the factor that each was found on; each record, or half of the only one, is judged by a fit to the
+    other half."""
+    squares = np.zeros(len(expected.tracks))
+    for some, judged in _folds(expected):
         applied = [_refitted(k, causes, some, settings, expected) for k in range(len(causes))]
         remaining = remaining_gap(model, applied, expected)
-        for k in range(count):
-            if k % 2 == odd or count == 1:
-                left[k] = _mean_square(remaining[k], expected.pairs[k].used)
+        squares += [float(np.sum(gap**2 * rows)) for gap, rows in zip(remaining, judged, strict=True)]
+    left = squares / [max(float(pair.used.sum()), 1.0) for pair in expected.pairs]
     return HowFar(float(np.sqrt(left.mean())), tuple(left.tolist()))
+
+
+def _folds(expected: Expected) -> Iterator[tuple[Expected, list[Column]]]:
+    """What a fit sees, and the rows (n,) of every record that it is judged on: 1 there, 0 elsewhere. Every measured row
+    is judged once."""
+    halves = in_halves([track.pair.used for track in expected.tracks])
+    for half in (0, 1):
+        seen = [track.pair.used * (rows != half) for track, rows in zip(expected.tracks, halves, strict=True)]
+        judged = [track.pair.used * (rows == half) for track, rows in zip(expected.tracks, halves, strict=True)]
+        shown = [k for k, rows in enumerate(seen) if rows.any()]
+        some = on_records(expected, shown)
+        tracks = [replace(one, pair=replace(one.pair, used=seen[k])) for one, k in zip(some.tracks, shown, strict=True)]
+        yield replace(some, tracks=tracks), judged
 
 
 def _refitted(k: int, causes: Sequence[tuple[str, Fit]], some: Expected, settings: Fitted, whole: Expected) -> Applied:
@@ -48,7 +59,3 @@ def _refitted(k: int, causes: Sequence[tuple[str, Fit]], some: Expected, setting
     for other in (one for j, (where, one) in enumerate(causes) if where == name and j != k):
         scene = scene_given(scene, other)
     return refit(fit, scene)
-
-
-def _mean_square(gap: Column, used: Column) -> float:
-    return float(np.sum(gap**2 * used) / max(float(used.sum()), 1.0))

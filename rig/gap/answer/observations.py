@@ -37,13 +37,15 @@ class Marks:
 def told_apart(marks: Sequence[Signature], expected: Expected, gap_deg: float, else_found: bool) -> Marks:
     """Which marks are causes. `gap_deg`: rms of the smoothed records' gap; `else_found`: whether that shows anything.
 
-    With an earlier day a mark that stands alone is what has changed; without one it must make up some of the gap.
+    Beside the raw samples of an earlier day a mark that stands alone is what has changed; without them it must make up
+    some of the gap.
     """
     causes, observations = [], []
+    compared = any(pair.raw_baselines for pair in expected.pairs)
     for mark in (one for one in marks if one.found):
         before = _raw_gap_deg(mark, expected, gap_deg)
         share = float(np.clip(mark.variance_deg2 / max(before**2, 1e-12), 0.0, 1.0))
-        alone = expected.by_days and not else_found
+        alone = compared and not else_found
         if mark.effect is not None and (alone or share >= LEAST_SHARE):
             causes.append(_cause(mark, mark.effect, before, share))
         elif mark.effect is not None or mark.variance_deg2 == 0.0:

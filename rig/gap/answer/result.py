@@ -104,7 +104,8 @@ class Ranked:
     side: str
     explained_fraction: float
     probability: float
-    score: float
+    minus_log_evidence: float
+    """In nats; 0 of what the raw samples show, which competes with nothing."""
 
     def to_json(self) -> dict[str, Any]:
         return {
@@ -113,7 +114,7 @@ class Ranked:
             "judged_on": self.side,
             "explained_fraction": self.explained_fraction,
             "probability": self.probability,
-            "held_out_chi_square": self.score,
+            "minus_log_evidence_nats": self.minus_log_evidence,
         }
 
 

@@ -1,7 +1,7 @@
 """What re-tuning the simulator's own parameters to these records would close, and which of them moved.
 
 A model that is fitted again follows the records closer whatever causes the gap; so this is said beside the causes,
-never instead of them, and judged on records that the fit has not seen.
+never instead of them, and judged on records, or on the half of a single one, that the fit has not seen.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -9,8 +9,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rig.columns import NORMAL_95
 from rig.errors import ModelError, RigError
-from rig.gap.answer.facts import Moved, Retuning
+from rig.gap.answer.facts import ParameterMove, Retuning
+from rig.gap.answer.halves import in_halves
 from rig.gap.records.pairs import Pair
 from rig.gap.reference.build import Expected
 from rig.identify.response.descent import Fit, descend, square_sum
@@ -100,12 +102,12 @@ def retune(
     fit, spread, held = _cross_fitted(errors, len(names))
     x, after = fit.x, errors.angle_ms(held)
     moved = [
-        Moved(
+        ParameterMove(
             name if slot == "valve" else f"{slot}_{name}",
             float(start[k]),
             float(start[k] + scales[k] * x[k]),
-            float(start[k] + scales[k] * (x[k] - 1.96 * spread[k])),
-            float(start[k] + scales[k] * (x[k] + 1.96 * spread[k])),
+            float(start[k] + scales[k] * (x[k] - NORMAL_95 * spread[k])),
+            float(start[k] + scales[k] * (x[k] + NORMAL_95 * spread[k])),
             model.stages()[slot].parameters[name].unit,
         )
         for k, (slot, name) in enumerate(names)
@@ -152,8 +154,8 @@ def _scale(parameter: Parameter, name: str) -> float:
 
 def _cross_fitted(errors: "_Errors", count: int) -> tuple[Fit, Column, Column]:
     """The fit of all moves (in scales, each held to zero by one unit), their standard deviations, and the residual of
-    each record by a fit to the other half of the records: one Gauss-Newton step from the common optimum, so that
-    nothing is simulated again."""
+    each half by a fit to the other: one Gauss-Newton step from the common optimum, so that nothing is simulated
+    again."""
 
     def residual(x: Column) -> Column:
         return np.concatenate([errors.weighed(x), x])
@@ -165,8 +167,7 @@ def _cross_fitted(errors: "_Errors", count: int) -> tuple[Fit, Column, Column]:
     level = max(float(np.sum(left**2)) / max(rows, 1), 1e-12) * COLOUR
     spread = np.sqrt(np.maximum(np.diag(np.linalg.pinv(slopes.T @ slopes / level + np.eye(count))), 0.0))
     held = left.copy()
-    odd = errors.record % 2 == 1
-    for seen in (odd, ~odd) if odd.any() else ():
+    for seen in (errors.half == 0.0, errors.half == 1.0):
         gram = slopes[seen].T @ slopes[seen] + np.eye(count)
         step = -np.linalg.solve(gram, slopes[seen].T @ left[seen] + fit.x)
         held[~seen] = left[~seen] + slopes[~seen] @ step
@@ -203,6 +204,8 @@ class _Errors:
         pressure = np.concatenate([pair.case.p1_mpa for pair in pairs if pair.case.p1_mpa is not None] or [np.zeros(1)])
         self._pressure_unit = 0.01 * max(float(np.ptp(pressure)), 1e-3)
         self.record = np.concatenate([np.full(3 * len(pair.t_s[::THINNED]), k) for k, pair in enumerate(pairs)])
+        halves = in_halves([pair.used for pair in pairs])
+        self.half = np.concatenate([np.tile(rows[::THINNED], 3) for rows in halves])
 
     def _said(self, x: Column) -> list[tuple[Column, Column, Column]]:
         """For each record: error of the angle (deg) and of both pressures (MPa), on every THINNED-th row."""

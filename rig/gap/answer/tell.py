@@ -25,7 +25,7 @@ from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.pairs import Pairing
 from rig.gap.reference.build import Expected, commanded_gaps, rms_of
 from rig.gap.response.propagate import Applied, full_numbers
-from rig.gap.settings import ABOVE_FLOOR, EITHER_CHANCE, LEAST_CLOSED, LEAST_EXPLAINED, SPOILT, Fitted
+from rig.gap.settings import ABOVE_FLOOR, EITHER_CHANCE, EVEN_CHANCE, LEAST_CLOSED, LEAST_EXPLAINED, SPOILT, Fitted
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.parameters import Model
 from rig.record import Column
@@ -90,7 +90,8 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
     found = told_apart(told.marks, told.expected, before, bool(kept or unknowns))
     marks = found.causes
     causes = [*_causes(told, kept, before, far, added), *marks, *unknowns]
-    causes += [Cause(UNKNOWN, "sensor", RAW_DATA, None, {}, before, before, 0.0, (), 0.5) for _ in _strange(told)]
+    strange = Cause(UNKNOWN, "sensor", RAW_DATA, None, {}, before, before, 0.0, (), EITHER_CHANCE)
+    causes += [strange for _ in _strange(told)]
     if told.expected.pairing.clipped:
         causes = [replace(cause, confidence=min(cause.confidence, EITHER_CHANCE)) for cause in causes]
     low, high = _further(kept, before, floor, far, told.settings) if added else (before, before)
@@ -99,7 +100,7 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
         rms_deg=before,
         floor_deg=floor,
         ratio=before / floor,
-        explained_fraction=_explained(kept, before, left, floor) if named else 0.0,
+        explained_fraction=_explained(kept, marks, before, left, floor) if named else 0.0,
         after_deg=left,
         after_low_deg=low,
         after_high_deg=high,
@@ -161,7 +162,7 @@ def _notes(told: Told, kept: Sequence[Kept], said: Sequence[str]) -> list[str]:
 
 def _further(kept: Sequence[Kept], before: float, floor: float, far: HowFar, settings: Fitted) -> tuple[float, float]:
     """Between what rms (deg) further records will lie with the kept effects in the simulator."""
-    rho = max(one.fit.effect.roughness(settings.prior) for one in kept)
+    rho = max(one.fit.effect.roughness(settings.prior, one.fit.law) for one in kept)
     return further(Shrunk(before, floor, far.per_record_deg2, rho), settings.further)
 
 
@@ -249,7 +250,7 @@ def _unknowns(told: Told, kept: Sequence[Kept], before: float) -> list[Cause]:
     doubted = [posterior for posterior, _ in _dropped(told, kept)]
     for posterior in told.posteriors:
         useless = any(posterior is one for one in spoilt)
-        if posterior.found and (posterior.fit is None or posterior.beside > 0.5 or useless):
+        if posterior.found and (posterior.fit is None or posterior.beside > EVEN_CHANCE or useless):
             near = sorted(posterior.fits, key=lambda name: -posterior.probability[name])[:2]
             nowhere = "valve" if posterior.stand.name == PRESSURES else "joint"
             stage = EFFECT_STAGES[posterior.fits[near[0]].applied.stage].lies_in if near else nowhere
@@ -271,13 +272,13 @@ def share_closed(posterior: Posterior, fit: Fit) -> float:
     return float(np.clip((before - after) / max(before - min(effective, 0.5 * before), 1e-9), 0.0, 1.0))
 
 
-def _explained(kept: Sequence[Kept], before: float, after: float, floor: float) -> float:
+def _explained(kept: Sequence[Kept], marks: Sequence[Cause], before: float, after: float, floor: float) -> float:
     """(G - E) / (G - F) in mean squares of the angle where it stands above the floor; else of what the causes were
     found on."""
     if not kept:
-        return 1.0
+        return max(mark.explained_fraction for mark in marks)
     if after < before and before > ABOVE_FLOOR * floor:
-        return float(np.clip((before**2 - after**2) / (before**2 - floor**2), -1.0, 1.0))
+        return min((before**2 - after**2) / (before**2 - floor**2), 1.0)
     if after < before:
         return 1.0 - (after / before) ** 2
     return max(share_closed(one.posterior, one.fit) for one in kept)
@@ -341,8 +342,8 @@ def _shares(told: Told) -> dict[str, float]:
 
 
 def _ranking(told: Told, marks: Sequence[Cause]) -> list[Ranked]:
-    """All effects of both factors by probability, those of the raw data first."""
-    lines = [Ranked(mark.effect, mark.stage, RAW_DATA, mark.explained_fraction, mark.confidence, 0.0) for mark in marks]
+    """What the raw samples show and all effects of both factors, by probability."""
+    lines = [Ranked(one.effect, one.stage, one.side, one.explained_fraction, one.confidence, 0.0) for one in marks]
     for posterior in told.posteriors:
         for name, fit in posterior.fits.items():
             lies_in = EFFECT_STAGES[fit.applied.stage].lies_in
@@ -390,6 +391,6 @@ def _judged(posterior: Posterior) -> Judged:
 def _by_stage(posterior: Posterior) -> dict[str, float]:
     """Probability that the cause lies at each stage."""
     total = dict.fromkeys(STAGES, 0.0)
-    for name in posterior.fits:
-        total[LIBRARY[name].stage] += posterior.probability[name]
+    for name, fit in posterior.fits.items():
+        total[EFFECT_STAGES[fit.applied.stage].lies_in] += posterior.probability[name]
     return total

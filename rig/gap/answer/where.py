@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from rig.columns import rms
-from rig.gap.answer.facts import Band, Course, Lines
+from rig.gap.answer.facts import Band, OverFrequency, OverTime
 from rig.gap.records.pairs import Pair
 from rig.record import Column
 
@@ -19,15 +19,15 @@ STEP_SHARE = 0.5
 """A step in the residual counts when it holds at least this share of the residual's mean square."""
 
 
-def frequency_shares(pairs: Sequence[Pair], gaps: Sequence[Column]) -> list[Lines]:
+def frequency_shares(pairs: Sequence[Pair], gaps: Sequence[Column]) -> list[OverFrequency]:
     """For each record: the share of the gap that is constant, at the excitation's lines, at odd and even multiples, and
     the rest."""
     return [_lines_of(pair, gap) for pair, gap in zip(pairs, gaps, strict=True)]
 
 
-def _lines_of(pair: Pair, gap: Column) -> Lines:
+def _lines_of(pair: Pair, gap: Column) -> OverFrequency:
     n = len(gap)
-    power = np.abs(np.fft.rfft(gap * 1.0)) ** 2
+    power = np.abs(np.fft.rfft(gap)) ** 2
     power[1:] *= 2.0
     command = np.abs(np.fft.rfft((pair.u1_mpa - pair.u2_mpa) * np.hanning(n)))
     command[:2] = 0.0
@@ -49,7 +49,7 @@ def _lines_of(pair: Pair, gap: Column) -> Lines:
     total = max(float(power.sum()), 1e-30)
     shares = {name: float(value) / total for name, value in kinds.items()}
     shares["rest"] = max(1.0 - sum(shares.values()), 0.0)
-    return Lines(pair.name, float(top / (n * pair.dt_s)), rms(gap, pair.used), shares)
+    return OverFrequency(pair.name, float(top / (n * pair.dt_s)), rms(gap, pair.used), shares)
 
 
 def phase_shares(pairs: Sequence[Pair], healthy: Sequence[Column], gaps: Sequence[Column]) -> list[Band]:
@@ -76,20 +76,23 @@ def region_shares(pairs: Sequence[Pair], healthy: Sequence[Column], gaps: Sequen
     return _bands(bands)
 
 
-def over_time(pairs: Sequence[Pair], gaps: Sequence[Column]) -> list[Course]:
-    """For each record: the gap in its first and last quarter, its drift, and a step when there is a plain one."""
+def over_time(pairs: Sequence[Pair], gaps: Sequence[Column]) -> list[OverTime]:
+    """For each record, by its measured rows: the gap in its first and last quarter, its drift, and a step when there is
+    a plain one."""
     told = []
-    for pair, gap in zip(pairs, gaps, strict=True):
+    for pair, whole in zip(pairs, gaps, strict=True):
+        measured = pair.used > 0
+        t_s, gap = pair.t_s[measured], whole[measured]
         quarter = max(len(gap) // 4, 1)
-        slope = np.polyfit(pair.t_s, gap, 1)[0] if len(gap) > 2 else 0.0
+        slope = np.polyfit(t_s, gap, 1)[0] if len(gap) > 2 else 0.0
         at, share = _step(gap)
         told.append(
-            Course(
+            OverTime(
                 pair.name,
-                first_quarter_rms_deg=rms(gap[:quarter], pair.used[:quarter]),
-                last_quarter_rms_deg=rms(gap[-quarter:], pair.used[-quarter:]),
+                first_quarter_rms_deg=rms(gap[:quarter]),
+                last_quarter_rms_deg=rms(gap[-quarter:]),
                 drift_deg_min=float(60.0 * slope),
-                step_at_s=float(pair.t_s[at]) if share > STEP_SHARE else None,
+                step_at_s=float(t_s[at]) if share > STEP_SHARE else None,
             )
         )
     return told

@@ -5,7 +5,7 @@ What each effect is called and means on the rig stands in `rig.gap.answer.on_the
 """
 
 from rig.gap.answer.chain import NAMES
-from rig.gap.answer.facts import RAW, SWALLOWED, Moved, Verdict
+from rig.gap.answer.facts import RAW, SWALLOWED, ParameterMove, Verdict
 from rig.gap.answer.on_the_rig import ON_THE_RIG
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Observation
 from rig.gap.answer.sizes import degrees, size
@@ -128,9 +128,7 @@ def _seen(diagnosis: Diagnosis) -> str:
 
 
 def _side(cause: Cause) -> str:
-    return {"valve": "the pressures", "pressures": "the pressures", "angle": "the angle"}.get(
-        cause.side, "the raw angle"
-    )
+    return {"pressures": "the pressures", "angle": "the angle"}.get(cause.side, "the raw angle")
 
 
 def _alike(cause: Cause) -> str:
@@ -167,8 +165,13 @@ def _how_far(diagnosis: Diagnosis) -> str:
         return f"{start} {_error(diagnosis)} in the angle, {degrees(before)} deg, hardly changes."
     return (
         f"With {with_it} in it {_error(diagnosis)} falls from {degrees(before)} to {left} deg{between}, "
-        "on records that the fit has not seen."
+        f"on {_judged_on(diagnosis)} that the fit has not seen."
     )
+
+
+def _judged_on(diagnosis: Diagnosis) -> str:
+    """What a fit is judged on, see `rig.gap.answer.halves`."""
+    return "records" if len(diagnosis.evidence.records) > 1 else "the half of the record"
 
 
 def _after(diagnosis: Diagnosis) -> tuple[str, str]:
@@ -283,7 +286,7 @@ def _percent(fraction: float) -> str:
     return "more than 99 %" if fraction > 0.99 else f"{100.0 * fraction:.0f} %"
 
 
-def _moved(one: Moved) -> str:
+def _moved(one: ParameterMove) -> str:
     """A parameter's move; nothing where it is too small to be seen in the digits that a person is told."""
     half = 0.5 * (one.high - one.low)
     here = size(Interval(one.before, one.before - half, one.before + half, one.unit), signed=True)

@@ -105,7 +105,7 @@ def judge(effects: Sequence[Effect], stand: Stand, said: Mapping[str, float] = M
     scene = stand.scene
     plain = settled(scene)
     # one after the other: two threads on two cores spend a third more processor time to be no sooner
-    found = [fit_effect(effect, scene, stand.shows, stand.rough) for effect in effects]
+    found = [fit_effect(effect, scene, stand.shows, stand.few) for effect in effects]
     fits = {fit.effect.name: fit for fit in found if fit is not None and np.isfinite(fit.log_evidence)}
     gap, healthy = plain.factor.gap_lines, plain.factor.healthy
     logs = {

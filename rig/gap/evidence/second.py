@@ -10,20 +10,20 @@ from rig.gap.evidence.posterior import LEAST_CHANCE, Posterior, judge
 from rig.gap.hypotheses.fit import Fit, refit
 from rig.gap.hypotheses.given import scene_given, stand_given
 from rig.gap.hypotheses.library import UNKNOWN, Effect
-from rig.gap.settings import FIRSTS_TRIED
+from rig.gap.settings import EVEN_CHANCE, FIRSTS_TRIED
 
 
 def with_second(effects: Sequence[Effect], alone: Posterior, said: Mapping[str, float]) -> tuple[Posterior, ...]:
     """The posterior as it is; or, where something unknown stands in it and two effects explain the factor better than
     one with that, those of the likeliest first effect and of the second beside it."""
-    if not alone.found or (alone.best != UNKNOWN and alone.beside <= 0.5):
+    if not alone.found or (alone.best != UNKNOWN and alone.beside <= EVEN_CHANCE):
         return (alone,)
     firsts = sorted(alone.fits.values(), key=lambda fit: -fit.log_evidence)[:FIRSTS_TRIED]
     pairs = []
     for first in firsts:
         others = [effect for effect in effects if effect.name != first.effect.name]
         second = judge(others, stand_given(alone.stand, first), said)
-        if second.fit is not None and second.beside <= 0.5:
+        if second.fit is not None and second.beside <= EVEN_CHANCE:
             told = said.get(first.effect.name, 0.0) + said.get(second.best, 0.0)
             pairs.append((_of_both(first, second.fit) + told, first.effect.name, second))
     if not pairs:

@@ -107,7 +107,7 @@ class Scene:
 
 
 @dataclass(frozen=True)
-class Moved:
+class Elsewhere:
     """A reference whose unsure numbers are others."""
 
     response: ResponseModel
@@ -129,7 +129,7 @@ class Unsure:
     """(k,) their standard deviations."""
     times: Column
     """(l,) by how many times each line is known less surely."""
-    at: Callable[[Column, Applied | None], Moved]
+    at: Callable[[Column, Applied | None], Elsewhere]
     """The reference with sizes (k,), beside a cause."""
 
 
@@ -181,9 +181,9 @@ def angle_change(tracks: Sequence[Track], base: Sequence[Column], response: Resp
     return change
 
 
-def fit_effect(effect: Effect, scene: Scene, shows: Callable[[Law], bool], rough: Scene | None = None) -> Fit | None:
+def fit_effect(effect: Effect, scene: Scene, shows: Callable[[Law], bool], few: Scene | None = None) -> Fit | None:
     """The likeliest law of one effect; None where none acts on this factor or none gives a finite response."""
-    found = [fit_law(effect, law, scene, rough or scene) for law in effect.laws if shows(law)]
+    found = [fit_law(effect, law, scene, few or scene) for law in effect.laws if shows(law)]
     known = [one for one in found if one is not None]
     if not known:
         return None
@@ -192,18 +192,18 @@ def fit_effect(effect: Effect, scene: Scene, shows: Callable[[Law], bool], rough
     return replace(best, log_evidence=total - float(np.log(len(found))))
 
 
-def fit_law(effect: Effect, law: Law, scene: Scene, rough: Scene) -> Fit | None:
-    """Scan the law's grid on the `rough` scene, go on from its best point on the whole one."""
-    few, whole = _Trial(law, rough), _Trial(law, scene)
+def fit_law(effect: Effect, law: Law, scene: Scene, few: Scene) -> Fit | None:
+    """Scan the law's grid on a scene of few records, go on from its best point on the whole one."""
+    first, whole = _Trial(law, few), _Trial(law, scene)
     best: tuple[float, Column, dict[str, float]] | None = None
     unit = scene.scales[law.scale]
     for shape in law.shapes:
         fixed = {name: value for name, value in shape.items() if name not in law.free}
         for size in (sign * size * unit for sign in law.signs for size in law.grid):
-            if not few.low[0] <= size <= few.high[0]:
+            if not first.low[0] <= size <= first.high[0]:
                 continue
-            x = np.array([size, *(shape.get(name, few.usual(name)) for name in law.free[1:])])
-            cost = few.cost(x, fixed)
+            x = np.array([size, *(shape.get(name, first.usual(name)) for name in law.free[1:])])
+            cost = first.cost(x, fixed)
             if np.isfinite(cost) and (best is None or cost < best[0]):
                 best = (cost, x, fixed)
     if best is None:

@@ -52,6 +52,12 @@ class Law:
         low, high = sorted(end * unit for end in self.bounds.get(name, (-inf, inf)))
         return max(low, number.low), min(high, number.high)
 
+    def agrees(self, numbers: Mapping[str, float]) -> int:
+        """With how many fixed numbers of one of its shapes these agree, all of that shape; -1 where they do with none
+        of its shapes."""
+        fixed = [{name: value for name, value in shape.items() if name not in self.free} for shape in self.shapes]
+        return max((len(one) for one in fixed if one.items() <= numbers.items()), default=-1)
+
 
 @dataclass(frozen=True)
 class Effect:
@@ -74,10 +80,14 @@ class Effect:
         """Where the report says it lies."""
         return EFFECT_STAGES[self.laws[0].stage].lies_in
 
-    def roughness(self, prior: Prior, law: Law | None = None) -> float:
-        """How rough its laws usually are, or one `law` of them, as a share of what they change."""
-        name = law.like if law is not None and law.like else self.name
-        return prior.rho_scale * prior.laws.get(name, self.misfit)
+    def roughness(self, prior: Prior, law: Law) -> float:
+        """How rough a `law` of it usually is, as a share of what it changes."""
+        return prior.rho_scale * prior.laws.get(law.like or self.name, self.misfit)
+
+    def law_of(self, stage: str, numbers: Mapping[str, float]) -> Law:
+        """The law by which it was found as this stage with these numbers (all of them): the one with the most fixed
+        shapes that fits."""
+        return max((law for law in self.laws if law.stage == stage), key=lambda law: law.agrees(numbers))
 
     @property
     def upstream(self) -> bool:

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rig.gap.hypotheses.fit import Moved, Unsure, pressure_change
+from rig.gap.hypotheses.fit import Elsewhere, Unsure, pressure_change
 from rig.gap.reference.expectation import REGULATOR_PATTERNS, REGULATOR_STEP, Parts
 from rig.gap.response.nominal import Reference
 from rig.gap.response.propagate import Applied, Course, Ready, Track, pressures_with, ready
@@ -28,7 +28,7 @@ def unsure_regulators(
     surely: sizes are relative, of both time constants and of exhausting against filling."""
     expected = _monitors([], tracks, response)
 
-    def at(sizes: Column, cause: Applied | None) -> Moved:
+    def at(sizes: Column, cause: Applied | None) -> Elsewhere:
         here = _retuned(tracks, response, sizes)
         causes = [] if cause is None else ready([cause], here[1])
         said = _monitors(causes, *here)
@@ -36,7 +36,7 @@ def unsure_regulators(
             (_monitors(causes, *_retuned(tracks, response, sizes + step)) - said) / REGULATOR_STEP
             for step in REGULATOR_STEP * np.eye(len(sizes))
         ])  # fmt: skip
-        return Moved(here[1], pressure_change(*here), patterns, _monitors([], *here) - expected - patterns @ sizes)
+        return Elsewhere(here[1], pressure_change(*here), patterns, _monitors([], *here) - expected - patterns @ sizes)
 
     which = [parts.names.index(name) for name in REGULATOR_PATTERNS]
     spread = np.array([levels.patterns[name] for name in REGULATOR_PATTERNS])

@@ -32,7 +32,7 @@ class Stand:
 
     name: str
     scene: Scene
-    rough: Scene
+    few: Scene
     shows: Callable[[Law], bool]
 
 
@@ -43,19 +43,19 @@ def acts_ahead(law: Law) -> bool:
 
 def pressure_stand(expected: Expected, settings: Fitted) -> Stand:
     """The pressures under the commands, on which acts what lies ahead of the monitors."""
-    few = on_records(expected, telling_records(expected))
-    whole, rough = pressure_scene(expected, settings), pressure_scene(few, settings, expected)
+    telling = on_records(expected, telling_records(expected))
+    whole, few = pressure_scene(expected, settings), pressure_scene(telling, settings, expected)
     if builds := settings.levels[expected.levels].builds:
         whole = replace(whole, factor=whole.factor.of_its_class(settled(whole).factor, builds))
-    return Stand(PRESSURES, whole, rough, acts_ahead)
+    return Stand(PRESSURES, whole, few, acts_ahead)
 
 
 def angle_stand(expected: Expected, settings: Fitted) -> Stand:
     """The angle, under the pressures where they were measured: what lies ahead of the monitors is settled then. From
     the angle alone every law acts on it."""
-    few = on_records(expected, telling_records(expected))
-    whole, rough = angle_scene(expected, settings), angle_scene(few, settings, expected)
-    return Stand(ANGLE, whole, rough, (lambda law: not acts_ahead(law)) if expected.driven else lambda law: True)
+    telling = on_records(expected, telling_records(expected))
+    whole, few = angle_scene(expected, settings), angle_scene(telling, settings, expected)
+    return Stand(ANGLE, whole, few, (lambda law: not acts_ahead(law)) if expected.driven else lambda law: True)
 
 
 def parts_of_pressures(expected: Expected) -> tuple[Parts, Column]:
@@ -85,7 +85,8 @@ def pressure_scene(expected: Expected, settings: Fitted, whole: Expected | None 
     factor = own_factor(parts, days, levels, settings.prior).of_any_build(known.builds)
     factor = factor.doubting(motion_doubt(expected.tracks, expected.response))
     factor = factor.at_least(expected.missed_mpa).noisier(expected.anew_mpa**2)
-    factor = factor.less_sure(_where_fast(factor.lines, expected))
+    times = _where_fast(factor.lines, expected)
+    factor = factor.less_sure(times)
     if expected.kind is Kind.FINGERPRINT:
         factor = factor.standing_off(expected.missed_mpa)
     moving = float(np.std(np.concatenate([track.reference.p1_mpa for track in expected.tracks])))
@@ -94,7 +95,6 @@ def pressure_scene(expected: Expected, settings: Fitted, whole: Expected | None 
     scene = Scene(factor, change, expected.response, scales, moving, settings.prior, known.odds)
     if expected.kind is not Kind.SIMULATOR:
         return scene
-    times = _where_fast(factor.lines, expected)
     return replace(scene, unsure=unsure_regulators(expected.tracks, expected.response, parts, levels, times))
 
 

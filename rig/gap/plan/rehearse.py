@@ -91,12 +91,12 @@ def _expected_pair(rig: Rig, plan: RunPlan, draw: np.random.Generator) -> Pair:
     heard = [measured(p, rig.noise.pressure_mpa) for p in (p1, p2)] if rig.pressures else [None, None]
     raw = Record(plan.name, t, dp, measured(angle, rig.noise.angle_deg), u1, u2, *heard)
     case = Session(p1, p2, angle) if rig.pressures else Session(None, None, angle)
-    return Pair(plan.name, dt_s, t, u1, u2, case, (), np.ones_like(t), raw, ())
+    return Pair(plan.name, dt_s, t, u1, u2, case, (), np.ones_like(t), raw, (), t)
 
 
 def known_rig(expected: Expected) -> Rig:
     """The rig of records that there are, as their reference knows it."""
-    if expected.by_days:
+    if expected.beside_records:
         return known_by(expected.response, expected.tracks, pressures=expected.driven)
     rig = Rig(
         expected.response,

@@ -20,15 +20,13 @@ def dropouts(pairs: Sequence[Pair], column: str = ANGLE) -> Signature:
     mine = [one for pair in pairs for one in pair.dropouts if one.column == column]
     if not mine:
         return Signature(name, effect, False, 0.0, 0.0, "1", "no sample falls to a rail")
-    fallen, bursts, rows = (
-        sum(int(one.fallen.sum()) for one in mine),
-        sum(one.bursts for one in mine),
-        _visible_rows(pairs, mine),
-    )
+    bursts, rows = sum(one.bursts for one in mine), _visible_rows(pairs, mine)
+    fallen = sum(int((one.fallen & one.visible).sum()) for one in mine)
     usual_fallen, usual_bursts, usual_rows = _baselines(pairs, column)
     seen, usual = (bursts, usual_bursts) if usual_bursts else (fallen, BASELINE_FALLS)
     p_value = _by_chance(seen, rows / max(usual_rows, rows) * usual)
-    share, base, run = fallen / rows, usual_fallen / max(usual_rows, 1), fallen / bursts
+    share, base = fallen / rows, usual_fallen / max(usual_rows, 1)
+    run = sum(int(one.fallen.sum()) for one in mine) / bursts
     level = float(np.median([one.level for one in mine]))
     unit = "deg" if angle else "MPa"
     fall = f"{100 * share:.2g} % of the samples fall to {level:.4g} {unit}, {run:.2g} in a row in the mean"
@@ -55,7 +53,7 @@ def _by_chance(seen: int, expected: float) -> float:
 def _visible_rows(pairs: Sequence[Pair], mine: Sequence[Dropouts]) -> int:
     """Rows where a fall would show; a record without any is taken to show as many as the others."""
     share = sum(int(one.visible.sum()) for one in mine) / sum(len(one.visible) for one in mine)
-    return max(int(share * sum(len(pair.raw) for pair in pairs)), sum(int(one.fallen.sum()) for one in mine))
+    return max(int(share * sum(len(pair.raw) for pair in pairs)), 1)
 
 
 def _baselines(pairs: Sequence[Pair], column: str) -> tuple[int, int, int]:

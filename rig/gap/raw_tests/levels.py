@@ -5,8 +5,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from rig.columns import grouped_median, on_even_steps, rms, white_noise
-from rig.gap.raw_tests.settings import MAD_TO_STD, NOISE_WINDOW_ROWS
+from rig.columns import MAD_TO_STD, grouped_median, on_even_steps, rms, white_noise
+from rig.gap.raw_tests.settings import NOISE_WINDOW_ROWS
 from rig.record import Column, Record
 from rig.smoothing import running_mean
 

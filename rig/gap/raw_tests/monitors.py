@@ -4,9 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rig.gap.raw_tests.settings import BELOW_ZERO_MPA, CLEAR, DAYS_MEAN_MPA, DEAD_MPA
+from rig.gap.raw_tests.settings import BELOW_ZERO_MPA, CLEAR, DAYS_MEAN_MPA
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.raw_tests.statistics import between_days, by_chance
+from rig.gap.records.settings import STILL_MPA
 from rig.record import Record
 
 
@@ -42,7 +43,7 @@ def _wire(name: str, cases: Sequence[Record]) -> Signature:
     known = [column[np.isfinite(column)] for column in columns if np.isfinite(column).any()]
     span = float(np.median([np.ptp(column) for column in known])) if known else 0.0
     middle = float(np.median([np.median(column) for column in known])) if known else 0.0
-    dead, low = span < DEAD_MPA, middle < BELOW_ZERO_MPA
+    dead, low = span < STILL_MPA, middle < BELOW_ZERO_MPA
     state = "does not move: broken wire?" if dead else "reads below zero: broken wire?" if low else "is alive"
     return Signature(f"monitor of {name}", None, dead or low, middle, 0.0, "MPa", f"monitor of {name} {state}")
 

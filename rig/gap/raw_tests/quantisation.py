@@ -8,16 +8,15 @@ import numpy as np
 from rig.gap.raw_tests.levels import Measure, angles_of, filled, level_deg
 from rig.gap.raw_tests.settings import (
     COARSER,
-    FEWEST_VALUES,
     LEAST_GAP,
     LEAST_STEP_DEG,
-    MOST_DIFFERENT,
     STEP_DIGITS,
     STEP_OVER_NOISE,
     UNEVEN,
 )
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.raw_tests.statistics import about
+from rig.gap.records.settings import FEWEST_VALUES, MOST_DIFFERENT
 from rig.identify.response.response_fit import SMOOTHING_S
 from rig.record import Column, Record
 from rig.smoothing import smoothed

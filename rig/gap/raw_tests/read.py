@@ -40,7 +40,7 @@ def read_signatures(pairs: Sequence[Pair], described_noise_deg: float | None = N
         *falls,
         *lines,
         louder,
-        time_stamps(cases, sessions),
+        time_stamps(pairs, sessions),
         mean_pressure(cases, sessions),
         *wires(cases),
     ]

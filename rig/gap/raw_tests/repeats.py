@@ -15,16 +15,16 @@ from numpy.typing import NDArray
 from rig.gap.raw_tests.levels import Measure, angles_of, filled, level_deg
 from rig.gap.raw_tests.settings import (
     CHANCE_SPREAD,
-    LEAST_CHANCE,
     LEAST_LOST,
     LEAST_LOUDER,
     LEAST_MOVING,
+    LEAST_REPEATING,
     LOST_CLEAR,
     LOST_JUMP,
     LOST_MORE,
     LOST_PLACE,
-    MOST_CHANCE,
     MOST_LOST,
+    MOST_REPEATING,
     MOVING_QUANTILE,
     MOVING_STEPS,
     SLOPE_ROWS,
@@ -74,7 +74,7 @@ class Chance:
 
     @property
     def weight(self) -> Column:
-        weights: Column = 1.0 / np.maximum(self.share, LEAST_CHANCE)
+        weights: Column = 1.0 / np.maximum(self.share, LEAST_REPEATING)
         return weights
 
 
@@ -209,7 +209,7 @@ def _chance(sources: Sequence[Repeats]) -> Chance:
         for name in ("rows", "repeated", "onward")
     )
     onward = np.where(repeated > 0.0, onward / np.maximum(repeated, 1.0), 1.0)
-    return Chance(np.minimum(repeated / np.maximum(rows, 1.0), MOST_CHANCE), onward)
+    return Chance(np.minimum(repeated / np.maximum(rows, 1.0), MOST_REPEATING), onward)
 
 
 def excess(own: Repeats, chance: Chance) -> Excess:
@@ -227,7 +227,7 @@ def excess(own: Repeats, chance: Chance) -> Excess:
 
 def _variance(own: Repeats, chance: Chance, share: float) -> float:
     """Of the estimate, where `share` of the samples are lost."""
-    p = np.maximum(chance.share + share * (1.0 - chance.share), LEAST_CHANCE)
+    p = np.maximum(chance.share + share * (1.0 - chance.share), LEAST_REPEATING)
     free = max(float(np.sum(chance.weight * own.rows * (1.0 - chance.share))), 1e-12)
     return float(np.sum(chance.weight**2 * own.rows * p * (1.0 - p))) / free**2
 

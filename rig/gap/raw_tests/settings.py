@@ -12,16 +12,8 @@ HIGHEST_CONFIDENCE = 0.99
 """No test excludes what it was not made for; development: 97 to 100 % of what was found was right."""
 PRIOR_DEGREES = 2.0
 """Degrees of freedom that the prior spread of days counts for, beside the days at hand."""
-NORMAL_95 = 1.96
-"""Standard deviations of a 95 % interval."""
-MAD_TO_STD = 1.4826
-"""Standard deviation of a normal distribution over the median of its absolute deviations."""
 
 # quantisation step
-FEWEST_VALUES = 3
-"""Different values from which on a step can be told."""
-MOST_DIFFERENT = 0.5
-"""Share of rows with a value of their own beyond which no step shows."""
 LEAST_GAP = 0.2
 """Neighbouring values nearer than this share of their usual distance are one value, rounded twice."""
 STEP_DIGITS = 7
@@ -56,9 +48,9 @@ SPEED_CLASSES = 14
 LOST_CLEAR = 4.0
 """Standard deviations for repeats, 3 in 10^5: less than CLEAR, because the jump after them is a second, independent
 sign."""
-LEAST_CHANCE = 0.001
+LEAST_REPEATING = 0.001
 """No class of speed is believed to repeat more seldom by chance: it bounds the weight of the fastest rows."""
-MOST_CHANCE = 0.999
+MOST_REPEATING = 0.999
 """A class of speed in which all repeat by chance says nothing; this keeps it finite."""
 LEAST_LOST = 0.002
 """Share of lost samples below which none are reported: 8 of a 20 s record."""
@@ -96,7 +88,7 @@ LOWEST_LINE_HZ = 8.0
 """Where sampling folds the mains below this, the motion hides it."""
 HIGHEST_MARGIN_HZ = 1.0
 """Distance from half the sampling rate."""
-LEAST_KEPT = 0.1
+LEAST_LEFT = 0.1
 """Share of an amplitude that is left once the motion is taken off, from which on it is told as it was: 0.17 at the
 lowest line."""
 LINE_CLEAR, LINE_MORE = 6.0, 2.0
@@ -113,8 +105,9 @@ MAINS_MULTIPLES = (1, 3, 5)
 HANN_LOSS = 0.33
 """Logarithm of the power that a line half way between two rows of a Hann spectrum loses (1.42 dB): the most that is
 made up for."""
-NOTCH_QUALITY = 4.0
-"""Width of the notch that takes a line off: its frequency in Hz over this."""
+NOTCH_WIDTH_HZ = 4.0
+"""Width of the notch that takes a line off, at 3 dB. Wider: noise goes with the line; narrower: a line that wanders
+stays."""
 
 # drop-outs
 DROPOUT_CHANCE = 1e-4
@@ -130,8 +123,6 @@ JITTER = 0.1
 """Standard deviation of the periods, as a share, that is a finding."""
 DAYS_MEAN_MPA = 5e-4
 """Prior spread of the mean pressure between days: 0.5 kPa, a regulator's repeatability."""
-DEAD_MPA = 1e-4
-"""A monitor that moves by less is dead."""
 BELOW_ZERO_MPA = -0.02
 """A monitor that usually reads less has no sensor behind it: 4-20 mA without current reads -0.125 MPa on a range of
 0.5."""

@@ -12,14 +12,14 @@ from rig.gap.raw_tests.settings import (
     BESIDE_TO_HZ,
     HANN_LOSS,
     HIGHEST_MARGIN_HZ,
-    LEAST_KEPT,
+    LEAST_LEFT,
     LINE_CLEAR,
     LINE_MORE,
     LINE_WIDTH_HZ,
     LINES_HZ,
     LOWEST_LINE_HZ,
     MAINS_MULTIPLES,
-    NOTCH_QUALITY,
+    NOTCH_WIDTH_HZ,
     SMOOTHED,
     TONE_ALONE,
     TONE_AROUND_HZ,
@@ -96,7 +96,9 @@ def spurious_tone(cases: Sequence[Spectrum], sessions: Sequence[Sequence[Spectru
 
 def _by_chance(power: float, median: float, lines: int) -> float:
     """Probability that the strongest of so many lines of noise is as strong: their power is exponential, its mean
-    median / ln 2."""
+    median / ln 2. 1 where there is none to be looked at."""
+    if lines == 0:
+        return 1.0
     return float(min(lines * np.exp(-min(np.log(2.0) * power / max(median, 1e-30), 700.0)), 1.0))
 
 
@@ -177,7 +179,7 @@ def _fast_spectrum(record: Record) -> Spectrum:
     rest = angle - smoothed(angle, SMOOTHING_S * rate, mirrored=True)
     frequency: Column = np.fft.rfftfreq(len(rest), 1.0 / rate).astype(np.float64)
     kept = 1.0 - response_of_smoothing(SMOOTHING_S * rate, frequency / rate)
-    return Spectrum(rate, frequency, _power(rest) / np.maximum(kept, LEAST_KEPT) ** 2)
+    return Spectrum(rate, frequency, _power(rest) / np.maximum(kept, LEAST_LEFT) ** 2)
 
 
 def _power(column: Column) -> Column:
@@ -201,6 +203,6 @@ def without_line(record: Record, line_hz: float) -> Column:
     assert record.angle_deg is not None
     rate = 1.0 / record.period_s
     alias = _alias(line_hz, rate)
-    numerator, denominator = iirnotch(alias, alias / NOTCH_QUALITY, rate)
+    numerator, denominator = iirnotch(alias, alias / NOTCH_WIDTH_HZ, rate)
     left: Column = filtfilt(numerator, denominator, filled(record.angle_deg))
     return left

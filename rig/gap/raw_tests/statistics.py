@@ -6,7 +6,8 @@ from typing import Final
 
 import numpy as np
 
-from rig.gap.raw_tests.settings import NORMAL_95, PRIOR_DEGREES
+from rig.columns import NORMAL_95
+from rig.gap.raw_tests.settings import PRIOR_DEGREES
 from rig.gap.raw_tests.signature import Size
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(100)

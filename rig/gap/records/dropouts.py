@@ -54,7 +54,7 @@ def without_dropouts(records: Sequence[Record]) -> tuple[list[Record], list[tupl
     """The records of one day with fallen samples missing (NaN), and what was taken out of each.
 
     A rail is one value for all records of a day; every rail of a column (zero, its lowest and its highest value) is
-    looked at.
+    looked at, those that the samples cannot tell apart as one.
     """
     rails = {name: _rails(records, name) for name in MEASURED}
     found = [tuple(one for name in MEASURED for one in _in_column(record, name, rails[name])) for record in records]
@@ -68,8 +68,11 @@ def _rails(records: Sequence[Record], name: str) -> tuple[float, ...]:
     columns = [column for column in columns if len(column)]
     if not columns:
         return ()
-    ends = min(float(column.min()) for column in columns), max(float(column.max()) for column in columns)
-    return tuple(dict.fromkeys((0.0, *ends)))
+    rails, near = [0.0], max(map(_tolerance, columns))
+    for end in (min(float(column.min()) for column in columns), max(float(column.max()) for column in columns)):
+        if all(abs(end - rail) > near for rail in rails):
+            rails.append(end)
+    return tuple(rails)
 
 
 def _in_column(record: Record, name: str, rails: Sequence[float]) -> Iterator[Dropouts]:
@@ -81,15 +84,15 @@ def _in_column(record: Record, name: str, rails: Sequence[float]) -> Iterator[Dr
     # a coarse converter stays within reach of a rail while the joint turns there: that is no fall
     jump = OWN_STEPS * (_largest_own_step(column, np.any(list(at.values()), axis=0)) + near)
     longest = max(1, int(LONGEST_BURST_S / record.period_s))
+    known = column
     for rail, rows in at.items():
-        fallen, moments, bursts = _falls(column, rows, jump, longest)
+        fallen, moments, bursts = _falls(known, rows, jump, longest)
+        known = np.where(fallen, np.nan, known)  # nothing falls from where a sample had fallen to
         if bursts:
             course = _bridged(column, fallen)
             visible = np.isfinite(column) & (np.abs(course - rail) > jump)
             power = float(np.nansum((column - course)[fallen] ** 2) / len(column))
-            yield Dropouts(
-                name, rail, float(np.median(column[fallen])), fallen, moments, visible | fallen, bursts, power
-            )
+            yield Dropouts(name, rail, float(np.median(column[fallen])), fallen, moments, visible, bursts, power)
 
 
 def _jumps(column: Column) -> bool:

@@ -42,9 +42,11 @@ class Pair:
     """1 where the case and its baselines were measured, 0 in holes, where one of them did not run yet, and at the
     smoothing's edges."""
     raw: Record
-    """As it was read, fallen samples missing."""
+    """As it was read, fallen samples missing, with rows in its holes: those have a command and nothing measured."""
     raw_baselines: tuple[Record, ...]
     """The same of the baselines, on the case's clock."""
+    stamps_s: Column
+    """(m,) the time stamps of the case's record as it was read."""
     dropouts: tuple[Dropouts, ...] = ()
     """What fell in the case's record."""
     baseline_dropouts: tuple[tuple[Dropouts, ...], ...] = ()
@@ -100,7 +102,7 @@ def on_grid(
     edge = max(1, round(2 * SMOOTHING_S / (dt * stride)))
     used[-edge:] = 0.0
     return Pair(
-        record.name, dt * stride, t, u1, u2, case, tuple(sessions), used, record, others,
+        record.name, dt * stride, t, u1, u2, case, tuple(sessions), used, record, others, read.t_s,
         fallen.get(id(read), ()), tuple(fallen.get(id(partner.record), ()) for partner in partners),
         tuple(partner.session for partner in partners),
     )  # fmt: skip

@@ -158,7 +158,8 @@ def _fullest(
     records: Sequence[Record], found: dict[int, list[Partner | None]], matches: Sequence[Match], notes: list[str]
 ) -> tuple[list[Record], list[str]]:
     """Records that pair with every session that pairs with anything; other sessions are dropped, and so are records
-    without a partner."""
+    without a partner. Where no record pairs with all of them, each keeps its first one: together they stand for one
+    earlier day."""
     count = len(found[id(records[0])])
     fits = [any(found[id(record)][k] is not None for record in records) for k in range(count)]
     for record in records:
@@ -166,16 +167,18 @@ def _fullest(
     if not any(fits):
         return list(records), []
     paired = [record for record in records if all(partner is not None for partner in found[id(record)])]
-    if not paired:  # sessions with different sweeps: keep for each record those that it has, as many as all have
+    together = bool(paired)
+    if not together:
         paired = [record for record in records if any(partner is not None for partner in found[id(record)])]
     kept = {id(record) for record in paired}
     unpaired = [record.name for record in records if id(record) not in kept]
     why = {match.record: match.why for match in matches if match.partner is None}
     notes.extend(f"{name}: no baseline of this sweep ({why.get(name, '')}); left out" for name in unpaired)
-    least = min(sum(partner is not None for partner in found[id(record)]) for record in paired)
     for record in paired:
         known: list[Partner | None] = [partner for partner in found[id(record)] if partner is not None]
-        found[id(record)] = known[:least]
+        found[id(record)] = known if together else known[:1]
+    if not together:
+        notes.append("the baseline sessions hold different sweeps: together they count as one earlier day")
     return paired, unpaired
 
 

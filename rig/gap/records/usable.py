@@ -161,11 +161,11 @@ def check_reach(name: str, said: Column, measured: Column, pressure_ratio: float
     """ModelError when a model moves so much more or less than the record of this name that it must be another's.
     `pressure_ratio`: how many times as far as the rig's its pressures move, see `farther`; a regulator that hardly
     fills is an effect."""
-    share = float(np.ptp(said) / max(np.ptp(measured), 1e-9)) / max(pressure_ratio, 1.0)
-    if not 1.0 / STRANGE < share < STRANGE:
+    times, usual = float(np.ptp(said) / max(np.ptp(measured), 1e-9)), max(pressure_ratio, 1.0)
+    if not usual / STRANGE < times < usual * STRANGE:
         raise ModelError(
-            f"{name}: the model moves {share:.3g} times as far as the rig: other units, or outside its range; "
-            f"allowed without a baseline: {1 / STRANGE:.2g} .. {STRANGE:g} times"
+            f"{name}: the model moves {times:.3g} times as far as the rig: other units, or outside its range; "
+            f"allowed without a baseline: {usual / STRANGE:.2g} .. {usual * STRANGE:.3g} times"
         )
 
 

@@ -33,8 +33,6 @@ from rig.model.parameters import Input, Model
 from rig.model.response import ResponseModel, response_of
 from rig.record import Column
 
-BY_DAYS = (Kind.SESSIONS, Kind.SESSION)
-"""References that are earlier days of the same rig."""
 Modelled = tuple[Column | None, Column | None, Column]
 """Both pressures (MPa), where the simulator says anything of them, and the angle (deg) of one record; each (n,)."""
 AUTO = "auto"
@@ -86,8 +84,9 @@ class Expected:
         return self.pairing.pairs
 
     @property
-    def by_days(self) -> bool:
-        """Earlier records of the same sweeps stand for the rig without a gap."""
+    def beside_records(self) -> bool:
+        """Records of the same sweeps stand for the rig without a gap: of earlier days, or those that a fingerprint
+        keeps."""
         return self.pairing.sessions > 0
 
     @property
@@ -135,7 +134,7 @@ def because(asked: str, kind: Kind, model: Model | None, sessions: int) -> str:
     if asked != AUTO:
         made = ", made for another rig of the build or from data sheets" if kind is Kind.SIMULATOR else ""
         return f"as --reference {asked} asks{made}"
-    if kind in BY_DAYS:
+    if kind.by_days:
         return f"because {sessions} {'was' if sessions == 1 else 'were'} given by --baseline"
     if kind is Kind.FINGERPRINT:
         return "because the model file has one and no earlier day was given"

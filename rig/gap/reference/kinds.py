@@ -10,3 +10,8 @@ class Kind(StrEnum):
     SESSION = "session"
     FINGERPRINT = "fingerprint"
     SIMULATOR = "simulator"
+
+    @property
+    def by_days(self) -> bool:
+        """Earlier days of the same rig."""
+        return self in (Kind.SESSIONS, Kind.SESSION)

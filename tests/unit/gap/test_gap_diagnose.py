@@ -40,9 +40,8 @@ def test_healthy_day_is_no_gap(pressures: bool) -> None:
 def test_single_effect_is_named_with_its_size(effect: str, numbers: dict[str, float], size: str) -> None:
     found = asked(session(21, AddedEffect(effect, numbers)))
     first = found.causes[0]
-    assert effect in {first.effect, *first.ambiguous_with}
-    if first.effect == effect:
-        assert first.parameters[size].value == pytest.approx(numbers[size], rel=0.12)
+    assert effect in ({first.effect, *first.ambiguous_with} if effect == "backlash" else {first.effect})
+    assert first.parameters[size].value == pytest.approx(numbers[size], rel=0.12), "friction has a width too"
     assert found.gap.explained_fraction > 0.85
     assert found.verdict == "explained"
 
@@ -60,7 +59,7 @@ def test_effect_withheld_from_the_library_is_not_named() -> None:
     records = session(41, AddedEffect("valve_dead_band", {"width_mpa": 0.02, "tau0_s": 0.04}))
     found = asked(records, library=["sensor_gain", "valve_gain", "pressure_ceiling"])
     assert found.verdict in ("unknown", "partly_explained")
-    assert names(found) == {"unknown"} or found.verdict == "partly_explained"
+    assert "unknown" in names(found)
 
 
 def test_shares_of_every_breakdown_add_up() -> None:
@@ -262,6 +261,7 @@ def test_a_clipped_sensor_gives_no_confident_name(column: str) -> None:
 
     found = asked(_worse(session(155), **{column: clip}))
     assert any("clipped?" in note for note in found.notes)
+    assert found.causes
     assert all(cause.confidence <= 0.5 for cause in found.causes)
 
 

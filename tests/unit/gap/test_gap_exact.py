@@ -113,7 +113,7 @@ def found(effect: str, said: Expected) -> tuple[float, float]:
 def fitted_to(effect: str, said: Expected) -> Fit:
     ahead = said.driven and LIBRARY[effect].upstream
     stand = (pressure_stand if ahead else angle_stand)(said, fitted())
-    fit = fit_effect(LIBRARY[effect], stand.scene, stand.shows, stand.rough)
+    fit = fit_effect(LIBRARY[effect], stand.scene, stand.shows, stand.few)
     assert fit is not None
     return fit
 

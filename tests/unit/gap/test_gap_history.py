@@ -16,7 +16,7 @@ from rig.cli.commands import cli
 from rig.errors import ConfigError
 from rig.gap.answer.result import Interval
 from rig.gap.change_points import change_points
-from rig.gap.history import FALSE_ALARM_RATE, Change, Day, changes, growth, look_back
+from rig.gap.history import FALSE_ALARM_RATE, Change, Day, changes, growth, look_back, size_of, sizes_of
 from rig.gap.history_words import told
 from rig.log.convert import write_record
 from rig.model.parameters import AddedEffect
@@ -81,6 +81,35 @@ def test_a_cause_that_appears_and_grows_is_told() -> None:
     said = " ".join(told(look_back(days)))
     assert "valve_lag" in said
     assert "0.001 s a day" in said
+
+
+def asymmetric(number: str, *values: float) -> list[Day]:
+    """Days with an effect that is told by this number of it; none where it is 0."""
+    made = [size_of("fill_exhaust_asymmetry", {number: Interval(v, v, v, "1")}) if v else {} for v in values]
+    return [Day(f"day_{k:02d}", float(k), 0.5, 0.1, "explained", sizes) for k, sizes in enumerate(made)]
+
+
+def test_numbers_of_different_laws_are_not_one_series() -> None:
+    share, rate = asymmetric("ratio", 1.5, 1.6), asymmetric("exhaust_mpa_s", 0.3, 0.4, 0.3)
+    (both,) = {quantity for day in rate for quantity in day.sizes}
+    assert both == "fill_exhaust_asymmetry by exhaust_mpa_s"
+    known, values = sizes_of([*share, *rate], both)
+    assert (known, values.tolist()) == (rate, [0.3, 0.4, 0.3])
+    assert [one.effect for one in growth([*share, *rate])] == [both], "two days of the other have no slope"
+
+
+def test_where_an_effect_is_not_named_its_size_is_what_changes_nothing() -> None:
+    days = asymmetric("ratio", 0.0, 1.5)
+    assert sizes_of(days, "fill_exhaust_asymmetry")[1].tolist() == [1.0, 1.5]
+    slow = days_with([0.1] * 8, [0.0] * 4 + [0.01] * 4)
+    assert sizes_of(slow, "valve_lag")[1].tolist() == [0.0] * 4 + [0.01] * 4
+    assert " went from 0 to 0.01 s on day_10" in " ".join(
+        told(look_back(days_with([0.1] * 20, [0.0] * 10 + [0.01] * 10)))
+    )
+
+
+def test_what_is_no_effect_of_the_library_has_no_size() -> None:
+    assert size_of("unknown", {}) == size_of("valve_lag", {"balance": Interval(1.0, 1.0, 1.0)}) == {}
 
 
 def test_where_nothing_changes_that_is_said() -> None:

@@ -38,14 +38,13 @@ def _day(one: Found, first_s: float) -> "Day":
     from rig.gap.history import Day
 
     causes = [cause for cause in one.found.get("causes", []) if isinstance(cause, dict)]
-    sizes = {str(cause.get("effect")): _size(cause) for cause in causes}
+    sizes = {quantity: size for cause in causes for quantity, size in _size(cause).items()}
     gap, floor = gap_of(one.found, "rms") or 0.0, gap_of(one.found, "floor") or 0.0
-    known = {effect: size for effect, size in sizes.items() if size is not None}
     days = (one.recorded_s - first_s) / _DAY_S
-    return Day(one.session, days, gap, floor, str(one.found.get("verdict")), known)
+    return Day(one.session, days, gap, floor, str(one.found.get("verdict")), sizes)
 
 
-def _size(cause: dict[str, Any]) -> "Interval | None":
+def _size(cause: dict[str, Any]) -> "dict[str, Interval]":
     from rig.gap.answer.result import Interval
     from rig.gap.history import size_of
 

@@ -26,7 +26,8 @@ FACTS = {
 def said(off_s: float) -> dict[str, Any]:
     """A diagnosis that names a delay by so much too long."""
     number = {"value": SIZE_S + off_s, "low": SIZE_S + off_s - 0.002, "high": SIZE_S + off_s + 0.002}
-    cause = {"effect": "delay", "judged_on": "pressures", "parameters": {"delay_s": number}}
+    added = {"effect": "delay", "parameters": {"delay_s": SIZE_S + off_s}}
+    cause = {"effect": "delay", "judged_on": "pressures", "parameters": {"delay_s": number}, "added_to_model": added}
     gap = {"rms_deg": 2.0, "floor_deg": 0.2}
     evidence = {"records": [{"gap_after_deg": 0.3}, {"gap_after_deg": 0.4}]}
     return {"diagnosis": {"reference": "session", "causes": [cause], "gap": gap, "evidence": evidence}}

@@ -84,8 +84,8 @@ def test_what_days_differ_in_counts_for_nothing_and_the_rest_in_full(seed: int, 
 
 def test_the_library_takes_what_was_fitted_and_else_what_the_effect_says() -> None:
     effect = LIBRARY["delay"]
-    assert effect.roughness(Prior(laws={"delay": 0.3}, rho_scale=2.0)) == pytest.approx(0.6)
-    assert effect.roughness(Prior()) == effect.misfit
+    assert effect.roughness(Prior(laws={"delay": 0.3}, rho_scale=2.0), effect.laws[0]) == pytest.approx(0.6)
+    assert effect.roughness(Prior(), effect.laws[0]) == effect.misfit
 
 
 def test_every_effect_that_is_fitted_has_an_error_that_was_fitted() -> None:

@@ -7,13 +7,13 @@ from conftest import ROOT
 
 from rig.gap.answer.facts import (
     Band,
-    Course,
     Evidence,
     Gap,
     Judged,
-    Lines,
     Link,
-    Moved,
+    OverFrequency,
+    OverTime,
+    ParameterMove,
     RecordGap,
     Retuning,
     Verdict,
@@ -34,10 +34,10 @@ WHERE = Where(
     "timing",
     {"valve": 1.0, "downstream": 0.0},
     [Link("timing", ("delay",), 1.0)],
-    [Lines("sine", 0.5, 1.0, {"excited": 1.0})],
+    [OverFrequency("sine", 0.5, 1.0, {"excited": 1.0})],
     [_BAND],
     [_BAND],
-    [Course("sine", 1.0, 1.0, 0.0, None)],
+    [OverTime("sine", 1.0, 1.0, 0.0, None)],
 )
 
 
@@ -59,7 +59,7 @@ def full() -> Diagnosis:
         [lag],
         [Ranked("delay", "timing", "pressures", 0.9, 0.9, 1.0)],
         evidence=evidence,
-        retuning=Retuning(1.0, 0.5, (Moved("valve1_tau_s", 0.04, 0.05, 0.04, 0.06, "s"),)),
+        retuning=Retuning(1.0, 0.5, (ParameterMove("valve1_tau_s", 0.04, 0.05, 0.04, 0.06, "s"),)),
         observations=[Observation("noise", None, "more noise", number, 0.9, 0.0)],
     )
 
@@ -78,7 +78,7 @@ def keys(plain: Any, under: str = "") -> Iterator[str]:
 
 def test_every_key_is_on_the_page() -> None:
     said = set(keys(full().to_json()))
-    assert {"verdict", "ambiguous_with", "looks_like", "held_out_chi_square", "unknown_beside"} <= said
+    assert {"verdict", "ambiguous_with", "looks_like", "minus_log_evidence_nats", "unknown_beside"} <= said
     assert sorted(key for key in said if f"`{key}`" not in PAGE) == []
 
 

@@ -50,6 +50,24 @@ def test_a_small_mark_against_an_earlier_day_is_a_cause_where_nothing_else_is_fo
     assert bool(found.observations) is else_found
 
 
+def test_beside_records_without_raw_samples_a_small_mark_is_no_cause() -> None:
+    """What a fingerprint keeps shows no steps: a mark stands for itself there, as without an earlier day."""
+    pairing = pair_up(session(90), [list(baselines()[0])], 0.2)
+    kept = replace(pairing, pairs=[replace(pair, raw_baselines=()) for pair in pairing.pairs])
+    expected = Expected(Kind.FINGERPRINT, "fingerprint", kept, [], None, ())  # type: ignore[arg-type]
+    assert told_apart([mark(1e-6)], expected, GAP_DEG, False).causes == []
+    assert len(told_apart([mark(1e-6)], replace(expected, pairing=pairing), GAP_DEG, False).causes) == 1
+
+
+def test_where_only_a_mark_is_named_the_gap_is_explained_by_its_share() -> None:
+    healthy = [replace(one, angle_deg=np.round(np.asarray(one.angle_deg))) for one in session(92)]
+    found = asked(healthy)
+    assert names(found) == {"quantisation"}
+    assert found.gap.explained_fraction == found.causes[0].explained_fraction < 1.0
+    ranked = next(line for line in found.ranking if line.effect == "quantisation")
+    assert (ranked.side, ranked.minus_log_evidence) == (found.causes[0].side, 0.0)
+
+
 def test_what_no_effect_makes_is_an_observation_unless_it_is_in_the_angle() -> None:
     assert told(mark(0.0, effect=None), 3, False).observations[0].effect is None
     assert told(mark(1.0, effect=None), 3, False) == Marks([], [])  # something unknown, which the verdict says

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from rig.gap.answer.consistency import contradictions
-from rig.gap.answer.facts import RAW_DATA, Evidence, Gap, Judged, Moved, Retuning, Verdict, Where
+from rig.gap.answer.facts import RAW_DATA, Evidence, Gap, Judged, ParameterMove, RecordGap, Retuning, Verdict, Where
 from rig.gap.answer.on_the_rig import ON_THE_RIG
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Ranked
 from rig.gap.answer.sizes import rounded, size
@@ -16,7 +16,7 @@ from rig.gap.reference.build import Kind
 from rig.model.effect_stages import EFFECT_STAGES
 
 GAP = Gap(0.751, 0.1, 7.5, 0.98, 0.0804, 0.0711, 0.0893, "simulator")
-TUNING = Retuning(0.751, 0.13, (Moved("valve1_tau_s", 0.043, 0.0531, 0.0525, 0.0537, "s"),))
+TUNING = Retuning(0.751, 0.13, (ParameterMove("valve1_tau_s", 0.043, 0.0531, 0.0525, 0.0537, "s"),))
 
 
 def cause(
@@ -39,7 +39,8 @@ def told(*causes: Cause, verdict: str = "explained", reference: str = "simulator
 
 def judged(factor: str, found: bool) -> Evidence:
     """What one factor showed, or did not."""
-    return Evidence({factor: Judged(0.02, 0.001, "MPa", found, {}, [], 0.0, {})})
+    records = [RecordGap(name, 0.75, 0.08) for name in ("a", "b")]
+    return Evidence({factor: Judged(0.02, 0.001, "MPa", found, {}, [], 0.0, {})}, records=records)
 
 
 def test_the_first_lines_are_understood_at_once() -> None:
@@ -48,6 +49,12 @@ def test_the_first_lines_are_understood_at_once() -> None:
         "With that in it the simulator's error falls from 0.75 to 0.08 deg (0.07 to 0.09), "
         "on records that the fit has not seen.",
     ]
+
+
+def test_a_single_record_is_not_told_as_others_that_the_fit_has_not_seen() -> None:
+    made = told(LAG)
+    alone = replace(made, evidence=replace(made.evidence, records=made.evidence.records[:1]))
+    assert headline(alone)[-1].endswith(", on the half of the record that the fit has not seen.")
 
 
 @pytest.mark.parametrize(
@@ -245,7 +252,7 @@ def test_each_contradiction_is_found(made: Diagnosis, words: str) -> None:
 
 
 def test_a_move_that_nobody_can_see_is_not_told() -> None:
-    hidden = Moved("valve1_gain", 1.002, 0.999, 0.9985, 0.9995, "1")
+    hidden = ParameterMove("valve1_gain", 1.002, 0.999, 0.9985, 0.9995, "1")
     plain = replace(hidden, after=0.9, low=0.89, high=0.91)
     seen = [
         answers(replace(told(LAG), retuning=replace(TUNING, moved=(one,))))["Re-tuning:"] for one in (hidden, plain)

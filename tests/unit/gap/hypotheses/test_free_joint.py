@@ -6,6 +6,7 @@ from support.plants.gap_rigs import asked, session
 
 from rig.gap.hypotheses.library import FREE_JOINT, LIBRARY
 from rig.gap.settings import Prior
+from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.parameters import AddedEffect
 
 
@@ -51,4 +52,11 @@ def test_a_law_that_acts_like_another_effect_is_as_rough_as_that() -> None:
     prior = Prior(laws={"viscous_friction": 0.3, "sensor_lag": 0.02})
     effect = LIBRARY["viscous_friction"]
     assert {effect.roughness(prior, law) for law in effect.laws} == {0.3, 0.02}
-    assert effect.roughness(prior) == 0.3
+
+
+def test_an_answer_s_numbers_tell_by_which_law_it_was_found() -> None:
+    effect = LIBRARY["viscous_friction"]
+    for law in effect.laws:
+        for shape in law.shapes:
+            numbers = EFFECT_STAGES[law.stage].neutral() | {"viscous_time_s": 0.02, "loop_1": 1.5} | dict(shape)
+            assert effect.law_of(law.stage, numbers | {"tau_s": 0.01}).like == law.like

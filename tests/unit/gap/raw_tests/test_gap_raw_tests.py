@@ -17,7 +17,7 @@ from rig.gap import diagnose
 from rig.gap.raw_tests.levels import level_deg
 from rig.gap.raw_tests.quantisation import quantisation_step
 from rig.gap.raw_tests.read import read_signatures
-from rig.gap.raw_tests.settings import COARSER, DAYS_MEAN_MPA, HIGHEST_CONFIDENCE, TESTS
+from rig.gap.raw_tests.settings import COARSER, HIGHEST_CONFIDENCE, TESTS
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.raw_tests.statistics import by_chance, student_above, wilson
 from rig.gap.records.dropouts import without_dropouts
@@ -81,10 +81,29 @@ def test_drop_outs_are_found_alone_and_measured(share: float, rail: float, run: 
     found = found_in(falling(share, rail, run))
     assert list(found) == ["drop-outs"]
     sizes = found["drop-outs"].sizes
-    assert sizes["probability"].value == pytest.approx(share, rel=0.35)
-    assert sizes["probability"].low < share * 1.1
-    assert sizes["probability"].high > share * 0.9
+    fell = float(np.mean([np.asarray(one.angle_deg) == rail for one in day(11, falling(share, rail, run))]))
+    assert sizes["probability"].value == pytest.approx(fell, rel=0.15)
+    assert sizes["probability"].low < fell < sizes["probability"].high
     assert sizes["rail_deg"].value == pytest.approx(rail)
+
+
+@pytest.mark.parametrize("rail", [0.0, -172.5])
+def test_falls_that_scatter_about_a_rail_count_once(rail: float) -> None:
+    def scattered(angle: Column, random: np.random.Generator) -> Column:
+        fallen = falling(0.02, rail)(angle, random) == rail
+        return np.where(fallen, rail + STEP_DEG * random.integers(-1, 2, len(angle)), angle)
+
+    cleaned, found = without_dropouts(day(14, scattered))
+    assert [len(mine) for mine in found] == [1, 1]
+    for one, mine in zip(cleaned, found, strict=True):
+        assert np.isnan(np.asarray(one.angle_deg)).sum() == mine[0].at_rail.sum()
+        assert mine[0].fallen.mean() == pytest.approx(0.02, rel=0.35)
+
+
+def test_records_too_slow_to_show_a_tone_show_none_by_chance() -> None:
+    slow = [one.rows(slice(None, None, 8)) for one in day(15)]
+    tone = next(one for one in read_signatures(pair_up(slow, [], 0.2).pairs) if one.test == "spurious tone")
+    assert (tone.found, tone.p_value) == (False, 1.0)
 
 
 def test_lost_samples_and_zeros_are_told_apart_and_are_no_noise() -> None:
@@ -197,7 +216,6 @@ def test_what_is_stated_comes_from_the_samples() -> None:
     assert wilson(5, 1000)[0] < 0.005 < wilson(5, 1000)[1]
     assert wilson(5, 1000, run=3.0)[1] > wilson(5, 1000)[1], "bursts are fewer independent samples"
     assert by_chance(5.0, 1.0) < by_chance(5.0, 1.0, degrees=4.0), "few days know their spread badly"
-    assert DAYS_MEAN_MPA > 0.0
     plain = Signature("noise", "sensor_noise", True, 1.0, 0.5, "deg", "", p_value=1e-9)
     assert plain.confidence == HIGHEST_CONFIDENCE
     assert replace(plain, p_value=0.05).confidence == pytest.approx(1.0 - 0.05 * TESTS)

@@ -191,6 +191,8 @@ def test_a_hole_in_the_stamps_is_said() -> None:
     pairing = pair_up([holed(record) for record in session(66)], [list(day) for day in baselines()], 0.2)
     assert any("s without samples from" in note for note in pairing.notes)
     assert all(pair.used[(pair.t_s > 4.1) & (pair.t_s < 6.4)].max() == 0.0 for pair in pairing.pairs)
+    stamps = next(one for one in read_signatures(pairing.pairs) if one.test == "time stamps")
+    assert (stamps.found, stamps.value) == (True, len(pairing.pairs)), "rows that stand in a hole have no stamps"
 
 
 def test_rows_that_are_missing_are_no_lost_samples() -> None:

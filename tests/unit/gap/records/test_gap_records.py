@@ -218,6 +218,27 @@ def test_a_rig_whose_pressures_hardly_move_moves_less_and_is_no_other_rig(moved:
         check_reach("sine", angle, angle / 8.0, ratio)
 
 
+def test_the_share_that_is_refused_is_told_with_what_is_allowed_there() -> None:
+    with pytest.raises(ModelError, match=r"moves 9 times .* allowed without a baseline: 0\.5 \.\. 8 times"):
+        check_reach("sine", 9.0 * np.sin(T), np.sin(T), pressure_ratio=2.0)
+
+
+def test_sessions_of_different_sweeps_stand_for_one_earlier_day() -> None:
+    """Each record has two of three days, and no two records the same two: no column of days would be one day."""
+    a, b, c = (record(f"sine_{hertz}", hertz) for hertz in (0.3, 0.5, 0.8))
+
+    def day(*records: Record, noise: float) -> list[Record]:
+        return [replace(one, angle_deg=np.asarray(one.angle_deg) + noise * np.cos(3.0 * T)) for one in records]
+
+    days = [day(a, b, noise=0.1), day(a, c, noise=0.2), day(b, c, noise=0.3)]
+    pairing = pair_up([a, b, c], days, 0.2)
+    assert [len(pair.sessions) for pair in pairing.pairs] == [1, 1, 1]
+    assert any("different sweeps: together they count as one earlier day" in note for note in pairing.notes)
+    whole = pair_up([a, b, c], [day(a, b, c, noise=0.1), day(a, b, c, noise=0.2)], 0.2)
+    assert [len(pair.sessions) for pair in whole.pairs] == [2, 2, 2]
+    assert not any("different sweeps" in note for note in whole.notes)
+
+
 @pytest.mark.parametrize("hertz", [0.2, 0.7, 1.5, 3.0])
 @pytest.mark.parametrize("late_s", [0.0, 0.05, 0.15])
 def test_monitors_that_follow_mirrored_are_swapped_however_late(hertz: float, late_s: float) -> None:
