@@ -16,7 +16,7 @@ STEP = 0.02
 
 def stand_given(stand: Stand, first: Fit) -> Stand:
     """The stand on which a second cause competes beside the first."""
-    return replace(stand, scene=scene_given(first.scene, first), few=scene_given(stand.few, first))
+    return replace(stand, scene=scene_given(first.scene, first), on_few=lambda: scene_given(stand.few, first))
 
 
 def scene_given(scene: Scene, first: Fit) -> Scene:

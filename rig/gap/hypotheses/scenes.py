@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -28,12 +28,18 @@ PRESSURES, ANGLE = "pressures", "angle"
 
 @dataclass(frozen=True)
 class Stand:
-    """One factor's scene, the same on the few records that show most, and which laws act on it."""
+    """One factor's scene, and which laws act on it."""
 
     name: str
     scene: Scene
-    few: Scene
+    on_few: Callable[[], Scene]
     shows: Callable[[Law], bool]
+
+    @cached_property
+    def few(self) -> Scene:
+        """The scene of the few records that show most, where laws are tried first; made when it is asked for, which no
+        plan does."""
+        return self.on_few()
 
 
 def acts_ahead(law: Law) -> bool:
@@ -43,19 +49,21 @@ def acts_ahead(law: Law) -> bool:
 
 def pressure_stand(expected: Expected, settings: Fitted) -> Stand:
     """The pressures under the commands, on which acts what lies ahead of the monitors."""
-    telling = on_records(expected, telling_records(expected))
-    whole, few = pressure_scene(expected, settings), pressure_scene(telling, settings, expected)
+    whole = pressure_scene(expected, settings)
     if builds := settings.levels[expected.levels].builds:
         whole = replace(whole, factor=whole.factor.of_its_class(settled(whole).factor, builds))
-    return Stand(PRESSURES, whole, few, acts_ahead)
+    return Stand(PRESSURES, whole, lambda: pressure_scene(_telling(expected), settings, expected), acts_ahead)
 
 
 def angle_stand(expected: Expected, settings: Fitted) -> Stand:
     """The angle, under the pressures where they were measured: what lies ahead of the monitors is settled then. From
     the angle alone every law acts on it."""
-    telling = on_records(expected, telling_records(expected))
-    whole, few = angle_scene(expected, settings), angle_scene(telling, settings, expected)
-    return Stand(ANGLE, whole, few, (lambda law: not acts_ahead(law)) if expected.driven else lambda law: True)
+    return Stand(
+        ANGLE,
+        angle_scene(expected, settings),
+        lambda: angle_scene(_telling(expected), settings, expected),
+        (lambda law: not acts_ahead(law)) if expected.driven else lambda law: True,
+    )
 
 
 def parts_of_pressures(expected: Expected) -> tuple[Parts, Column]:
@@ -73,6 +81,8 @@ def parts_of_angle(expected: Expected) -> tuple[Parts, Column]:
 
 
 def _with_days(parts: Parts, expected: Expected, days_of: Callable[[Sequence[Track]], Column]) -> tuple[Parts, Column]:
+    if expected.planned:
+        return parts, np.zeros((len(parts.gap), 0))
     shown = shown_by(expected.tracks, days_of)
     return with_unrepeated(parts, expected.tracks, shown), shown[:, : len(expected.tracks[0].pair.sessions)]
 
@@ -162,11 +172,11 @@ def on_records(expected: Expected, chosen: Sequence[int]) -> Expected:
     return replace(expected, tracks=[expected.tracks[k] for k in chosen], base=tuple(expected.base[k] for k in chosen))
 
 
-def telling_records(expected: Expected) -> list[int]:
-    """Three records on which to try first: the two with the largest gap, and the middle one."""
+def _telling(expected: Expected) -> Expected:
+    """Three of its records: the two with the largest gap, and the middle one."""
     sizes = [
         float(np.mean(((track.pair.case.angle_deg - angle) * track.pair.used) ** 2))
         for track, angle in zip(expected.tracks, expected.base, strict=True)
     ]
     order = np.argsort(sizes)[::-1]
-    return sorted({int(order[0]), int(order[min(1, len(order) - 1)]), int(order[len(order) // 2])})
+    return on_records(expected, sorted({int(order[k]) for k in (0, min(1, len(order) - 1), len(order) // 2)}))

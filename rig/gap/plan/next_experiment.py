@@ -103,7 +103,8 @@ def next_experiment(
     if not pool:
         return None
     expected = rehearse(rig, plans)
-    stands = {stand.name: stand for stand in factors_of(expected, settings)}
+    asked = {those[0].factor for those in rivals}
+    stands = {stand.name: stand for stand in factors_of(expected, settings, asked)}
     known = [_weigh(stands[those[0].factor], those) for those in rivals if those[0].factor in stands]
     chosen = _chosen(known, [lasts_s(entry) for entry in pool], within(expected, room.angle_deg), seconds)
     return _described(known, pool, chosen) if chosen else None

@@ -1,6 +1,6 @@
 """Records that were not made yet, as the reference expects them: what the likelihood is asked about beforehand."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from rig.excite.experiment import RunPlan
 from rig.excite.setpoints import around
-from rig.gap.hypotheses.scenes import Stand, angle_stand, pressure_stand
+from rig.gap.hypotheses.scenes import ANGLE, PRESSURES, Stand, angle_stand, pressure_stand
 from rig.gap.records.grid import Pair, Session
 from rig.gap.records.pairs import Pairing
 from rig.gap.reference.build import Expected, Kind, from_response, rms_of
@@ -65,7 +65,7 @@ def rehearse(rig: Rig, plans: Sequence[RunPlan], seed: int = 0) -> Expected:
     draw = np.random.default_rng(seed)
     pairs = [_expected_pair(rig, plan, draw) for plan in plans]
     made = from_response(rig.response, Pairing(pairs, rig.pressures, 0, rig.response.p0_mpa))
-    made = replace(made, levels=rig.levels, kind=rig.kind, known_hz=rig.known_hz)
+    made = replace(made, levels=rig.levels, kind=rig.kind, known_hz=rig.known_hz, planned=True)
     return replace(
         made, missed_mpa=rig.missed_mpa, missed_deg=rig.missed_deg, anew_mpa=rig.anew_mpa, anew_deg=rig.anew_deg
     )
@@ -148,7 +148,9 @@ def _noise(tracks: Sequence[Track]) -> Noise:
     return Noise(angle, float(np.median(monitors)))
 
 
-def factors_of(expected: Expected, settings: Fitted) -> list[Stand]:
-    """The factors of the likelihood on planned records, upstream first."""
-    angle = angle_stand(expected, settings)
-    return [pressure_stand(expected, settings), angle] if expected.driven else [angle]
+def factors_of(
+    expected: Expected, settings: Fitted, among: Collection[str] = frozenset({PRESSURES, ANGLE})
+) -> list[Stand]:
+    """The factors of the likelihood on planned records, upstream first; those `among` which one asks."""
+    made = {PRESSURES: pressure_stand, ANGLE: angle_stand} if expected.driven else {ANGLE: angle_stand}
+    return [stand(expected, settings) for name, stand in made.items() if name in among]

@@ -62,10 +62,11 @@ class Expected:
     marked_deg2: float = 0.0
     """Mean square that what the raw-data tests found (a converter's step, hum, noise) leaves in the smoothed angle: it
     is explained, and no gap of the smoothed records."""
+    planned: bool = False
+    """The records are not made yet, and answer exactly as the reference expects."""
     anew_mpa: float = 0.0
     anew_deg: float = 0.0
-    """Rms by which records that are only planned will be off for what the rig does not repeat; measured ones show
-    it."""
+    """Rms by which planned records will be off for what the rig does not repeat; measured ones show it."""
     unsure_lag_s: float = 0.0
     """Lag that nobody knows because the records are coarser than the simulator's steps: when a command that stands
     in one row was written, and whether it held until the next."""

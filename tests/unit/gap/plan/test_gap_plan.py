@@ -93,7 +93,7 @@ def having(stand: Stand, ability: Ability, size: float) -> Stand:
     assert change is not None
     factor = replace(stand.scene.factor, gap=change + usual_day(stand))
     scene = replace(stand.scene, factor=factor)
-    return replace(stand, scene=scene, few=scene)
+    return replace(stand, scene=scene, on_few=lambda: scene)
 
 
 def usual_day(stand: Stand) -> Column:
