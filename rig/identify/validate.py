@@ -7,10 +7,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rig.columns import rms
-from rig.identify.records.data import Options, Prepared, driving_pressures, prepare
+from rig.identify.records.data import Options, Prepared, prepare
 from rig.identify.search.objective import predict
 from rig.identify.search.stability import SweepRange, Verdict, check_bounded
 from rig.model.chain import lay_out
+from rig.model.driving import driving_pressures
 from rig.model.fingerprint_check import fingerprint_trouble
 from rig.model.kernels import DIVERGED_DEG, run_stages
 from rig.model.parameters import Input, Model

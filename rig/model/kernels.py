@@ -17,13 +17,14 @@ import numpy as np
 from numba.np import linalg as numba_linalg
 from numpy.typing import NDArray
 
-from rig.errors import ModelError, RecordError
+from rig.errors import ModelError
 from rig.model.chain import lay_out
 from rig.model.drive import drives
+from rig.model.driving import driving_pressures
 from rig.model.external import External
 from rig.model.joint_balance import NOTHING_ADDED, STATE_SIZE, balanced_angles
 from rig.model.parameters import Input, Model, StageKind
-from rig.model.resample import held_commands, is_regular, on_grid
+from rig.model.resample import is_regular, on_grid
 from rig.model.slots import Placed, Row, Slot, StageFunction
 from rig.record import Column, Record
 
@@ -157,14 +158,15 @@ def run_stages(
 def simulate(model: Model, record: Record, *, drive: Input = Input.COMMAND, start_deg: float | None = None) -> Record:
     """What `model` says under the commands of `record`: its times, with p1_mpa, p2_mpa and angle_deg simulated.
 
-    drive=PRESSURE runs muscles, joint and sensor from the measured pressures instead. The angle starts at `start_deg`;
-    None: at the first measured angle, or 0 without one. A record off the model's sample time is simulated on its grid
-    and read back at its own times. A model driven by the command says nothing of pressures: they are None then.
-    Raises ModelError when the model diverges, RecordError when the record lacks what drives it.
+    drive=PRESSURE runs muscles, joint and sensor from the measured pressures instead, without their monitors' noise.
+    The angle starts at `start_deg`; None: at the first measured angle, or 0 without one. A record off the model's
+    sample time is simulated on its grid and read back at its own times. A model driven by the command says nothing of
+    pressures: they are None then. Raises ModelError when the model diverges, RecordError when the record lacks what
+    drives it.
     """
     dt_s = model.sample_time_s
     grid = record if is_regular(record, dt_s) else on_grid(record, dt_s)
-    p1, p2 = _driving(grid, drive, model.p0_mpa)
+    p1, p2 = driving_pressures(grid, drive, model.p0_mpa)
     angle = np.zeros(len(grid))
     placed = lay_out(model)
     split = [stage.slot in (Slot.TIMING, Slot.VALVE) for stage in placed].count(True)
@@ -182,25 +184,6 @@ def simulate(model: Model, record: Record, *, drive: Input = Input.COMMAND, star
     return replace(
         record, angle_deg=angle, p1_mpa=None if silent else monitor1, p2_mpa=None if silent else monitor2, extra={}
     )
-
-
-def _driving(grid: Record, drive: Input, p0_mpa: float) -> tuple[Column, Column]:
-    """The pressures at the head of the chain as columns of their own."""
-    if drive is Input.COMMAND:
-        return held_commands(grid, p0_mpa)
-    if grid.p1_mpa is None or grid.p2_mpa is None:
-        raise RecordError(f"{grid.name}: the pressures were not measured; drive the model by the command instead")
-    return _whole(grid.p1_mpa), _whole(grid.p2_mpa)
-
-
-def _whole(column: Column) -> Column:
-    """A new column, missing values on straight lines between their neighbours."""
-    known = np.isfinite(column)
-    if known.all() or not known.any():
-        return column.copy()
-    rows = np.arange(len(column))
-    whole: Column = np.interp(rows, rows[known], column[known])
-    return whole
 
 
 def _start(record: Record) -> float:

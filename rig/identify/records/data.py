@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 from rig.channels import common
 from rig.errors import RecordError
 from rig.identify.records.mix_ups import mix_ups, strange_clock
+from rig.model.driving import driving_pressures
 from rig.model.external import KIND as EXTERNAL
 from rig.model.parameters import Input, Model
-from rig.model.resample import held_commands, is_regular, on_grid
+from rig.model.resample import is_regular, on_grid
 from rig.record import Column, Record
 
 SHORTEST_S = 1.0
@@ -34,9 +35,6 @@ MOST_ANGLE_DEG = 3600.0
 """More than a potentiometer of ten turns shows: counts, or a broken value."""
 LEAST_REPEATS = 0.02
 """Share of rows from which equal measurements mean repeated packets, and not a chance of the converters."""
-SMOOTH_S = 0.05
-"""Window of the quadratic (Savitzky-Golay) through measured pressures; a regulator with a lag of 40 ms has nothing
-above it."""
 RADIANS = 1.6
 """An angle that stays below this while the pressure moves by 0.1 MPa and more is probably in radians."""
 
@@ -132,32 +130,6 @@ def best_input(records: Sequence[Record], options: Options) -> tuple[Input, str]
 def cut(record: Record, options: Options) -> Record:
     """The part of the record that may be looked at."""
     return record if options.until_s is None else record.rows(record.t_s - record.t_s[0] <= options.until_s)
-
-
-def driving_pressures(grid: Record, drive: Input, p0_mpa: float) -> tuple[Column, Column]:
-    """p1 and p2 (MPa) that drive the muscles: the measured ones, or the set-points in force."""
-    if drive is Input.COMMAND:
-        return held_commands(grid, p0_mpa)
-    if grid.p1_mpa is None or grid.p2_mpa is None:
-        raise RecordError(f"{grid.name}: the pressures were not measured; use --input command")
-    return _smooth(grid.p1_mpa, grid.period_s), _smooth(grid.p2_mpa, grid.period_s)
-
-
-def _smooth(pressure: Column, dt_s: float) -> Column:
-    """The monitor's noise taken off, without delay: theta of (11) differentiates its input and would carry it into the
-    angle."""
-    rows = round(SMOOTH_S / dt_s) // 2 * 2 + 1
-    return through_parabolas(pressure, rows) if 5 <= rows <= len(pressure) else pressure
-
-
-def through_parabolas(column: Column, rows: int) -> Column:
-    """Savitzky-Golay smoothing of degree 2 over an odd number of rows; the ends lie on the parabolas of the first and
-    the last rows. What scipy.signal.savgol_filter does, which takes half a second to import."""
-    powers = np.vander(np.arange(rows) - rows // 2, 3).astype(float)
-    fitted = powers @ np.linalg.pinv(powers)  # row k: what the rows give for the k-th of them
-    middle = rows // 2
-    inner = np.convolve(column, fitted[middle][::-1], "valid")
-    return np.concatenate([fitted[:middle] @ column[:rows], inner, fitted[middle + 1 :] @ column[-rows:]])
 
 
 def check_length(record: Record) -> None:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rig.identify.records.data import driving_pressures
+from rig.model.driving import driving_pressures
 from rig.model.parameters import Input
 from rig.model.response_kernels import RESPONSE_TERMS, response_terms
 from rig.record import Column, Record

@@ -9,11 +9,12 @@ from hypothesis import strategies as st
 from scipy.signal import savgol_filter
 
 from rig.errors import RecordError
-from rig.identify.records.data import Options, prepare, repeated_packets, through_parabolas
+from rig.identify.records.data import Options, prepare, repeated_packets
 from rig.identify.templates import Template, input_gain, template_model
 from rig.model.parameters import Input
 from rig.model.resample import on_grid
 from rig.record import Record
+from rig.smoothing import through_parabolas
 
 MODEL = template_model(Template())
 PRESSURE = template_model(Template(drive=Input.PRESSURE))

@@ -161,9 +161,21 @@ def test_irregular_records_come_back_at_their_own_times(model: Model) -> None:
 def test_measured_pressures_drive_the_muscles(model: Model) -> None:
     truth = simulate(model, sine())
     again = simulate(model, truth, drive=Input.PRESSURE)
-    assert np.allclose(again.angle_deg, truth.angle_deg)
+    assert np.allclose(again.angle_deg[100:], truth.angle_deg[100:], atol=0.01)
     with pytest.raises(RecordError, match="pressures were not measured"):
         simulate(model, sine(), drive=Input.PRESSURE)
+
+
+def test_a_monitors_noise_does_not_move_the_muscles(model: Model) -> None:
+    """A hysteresis that is shaken loses its loop: a kilopascal of noise, as regulators' monitors have, cost degrees."""
+    truth, random = simulate(model, sine(seconds=20.0)), np.random.default_rng(3)
+    noisy = replace(
+        truth,
+        p1_mpa=truth.p1_mpa + 1e-3 * random.standard_normal(len(truth)),
+        p2_mpa=truth.p2_mpa + 1e-3 * random.standard_normal(len(truth)),
+    )
+    again = simulate(model, noisy, drive=Input.PRESSURE)
+    assert np.std(again.angle_deg - truth.angle_deg) < 0.01 * np.std(truth.angle_deg)
 
 
 def test_a_diverging_model_says_where(model: Model) -> None:
