@@ -101,8 +101,9 @@ FIRST_LAW_SHARE = 0.3
 """How rough the first cause's law is taken to be, in its usual error."""
 LAG_SAID = 0.5
 """Unsure lags of more than this share of the simulator's step are said."""
-RUNS_OFF = 2.0
-"""A simulator that is off by more than so many times what the joint moves (rms) does not follow it at all."""
+RUNS_OFF = 1.0
+"""A simulator that is off by more than so many times what the joint moves (rms) does not follow it at all: beyond 1, it
+says less than the mean angle does."""
 OUTSIDE_SEEN = 0.1
 """Share of the drive's span by which records may leave what the fingerprint has seen before it is said."""
 USUAL_HZ = 0.8

@@ -323,7 +323,7 @@ def _under_case(track: Track, response: ResponseModel) -> Column:
 
 def _simulated(model: Model, track: Track, response: ResponseModel) -> Column:
     """The simulator's angle under the measured pressures; by its response model where it runs away under them, or off
-    by more than the joint moves."""
+    by more than the joint moves, and would move under its commands."""
     pair = track.pair
     try:
         said = simulate(model, pair.raw, drive=Input.PRESSURE)
@@ -331,8 +331,8 @@ def _simulated(model: Model, track: Track, response: ResponseModel) -> Column:
         return _under_case(track, response)
     assert said.angle_deg is not None
     angle = np.interp(pair.t_s, said.t_s - said.t_s[0], said.angle_deg)
-    moves = pair.case.angle_deg - float(np.mean(pair.case.angle_deg))
-    off = rms_of([pair.case.angle_deg - angle], [pair]) > RUNS_OFF * rms_of([moves], [pair])
+    moves = max(rms_of([one - float(np.mean(one))], [pair]) for one in (pair.case.angle_deg, track.reference.angle_deg))
+    off = rms_of([pair.case.angle_deg - angle], [pair]) > RUNS_OFF * moves
     return _under_case(track, response) if off else angle
 
 
