@@ -176,12 +176,13 @@ def _judged_on(diagnosis: Diagnosis) -> str:
 
 def _after(diagnosis: Diagnosis) -> tuple[str, str]:
     """What is left, and its interval in brackets where there is one, to the same digit: that of the interval, or of how
-    far the gap falls."""
+    far the gap falls, or of a quarter of what is left."""
     gap = diagnosis.gap
     low, high = gap.after_low_deg, gap.after_high_deg
     if not low < high:
         return degrees(gap.after_deg), ""
-    width = min(high - low, gap.rms_deg - gap.after_deg)  # a digit fewer, and 1.8 would fall to 2
+    # a digit fewer, and 1.8 would fall to 2, or 25 be told as 20
+    width = min(high - low, gap.rms_deg - gap.after_deg, 0.25 * gap.after_deg)
     left, least, most = (degrees(value, width) for value in (gap.after_deg, low, high))
     return left, f" ({least} to {most})" if least != most else ""
 

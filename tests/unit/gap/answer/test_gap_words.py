@@ -64,6 +64,10 @@ def test_a_single_record_is_not_told_as_others_that_the_fit_has_not_seen() -> No
             {"rms_deg": 1.8, "after_deg": 1.6, "after_low_deg": 1.1, "after_high_deg": 2.3},
             "from 1.8 to 1.6 deg (1.1 to",
         ),
+        (
+            {"rms_deg": 41.0, "after_deg": 24.8, "after_low_deg": 0.0, "after_high_deg": 80.0},
+            "from 41 to 25 deg (0 to 80)",
+        ),
         ({"rms_deg": 1.84, "after_deg": 1.79, "after_low_deg": 1.5, "after_high_deg": 2.0}, "1.8 deg, hardly changes"),
     ],
 )
