@@ -36,7 +36,9 @@ from rig.outputs import Kind
     Kind.RECORDING, "File, or a folder for several records.", or_folder=True, required=True, metavar="OUT.mcap"
 )
 @click.option(
-    "--from-pressures", is_flag=True, help="Drive the muscles by the pressures measured in LOG, not by its commands."
+    "--from-pressures",
+    is_flag=True,
+    help="Drive the muscles by the pressures measured in LOG, without their noise, not by its commands.",
 )
 @click.option(
     "--loops",
