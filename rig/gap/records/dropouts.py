@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.columns import white_noise
 from rig.gap.records.settings import (
     EXACT,
     FEWEST_DROPOUTS,
@@ -20,6 +21,7 @@ from rig.gap.records.settings import (
     MOST_DIFFERENT,
     MOST_MOVED,
     OWN_STEPS,
+    RAIL_NOISE,
     RAIL_STEPS,
     RECOVERY_ROWS,
     RETURNS,
@@ -102,11 +104,13 @@ def _jumps(column: Column) -> bool:
 
 
 def _tolerance(column: Column) -> float:
-    """A fraction of the smallest usual step between different values: a converter's."""
-    values = np.unique(column[np.isfinite(column)])
-    steps = np.diff(values)
+    """How far from a rail a fallen sample may read: some of the smallest usual steps between different values, a
+    converter's, or what the column's own noise spreads over."""
+    known = column[np.isfinite(column)]
+    values = np.unique(known)
     few = FEWEST_VALUES <= len(values) < MOST_DIFFERENT * len(column)
-    return RAIL_STEPS * float(np.median(steps)) if few else EXACT * float(np.ptp(values) or 1.0)
+    steps = RAIL_STEPS * float(np.median(np.diff(values))) if few else EXACT * float(np.ptp(values) or 1.0)
+    return max(steps, RAIL_NOISE * white_noise([known])) if len(known) > FEWEST_ROWS else steps
 
 
 def _largest_own_step(column: Column, at_rail: Rows) -> float:

@@ -40,6 +40,10 @@ MOST_OUTLIERS = 2e-3
 samples is cleaned away."""
 RAIL_STEPS = 2.5
 """A converter reads a rail within so many of its steps: one either way, counted from the lowest."""
+RAIL_NOISE = 7.0
+"""... or within so many standard deviations of the column's white noise: a hundred samples spread over five, counted
+from the lowest. Fewer: falls are missed where a sensor is read with noise; more: a joint that passes zero seems to rest
+there."""
 LONGEST_BRIDGE_S = 0.05
 """Missing samples up to this long are bridged by a straight line, s; longer ones count as a hole. A line misses a sweep
 of 20 deg at 1 Hz by 20 (2 pi)^2 0.05^2 / 8 = 0.25 deg in the middle of the longest bridge, 10 deg in one of 0.3 s."""
