@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.columns import white_noise
+from rig.gap.records.filtered import before_filter, passed_in_a_row, through_filter
 from rig.gap.records.settings import (
     EXACT,
     FEWEST_DROPOUTS,
@@ -19,8 +20,10 @@ from rig.gap.records.settings import (
     FEWEST_VALUES,
     LONGEST_BURST_S,
     MOST_DIFFERENT,
+    MOST_FALLEN,
     MOST_MOVED,
     OWN_STEPS,
+    PASSED_TO,
     RAIL_NOISE,
     RAIL_STEPS,
     RECOVERY_ROWS,
@@ -56,32 +59,43 @@ def without_dropouts(records: Sequence[Record]) -> tuple[list[Record], list[tupl
     """The records of one day with fallen samples missing (NaN), and what was taken out of each.
 
     A rail is one value for all records of a day; every rail of a column (zero, its lowest and its highest value) is
-    looked at, those that the samples cannot tell apart as one.
+    looked at, those that the samples cannot tell apart as one. Falls of the angle may be seen through a filter.
     """
-    rails = {name: _rails(records, name) for name in MEASURED}
-    found = [tuple(one for name in MEASURED for one in _in_column(record, name, rails[name])) for record in records]
-    clear = _often_enough(found)
-    kept = [tuple(one for one in mine if (one.column, one.rail) in clear) for mine in found]
+    found = [_in_columns(records, name) for name in MEASURED]
+    kept = [tuple(one for column in found for one in column[k]) for k in range(len(records))]
     return [_taken_out(record, mine) for record, mine in zip(records, kept, strict=True)], kept
 
 
-def _rails(records: Sequence[Record], name: str) -> tuple[float, ...]:
-    columns = [column[np.isfinite(column)] for record in records if (column := getattr(record, name)) is not None]
-    columns = [column for column in columns if len(column)]
-    if not columns:
+def _in_columns(records: Sequence[Record], name: str) -> list[list[Dropouts]]:
+    """What fell in one column of each record of a day, where it fell often enough."""
+    columns = [column for record in records if (column := getattr(record, name)) is not None]
+    passed = passed_in_a_row(columns) if name == "angle_deg" else 1.0
+    rails = _rails([before_filter(column, passed) for column in columns])
+    found = [list(_in_column(name, record, rails, passed)) for record in records]
+    clear = _often_enough(found)
+    return [[one for one in mine if one.rail in clear] for mine in found]
+
+
+def _rails(columns: Sequence[Column]) -> tuple[float, ...]:
+    known = [column[np.isfinite(column)] for column in columns if np.isfinite(column).any()]
+    if not known:
         return ()
-    rails, near = [0.0], max(map(_tolerance, columns))
-    for end in (min(float(column.min()) for column in columns), max(float(column.max()) for column in columns)):
+    rails, near = [0.0], max(map(_tolerance, known))
+    for end in (min(float(column.min()) for column in known), max(float(column.max()) for column in known)):
         if all(abs(end - rail) > near for rail in rails):
             rails.append(end)
     return tuple(rails)
 
 
-def _in_column(record: Record, name: str, rails: Sequence[float]) -> Iterator[Dropouts]:
-    column = getattr(record, name)
-    if column is None or np.isfinite(column).sum() < FEWEST_ROWS or not _jumps(column):
+def _in_column(name: str, record: Record, rails: Sequence[float], passed: float) -> Iterator[Dropouts]:
+    """What fell in a column that is read through a filter which passes such a share of a step in a row."""
+    read = getattr(record, name)
+    if read is None or np.isfinite(read).sum() < FEWEST_ROWS or not _jumps(read):
         return
+    column = before_filter(read, passed)
     near = _tolerance(column)
+    if passed < 1.0:
+        near = max(near, PASSED_TO * float(np.ptp(column[np.isfinite(column)])))
     at = {rail: np.abs(column - rail) <= near for rail in rails}
     # a coarse converter stays within reach of a rail while the joint turns there: that is no fall
     jump = OWN_STEPS * (_largest_own_step(column, np.any(list(at.values()), axis=0)) + near)
@@ -90,11 +104,17 @@ def _in_column(record: Record, name: str, rails: Sequence[float]) -> Iterator[Dr
     for rail, rows in at.items():
         fallen, moments, bursts = _falls(known, rows, jump, longest)
         known = np.where(fallen, np.nan, known)  # nothing falls from where a sample had fallen to
-        if bursts:
+        if bursts and fallen.mean() < MOST_FALLEN:
             course = _bridged(column, fallen)
             visible = np.isfinite(column) & (np.abs(course - rail) > jump)
-            power = float(np.nansum((column - course)[fallen] ** 2) / len(column))
-            yield Dropouts(name, rail, float(np.median(column[fallen])), fallen, moments, visible, bursts, power)
+            level = float(np.median(column[fallen]))
+            if passed < 1.0:
+                fell = read - through_filter(_bridged(column, moments), passed)
+                moments = np.abs(fell) > _tolerance(read)
+            else:
+                fell = np.where(fallen, column - course, 0.0)
+            power = float(np.nansum(fell**2) / len(column))
+            yield Dropouts(name, rail, level, fallen, moments, visible, bursts, power)
 
 
 def _jumps(column: Column) -> bool:
@@ -161,11 +181,12 @@ def _bridged(column: Column, gone: Rows) -> Column:
     return bridged
 
 
-def _often_enough(found: Sequence[tuple[Dropouts, ...]]) -> set[tuple[str, float]]:
-    counts: dict[tuple[str, float], int] = {}
+def _often_enough(found: Sequence[Sequence[Dropouts]]) -> set[float]:
+    """The rails to which enough samples fell."""
+    counts: dict[float, int] = {}
     for one in (one for mine in found for one in mine):
-        counts[one.column, one.rail] = counts.get((one.column, one.rail), 0) + int(one.fallen.sum())
-    return {key for key, count in counts.items() if count >= FEWEST_DROPOUTS}
+        counts[one.rail] = counts.get(one.rail, 0) + int(one.fallen.sum())
+    return {rail for rail, count in counts.items() if count >= FEWEST_DROPOUTS}
 
 
 def _taken_out(record: Record, dropouts: Sequence[Dropouts]) -> Record:

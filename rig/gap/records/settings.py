@@ -44,6 +44,15 @@ RAIL_NOISE = 7.0
 """... or within so many standard deviations of the column's white noise: a hundred samples spread over five, counted
 from the lowest. Fewer: falls are missed where a sensor is read with noise; more: a joint that passes zero seems to rest
 there."""
+MOST_FALLEN = 0.3
+"""Share of a record's rows from which on they are no falls: a square wave is at either end for half of its time."""
+ABRUPT = 6.0
+"""Steps of more than so many times the usual (median) one are abrupt; a joint on a sine takes 1.4 times that."""
+FEWEST_ABRUPT, MOST_UNLIKE = 8, 0.05
+"""How many of them must die away before a filter is believed, and how unlike their shares may be (quartiles apart): a
+filter's are alike within 0.03, a joint's own way after a step of the command is of more than one time constant."""
+PASSED_TO = 0.02
+"""Share of the range within which falls agree once a filter is undone that is known to a percent."""
 LONGEST_BRIDGE_S = 0.05
 """Missing samples up to this long are bridged by a straight line, s; longer ones count as a hole. A line misses a sweep
 of 20 deg at 1 Hz by 20 (2 pi)^2 0.05^2 / 8 = 0.25 deg in the middle of the longest bridge, 10 deg in one of 0.3 s."""

@@ -1,0 +1,48 @@
+"""A first-order filter between what falls and what is read: an RC before the converter, say.
+
+What falls abruptly comes back abruptly, so that all that is left of it dies away by the same share from row to row: the
+filter's own. Undone, the falls are what they were (and the noise is larger).
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from rig.gap.records.settings import ABRUPT, FEWEST_ABRUPT, MOST_UNLIKE
+from rig.record import Column
+
+
+def passed_in_a_row(columns: Sequence[Column]) -> float:
+    """Share of a step that the filter of these columns (n,) passes from one row to the next; 1 where nothing abrupt
+    shows one."""
+    shares = np.concatenate([_shares_left(column) for column in columns] or [np.zeros(0)])
+    if len(shares) < FEWEST_ABRUPT or np.subtract(*np.quantile(shares, [0.75, 0.25])) > MOST_UNLIKE:
+        return 1.0
+    return 1.0 - float(np.median(shares))
+
+
+def _shares_left(column: Column) -> Column:
+    """(k,) of one step in the next, wherever two of the same sign stand out and the second is smaller."""
+    steps = np.diff(column[np.isfinite(column)])
+    if len(steps) < 2:
+        return np.zeros(0)
+    abrupt = np.abs(steps) > ABRUPT * np.median(np.abs(steps))
+    first, second = steps[:-1], steps[1:]
+    dying = abrupt[:-1] & abrupt[1:] & (first * second > 0.0) & (np.abs(second) < np.abs(first))
+    shares: Column = second[dying] / first[dying]
+    return shares
+
+
+def before_filter(column: Column, passed: float) -> Column:
+    """(n,) what a filter was given that passes such a share of a step in a row and was at rest before."""
+    if passed == 1.0:
+        return column
+    return np.concatenate([column[:1], column[:-1] + np.diff(column) / passed])
+
+
+def through_filter(column: Column, passed: float) -> Column:
+    """(n,) what that filter makes of a column without missing values."""
+    from scipy.signal import lfilter  # a third of a second to import, and only where a filter was found
+
+    out: Column = lfilter([passed], [1.0, passed - 1.0], column, zi=[(1.0 - passed) * column[0]])[0]
+    return out
