@@ -11,7 +11,7 @@ THIRD_DIFFERENCE_POWER = 20.0
 """Variance of the third difference of white noise over its own: 1 + 9 + 9 + 1."""
 MAD_TO_STD = 1.4826
 """Standard deviation of a normal distribution over the median of its absolute deviations."""
-NORMAL_95 = 1.96
+NORMAL_95 = 1.959963984540054
 """Standard deviations by which a 95 % interval of a normal distribution goes either way."""
 SAME = 1e-9
 """Sizes that differ by less than this share of the largest are equal: what rounding leaves of equal steps."""
@@ -35,10 +35,13 @@ def white_noise(columns: Iterable[Column], *, without_repeats: bool = False) -> 
     """Standard deviation of the white noise in columns, in their unit, from their third differences by medians.
 
     Third differences take out what moves slowly, medians what jumps. `without_repeats` leaves out the rows beside a
-    value that was read twice: repeats are no noise. Missing values (NaN) are left out, and so are the rows beside them.
+    value that was read twice: repeats are no noise. Missing values (NaN) are left out, and so are the rows beside
+    them; NaN where nothing is left.
     """
     parts = [_third_differences(on_even_steps(column), without_repeats) for column in columns]
-    together = np.concatenate(parts)
+    together = np.concatenate(parts or [np.zeros(0)])
+    if len(together) == 0:
+        return math.nan
     return MAD_TO_STD * grouped_median(np.abs(together - np.median(together))) / math.sqrt(THIRD_DIFFERENCE_POWER)
 
 

@@ -3,9 +3,9 @@
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any
 
-Z95: Final = 1.959963984540054
+from rig.columns import NORMAL_95
 
 
 @dataclass(frozen=True)
@@ -30,9 +30,9 @@ class Rate:
         """Wilson 95 %: all of 0..1 for n = 0."""
         if self.n == 0:
             return 0.0, 1.0
-        share, z2 = self.k / self.n, Z95 * Z95
+        share, z2 = self.k / self.n, NORMAL_95 * NORMAL_95
         middle = (share + z2 / (2 * self.n)) / (1 + z2 / self.n)
-        half = Z95 / (1 + z2 / self.n) * math.sqrt(share * (1 - share) / self.n + z2 / (4 * self.n * self.n))
+        half = NORMAL_95 / (1 + z2 / self.n) * math.sqrt(share * (1 - share) / self.n + z2 / (4 * self.n * self.n))
         return middle - half if self.k else 0.0, middle + half if self.k < self.n else 1.0
 
     def to_json(self) -> dict[str, Any]:

@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 
 from rig.columns import rms
+from rig.errors import RecordError
 from rig.record import Column
 
 MOST_LAG_S: Final = 0.5
@@ -27,8 +28,10 @@ class Score:
 
 
 def score(angle_deg: Column, reference_deg: Column, dp_cmd_mpa: Column, period_s: float) -> Score:
-    """Of columns (n,) of one record; rows without a measured angle do not count."""
+    """Of columns (n,) of one record; rows without a measured angle do not count. RecordError where none has one."""
     known = np.isfinite(angle_deg)
+    if not known.any():
+        raise RecordError("no angle was measured in any row: there is nothing to score")
     error = (reference_deg - angle_deg)[known]
     travel = float(np.sum(np.abs(np.diff(dp_cmd_mpa)))) / max(period_s * (len(dp_cmd_mpa) - 1), period_s)
     filled = np.interp(np.arange(len(known)), np.flatnonzero(known), angle_deg[known])

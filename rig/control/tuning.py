@@ -150,11 +150,11 @@ def _varied(plants: Sequence[FrequencyResponse], off: float, later_s: float) -> 
 
 
 def _lag_s(plant: FrequencyResponse) -> float:
-    """How late the plant answers where its loop would cross over: its phase at 3 Hz as a delay."""
+    """How late the plant answers where its loop would cross over: its phase at 3 Hz as a delay, counted on from the
+    lowest frequency, because half a turn is behind a plant that is later than 167 ms."""
     at = int(np.argmin(np.abs(plant.frequency_hz - 3.0)))
-    return float(
-        -np.angle(plant.response[at] * np.sign(plant.response[0].real)) / (2.0 * np.pi * plant.frequency_hz[at])
-    )
+    turned = np.unwrap(np.angle(plant.response[: at + 1] * np.sign(plant.response[0].real)))
+    return float(-turned[-1] / (2.0 * np.pi * plant.frequency_hz[at]))
 
 
 def _most_integral(plants: Sequence[FrequencyResponse], time_s: float, sensitivity: float, sign: float) -> float:

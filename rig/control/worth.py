@@ -18,6 +18,7 @@ from rig.control.tuning import controller
 from rig.gains import ClosedLoop
 from rig.model.kernels import simulate
 from rig.model.parameters import Model
+from rig.model.resample import is_regular, on_grid
 from rig.record import Column, Record
 
 AMPLITUDE_MPA: Final = 0.1
@@ -37,12 +38,14 @@ class Worth:
 
 
 def worth(before: Model, after: Model, records: Sequence[Record], gains: ClosedLoop) -> Worth:
-    """Both simulators on the records (with a measured angle, evenly sampled), under a feedback with these gains on the
-    better one. ModelError when one diverges."""
+    """Both simulators on the records (with a measured angle), put onto their own clock, under a feedback with these
+    gains on the better one. ModelError when one diverges."""
     plant = plant_of(after, after.p0_mpa, round(after.sample_time_s * 1e9))
     response = best_linear_approximation(plant, AMPLITUDE_MPA)
+    dt_s = after.sample_time_s
+    on_clock = [record if is_regular(record, dt_s) else on_grid(record, dt_s) for record in records]
     left = [
-        rms(np.concatenate([mended(_missed(model, record), response, gains) for record in records]))
+        rms(np.concatenate([mended(_missed(model, record), response, gains) for record in on_clock]))
         for model in (before, after)
     ]
     return Worth(*left)

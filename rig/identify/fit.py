@@ -11,7 +11,7 @@ from typing import TypeVar
 import numpy as np
 
 from rig.identify.provenance import provenance
-from rig.identify.records.data import Options, Prepared, prepare
+from rig.identify.records.data import Options, Prepared, commands_known, prepare
 from rig.identify.response.fingerprint import make_fingerprint
 from rig.identify.response.mean_law import hold, is_free
 from rig.identify.response.valves import ValveFit, identify_valves
@@ -332,7 +332,7 @@ def _valves(records: Sequence[Record], start: Model) -> ValveFit | None:
     """The regulators, where the model has them as a stage and the records show them."""
     if start.muscle.input is not Input.PRESSURE or not all(record.has_pressures for record in records):
         return None
-    if start.valve.kind != StageKind.DIRECT:
+    if start.valve.kind != StageKind.DIRECT or not all(map(commands_known, records)):
         return None
     return identify_valves(records, start.sample_time_s, start.p0_mpa)
 
@@ -341,9 +341,7 @@ def _valid(data: Sequence[Prepared], settings: Settings, verdict: Verdict, start
     """The sweep range where the model is bounded over it, else only what the records excite."""
     if verdict.bounded:
         sweep = settings.sweep
-        return ValidRange(
-            (sweep.low_hz, sweep.high_hz), max(sweep.amplitude_mpa, *(each.amplitude_mpa for each in data), 0.0), True
-        )
+        return ValidRange((sweep.low_hz, sweep.high_hz), sweep.amplitude_mpa, True)
     excited = [excited_hz(each.p1_mpa - each.p2_mpa, start.sample_time_s) for each in data]
     return ValidRange(
         (min(low for low, _ in excited), max(high for _, high in excited)), max(each.amplitude_mpa for each in data)

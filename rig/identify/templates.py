@@ -99,7 +99,7 @@ def rest_pressure(records: list[Record]) -> float:
         if record.facts.get("p0_mpa") is not None:
             return float(record.facts["p0_mpa"])
         for first, second in ((record.p1_cmd_mpa, record.p2_cmd_mpa), (record.p1_mpa, record.p2_mpa)):
-            if first is not None and second is not None:
+            if first is not None and second is not None and np.isfinite(first + second).any():
                 return round(float(np.nanmean(0.5 * (first + second))), 2)
     return 0.2
 

@@ -13,7 +13,7 @@ from rig.identify.search.stability import SweepRange, Verdict, check_bounded
 from rig.model.chain import lay_out
 from rig.model.driving import driving_pressures
 from rig.model.fingerprint_check import fingerprint_trouble
-from rig.model.kernels import DIVERGED_DEG, run_stages
+from rig.model.kernels import DIVERGED_DEG, before_sensor, run_stages
 from rig.model.parameters import Input, Model
 from rig.record import Column, Record
 
@@ -117,6 +117,6 @@ def _score_of(model: Model, data: Prepared) -> Score:
         return row
     p1, p2 = driving_pressures(data.grid, Input.COMMAND, model.p0_mpa)
     angle = np.zeros(len(p1))
-    run_stages(lay_out(model), p1, p2, angle, model.sample_time_s, float(data.angle_deg[0]))
+    run_stages(lay_out(model), p1, p2, angle, model.sample_time_s, before_sensor(model, float(data.angle_deg[0])))
     whole = score(name, data.angle_deg, angle, data.skip)
     return Score(**{**row.__dict__, "command_rmse_deg": whole.rmse_deg})

@@ -57,7 +57,8 @@ class Fingerprint:
     """The same of each regulator, offsets aside; none where the pressures are virtual."""
     left_out_deg: float | None = None
     left_out_mpa: tuple[float, ...] = ()
-    """The same on each record by a fit to the others; only from three records on."""
+    """The same on each record by weights fitted to the others (the law of the mean pressure is that of all); only from
+    three records on."""
     noise_deg: float = 0.0
     noise_mpa: tuple[float, ...] = ()
     """White noise of the sensor and of each monitor as they were recorded, one standard deviation."""

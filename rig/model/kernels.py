@@ -173,7 +173,9 @@ def simulate(model: Model, record: Record, *, drive: Input = Input.COMMAND, star
     if drive is Input.COMMAND:
         run_stages(placed[:split], p1, p2, angle, dt_s)
     monitor1, monitor2 = p1.copy(), p2.copy()
-    run_stages(placed[split:], p1, p2, angle, dt_s, _start(grid) if start_deg is None else start_deg)
+    run_stages(
+        placed[split:], p1, p2, angle, dt_s, before_sensor(model, _start(grid) if start_deg is None else start_deg)
+    )
     if not np.all(np.abs(angle) < DIVERGED_DEG):
         first = int(np.argmin(np.abs(angle) < DIVERGED_DEG))
         at = f"{record.name}: the model diverges under this input at {grid.t_s[first]:.2f} s"
@@ -184,6 +186,13 @@ def simulate(model: Model, record: Record, *, drive: Input = Input.COMMAND, star
     return replace(
         record, angle_deg=angle, p1_mpa=None if silent else monitor1, p2_mpa=None if silent else monitor2, extra={}
     )
+
+
+def before_sensor(model: Model, read_deg: float) -> float:
+    """The joint's angle (deg) of which an affine sensor reads so much: where muscles start."""
+    if model.sensor.kind != StageKind.AFFINE or model.sensor.value("gain") == 0.0:
+        return read_deg
+    return (read_deg - model.sensor.value("offset_deg")) / model.sensor.value("gain")
 
 
 def _start(record: Record) -> float:

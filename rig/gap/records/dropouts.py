@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from rig.columns import white_noise
 from rig.gap.records.filtered import before_filter, passed_in_a_row, through_filter
 from rig.gap.records.settings import (
+    ABRUPT,
     EXACT,
     FEWEST_DROPOUTS,
     FEWEST_ROWS,
@@ -130,7 +131,16 @@ def _tolerance(column: Column) -> float:
     values = np.unique(known)
     few = FEWEST_VALUES <= len(values) < MOST_DIFFERENT * len(column)
     steps = RAIL_STEPS * float(np.median(np.diff(values))) if few else EXACT * float(np.ptp(values) or 1.0)
-    return max(steps, RAIL_NOISE * white_noise([known])) if len(known) > FEWEST_ROWS else steps
+    return max(steps, RAIL_NOISE * _noise(known)) if len(known) > FEWEST_ROWS else steps
+
+
+def _noise(column: Column) -> float:
+    """White noise of a column beside what is abrupt in it: many falls are no noise."""
+    steps = np.abs(np.diff(column))
+    abrupt = steps > ABRUPT * np.median(steps)
+    quiet = column.copy()
+    quiet[1:][abrupt] = quiet[:-1][abrupt] = np.nan
+    return float(np.nan_to_num(white_noise([quiet])))
 
 
 def _largest_own_step(column: Column, at_rail: Rows) -> float:

@@ -28,7 +28,8 @@ def _shares_left(column: Column) -> Column:
         return np.zeros(0)
     abrupt = np.abs(steps) > ABRUPT * np.median(np.abs(steps))
     first, second = steps[:-1], steps[1:]
-    dying = abrupt[:-1] & abrupt[1:] & (first * second > 0.0) & (np.abs(second) < np.abs(first))
+    same_way = np.sign(first) == np.sign(second)
+    dying = abrupt[:-1] & abrupt[1:] & same_way & (np.abs(second) < np.abs(first))
     shares: Column = second[dying] / first[dying]
     return shares
 

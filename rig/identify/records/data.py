@@ -58,7 +58,7 @@ class Prepared:
     """A record on the model's grid with what drives the muscles; columns of shape (n,)."""
 
     record: Record
-    """As it was read."""
+    """As it was read, up to where it may be looked at, and without what a logger stored twice."""
     grid: Record
     """On the model's clock, nothing missing."""
     p1_mpa: Column
@@ -164,16 +164,29 @@ def _check_columns(record: Record, drive: Input) -> None:
         raise RecordError(f"{record.name}: it has no angle; needed: a column angle_deg")
     if drive is Input.PRESSURE and not record.has_pressures:
         raise RecordError(f"{record.name}: the pressures were not measured; use --input command")
-    if np.isnan(record.dp_cmd_mpa).any() and drive is Input.COMMAND:
-        first = float(record.t_s[int(np.argmax(np.isnan(record.dp_cmd_mpa)))])
-        raise RecordError(
-            f"{record.name}: dp_cmd_mpa is not a number at {first:.3f} s; a command is known or there is none"
-        )
+    if drive is Input.COMMAND:
+        for name, commanded in _commands(record).items():
+            if np.isnan(commanded).any():
+                first = float(record.t_s[int(np.argmax(np.isnan(commanded)))])
+                raise RecordError(
+                    f"{record.name}: {name} is not a number at {first:.3f} s; a command is known or there is none"
+                )
     for column in _measured(drive):
         values = getattr(record, column)
         share = float(np.mean(~np.isfinite(values)))
         if share > MOST_MISSING:
             raise RecordError(f"{record.name}: {share:.0%} of {column} is missing; allowed: {MOST_MISSING:.0%}")
+
+
+def commands_known(record: Record) -> bool:
+    """Whether the set-points are known in every row."""
+    return not any(np.isnan(column).any() for column in _commands(record).values())
+
+
+def _commands(record: Record) -> dict[str, Column]:
+    """The columns that say what was commanded, see `rig.model.resample.set_points`."""
+    each = {name: column for name in ("p1_cmd_mpa", "p2_cmd_mpa") if (column := getattr(record, name)) is not None}
+    return each if len(each) == 2 else {"dp_cmd_mpa": record.dp_cmd_mpa}
 
 
 def strange_units(record: Record) -> str | None:

@@ -223,9 +223,8 @@ def _smooth(column: Column, dt_s: float) -> Column:
 
 
 def _noise(data: Sequence[Prepared], name: str) -> float:
-    """Of a column as it was recorded."""
-    columns = [getattr(each.record, name) for each in data]
-    return white_noise([column[np.isfinite(column)] for column in columns])
+    """Of a column as it was recorded, by stretches without missing rows; 0 where none is long enough."""
+    return float(np.nan_to_num(white_noise([getattr(each.record, name) for each in data])))
 
 
 def _range(columns: Sequence[Column]) -> tuple[float, float]:

@@ -76,10 +76,13 @@ def fit_regulator(lines: Sequence[Line], starts: Sequence[Regulator] = REGULATOR
 
 def _missed(line: Line, regulator: Sequence[float] | Column) -> Column:
     """What a regulator leaves of its pressure, MPa, apart from an offset; 0 in rows that do not count."""
-    left = (
-        line.pressure_mpa - regulated(line.command_mpa, regulator[0], regulator[1], regulator[2], line.dt_s)
-    ) * line.used
-    return np.asarray(left - left.mean())
+    said = regulated(line.command_mpa, regulator[0], regulator[1], regulator[2], line.dt_s)
+    return _without_offset(line.pressure_mpa - said, line.used)
+
+
+def _without_offset(column: Column, used: Column) -> Column:
+    """(n,) less its mean over the rows that count, 0 in the others."""
+    return np.asarray((column - np.sum(column * used) / max(float(np.sum(used)), 1.0)) * used)
 
 
 def fit_correction(lines: Sequence[Line], regulator: Regulator, p0_mpa: float) -> Column:
@@ -104,7 +107,7 @@ def corrected_misfit_mpa(lines: Sequence[Line], regulator: Regulator, correction
     """Rms (MPa) that a regulator with its correction (REGULATOR_TERMS,) leaves of records, their offsets aside."""
     rows = [_correction_rows(line, regulator, p0_mpa) for line in lines]
     left = [column - terms @ correction for terms, column in rows]
-    return _rms_used([column - column.mean() for column in left], lines)
+    return _rms_used([_without_offset(column, line.used) for column, line in zip(left, lines, strict=True)], lines)
 
 
 def _rms_used(columns: Sequence[Column], lines: Sequence[Line]) -> float:

@@ -14,6 +14,7 @@ import numpy as np
 from rig.columns import rms
 from rig.errors import RecordError
 from rig.identify.response.descent import descend
+from rig.identify.search.uncertainty import independent_samples
 from rig.model.kernels import compiled
 from rig.model.parameters import Parameter, StageKind, StageModel
 from rig.model.resample import held_commands, on_grid
@@ -94,7 +95,7 @@ def identify_valves(records: Sequence[Record], dt_s: float, p0_mpa: float) -> Va
             reached = not name.endswith("per_s") or (bool(fit.shown[index]) and value < _LIMIT_SHARE * high)
             if not reached:
                 value = high
-                fastest = _fastest(both[valve], dt_s, name)
+                fastest = _fastest([_late(step, late) for step in both[valve]], fit.values, dt_s, name)
                 notes.append(f"valve {valve}: {name} was not reached; it is at least {fastest:.2g} MPa/s")
             deviation = float(fit.std[index]) if reached and np.isfinite(fit.std[index]) else None
             parameters[f"valve{valve}_{name}"] = Parameter(value, unit, low, high, False, deviation, not reached)
@@ -153,11 +154,15 @@ def _fit(steps: Sequence[_Step], dt_s: float) -> _Fit:
     ]
     fit = descend(residuals, np.append(min(even, key=lambda one: one.cost).x, 1.0), low, high, _MOST_STEPS)
     rmse = rms(fit.residual)
-    covariance = np.linalg.pinv(fit.jacobian.T @ fit.jacobian, hermitian=True) * rmse**2
+    # residuals are slow: n of them say as much as so many fewer independent ones
+    share = independent_samples(fit.residual) / len(fit.residual)
+    covariance = np.linalg.pinv(fit.jacobian.T @ fit.jacobian, hermitian=True) * rmse**2 / share
     return _Fit(fit.x, rmse, np.sqrt(np.diag(covariance)), np.any(fit.jacobian != 0.0, axis=0))
 
 
-def _fastest(steps: Sequence[_Step], dt_s: float, name: str) -> float:
-    """The steepest rise (fill) or fall (exhaust) of the pressure over 10 ticks, MPa/s."""
+def _fastest(steps: Sequence[_Step], values: Column, dt_s: float, name: str) -> float:
+    """The steepest rise (fill) or fall (exhaust) of the fitted pressure over 10 ticks, MPa/s: of the measured one it
+    would be the monitor's noise."""
     sign = 1.0 if name.startswith("fill") else -1.0
-    return max(float(np.max(sign * (step.pressure[10:] - step.pressure[:-10]))) / (10 * dt_s) for step in steps)
+    said = [_simulated(values, step, dt_s) for step in steps]
+    return max(float(np.max(sign * (pressure[10:] - pressure[:-10]))) / (10 * dt_s) for pressure in said)

@@ -14,7 +14,7 @@ from rig.identify.records.data import Prepared
 from rig.identify.search.space import Space
 from rig.identify.search.stability import StabilityTerm
 from rig.model.chain import lay_out
-from rig.model.kernels import DIVERGED_DEG, drive, run_stages
+from rig.model.kernels import DIVERGED_DEG, before_sensor, drive, run_stages
 from rig.model.parameters import Model, StageKind
 from rig.model.slots import Placed, Slot
 from rig.model.swarm_kernel import HOPELESS, LAW, Table, lay_inputs, swarm_courses, swarm_errors
@@ -78,7 +78,7 @@ class LawTable:
         self._fixed = np.array([*fixed, 0.0 if offset is None else offset.value / y_unit])
         rows = {name: row for row, name in enumerate([*names, "offset_deg"])}
         free = [(rows[name], column) for column, name in enumerate(space.names) if name in rows]
-        self._rows, self._columns = np.array([row for row, _ in free]), np.array([column for _, column in free])
+        self._rows, self._columns = np.array(free, dtype=np.intp).reshape(-1, 2).T
         unit = np.where(self._rows == len(LAW), y_unit, 1.0)
         self._low = (space.low[self._columns] / unit)[:, np.newaxis]
         self._range = ((space.high - space.low)[self._columns] / unit)[:, np.newaxis]
@@ -190,9 +190,7 @@ def excess_weight(stability: StabilityTerm, rows: int) -> float:
 def predict(model: Model, record: Prepared) -> Column:
     """The angle (deg) that muscles, joint and sensor give under what drives the record; it may diverge."""
     p1, p2, angle = record.p1_mpa.copy(), record.p2_mpa.copy(), np.zeros(len(record.angle_deg))
-    start = float(record.angle_deg[0])
-    if model.sensor.kind == StageKind.AFFINE:
-        start = (start - model.sensor.value("offset_deg")) / model.sensor.value("gain")
+    start = before_sensor(model, float(record.angle_deg[0]))
     run_stages(downstream(model), p1, p2, angle, model.sample_time_s, start)
     return angle
 

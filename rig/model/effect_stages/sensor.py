@@ -73,9 +73,10 @@ def sensor_noise(p1: Values, p2: Values, y: Values, state: Values, params: Seque
 def sensor_dropout(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
     """Samples that fall to a rail, in bursts of geometric length (Gilbert's channel, 1960); params: probability,
     rail_deg, burst, seed. `probability` is the share of samples at the rail, `burst` how many fall in a row in the
-    mean."""
-    leave = 1.0 / max(params[2], 1.0)
-    enter = min(params[0] * leave / max(1.0 - params[0], 1e-9), 1.0)
+    mean, or more where the share asks for it: of nine in ten no fewer than nine in a row can fall."""
+    up = max(1.0 - params[0], 1e-9)
+    leave = min(1.0 / max(params[2], 1.0), up / max(params[0], 1e-9))
+    enter = min(params[0] * leave / up, 1.0)
     for i in range(len(y)):
         if state[0] == 0.0:
             state[0] = 1.0

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from rig.control.score import lag_s, score
+from rig.errors import RecordError
 
 PERIOD_S = 0.005
 T = PERIOD_S * np.arange(2000)
@@ -27,6 +28,11 @@ def test_an_offset_is_error_and_no_lag() -> None:
     assert (found.rmse_deg, found.max_deg) == pytest.approx((2.0, 2.0))
     assert found.lag_s == pytest.approx(0.0, abs=1e-3)
     assert found.travel_mpa_s == pytest.approx(float(np.mean(np.abs(np.cos(T)))), rel=0.01)
+
+
+def test_where_no_angle_was_measured_there_is_nothing_to_score() -> None:
+    with pytest.raises(RecordError, match="no angle was measured"):
+        score(np.full(50, np.nan), np.zeros(50), np.zeros(50), 0.005)
 
 
 def test_rows_without_an_angle_do_not_count() -> None:

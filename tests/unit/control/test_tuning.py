@@ -72,6 +72,14 @@ def test_the_bound_is_kept_and_used(plant: FrequencyResponse, sensitivity: float
     assert math.copysign(1.0, found.gains.ki_mpa_per_deg_s) == math.copysign(1.0, plant.response[0].real)
 
 
+@pytest.mark.parametrize("late_s", [0.05, 0.15, 0.25])
+def test_the_bound_holds_a_fifth_later_however_late_the_plant_is(late_s: float) -> None:
+    """Half a turn at 3 Hz is 167 ms: a plant beyond it was taken for one that answers early, and nothing for later."""
+    found = tune([lagging(100.0, 0.05, late_s)])
+    harder = lagging((1.0 + OFF) * 100.0, 0.05, (1.0 + OFF) * late_s)
+    assert margins([harder], found.gains).sensitivity <= 1.01 * SENSITIVITY
+
+
 def test_no_gains_are_invented_for_a_plant_that_allows_none() -> None:
     with pytest.raises(ModelError, match="no PI controller"):
         tune([lagging(1e7, 0.1, 0.5)])

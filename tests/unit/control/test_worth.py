@@ -50,3 +50,12 @@ def test_feedback_mends_what_is_slow_and_leaves_what_is_fast(model: Model) -> No
         assert low < float(np.sqrt(np.mean(left**2) / np.mean(wave[2000:6000] ** 2))) < high
     without = mended(np.sin(t), plant, ClosedLoop(0.0, 0.0))
     np.testing.assert_allclose(without, np.sin(t), atol=1e-9)
+
+
+@pytest.mark.parametrize("every", [2, 4])
+def test_records_at_another_period_are_worth_the_same(model: Model, tmp_path: Path, every: int) -> None:
+    changed = replace(model, effects=[AddedEffect("sensor_gain", {"gain": 0.2})])
+    records = recorded(changed, tmp_path)
+    seldom = [record.rows(slice(None, None, every)) for record in records]
+    whole, thinned = worth(model, changed, records, GAINS), worth(model, changed, seldom, GAINS)
+    assert thinned.before_deg == pytest.approx(whole.before_deg, rel=0.15)

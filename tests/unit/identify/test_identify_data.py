@@ -46,6 +46,15 @@ def scaled(record: Record, column: str, factor: float) -> Record:
         (replace(good(), angle_deg=np.full(2000, 3.0)), "the angle is constant"),
         (replace(good(), angle_deg=None), "it has no angle"),
         (with_value(good(), "dp_cmd_mpa", slice(10, 11), np.nan), r"dp_cmd_mpa is not a number at 0\.050 s"),
+        (
+            with_value(
+                replace(good(), p1_cmd_mpa=good().dp_cmd_mpa + 0.2, p2_cmd_mpa=good().dp_cmd_mpa),
+                "p1_cmd_mpa",
+                slice(10, 11),
+                np.nan,
+            ),
+            r"p1_cmd_mpa is not a number at 0\.050 s",
+        ),
         (with_value(good(), "angle_deg", slice(0, 500), np.nan), "25% of angle_deg is missing"),
         (
             with_value(good(), "angle_deg", slice(9, 10), 1e300),

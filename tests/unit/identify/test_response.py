@@ -37,13 +37,15 @@ def made(truth: ResponseModel, frequency_hz: float, p0_mpa: float = 0.2, noise_d
     return Drive(DT_S, p1, p2, truth.angle(p1, p2, DT_S) + noise, np.ones(len(p1)))
 
 
+@pytest.mark.parametrize("skipped", [0, 500])
 @pytest.mark.parametrize("truth", REGULATORS)
-def test_a_regulator_is_found_again(truth: tuple[float, float, float]) -> None:
+def test_a_regulator_is_found_again(truth: tuple[float, float, float], skipped: int) -> None:
     rng = np.random.default_rng(1)
     lines = []
     for frequency in (0.2, 0.5, 0.8):
         u, _ = set_points(frequency)
-        lines.append(Line(DT_S, u, regulated(u, *truth, DT_S) + 0.01 + rng.normal(0.0, 2e-4, len(u)), np.ones(len(u))))
+        used = (np.arange(len(u)) >= skipped).astype(float)
+        lines.append(Line(DT_S, u, regulated(u, *truth, DT_S) + 0.01 + rng.normal(0.0, 2e-4, len(u)), used))
     found = fit_regulator(lines)
     assert found == pytest.approx(truth, abs=2e-3), "a monitor's offset changes nothing"
     none = np.zeros(REGULATOR_TERMS)

@@ -11,6 +11,7 @@ from rig.gap.hypotheses.library import LIBRARY, alike
 from rig.model.chain import lay_out
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.effect_stages.valve import ATMOSPHERE_MPA
+from rig.model.kernels import compiled
 from rig.model.parameters import AddedEffect
 from rig.report.effects_page import effects_markdown
 
@@ -212,3 +213,16 @@ def test_a_tank_that_sags_to_the_muscles_pressure_fills_no_more() -> None:
     filled = steps("supply_droop", {"droop_s": 2.0, "refill_s": 5.0}, asked)
     assert filled[30] < asked[30] - 0.05
     assert max(filled) < 0.45
+
+
+@pytest.mark.parametrize(
+    ("share", "burst", "mean"), [(0.05, 1.0, 1.0), (0.2, 4.0, 4.0), (0.8, 1.0, 4.0), (0.9, 2.0, 9.0)]
+)
+def test_as_many_samples_fall_as_are_asked_for(share: float, burst: float, mean: float) -> None:
+    """So many in a row as well, where so few can be that many."""
+    y, state = np.ones(200_000), np.zeros(3)
+    compiled(EFFECT_STAGES["sensor_dropout"].stage)(y, y, y, state, np.array([share, 0.0, burst, 1.0]), 0.005)
+    fallen = y == 0.0
+    starts = int(np.sum(fallen[1:] & ~fallen[:-1]))
+    assert fallen.mean() == pytest.approx(share, rel=0.05)
+    assert fallen.sum() / starts == pytest.approx(mean, rel=0.05)

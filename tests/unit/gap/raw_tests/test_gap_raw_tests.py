@@ -226,6 +226,11 @@ def test_missing_values_are_no_noise() -> None:
     column = np.random.default_rng(1).standard_normal(5000)
     column[::50] = np.nan
     assert white_noise([column]) == pytest.approx(1.0, rel=0.06)
+    moving = 25.0 * np.sin(2 * np.pi * 0.5 * T) + 0.03 * np.random.default_rng(2).standard_normal(len(T))
+    moving[np.random.default_rng(3).random(len(T)) < 0.25] = np.nan
+    assert white_noise([moving]) == pytest.approx(0.03, rel=0.1), "motion is none, however many packets were lost"
+    assert math.isnan(white_noise([np.full(100, np.nan)]))
+    assert math.isnan(white_noise([]))
 
 
 @given(degrees=st.integers(1, 1000), t=st.floats(-20.0, 1e6))
