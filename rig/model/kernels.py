@@ -173,9 +173,7 @@ def simulate(model: Model, record: Record, *, drive: Input = Input.COMMAND, star
     if drive is Input.COMMAND:
         run_stages(placed[:split], p1, p2, angle, dt_s)
     monitor1, monitor2 = p1.copy(), p2.copy()
-    run_stages(
-        placed[split:], p1, p2, angle, dt_s, before_sensor(model, _start(grid) if start_deg is None else start_deg)
-    )
+    run_stages(placed[split:], p1, p2, angle, dt_s, _start(grid) if start_deg is None else start_deg)
     if not np.all(np.abs(angle) < DIVERGED_DEG):
         first = int(np.argmin(np.abs(angle) < DIVERGED_DEG))
         at = f"{record.name}: the model diverges under this input at {grid.t_s[first]:.2f} s"

@@ -203,11 +203,14 @@ class Guard:
         return Fault.FROZEN_SENSOR if self._frozen(now) else _NO_FAULT
 
     def _not_following(self, now: Measurement) -> bool:
-        """A pressure has been far from its set-point for too long; a missing monitor (NaN) never is."""
+        """A pressure has been far from its set-point for too long; a missing monitor (NaN) never is. A reply that was
+        lost says nothing: what was counted before it stands."""
         p1_cmd_mpa, p2_cmd_mpa = self._command or (now.p1_mpa, now.p2_mpa)
         apart, far_mpa = self._apart_ticks, self.limits.follow_mpa
-        apart[0] = apart[0] + 1 if abs(now.p1_mpa - p1_cmd_mpa) > far_mpa else 0
-        apart[1] = apart[1] + 1 if abs(now.p2_mpa - p2_cmd_mpa) > far_mpa else 0
+        if now.p1_mpa == now.p1_mpa:
+            apart[0] = apart[0] + 1 if abs(now.p1_mpa - p1_cmd_mpa) > far_mpa else 0
+        if now.p2_mpa == now.p2_mpa:
+            apart[1] = apart[1] + 1 if abs(now.p2_mpa - p2_cmd_mpa) > far_mpa else 0
         return apart[0] > self._follow_limit or apart[1] > self._follow_limit
 
     def _frozen(self, now: Measurement) -> bool:
@@ -219,14 +222,17 @@ class Guard:
         before = self._previous
         moved1, moved2, turned = self._moved()
         return (
-            self._repeats(0, now.p1_raw == before.p1_raw, moved1)  # a missing sensor is NaN, which never equals itself
-            or self._repeats(1, now.p2_raw == before.p2_raw, moved2)
-            or self._repeats(2, now.angle_raw == before.angle_raw, turned)
+            self._repeats(0, now.p1_raw, before.p1_raw, moved1)
+            or self._repeats(1, now.p2_raw, before.p2_raw, moved2)
+            or self._repeats(2, now.angle_raw, before.angle_raw, turned)
         )
 
-    def _repeats(self, sensor: int, same: bool, moved_mpa: float) -> bool:
+    def _repeats(self, sensor: int, raw: float, before: float, moved_mpa: float) -> bool:
+        """Whether it has for too long; a missing value (NaN) says nothing, of a sensor that is not there ever."""
         ticks, travel = self._frozen_ticks, self._travel_mpa
-        if not same:
+        if raw != raw or before != before:
+            return False
+        if raw != before:
             ticks[sensor], travel[sensor] = 0, 0.0
             return False
         travel[sensor] += moved_mpa

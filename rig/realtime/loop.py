@@ -266,8 +266,8 @@ class Loop:
         return Answer.DONE
 
     def _hold_measured(self, now: Measurement, flags: int) -> bool:
-        """Take the measured pressures as set-points, so that arming moves nothing; without monitors, the safe ones,
-        which were written."""
+        """Take the measured pressures as set-points, so that arming moves nothing; without monitors those that were
+        written last, the safe ones or on the way there."""
         if (
             flags & (SUSPECT | READ_ERROR | BROKEN_WIRE)
             or max(now.p1_age_ns, now.p2_age_ns) > self._limits.max_age_s * 1e9
@@ -276,8 +276,9 @@ class Loop:
         low, high = self._limits.pressure_mpa
         found = now.p1_mpa, now.p2_mpa
         safe = self._settings.safe_p1_mpa, self._settings.safe_p2_mpa
+        written = self._command if self.state is _DONE else safe
         p1_cmd_mpa, p2_cmd_mpa = (
-            min(max(p, low), high) if math.isfinite(p) else s for p, s in zip(found, safe, strict=True)
+            min(max(p, low), high) if math.isfinite(p) else w for p, w in zip(found, written, strict=True)
         )
         self._command = p1_cmd_mpa, p2_cmd_mpa
         self._guard.start_from(p1_cmd_mpa, p2_cmd_mpa)

@@ -124,22 +124,19 @@ class Client:
         """Safe state at once. RigError unless the device took it; returns who wrote it and whether it was seen at the
         device.
 
-        Who is crowded out at the door before he has said it connects anew and says it again.
+        By a connection of its own: on this one something may be under way. Who is crowded out at the door before he has
+        said it connects anew and says it again.
         """
         until, pause_s = time.monotonic() + ESTOP_TIMEOUT_S, _SAY_AGAIN_S
         while True:
-            self._socket.settimeout(ESTOP_TIMEOUT_S)
             try:
-                return dict(self.call("estop"))
+                with Client(self.path, ESTOP_TIMEOUT_S) as fresh:
+                    return dict(fresh.call("estop"))
             except _HungUp:
                 if time.monotonic() > until:
                     raise
-            finally:
-                self._socket.settimeout(self._timeout_s)
-            self.close()
             time.sleep(pause_s)
             pause_s = min(2 * pause_s, _SAY_AGAIN_AT_MOST_S)
-            self._open(ESTOP_TIMEOUT_S)
 
     def reset(self) -> None:
         """Clear a fault whose cause is gone; the rig is disarmed then."""
@@ -185,9 +182,9 @@ class Client:
                 line = self._lines.readline()
             except TimeoutError:
                 raise RigError(
-                    f"{self.path}: the daemon does not answer; it may be stopped or hang. Its loop makes the rig "
-                    "safe after 1 s, "
-                    "its guardian when the loop is lost too; make sure by `pamrig service safe --rig RIG`"
+                    f"{self.path}: the daemon does not answer; it may be busy with what this client asked before, be "
+                    "stopped or hang. If it hangs its loop makes the rig safe after 1 s, its guardian when the loop is "
+                    "lost too; make sure by `pamrig estop`, or without a daemon by `pamrig service safe --rig RIG`"
                 ) from None
         if not line:
             raise _HungUp(f"{self.path}: the daemon hung up")

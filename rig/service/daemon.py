@@ -44,6 +44,8 @@ _SWITCH_S: Final = 0.0002
 _NICE: Final = -10
 """Where it is allowed: the loop stops when this process does not get to its heartbeat for a second."""
 _HOUSEKEEPING_S: Final = 10.0
+_MOST_MARKS: Final = 8
+"""That wait for the recorder at a time: on a disk that stands still no more are taken."""
 _LOG = logging.getLogger("pamrig")
 Given = Mapping[str, Any]
 """A command's arguments by name, of the types that the protocol asks for."""
@@ -82,7 +84,7 @@ class Daemon:
             1, "session"
         )  # lives as long as the daemon: the loop is told when its maker's thread dies
         self._safe_mpa = parts.rig.safe.p1_mpa, parts.rig.safe.p2_mpa
-        self._resetting = False
+        self._resetting, self._marks = False, 0
         self._over = asyncio.Event()
         self._began = time.monotonic()
         self._tasks: list[asyncio.Task[None]] = []
@@ -231,7 +233,13 @@ class Daemon:
         session = self._monitor.session
         if session is None or self._runner.current is None:
             raise Refused(Code.WRONG_STATE, "no record runs; a marker goes into the log of the record that does")
-        session.expect(Mark(text, time.monotonic_ns()))
+        if self._marks >= _MOST_MARKS:
+            raise Refused(Code.REFUSED, "the recorder does not keep up with the marks; try again")
+        self._marks += 1
+        try:
+            await asyncio.to_thread(session.expect, Mark(text, time.monotonic_ns()))
+        finally:
+            self._marks -= 1
         return {"record": self._runner.current.name, "text": text}
 
     def _begin_estop(self) -> None:
@@ -253,7 +261,13 @@ class Daemon:
                 session.mailbox.stop()
             return {"did": "stops after the record that runs" if after_current else "ramping down"}
         self._monitor.require(Event.DISARM)
-        await self._monitor.disarm()
+        try:
+            await self._monitor.disarm()
+        except Refused:
+            if session is None or self._monitor.state is not State.RUNNING:
+                raise
+            session.mailbox.stop()  # a record began while this was on its way
+            return {"did": "ramping down"}
         return {"did": "disarmed"}
 
     async def _reset(self, _: Given) -> dict[str, str]:

@@ -53,6 +53,8 @@ class Connection:
         self._dropped = 0
         self._known = not viewer
         self._to: int | str | None = None
+        self._ahead: asyncio.Task[bytes] | None = None
+        """The line after the one that is being worked on."""
         own = writer.get_extra_info("socket")
         if own is not None and own.family == socket.AF_UNIX:
             own.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, MAX_PENDING_BYTES)
@@ -84,8 +86,9 @@ class Connection:
 
     def end(self) -> None:
         """No more events, and hang up; on one that takes nothing, without waiting for it."""
-        if self._subscription is not None:
-            self._subscription.cancel()
+        for task in (self._subscription, self._ahead):
+            if task is not None:
+                task.cancel()
         if self._pending > MAX_PENDING_BYTES:
             self._writer.transport.abort()
         self._writer.close()
@@ -100,7 +103,8 @@ class Connection:
         """The next line; empty at the end, and when it is too long or too long in coming, which is told."""
         try:
             async with asyncio.timeout(patience_s):
-                return await self._reader.readline()
+                ahead, self._ahead = self._ahead, None
+                return await (ahead or self._reader.readline())
         except ValueError:  # longer than the limit
             self._writer.write(
                 protocol.refusal(None, Code.BAD_REQUEST, f"a line has at most {protocol.MAX_LINE_BYTES} bytes")
@@ -135,16 +139,31 @@ class Connection:
         return request.id, await self._desk.handle(request)
 
     async def _while_there(self, work: Coroutine[Any, Any, Any]) -> Any:
-        """What may take a minute is given up when the client has gone: what he asked for is not to move the rig
-        then."""
+        """What may take a minute is given up when the client has gone: what he asked for is not to move the rig then.
+        An emergency stop that he sends meanwhile is heard at once; what else he says waits for its turn."""
         task = asyncio.create_task(work)
         try:
-            while not (await asyncio.wait({task}, timeout=_LOOK_AFTER_S))[0]:
-                if self._gone:
-                    raise ConnectionError("the client has gone")
+            while not task.done():
+                if self._ahead is None:
+                    self._ahead = asyncio.create_task(self._reader.readline())
+                waited = {task} if self._ahead.done() else {task, self._ahead}
+                await asyncio.wait(waited, timeout=_LOOK_AFTER_S, return_when=asyncio.FIRST_COMPLETED)
+                if not task.done() and self._gone:
+                    raise RigError("the client has gone")
+                await self._hear_ahead()
             return task.result()
         finally:
             task.cancel()
+
+    async def _hear_ahead(self) -> None:
+        """Carry out the line after this one when it is an emergency stop."""
+        ahead = self._ahead
+        if ahead is None or not ahead.done() or ahead.exception() is not None:
+            return
+        if protocol.may_be_an_estop(ahead.result()):
+            self._ahead, to = None, self._to
+            self._writer.write(await self._answer(ahead.result()))
+            self._to = to
 
     @property
     def _gone(self) -> bool:

@@ -61,6 +61,8 @@ class QueueRunner:
         """The record that runs, and the loop's tick when it began."""
         self.current: Path | None = None
         self._pause_until = 0.0
+        self.holds = 0
+        """How often somebody has stopped the queue: who began before it is not to go on after it."""
 
     def add(self, path: Path, sweep: Summary, pause_s: float) -> Job:
         """A sweep at the end of the queue."""
@@ -74,8 +76,9 @@ class QueueRunner:
         self._wake.set()
 
     def hold(self) -> None:
-        """Start no further record."""
+        """Start no further record, of a start that is still being looked at neither."""
         self._held = True
+        self.holds += 1
         self._pause_until = 0.0
         if self._planning is not None:
             self._planning.cancel()

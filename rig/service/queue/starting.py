@@ -32,9 +32,10 @@ class Starting:
     async def start(self, sweeps: list[Any], pause_s: float, before: str) -> list[dict[str, Any]]:
         """Queue these sweeps and go on with the queue; the new jobs as plain data.
 
-        Raises Refused when the state, the queue or too many other starts speak against it, RigError for a sweep that
-        does not fit.
+        Raises Refused when the state, the queue or too many other starts speak against it, or when somebody stopped the
+        rig meanwhile; RigError for a sweep that does not fit.
         """
+        holds = self._runner.holds
         if self._monitor.state is not State.RUNNING:
             self._monitor.require(Event.START)
         check_start(sweeps, pause_s, before)
@@ -43,18 +44,25 @@ class Starting:
         self._starts += 1
         try:
             async with self._turn:  # what one start adds is not what the next finds left over
-                return await self._queue_up([Path(sweep) for sweep in sweeps], pause_s, before)
+                return await self._queue_up([Path(sweep) for sweep in sweeps], pause_s, before, holds)
         finally:
             self._starts -= 1
 
-    async def _queue_up(self, sweeps: list[Path], pause_s: float, before: str) -> list[dict[str, Any]]:
+    async def _queue_up(self, sweeps: list[Path], pause_s: float, before: str, holds: int) -> list[dict[str, Any]]:
+        """`holds`: how often the queue had been stopped when the start was asked for."""
         await asyncio.to_thread(self._runner.check_space)
         planned = [(sweep, await self._checker.check(sweep)) for sweep in sweeps]
+        self._require_unstopped(holds, "nothing was queued")
         waits = self._runner.interrupted
         if sweeps and waits and not before:
             raise Refused(Code.WRONG_STATE, f"the queue holds {waits}; {_DECIDE}")
         jobs = [await asyncio.to_thread(self._runner.add, path, summary, pause_s) for path, summary in planned]
         if self._queue.next() is None:
             raise Refused(Code.WRONG_STATE, "the queue is empty; give a sweep to start")
+        self._require_unstopped(holds, "it waits in the queue, and nothing moves")
         self._runner.go_on([job.id for job in jobs] if waits and before == "leave" else None)
         return [{"id": job.id, "sweep": job.sweep, "records": job.total, "seconds": job.seconds} for job in jobs]
+
+    def _require_unstopped(self, holds: int, so: str) -> None:
+        if self._runner.holds != holds:
+            raise Refused(Code.WRONG_STATE, f"the rig was stopped while this start was being looked at: {so}")

@@ -8,6 +8,7 @@ import multiprocessing
 import os
 import secrets
 import signal
+import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -111,6 +112,8 @@ class Session:
         self.recorder: BaseProcess | None = None
         self._loop_pipe: Connection | None = None
         self._orders: Connection | None = None
+        self._telling = threading.Lock()
+        """Orders are longer than what a pipe takes at once: two writers would mix theirs."""
         self._results: Connection | None = None
         self._recording_ended = False
         self.trouble: Trouble | None = None
@@ -162,18 +165,18 @@ class Session:
             block.close()
 
     def expect(self, order: RunOrder | Mark) -> None:
-        """Tell the recorder of a run before it starts, or of a marker in the one that runs."""
+        """Tell the recorder of a run before it starts, or of a marker in the one that runs. It waits for a recorder
+        that reads nothing: not for whoever must not wait."""
         if self._orders is not None:
-            with suppress(
-                OSError
-            ):  # a recorder that is gone is the watch's business, and no broken pipe of the command's output
+            # a recorder that is gone is the watch's business, and no broken pipe of the command's output
+            with self._telling, suppress(OSError):
                 self._orders.send(order)
 
     def end_recording(self) -> None:
         """Let the recorder finish what is open, and end: there is no loop any more."""
         if self._orders is not None and not self._recording_ended:
             self._recording_ended = True
-            with suppress(OSError):
+            with self._telling, suppress(OSError):
                 self._orders.send(None)
 
     def beat(self) -> None:

@@ -10,7 +10,7 @@ from rig.errors import ConfigError, ModelError, RecordError
 from rig.model import stages
 from rig.model.chain import Chain, lay_out
 from rig.model.kernels import simulate
-from rig.model.parameters import AddedEffect, Input, Model, Parameter, StageKind, StageModel, load_model, save_model
+from rig.model.parameters import AddedEffect, Input, Model, Parameter, StageModel, load_model, save_model
 from rig.model.slots import Slot
 from rig.record import Record
 
@@ -176,18 +176,6 @@ def test_a_monitors_noise_does_not_move_the_muscles(model: Model) -> None:
     )
     again = simulate(model, noisy, drive=Input.PRESSURE)
     assert np.std(again.angle_deg - truth.angle_deg) < 0.01 * np.std(truth.angle_deg)
-
-
-def test_a_joint_starts_where_its_sensor_reads_it(model: Model) -> None:
-    """A zero of the sensor is no angle of the joint: it would decay over the first second."""
-    moved = StageModel(
-        StageKind.AFFINE, {"gain": Parameter(1.2, "1", 0.5, 2.0), "offset_deg": Parameter(12.0, "deg", -50.0, 50.0)}
-    )
-    biased = replace(model, sensor=moved)
-    plain = simulate(model, sine(), start_deg=5.0)
-    assert np.allclose(simulate(biased, sine(), start_deg=1.2 * 5.0 + 12.0).angle_deg, 1.2 * plain.angle_deg + 12.0)
-    dead = replace(model, sensor=replace(moved, parameters={**moved.parameters, "gain": Parameter(0.0, "1", 0.0, 2.0)}))
-    assert np.allclose(simulate(dead, sine(), start_deg=3.0).angle_deg, 12.0)
 
 
 def test_a_diverging_model_says_where(model: Model) -> None:

@@ -133,3 +133,27 @@ def test_a_slow_pressure_has_its_patience_and_no_more() -> None:
         made.check(GOOD._replace(p1_raw=float(n), p2_raw=float(n), angle_raw=float(n)), 1.0, True)[1] for n in range(21)
     ]
     assert late == [Fault.NONE] * 20 + [Fault.NOT_FOLLOWING]
+
+
+def lossy(n: int, made: Guard, alive: Measurement) -> Fault:
+    """A tick of a rig on whose line every tenth reply is lost."""
+    lost = Measurement(math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, flags=Flag.READ_ERROR)
+    return Fault(made.check(lost if n % 10 == 9 else alive, 1.0, True)[1])
+
+
+def test_a_lost_reply_forgives_no_pressure_that_is_far_off() -> None:
+    made = guard(follow_s=0.1, frozen_s=60.0)
+    made.start_from(0.35, 0.2)
+    found = [lossy(n, made, GOOD._replace(p1_raw=float(n), p2_raw=float(n), angle_raw=float(n))) for n in range(40)]
+    assert Fault.NOT_FOLLOWING in found
+    assert set(found[:20]) == {Fault.NONE}
+
+
+def test_a_lost_reply_thaws_no_frozen_sensor() -> None:
+    made, found = guard(frozen_s=0.2), Fault.NONE
+    for tick in range(200):
+        swing = 0.05 * math.sin(tick / 20)
+        made.command(0.2 + swing, 0.2 - swing)
+        alive = GOOD._replace(p1_mpa=0.2 + swing, p2_mpa=0.2 - swing, p1_raw=tick, p2_raw=-tick, angle_raw=7.0)
+        found = found or lossy(tick, made, alive)
+    assert found is Fault.FROZEN_SENSOR

@@ -1,5 +1,6 @@
 """The client at a door that is crowded: an emergency stop is said again until somebody hears it."""
 
+import itertools
 import json
 import socket
 import threading
@@ -17,20 +18,25 @@ from rig.service.door import protocol
 
 
 @contextmanager
-def door(path: Path, sent_away: int) -> Iterator[list[bytes]]:
-    """So many callers are sent away unheard, the next is answered; yields what was heard."""
+def door(path: Path, sent_away: int, *, keeps_first: bool = True) -> Iterator[list[bytes]]:
+    """The first caller is let in and not answered, or sent away; of those after him so many are sent away unheard, the
+    next is answered. Yields what was heard."""
     heard: list[bytes] = []
     with socket.socket(socket.AF_UNIX) as listening:
         listening.bind(str(path))
         listening.listen(8)
 
         def keep() -> None:
+            first, _ = listening.accept()
+            if not keeps_first:
+                first.close()
             for number in range(sent_away + 1):
                 caller, _ = listening.accept()
                 with caller:
                     if number == sent_away:
                         heard.append(caller.recv(4096))
                         caller.sendall(protocol.answer(json.loads(heard[-1])["id"], {"words": "safe"}))
+            first.close()
 
         thread = threading.Thread(target=keep)
         thread.start()
@@ -59,7 +65,7 @@ def test_who_is_crowded_out_again_and_again_rests_a_little_longer_each_time(
 
 
 def test_everything_else_is_not_said_twice(tmp_path: Path) -> None:
-    with door(tmp_path / "s", 1), Client(tmp_path / "s") as caller:
+    with door(tmp_path / "s", 0, keeps_first=False), Client(tmp_path / "s") as caller:
         with pytest.raises(RigError, match="the daemon hung up"):
             caller.call("start")
         assert caller.estop() == {"words": "safe"}
@@ -75,9 +81,10 @@ def test_a_daemon_that_is_gone_meanwhile_is_said_to_be(tmp_path: Path) -> None:
 
 
 def test_where_nobody_ever_hears_it_the_caller_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(client, "ESTOP_TIMEOUT_S", 0.0)
+    passed = itertools.count(step=2.0 * client.ESTOP_TIMEOUT_S)
     with door(tmp_path / "s", 1), Client(tmp_path / "s") as caller:
-        with pytest.raises(RigError, match="the daemon hung up"):
-            caller.estop()
-        monkeypatch.setattr(client, "ESTOP_TIMEOUT_S", 5.0)
+        with monkeypatch.context() as clock:
+            clock.setattr(time, "monotonic", lambda: next(passed))
+            with pytest.raises(RigError, match="the daemon hung up"):
+                caller.estop()
         assert caller.estop() == {"words": "safe"}

@@ -318,3 +318,29 @@ def test_between_two_who_look_an_emergency_stop_is_served(tmp_path: Path) -> Non
         await server.close()
 
     with_server(talk)
+
+
+def test_behind_a_start_that_is_being_looked_at_an_emergency_stop_is_heard_at_once(tmp_path: Path) -> None:
+    """On the same connection; what else is said there waits for its turn."""
+    stopped = asyncio.Event()
+
+    async def slow(request: Request) -> Any:
+        if request.command == "start":
+            await stopped.wait()
+        if request.command == "estop":
+            stopped.set()
+        return request.command
+
+    async def talk(_: Server) -> None:
+        server = Server(slow, lambda _: {})
+        await server.listen(tmp_path / "s", "")
+        reader, writer = await asyncio.open_unix_connection(tmp_path / "s")
+        for number, command in enumerate(("start", "estop", "clear")):
+            writer.write(protocol.encode({"id": number, "command": command}))
+            await asyncio.sleep(0.01)
+        answers = [json.loads(await asyncio.wait_for(reader.readline(), 10.0)) for _ in range(3)]
+        assert [(answer["id"], answer["result"]) for answer in answers] == [(1, "estop"), (0, "start"), (2, "clear")]
+        writer.close()
+        await server.close()
+
+    with_server(talk)
