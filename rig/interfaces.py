@@ -70,6 +70,8 @@ class DeviceContext:
     """Names of the rig's further channels in the order of their places; a device reads those that its settings have."""
     where: str = ""
     """Where its settings stand, for messages: the rig's YAML and the key."""
+    looking: bool = False
+    """Nothing but looked at: whoever drives the rig meanwhile finds its outputs and its watchdog as they were."""
 
     @property
     def places(self) -> tuple[str, str, str, str]:

@@ -40,7 +40,7 @@ class ModbusIo:
         self.roles = context.roles
         self.further = tuple(settings.further)
         self._settings, self._context = settings, context
-        self._plan = make_plan(settings, context.roles)
+        self._plan = make_plan(settings, context.roles, looking=context.looking)
         self._inputs = Inputs(settings, context, self._plan)
         self._signals = set_point_signals(settings, context)
         self._safe = self.numbers(context.safe_p1_mpa, context.safe_p2_mpa) if self._plan.driven else {}
@@ -59,7 +59,7 @@ class ModbusIo:
         """Connect, prove the module, arm its fail-safe, measure the round trip, choose the mode."""
         self.close()
         facts: dict[str, str] = {}
-        if self._settings.serial is None and self._settings.mode is not Mode.PROCESS:
+        if self._settings.serial is None and (self._settings.mode is not Mode.PROCESS or self._plan.looking):
             facts |= self._open_direct()
             if self._route is not None:
                 return facts
@@ -83,7 +83,7 @@ class ModbusIo:
         except BaseException:  # whatever it was: nobody else knows of this line
             stations.close(disarm=False)
             raise
-        if mode is Mode.PROCESS:
+        if mode is Mode.PROCESS and not self._plan.looking:  # a process would write
             stations.close()
             return facts
         for session in (stations.outputs, stations.inputs):

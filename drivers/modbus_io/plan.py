@@ -47,6 +47,8 @@ class Plan:
     """Place in the input numbers -> channel after the first one read."""
     one_station: bool
     """Inputs and outputs belong to the same module."""
+    looking: bool = False
+    """The fail-safe is somebody else's: it is neither armed nor stopped."""
 
     @property
     def outputs(self) -> Block:
@@ -115,7 +117,7 @@ class Plan:
         )
 
 
-def make_plan(settings: ModbusSettings, roles: frozenset[Role]) -> Plan:
+def make_plan(settings: ModbusSettings, roles: frozenset[Role], *, looking: bool = False) -> Plan:
     """ConfigError, one line, when a role is not wired, or wired to what the module does not have."""
     module = load_map(settings.map)
     input_module = load_map(settings.input_map) if settings.input_map else module
@@ -143,6 +145,7 @@ def make_plan(settings: ModbusSettings, roles: frozenset[Role]) -> Plan:
         (max(channels.values()) - first + 1) * width if channels else 0,
         {place: channel - first for place, channel in channels.items()},
         one_station,
+        looking,
     )
 
 

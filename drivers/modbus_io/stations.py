@@ -52,7 +52,7 @@ class Stations:
 
     def arm(self, watchdog_s: float, safe_numbers: Mapping[int, int]) -> Mapping[str, str]:
         """Arm the output module's fail-safe, where it has one. Outputs stay."""
-        if not self.plan.writes:
+        if not self.plan.writes or self.plan.looking:
             return {}
         return failsafe.arm(self.outputs, self.plan.module, self.plan.unit, watchdog_s, safe_numbers)
 
@@ -63,7 +63,7 @@ class Stations:
         try:
             self._try_inputs()
         except DeviceError:
-            if self.plan.module.failsafe is None:
+            if self.plan.module.failsafe is None or self.plan.looking:
                 raise
             facts |= self.arm(watchdog_s, safe_numbers)
             self._try_inputs()
@@ -114,7 +114,7 @@ class Stations:
     def close(self, disarm: bool = True) -> None:
         """Let go; outputs stay, hence a watchdog that would change them is stopped first, unless the line is known to
         be dead."""
-        if disarm and self.plan.writes:
+        if disarm and self.plan.writes and not self.plan.looking:
             with contextlib.suppress(DeviceError):
                 failsafe.disarm(self.outputs, self.plan.module.failsafe, self.plan.unit)
         self.outputs.close()

@@ -72,14 +72,16 @@ def _own_or(place: Path, setting: str) -> Path:
     return ours if not os.path.exists(place) and os.path.isfile(ours) else place
 
 
-def make_device(rig: RigConfig, clock: Clock, options: Mapping[str, Any] | None = None) -> Device:
-    """The rig's device, closed: the one that fills all roles, or the mixture of several."""
+def make_device(
+    rig: RigConfig, clock: Clock, options: Mapping[str, Any] | None = None, *, looking: bool = False
+) -> Device:
+    """The rig's device, closed: the one that fills all roles, or the mixture of several; `looking`: only to look."""
     parts = []
     for entry in rig.devices:
         kind, settings = device_settings(entry, rig, options or {})
         context = DeviceContext(
             clock, entry.roles, rig.safe.p1_mpa, rig.safe.p2_mpa, rig.period_ns, rig.calibration,
-            tuple(one.name for one in rig.further), f"{rig.path}: devices.{entry.name}",
+            tuple(one.name for one in rig.further), f"{rig.path}: devices.{entry.name}", looking,
         )  # fmt: skip
         parts.append(kind(settings, context))
     if len(parts) == 1:

@@ -281,6 +281,22 @@ def test_a_module_whose_watchdog_has_tripped_can_be_opened_by_somebody_new(tcp: 
     lost.close()
 
 
+@pytest.mark.parametrize("mode", [Mode.SEPARATE, Mode.PROCESS])
+def test_who_only_looks_leaves_the_watchdog_of_whoever_drives(tcp: Emulation, mode: Mode) -> None:
+    """`pamrig devices probe` beside a daemon: when the daemon then dies, its module still lets go."""
+    driving = made(tcp, watchdog_s=0.5)
+    driving.open()
+    driving.write(0.25, 0.15)
+    settings = rigs.modbus_settings(tcp.places["io"], mode)
+    looking = ModbusIo(settings, dataclasses.replace(rigs.context(), looking=True))
+    looking.open()
+    assert looking.read().p1_mpa == pytest.approx(0.25, abs=0.2)
+    looking.close()
+    assert told(tcp) == (0.25, 0.15)
+    assert rigs.soon(lambda: told(tcp) == (0.0, 0.0)), "nobody asks any more"
+    driving.close()
+
+
 def test_reading_keeps_the_watchdog_content(tcp: Emulation) -> None:
     device = made(tcp, watchdog_s=0.3)
     device.open()

@@ -78,7 +78,8 @@ class Probe:
 
 
 def probe(rig: RigConfig, ticks: int, update: Callable[[float, str], None] = lambda *_: None) -> Probe:
-    """Open each device by itself, time `ticks` reads, close it. Nothing is written."""
+    """Open each device by itself, time `ticks` reads, close it. Nothing is written, armed or disarmed: a daemon may be
+    driving the rig."""
     found: list[Answer] = []
     for number, entry in enumerate(rig.devices):
 
@@ -91,7 +92,7 @@ def probe(rig: RigConfig, ticks: int, update: Callable[[float, str], None] = lam
 
 
 def _probe_one(rig: RigConfig, entry: DeviceEntry, ticks: int, tick_done: Callable[[int], None]) -> Answer:
-    device = compose.make_device(dataclasses.replace(rig, devices=(entry,)), MonotonicClock())
+    device = compose.make_device(dataclasses.replace(rig, devices=(entry,)), MonotonicClock(), looking=True)
     facts: Mapping[str, Any] = {}
     try:
         facts = dict(device.open())
