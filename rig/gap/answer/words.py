@@ -305,14 +305,15 @@ def _beyond(diagnosis: Diagnosis) -> str:
     assert tuning is not None
     # shares of the error that each was measured on: a fingerprint's and its parameters' are not the same
     more = 1.0 - (gap.after_deg / max(gap.rms_deg, 1e-12)) ** 2 - tuning.closes_fraction
-    what = _noun(_named(diagnosis)[0].effect) if len(_named(diagnosis)) == 1 else "the effects named"
+    alone = len(_named(diagnosis)) == 1
+    what, closes = (_noun(_named(diagnosis)[0].effect), "closes") if alone else ("what is named", "closes together")
     if abs(more) < AS_MUCH:
         if tuning.closes_fraction < AS_MUCH:
             return ""
-        return f"That is as much as {what} closes: in these records the two look the same."
+        return f"That is as much as {what} {closes}: in these records the one looks like the other."
     if more < 0.0:
-        return f"That closes more than {what} alone does: the simulator is also off in what it has."
-    return f"Beyond that, {what} closes another {100 * more:.0f} %."
+        return f"That closes more than {what} alone: the simulator is also off in what it has."
+    return f"Beyond that, {what} {closes} another {100 * more:.0f} %."
 
 
 def _stays(diagnosis: Diagnosis) -> str:

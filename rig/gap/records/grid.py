@@ -12,7 +12,7 @@ from rig.gap.records.holes import bridged, unsettled, with_rows
 from rig.gap.records.own_input import at_input, differs
 from rig.gap.records.partners import Partner
 from rig.gap.records.periods import whole_periods
-from rig.gap.records.settings import LONGEST_BRIDGE_S
+from rig.gap.records.settings import LEAST_COVERED_SAID, LONGEST_BRIDGE_S
 from rig.identify.response.response_fit import GRID_S, SMOOTHING_S
 from rig.record import Column, Record
 from rig.smoothing import smoothed
@@ -83,7 +83,12 @@ def on_grid(
     record, others = with_rows(read, theirs), tuple(with_rows(other, [read]) for other in theirs)
     dt = max(record.period_s, 1e-4)
     stride = rows_apart(dt)
+    own_s = float(record.t_s[-1]) - start_s
     length = min(float(each.t_s[-1]) - start_s for each in (record, *others))
+    if length < LEAST_COVERED_SAID * own_s:
+        notes.append(
+            f"{record.name}: only {length:.3g} of its {own_s:.3g} s have a baseline; what came after is not looked at"
+        )
     fine = np.arange(0.0, length + 0.5 * dt, dt)
     t = fine[::stride]
     t = t[: whole_periods(_input(record, start_s, t))].copy()

@@ -124,6 +124,9 @@ OVERLAP = 0.6
 """Share of the shorter record that must be left when one is shifted."""
 LEAST_COVERED = 0.5
 """Share of the overlap in which both must have been sampled for their commands to be compared."""
+LEAST_COVERED_SAID = 0.9
+"""Share of a record that what it is compared with must last for nothing to be said; a fingerprint's own records that
+last less stand for nothing, because its response model knows every second."""
 SHIFT_HELPS = 0.5
 """A shift is taken when it leaves less than this share of the difference: noise of a measured input is no reason to
 slide it."""

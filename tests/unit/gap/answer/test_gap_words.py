@@ -171,7 +171,7 @@ def test_what_looks_alike_is_said() -> None:
 
 @pytest.mark.parametrize(
     ("after", "words"),
-    [(0.0804, "the two look the same"), (0.4, "closes another 27 %"), (0.01, "the two look the same")],
+    [(0.0804, "the one looks like the other"), (0.4, "closes another 27 %"), (0.01, "the one looks like the other")],
 )
 def test_retuning_and_what_the_effect_closes_beyond_it(after: float, words: str) -> None:
     said = answers(replace(told(LAG), retuning=replace(TUNING, after_deg=after)))["Re-tuning:"]

@@ -71,3 +71,22 @@ def test_what_cannot_be_used_is_refused_as_ever(known: Fingerprint) -> None:
     blind = [replace(record, angle_deg=None) for record in session(9)]
     with pytest.raises(RecordError, match="no angle"):
         pair_with_kept(blind, known, P0_MPA)
+
+
+def cut(record: Record, seconds: float) -> Record:
+    return record.rows(record.t_s - record.t_s[0] <= seconds)
+
+
+@pytest.mark.parametrize(("seconds", "alone"), [(11.8, False), (6.0, True)])
+def test_records_that_last_longer_than_what_is_kept_are_compared_with_the_description(
+    known: Fingerprint, seconds: float, alone: bool
+) -> None:
+    """Half of a record was kept: what came after it was not looked at, without a word, and found to be nothing."""
+    shorter = replace(known, day=packed([cut(record, seconds) for record in session(1)]))
+    assert (pair_with_kept(session(9), shorter, P0_MPA).sessions == 0) is alone
+
+
+@pytest.mark.parametrize(("seconds", "said"), [(11.8, False), (6.0, True)])
+def test_of_an_earlier_day_that_is_shorter_it_is_said_how_much_is_compared(seconds: float, said: bool) -> None:
+    pairing = pair_up(session(9), [[cut(record, seconds) for record in session(1)]], P0_MPA)
+    assert any("s have a baseline; what came after is not looked at" in note for note in pairing.notes) is said
