@@ -275,8 +275,7 @@ class Loop:
             return False
         low, high = self._limits.pressure_mpa
         found = now.p1_mpa, now.p2_mpa
-        safe = self._settings.safe_p1_mpa, self._settings.safe_p2_mpa
-        written = self._command if self.state is _DONE else safe
+        written = self._command if self.state is _DONE else (self._settings.safe_p1_mpa, self._settings.safe_p2_mpa)
         p1_cmd_mpa, p2_cmd_mpa = (
             min(max(p, low), high) if math.isfinite(p) else w for p, w in zip(found, written, strict=True)
         )

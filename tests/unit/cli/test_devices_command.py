@@ -336,7 +336,7 @@ def test_giving_up_writes_nothing(tmp_path: Path) -> None:
 
 @pytest.fixture
 def probed(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> Lab:
-    monkeypatch.setattr(compose, "make_device", lambda rig, clock, options=None: lab.device)
+    monkeypatch.setattr(compose, "make_device", lambda rig, clock, options=None, *, looking=False: lab.device)
     return lab
 
 
