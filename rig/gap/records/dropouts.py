@@ -131,7 +131,10 @@ def _tolerance(column: Column) -> float:
     values = np.unique(known)
     few = FEWEST_VALUES <= len(values) < MOST_DIFFERENT * len(column)
     steps = RAIL_STEPS * float(np.median(np.diff(values))) if few else EXACT * float(np.ptp(values) or 1.0)
-    return max(steps, RAIL_NOISE * _noise(known)) if len(known) > FEWEST_ROWS else steps
+    if len(known) <= FEWEST_ROWS:
+        return steps
+    # what moves far from row to row looks like noise
+    return max(steps, min(RAIL_NOISE * _noise(known), PASSED_TO * float(np.ptp(known))))
 
 
 def _noise(column: Column) -> float:

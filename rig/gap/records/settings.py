@@ -52,7 +52,8 @@ FEWEST_ABRUPT, MOST_UNLIKE = 8, 0.05
 """How many of them must die away before a filter is believed, and how unlike their shares may be (quartiles apart): a
 filter's are alike within 0.03, a joint's own way after a step of the command is of more than one time constant."""
 PASSED_TO = 0.02
-"""Share of the range within which falls agree once a filter is undone that is known to a percent."""
+"""Share of the range within which falls agree once a filter is undone that is known to a percent, and beyond which no
+noise of a sensor reaches. More: a fast joint that is sampled seldom falls to its turning points."""
 LONGEST_BRIDGE_S = 0.05
 """Missing samples up to this long are bridged by a straight line, s; longer ones count as a hole. A line misses a sweep
 of 20 deg at 1 Hz by 20 (2 pi)^2 0.05^2 / 8 = 0.25 deg in the middle of the longest bridge, 10 deg in one of 0.3 s."""
