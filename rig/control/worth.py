@@ -18,7 +18,7 @@ from rig.control.tuning import controller
 from rig.gains import ClosedLoop
 from rig.model.kernels import simulate
 from rig.model.parameters import Model
-from rig.model.resample import is_regular, on_grid
+from rig.model.resample import on_clock
 from rig.record import Column, Record
 
 AMPLITUDE_MPA: Final = 0.1
@@ -42,10 +42,9 @@ def worth(before: Model, after: Model, records: Sequence[Record], gains: ClosedL
     gains on the better one. ModelError when one diverges."""
     plant = plant_of(after, after.p0_mpa, round(after.sample_time_s * 1e9))
     response = best_linear_approximation(plant, AMPLITUDE_MPA)
-    dt_s = after.sample_time_s
-    on_clock = [record if is_regular(record, dt_s) else on_grid(record, dt_s) for record in records]
+    even = [on_clock(record, after.sample_time_s) for record in records]
     left = [
-        rms(np.concatenate([mended(_missed(model, record), response, gains) for record in on_clock]))
+        rms(np.concatenate([mended(_missed(model, record), response, gains) for record in even]))
         for model in (before, after)
     ]
     return Worth(*left)

@@ -89,7 +89,8 @@ def look_back(days: Sequence[Day]) -> History:
 
 def day_of(name: str, days: float, diagnosis: Diagnosis) -> Day:
     """The day of a diagnosis."""
-    sizes = {name: size for cause in diagnosis.causes for name, size in size_of(cause.effect, cause.parameters).items()}
+    named = (size_of(cause.effect, cause.parameters) for cause in diagnosis.causes)
+    sizes = {quantity: size for one in named for quantity, size in one.items()}
     said = diagnosis.evidence.said
     gap, floor = diagnosis.gap.rms_deg, diagnosis.gap.floor_deg
     return Day(name, days, gap, floor, diagnosis.verdict.value, sizes, said, diagnosis.channels)

@@ -24,7 +24,7 @@ from rig.model.driving import driving_pressures
 from rig.model.external import External
 from rig.model.joint_balance import NOTHING_ADDED, STATE_SIZE, balanced_angles
 from rig.model.parameters import Input, Model, StageKind
-from rig.model.resample import is_regular, on_grid
+from rig.model.resample import on_clock
 from rig.model.slots import Placed, Row, Slot, StageFunction
 from rig.record import Column, Record
 
@@ -165,7 +165,7 @@ def simulate(model: Model, record: Record, *, drive: Input = Input.COMMAND, star
     drives it.
     """
     dt_s = model.sample_time_s
-    grid = record if is_regular(record, dt_s) else on_grid(record, dt_s)
+    grid = on_clock(record, dt_s)
     p1, p2 = driving_pressures(grid, drive, model.p0_mpa)
     angle = np.zeros(len(grid))
     placed = lay_out(model)

@@ -51,12 +51,23 @@ def on_grid(record: Record, dt_s: float) -> Record:
     return replace(record, t_s=time, extra={}, **columns)  # type: ignore[arg-type]
 
 
+def on_clock(record: Record, dt_s: float) -> Record:
+    """The record as it is where its rows are such a time apart, else on that grid."""
+    return record if is_regular(record, dt_s) else on_grid(record, dt_s)
+
+
+def commanded(record: Record) -> dict[str, Column]:
+    """The columns that say what was commanded: those of both muscles, or else the difference."""
+    if record.p1_cmd_mpa is not None and record.p2_cmd_mpa is not None:
+        return {"p1_cmd_mpa": record.p1_cmd_mpa, "p2_cmd_mpa": record.p2_cmd_mpa}
+    return {"dp_cmd_mpa": record.dp_cmd_mpa}
+
+
 def set_points(record: Record, p0_mpa: float) -> tuple[Column, Column]:
     """Set-points of both muscles as they were written; without a column for each, the difference is split in halves
     about P0."""
-    if record.p1_cmd_mpa is not None and record.p2_cmd_mpa is not None:
-        return record.p1_cmd_mpa, record.p2_cmd_mpa
-    return around(p0_mpa, record.dp_cmd_mpa)
+    first, *second = commanded(record).values()
+    return (first, second[0]) if second else around(p0_mpa, first)
 
 
 def held_commands(record: Record, p0_mpa: float) -> tuple[Column, Column]:

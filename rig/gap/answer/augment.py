@@ -38,24 +38,23 @@ def augmented(model: Model, diagnosis: Diagnosis, expected: Expected) -> Model:
 
 
 def _with_causes(model: Model, causes: Sequence[Applied], expected: Expected) -> tuple[Model, list[Column] | None]:
-    """`model` with each cause as an added effect, all its numbers written out, and what they change in its angle (deg,
-    for each pair at the raw record's times; None where it runs away). Where they change the mean pressure, with the law
-    of the mean pressure that leaves least of the gap, because the records that `model` was identified on never showed
-    another."""
+    """`model` with each cause as an added effect, all its numbers written out, and what it leaves of the gap (deg; for
+    each pair (n,); None where it runs away). Where they change the mean pressure, with the law of the mean pressure
+    that leaves least, because the records that `model` was identified on never showed another."""
     numbers = [full_numbers(cause, expected.response) for cause in causes]
     added = [
         AddedEffect(cause.stage, {name: float(value) for name, value in each.items()})
         for cause, each in zip(causes, numbers, strict=True)
     ]
     changed = replace(model, effects=[*model.effects, *added], fingerprint=None)
-    before = _simulated(model, expected)
     tried = [changed]
     if causes and "mean_exponent" in model.muscle.parameters and _mean_moves(model, changed, expected):
         tried = [with_mean_exponent(changed, exponent) for exponent in MEAN_EXPONENTS]
-    changes = [_changes(before, _simulated(one, expected)) for one in tried]
-    left = [np.inf if each is None else sum(map(square_sum, _less(each, expected))) for each in changes]
-    k = int(np.argmin(left))
-    return (tried[k] if np.isfinite(left[k]) else changed), changes[k]
+    gaps, before = commanded_gaps(expected), _simulated(model, expected)
+    left = [_less(gaps, before, _simulated(one, expected), expected) for one in tried]
+    squares = [np.inf if each is None else sum(map(square_sum, each)) for each in left]
+    k = int(np.argmin(squares))
+    return (tried[k] if np.isfinite(squares[k]) else changed), left[k]
 
 
 def with_mean_exponent(model: Model, exponent: float) -> Model:
@@ -78,11 +77,16 @@ def _mean_moves(model: Model, changed: Model, expected: Expected) -> bool:
     return abs(share - 1.0) > MEAN_MOVED
 
 
-def _less(changes: Sequence[Column], expected: Expected) -> list[Column]:
-    """For each pair (n,): its angle gap (deg) less these changes at the raw record's times."""
+def _less(
+    gaps: Sequence[Column], before: list[Column] | None, after: list[Column] | None, expected: Expected
+) -> list[Column] | None:
+    """For each pair (n,): its gap (deg) less what changes in the simulated angle, at the raw record's times; None where
+    a simulator runs away."""
+    if before is None or after is None:
+        return None
     return [
-        gap - np.interp(pair.t_s, pair.raw.t_s - pair.raw.t_s[0], change) * pair.used
-        for pair, gap, change in zip(expected.pairs, commanded_gaps(expected), changes, strict=True)
+        gap - np.interp(pair.t_s, pair.raw.t_s - pair.raw.t_s[0], now - then) * pair.used
+        for pair, gap, then, now in zip(expected.pairs, gaps, before, after, strict=True)
     ]
 
 
@@ -93,14 +97,8 @@ def remaining_gap(model: Model | None, causes: Sequence[Applied], expected: Expe
     """
     if model is None or not causes:
         return commanded_gaps(expected, causes)
-    _, changes = _with_causes(model, causes, expected)
-    return commanded_gaps(expected, causes) if changes is None else _less(changes, expected)
-
-
-def _changes(before: list[Column] | None, after: list[Column] | None) -> list[Column] | None:
-    if before is None or after is None:
-        return None
-    return [now - then for then, now in zip(before, after, strict=True)]
+    _, left = _with_causes(model, causes, expected)
+    return commanded_gaps(expected, causes) if left is None else left
 
 
 def _simulated(model: Model, expected: Expected) -> list[Column] | None:

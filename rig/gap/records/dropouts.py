@@ -69,38 +69,57 @@ def without_dropouts(records: Sequence[Record]) -> tuple[list[Record], list[tupl
 
 def _in_columns(records: Sequence[Record], name: str) -> list[list[Dropouts]]:
     """What fell in one column of each record of a day, where it fell often enough."""
-    columns = [column for record in records if (column := getattr(record, name)) is not None]
-    passed = passed_in_a_row(columns) if name == "angle_deg" else 1.0
-    rails = _rails([before_filter(column, passed) for column in columns])
-    found = [list(_in_column(name, record, rails, passed)) for record in records]
+    columns = [getattr(record, name) for record in records]
+    measured = [column for column in columns if column is not None and np.isfinite(column).any()]
+    passed = passed_in_a_row(measured) if name == "angle_deg" else 1.0
+    seen = {id(read): _seen(read, passed) for read in measured}
+    rails = _rails(list(seen.values()))
+    found = [
+        list(_in_column(name, seen[id(read)], max(1, int(LONGEST_BURST_S / record.period_s)), rails, passed))
+        if id(read) in seen
+        else []
+        for record, read in zip(records, columns, strict=True)
+    ]
     clear = _often_enough(found)
     return [[one for one in mine if one.rail in clear] for mine in found]
 
 
-def _rails(columns: Sequence[Column]) -> tuple[float, ...]:
-    known = [column[np.isfinite(column)] for column in columns if np.isfinite(column).any()]
-    if not known:
+@dataclass(frozen=True)
+class _Seen:
+    """One column of one record; (n,) as it is read, and as it was before a filter."""
+
+    read: Column
+    before: Column
+    near: float
+    """How far from a rail a fallen sample may read."""
+
+
+def _seen(read: Column, passed: float) -> _Seen:
+    before = before_filter(read, passed)
+    return _Seen(read, before, _tolerance(before))
+
+
+def _rails(seen: Sequence[_Seen]) -> tuple[float, ...]:
+    if not seen:
         return ()
-    rails, near = [0.0], max(map(_tolerance, known))
-    for end in (min(float(column.min()) for column in known), max(float(column.max()) for column in known)):
+    rails, near = [0.0], max(one.near for one in seen)
+    for end in (min(np.nanmin(one.before) for one in seen), max(np.nanmax(one.before) for one in seen)):
         if all(abs(end - rail) > near for rail in rails):
-            rails.append(end)
+            rails.append(float(end))
     return tuple(rails)
 
 
-def _in_column(name: str, record: Record, rails: Sequence[float], passed: float) -> Iterator[Dropouts]:
-    """What fell in a column that is read through a filter which passes such a share of a step in a row."""
-    read = getattr(record, name)
-    if read is None or np.isfinite(read).sum() < FEWEST_ROWS or not _jumps(read):
+def _in_column(name: str, seen: _Seen, longest: int, rails: Sequence[float], passed: float) -> Iterator[Dropouts]:
+    """What fell in a column that is read through a filter which passes such a share of a step in a row; `longest`:
+    rows of a burst."""
+    read, column, near = seen.read, seen.before, seen.near
+    if np.isfinite(read).sum() < FEWEST_ROWS or not _jumps(read):
         return
-    column = before_filter(read, passed)
-    near = _tolerance(column)
     if passed < 1.0:
         near = max(near, PASSED_TO * float(np.ptp(column[np.isfinite(column)])))
     at = {rail: np.abs(column - rail) <= near for rail in rails}
     # a coarse converter stays within reach of a rail while the joint turns there: that is no fall
     jump = OWN_STEPS * (_largest_own_step(column, np.any(list(at.values()), axis=0)) + near)
-    longest = max(1, int(LONGEST_BURST_S / record.period_s))
     known = column
     for rail, rows in at.items():
         fallen, moments, bursts = _falls(known, rows, jump, longest)

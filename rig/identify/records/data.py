@@ -17,7 +17,7 @@ from rig.identify.records.mix_ups import mix_ups, strange_clock
 from rig.model.driving import driving_pressures
 from rig.model.external import KIND as EXTERNAL
 from rig.model.parameters import Input, Model
-from rig.model.resample import is_regular, on_grid
+from rig.model.resample import commanded, is_regular, on_grid
 from rig.record import Column, Record
 
 SHORTEST_S = 1.0
@@ -165,9 +165,9 @@ def _check_columns(record: Record, drive: Input) -> None:
     if drive is Input.PRESSURE and not record.has_pressures:
         raise RecordError(f"{record.name}: the pressures were not measured; use --input command")
     if drive is Input.COMMAND:
-        for name, commanded in _commands(record).items():
-            if np.isnan(commanded).any():
-                first = float(record.t_s[int(np.argmax(np.isnan(commanded)))])
+        for name, known in commanded(record).items():
+            if np.isnan(known).any():
+                first = float(record.t_s[int(np.argmax(np.isnan(known)))])
                 raise RecordError(
                     f"{record.name}: {name} is not a number at {first:.3f} s; a command is known or there is none"
                 )
@@ -180,13 +180,7 @@ def _check_columns(record: Record, drive: Input) -> None:
 
 def commands_known(record: Record) -> bool:
     """Whether the set-points are known in every row."""
-    return not any(np.isnan(column).any() for column in _commands(record).values())
-
-
-def _commands(record: Record) -> dict[str, Column]:
-    """The columns that say what was commanded, see `rig.model.resample.set_points`."""
-    each = {name: column for name in ("p1_cmd_mpa", "p2_cmd_mpa") if (column := getattr(record, name)) is not None}
-    return each if len(each) == 2 else {"dp_cmd_mpa": record.dp_cmd_mpa}
+    return not any(np.isnan(column).any() for column in commanded(record).values())
 
 
 def strange_units(record: Record) -> str | None:
