@@ -36,6 +36,8 @@ class Driver(Protocol):
     """What the class of a driver offers beside the calls of a Device."""
 
     Settings: type[Any]
+    """A dataclass (see rig.config). It may have `wires`, the names of what the device drives, the same for every
+    process of the machine: one at a time is let to them."""
 
     def __call__(self, settings: Any, context: DeviceContext) -> Device:
         """A closed device; nothing is opened and nothing moves."""

@@ -1,5 +1,6 @@
 """A serial port and its framing, as a rig's YAML names it."""
 
+import os
 from dataclasses import dataclass
 
 from rig.fields import bounded
@@ -19,6 +20,11 @@ class SerialPort:
     def __post_init__(self) -> None:
         if self.parity not in ("N", "E", "O"):
             raise ValueError(f"parity {self.parity!r} is unknown; allowed: N, E, O")
+
+    @property
+    def wires(self) -> tuple[str, ...]:
+        """The port, whichever of its links it is called by."""
+        return (self.device if "://" in self.device else os.path.realpath(self.device),)
 
     @property
     def bits_per_byte(self) -> int:

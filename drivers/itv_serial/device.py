@@ -38,6 +38,11 @@ class ItvSettings:
     """An owner that drives and makes no call for this many periods is taken for dead: the safe set-points are
     written."""
 
+    @property
+    def wires(self) -> tuple[str, ...]:
+        """Both ports."""
+        return tuple(wire for port in (self.valve_1, self.valve_2) if port is not None for wire in port.wires)
+
 
 class _Valve:
     """One regulator: its process, and counts <-> MPa."""

@@ -1,11 +1,12 @@
 """What a rig's YAML says about its Modbus module: where it is, its map, and which channel is wired to what. Nothing is
 opened."""
 
+import socket
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
 
-from drivers.modbus_io.maps import Block
+from drivers.modbus_io.maps import Block, load_map
 from drivers.serial_port import SerialPort
 from drivers.signals import Signal, Span
 from rig.fields import bounded
@@ -137,3 +138,21 @@ class ModbusSettings:
     def resource(self) -> str:
         """Names the line, for messages and for the mailbox of its I/O process."""
         return self.serial.device if self.serial else f"{self.host}:{self.port}"
+
+    @property
+    def wires(self) -> tuple[str, ...]:
+        """What is driven: the line on RTU; on TCP the module, of which a gateway may have many, by the host's name and
+        by its address. ConfigError for a map that cannot be read."""
+        if self.serial is not None:
+            return self.serial.wires
+        unit = load_map(self.map).unit if self.unit is None else self.unit
+        return tuple(f"{host}:{self.port} unit {unit}" for host in _names_of(self.host))
+
+
+def _names_of(host: str) -> list[str]:
+    """As it is written, and its address where the network knows one now."""
+    try:
+        address = socket.gethostbyname(host)
+    except (OSError, UnicodeError):
+        return [host.lower()]
+    return sorted({host.lower(), address})

@@ -111,6 +111,11 @@ class MyRioSettings:
             raise ValueError("resource: expected RIO0 or rio://HOST/RIO0")
 
     @property
+    def wires(self) -> tuple[str, ...]:
+        """The RIO device, whose outputs every session of it writes."""
+        return (self.resource,)
+
+    @property
     def is_remote(self) -> bool:
         """Every call is a round trip over the network."""
         return self.resource.startswith("rio://")

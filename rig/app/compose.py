@@ -16,6 +16,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
+from rig.app import wires
 from rig.app.shipped import default_rig, find_config, own_file
 from rig.config import structure, suggest
 from rig.errors import ConfigError, DeviceError, RigError
@@ -154,6 +155,8 @@ def _prepare(orders: LoopOrders) -> tuple[Loop, dict[str, Any]]:
     waiting = clock if orders.virtual else punctual(clock, device, rig)
     loop = Loop(device, waiting, RingWriter(ring, os.getpid()), commands, loop_settings(rig))
     rehearse_for(loop, waiting)
+    if not orders.virtual:
+        wires.hold(wires_of(rig), os.getppid())  # until this process is gone
     facts: dict[str, Any] = {"device": dict(device.open())}
     facts["realtime"] = {} if orders.virtual else measures.apply(rig.realtime)
     facts["wall_offset_ns"] = time.time_ns() - clock.now_ns()
@@ -182,6 +185,17 @@ def rehearse_for(loop: Loop, clock: Clock) -> None:
         clock.rehearse.follows_angle = loop.follows_angle
 
 
+def wires_of(rig: RigConfig) -> list[str]:
+    """The names of what carries the rig's set-points, the same for every process of this machine; none for a stand-in.
+    Whoever only reads disturbs nobody."""
+    real = [entry for entry in _driving(rig) if entry.kind not in STAND_INS]
+    return sorted({name for entry in real for name in getattr(device_settings(entry, rig, {})[1], "wires", ())})
+
+
+def _driving(rig: RigConfig) -> list[DeviceEntry]:
+    return [entry for entry in rig.devices if entry.roles & {Role.VALVE_1, Role.VALVE_2}]
+
+
 def is_simulated(rig: RigConfig) -> bool:
     """No device of the rig moves anything real."""
     return all(entry.kind in STAND_INS for entry in rig.devices)
@@ -196,8 +210,7 @@ def allow_virtual(rig: RigConfig) -> None:
 def outlives_the_loop(rig: RigConfig) -> bool:
     """Whether set-points stand at the valves when the loop's process is gone, so that another process has to see to
     them."""
-    driving = [entry for entry in rig.devices if entry.roles & {Role.VALVE_1, Role.VALVE_2}]
-    return any(getattr(device_class(entry.kind, str(rig.path)), "second_path", True) for entry in driving)
+    return any(getattr(device_class(entry.kind, str(rig.path)), "second_path", True) for entry in _driving(rig))
 
 
 def load(path: Path | None) -> RigConfig:

@@ -6,11 +6,12 @@ import functools
 import os
 import signal
 import sys
+from collections.abc import Callable
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Final
 
-from rig.app import compose, shipped
+from rig.app import compose, shipped, wires
 from rig.errors import DeviceError, RigError
 from rig.interfaces import Device
 from rig.realtime import measures
@@ -124,10 +125,15 @@ def second_path(rig: RigConfig) -> SecondPath:
 
 def make_safe(rig: RigConfig) -> Outcome:
     """Write the safe state by this process's own way, whoever else has the rig; RigError when the device does not take
-    it."""
+    it, or when another process goes on to write its own set-points."""
     path = SecondPath.of(compose.make_device(rig, MonotonicClock()))
     try:
         outcome = insist(path, _INSIST_S)
+        if other := wires.driver(compose.wires_of(rig)):
+            raise RigError(
+                f"{rig.name}: NOT SAFE: the safe state was written, but {other}, which writes its own set-points: "
+                "stop it there (Ctrl-C, or `pamrig estop`)"
+            )
         if outcome >= Outcome.WRITTEN:
             return outcome
         path.safe()  # for its words
@@ -154,7 +160,14 @@ def parts_of(rig: RigConfig, *, virtual: bool = False, seed: int | None = None) 
         sweeps=(shipped.configs() / "sweeps",),
         models=(shipped.configs() / "models",),
         simulator=_own_model(rig) if compose.is_simulated(rig) else None,
+        driver=_driver_of(rig),
     )
+
+
+def _driver_of(rig: RigConfig) -> Callable[[], str]:
+    """Who drives the rig's wires, asked many times: their names are looked up once."""
+    names = functools.cache(lambda: compose.wires_of(rig))
+    return lambda: wires.driver(names())
 
 
 def _own_model(rig: RigConfig) -> Path | None:

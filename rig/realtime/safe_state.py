@@ -63,6 +63,8 @@ class Verdict(IntEnum):
 class Outcome(IntEnum):
     """What is known of the safe state; of two the greater is the better."""
 
+    OVERRULED = -1
+    """Another process drives the device, and what stands there is its own; known to whoever looks, told by nobody."""
     UNKNOWN = 0
     FAILED = 1
     """The device could not be reached, or holds something else."""
@@ -105,6 +107,8 @@ class SafeReport:
             return f"safe state written by {who}, not confirmed: the device has not been read back"
         if self.outcome is Outcome.ENDED:
             return "nothing is under pressure: the simulated plant ended with the loop's process"
+        if self.outcome is Outcome.OVERRULED:
+            return "NOT SAFE: another process drives the device, and what stands there is its own"
         if self.outcome is Outcome.FAILED:
             return (
                 f"NOT SAFE as far as is known: {who} could not bring the device to its safe state; old "

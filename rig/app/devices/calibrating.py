@@ -14,7 +14,7 @@ from rich.table import Table
 
 from drivers.calibration import Calibration, Potentiometer, parse_all
 from drivers.fitting import Form, Measured, calibrate, summary
-from rig.app import compose
+from rig.app import compose, wires
 from rig.app.devices.bringup import DeviceTicker, mean
 from rig.app.overseen import Overseen, check_last_resort, overseen
 from rig.app.terminal import listing
@@ -88,7 +88,7 @@ def guided_angle(rig: RigConfig, options: CalibrationOptions) -> dict[Role, Meas
         "ends."
     )
     device = compose.make_device(rig, MonotonicClock())
-    with _ticker(device, rig) as ticker:
+    with wires.held(compose.wires_of(rig)), _ticker(device, rig) as ticker:
         while (angle_deg := _ask(f"angle {len(points) + 1} [deg]")) is not None:
             found = ticker.collect(COLLECT_S)
             wiper, noise = mean(found, "angle_raw")
@@ -114,7 +114,7 @@ def guided_pressures(rig: RigConfig, levels: Sequence[float], options: Calibrati
         role: [] for role in (Role.VALVE_1, Role.VALVE_2, Role.MONITOR_1, Role.MONITOR_2)
     }
     device = compose.make_device(nominal, MonotonicClock())
-    with _ticker(device, rig, overseen(nominal)) as ticker:
+    with wires.held(compose.wires_of(rig)), _ticker(device, rig, overseen(nominal)) as ticker:
         check_last_resort(rig, ticker.facts, options.force)
         for level in levels:
             ticker.go_to(level, level, settle_s=options.settle_s)

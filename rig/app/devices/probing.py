@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from rich.table import Table
 
-from rig.app import compose, inventory
+from rig.app import compose, inventory, wires
 from rig.app.devices.bringup import DeviceTicker, StepResult, Timing, let_go, step_valves, time_reads
 from rig.app.overseen import check_last_resort, overseen
 from rig.app.terminal import listing
@@ -124,7 +124,7 @@ def stepped(rig: RigConfig, found: Probe, step_mpa: float, settle_s: float, *, f
     device = compose.make_device(rig, MonotonicClock())
     safe = rig.safe.p1_mpa, rig.safe.p2_mpa
     try:
-        with DeviceTicker(device, rig.period_ns, safe, overseen(rig)) as ticker:
+        with wires.held(compose.wires_of(rig)), DeviceTicker(device, rig.period_ns, safe, overseen(rig)) as ticker:
             check_last_resort(rig, ticker.facts, force)
             results = step_valves(ticker, safe, step_mpa, settle_s)
     except DeviceError as error:

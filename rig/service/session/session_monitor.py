@@ -7,7 +7,7 @@ of its own.
 import asyncio
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -51,6 +51,8 @@ class Parts:
     models: tuple[Path, ...] = ()
     simulator: Path | None = None
     """A simulated rig's own model."""
+    driver: Callable[[], str] = str
+    """Who drives what the rig is wired to, in words; empty when nobody does."""
 
 
 class SessionMonitor:
@@ -76,6 +78,7 @@ class SessionMonitor:
             watching=parts.watching, ring_suffix=KEPT_RING,
         )  # fmt: skip
         try:
+            parts.driver()  # looks up the names of the wires, here on a thread of its own
             session.open()
             session.go()
         except RigError as error:
@@ -118,14 +121,21 @@ class SessionMonitor:
         if session is None:
             return self._message
         ended = session.watch.how_it_ended() if session.watch is not None and not session.loop_alive else ""
-        return "; ".join(part for part in (self._message or message_of(self.fault, session.ring), ended) if part)
+        own = self._message or message_of(self.fault, session.ring)
+        return "; ".join(part for part in (own, ended, self._elsewhere()) if part)
 
     @property
     def safe(self) -> SafeReport | None:
         """What is known of the safe state; None while the loop commands, and before there is a rig."""
         watch = self.session.watch if self.session is not None else None
         report = watch.safe if watch is not None else SafeReport()
-        return report if report.writer or self.state is State.FAULT else None
+        if not report.writer and self.state is not State.FAULT:
+            return None
+        return replace(report, outcome=Outcome.OVERRULED) if self._elsewhere() else report
+
+    def _elsewhere(self) -> str:
+        """Which other process drives the rig while we have no loop; empty when none does."""
+        return "" if self.session is not None and self.session.loop_alive else self._parts.driver()
 
     @property
     def state(self) -> State:
@@ -242,7 +252,15 @@ class SessionMonitor:
                 raise Refused(Code.REFUSED, f"emergency stop not carried out: {watch.safe.words}; {_BY_HAND}")
             watch.follow_up()
             await asyncio.sleep(_ANSWER_POLL_S)
+        self._refuse_if_overruled()
         return report
+
+    def _refuse_if_overruled(self) -> None:
+        """The safe state was written, and another process writes its own set-points over it."""
+        if other := self._elsewhere():
+            raise Refused(
+                Code.REFUSED, f"emergency stop not carried out: {other}; stop it there (Ctrl-C), or {_BY_HAND}"
+            )
 
     async def _write_alone(self) -> SafeReport:
         """The safe state by this process, as long as there is no loop."""
@@ -260,6 +278,7 @@ class SessionMonitor:
             ) from None
         finally:
             await asyncio.to_thread(path.close)
+        self._refuse_if_overruled()
         return SafeReport(Writer.CONTROL, outcome=outcome, written_ns=time.monotonic_ns())
 
     @property

@@ -1,0 +1,117 @@
+"""The locks of what a rig is wired to."""
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from rig.app import compose, wires
+from rig.errors import DeviceLost
+
+HOLD = "import sys; from rig.app import wires; wires.hold(sys.argv[1:]); print('held', flush=True); sys.stdin.read()"
+
+
+@pytest.fixture(autouse=True)
+def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(wires, "folder", lambda: tmp_path)
+
+
+@contextmanager
+def another(folder: Path, *names: str) -> Iterator["subprocess.Popen[str]"]:
+    """A process that holds these wires."""
+    patched = HOLD.replace(
+        "; wires.hold", f"; from pathlib import Path; wires.folder = lambda: Path({str(folder)!r}); wires.hold"
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-c", patched, *names], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    assert process.stdout
+    assert process.stdout.readline() == "held\n"
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def test_a_wire_is_one_process_s_and_its_name_is_said(tmp_path: Path) -> None:
+    with another(tmp_path, "10.0.0.1:502 unit 1") as other:
+        assert wires.driver(["10.0.0.2:502 unit 1"]) == ""
+        assert f"process {other.pid} (" in wires.driver(["10.0.0.1:502 unit 1"])
+        with pytest.raises(DeviceLost, match=f"10.0.0.1:502 unit 1: driven by process {other.pid} .*; end that first"):
+            wires.hold(["10.0.0.1:502 unit 1"])
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
+def test_a_process_that_ends_lets_go_however_it_ends(tmp_path: Path, number: int) -> None:
+    with another(tmp_path, "RIO0") as other:
+        other.send_signal(number)
+        other.wait()
+        with wires.held(["RIO0"]):
+            pass
+
+
+def test_one_wire_in_use_takes_none(tmp_path: Path) -> None:
+    with another(tmp_path, "b"):
+        with pytest.raises(DeviceLost, match=r"^b: driven by"):
+            wires.hold(["a", "b"])
+        assert wires.driver(["a"]) == ""
+
+
+def test_what_was_held_is_free_afterwards_and_looking_takes_nothing() -> None:
+    with wires.held(["a", "b"]):
+        assert wires.driver(["a"])
+        with pytest.raises(DeviceLost):
+            wires.hold(["b"])
+    assert wires.driver(["a", "b"]) == ""
+    with wires.held(["a"]):
+        pass
+
+
+def test_a_fifo_and_a_link_in_the_place_of_a_lock_neither_hang_nor_lead_elsewhere(tmp_path: Path) -> None:
+    with wires.held(["a"]):
+        (lock,) = tmp_path.iterdir()
+    lock.unlink()
+    os.mkfifo(lock)
+    with pytest.raises(DeviceLost, match="no regular file"):
+        wires.hold(["a"])
+    lock.unlink()
+    elsewhere = tmp_path / "precious"
+    elsewhere.write_text("kept")
+    lock.symlink_to(elsewhere)
+    with pytest.raises(DeviceLost, match="cannot be opened"):
+        wires.hold(["a"])
+    assert elsewhere.read_text() == "kept"
+
+
+def test_a_holder_s_name_cannot_write_to_the_terminal(tmp_path: Path) -> None:
+    with another(tmp_path, "a", "b"):
+        (lock, _) = sorted(tmp_path.iterdir())
+        lock.write_bytes(b"\x1b[2Jprocess 1\n")
+        said = wires.driver(["a"]) + wires.driver(["b"])
+    assert "\x1b" not in said
+    assert "\n" not in said
+
+
+def test_a_rig_s_wires_are_those_that_carry_set_points() -> None:
+    assert compose.wires_of(compose.load(None)) == [], "a simulated rig has no wire"
+    rigs = compose.load(None).path.parent
+    modbus = compose.wires_of(compose.load(rigs / "all_modbus.yaml"))
+    assert modbus, "a module"
+    assert all(wire.endswith(" unit 1") for wire in modbus), modbus
+    serial = compose.load(rigs / "serial_modbus.yaml")
+    assert all("/" in wire for wire in compose.wires_of(serial)), "its potentiometer's module is only read"
+
+
+def test_a_port_is_one_wire_by_each_of_its_links(tmp_path: Path) -> None:
+    from drivers.serial_port import SerialPort
+
+    port, link = tmp_path / "ttyUSB0", tmp_path / "by-id"
+    port.touch()
+    link.symlink_to(port)
+    assert SerialPort(str(link)).wires == SerialPort(str(port)).wires
