@@ -21,6 +21,11 @@ from rig.interfaces import DeviceContext, Role
 
 Knots = Sequence[tuple[float, float]]
 
+VALVE_SLOPES: Final = (0.8, 1.25)
+"""Pressure by command of a regulator that works. SMC's ITV: linearity 1 %, hysteresis and repeatability 0.5 % of full
+scale, zero and span within a few per cent. One beyond these had no supply, or was measured in another order."""
+VALVE_OFF_MPA: Final = 0.05
+"""10 % of the ITV's 0.5 MPa: so far may a regulator's pressure be from its command."""
 MAX_AGE_DAYS: Final = 365
 """A calibration older than this is warned about."""
 
@@ -166,6 +171,25 @@ def check_knots(knots: Knots) -> None:
         raise ValueError("knots must rise or fall throughout in their second number")
 
 
+def check_valve(knots: Knots) -> None:
+    """ValueError for a regulator's (command, pressure), in MPa, that no working regulator has: by its inverse a safe
+    set-point would be written as anything."""
+    for command, pressure in knots:
+        if abs(pressure - command) > VALVE_OFF_MPA:
+            raise ValueError(
+                f"a command of {command:g} MPa gave {pressure:g} MPa; a regulator is at most {VALVE_OFF_MPA:g} MPa "
+                "off: is the supply on and high enough, and are the gauges in the order of the commands?"
+            )
+    low, high = VALVE_SLOPES
+    for (command_0, pressure_0), (command_1, pressure_1) in pairwise(knots):
+        slope = (pressure_1 - pressure_0) / (command_1 - command_0)
+        if not low <= slope <= high:
+            raise ValueError(
+                f"from {command_0:g} to {command_1:g} MPa the pressure changes by {slope:.2f} of the command; allowed: "
+                f"{low:g} .. {high:g}. Is the supply high enough, or do the points lie too close to each other?"
+            )
+
+
 def nominal(span: Span) -> Calibration:
     """The datasheet's line for a signal and its span, with the signal's limits."""
     signal = span.signal
@@ -198,6 +222,8 @@ def _fitted(found: Calibration, default: Calibration, is_valve: bool, where: str
         raise ConfigError(
             f"{where}: raw_unit: calibrated in {found.raw_unit!r}; allowed for this device: {' or '.join(allowed)}"
         )
+    if is_valve:
+        _check_valve(found, default, where)
     if found.raw_unit in ("", default.raw_unit):
         broken = default.broken_below if found.broken_below is None else found.broken_below
         suspect = default.suspect_above if found.suspect_above is None else found.suspect_above
@@ -206,6 +232,15 @@ def _fitted(found: Calibration, default: Calibration, is_valve: bool, where: str
     return replace(
         found, knots=[(signal(command), pressure) for command, pressure in found.knots], raw_unit=default.raw_unit
     )
+
+
+def _check_valve(found: Calibration, default: Calibration, where: str) -> None:
+    """On the scale of commands, whatever it was calibrated in."""
+    command = (lambda raw: raw) if found.raw_unit == "MPa" else curve(default.knots)
+    try:
+        check_valve([(command(raw), pressure) for raw, pressure in found.knots])
+    except ValueError as error:
+        raise ConfigError(f"{where}: {error}") from None
 
 
 def complaint(role: str, taken: Taken, today: datetime.date, max_age_days: int = MAX_AGE_DAYS) -> str | None:

@@ -11,7 +11,7 @@ from enum import StrEnum
 from statistics import fmean
 from typing import Final
 
-from drivers.calibration import Calibration, Potentiometer, Taken, check_knots, curve, wiper_position
+from drivers.calibration import Calibration, Potentiometer, Taken, check_knots, check_valve, curve, wiper_position
 from rig.errors import ConfigError
 from rig.fields import bounded
 from rig.interfaces import Role
@@ -62,7 +62,10 @@ def calibrate(role: Role, measured: Measured, date: str, where: str) -> Calibrat
         if role is Role.ANGLE:
             return _potentiometer(measured, date)
         fit = fit_points(measured.points, measured.form, measured.reference_uncertainty)
-        unit = "MPa" if role in (Role.VALVE_1, Role.VALVE_2) else measured.raw_unit
+        is_valve = role in (Role.VALVE_1, Role.VALVE_2)
+        if is_valve:
+            check_valve(fit.knots)
+        unit = "MPa" if is_valve else measured.raw_unit
         return Calibration(fit.knots, unit, taken=_taken(measured, fit, date))
     except ValueError as error:
         raise ConfigError(f"{where}: {role.value}: {error}") from None

@@ -38,6 +38,10 @@ class ItvSettings:
     """An owner that drives and makes no call for this many periods is taken for dead: the safe set-points are
     written."""
 
+    def range_mpa(self, role: Role) -> tuple[float, float]:
+        """Pressures that a valve can be given."""
+        return 0.0, self.dialect.full_scale_mpa
+
     @property
     def wires(self) -> tuple[str, ...]:
         """Both ports."""

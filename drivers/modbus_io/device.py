@@ -52,8 +52,7 @@ class ModbusIo:
             raise DeviceError(
                 f"{self._settings.resource}: set-points of {p1_cmd_mpa} and {p2_cmd_mpa} MPa cannot be written"
             )
-        numbers = set_point_numbers(self._plan, self._signals, (p1_cmd_mpa, p2_cmd_mpa))
-        return {place: float(round(number)) for place, number in numbers.items()}
+        return set_point_numbers(self._plan, self._signals, (p1_cmd_mpa, p2_cmd_mpa))
 
     def open(self) -> Mapping[str, str]:
         """Connect, prove the module, arm its fail-safe, measure the round trip, choose the mode."""
@@ -76,7 +75,7 @@ class ModbusIo:
         settings = self._settings
         stations = Stations.on_tcp(settings, self._plan, settings.patience_s)
         try:
-            facts = stations.prove_and_arm(settings.watchdog_s, {place: round(n) for place, n in self._safe.items()})
+            facts = stations.prove_and_arm(settings.watchdog_s, self._safe)
             p50_s, p99_s = round_trip(stations)
             mode = self._choose(p99_s)
             facts |= {"round_trip_us": f"p50 {p50_s * 1e6:.0f}, p99 {p99_s * 1e6:.0f}", "mode": mode.value}

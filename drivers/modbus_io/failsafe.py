@@ -3,7 +3,8 @@ more."""
 
 from collections.abc import Mapping, Sequence
 
-from drivers.modbus_io.maps import Failsafe, Identity, ModuleMap, SafeIs
+from drivers.modbus_io.codec import encode
+from drivers.modbus_io.maps import Failsafe, Identity, ModuleMap, SafeIs, Step
 from drivers.modbus_io.session import Session
 from rig.errors import DeviceLost
 
@@ -30,7 +31,7 @@ def _text(registers: Sequence[int]) -> str:
 
 
 def arm(
-    session: Session, module: ModuleMap, unit: int, watchdog_s: float, safe_numbers: Mapping[int, int]
+    session: Session, module: ModuleMap, unit: int, watchdog_s: float, safe_numbers: Mapping[int, float]
 ) -> Mapping[str, str]:
     """Arm the watchdog where there is one; facts for the log, with a warning where there is none."""
     failsafe = module.failsafe
@@ -41,11 +42,18 @@ def arm(
         }
     ticks = max(1, round(watchdog_s / failsafe.tick_s))
     for step in failsafe.arm:
-        value = ticks if step.timeout else step.value if step.safe is None else safe_numbers.get(step.safe - 1, 0)
-        session.write(step.address, [value], unit)
+        session.write(step.address, _registers(module, step, ticks, safe_numbers), unit)
     outcome = "0" if failsafe.safe_is is SafeIs.ZERO else "the safe set-points"
     takes_s = f"{ticks * failsafe.tick_s:g}"
     return {"failsafe": f"armed: outputs to {outcome} after {takes_s} s without a request", "watchdog_s": takes_s}
+
+
+def _registers(module: ModuleMap, step: Step, ticks: int, safe_numbers: Mapping[int, float]) -> list[int]:
+    """What a step writes. A safe set-point has the form of the module's outputs: their type, and the order of their
+    bytes and words."""
+    if step.safe is None or module.outputs is None:
+        return [ticks if step.timeout else step.value]
+    return encode(module.outputs, [safe_numbers.get(step.safe - 1, 0.0)])
 
 
 def disarm(session: Session, failsafe: Failsafe | None, unit: int) -> None:

@@ -27,7 +27,7 @@ from rig.interfaces import Role
 class ModbusLink:
     """A `drivers.io_process.worker.Link`: outputs are counts by place, values are counts by place (see plan)."""
 
-    def __init__(self, settings: ModbusSettings, roles: frozenset[Role], safe_numbers: dict[int, int]) -> None:
+    def __init__(self, settings: ModbusSettings, roles: frozenset[Role], safe_numbers: dict[int, float]) -> None:
         self._settings, self._safe = settings, safe_numbers
         self._plan: Plan = make_plan(settings, roles)
         self._loop = asyncio.new_event_loop()

@@ -5,6 +5,7 @@ Addresses are protocol addresses, from 0: the manuals' "40011" is 10, "30001" is
 
 from dataclasses import dataclass, field
 from enum import StrEnum
+from itertools import pairwise
 from pathlib import Path
 from typing import Final
 
@@ -158,6 +159,18 @@ class ModuleMap:
             raise ValueError(f"inputs.function {self.inputs.function} cannot read; allowed: 3, 4")
         if self.outputs and self.outputs.function != 16:
             raise ValueError(f"outputs.function {self.outputs.function} is not used; allowed: 16")
+        self._check_safe_registers()
+
+    def _check_safe_registers(self) -> None:
+        """A safe set-point takes as many registers as an output does."""
+        width = self.outputs.type.registers if self.outputs else 1
+        places = sorted(step.address for step in self.failsafe.arm if step.safe) if self.failsafe else []
+        for before, after in pairwise(places):
+            if 0 < after - before < width:
+                raise ValueError(
+                    f"failsafe.arm: the safe set-point at {before} takes {width} registers, "
+                    f"and the next one is at {after}"
+                )
 
 
 def load_map(path: Path) -> ModuleMap:

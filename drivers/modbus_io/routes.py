@@ -91,10 +91,13 @@ class Process:
     def __init__(self, settings: ModbusSettings, context: DeviceContext, safe: Numbers) -> None:
         plan = make_plan(settings, context.roles)
         self._plan = plan
-        whole = {str(place): round(number) for place, number in safe.items()}
         job = Job(
             "drivers.modbus_io.link",
-            {"device": unstructure(settings), "roles": sorted(context.roles), "safe": whole},
+            {
+                "device": unstructure(settings),
+                "roles": sorted(context.roles),
+                "safe": {str(place): number for place, number in safe.items()},
+            },
             tuple(safe.get(place, 0.0) for place in (0, 1)) if safe else (),
             settings.silence_periods * context.period_ns,
         )

@@ -1,6 +1,7 @@
 """What a rig's YAML says about its Modbus module: where it is, its map, and which channel is wired to what. Nothing is
 opened."""
 
+import math
 import socket
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -10,6 +11,7 @@ from drivers.modbus_io.maps import Block, load_map
 from drivers.serial_port import SerialPort
 from drivers.signals import Signal, Span
 from rig.fields import bounded
+from rig.interfaces import Role
 
 
 class Mode(StrEnum):
@@ -138,6 +140,11 @@ class ModbusSettings:
     def resource(self) -> str:
         """Names the line, for messages and for the mailbox of its I/O process."""
         return self.serial.device if self.serial else f"{self.host}:{self.port}"
+
+    def range_mpa(self, role: Role) -> tuple[float, float]:
+        """Pressures that a valve can be given; any where its channel is not set, which is said when a plan is made."""
+        channel: PressureChannel | None = getattr(self, role.value)
+        return (-math.inf, math.inf) if channel is None else (channel.low_mpa, channel.high_mpa)
 
     @property
     def wires(self) -> tuple[str, ...]:

@@ -50,13 +50,13 @@ class Stations:
             facts["input_module"] = failsafe.identify(self.inputs, plan.input_module, plan.input_unit)
         return facts
 
-    def arm(self, watchdog_s: float, safe_numbers: Mapping[int, int]) -> Mapping[str, str]:
+    def arm(self, watchdog_s: float, safe_numbers: Mapping[int, float]) -> Mapping[str, str]:
         """Arm the output module's fail-safe, where it has one. Outputs stay."""
         if not self.plan.writes or self.plan.looking:
             return {}
         return failsafe.arm(self.outputs, self.plan.module, self.plan.unit, watchdog_s, safe_numbers)
 
-    def prove_and_arm(self, watchdog_s: float, safe_numbers: Mapping[int, int]) -> dict[str, str]:
+    def prove_and_arm(self, watchdog_s: float, safe_numbers: Mapping[int, float]) -> dict[str, str]:
         """Both, and one reading: the map's inputs are there. A fail-safe that has tripped may refuse it until it is
         armed anew."""
         facts = self.prove()
@@ -93,13 +93,7 @@ class Stations:
         except DeviceError:
             if self.plan.module.failsafe is None:
                 raise
-            failsafe.arm(
-                self.outputs,
-                self.plan.module,
-                self.plan.unit,
-                watchdog_s,
-                {place: round(n) for place, n in numbers.items()},
-            )
+            failsafe.arm(self.outputs, self.plan.module, self.plan.unit, watchdog_s, numbers)
             self.write(numbers)
 
     def hold(self, numbers: Numbers) -> bool | None:

@@ -7,6 +7,7 @@ from pathlib import Path
 from drivers.myrio.codec import converter
 from drivers.signals import Signal, Span
 from rig.fields import bounded
+from rig.interfaces import Role
 
 
 @dataclass(frozen=True)
@@ -109,6 +110,11 @@ class MyRioSettings:
             line.check(key, output=key.startswith("valve"))
         if not self.resource:
             raise ValueError("resource: expected RIO0 or rio://HOST/RIO0")
+
+    def range_mpa(self, role: Role) -> tuple[float, float]:
+        """Pressures that a valve can be given."""
+        line: PressureLine = getattr(self, role.value)
+        return line.low_mpa, line.high_mpa
 
     @property
     def wires(self) -> tuple[str, ...]:

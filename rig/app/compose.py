@@ -6,6 +6,7 @@ Nothing heavy is imported here: this module is also loaded by the loop's process
 import ctypes
 import dataclasses
 import importlib
+import math
 import os
 import signal
 import sys
@@ -218,6 +219,7 @@ def load(path: Path | None) -> RigConfig:
     rig = load_rig(find_config(path, "rigs") if path else default_rig())
     files = dict(rig.files)
     _check_further(rig)
+    _check_ranges(rig)
     for entry in rig.devices:
         settings = device_settings(entry, rig, {})[1]
         _require_files(entry, settings, rig.path)
@@ -245,6 +247,22 @@ def _check_further(rig: RigConfig) -> None:
         if len(by) != 1:
             who = " and ".join(by) or "none"
             raise ConfigError(f"{rig.path}: further: {name} is read by {who}; one device's `further` must have it")
+
+
+def _check_ranges(rig: RigConfig) -> None:
+    """ConfigError when the guard would let set-points pass, the safe ones among them, that a valve cannot be given: the
+    driver would clamp them, and the log would say something else than what stood at the valve."""
+    for entry in _driving(rig):
+        settings = device_settings(entry, rig, {})[1]
+        for role in sorted(entry.roles & {Role.VALVE_1, Role.VALVE_2}):
+            low, high = getattr(settings, "range_mpa", lambda _: (-math.inf, math.inf))(role)
+            least, most = rig.limits.pressure_mpa
+            if least < low or most > high:
+                raise ConfigError(
+                    f"{rig.path}: limits.pressure_mpa, {least:g} .. {most:g} MPa, goes beyond what {role.value} of "
+                    f"devices.{entry.name} can be given, {low:g} .. {high:g} MPa; narrow the limits, or mend the "
+                    "valve's range"
+                )
 
 
 def _require_files(entry: DeviceEntry, settings: Any, path: Path) -> None:

@@ -165,6 +165,39 @@ def test_a_regulator_is_calibrated_from_command_to_pressure_whatever_its_device(
         assert inverse(found.knots)(0.38) == pytest.approx(volts)
 
 
+@pytest.mark.parametrize(
+    ("points", "says"),
+    [
+        ([(0.1, 0.1), (0.2, 0.101), (0.3, 0.102), (0.4, 0.103)], "a command of .* gave .* is the supply on"),
+        ([(0.05, 0.45), (0.25, 0.25), (0.45, 0.05)], "gauges in the order of the commands"),
+        ([(0.2, 0.2), (0.24, 0.22)], r"from 0.2 to 0.24 MPa the pressure changes by 0.50 of the command; allowed: 0.8"),
+        ([(0.2, 0.2), (0.21, 0.215)], "changes by 1.50 of the command"),
+    ],
+)
+def test_what_no_working_regulator_does_is_no_calibration(points: list[tuple[float, float]], says: str) -> None:
+    """By the inverse of a supply that was too low a safe set-point of 0.2 MPa became full scale."""
+    for form in Form:
+        with pytest.raises(ConfigError, match=f"points.yaml: valve_1: .*{says}"):
+            calibrate(Role.VALVE_1, Measured(points, form), "2026-11-21", "points.yaml")
+    stored = {"knots": [list(point) for point in points], "raw_unit": "MPa"}
+    with pytest.raises(ConfigError, match=says):
+        for_role(context(valve_1=stored), Role.VALVE_1, nominal(Span(Signal.V_0_5)))
+    calibrate(Role.MONITOR_1, Measured([(1.0, 0.0), (5.0, 0.3)]), "2026-11-21", "a monitor may be of another range")
+
+
+def test_a_regulator_calibrated_in_its_signal_is_held_to_the_same() -> None:
+    with pytest.raises(ConfigError, match=r"a command of 0\.5 MPa gave 0\.3 MPa"):
+        for_role(context(valve_1={"knots": [[0.0, 0.0], [5.0, 0.3]]}), Role.VALVE_1, nominal(Span(Signal.V_0_5)))
+
+
+def test_a_regulator_a_few_per_cent_off_is_calibrated() -> None:
+    points = [(0.05, 0.062), (0.15, 0.158), (0.25, 0.251), (0.35, 0.341), (0.45, 0.433)]
+    for form in Form:
+        found = calibrate(Role.VALVE_1, Measured(points, form), "2026-11-21", "points.yaml")
+        assert isinstance(found, Calibration)
+        assert inverse(found.knots)(0.251) == pytest.approx(0.25, abs=0.003)
+
+
 def test_a_calibrated_monitor_keeps_its_live_zero() -> None:
     stored = {"knots": [[1.05, 0.0], [5.1, 0.5]], "raw_unit": "V"}
     found = for_role(context(monitor_1=stored), Role.MONITOR_1, nominal(Span(Signal.V_1_5)))

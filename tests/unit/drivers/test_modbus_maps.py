@@ -2,13 +2,15 @@
 line."""
 
 import dataclasses
+import json
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import pytest
 from support.rigs import fieldbus_rigs as rigs
 
 from drivers.itv_serial.device import ItvSerial, ItvSettings
+from drivers.modbus_io import failsafe
 from drivers.modbus_io.codec import decode, encode, rtu_exchange_s, to_counts
 from drivers.modbus_io.device import ModbusIo
 from drivers.modbus_io.maps import Block, ModuleMap, Type, load_map
@@ -80,6 +82,13 @@ MAP: dict[str, Any] = {"name": "m", "source": "s", "inputs": {"address": 0, "cha
         ({"identity": {"address": 0, "count": 1}}, "either registers or text"),
         ({"failsafe": {"arm": []}}, "at least one step"),
         ({"failsafe": {"arm": [{"address": 1}], "safe_is": "hold"}}, "allowed: registers, zero"),
+        (
+            {
+                "outputs": {"address": 0, "channels": 2, "type": "float32", "counts": [0, 10]},
+                "failsafe": {"arm": [{"address": 200, "safe": 1}, {"address": 201, "safe": 2}]},
+            },
+            "the safe set-point at 200 takes 2 registers, and the next one is at 201",
+        ),
         ({"unit": 250}, "outside 0 .. 247"),
         ({"adress": 3}, "unknown key 'adress'"),
     ],
@@ -89,6 +98,38 @@ def test_a_broken_map_is_one_line(change: dict[str, Any], says: str) -> None:
         structure({**MAP, **change}, ModuleMap, "map.yaml")
     assert says in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+class Written:
+    """A session that remembers what was written."""
+
+    def __init__(self) -> None:
+        self.writes: list[tuple[int, list[int]]] = []
+
+    def write(self, address: int, registers: list[int], _unit: int) -> None:
+        self.writes.append((address, registers))
+
+
+FLOATS = {"address": 0, "channels": 2, "type": "float32", "word_order": "little", "counts": [0, 10], "signal": [0, 10]}
+
+
+def test_the_safe_registers_of_a_fail_safe_have_the_form_of_the_outputs() -> None:
+    """Type, bytes and words: a module that takes floats would have gone to 0 V or nowhere."""
+    arm_steps = [{"address": 200, "safe": 1}, {"address": 202, "safe": 2}, {"address": 204, "timeout": True}]
+    module = structure({**MAP, "outputs": FLOATS, "failsafe": {"arm": arm_steps}}, ModuleMap, "map.yaml")
+    bus, block = Written(), module.outputs
+    assert block
+    failsafe.arm(cast(Any, bus), module, 1, 0.5, {0: 3.75, 1: 0.25})
+    assert dict(bus.writes) == {200: encode(block, [3.75]), 202: encode(block, [0.25]), 204: [5]}
+    assert [decode(block, registers) for _, registers in bus.writes[:2]] == [[3.75], [0.25]]
+
+
+def test_a_module_that_takes_volts_is_given_more_than_whole_ones(tmp_path: Path) -> None:
+    place = tmp_path / "volts.yaml"
+    place.write_text(json.dumps({**MAP, "outputs": FLOATS}), encoding="utf-8")
+    valves = dataclasses.replace(rigs.context(), roles=frozenset({Role.VALVE_1, Role.VALVE_2}))
+    device = ModbusIo(settings(map=place), valves)
+    assert device.numbers(0.2, 0.2125) == pytest.approx({0: 4.0, 1: 4.25})
 
 
 def settings(**changes: Any) -> ModbusSettings:
@@ -192,7 +233,7 @@ def test_a_calibrated_valve_is_told_what_brings_the_pressure(kind: str) -> None:
     context = dataclasses.replace(rigs.context(*rigs.VALVE_ROLES), calibration=calibration)
     if kind == "modbus":
         device = ModbusIo(settings(), context)
-        assert device.numbers(0.245, 0.245) == {0: round(32767 / 2), 1: round(32767 * 0.49)}
+        assert device.numbers(0.245, 0.245) == pytest.approx({0: 32767 / 2, 1: 32767 * 0.49})
     else:
         valves = ItvSerial(ItvSettings(SerialPort("/dev/ttyS0"), SerialPort("/dev/ttyS1")), context).valves
         assert [valve.counts(0.245) for valve in valves if valve] == [512.0, 501.0]

@@ -59,7 +59,9 @@ def test_connector_c_never_goes_below_its_signal(tmp_path: Path, datatype: str) 
     says."""
     lab = lab_with(tmp_path, personality(datatype))
     line = PressureLine("AO.C_0.VAL", Signal.V_0_10)
-    lab.context = replace(lab.context, calibration={"valve_1": {"knots": [[0.1, 0.0], [0.5, 0.4]], "raw_unit": "MPa"}})
+    lab.context = replace(
+        lab.context, calibration={"valve_1": {"knots": [[0.1, 0.06], [0.5, 0.46]], "raw_unit": "MPa"}}
+    )
     device = lab.device(valve_1=line)
     device.open()
     for asked in (-5.0, 0.0, 0.4, 5.0):

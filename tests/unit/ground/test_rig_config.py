@@ -115,3 +115,32 @@ def test_an_emulated_rig_names_every_file_that_it_stands_on() -> None:
     files = compose.load(shipped.configs() / "rigs" / "emulated_all_modbus.yaml").files
     assert sorted(files) == ["all_modbus.yaml", "rig.yaml", "simulated.yaml", "wago_750.yaml"]
     assert b"emulated" in files["rig.yaml"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "valve", "span"),
+    [
+        ({"high_mpa: 0.5": "high_mpa: 0.4"}, "valve_1", "0 .. 0.4"),
+        ({"pressure_mpa: [0.005, 0.5]": "pressure_mpa: [0.005, 0.9]"}, "valve_1", "0 .. 0.5"),
+        (
+            {"pressure_mpa: [0.005, 0.5]": "pressure_mpa: [0.0, 0.5]", "low_mpa: 0.0": "low_mpa: 0.005"},
+            "valve_1",
+            "0.005",
+        ),
+    ],
+)
+def test_limits_beyond_what_a_valve_can_be_given_are_refused(
+    tmp_path: Path, changes: dict[str, str], valve: str, span: str
+) -> None:
+    """The driver would clamp, safe set-points too, and the log would say what never stood at the valve."""
+    rigs = shipped.configs() / "rigs"
+    text = (rigs / "all_modbus.yaml").read_text(encoding="utf-8").replace("../modbus", str(rigs.parent / "modbus"))
+    path = tmp_path / "rig.yaml"
+    path.write_text(text)
+    compose.load(path)
+    for before, after in changes.items():
+        assert before in text
+        text = text.replace(before, after, 1)
+    path.write_text(text)
+    with pytest.raises(ConfigError, match=f"limits.pressure_mpa, .* goes beyond what {valve} .* {span}"):
+        compose.load(path)

@@ -197,7 +197,7 @@ def test_an_emergency_stop_that_the_device_did_not_take_is_refused(
     bench.unreachable = True
     bench.loop.send(signal.SIGSTOP)
     monitor = SessionMonitor(cast(Any, None))
-    monitor.session = cast(Any, SimpleNamespace(watch=bench.watch()))
+    monitor.session = cast(Any, SimpleNamespace(watch=bench.watch(), loop_alive=True))
     with pytest.raises(
         Refused, match="emergency stop not carried out: NOT SAFE as far as is known: the commanding process could not"
     ):
