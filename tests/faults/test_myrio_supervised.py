@@ -48,9 +48,10 @@ class Lab:
         chain = Chain(load_model(CONFIGS / "models/simulated.yaml"))
         chain.reset(*SAFE)
         self.world = World(chain, MonotonicClock(), commands=SAFE)
-        self.stand_in = StandIn(self.world, folder, "RIO0", Wiring(), personality())
+        resource = f"RIO{os.getpid()}"  # one process of the machine drives a RIO: other tests have theirs
+        self.stand_in = StandIn(self.world, folder, resource, Wiring(), personality())
         rig = yaml.safe_load((CONFIGS / "rigs/paper_myrio.yaml").read_text())
-        rig["devices"]["myrio"]["bitfile"] = self.stand_in.settings["bitfile"]
+        rig["devices"]["myrio"] |= {"bitfile": self.stand_in.settings["bitfile"], "resource": resource}
         # a busy test machine must not end the run before the fault does
         rig["limits"] |= {"stall_periods": 60, "misses_per_s": 200}
         self.yaml = folder / "rig.yaml"
