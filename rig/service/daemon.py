@@ -44,6 +44,8 @@ _SWITCH_S: Final = 0.0002
 _NICE: Final = -10
 """Where it is allowed: the loop stops when this process does not get to its heartbeat for a second."""
 _HOUSEKEEPING_S: Final = 10.0
+_END_US: Final = 20_000_000
+"""What systemd is asked for while a recorder is waited for, again and again; the unit's TimeoutStopSec."""
 _MOST_MARKS: Final = 8
 """That wait for the recorder at a time: on a disk that stands still no more are taken."""
 _LOG = logging.getLogger("pamrig")
@@ -159,11 +161,16 @@ class Daemon:
         await asyncio.gather(*tasks, return_exceptions=True)
         await asyncio.to_thread(self._live.close)
         await asyncio.to_thread(self._page.close)
-        left = await asyncio.get_running_loop().run_in_executor(self._starter, self._monitor.close)
+        left = await asyncio.get_running_loop().run_in_executor(self._starter, self._monitor.close, self._wait_on)
         await self._server.close()
         self._starter.shutdown()
         self._notifier.close()
         _LOG.info("ended; %s", left)
+
+    def _wait_on(self, why: str) -> None:
+        """Say what the end waits for; whoever told us to end is to wait too."""
+        _LOG.warning("%s", why)
+        self._notifier.say(EXTEND_TIMEOUT_USEC=_END_US, STATUS=why)
 
     async def _show_live(self) -> None:
         """The session that stands now; the process that showed the one before may take its time to end."""

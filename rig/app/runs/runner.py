@@ -24,10 +24,8 @@ from rig.log.mcap.writer import PARTIAL_SUFFIX
 from rig.realtime import measures
 from rig.realtime.faults import Fault, explain
 from rig.realtime.program import Program
-from rig.realtime.ring import RingReader
 from rig.rig_config import RigConfig
-from rig.sample import unpack
-from rig.service.records.orders import RunOrder, RunResult, message_of
+from rig.service.records.orders import RunOrder, message_of
 from rig.service.session.run_setup import order_of, session_facts
 from rig.service.session.session import Session, ending_signals, is_warning, own_signals, spoken
 
@@ -99,8 +97,7 @@ def _run(
         check_realtime(rig, outcome.realtime, options.force)
         announce(session.facts["device"])
         check_last_resort(rig, session.facts["device"], options.force)
-        orders = _orders(session, rig, runs, options)
-        for order in orders:
+        for order in _orders(session, rig, runs, options):
             session.expect(order)
         watch(session, operator, outcome, sum(planned.program.ticks for planned in runs), rig.channels)
         if not session.recorder_alive and not outcome.recorder_lost:  # also when both ended before we could look
@@ -108,10 +105,12 @@ def _run(
             outcome.error = outcome.error or f"the rig was stopped: {explain(Fault.RECORDER_DIED)}"
         outcome.error = outcome.error or ending(session)
     finally:
-        outcome.runs += session.close()
+        left = session.close(lambda line: console("-").print(line, style="yellow", markup=False))
+        outcome.runs += left
         outcome.safe = session.safe
-    if outcome.recorder_lost:
-        outcome.runs += _abandoned(session, orders)
+        if session.given_up:
+            lost = [f"{run.file}: {run.error}" for run in left if run.error]
+            outcome.error = outcome.error or "; ".join(lost) or session.given_up
 
 
 def prepare_folder(out: Path, names: Sequence[str]) -> None:
@@ -247,19 +246,6 @@ def ending(session: Session) -> str:
     if last is not None and last.fault and not last.run:  # outside a record, so that none of them tells it
         return explain(last.fault, message_of(last.fault, session.ring))
     return ""
-
-
-def _abandoned(session: Session, orders: Sequence[RunOrder]) -> list[RunResult]:
-    """The run that a dead recorder left behind, as far as the ring still knows it."""
-    ring = session.ring
-    runs = [unpack(packed).run for packed in RingReader(ring, max(ring.head - ring.capacity, 0))]
-    return [
-        RunResult(
-            order.run, partial, runs.count(order.run), dropped=ring.head - ring.recorded, error="the recorder ended"
-        )
-        for order in orders
-        if (partial := order.path.with_name(order.path.name + PARTIAL_SUFFIX)).exists()
-    ]
 
 
 def _show(session: Session, own: Channels, update: Callable[[float, str], None], stopping: bool) -> None:

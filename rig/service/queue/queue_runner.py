@@ -20,6 +20,7 @@ from rig.service.queue.planner import Planner, Published, Summary
 from rig.service.records.ledger import Ledger
 from rig.service.records.orders import RunResult
 from rig.service.records.record_names import aside, free, vacated
+from rig.service.session.recorder_end import DISK_PATIENCE_S
 from rig.service.session.run_setup import order_of, session_facts
 from rig.service.session.session import Session
 from rig.service.session.session_monitor import SessionMonitor
@@ -27,7 +28,8 @@ from rig.service.settings import DaemonSettings
 
 T = TypeVar("T")
 _POLL_S: Final = 0.02
-_RESULT_PATIENCE_S: Final = 5.0
+_FAULT_RESULT_S: Final = 5.0
+"""For a recorder's word after a fault, which may be its own."""
 _LAST_RESULT_S: Final = 0.1
 """For what a recorder said just before it ended."""
 _LOG = logging.getLogger("pamrig")
@@ -239,7 +241,8 @@ class QueueRunner:
             if session.trouble is not None and session.trouble.final:
                 session.mailbox.stop()  # it would sweep for nothing
             over_since = None if running else over_since or time.monotonic()
-            patience_s = _RESULT_PATIENCE_S if session.recorder_alive else _LAST_RESULT_S
+            patience_s = _FAULT_RESULT_S if self._monitor.fault else DISK_PATIENCE_S
+            patience_s = patience_s if session.recorder_alive else _LAST_RESULT_S
             if over_since is not None and time.monotonic() - over_since > patience_s:
                 return None
             await asyncio.sleep(_POLL_S)

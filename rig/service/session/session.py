@@ -4,6 +4,7 @@ It composes what it is given; which device the loop drives is decided at the roo
 script, the daemon by its mailbox.
 """
 
+import logging
 import multiprocessing
 import os
 import secrets
@@ -26,11 +27,13 @@ from rig.realtime.shared import KEPT_RING, SharedBlock, sweep_stale
 from rig.service.processes import start_process
 from rig.service.records.orders import Mark, RunOrder, RunResult, Trouble
 from rig.service.session.process_watch import PathMaker, ProcessWatch
+from rig.service.session.recorder_end import abandoned, await_end
 from rig.service.session.watchers import WatcherEntry, Watchers, await_ready
 
 LoopEntry = Callable[["LoopOrders", Connection], None]
 END_PATIENCE_S = 5.0
 _END_LOOK_S = 0.02
+_LOG = logging.getLogger("pamrig")
 SETTLE_S = 3.0
 """For the safe state of a loop that has ended, however it ended."""
 
@@ -116,6 +119,10 @@ class Session:
         """Orders are longer than what a pipe takes at once: two writers would mix theirs."""
         self._results: Connection | None = None
         self._recording_ended = False
+        self._told: dict[int, Path] = {}
+        """The files of the runs that the recorder was told of and has given no result for."""
+        self.given_up = ""
+        """Why the recorder was killed when the session ended; empty when it was not."""
         self.trouble: Trouble | None = None
         """Why the recorder's file takes nothing at present, as far as `results` has heard."""
 
@@ -168,6 +175,8 @@ class Session:
         """Tell the recorder of a run before it starts, or of a marker in the one that runs. It waits for a recorder
         that reads nothing: not for whoever must not wait."""
         if self._orders is not None:
+            if isinstance(order, RunOrder):
+                self._told[order.run] = order.path
             # a recorder that is gone is the watch's business, and no broken pipe of the command's output
             with self._telling, suppress(OSError):
                 self._orders.send(order)
@@ -203,6 +212,7 @@ class Session:
                     self.trouble = word if word.error else None
                 else:
                     self.trouble = None
+                    self._told.pop(word.run, None)
                     yield word
 
     @property
@@ -223,11 +233,12 @@ class Session:
                 return str(text) if kind != "ready" else ""
         return ""
 
-    def close(self) -> list[RunResult]:
+    def close(self, say: Callable[[str], None] = _LOG.warning) -> list[RunResult]:
         """End the loop through its safe state, let the recorder finish, remove the shared memory; returns the last
-        results.
+        results, those of records that the recorder left unfinished among them.
 
         `safe` then says what became of the rig: a loop that could not write it is followed up by whoever is left.
+        `say` gets a line every few seconds while the recorder is waited for; `given_up` says that it was in vain.
         """
         self.watchers.wake()  # a process that somebody stopped is to come to a proper end
         if self.recorder is not None and self.recorder.is_alive() and self.recorder.pid is not None:
@@ -241,7 +252,7 @@ class Session:
         self.watchers.end()
         if self.watch is not None:
             self.watch.close()
-        left = self._end_recorder()
+        left = self._end_recorder(say)
         for block in (*self._blocks, *self._programs.values()):
             block.unlink()
         for pipe in (self._loop_pipe, self._orders, self._results):
@@ -276,20 +287,15 @@ class Session:
             loop.kill()
             loop.join()
 
-    def _end_recorder(self) -> list[RunResult]:
+    def _end_recorder(self, say: Callable[[str], None]) -> list[RunResult]:
         recorder = self.recorder
         if recorder is None or self._orders is None:
             return []
         self.end_recording()
         left: list[RunResult] = []
-        deadline = time.monotonic() + END_PATIENCE_S
-        while recorder.is_alive() and time.monotonic() < deadline:
-            left += self.results()
-            recorder.join(0.02)
-        if recorder.is_alive():
-            recorder.kill()
-        recorder.join()
-        return left + list(self.results())
+        self.given_up = await_end(recorder, self.ring, say, lambda: left.extend(self.results()))
+        left += self.results()
+        return left + abandoned(self._told, self.ring, self.given_up or "the recorder ended")
 
 
 def spoken(device: Mapping[str, str]) -> dict[str, str]:

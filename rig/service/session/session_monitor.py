@@ -5,6 +5,7 @@ of its own.
 """
 
 import asyncio
+import logging
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -26,6 +27,7 @@ from rig.service.session.process_watch import is_final
 from rig.service.session.session import LoopEntry, Session, Watching, spoken
 from rig.service.session.telemetry import Telemetry
 
+_LOG = logging.getLogger("pamrig")
 ANSWER_PATIENCE_S: Final = 1.0
 ESTOP_PATIENCE_S: Final = 3.0
 """Until an emergency stop that nobody could carry out is answered; the attempts go on after it."""
@@ -89,12 +91,17 @@ class SessionMonitor:
         self.session, self.telemetry = session, Telemetry(session.ring)
         self._broken, self._message = Fault.NONE, ""
 
-    def close(self) -> str:
-        """End the session through the safe state; returns what became of the rig, in words."""
+    def close(self, say: Callable[[str], None] = _LOG.warning) -> str:
+        """End the session through the safe state; returns what became of the rig, in words. `say` gets a line every
+        few seconds while the recorder is waited for, and the log what is lost of records."""
         session, self.session = self.session, None
         if session is None:
             return "the rig was not open, and nothing was written to it"
-        self.results |= {result.run: result for result in session.close()}
+        left = session.close(say)
+        self.results |= {result.run: result for result in left}
+        for result in left:
+            if result.error:
+                _LOG.error("%s: %s", result.file, result.error)
         session.ring.block.close()
         return session.safe.words if session.ticked else "the loop never ticked, and nothing was written to the rig"
 

@@ -1,0 +1,79 @@
+"""The end of a recorder: it is waited for as long as its disk lets it get on, and whoever waits is told for what."""
+
+import time
+from collections.abc import Callable, Mapping
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+from typing import Final
+
+from rig.realtime.ring import Ring, RingReader
+from rig.sample import unpack
+from rig.service.records.orders import RunResult
+
+DISK_PATIENCE_S: Final = 60.0
+"""A disk that takes nothing for so long is given up, and with it what its recorder still holds. Set here alone."""
+SAY_EVERY_S: Final = 5.0
+_LOOK_S: Final = 0.02
+_KILL_S: Final = 5.0
+"""For the kernel to end a killed process that waits for its disk; it may not be able to."""
+
+
+def await_end(recorder: BaseProcess, ring: Ring, say: Callable[[str], None], look: Callable[[], None]) -> str:
+    """Wait until a recorder that was told to finish has ended; returns why it was killed, empty when it was not.
+
+    It has DISK_PATIENCE_S, counted anew with everything that it takes from the ring or writes. `look` is called all
+    the while; `say` every SAY_EVERY_S with a line on what is waited for.
+    """
+    done, since = _done(recorder, ring), time.monotonic()
+    told = since
+    while recorder.is_alive():
+        recorder.join(_LOOK_S)
+        look()
+        now, before = time.monotonic(), done
+        done = _done(recorder, ring)
+        if done != before:
+            since = now
+        elif now - since > DISK_PATIENCE_S and recorder.is_alive():
+            recorder.kill()
+            recorder.join(_KILL_S)
+            return f"the disk took nothing for {DISK_PATIENCE_S:g} s, and the recorder was ended"
+        if now - told > SAY_EVERY_S:
+            told = now
+            say(
+                f"waiting for the recorder (process {recorder.pid}): its disk has taken nothing for {now - since:.0f} s"
+                f", and is given up after {DISK_PATIENCE_S:g}"
+            )
+    return ""
+
+
+def _done(recorder: BaseProcess, ring: Ring) -> tuple[int, str]:
+    """What grows while the recorder gets on: what it took from the ring, and the bytes it wrote (Linux, proc(5))."""
+    try:
+        wrote = Path(f"/proc/{recorder.pid}/io").read_text(encoding="ascii").partition("wchar:")[2].split()[0]
+    except (OSError, IndexError):
+        wrote = ""
+    return ring.recorded, wrote
+
+
+def abandoned(told: Mapping[int, Path], ring: Ring, why: str) -> list[RunResult]:
+    """What a recorder left behind of the runs that it was `told` of and gave no result for, as far as the ring still
+    knows them; nothing of those that had not begun."""
+    left = {run: place for run, path in told.items() if (place := _place(path)) is not None}
+    if not left:
+        return []
+    runs = [unpack(packed).run for packed in RingReader(ring, max(ring.head - ring.capacity, 0))]
+    return [
+        RunResult(
+            run, place, runs.count(run), dropped=ring.head - ring.recorded,
+            error=f"{why}; what it had not written is lost, the rest lies there",
+        )
+        for run, place in left.items()
+    ]  # fmt: skip
+
+
+def _place(path: Path) -> Path | None:
+    """Where what was written of a record lies."""
+    from rig.log.mcap.writer import PARTIAL_SUFFIX  # with what files are written with, which a loop need not load
+
+    partial = path.with_name(path.name + PARTIAL_SUFFIX)
+    return next((place for place in (partial, path) if place.exists()), None)
