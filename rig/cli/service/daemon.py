@@ -119,22 +119,24 @@ def _logging() -> Iterator[None]:
 
 
 def _say_what_would_go(settings: "DaemonSettings") -> None:
-    import time
     from datetime import UTC, datetime
 
+    from rig.service.records.ages import moment
     from rig.service.records.ledger import Ledger
 
     say = console().print
     if settings.retention.off:
         say("retention is off: no record is ever removed (set keep_gb or keep_days in the daemon's settings)")
         return
-    entries = Ledger(settings.ledger).entries
-    due = settings.retention.due(entries, time.time())
+    entries, now = Ledger(settings.ledger).entries, moment()
+    due = settings.retention.due(entries, now)
     for entry in due:
         say(
             f"would go: {entry.path}  {entry.size} bytes, of "
             f"{datetime.fromtimestamp(entry.recorded_s, UTC):%Y-%m-%d %H:%M} UTC",
         )
+    for one in settings.retention.doubted(entries, now):
+        say(f"stays: {one.entry.path}  its date is not believed: {one.why}")
     say(
         f"{len(due)} of {len(entries)} records of this daemon, {sum(entry.size for entry in due) / 1e9:.3f} GB; "
         "nothing was removed"

@@ -18,6 +18,17 @@ from rig.errors import RigError
 
 
 @dataclass(frozen=True)
+class Moment:
+    """A time, by two clocks: one that can be set, and one that only goes on."""
+
+    wall_s: float
+    boot: str = ""
+    """Name of the machine's boot; empty when it is not known."""
+    up_s: float = 0.0
+    """Time since that boot."""
+
+
+@dataclass(frozen=True)
 class Entry:
     """One record that this daemon made."""
 
@@ -27,7 +38,11 @@ class Entry:
     inode: int
     size: int
     recorded_s: float
-    """Wall clock at its end."""
+    """Wall clock at its end; whether that was right is asked in ages.py."""
+    boot: str = ""
+    """The machine's boot in which it was recorded; empty where that has no name."""
+    up_s: float = 0.0
+    """Time since that boot."""
 
     @property
     def session(self) -> str:
@@ -58,17 +73,18 @@ class Ledger:
 
     @property
     def entries(self) -> list[Entry]:
-        """Every record that was ever written down and not forgotten, whether or not it is still there."""
+        """Every record that was ever written down and not forgotten, whether or not it is still there, in the order
+        of recording."""
         with self._writing:
             return list(self._read().values())
 
-    def add(self, file: Path, recorded_s: float) -> None:
+    def add(self, file: Path, at: Moment) -> None:
         """Remember a record that is finished; one that is not there is no record. RigError when it cannot be written
         down."""
         with suppress(FileNotFoundError):
             path = file.resolve(strict=True)
             seen = path.stat()
-            entry = Entry(str(path), seen.st_dev, seen.st_ino, seen.st_size, recorded_s)
+            entry = Entry(str(path), seen.st_dev, seen.st_ino, seen.st_size, at.wall_s, at.boot, at.up_s)
             with self._writing:
                 self._append(_line(entry))
 
@@ -114,7 +130,8 @@ class Ledger:
         except (OSError, ValueError, TypeError, RecursionError):
             self._broken = True
             return {}
-        return {entry.path: entry for entry in entries}
+        last = {entry.path: number for number, entry in enumerate(entries)}
+        return {entry.path: entry for number, entry in enumerate(entries) if last[entry.path] == number}
 
 
 def _line(entry: Entry) -> str:
@@ -123,8 +140,9 @@ def _line(entry: Entry) -> str:
 
 def _entry(raw: dict[str, Any]) -> Entry:
     entry = Entry(**raw)
-    if not isinstance(entry.path, str) or not all(
-        isinstance(n, int | float) for n in asdict(entry).values() if n != entry.path
-    ):
+    numbers = (entry.device, entry.inode, entry.size, entry.recorded_s, entry.up_s)
+    if not isinstance(entry.path, str) or not isinstance(entry.boot, str):
+        raise TypeError("an entry of another kind")
+    if not all(isinstance(number, int | float) for number in numbers):
         raise TypeError("an entry of another kind")
     return entry

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from rig.errors import RigError
-from rig.service.records.ledger import Entry, Ledger
+from rig.service.records.ages import Doubt, doubts, moment
+from rig.service.records.ledger import Entry, Ledger, Moment
 
 NOTICE_S: Final = 86400.0
 """From the announcement of a record to its end. Counted while the daemon runs: a restart announces anew, and a wall
@@ -35,23 +36,39 @@ class Policy:
         """Nothing ever goes."""
         return self.keep_bytes is None and self.keep_s is None
 
-    def due(self, entries: Iterable[Entry], now_s: float) -> list[Entry]:
-        """The records that may go, oldest first: too old, or the oldest of too many bytes. The newest of each session
-        stays."""
-        if self.off:
-            return []
-        present = sorted((entry for entry in entries if entry.ours), key=lambda entry: (entry.recorded_s, entry.path))
-        newest = {entry.session: entry for entry in present}
+    def due(self, entries: Iterable[Entry], now: Moment) -> list[Entry]:
+        """The records that may go, in the order of recording: too old, or the first of too many bytes. The newest of
+        each session stays; a date that is not believed makes none old."""
+        present = self._present(entries)
+        newest, doubted = _newest(present), doubts(present, now)
         surplus = sum(entry.size for entry in present) - (
             self.keep_bytes if self.keep_bytes is not None else float("inf")
         )
         due = []
         for entry in present:
-            too_old = self.keep_s is not None and entry.recorded_s < now_s - self.keep_s
+            too_old = self._dated_too_old(entry, now) and entry.path not in doubted
             if entry is not newest[entry.session] and (too_old or surplus > 0):
                 due.append(entry)
                 surplus -= entry.size
         return due
+
+    def doubted(self, entries: Iterable[Entry], now: Moment) -> list[Doubt]:
+        """The records that are kept although their date makes them too old, because it is not believed."""
+        present = self._present(entries)
+        due = {entry.path for entry in self.due(present, now)}
+        found = doubts(present, now).values()
+        return [one for one in found if self._dated_too_old(one.entry, now) and one.entry.path not in due]
+
+    def _present(self, entries: Iterable[Entry]) -> list[Entry]:
+        return [] if self.off else [entry for entry in entries if entry.ours]
+
+    def _dated_too_old(self, entry: Entry, now: Moment) -> bool:
+        return self.keep_s is not None and entry.recorded_s < now.wall_s - self.keep_s
+
+
+def _newest(present: Iterable[Entry]) -> dict[str, Entry]:
+    """The last record of each session."""
+    return {entry.session: entry for entry in present}
 
 
 class Retention:
@@ -62,10 +79,11 @@ class Retention:
         ledger: Ledger,
         policy: Policy,
         *,
-        wall_s: Callable[[], float] = time.time,
+        now: Callable[[], Moment] = moment,
         clock_s: Callable[[], float] = time.monotonic,
     ) -> None:
-        self._ledger, self._policy, self._wall_s, self._clock_s = ledger, policy, wall_s, clock_s
+        self._ledger, self._policy, self._now, self._clock_s = ledger, policy, now, clock_s
+        self._said: set[str] = set()
         self._announced: dict[str, float] = {}
 
     async def run(self) -> None:
@@ -84,7 +102,9 @@ class Retention:
         """
         if self._policy.off:
             return [], []
-        now, due = self._clock_s(), self._policy.due(self._ledger.entries, self._wall_s())
+        entries, moment_now = self._ledger.entries, self._now()
+        self._say_doubts(self._policy.doubted(entries, moment_now))
+        now, due = self._clock_s(), self._policy.due(entries, moment_now)
         fresh = [entry for entry in due if entry.path not in self._announced]
         for entry in fresh:
             _LOG.warning(
@@ -98,6 +118,13 @@ class Retention:
             }
             self._ledger.forget([entry.path for entry in removed])
         return fresh, removed
+
+    def _say_doubts(self, doubted: Iterable[Doubt]) -> None:
+        """Once each."""
+        for one in doubted:
+            if one.entry.path not in self._said:
+                self._said.add(one.entry.path)
+                _LOG.warning("retention: %s stays, its date is not believed: %s", one.entry.path, one.why)
 
     def to_json(self) -> dict[str, Any] | None:
         """For the status: how many records are announced and when the first of them goes; None while nothing is."""
