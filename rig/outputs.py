@@ -1,11 +1,12 @@
 """One rule for whatever a command writes: nothing that somebody may still need is lost by it.
 
 A new file is written under another name beside its place and takes the name when it is whole. A file that exists is
-replaced only by one of its own kind: a page by a page, a model by a model. A recording is never replaced. Standard
-library only.
+replaced only by one of its own kind: a page by a page, a model by a model. A recording is never replaced. What appears
+at its place during the work is such a file too. Standard library only.
 """
 
 import contextlib
+import errno
 import itertools
 import os
 import re
@@ -19,6 +20,8 @@ from typing import Final
 from rig.errors import RigError
 
 _HEAD_BYTES: Final = 1 << 16
+_NO_LINKS: Final = (errno.EPERM, errno.ENOTSUP, errno.ENOSYS, errno.EXDEV, errno.EMLINK)
+"""What a file system without hard links, such as FAT, says of one."""
 _NAME_BYTES: Final = 100
 FIGURE_SUFFIXES: Final = (".png", ".svg", ".pdf")
 _FIGURE_HEADS: Final = {".png": b"\x89PNG", ".pdf": b"%PDF"}
@@ -146,6 +149,8 @@ def writing(path: Path, kind: Kind) -> Iterator[Path]:
     """The place to write to (with the suffix of `path`), which becomes `path` at the end and vanishes after an error;
     folders on the way are made.
 
+    What has come to lie there meanwhile is judged by the same rule; where it stays, what was written stays beside it.
+
     RigError when nothing of that kind may be written there, or the disk refuses.
     """
     check_place(path, kind, make_folder=True)
@@ -155,7 +160,7 @@ def writing(path: Path, kind: Kind) -> Iterator[Path]:
     try:
         yield part
         if part is not path:
-            _finish(part, target)
+            _finish(part, target, kind)
     except OSError as error:
         raise RigError(f"{path}: cannot be written: {error.strerror or error}") from None
     finally:
@@ -218,16 +223,39 @@ def _shows(path: Path, head: bytes, kind: Kind) -> bool:
     return not path.name.endswith(_KEPT_JSON) and _SIGNS[kind](head)
 
 
-def _finish(part: Path, target: Path) -> None:
+def _finish(part: Path, target: Path, kind: Kind) -> None:
     """Onto the disk, then under its name; a file that was there keeps its mode."""
-    if target.exists():
-        part.chmod(stat.S_IMODE(target.stat().st_mode))
     descriptor = os.open(part, os.O_RDONLY)
     try:
         os.fsync(descriptor)
     finally:
         os.close(descriptor)
-    part.replace(target)
+    try:
+        if not _took_free_name(part, target):
+            check_place(target, kind)
+            part.chmod(stat.S_IMODE(target.stat().st_mode))
+            part.replace(target)
+    except RigError as error:
+        kept = target.with_name(f"{target.stem}{part.stem.removesuffix('.writing')}{part.suffix}")
+        part.rename(kept)
+        raise RigError(f"{error}; it came while this was at work, whose result is {kept}") from None
+
+
+def _took_free_name(part: Path, target: Path) -> bool:
+    """Give the file that name; False when something has it."""
+    try:
+        os.link(part, target)  # unlike a rename, takes nobody's name
+    except FileExistsError:
+        return False
+    except OSError as error:
+        if error.errno not in _NO_LINKS:
+            raise
+        with contextlib.suppress(FileExistsError):
+            os.close(os.open(target, os.O_CREAT | os.O_EXCL | os.O_WRONLY))  # the name is ours now, and is empty
+            part.replace(target)
+            return True
+        return False
+    return True
 
 
 def _same(path: Path) -> object:
