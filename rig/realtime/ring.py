@@ -21,6 +21,8 @@ _WORDS: Final = 8
 _TEXT: Final = (HEADER_WORDS + _WORDS) * 8
 _TEXT_BYTES: Final = 512
 _START: Final = _TEXT + _TEXT_BYTES
+_OWNER_BYTES: Final = 4608
+"""Behind the slots: whose ring it is, a path among it (at most 4096 bytes, limits.h)."""
 
 
 class Ring:
@@ -35,10 +37,12 @@ class Ring:
             raise StateError(f"{block.path}: not a ring of samples")
 
     @classmethod
-    def create(cls, name: str, session: int, capacity: int = CAPACITY) -> Self:
-        """A fresh ring of `capacity` samples."""
-        block = SharedBlock.create(name, session, _WORDS * 8 + _TEXT_BYTES + capacity * _SLOT)
+    def create(cls, name: str, session: int, capacity: int = CAPACITY, owner: str = "") -> Self:
+        """A fresh ring of `capacity` samples; `owner` says to whoever finds it whose it is."""
+        block = SharedBlock.create(name, session, _WORDS * 8 + _TEXT_BYTES + capacity * _SLOT + _OWNER_BYTES)
         block.words[_CAPACITY] = capacity
+        packed = owner.encode("utf-8", "surrogateescape")[: _OWNER_BYTES - 1]
+        block.bytes[_START + capacity * _SLOT :][: len(packed)] = packed
         return cls(block)
 
     @classmethod
@@ -52,6 +56,12 @@ class Ring:
     def attach(cls, path: Path, session: int | None = None) -> Self:
         """The ring of another process."""
         return cls(SharedBlock.attach(path, session))
+
+    @property
+    def owner(self) -> str:
+        """What `create` was given as its owner; empty for a ring of nobody in particular."""
+        text = bytes(self.block.bytes[_START + self.capacity * _SLOT :][:_OWNER_BYTES])
+        return text.partition(b"\0")[0].decode("utf-8", "surrogateescape")
 
     @property
     def head(self) -> int:

@@ -26,6 +26,7 @@ from rig.service.queue.job_queue import Queue
 from rig.service.queue.planner import Planner
 from rig.service.queue.queue_runner import QueueRunner
 from rig.service.queue.starting import Starting
+from rig.service.records.blackbox import Owner
 from rig.service.records.ledger import Ledger
 from rig.service.records.orders import Mark
 from rig.service.records.retention import Retention
@@ -69,7 +70,8 @@ class Daemon:
         if (folder_lock := places.lock_folder(settings.state, taken)) is not None:
             self._locks.append(folder_lock)
         self._parts, self._settings = parts, settings
-        self._monitor = SessionMonitor(parts, settings.force)
+        self._owner = Owner.of(settings.state, parts.rig.name)
+        self._monitor = SessionMonitor(parts, settings.force, str(self._owner))
         self._queue = Queue(settings.state / "queue.json")
         self._ledger = Ledger(settings.ledger)
         self._retention = Retention(self._ledger, settings.retention)
@@ -126,7 +128,7 @@ class Daemon:
             token = read_token(self._settings.view.token_file)
             port = await self._server.listen_for_viewers(self._settings.view.host, self._settings.view.port, token)
             _LOG.info("viewers may look at %s:%d", self._settings.view.host, port)
-        await self._reports.salvage()
+        await self._reports.salvage(self._owner)
         await asyncio.to_thread(self._page.open)
         await loop.run_in_executor(self._starter, self._monitor.open)
         await self._show_live()

@@ -3,6 +3,7 @@
 import json
 import os
 import secrets
+import signal
 import socket
 import subprocess
 import sys
@@ -119,6 +120,23 @@ def test_a_second_daemon_with_the_same_state_folder_or_socket_is_refused(bench: 
     bench.socket.with_name(bench.socket.name + ".lock").unlink()
     assert "another daemon is running, though its lock" in second_daemon(bench, bench.socket, bench.folder / "state 2")
     assert client.status()["state"] == "disarmed"
+
+
+def test_the_memory_of_a_daemon_that_was_killed_is_saved_by_its_own_next_one_only(
+    bench: FaultBench, client: Client, tmp_path: Path
+) -> None:
+    def black_boxes(of: FaultBench) -> int:
+        return len(list((of.state / "blackbox").glob("*.mcap")))
+
+    before = black_boxes(bench)
+    os.kill(bench.daemon_pid, signal.SIGKILL)
+    bench.end()
+    with FaultBench(tmp_path) as other:
+        other.start()
+        assert black_boxes(other) == 0
+        assert f"which the next one with --state {bench.state.resolve()} saves; not touched" in other.log_text()
+    bench.start()
+    assert black_boxes(bench) == before + 1
 
 
 def test_a_pipe_among_the_shared_memory_holds_up_no_daemon(bench: FaultBench, client: Client) -> None:

@@ -21,6 +21,7 @@ from rig.app import shipped
 from rig.errors import RigError, StateError
 from rig.realtime.shared import folder as shared_folder
 from rig.service.client import Client
+from rig.service.records import blackbox
 
 T = TypeVar("T")
 SAFE_MPA: Final = (0.15, 0.15)
@@ -104,6 +105,8 @@ class FaultBench:
 
     def __exit__(self, *_: object) -> None:
         self.end()
+        if self.state.is_dir():
+            blackbox.remove(blackbox.Owner.of(self.state, ""))  # of a daemon that was killed last
         self._terminals_path.unlink(missing_ok=True)
 
     # the daemon's life

@@ -1,14 +1,16 @@
 """The black box: the last seconds before a fault as a log of their own, whether or not anything was being recorded.
 
 The ring always holds them; this file copies them out. The ring outlives its processes, so a daemon that finds the ring
-of a dead one first saves what is in it.
+which another of its state folder left when it died first saves what is in it. Those of others are theirs.
 """
 
 import time
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Self
 
 from rig.errors import RigError, StateError
 from rig.log.mcap.writer import RunWriter
@@ -63,22 +65,71 @@ def _last(ring: Ring, seconds: float) -> Iterator[bytes]:
     yield from (packed for packed in kept if unpack(packed).scheduled_ns >= begin_ns)
 
 
-def salvage(out: Path) -> list[Path]:
-    """Save and remove the rings that dead daemons left behind; returns the black boxes. A ring that is broken is only
-    removed."""
-    saved = []
-    for path in folder().glob(f"pamrig-*{KEPT_RING}"):
-        if not is_stale(path):
-            continue
+@dataclass(frozen=True)
+class Owner:
+    """Whose ring it is: a daemon is known by its state folder, of which only one can run at a time."""
+
+    folder: str
+    """Device and inode of the state folder: two containers may have one of the same name."""
+    rig: str
+    state: str
+    """Its path, for a person."""
+
+    @classmethod
+    def of(cls, state: Path, rig: str) -> Self:
+        """The daemon with the folder `state`, which is there; OSError when it is not."""
+        found = state.stat()
+        return cls(f"{found.st_dev:x}:{found.st_ino:x}", rig, str(state.resolve()))
+
+    @classmethod
+    def read(cls, ring: Ring) -> Self:
+        """As it stands in a ring; empty where nothing does."""
+        folder, _, rest = ring.owner.partition("\n")
+        rig, _, state = rest.partition("\n")
+        return cls(folder, rig, state)
+
+    def __str__(self) -> str:
+        """As it is put into a ring."""
+        return "\n".join((self.folder, self.rig.replace("\n", " "), self.state))
+
+
+def salvage(out: Path, owner: Owner) -> tuple[list[Path], list[str]]:
+    """Save and remove the rings that dead daemons of this owner left behind; returns the black boxes, and a line on
+    each ring of another's, which stays. A ring that is broken is only removed."""
+    saved, others = [], []
+    for path in _left():
         try:
             ring = Ring.attach(path)
+            its = Owner.read(ring)
+            if its.folder != owner.folder:
+                others.append(f"{path}: left by a dead daemon {_whose(its)}; not touched")
+                continue
             newest = ring.latest()
             if newest is not None:
                 fault = Fault(newest.fault) if newest.fault else Fault.CONTROL_LOST
-                saved.append(save(ring, out, fault, "saved by the next daemon from the memory of one that had died"))
+                said = "saved by the next daemon from the memory of one that had died"
+                saved.append(save(ring, out, fault, said, {"rig": its.rig}))
         except (StateError, ValueError, IndexError):
             pass
         except RigError:
             continue  # the disk takes nothing now: the evidence stays where it is
         path.unlink(missing_ok=True)
-    return saved
+    return saved, others
+
+
+def _whose(owner: Owner) -> str:
+    if not owner.folder:
+        return "that does not say whose it is (of an older pamrig)"
+    return f"of the rig {owner.rig}, which the next one with --state {owner.state} saves"
+
+
+def remove(owner: Owner) -> None:
+    """Remove the rings that dead daemons of this owner left behind, for who wants none of them."""
+    for path in _left():
+        with suppress(StateError, ValueError):
+            if Owner.read(Ring.attach(path)).folder == owner.folder:
+                path.unlink(missing_ok=True)
+
+
+def _left() -> Iterator[Path]:
+    return (path for path in folder().glob(f"pamrig-*{KEPT_RING}") if is_stale(path))

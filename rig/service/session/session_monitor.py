@@ -60,8 +60,9 @@ class Parts:
 class SessionMonitor:
     """One rig under the daemon."""
 
-    def __init__(self, parts: Parts, force: bool = False) -> None:
-        self._parts, self._force = parts, force
+    def __init__(self, parts: Parts, force: bool = False, owner: str = "") -> None:
+        """`owner` stands in the ring, which outlives a daemon that is killed."""
+        self._parts, self._force, self._owner = parts, force, owner
         self.session: Session | None = None
         self.telemetry: Telemetry | None = None
         self.results: dict[int, RunResult] = {}
@@ -77,7 +78,7 @@ class SessionMonitor:
         parts = self._parts
         session = Session(
             parts.loop, parts.rig, virtual=parts.virtual, seed=parts.seed, options=parts.options,
-            watching=parts.watching, ring_suffix=KEPT_RING,
+            watching=parts.watching, ring_suffix=KEPT_RING, owner=self._owner,
         )  # fmt: skip
         try:
             parts.driver()  # looks up the names of the wires, here on a thread of its own

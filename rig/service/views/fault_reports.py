@@ -70,10 +70,13 @@ class FaultReports:
         except RigError as error:
             _LOG.error("the black box could not be written: %s", error)
 
-    async def salvage(self) -> None:
-        """The black boxes that a daemon left that had died."""
-        for saved in await asyncio.to_thread(blackbox.salvage, self._folder):
+    async def salvage(self, owner: blackbox.Owner) -> None:
+        """The black boxes that a daemon of this owner left that had died."""
+        boxes, others = await asyncio.to_thread(blackbox.salvage, self._folder, owner)
+        for saved in boxes:
             self._keep(saved, "left by a daemon that had died")
+        for line in others:
+            _LOG.warning("%s", line)
 
     def _keep(self, saved: Path, why: str) -> None:
         self.black_boxes.append(saved)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from mcap.reader import make_reader
+from support.records.mcap_files import contents
 
 from rig.realtime.faults import Fault
 from rig.realtime.ring import Ring, RingWriter
@@ -29,9 +30,21 @@ def filled(ring: Ring, ticks: int, fault: Fault = Fault.NONE) -> Ring:
     return ring
 
 
+def owner(state: Path) -> blackbox.Owner:
+    """The daemon with that state folder."""
+    state.mkdir(exist_ok=True)
+    return blackbox.Owner.of(state, "wrist")
+
+
+def salvaged(ring: Ring, out: Path, by: blackbox.Owner | None = None) -> tuple[list[Path], list[str]]:
+    """The black boxes, and what is said of `ring`; other tests beside this one leave rings of their own."""
+    boxes, others = blackbox.salvage(out, by or owner(out))
+    return boxes, [line for line in others if line.startswith(f"{ring.block.path}: ")]
+
+
 @pytest.fixture
-def ring() -> Iterator[Ring]:
-    ring = Ring.create(f"test-{os.getpid()}{KEPT_RING}", 42)
+def ring(tmp_path: Path) -> Iterator[Ring]:
+    ring = Ring.create(f"test-{os.getpid()}{KEPT_RING}", 42, owner=str(owner(tmp_path)))
     yield ring
     ring.block.unlink()
 
@@ -64,31 +77,65 @@ def test_an_empty_ring_gives_an_empty_log_not_an_error(ring: Ring, tmp_path: Pat
 
 def test_the_ring_of_a_dead_daemon_is_saved_once_and_removed(ring: Ring, tmp_path: Path) -> None:
     filled(ring, 100, Fault.FROZEN_SENSOR)
-    ended = subprocess.Popen([sys.executable, "-c", ""])
-    ended.wait()
-    _give_to(ring, ended.pid)
-    (saved,) = blackbox.salvage(tmp_path)
+    _give_to_the_dead(ring)
+    ((saved,), others) = salvaged(ring, tmp_path)
+    assert others == []
     assert saved.name.endswith("_frozen_sensor.mcap")
     assert ticks_of(saved) == list(range(100))
+    assert contents(saved).run["rig"] == "wrist"
     assert not ring.block.path.exists()
-    assert blackbox.salvage(tmp_path) == []
+    assert salvaged(ring, tmp_path) == ([], [])
+
+
+def test_the_ring_of_a_dead_daemon_with_another_state_folder_stays_and_is_named(ring: Ring, tmp_path: Path) -> None:
+    filled(ring, 100)
+    _give_to_the_dead(ring)
+    other = owner(tmp_path / "of another rig")
+    boxes, (line,) = salvaged(ring, tmp_path / "boxes", other)
+    assert boxes == []
+    assert line.startswith(f"{ring.block.path}: left by a dead daemon of the rig wrist, ")
+    assert f"--state {tmp_path}" in line
+    assert ring.block.path.exists()
+    assert len(blackbox.salvage(tmp_path / "boxes", owner(tmp_path))[0]) == 1
+
+
+def test_a_ring_that_says_nobody_s_name_stays(tmp_path: Path) -> None:
+    ring = Ring.create(f"test-{os.getpid()}-nobody{KEPT_RING}", 42)
+    try:
+        _give_to_the_dead(filled(ring, 10))
+        boxes, (line,) = salvaged(ring, tmp_path)
+        assert (boxes, "does not say whose it is" in line) == ([], True)
+        assert ring.block.path.exists()
+    finally:
+        ring.block.unlink()
 
 
 def test_the_ring_of_a_living_daemon_is_left_alone(ring: Ring, tmp_path: Path) -> None:
     filled(ring, 10)
-    assert blackbox.salvage(tmp_path) == []
+    assert salvaged(ring, tmp_path) == ([], [])
     assert ring.block.path.exists()
 
 
 def test_a_ring_that_is_none_is_only_removed(ring: Ring, tmp_path: Path) -> None:
     path = ring.block.path.with_name(f"pamrig-test-broken{KEPT_RING}")
     path.write_bytes(b"rubbish")
-    assert blackbox.salvage(tmp_path) == []
+    assert salvaged(ring, tmp_path) == ([], [])
     assert not path.exists()
 
 
-def _give_to(ring: Ring, pid: int) -> None:
-    """As if another process had made it: its maker's pid stands behind the magic."""
+def test_the_rings_that_an_owner_does_not_want_are_removed_and_no_others(ring: Ring, tmp_path: Path) -> None:
+    filled(ring, 10)
+    _give_to_the_dead(ring)
+    blackbox.remove(owner(tmp_path / "other"))
+    assert ring.block.path.exists()
+    blackbox.remove(owner(tmp_path))
+    assert not ring.block.path.exists()
+
+
+def _give_to_the_dead(ring: Ring) -> None:
+    """As if another process had made it, which has ended: its maker's pid stands behind the magic."""
+    ended = subprocess.Popen([sys.executable, "-c", ""])
+    ended.wait()
     words = ring.block.words
     place = next(word for word in range(HEADER_WORDS) if words[word] == os.getpid())
-    words[place] = pid
+    words[place] = ended.pid
