@@ -18,6 +18,9 @@ from rig.sample import SAMPLE_BYTES, Wire
 PARTIAL_SUFFIX: Final = ".partial"
 BACKLOG_BYTES: Final = 8 << 20
 """How much may wait in memory while the disk takes nothing; beyond it samples are dropped and counted."""
+CHUNK_SAMPLES: Final = 200
+"""At most, in a chunk of samples that come one by one, which is what a flipped byte costs: 1 s at 5 ms. A recorder on
+the real clock closes them sooner, with each flush; in virtual time minutes pass between two."""
 
 _MEDIA_TYPES = {".yaml": "application/yaml", ".json": "application/json", ".txt": "text/plain"}
 
@@ -75,7 +78,7 @@ class RunWriter:
         """
         self.path = path
         self.partial = path.with_name(path.name + unfinished)
-        self.records = 0
+        self.records = self._chunk_began = 0
         self.dropped = 0
         """Samples that were not written because the disk took nothing for too long."""
         if path.exists():
@@ -99,6 +102,8 @@ class RunWriter:
             return
         self._writer.add_message(self.sample_channel, sequence & 0xFFFFFFFF, log_time_ns, packed)
         self.records += 1
+        if self.records - self._chunk_began >= CHUNK_SAMPLES:
+            self._close_chunk()
 
     def add_records(self, records: bytes | memoryview, times_ns: Sequence[int]) -> None:
         """Whole message records of samples, from rig.log.mcap.columns.message_rows; for who converts a file."""
@@ -124,7 +129,7 @@ class RunWriter:
         RecordError when the disk refuses; what is waiting is kept and goes out with the next flush that succeeds.
         """
         try:
-            self._writer.close_chunk()
+            self._close_chunk()
             self._tail.sync()
         except OSError as error:
             raise self._refused(error) from None
@@ -140,7 +145,7 @@ class RunWriter:
     def close_chunk(self) -> None:
         """Close the chunk without waiting for the disk: for who converts a file and can do it again."""
         try:
-            self._writer.close_chunk()
+            self._close_chunk()
             self._tail.flush()
         except OSError as error:
             raise self._refused(error) from None
@@ -172,6 +177,10 @@ class RunWriter:
         """Let go of the file and remove it: for who converts a file and failed."""
         self._tail.close()
         self.partial.unlink(missing_ok=True)
+
+    def _close_chunk(self) -> None:
+        self._writer.close_chunk()
+        self._chunk_began = self.records
 
     def _open_tail(self) -> _Tail:
         try:

@@ -19,6 +19,7 @@ from rig.log.mcap.contents import map_file
 from rig.log.mcap.salvage import salvage
 from rig.log.mcap.writer import RunWriter
 from rig.log.reader import read_samples
+from rig.log.recover import recover
 from rig.sample import SAMPLE_BYTES, WIRES
 
 
@@ -96,6 +97,20 @@ def test_what_was_flushed_is_on_the_disk(tmp_path: Path) -> None:
     run.abort()
     run.abort()
     assert run.partial.exists()
+
+
+def test_a_flipped_byte_costs_a_second_also_where_nothing_was_flushed(tmp_path: Path) -> None:
+    """As in virtual time, where a record of minutes is made between two flushes."""
+    run = RunWriter(tmp_path / "run.mcap", {}, {})
+    put(run, packed(3000))
+    path = run.finish({})
+    data = bytearray(path.read_bytes())
+    chunks = salvage(map_file(path)).contents.chunks
+    data[chunks[len(chunks) // 2].start + 500] ^= 1
+    path.write_bytes(data)
+    saved = recover(path)
+    assert 3000 - 200 <= saved.records < 3000
+    assert_same_samples(read_samples(saved.file).rows(slice(0, 1000)), made_samples(3000).rows(slice(0, 1000)))
 
 
 def test_a_full_disk_loses_nothing_once_it_has_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
