@@ -7,6 +7,7 @@ fault.
 import logging
 import re
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
@@ -46,6 +47,8 @@ _KEPT_FIELDS = (
 _TIMES = ("scheduled_ns", "woken_ns")
 _AGED = ("p1", "p2", "angle")
 _REPEAT = re.compile(r"_r(?:epeat)?(\d+)$")
+_SCORES: Final = re.compile(rb"record,[^,]*,nrmse,fit_percent,").match
+_HEAD_BYTES: Final = 256
 _LABEL = re.compile(r"([a-z]+)_([0-9.]+)hz_([0-9.]+)mpa")
 
 
@@ -88,8 +91,21 @@ def _complete_ones(
 
 
 def is_log(path: Path) -> bool:
-    """A file that a folder of logs is searched for."""
+    """A file that a folder of logs is searched for: named like one, and no table of scores that we left there."""
+    return _is_named_like_one(path) and not _is_scores(path)
+
+
+def _is_named_like_one(path: Path) -> bool:
     return path.name.endswith(SUFFIXES) and path.is_file()
+
+
+def _is_scores(path: Path) -> bool:
+    """The table that identification and validation leave beside their figures (rig.report.fit_files)."""
+    if path.suffix != ".csv":
+        return False
+    with suppress(OSError), path.open("rb") as file:
+        return _SCORES(file.readline(_HEAD_BYTES)) is not None
+    return False
 
 
 def holds_logs(folder: Path) -> bool:
@@ -102,9 +118,12 @@ def logs_in(folder: Path) -> list[Path]:
 
     A table of the same name beside an MCAP file is its export: the same record, which counts once.
     """
-    files = sorted(filter(is_log, folder.rglob("*")))
+    named = sorted(filter(_is_named_like_one, folder.rglob("*")))
+    files = [file for file in named if is_log(file)]
     if not files:
         raise RecordError(f"{folder}: no log in this folder; a log is {', '.join(SUFFIXES)}")
+    for file in sorted({*named} - {*files}):
+        _warn(f"{file}: passed over: a table of scores, no record")
     ours = {file.parent / stem(file) for file in files if file.suffix == ".mcap"}
     return [file for file in files if file.suffix == ".mcap" or file.parent / stem(file) not in ours]
 
@@ -229,8 +248,8 @@ def is_complete(path: Path) -> bool:
     return True
 
 
-def _warn(error: NotCompleteError) -> None:
-    _LOG.warning("%s", ascii(str(error))[1:-1])  # a name may hold anything, and this may go to a terminal
+def _warn(said: object) -> None:
+    _LOG.warning("%s", ascii(str(said))[1:-1])  # a name may hold anything, and this may go to a terminal
 
 
 def _read_file(path: Path, phases: Iterable[Phase] | None, *, complete_only: bool = False) -> list[Record]:
@@ -238,6 +257,8 @@ def _read_file(path: Path, phases: Iterable[Phase] | None, *, complete_only: boo
     if kind is Kind.MCAP:
         with McapLog(path) as log:
             if complete_only:
+                if log.run_facts.get("kind") == schema.BLACK_BOX:
+                    raise NotCompleteError(f"{path}: left out: a black box, no record of a sweep")
                 require_complete(log.result_facts, path)
             facts = log.run_facts | log.result_facts
             return records_of(log.samples(names=_needed(facts)), facts, path, phases)

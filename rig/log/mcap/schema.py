@@ -30,6 +30,8 @@ REPLAY_WIRES: Final = {
 """Fields of the channel that a replay adds to its log."""
 RUN_METADATA: Final = "pamrig.run"
 """Name of the metadata record with the facts known at the start."""
+BLACK_BOX: Final = "black box"
+"""The fact `kind` of a log that no sweep made (rig.service.records.blackbox)."""
 RESULT_METADATA: Final = "pamrig.result"
 """Name of the metadata record with the facts known at the end; a file without it was not finished."""
 

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, Final, Self
 
 from rig.errors import RigError, StateError
+from rig.log.mcap.schema import BLACK_BOX
 from rig.log.mcap.writer import RunWriter
 from rig.realtime.faults import Fault, explain
 from rig.realtime.ring import Ring
@@ -32,7 +33,7 @@ def save(ring: Ring, out: Path, fault: Fault, said: str, facts: Mapping[str, Any
     out.mkdir(parents=True, exist_ok=True)
     cause = explain(fault)
     about = {
-        "kind": "black box",
+        "kind": BLACK_BOX,
         "name": f"blackbox_{fault.name.lower()}",
         "session": f"{ring.block.session:016x}",
         "fault": cause,

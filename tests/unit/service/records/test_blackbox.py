@@ -8,8 +8,10 @@ from pathlib import Path
 
 import pytest
 from mcap.reader import make_reader
+from support.records.made_logs import made_log
 from support.records.mcap_files import contents
 
+from rig.log.reader import read
 from rig.realtime.faults import Fault
 from rig.realtime.ring import Ring, RingWriter
 from rig.realtime.shared import HEADER_WORDS, KEPT_RING
@@ -69,6 +71,14 @@ def test_it_says_why(ring: Ring, tmp_path: Path) -> None:
     assert len(lines) == 1
     assert b"BROKEN_WIRE: a monitor reads below its live zero" in lines[0]
     assert b"monitor 1" in lines[0]
+
+
+def test_among_logs_it_is_left_out_and_said(ring: Ring, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    made_log(tmp_path / "sine.mcap", 400)
+    saved = blackbox.save(filled(ring, 10), tmp_path, Fault.ESTOP, "by hand")
+    assert [record.source for record in read(tmp_path)] == [tmp_path / "sine.mcap"]
+    assert f"{saved}: left out: a black box, no record of a sweep" in caplog.text
+    assert len(read(saved, phases=None)) == 1, "named itself it is read"
 
 
 def test_an_empty_ring_gives_an_empty_log_not_an_error(ring: Ring, tmp_path: Path) -> None:
