@@ -1,7 +1,6 @@
 """One rule for every output of every command: what somebody may still need is never lost by it."""
 
 import contextlib
-import errno
 import json
 import os
 import stat
@@ -264,64 +263,13 @@ def test_a_file_is_there_whole_or_as_it_was(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["x.json"]
 
 
-def no_links(*_: object, **__: object) -> None:
-    """A file system such as FAT."""
-    raise PermissionError(errno.EPERM, "Operation not permitted")
-
-
-@pytest.mark.parametrize("links", [True, False])
-@pytest.mark.parametrize(
-    ("kind", "there"),
-    [(Kind.MODEL, "# notes of the day\n"), (Kind.RECORDING, "\x89MCAP0\n"), (Kind.JSON, "muscle:\n  kind: mbw\n")],
-)
-def test_what_appears_at_the_place_meanwhile_is_not_overwritten(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: Kind, there: str, links: bool
-) -> None:
-    if not links:
-        monkeypatch.setattr(os, "link", no_links)
-    place = tmp_path / "result.yaml"
-
-    def meanwhile() -> None:
-        with writing(place, kind) as part:
-            part.write_text("mine")
-            place.write_text(there)
-
-    with pytest.raises(RigError, match="came while this was at work, whose result is ") as refused:
-        meanwhile()
-    assert place.read_text() == there
-    (kept,) = (path for path in tmp_path.iterdir() if path != place)
-    assert str(refused.value).endswith(str(kept))
-    assert (kept.read_text(), kept.suffix) == ("mine", ".yaml")
-
-
-def test_what_becomes_another_kind_meanwhile_is_not_overwritten(tmp_path: Path) -> None:
-    place = tmp_path / "result.json"
-    place.write_text("{}")
-
-    def meanwhile() -> None:
-        with writing(place, Kind.JSON) as part:
-            part.write_text("[]")
-            place.write_text("notes")
-
-    with pytest.raises(RigError, match="is not a JSON file; it is not overwritten"):
-        meanwhile()
-    assert place.read_text() == "notes"
-
-
-@pytest.mark.parametrize("links", [True, False])
-def test_a_file_of_its_own_kind_that_appears_meanwhile_is_replaced(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, links: bool
-) -> None:
-    if not links:
-        monkeypatch.setattr(os, "link", no_links)
-    place = tmp_path / "result.json"
-    for there in ("", "{}"):
-        with writing(place, Kind.JSON) as part:
-            part.write_text("[1]")
-            if there:
-                place.write_text(there)
-        assert place.read_text() == "[1]"
-    assert list(tmp_path.iterdir()) == [place]
+def test_identify_says_that_its_model_takes_the_place_of_another(log: Path, tmp_path: Path) -> None:
+    quick = ("--seeds", "1", "--particles", "4", "--iterations", "3", "--no-polish", "--unbounded")
+    said = [run("identify", log, "-o", tmp_path / "m.yaml", *quick) for _ in range(2)]
+    assert [status for _, status in said] == [0, 0], said
+    first, second = (text.strip().splitlines()[-2:] for text, _ in said)
+    replaced = f"model: {tmp_path / 'm.yaml'}, in place of the one that was there"
+    assert (replaced in first, replaced in second) == (False, True)
 
 
 def test_a_link_stays_a_link_and_a_device_a_device(tmp_path: Path) -> None:
