@@ -17,6 +17,7 @@ from typing import Any, Final, Self
 from rig.errors import RigError, StateError
 from rig.service.door import places, protocol
 from rig.service.door.protocol import Code
+from rig.service.processes import DISK_PATIENCE_S
 
 _KNOCK_AGAIN_S: Final = 0.0005
 _SAY_AGAIN_S: Final = 0.001
@@ -107,11 +108,8 @@ class Client:
         "first" does it before the new sweeps, "leave" leaves it where it is.
         """
         paths = [str(Path(sweep).absolute()) for sweep in sweeps]
-        self._socket.settimeout(self._timeout_s + _EXPANDING_S * len(paths))
-        try:
+        with self._bearing(_EXPANDING_S * len(paths)):
             return self._start(paths, pause_s, before)
-        finally:
-            self._socket.settimeout(self._timeout_s)
 
     def _start(self, paths: list[str], pause_s: float, before: str) -> list[dict[str, Any]]:
         return list(self.call("start", sweeps=paths, pause_s=pause_s, **({"before": before} if before else {})))
@@ -139,8 +137,10 @@ class Client:
             pause_s = min(2 * pause_s, _SAY_AGAIN_AT_MOST_S)
 
     def reset(self) -> None:
-        """Clear a fault whose cause is gone; the rig is disarmed then."""
-        self.call("reset")
+        """Clear a fault whose cause is gone; the rig is disarmed then. It takes as long as the disk of the recorder
+        that a new one replaces."""
+        with self._bearing(2.0 * DISK_PATIENCE_S):
+            self.call("reset")
 
     def mark(self, text: str) -> None:
         """A line into the log of the record that runs; StateError when none does."""
@@ -166,6 +166,15 @@ class Client:
             if not status["working"]:
                 return status
             time.sleep(poll_s)
+
+    @contextlib.contextmanager
+    def _bearing(self, more_s: float) -> Iterator[None]:
+        """Wait so much longer for what is asked in it."""
+        self._socket.settimeout(self._timeout_s + more_s)
+        try:
+            yield
+        finally:
+            self._socket.settimeout(self._timeout_s)
 
     def _send(self, message: dict[str, Any]) -> None:
         try:

@@ -12,6 +12,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Final
 
+DISK_PATIENCE_S: Final = 60.0
+"""A disk that takes nothing for so long is given up, and with it what its recorder still holds. Set here alone."""
 STEADY_S: Final = 30.0
 """A process that ran for longer did not die in a row with the one before it."""
 

@@ -15,13 +15,13 @@ from rig.realtime.commands import Request, program_path
 from rig.realtime.state import State
 from rig.rig_config import RigConfig
 from rig.service.door.protocol import Code, Refused
+from rig.service.processes import DISK_PATIENCE_S
 from rig.service.queue.job_queue import Job, JobState, Queue
 from rig.service.queue.planner import Planner, Published, Summary
 from rig.service.records.ages import moment
 from rig.service.records.ledger import Ledger
 from rig.service.records.orders import RunResult
 from rig.service.records.record_names import aside, free, vacated
-from rig.service.session.recorder_end import DISK_PATIENCE_S
 from rig.service.session.run_setup import order_of, session_facts
 from rig.service.session.session import Session
 from rig.service.session.session_monitor import SessionMonitor

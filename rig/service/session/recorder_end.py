@@ -8,10 +8,9 @@ from typing import Final
 
 from rig.realtime.ring import Ring, RingReader
 from rig.sample import unpack
+from rig.service.processes import DISK_PATIENCE_S
 from rig.service.records.orders import RunResult
 
-DISK_PATIENCE_S: Final = 60.0
-"""A disk that takes nothing for so long is given up, and with it what its recorder still holds. Set here alone."""
 SAY_EVERY_S: Final = 5.0
 _LOOK_S: Final = 0.02
 _KILL_S: Final = 5.0

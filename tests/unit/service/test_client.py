@@ -15,6 +15,7 @@ from rig.errors import RigError
 from rig.service import client
 from rig.service.client import Client
 from rig.service.door import protocol
+from rig.service.processes import DISK_PATIENCE_S
 
 
 @contextmanager
@@ -69,6 +70,23 @@ def test_everything_else_is_not_said_twice(tmp_path: Path) -> None:
         with pytest.raises(RigError, match="the daemon hung up"):
             caller.call("start")
         assert caller.estop() == {"words": "safe"}
+
+
+def test_a_reset_bears_with_a_recorder_that_waits_for_its_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    borne_s: list[float] = []
+    set_timeout = socket.socket.settimeout
+
+    def noted(this: socket.socket, value: float) -> None:
+        borne_s.append(value)
+        set_timeout(this, value)
+
+    with door(tmp_path / "s", 0, keeps_first=False), Client(tmp_path / "s", timeout_s=7.0) as caller:
+        monkeypatch.setattr(socket.socket, "settimeout", noted)
+        with pytest.raises(RigError, match="the daemon hung up"):
+            caller.reset()
+        assert caller.estop() == {"words": "safe"}
+    assert borne_s[0] > 7.0 + DISK_PATIENCE_S
+    assert borne_s[1] == 7.0
 
 
 def test_a_daemon_that_is_gone_meanwhile_is_said_to_be(tmp_path: Path) -> None:

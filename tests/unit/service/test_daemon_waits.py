@@ -2,8 +2,11 @@
 emergency stop is answered there."""
 
 import asyncio
+import contextlib
 import json
+import socket
 import threading
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -65,3 +68,33 @@ def test_while_a_live_view_ends_others_are_answered(tmp_path: Path, monkeypatch:
 
     said = asyncio.run(asyncio.wait_for(serve(), 3 * PATIENCE_S))
     assert said["ok"]
+
+
+def test_systemd_is_asked_for_the_time_that_a_recorder_needs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Or it would kill after TimeoutStopSec what the daemon waits for."""
+
+    def waits(_: SessionMonitor, say: Callable[[str], None]) -> str:
+        say("waiting for the recorder")
+        return ""
+
+    monkeypatch.setattr(SessionMonitor, "open", lambda _: None)
+    monkeypatch.setattr(SessionMonitor, "close", waits)
+    monkeypatch.setattr(Planner, "warm", lambda _: asyncio.sleep(0))
+    settings = DaemonSettings(logs=tmp_path / "logs", state=tmp_path, socket=tmp_path / "s.sock", web=Web(on=False))
+
+    async def serve() -> None:
+        daemon = Daemon(parts_of(compose.load(None), virtual=True), settings)
+        daemon.end()
+        await daemon.serve()
+
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as systemd:
+        systemd.bind(str(tmp_path / "notify"))
+        systemd.setblocking(False)
+        monkeypatch.setenv("NOTIFY_SOCKET", str(tmp_path / "notify"))
+        asyncio.run(asyncio.wait_for(serve(), 3 * PATIENCE_S))
+        words = []
+        with contextlib.suppress(BlockingIOError):
+            while True:
+                words.append(systemd.recv(200).decode())
+    assert words[-1] == "EXTEND_TIMEOUT_USEC=20000000\nSTATUS=waiting for the recorder"
+    assert words[-2] == "STOPPING=1"

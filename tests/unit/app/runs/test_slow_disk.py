@@ -14,10 +14,12 @@ from rig.app import compose
 from rig.app.runs import runner
 from rig.app.runs.outcome import Outcome
 from rig.app.runs.runner import Planned, RunOptions
+from rig.app.supervise import parts_of
 from rig.errors import CheckFailed
+from rig.service.processes import DISK_PATIENCE_S
 from rig.service.records.orders import RunOrder, RunResult
-from rig.service.session.recorder_end import DISK_PATIENCE_S
 from rig.service.session.session import Session
+from rig.service.session.session_monitor import SessionMonitor
 
 DISK = """
 import os, time
@@ -105,6 +107,20 @@ def test_a_disk_that_takes_nothing_at_all_is_given_up_and_the_loss_is_told(
     assert not result.valid
     assert result.error.startswith(f"the disk took nothing for {DISK_PATIENCE_S:g} s, and the recorder was ended; ")
     assert len(caplog.messages) > DISK_PATIENCE_S / 10
+
+
+def test_a_daemon_whose_disk_was_given_up_says_so_in_its_log(
+    stands: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monitor = SessionMonitor(parts_of(compose.load(None), virtual=True))
+    monitor.session = run_to_its_end(tmp_path / "a.mcap")
+    Clock(monkeypatch).run()
+    said: list[str] = []
+    monitor.close(said.append)
+    assert all(line.startswith("waiting for the recorder (process ") for line in said)
+    assert len(said) > DISK_PATIENCE_S / 10
+    (lost,) = caplog.messages
+    assert lost.startswith(f"{tmp_path / 'a.mcap.partial'}: the disk took nothing for {DISK_PATIENCE_S:g} s")
 
 
 def test_a_run_whose_disk_was_given_up_says_where_its_rest_lies(
