@@ -131,7 +131,7 @@ def identify(
         uncertainty,
         scores,
         valves,
-        _warnings(data, valves, model) + _poor(data, scores, rmse),
+        _warnings(data, valves, model) + _undetermined(done.task.space, uncertainty) + _poor(data, scores, rmse),
     )
 
 
@@ -198,6 +198,12 @@ def _warnings(data: Sequence[Prepared], valves: ValveFit | None, model: Model) -
     if model.fingerprint is None:
         found.append("no fingerprint: the records are too short for one, or their commands have gaps")
     return found
+
+
+def _undetermined(space: Space, uncertainty: Uncertainty) -> list[str]:
+    """A line that names the parameters that the records do not determine; empty where they determine all."""
+    names = ", ".join(np.array(space.names)[np.isinf(uncertainty.std)])
+    return [f"not determined by these records, other values within their bounds fit as well: {names}"] if names else []
 
 
 def _poor(data: Sequence[Prepared], scores: Sequence[Score], rmse_deg: float) -> list[str]:

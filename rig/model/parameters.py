@@ -42,7 +42,8 @@ class Parameter:
     free: bool = False
     """Identification may change it."""
     std: float | None = None
-    """Standard deviation from the identification; None for a parameter that was given."""
+    """Standard deviation from the identification; None for a parameter that was given, that ended at a bound, or that
+    the records do not determine."""
     at_bound: bool = False
     """Identification ended on `low` or `high`: the true value may lie beyond."""
 

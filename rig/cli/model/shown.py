@@ -124,7 +124,8 @@ def show_identified(found: Identified, output: Path, terminal: Console, *, repla
         now = found.model.stages()[place.slot].parameters[place.name]
         std = "-" if now.std is None else f"{now.std:.2g}"
         between = "-" if math.isnan(spread[place.name]) else f"{spread[place.name]:.2g}"  # one search has none
-        table.add_row(place.name, f"{now.value:.6g}", std, now.unit, between, "at its bound" if now.at_bound else "")
+        remark = "at its bound" if now.at_bound else "not determined" if now.std is None else ""
+        table.add_row(place.name, f"{now.value:.6g}", std, now.unit, between, remark)
     terminal.print(table)
     swarm = f"RMSE {found.rmse_deg:.3f} deg ({found.search_rmse_deg:.3f} before the polish)"
     terminal.print(f"{say(swarm)} after {found.evaluations} evaluations in {found.seconds:.1f} s")

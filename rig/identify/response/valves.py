@@ -14,7 +14,7 @@ import numpy as np
 from rig.columns import rms
 from rig.errors import RecordError
 from rig.identify.response.descent import descend
-from rig.identify.search.uncertainty import independent_samples
+from rig.identify.search.uncertainty import independent_samples, inverse_information, spread_within
 from rig.model.kernels import compiled
 from rig.model.parameters import Parameter, StageKind, StageModel
 from rig.model.resample import held_commands, on_grid
@@ -97,7 +97,10 @@ def identify_valves(records: Sequence[Record], dt_s: float, p0_mpa: float) -> Va
                 value = high
                 fastest = _fastest([_late(step, late) for step in both[valve]], fit.values, dt_s, name)
                 notes.append(f"valve {valve}: {name} was not reached; it is at least {fastest:.2g} MPa/s")
-            deviation = float(fit.std[index]) if reached and np.isfinite(fit.std[index]) else None
+            determined = bool(np.isfinite(fit.std[index]))
+            if reached and not determined:
+                notes.append(f"valve {valve}: {name} is not determined by these records")
+            deviation = float(fit.std[index]) if reached and determined else None
             parameters[f"valve{valve}_{name}"] = Parameter(value, unit, low, high, False, deviation, not reached)
     return ValveFit(StageModel(StageKind.REGULATORS, parameters), (errors[0], errors[1]), late * dt_s, notes)
 
@@ -156,8 +159,9 @@ def _fit(steps: Sequence[_Step], dt_s: float) -> _Fit:
     rmse = rms(fit.residual)
     # residuals are slow: n of them say as much as so many fewer independent ones
     share = independent_samples(fit.residual) / len(fit.residual)
-    covariance = np.linalg.pinv(fit.jacobian.T @ fit.jacobian, hermitian=True) * rmse**2 / share
-    return _Fit(fit.x, rmse, np.sqrt(np.diag(covariance)), np.any(fit.jacobian != 0.0, axis=0))
+    inverse, blind = inverse_information(fit.jacobian * (high - low))
+    std = spread_within(rmse * np.sqrt(np.diag(inverse) / share), blind)
+    return _Fit(fit.x, rmse, std * (high - low), np.any(fit.jacobian != 0.0, axis=0))
 
 
 def _fastest(steps: Sequence[_Step], values: Column, dt_s: float, name: str) -> float:

@@ -33,6 +33,8 @@ One record hardly tells them from the first ones, along valleys that end near in
 smaller is taken. Several records tell them, and nothing is paid. docs/decisions/0103-second-terms-pay-for-their-size.md
 has the figures.
 """
+_START_DEG = 1e-3
+"""Half the step by which a record's start is moved for a derivative."""
 
 
 class Objective(Protocol):
@@ -118,6 +120,17 @@ class ChainObjective:
         excess = self._stability.excess(self._laws(points)).T * excess_weight(self._stability, self._kept)
         return np.concatenate([errors, excess, self._priors(points) * np.sqrt(self._kept)], axis=1)
 
+    def start_slopes(self, point: Table) -> Table:
+        """By how much the residuals (m,) at `point` (d,) move per degree that the first measured angle of a record is
+        off, of which the record is simulated on; shape (m, records)."""
+        model, at = self._space.model(point), 0
+        found = np.zeros((self.residuals(point[np.newaxis]).shape[1], len(self._data)))
+        for column, record in enumerate(self._data):
+            high, low = (predict(model, record, off)[record.skip :: self._thin] for off in (_START_DEG, -_START_DEG))
+            found[at : at + len(high), column] = _bounded(high - low) / (2.0 * _START_DEG)
+            at += len(high)
+        return found
+
     def _priors(self, points: Table) -> Table:
         """Degrees that the second parameters of (11) pay for their size, (n, of them); their bounds lie evenly about
         zero."""
@@ -187,10 +200,11 @@ def excess_weight(stability: StabilityTerm, rows: int) -> float:
     return float(stability.limit_deg * np.sqrt(rows))
 
 
-def predict(model: Model, record: Prepared) -> Column:
-    """The angle (deg) that muscles, joint and sensor give under what drives the record; it may diverge."""
+def predict(model: Model, record: Prepared, off_deg: float = 0.0) -> Column:
+    """The angle (deg) that muscles, joint and sensor give under what drives the record, from its first measured angle
+    or as far off that; it may diverge."""
     p1, p2, angle = record.p1_mpa.copy(), record.p2_mpa.copy(), np.zeros(len(record.angle_deg))
-    start = before_sensor(model, float(record.angle_deg[0]))
+    start = before_sensor(model, float(record.angle_deg[0]) + off_deg)
     run_stages(downstream(model), p1, p2, angle, model.sample_time_s, start)
     return angle
 

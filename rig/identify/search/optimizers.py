@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from rig.config import suggest
 from rig.errors import ConfigError
+from rig.identify.search.space import slopes
 from rig.identify.search.swarm import Swarm, SwarmSettings
 
 Table = NDArray[np.float64]
@@ -170,19 +171,8 @@ def differential_evolution(dimension: int, seed: int, population: int = 64) -> I
     return Inverted(dimension, library)
 
 
-_STEP = 1e-5
-"""Half the step of the polish's central differences, as a share of the range."""
-
-
 def polish(start: Table, most_rounds: int = 60) -> Inverted:
     """scipy's bounded least squares (trust region) from `start`; each Jacobian is one ask of 2 d points."""
-    dimension = len(start)
-
-    def jacobian(answer: Ask, at: Table) -> Table:
-        up, down = np.minimum(at + _STEP * np.eye(dimension), 1.0), np.maximum(at - _STEP * np.eye(dimension), 0.0)
-        rows = answer(np.concatenate([up, down]))
-        width = np.diag(up - down)[:, np.newaxis]
-        return np.asarray(((rows[:dimension] - rows[dimension:]) / width).T)
 
     def library(answer: Ask) -> object:
         from scipy import optimize
@@ -191,13 +181,13 @@ def polish(start: Table, most_rounds: int = 60) -> Inverted:
         return optimize.least_squares(
             lambda at: answer(at[np.newaxis])[0],
             inside,
-            lambda at: jacobian(answer, at),
+            lambda at: slopes(answer, at),
             bounds=(0.0, 1.0),
             x_scale="jac",
             max_nfev=most_rounds,
         )
 
-    return Inverted(dimension, library, wants_residuals=True)
+    return Inverted(len(start), library, wants_residuals=True)
 
 
 def make_optimizer(name: str, dimension: int, seed: int, settings: SwarmSettings) -> Optimizer:

@@ -3,6 +3,7 @@
 The model given at the start carries everything: which parameters are free, their bounds, and the fixed ones.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,6 +16,17 @@ from rig.model.parameters import Model, Parameter
 Table = NDArray[np.float64]
 AT_BOUND = 1e-3
 """Nearer to the edge of its range than this share of it, a parameter counts as at its bound."""
+_STEP = 1e-5
+"""Half the step of the differences, as a share of the range."""
+
+
+def slopes(residuals: Callable[[Table], Table], at: Table) -> Table:
+    """The Jacobian (n, d) of residuals at a point (d,) of the unit box, by central differences that stay within it;
+    `residuals` takes points (2 d, d) at once and gives (2 d, n)."""
+    steps = _STEP * np.eye(len(at))
+    up, down = np.minimum(at + steps, 1.0), np.maximum(at - steps, 0.0)
+    rows = residuals(np.concatenate([up, down]))
+    return np.asarray(((rows[: len(at)] - rows[len(at) :]) / np.diag(up - down)[:, np.newaxis]).T)
 
 
 @dataclass(frozen=True)
