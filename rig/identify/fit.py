@@ -10,6 +10,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from rig.excite.signals import Signal
 from rig.identify.provenance import provenance
 from rig.identify.records.data import Options, Prepared, commands_known, prepare
 from rig.identify.response.fingerprint import make_fingerprint
@@ -227,7 +228,7 @@ class _Task:
         self._given_up = False
         self.space = Space(start)
         self._limit = angle_limit(data, settings.sweep)
-        self._signals = search_signals(settings.sweep)
+        self._failing: list[Signal] = []
         self._thin = max(1, sum(len(each.angle_deg) for each in data) // _POLISH_ROWS)
 
     def objective(self, term: StabilityTerm | None, thin: int = 1) -> ChainObjective:
@@ -254,7 +255,7 @@ class _Task:
             failing = self.verdict(point).failing
             if not failing:
                 break
-            self._signals += [signal for signal in failing if signal not in self._signals][:8]
+            self._failing += [signal for signal in failing if signal not in self._failing][:8]
             again = self._again()
             point, more = self._best_polished([point, again.point], bounded)
             spent += more + again.evaluations
@@ -269,7 +270,7 @@ class _Task:
     def widened(self, start: Model) -> "_Task":
         """The same task with more parameters free."""
         wider = _Task(self._data, start, self._settings, self._report)
-        wider._signals = self._signals
+        wider._failing = self._failing
         return wider
 
     def taken_over(self, narrow: "_Task", point: Table) -> Table:
@@ -331,7 +332,8 @@ class _Task:
     def _term(self, bounded: bool) -> StabilityTerm | None:
         if not bounded or self._start.muscle.kind == StageKind.BW_CONTINUOUS:
             return None  # model (1) is bounded wherever psi > |gamma|, and the dense check judges it
-        return StabilityTerm(self._signals, self._start, _TERM_SHARE * self._limit)
+        signals = search_signals(self._settings.sweep)
+        return StabilityTerm(signals, self._start, _TERM_SHARE * self._limit, self._failing)
 
 
 def _valves(records: Sequence[Record], start: Model) -> ValveFit | None:
