@@ -3,6 +3,7 @@
 Nothing here decides whether a record may be resampled; `rig.identify.records.data` does, and says so.
 """
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from rig.errors import RecordError
 from rig.excite.setpoints import around
 from rig.record import Column, Record
+from rig.smoothing import thinned
 
 MOST_ROWS = 20_000_000
 """More than a day at 5 ms: a time stamp that is wrong asks for more, and would take all the memory."""
@@ -26,29 +28,52 @@ def is_regular(record: Record, dt_s: float) -> bool:
 
 
 def on_grid(record: Record, dt_s: float) -> Record:
-    """The record on a regular grid: commands hold their last value, as the outputs did; what was measured is
-    interpolated.
+    """The record on a regular grid from its first row on: commands hold their last value, as the outputs did; what was
+    measured is interpolated.
 
-    RecordError when it would have more than MOST_ROWS rows.
+    On a longer period than its own a command is the mean over the time that it is in force, and what was measured is
+    first rid of what is too fast for the grid, without delay (docs/decisions/0110). RecordError when it would have more
+    than MOST_ROWS rows.
     """
     rows = round((record.t_s[-1] - record.t_s[0]) / dt_s) + 1
-    if rows > MOST_ROWS:
+    thin = max(1, math.ceil(dt_s / record.period_s - _JITTER)) if record.period_s > 0 else 1
+    if rows * thin > MOST_ROWS:
         raise RecordError(
-            f"{record.name}: {len(record)} rows over {record.t_s[-1] - record.t_s[0]:.4g} s would become {rows:.3g} "
-            "rows of "
-            f"{dt_s * 1e3:g} ms; allowed: {MOST_ROWS}; is a time stamp wrong, or in another unit?"
+            f"{record.name}: {len(record)} rows over {record.t_s[-1] - record.t_s[0]:.4g} s would become "
+            f"{rows * thin:.3g} rows of {dt_s / thin * 1e3:g} ms; allowed: {MOST_ROWS}; is a time stamp wrong, or in "
+            "another unit?"
         )
     time = record.t_s[0] + dt_s * np.arange(rows)
-    last = np.clip(np.searchsorted(record.t_s, time + 0.5 * _JITTER * dt_s, side="right") - 1, 0, len(record) - 1)
     columns: dict[str, Column] = {}
     for name, column in record.columns().items():
         if name in record.extra or name == "t_s":
             continue
-        known = np.isfinite(column)
-        columns[name] = (
-            column[last] if "cmd" in name or not known.any() else np.interp(time, record.t_s[known], column[known])
-        )
+        if "cmd" in name or not np.isfinite(column).any():
+            columns[name] = _commanded_at(time, record.t_s, column, dt_s, thin > 1)
+        else:
+            columns[name] = _measured_at(time, record.t_s, column, dt_s, thin)
     return replace(record, t_s=time, extra={}, **columns)  # type: ignore[arg-type]
+
+
+def _commanded_at(time: Column, own_s: Column, column: Column, dt_s: float, averaged: bool) -> Column:
+    """A command that holds between its rows: as it stands at each time, or its mean over the dt_s that follow."""
+    if not averaged or not np.isfinite(column).all():
+        last = np.searchsorted(own_s, time + 0.5 * _JITTER * dt_s, side="right") - 1
+        return column[np.clip(last, 0, len(column) - 1)]
+    beyond = max(float(time[-1]) + dt_s, float(own_s[-1])) + dt_s
+    until = np.append(own_s, beyond)
+    summed = np.concatenate([[0.0], np.cumsum(column * np.diff(until))])
+    from_to: Column = np.interp(np.append(time, time[-1] + dt_s), until, summed)
+    return np.diff(from_to) / dt_s
+
+
+def _measured_at(time: Column, own_s: Column, column: Column, dt_s: float, thin: int) -> Column:
+    """A measured column (with a value at least) on straight lines between its rows; without what is too fast, from
+    `thin` times as many."""
+    known = np.isfinite(column)
+    fine = time if thin == 1 else time[0] + dt_s / thin * np.arange((len(time) - 1) * thin + 1)
+    between: Column = np.interp(fine, own_s[known], column[known])
+    return between if thin == 1 else thinned(between, thin)
 
 
 def on_clock(record: Record, dt_s: float) -> Record:
