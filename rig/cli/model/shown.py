@@ -136,7 +136,7 @@ def show_identified(found: Identified, output: Path, terminal: Console, *, repla
     state = "bounded" if verdict.bounded else ("NOT bounded", "red")
     terminal.print(styled(state, f" over the sweep range: {_largest(verdict, found.model)}"))
     if found.valves is not None:
-        dead = f", dead time {1e3 * found.valves.dead_time_s:.0f} ms" if found.valves.dead_time_s else ""
+        dead = f", dead time {1e3 * found.valves.dead_time_s:.3g} ms" if found.valves.dead_time_s else ""
         terminal.print(
             "regulators: RMSE " + ", ".join(f"{1e3 * error:.2f} kPa" for error in found.valves.rmse_mpa) + dead
         )

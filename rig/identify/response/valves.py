@@ -33,9 +33,15 @@ _LIMIT_SHARE = 0.98
 """A flow limit beyond the fastest slope of the data, by this share of its bound, was not reached: nothing is known of
 it."""
 _DEAD_STEP_S, _DEAD_MOST_S = 0.01, 0.2
+"""Steps in which a dead time is looked for first, and its most."""
+_DEAD_FINE = 0.05
+"""How finely it is looked for about the best of them, as a share of a tick."""
 _DEAD_WORTH = 0.95
-"""A dead time is looked for when its first step takes this share of the error, and taken when it leaves less than its
-fourth power."""
+"""A dead time is looked for when its first step or half of it takes this share of the error, and taken when it leaves
+less than its fourth power."""
+_DEAD_DIGITS = 5
+"""Of its value in seconds: 10 us."""
+_GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 _STARTS = ((0.05, 19.8), (0.05, 1.0))
 """Lag (s) and flow limit (MPa/s) from which the least squares start."""
 
@@ -82,7 +88,7 @@ def identify_valves(records: Sequence[Record], dt_s: float, p0_mpa: float) -> Va
     both = {valve: [_steps_of(record, dt_s, p0_mpa, valve) for record in records] for valve in (1, 2)}
 
     @cache
-    def late_by(ticks: int) -> dict[int, _Fit]:
+    def late_by(ticks: float) -> dict[int, _Fit]:
         return {valve: _fit([_late(step, ticks) for step in steps], dt_s) for valve, steps in both.items()}
 
     late = _dead_ticks(lambda ticks: math.hypot(*(fit.rmse_mpa for fit in late_by(ticks).values())), dt_s)
@@ -102,25 +108,39 @@ def identify_valves(records: Sequence[Record], dt_s: float, p0_mpa: float) -> Va
                 notes.append(f"valve {valve}: {name} is not determined by these records")
             deviation = float(fit.std[index]) if reached and determined else None
             parameters[f"valve{valve}_{name}"] = Parameter(value, unit, low, high, False, deviation, not reached)
-    return ValveFit(StageModel(StageKind.REGULATORS, parameters), (errors[0], errors[1]), late * dt_s, notes)
+    return ValveFit(
+        StageModel(StageKind.REGULATORS, parameters), (errors[0], errors[1]), round(late * dt_s, _DEAD_DIGITS), notes
+    )
 
 
-def _dead_ticks(error: Callable[[int], float], dt_s: float) -> int:
+def _dead_ticks(error: Callable[[float], float], dt_s: float) -> float:
     """Ticks between a set-point and the first answer of the regulators, by what is left of their pressures without so
     many; 0 unless a dead time explains much that a lag does not."""
-    none, step = error(0), max(1, round(_DEAD_STEP_S / dt_s))
-    if error(step) > _DEAD_WORTH * none:
-        return 0
-    tried = {ticks: error(ticks) for ticks in range(step, round(_DEAD_MOST_S / dt_s) + 1, step)}
-    best = min(tried, key=lambda ticks: tried[ticks])
-    return best if tried[best] < _DEAD_WORTH**4 * none else 0
+    none, step = error(0.0), max(1.0, round(_DEAD_STEP_S / dt_s))
+    if min(error(0.5 * step), error(step)) > _DEAD_WORTH * none:
+        return 0.0
+    best = min(np.arange(0.0, _DEAD_MOST_S / dt_s + 0.5, step).tolist(), key=error)
+    best = min(best, _least(error, max(best - step, 0.0), best + step), key=error)
+    return best if error(best) < _DEAD_WORTH**4 * none else 0.0
 
 
-def _late(step: _Step, ticks: int) -> _Step:
-    """The same with the set-points in force so many ticks later."""
+def _least(error: Callable[[float], float], low: float, high: float) -> float:
+    """Where an error of one valley is least, by golden sections."""
+    while high - low > _DEAD_FINE:
+        width = _GOLDEN * (high - low)
+        if error(high - width) < error(low + width):
+            high = low + width
+        else:
+            low = high - width
+    return 0.5 * (low + high)
+
+
+def _late(step: _Step, ticks: float) -> _Step:
+    """The same with the set-points in force so many ticks later, between two as the delay of a model has it."""
     if not ticks:
         return step
-    return _Step(np.concatenate([np.full(ticks, step.command[0]), step.command[:-ticks]]), step.pressure)
+    rows = np.arange(len(step.command))
+    return _Step(np.interp(rows - ticks, rows, step.command), step.pressure)
 
 
 def _steps_of(record: Record, dt_s: float, p0_mpa: float, valve: int) -> _Step:

@@ -175,6 +175,19 @@ def test_a_dead_time_ahead_of_the_regulators_is_found() -> None:
     assert identify_valves([RECORDS[1]], 0.005, 0.2).dead_time_s == 0.0
 
 
+@pytest.mark.parametrize("dead_s", [0.004, 0.008, 0.013, 0.027, 0.0715])
+def test_a_dead_time_is_found_between_two_rows(dead_s: float) -> None:
+    late = replace(TRUTH, effects=[AddedEffect("delay", {"delay_s": dead_s})])
+    time, noise = np.arange(2000) * 0.005, np.random.default_rng(3)
+    shown = simulate(late, Record("chirp", time, 0.2 * np.sin(2 * np.pi * (0.2 * time + 0.1 * time**2))))
+    assert shown.p1_mpa is not None
+    assert shown.p2_mpa is not None
+    p1, p2 = (column + noise.normal(0, 0.0004, 2000) for column in (shown.p1_mpa, shown.p2_mpa))
+    fit = identify_valves([replace(shown, p1_mpa=p1, p2_mpa=p2)], 0.005, 0.2)
+    assert fit.dead_time_s == pytest.approx(dead_s, abs=3e-4)
+    assert fit.stage.value("valve1_tau_s") == pytest.approx(0.040, rel=0.02)
+
+
 def test_a_flow_limit_that_was_not_reached_is_said_to_be_unknown() -> None:
     fit = identify_valves([measured(0.2)], 0.005, 0.2)
     assert any("fill_limit" in note and "not reached" in note for note in fit.notes)
