@@ -4,12 +4,13 @@ This is the simulator as the simulated rig drives it, without numpy, on the cont
 same stages and runs whole records.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from rig.config import suggest
 from rig.errors import ModelError
 from rig.model import stages
 from rig.model.effect_stages import EFFECT_STAGES, FORMER_NAMES
+from rig.model.effect_stages.timing import MOST_TICKS
 from rig.model.external import KIND as EXTERNAL
 from rig.model.external import External
 from rig.model.parameters import (
@@ -35,10 +36,12 @@ NOMINAL: dict[str, tuple[StageFunction, int]] = {
 
 
 def lay_out(model: Model) -> list[Placed]:
-    """The stages of `model` in the order in which they run; ModelError for an effect that is not known."""
+    """The stages of `model` in the order in which they run; ModelError for an effect that is not known, or makes
+    commands later than a stage can hold."""
     nominal = model.stages()
     defaults = _of_the_rig(model)
     added = [place_effect(effect, defaults) for effect in model.effects]
+    check_lateness(added, model.sample_time_s)
     chain: list[Placed] = []
     for slot in Slot:
         chain += [placed for placed in added if placed.slot is slot and EFFECT_STAGES[placed.name].before]
@@ -48,6 +51,19 @@ def lay_out(model: Model) -> list[Placed]:
             chain.append(place_nominal(slot, nominal[slot], model.p0_mpa))
         chain += [placed for placed in added if placed.slot is slot and not EFFECT_STAGES[placed.name].before]
     return chain
+
+
+def check_lateness(placed: Sequence[Placed], dt_s: float, rows: int = 0) -> None:
+    """ModelError where stages of that sample time make a command later than one of them can hold, at once or within so
+    many rows."""
+    for each in placed:
+        at_once, with_time = EFFECT_STAGES[each.name].late if each.name in EFFECT_STAGES else (0.0, 0.0)
+        ticks = each.params[0] * (at_once / dt_s + with_time * rows) if at_once or with_time else 0.0
+        if ticks > MOST_TICKS:
+            raise ModelError(
+                f"effect {each.name}: it makes commands {ticks * dt_s:.4g} s late, {ticks:.0f} samples of "
+                f"{dt_s * 1e3:g} ms; allowed: {MOST_TICKS}"
+            )
 
 
 def place_nominal(slot: Slot, stage: StageModel, p0_mpa: float) -> Placed:

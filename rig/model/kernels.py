@@ -18,7 +18,7 @@ from numba.np import linalg as numba_linalg
 from numpy.typing import NDArray
 
 from rig.errors import ModelError
-from rig.model.chain import lay_out
+from rig.model.chain import check_lateness, lay_out
 from rig.model.drive import drives
 from rig.model.driving import driving_pressures
 from rig.model.external import External
@@ -161,8 +161,8 @@ def simulate(model: Model, record: Record, *, drive: Input = Input.COMMAND, star
     drive=PRESSURE runs muscles, joint and sensor from the measured pressures instead, without their monitors' noise.
     The angle starts at `start_deg`; None: at the first measured angle, or 0 without one. A record off the model's
     sample time is simulated on its grid and read back at its own times. A model driven by the command says nothing of
-    pressures: they are None then. Raises ModelError when the model diverges, RecordError when the record lacks what
-    drives it.
+    pressures: they are None then. Raises ModelError when the model diverges, or is later than its stages can hold;
+    RecordError when the record lacks what drives it.
     """
     dt_s = model.sample_time_s
     grid = on_clock(record, dt_s)
@@ -171,6 +171,7 @@ def simulate(model: Model, record: Record, *, drive: Input = Input.COMMAND, star
     placed = lay_out(model)
     split = [stage.slot in (Slot.TIMING, Slot.VALVE) for stage in placed].count(True)
     if drive is Input.COMMAND:
+        check_lateness(placed, dt_s, len(grid))
         run_stages(placed[:split], p1, p2, angle, dt_s)
     monitor1, monitor2 = p1.copy(), p2.copy()
     run_stages(placed[split:], p1, p2, angle, dt_s, _start(grid) if start_deg is None else start_deg)

@@ -12,6 +12,8 @@ from rig.model.slots import Values
 
 BUFFER_TICKS = 800
 """Longest delay that a stage can hold, in ticks (4 s at 5 ms)."""
+MOST_TICKS = BUFFER_TICKS - 2
+"""Longest that a command may be late."""
 MOST_AHEAD_TICKS = 10.0
 """How far a command is extrapolated, in ticks."""
 PACE_STATE = 3 + 2 * BUFFER_TICKS
@@ -21,8 +23,9 @@ RANDOM_FACTOR = 16807.0
 
 
 def delay(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
-    """u(t - delay_s), between samples by a straight line; params: delay_s."""
-    lag = min(max(params[0] / dt_s, 0.0), BUFFER_TICKS - 2.0)
+    """u(t - delay_s), between samples by a straight line; params: delay_s, at most MOST_TICKS ticks (who lays out a
+    chain refuses more)."""
+    lag = min(max(params[0] / dt_s, 0.0), MOST_TICKS)
     whole = int(lag)
     part = lag - whole
     for i in range(len(p1)):
@@ -44,7 +47,7 @@ def delay(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[flo
 def clock_drift(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
     """u((1 + drift) t): what a rig with a fast (drift > 0) or slow clock does with the commands; params: drift.
 
-    A slow clock looks back into the buffer; a fast one ahead into the block, as far as that goes: whole records are
+    A slow clock looks back into the buffer, MOST_TICKS at most; a fast one ahead into the block, as far as that goes: whole records are
     known to their end. Beyond it, as on the controller, which knows no later command, it extrapolates from the last
     slope, for MOST_AHEAD_TICKS.
     """
@@ -58,7 +61,7 @@ def clock_drift(p1: Values, p2: Values, y: Values, state: Values, params: Sequen
         head = int(state[1])
         state[3 + head] = p1[i]
         state[3 + BUFFER_TICKS + head] = p2[i]
-        lag = min(-params[0] * state[2], BUFFER_TICKS - 2.0)
+        lag = min(-params[0] * state[2], MOST_TICKS)
         ahead = math.floor(-lag)
         if 0 <= ahead < last - i:
             part = -lag - ahead

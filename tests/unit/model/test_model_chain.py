@@ -234,6 +234,25 @@ def test_a_broken_effect_is_refused(model: Model, effect: AddedEffect, said: str
         lay_out(replace(model, effects=[effect]))
 
 
+@pytest.mark.parametrize("dt_s", [0.0005, 0.001])
+def test_a_delay_that_no_stage_can_hold_is_refused_and_the_longest_is_whole(model: Model, dt_s: float) -> None:
+    def late(delay_s: float) -> Model:
+        return replace(model, sample_time_s=dt_s, effects=[AddedEffect("delay", {"delay_s": delay_s})])
+
+    with pytest.raises(ModelError, match=rf"delay: .* {900} samples of .*; allowed: 798"):
+        Chain(late(900 * dt_s))
+    chain = Chain(late(798 * dt_s))
+    shown = [chain.step(0.3 if tick else 0.2, 0.2)[0] for tick in range(810)]
+    assert int(np.argmax(np.array(shown) > 0.2 + 1e-9)) == 1 + 798
+
+
+def test_a_slow_clock_that_falls_behind_what_a_stage_can_hold_is_refused(model: Model) -> None:
+    slow = replace(model, effects=[AddedEffect("clock_drift", {"drift": -0.05})])
+    assert simulate(slow, replace(sine(seconds=79.0), p1_mpa=None)).angle_deg is not None
+    with pytest.raises(ModelError, match=r"clock_drift: it makes commands 4\.\d+ s late"):
+        simulate(slow, replace(sine(seconds=81.0), p1_mpa=None))
+
+
 @pytest.mark.parametrize("drift", [-0.01, 0.002, 0.01])
 def test_a_clock_that_runs_off_follows_the_commands_of_another_time(model: Model, drift: float) -> None:
     """A fast one reads ahead in a record that is known to its end; tick by tick it can only go on as before."""
