@@ -47,9 +47,9 @@ def delay(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[flo
 def clock_drift(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
     """u((1 + drift) t): what a rig with a fast (drift > 0) or slow clock does with the commands; params: drift.
 
-    A slow clock looks back into the buffer, MOST_TICKS at most; a fast one ahead into the block, as far as that goes: whole records are
-    known to their end. Beyond it, as on the controller, which knows no later command, it extrapolates from the last
-    slope, for MOST_AHEAD_TICKS.
+    A slow clock looks back into the buffer, MOST_TICKS at most; a fast one ahead into the block, as far as that goes:
+    whole records are known to their end. Beyond it, as on the controller, which knows no later command, it extrapolates
+    from the last slope, for MOST_AHEAD_TICKS.
     """
     last = len(p1) - 1
     for i in range(last + 1):
