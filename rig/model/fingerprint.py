@@ -13,6 +13,8 @@ VERSION = 3
 """Of what is written; 1 has no corrections, 1 and 2 keep no records."""
 READ = (1, 2, 3)
 """Versions that can be used."""
+FORMER = {"compliance": 1.0}
+"""What these had beside the fields here, and never another value: it counts in their checksums."""
 
 
 class PressureSource(StrEnum):
@@ -50,7 +52,6 @@ class Fingerprint:
     curve: tuple[float, ...] = ()
     """The joint's balance, see `rig.model.response.Balance`."""
     exponent: float = 1.0
-    compliance: float = 1.0
     misfit_deg: float = 0.0
     """Rms that the response model leaves of the angles it was fitted to."""
     misfit_mpa: tuple[float, ...] = ()

@@ -4,7 +4,7 @@ import hashlib
 import json
 from dataclasses import asdict
 
-from rig.model.fingerprint import READ, VERSION, Fingerprint
+from rig.model.fingerprint import FORMER, READ, VERSION, Fingerprint
 from rig.model.parameters import Model
 
 LACKS = {1: ("corrections", "day"), 2: ("day",)}
@@ -19,7 +19,7 @@ def fingerprint_checksum(fingerprint: Fingerprint, model: Model) -> str:
         for slot, stage in model.stages().items()
     }
     effects = [[added.effect, added.parameters] for added in model.effects]
-    own = asdict(fingerprint) | {"checksum": ""}
+    own = asdict(fingerprint) | {"checksum": ""} | FORMER
     own = {name: value for name, value in own.items() if value or name not in LACKS.get(fingerprint.version, ())}
     numbers = [own, model.sample_time_s, model.p0_mpa, model.muscle.input, stages, effects]
     text = json.dumps(_one_zero(numbers), sort_keys=True)

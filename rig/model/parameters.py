@@ -20,7 +20,7 @@ from rig.errors import ModelError
 from rig.model.external import KIND as EXTERNAL
 from rig.model.external import PATIENCE_S, PYTHON, is_external
 from rig.model.external import load as load_external
-from rig.model.fingerprint import VERSION, Fingerprint
+from rig.model.fingerprint import FORMER, VERSION, Fingerprint
 from rig.outputs import Kind, write_text
 
 
@@ -239,9 +239,12 @@ def _checked_external(model: Model) -> Model:
 
 
 def _known_part(raw: object) -> object:
-    """The file's data, where a fingerprint of a newer version has only its version: its keys are not known here."""
+    """The file's data without what a fingerprint formerly had; of one of a newer version only the version: its keys are
+    not known here."""
     found = raw.get("fingerprint") if isinstance(raw, dict) else None
     version = found.get("version") if isinstance(found, dict) else None
+    if isinstance(raw, dict) and isinstance(found, dict):
+        raw = raw | {"fingerprint": {key: value for key, value in found.items() if key not in FORMER}}
     if isinstance(raw, dict) and isinstance(version, int) and version > VERSION:
         return raw | {"fingerprint": {"version": version}}
     return raw

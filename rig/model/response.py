@@ -61,8 +61,6 @@ class ResponseModel:
     """What the bank leaves of the angles that it was fitted to, rms."""
     exponent: float = 1.0
     """How the mean pressure divides the drive."""
-    compliance: float = 1.0
-    """How far the stiffness follows the mean pressure: 1 in proportion, 0 not at all."""
     corrections: tuple[Column, ...] = ()
     """(REGULATOR_TERMS,) of each valve: what its monitor shows beside the regulator; none where that is not known."""
     zero_deg: float = 0.0
@@ -131,7 +129,6 @@ def response_of(fingerprint: Fingerprint) -> ResponseModel:
         Balance(fingerprint.viscous_s, fingerprint.inertia_s, fingerprint.slip, curve),
         fingerprint.misfit_deg,
         fingerprint.exponent,
-        fingerprint.compliance,
         tuple(np.array(row) for row in fingerprint.corrections),
         fingerprint.weights[0],
     )

@@ -25,7 +25,7 @@ FINGERPRINTS = st.builds(
     records=st.integers(0, 10**6),
     corrections=st.lists(ROW, max_size=2).map(tuple),
     regulators_s=st.lists(TRIPLE, max_size=2).map(tuple),
-    **dict.fromkeys(("seconds", "grid_s", "p0_mpa", "viscous_s", "inertia_s", "exponent", "compliance"), NUMBER),
+    **dict.fromkeys(("seconds", "grid_s", "p0_mpa", "viscous_s", "inertia_s", "exponent"), NUMBER),
     **dict.fromkeys(("misfit_deg", "noise_deg"), NUMBER),
     left_out_deg=st.none() | NUMBER,
     **dict.fromkeys(("weights", "slip", "curve", "misfit_mpa", "left_out_mpa", "noise_mpa"), ROW),

@@ -235,9 +235,9 @@ def angle_under(p1: Column, p2: Column, track: Track, nominal: ResponseModel) ->
 
 
 def _compliance(usual: Column, now: Column, nominal: ResponseModel) -> Column:
-    """How much less stiff the joint is under one sum of the pressures (n,) than under another."""
+    """How much less stiff the joint is under one sum of the pressures (n,) than under another, in proportion to it."""
     least = LEAST_SHARE * nominal.p0_mpa
-    ratio: Column = (np.maximum(usual, least) / np.maximum(now, least)) ** nominal.compliance
+    ratio: Column = np.maximum(usual, least) / np.maximum(now, least)
     return ratio
 
 

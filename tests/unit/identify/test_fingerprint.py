@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import yaml
 
+from rig.config import unstructure
 from rig.errors import ConfigError
 from rig.identify.provenance import find_logs
 from rig.identify.records.data import Options, Prepared, prepare
@@ -191,6 +192,21 @@ def test_a_file_of_version_2_keeps_no_records_and_stays_good(file: Path) -> None
     model = load_model(file)
     assert fingerprint_trouble(model) is None
     assert fingerprint_checksum(second, RIG) != fingerprint_checksum(FINGERPRINT, RIG)
+
+
+@pytest.mark.parametrize("former", [{}, {"compliance": 1.0}])
+def test_a_file_that_was_written_when_stiffness_had_an_exponent_stays_good(
+    file: Path, former: dict[str, float]
+) -> None:
+    """Nothing ever found another exponent than 1: it is gone, and still counts in the checksums of then."""
+    assert "compliance" not in unstructure(FINGERPRINT)
+    raw = yaml.safe_load(file.read_text(encoding="utf-8"))
+    raw["fingerprint"] = {"version": 2, "checksum": "sha-60dc075db588", "records": 3, "seconds": 30.0, "p0_mpa": 0.2,
+                          "weights": [0.5, 1.0], "exponent": 0.9, "misfit_deg": 0.1} | former  # fmt: skip
+    file.write_text(yaml.safe_dump(raw), encoding="utf-8")
+    known = load_model(file).fingerprint
+    assert known is not None
+    assert fingerprint_trouble(replace(RIG, fingerprint=known)) is None
 
 
 def test_a_file_of_version_1_has_no_corrections_and_stays_good(file: Path) -> None:
