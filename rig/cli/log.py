@@ -128,9 +128,11 @@ def import_(
     """Make an MCAP log of FILE: CSV, TDMS from LabVIEW, another program's MCAP, or what `export` wrote.
 
     Columns with our names and units need no mapping; anything ambiguous is refused. With --guess, -o is where the
-    proposed mapping goes.
+    proposed mapping goes; --mapping, --tag and --note belong to an import.
     """
     if guessing:
+        if given := [name for name, one in (("--mapping", mapping_path), ("--tag", tags), ("--note", note)) if one]:
+            raise click.UsageError(f"--guess imports nothing and takes no {' and no '.join(given)}")
         _guess(file, output, json_to)
         return
     from rig.app.records.logs import import_content

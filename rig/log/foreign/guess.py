@@ -30,6 +30,7 @@ _MEASURED: Final = (
 )  # fmt: skip
 _ANGLE: Final = ("angle", "winkel", "theta", "phi", "encoder", "pot", "deg", "rad")
 _PRESSURE: Final = ("p", "p1", "p2", "dp", "pressure", "druck", "pression", "mpa", "kpa", "bar", "psi")
+_DIFFERENCE: Final = ("dp", "delta", "diff", "difference", "differenz")
 _FIRST: Final = ("1", "p1", "a", "left", "l", "df", "flex", "agonist")
 _SECOND: Final = ("2", "p2", "b", "right", "r", "f", "ext", "antagonist")
 _PRESSURE_SIZES: Final = ((1.2, "MPa"), (15.0, "bar"), (2000.0, "kPa"), (np.inf, "Pa"))
@@ -79,11 +80,14 @@ def guess(path: Path) -> Guess:
     if len(rest) < 2:
         raise RecordError(f"{path}: {len(rest)} columns beside the time that move; a command and an answer are needed")
     commands, angle, pressures = _roles(rest)
+    still = [one for one in known if one not in rest]
+    if len(commands) == 1:
+        commands += [one for one in _roles(still)[0] if {_side(one), _side(commands[0])} == {1, 2}]
     if angle is not None and (commands or pressures):
         _pneumatic(found, commands, angle, pressures)
     else:
         _one_in_one_out(found, rest)
-    _further(found, [*rest, *(one for one in known if one not in rest)])  # what stands still may be a condition
+    _further(found, [*rest, *still])  # what stands still may be a condition
     return found
 
 
@@ -154,17 +158,17 @@ def _quantity(one: _Seen) -> str | None:
 
 
 def _pneumatic(found: Guess, commands: list[_Seen], angle: _Seen, measured: list[_Seen]) -> None:
-    if len(commands) >= 2:
-        first, second = _sides(commands, found, "commands")
+    if not commands:
+        names = " and ".join(repr(one.name) for one in measured[:2])
+        found.doubts.append(f"no set-point was found; {names} stand for what was commanded")
+    taken = commands or measured[:2]
+    if len(taken) >= 2:
+        first, second = _sides(taken, found, "commands")
         _add(found, "p1_cmd_mpa", first, _pressure_unit(first))
         _add(found, "p2_cmd_mpa", second, _pressure_unit(second))
         command = first.values - second.values
     else:
-        (one,) = commands[:1] or measured[:1]
-        _add(found, "dp_cmd_mpa", one, _pressure_unit(one))
-        command = one.values
-        if not commands:
-            found.doubts.append(f"no set-point was found; {one.name!r} is taken for the commanded p1 - p2")
+        command = _single_command(found, taken[0], measured if commands else [])
     if len(measured) >= 2:
         first, second = _sides(measured, found, "measured pressures")
         first, second = _unswapped(first, second, command, found)
@@ -174,6 +178,49 @@ def _pneumatic(found: Guess, commands: list[_Seen], angle: _Seen, measured: list
     unit = angle.unit or ("rad" if largest <= _MOST_RADIANS else "deg")
     _add(found, "angle_deg", angle, (unit, "its name says" if angle.unit else f"its largest value is {largest:.3g}"))
     _say_sign(found, angle, command)
+
+
+def _single_command(found: Guess, one: _Seen, measured: Sequence[_Seen]) -> Array:
+    """The only commanded pressure, as p1 - p2 or as the set-point of one muscle; what it does to p1 - p2."""
+    side = _side_beside(one, measured)
+    if side == 0:
+        _add(found, "dp_cmd_mpa", one, _pressure_unit(one))
+        if np.min(_known(one)) > 0.0:
+            found.doubts.append(
+                f"{one.name!r} is taken for the commanded p1 - p2 and is never negative; is it the set-point of one "
+                "muscle (p1_cmd_mpa or p2_cmd_mpa)?"
+            )
+        return one.values
+    _add(found, f"p{side}_cmd_mpa", one, _pressure_unit(one))
+    found.doubts.append(
+        f"{one.name!r} is the set-point of muscle {side} and there is none of the other; nothing is imported without "
+        f"p{3 - side}_cmd_mpa: about P0 it is the same source with `scale: -1` and `offset:` 2 P0, at rest with "
+        "`scale: 0` and its pressure as the offset"
+    )
+    return one.values if side == 1 else -one.values
+
+
+def _side(one: _Seen) -> int:
+    """The muscle that a name says, 1 or 2; 0 where it says none, or both."""
+    return {(True, False): 1, (False, True): 2}.get((one.has(_FIRST), one.has(_SECOND)), 0)
+
+
+def _side_beside(one: _Seen, measured: Sequence[_Seen]) -> int:
+    """Whose set-point a single command is: 1 or 2 by its name, or by the measured pressure that it lies nearest to; 0
+    for p1 - p2."""
+    if one.has(_DIFFERENCE) or np.min(_known(one)) < 0.0:
+        return 0
+    if len(measured) < 2 or _side(one):
+        return _side(one)
+    first, second = _sides(measured, Guess(), "")
+    p1, p2 = _in_mpa(first), _in_mpa(second)
+    off = [float(np.nanmedian(np.abs(_in_mpa(one) - each))) for each in (p1 - p2, p1, p2)]
+    return int(np.argmin(off))
+
+
+def _in_mpa(one: _Seen) -> Array:
+    unit = UNITS[_pressure_unit(one)[0]]
+    return one.values * unit.times / unit.by
 
 
 def _sides(pair: Sequence[_Seen], found: Guess, what: str) -> tuple[_Seen, _Seen]:

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from click.testing import CliRunner
 
 from rig.app.records.logs import import_content, proposed_mapping
 from rig.errors import RecordError
@@ -89,6 +90,66 @@ def test_a_tdms_by_its_own_units(tmp_path: Path) -> None:
     columns = guess(path).mapping["columns"]
     assert columns["t_s"] == {"source": "g/zeit", "unit": "ms"}
     assert columns["dp_cmd_mpa"]["unit"] == "bar"
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "side"),
+    [
+        ("p1_set", 0.2 + 0.1 * SINE, 1),
+        ("soll_p2 (MPa)", 0.2 - 0.1 * SINE, 2),
+        ("cmd", 0.2 + 0.1 * SINE, 1),
+        ("cmd", 0.2 - 0.1 * SINE, 2),
+        ("cmd", 0.2 * SINE, 0),
+        ("dp_set", 0.1 + 0.2 * np.abs(SINE), 0),
+        ("cmd", 0.2 * SINE + 0.25, 0),
+    ],
+)
+def test_the_set_point_of_one_muscle_is_not_the_difference(
+    tmp_path: Path, name: str, values: np.ndarray, side: int
+) -> None:
+    lift = 0.125 if name == "cmd" and values.mean() > 0.22 else 0.0
+    p1, p2 = 0.2 + 0.1 * SINE + lift, 0.2 - 0.1 * SINE - lift
+    found = guess(table(tmp_path, f"time,{name},ist_p1,ist_p2,angle", 0.005 * T, values, p1, p2, 20 * SINE))
+    wanted = f"p{side}_cmd_mpa" if side else "dp_cmd_mpa"
+    assert {key for key in found.mapping["columns"] if "cmd" in key} == {wanted}
+    assert any(f"without p{3 - side}_cmd_mpa" in line for line in found.doubts) == bool(side)
+
+
+def test_a_muscle_about_p0_is_imported_as_the_doubt_says(tmp_path: Path) -> None:
+    path = table(tmp_path, "time,p1_set,angle", 0.005 * T, 0.2 + 0.1 * SINE, 20 * SINE)
+    found, _ = proposed_mapping(path)
+    columns = found.mapping["columns"] | {"p2_cmd_mpa": {"source": "p1_set", "unit": "MPa", "scale": -1, "offset": 0.4}}
+    mapping = tmp_path / "mapping.yaml"
+    mapping.write_text(yaml.safe_dump(found.mapping | {"columns": columns}), encoding="utf-8")
+    (record,) = read(write_content(import_content(path, mapping)[0], tmp_path / "made.mcap"))
+    assert record.dp_cmd_mpa == pytest.approx(0.2 * SINE, abs=1e-5)
+
+
+def test_a_second_muscle_that_stands_still_has_its_set_point(tmp_path: Path) -> None:
+    path = table(tmp_path, "time,p1_set,p2_set,angle", 0.005 * T, 0.2 + 0.1 * SINE, 0.2 + 0 * T, 20 * SINE)
+    columns = guess(path).mapping["columns"]
+    assert (columns["p1_cmd_mpa"]["source"], columns["p2_cmd_mpa"]["source"]) == ("p1_set", "p2_set")
+    assert "dp_cmd_mpa" not in columns
+
+
+def test_without_set_points_both_measured_pressures_stand_for_them(tmp_path: Path) -> None:
+    path = table(tmp_path, "time,p1,p2,angle", 0.005 * T, 0.2 + 0.1 * SINE, 0.2 - 0.1 * SINE, 20 * SINE)
+    found = guess(path)
+    assert {name: one["source"] for name, one in found.mapping["columns"].items() if "cmd" in name} == {
+        "p1_cmd_mpa": "p1",
+        "p2_cmd_mpa": "p2",
+    }
+    assert any("no set-point was found; 'p1' and 'p2'" in line for line in found.doubts)
+
+
+@pytest.mark.parametrize("words", [["--mapping", "m.yaml"], ["--tag", "load=2"], ["--note", "why", "--mapping", "m"]])
+def test_a_guess_takes_nothing_of_an_import(tmp_path: Path, words: list[str]) -> None:
+    from rig.cli.log import import_
+
+    path = table(tmp_path, "time,cmd,angle", 0.005 * T, SINE, 20 * SINE)
+    done = CliRunner().invoke(import_, [str(path), "--guess", *words])
+    assert done.exit_code == 2
+    assert "--guess imports nothing and takes no --" in done.output
 
 
 def test_the_real_records_are_guessed_right(shared: Path) -> None:
