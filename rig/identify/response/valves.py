@@ -41,6 +41,10 @@ _DEAD_WORTH = 0.95
 less than its fourth power."""
 _DEAD_DIGITS = 5
 """Of its value in seconds: 10 us."""
+_CHI_SQUARE_95 = 3.84
+"""Of one degree of freedom."""
+_ZERO = 1e-12
+"""An rms that is none, MPa."""
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 _STARTS = ((0.05, 19.8), (0.05, 1.0))
 """Lag (s) and flow limit (MPa/s) from which the least squares start."""
@@ -69,6 +73,8 @@ class _Fit:
 
     values: Column
     rmse_mpa: float
+    independent: float
+    """To how many independent samples its residuals amount."""
     std: Column
     shown: "np.typing.NDArray[np.bool_]"
 
@@ -91,7 +97,12 @@ def identify_valves(records: Sequence[Record], dt_s: float, p0_mpa: float) -> Va
     def late_by(ticks: float) -> dict[int, _Fit]:
         return {valve: _fit([_late(step, ticks) for step in steps], dt_s) for valve, steps in both.items()}
 
-    late = _dead_ticks(lambda ticks: math.hypot(*(fit.rmse_mpa for fit in late_by(ticks).values())), dt_s)
+    def gained(ticks: float, better: float) -> float:
+        pairs = zip(late_by(ticks).values(), late_by(better).values(), strict=True)
+        return sum(2.0 * one.independent * math.log(max(one.rmse_mpa, _ZERO) / max(other.rmse_mpa, _ZERO))
+                   for one, other in pairs)  # fmt: skip
+
+    late = _dead_ticks(lambda ticks: math.hypot(*(fit.rmse_mpa for fit in late_by(ticks).values())), gained, dt_s)
     parameters: dict[str, Parameter] = {}
     errors, notes = [], []
     for valve, fit in late_by(late).items():
@@ -113,14 +124,16 @@ def identify_valves(records: Sequence[Record], dt_s: float, p0_mpa: float) -> Va
     )
 
 
-def _dead_ticks(error: Callable[[float], float], dt_s: float) -> float:
+def _dead_ticks(error: Callable[[float], float], gained: Callable[[float, float], float], dt_s: float) -> float:
     """Ticks between a set-point and the first answer of the regulators, by what is left of their pressures without so
-    many; 0 unless a dead time explains much that a lag does not."""
+    many; 0 unless a dead time explains much that a lag does not, and one of the steps unless the records tell a finer
+    one from it (`gained`: twice the logarithm of the likelihood)."""
     none, step = error(0.0), max(1.0, round(_DEAD_STEP_S / dt_s))
     if min(error(0.5 * step), error(step)) > _DEAD_WORTH * none:
         return 0.0
     best = min(np.arange(0.0, _DEAD_MOST_S / dt_s + 0.5, step).tolist(), key=error)
-    best = min(best, _least(error, max(best - step, 0.0), best + step), key=error)
+    finer = _least(error, max(best - step, 0.0), best + step)
+    best = finer if gained(best, finer) > _CHI_SQUARE_95 else best
     return best if error(best) < _DEAD_WORTH**4 * none else 0.0
 
 
@@ -178,10 +191,10 @@ def _fit(steps: Sequence[_Step], dt_s: float) -> _Fit:
     fit = descend(residuals, np.append(min(even, key=lambda one: one.cost).x, 1.0), low, high, _MOST_STEPS)
     rmse = rms(fit.residual)
     # residuals are slow: n of them say as much as so many fewer independent ones
-    share = independent_samples(fit.residual) / len(fit.residual)
+    independent = independent_samples(fit.residual)
     inverse, blind = inverse_information(fit.jacobian * (high - low))
-    std = spread_within(rmse * np.sqrt(np.diag(inverse) / share), blind)
-    return _Fit(fit.x, rmse, std * (high - low), np.any(fit.jacobian != 0.0, axis=0))
+    std = spread_within(rmse * np.sqrt(np.diag(inverse) * len(fit.residual) / independent), blind)
+    return _Fit(fit.x, rmse, independent, std * (high - low), np.any(fit.jacobian != 0.0, axis=0))
 
 
 def _fastest(steps: Sequence[_Step], values: Column, dt_s: float, name: str) -> float:
