@@ -6,8 +6,9 @@ from pathlib import Path
 
 import jinja2
 
+from rig.gap.answer.compared import FROM_MODEL, SOURCES
 from rig.gap.answer.result import Diagnosis
-from rig.gap.answer.words import FROM_MODEL, SOURCES, answers, chain_rows
+from rig.gap.answer.words import answers, chain_rows
 from rig.gap.pipeline import Grounds
 from rig.gap.reference.kinds import Kind as Reference
 from rig.model.parameters import Model

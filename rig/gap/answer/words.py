@@ -5,28 +5,18 @@ What each effect is called and means on the rig stands in `rig.gap.answer.on_the
 """
 
 from rig.gap.answer.chain import NAMES
+from rig.gap.answer.compared import FAR, FROM_MODEL, SOURCES, error, nothing, reference, than
 from rig.gap.answer.facts import RAW, SWALLOWED, ParameterMove, Verdict
 from rig.gap.answer.on_the_rig import ON_THE_RIG
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Observation
 from rig.gap.answer.sizes import degrees, size
 from rig.gap.offered import VALVES
+from rig.gap.raw_tests.signature import MONITOR
 from rig.gap.reference.kinds import Kind
-from rig.gap.settings import ABOVE_FLOOR, EVEN_CHANCE
+from rig.gap.settings import EVEN_CHANCE
 
-SOURCES = {
-    "sessions": "what the earlier days differ by",
-    "session": "what days of a rig usually differ by",
-    "fingerprint": "what a rig usually differs by from the description in its model file",
-    "uncorrected": "what a rig usually differs by from the description in its model file",
-    "simulator": "what a simulator usually misses of the rig that it was identified on",
-    "sister": "what a simulator usually misses of another rig of the build",
-}
-FAR = 3.0
-"""Floors by which a model must miss the healthy rig for that to be worth a line; and from which on a gap is not called
-small, whatever is found."""
 AS_MUCH = 0.05
 """Shares of the error that differ by less than this are told as the same."""
-FROM_MODEL = (Kind.SIMULATOR, Kind.FINGERPRINT)
 STAGES = {
     "timing": "in the timing",
     "valve": "in the valves",
@@ -38,15 +28,15 @@ STAGES = {
 
 def answers(diagnosis: Diagnosis) -> dict[str, str]:
     """Question -> answer: what it is, how far, re-tuning, what stays, what to look at; then where and how sure."""
-    told = {"Answer:": " ".join(headline(diagnosis))}
+    told, said_first = {"Answer:": " ".join(headline(diagnosis))}, diagnosis.verdict is Verdict.NONE
     told |= {"Why:": _reasons(diagnosis), "Look at:": _look_at(diagnosis)} if _named(diagnosis) else {}
     if diagnosis.retuning and (diagnosis.verdict is not Verdict.NONE or _swallowed(diagnosis)):
         told["Re-tuning:"] = _retuning(diagnosis)
     if _named(diagnosis) or diagnosis.verdict is Verdict.UNKNOWN:
         told["What stays:"] = _stays(diagnosis)
-    if diagnosis.observations:
-        told["Also seen:"] = "; ".join(_seen_beside(one) for one in diagnosis.observations) + "."
-    told["Compared with:"] = _reference(diagnosis)
+    if beside := [one for one in diagnosis.observations if not (said_first and one.test.startswith(MONITOR))]:
+        told["Also seen:"] = "; ".join(map(_seen_beside, beside)) + "."
+    told["Compared with:"] = reference(diagnosis)
     if diagnosis.causes:
         told["Where:"] = _where(diagnosis)
     told["How sure:"] = _how_sure(diagnosis)
@@ -69,7 +59,7 @@ def answers(diagnosis: Diagnosis) -> dict[str, str]:
 def headline(diagnosis: Diagnosis) -> list[str]:
     """The first lines: sentences that somebody at the rig understands at once."""
     if diagnosis.verdict is Verdict.NONE:
-        return [_nothing(diagnosis)]
+        return [nothing(diagnosis)]
     named = _named(diagnosis)
     if not named:
         return [_unknown(diagnosis)]
@@ -80,12 +70,6 @@ def headline(diagnosis: Diagnosis) -> list[str]:
 
 def _named(diagnosis: Diagnosis) -> list[Cause]:
     return [cause for cause in diagnosis.causes if cause.is_named]
-
-
-def _than(diagnosis: Diagnosis) -> str:
-    if diagnosis.reference in FROM_MODEL:
-        return "than the simulator says"
-    return "than on the earlier days" if diagnosis.reference is Kind.SESSIONS else "than on the earlier day"
 
 
 def _sentence(cause: Cause, diagnosis: Diagnosis) -> str:
@@ -106,10 +90,10 @@ def _sentence(cause: Cause, diagnosis: Diagnosis) -> str:
             else cause.effect.replace("_", " ").capitalize()
         )
     if "{than}" in said:
-        return said.replace("{than}", _than(diagnosis))
+        return said.replace("{than}", than(diagnosis))
     if diagnosis.reference in FROM_MODEL:
         return f"{said}; the simulator does not have that"
-    return f"{said}; that was not so {_than(diagnosis).removeprefix('than ')}"
+    return f"{said}; that was not so {than(diagnosis).removeprefix('than ')}"
 
 
 def _rest(diagnosis: Diagnosis) -> str:
@@ -142,16 +126,6 @@ def _noun(name: str) -> str:
     return f"{ON_THE_RIG[name].noun} ({name})" if name in ON_THE_RIG else name
 
 
-def _error(diagnosis: Diagnosis) -> str:
-    if diagnosis.reference in FROM_MODEL:
-        return "the simulator's error"
-    return (
-        "the difference from the earlier days"
-        if diagnosis.reference is Kind.SESSIONS
-        else "the difference from the earlier day"
-    )
-
-
 def _how_far(diagnosis: Diagnosis) -> str:
     gap = diagnosis.gap
     before, after = gap.rms_deg, gap.after_deg
@@ -162,9 +136,9 @@ def _how_far(diagnosis: Diagnosis) -> str:
     if left == degrees(before):
         shows = any(_side(cause) == "the pressures" for cause in _named(diagnosis))
         start = "It shows in the pressures;" if shows else f"With {with_it} in it"
-        return f"{start} {_error(diagnosis)} in the angle, {degrees(before)} deg, hardly changes."
+        return f"{start} {error(diagnosis)} in the angle, {degrees(before)} deg, hardly changes."
     return (
-        f"With {with_it} in it {_error(diagnosis)} falls from {degrees(before)} to {left} deg{between}, "
+        f"With {with_it} in it {error(diagnosis)} falls from {degrees(before)} to {left} deg{between}, "
         f"on {_judged_on(diagnosis)} that the fit has not seen."
     )
 
@@ -185,41 +159,6 @@ def _after(diagnosis: Diagnosis) -> tuple[str, str]:
     width = min(high - low, gap.rms_deg - gap.after_deg, 0.25 * gap.after_deg)
     left, least, most = (degrees(value, width) for value in (gap.after_deg, low, high))
     return left, f" ({least} to {most})" if least != most else ""
-
-
-def _nothing(diagnosis: Diagnosis) -> str:
-    gap = diagnosis.gap
-    size_of, usual = degrees(gap.rms_deg), degrees(gap.floor_deg)
-    if gap.rms_deg > FAR * gap.floor_deg:
-        return _far_and_nothing(diagnosis)
-    if diagnosis.reference in FROM_MODEL:
-        start = "The simulator says what these records show"
-        rest = f"it is {size_of} deg off (rms), and {usual} deg is {SOURCES[gap.floor_source]}."
-    else:
-        start = f"Nothing has changed that these records show: they are as {_than(diagnosis).removeprefix('than ')}"
-        rest = f"the angle differs by {size_of} deg (rms), and {usual} deg is {SOURCES[gap.floor_source]}."
-    if gap.ratio <= ABOVE_FLOOR and any(factor.found for factor in diagnosis.evidence.factors.values()):
-        start = f"Nothing stands above {SOURCES[gap.floor_source]}"
-        rest += " Something smaller than that is likely there all the same: it takes another course."
-    elif gap.rms_deg > gap.floor_deg:
-        rest += " What is above that is of the kind that may differ anyhow: offset, gain, lag and width of the loop."
-    return f"{start}; {rest}"
-
-
-def _far_and_nothing(diagnosis: Diagnosis) -> str:
-    """Neither an effect nor something unknown is likelier than that nothing is wrong, and yet the gap is large."""
-    gap = diagnosis.gap
-    far = f"{degrees(gap.rms_deg)} deg (rms), {gap.rms_deg / gap.floor_deg:.0f} times {SOURCES[gap.floor_source]}"
-    if diagnosis.reference in FROM_MODEL:
-        start, other = f"The simulator is off by {far}", "a simulator that misses more than usual"
-        then = "Identify it on a healthy day of this rig"
-    else:
-        start, other = f"The angle differs by {far}", "a day unlike the others"
-        then = "Record a healthy day more: if it is like this one, the rig is as it was"
-    return (
-        f"{start}; and yet no effect of the library is likelier than {other}, in offset, gain, lag and width of the "
-        f"loop. {then}."
-    )
 
 
 def _unknown(diagnosis: Diagnosis) -> str:
@@ -331,23 +270,6 @@ def _stays(diagnosis: Diagnosis) -> str:
         f"{degrees(left)} deg, {usually}; the rest is how roughly the law of the effect and the "
         "simulator's own class repeat this rig."
     )
-
-
-def _reference(diagnosis: Diagnosis) -> str:
-    name = {
-        Kind.SESSIONS: "the earlier days",
-        Kind.SESSION: "the one earlier day",
-        Kind.FINGERPRINT: "the description of the rig in the model file (its fingerprint)",
-        Kind.SIMULATOR: "the simulator itself",
-    }[diagnosis.reference]
-    if diagnosis.reference is Kind.FINGERPRINT and diagnosis.evidence.sessions:
-        name = (
-            "what the rig answered to these sweeps when the model was identified (the fingerprint in its file keeps it)"
-        )
-    because = f", {diagnosis.reference_because}" if diagnosis.reference_because else ""
-    gap = diagnosis.gap
-    usual = f"{degrees(gap.floor_deg)} deg is {SOURCES[gap.floor_source]}"
-    return f"{name}{because}. The angle is {degrees(gap.rms_deg)} deg rms off; {usual}."
 
 
 def _where(diagnosis: Diagnosis) -> str:

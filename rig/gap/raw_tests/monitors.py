@@ -5,15 +5,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from rig.gap.raw_tests.settings import BELOW_ZERO_MPA, CLEAR, DAYS_MEAN_MPA
-from rig.gap.raw_tests.signature import Signature
+from rig.gap.raw_tests.signature import MONITOR, Signature
 from rig.gap.raw_tests.statistics import between_days, by_chance
-from rig.gap.records.settings import STILL_MPA
+from rig.identify.records.monitors import dead_monitor, unheard
 from rig.record import Record
 
 
 def mean_pressure(cases: Sequence[Record], sessions: Sequence[Sequence[Record]]) -> Signature:
     """The test for a shift of the mean of both pressures."""
-    measured = all(record.has_pressures for record in [*cases, *(record for session in sessions for record in session)])
+    measured = all(map(_heard, [*cases, *(record for session in sessions for record in session)]))
     if not measured or not sessions:
         return Signature("mean pressure", None, False, 0.0, 0.0, "MPa", "the mean pressure cannot be compared")
     days = [_mean_mpa(session) for session in sessions]
@@ -40,12 +40,16 @@ def wires(cases: Sequence[Record]) -> list[Signature]:
 
 def _wire(name: str, cases: Sequence[Record]) -> Signature:
     columns = [record.columns().get(f"{name}_mpa", np.zeros(0)) for record in cases]
-    known = [column[np.isfinite(column)] for column in columns if np.isfinite(column).any()]
-    span = float(np.median([np.ptp(column) for column in known])) if known else 0.0
-    middle = float(np.median([np.median(column) for column in known])) if known else 0.0
-    dead, low = span < STILL_MPA, middle < BELOW_ZERO_MPA
-    state = "does not move: broken wire?" if dead else "reads below zero: broken wire?" if low else "is alive"
-    return Signature(f"monitor of {name}", None, dead or low, middle, 0.0, "MPa", f"monitor of {name} {state}")
+    middles = [np.nanmedian(column) for column in columns if np.isfinite(column).any()]
+    middle = float(np.median(middles)) if middles else 0.0
+    below = "reads below zero" if middle < BELOW_ZERO_MPA else None
+    trouble = next((said for record in cases if (said := unheard(record, name))), below)
+    state = f"{trouble} (a broken wire?)" if trouble else "is alive"
+    return Signature(f"{MONITOR} {name}", None, bool(trouble), middle, 0.0, "MPa", f"the monitor of {name} {state}")
+
+
+def _heard(record: Record) -> bool:
+    return record.has_pressures and dead_monitor(record) is None
 
 
 def _mean_mpa(records: Sequence[Record]) -> float:

@@ -9,6 +9,9 @@ from typing import Any
 
 from rig.gap.raw_tests.settings import HIGHEST_CONFIDENCE, TESTS
 
+MONITOR = "monitor of"
+"""How the tests of the pressure monitors are called, with p1 or p2 behind it."""
+
 
 @dataclass(frozen=True)
 class Size:

@@ -9,6 +9,7 @@ import numpy as np
 
 from rig.conditions import commanded_rest, conditions, stated, word_of
 from rig.gap.records.settings import CONDITION_LIMITS, SHIFTED_MPA
+from rig.identify.records.monitors import dead_monitor
 from rig.record import Record
 
 
@@ -31,8 +32,8 @@ class Difference:
 
 
 def measured_rest(record: Record) -> float | None:
-    """P0 by the measured pressures, MPa; None where one of them was not measured."""
-    if record.p1_mpa is None or record.p2_mpa is None:
+    """P0 by the measured pressures, MPa; None where one of them was not measured, or its monitor is not heard."""
+    if record.p1_mpa is None or record.p2_mpa is None or dead_monitor(record):
         return None
     return float(np.nanmedian(0.5 * (record.p1_mpa + record.p2_mpa)))
 

@@ -77,12 +77,8 @@ LEAST_MEASURED = 0.5
 """Share of a record's rows in which the angle must have been measured."""
 LEAST_COMMAND_MPA = 0.005
 """A command (p1 - p2) that moves by less excites nothing, MPa: a hundredth of a regulator's span."""
-STILL_DEG, STILL_MPA = 1e-6, 1e-4
-"""A column that moves by less does not move at all, deg and MPa: far below a converter's step."""
-LONGEST_LAG_S, FOLLOWED_S = 1.0, 0.05
-"""Lags at which a column may follow its command, s, and their distance. Longer: a slow sine follows itself mirrored."""
-FOLLOWS = 0.3
-"""A column that follows at all correlates by more than this with what drives it, at some lag up to LONGEST_LAG_S."""
+STILL_DEG = 1e-6
+"""An angle that moves by less does not move at all, deg: far below a converter's step."""
 AGAINST, ALMOST = -0.9, 0.97
 """Correlation of the measured with the commanded p1 - p2 below which the two sides are swapped, at the first lag at
 which it is almost (this share of) the largest of either sign. A later lag: a sine half a period late is mirrored."""

@@ -13,23 +13,20 @@ from rig.gap.records.settings import (
     ALMOST,
     ANGLE_AGAINST,
     FARTHEST,
-    FOLLOWED_S,
-    FOLLOWS,
     LEAST_COMMAND_MPA,
     LEAST_MEASURED,
     LEAST_ROWS,
     LEAST_SAMPLED,
     LONGEST_BRIDGE_S,
     LONGEST_GAP_S,
-    LONGEST_LAG_S,
     MOST_REASONS,
     RADIANS,
     SHORTEST_S,
     STILL_DEG,
-    STILL_MPA,
     STRANGE,
 )
 from rig.identify.records.data import strange_units
+from rig.identify.records.monitors import LONGEST_LAG_S, STILL_MPA, correlation, correlations, follows
 from rig.record import Column, Record
 
 
@@ -61,7 +58,7 @@ def usable(record: Record, notes: list[str], kind: str = "") -> bool:
         )
     elif np.ptp(record.angle_deg[np.isfinite(record.angle_deg)]) < STILL_DEG:
         notes.append(f"{where}: the angle never moves; broken sensor or stuck joint")
-    elif not follows(record, record.angle_deg):
+    elif not follows(record, record.angle_deg, record.dp_cmd_mpa):
         notes.append(
             f"{where}: the angle does not follow its command at any lag up to {LONGEST_LAG_S:g} s; broken sensor or "
             "loose joint?"
@@ -116,45 +113,9 @@ def _runs_against(record: Record) -> bool:
     known = np.isfinite(record.dp_mpa)
     if known.sum() < LEAST_ROWS or np.ptp(record.dp_mpa[known]) < LEAST_COMMAND_MPA:
         return False
-    at = _correlations(record, record.dp_mpa)
+    at = correlations(record, record.dp_mpa, record.dp_cmd_mpa)
     first = int(np.argmax(np.abs(at) > ALMOST * np.max(np.abs(at))))
     return bool(at[first] < AGAINST)
-
-
-def silent_monitor(record: Record) -> str | None:
-    """The monitor that stands still or follows nothing, in words; None when both are heard, or none was measured."""
-    for name, column in (("p1", record.p1_mpa), ("p2", record.p2_mpa)):
-        if column is None:
-            continue
-        known = column[np.isfinite(column)]
-        if len(known) and np.ptp(known) < STILL_MPA:
-            return f"the monitor of {name} does not move"
-        if not follows(record, column):
-            return f"the monitor of {name} does not follow its command"
-    return None
-
-
-def follows(record: Record, column: Column) -> bool:
-    """Whether a column has anything to do with the commanded p1 - p2, either way round and with some lag."""
-    if np.isfinite(column).sum() < LEAST_ROWS:
-        return True
-    return bool(np.max(np.abs(_correlations(record, column))) > FOLLOWS)
-
-
-def _correlations(record: Record, column: Column) -> Column:
-    """(lags,) correlations of a column (n,) with the commanded p1 - p2, at lags from 0 to LONGEST_LAG_S, FOLLOWED_S
-    apart."""
-    t = np.linspace(record.t_s[0], record.t_s[-1], max(int((record.t_s[-1] - record.t_s[0]) / FOLLOWED_S), 2))
-    known = np.isfinite(column)
-    command = np.interp(t, record.t_s, record.dp_cmd_mpa)
-    heard = np.interp(t, record.t_s[known], column[known])
-    lags = range(max(min(int(LONGEST_LAG_S / FOLLOWED_S), len(t) // 2), 1))
-    return np.array([_correlation(command[: len(t) - lag], heard[lag:]) for lag in lags])
-
-
-def _correlation(one: Column, other: Column) -> float:
-    one, other = one - one.mean(), other - other.mean()
-    return float(one @ other / max(float(np.sqrt((one @ one) * (other @ other))), 1e-30))
 
 
 def check_reach(name: str, said: Column, measured: Column, pressure_ratio: float = 1.0) -> None:
@@ -185,7 +146,7 @@ def runs_against(cases: Sequence[Column], expected: Sequence[Column]) -> bool:
     rig does that."""
     centred = [(one - np.mean(one), other - np.mean(other)) for one, other in zip(cases, expected, strict=True)]
     case, other = (np.concatenate(columns) for columns in zip(*centred, strict=True))
-    return _correlation(case, other) < ANGLE_AGAINST
+    return correlation(case, other) < ANGLE_AGAINST
 
 
 def check_direction(cases: Sequence[Column], expected: Sequence[Column], whose: str) -> None:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from rig.channels import common
 from rig.errors import RecordError
 from rig.identify.records.mix_ups import mix_ups, strange_clock
+from rig.identify.records.monitors import dead_monitor
 from rig.model.driving import driving_pressures
 from rig.model.external import KIND as EXTERNAL
 from rig.model.parameters import Input, Model
@@ -164,6 +165,8 @@ def _check_columns(record: Record, drive: Input) -> None:
         raise RecordError(f"{record.name}: it has no angle; needed: a column angle_deg")
     if drive is Input.PRESSURE and not record.has_pressures:
         raise RecordError(f"{record.name}: the pressures were not measured; use --input command")
+    if drive is Input.PRESSURE and (dead := dead_monitor(record)):
+        raise RecordError(f"{record.name}: {dead} (a broken wire?); use --input command")
     if drive is Input.COMMAND:
         for name, known in commanded(record).items():
             if np.isnan(known).any():

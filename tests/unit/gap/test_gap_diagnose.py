@@ -239,17 +239,27 @@ def test_what_the_model_itself_misses_is_told_apart_from_the_gap() -> None:
 
 
 @pytest.mark.parametrize(
-    ("read", "said"),
+    ("read", "said_of"),
     [
         (lambda r: np.full(len(r), 0.2), "does not move"),
         (lambda r: 0.2 + 0.05 * np.random.default_rng(1).standard_normal(len(r)), "does not follow its command"),
     ],
 )
-def test_a_monitor_that_hears_nothing_is_no_monitor(read: Callable[[Record], Column], said: str) -> None:
+def test_a_monitor_that_hears_nothing_is_no_monitor(read: Callable[[Record], Column], said_of: str) -> None:
     found = asked(_worse(session(154), p1_mpa=read))
-    assert any(f"the monitor of p1 {said}; broken wire? the angle alone is used" in note for note in found.notes)
+    assert any(f"the monitor of p1 {said_of}; broken wire? the angle alone is used" in note for note in found.notes)
     assert found.verdict == "none"
     assert not found.evidence.pressures_used
+    said = answers(found)
+    start = f"The monitor of p1 {said_of} (a broken wire?). By the angle alone nothing "
+    assert said["Answer:"].startswith(start)
+    assert "?." not in said.get("Also seen:", "")
+
+
+def test_a_dead_monitor_at_a_rail_is_no_other_rest_pressure() -> None:
+    told = [[replace(record, facts={**record.facts, "p0_mpa": 0.2}) for record in day] for day in baselines()]
+    rail = _worse(session(154), p1_mpa=lambda r: np.full(len(r), -0.05))
+    assert diagnose(model(), rail, told).verdict == "none"
 
 
 @pytest.mark.parametrize("column", ["p1_mpa", "angle_deg"])

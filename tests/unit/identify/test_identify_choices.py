@@ -10,6 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 from rig.app.model.identifying import StartOptions, start_model
+from rig.errors import RecordError
 from rig.identify.fit import Settings, identify
 from rig.identify.records.data import Options, best_input, prepare
 from rig.identify.records.zero import zero_shown
@@ -40,6 +41,8 @@ ONE = measured(0.5)
 SEVERAL = [measured(0.5, 0.2), measured(0.2, 0.15), measured(0.8, 0.3)]
 BARE = replace(ONE, p1_mpa=None, p2_mpa=None)
 STILL = replace(ONE, p1_mpa=np.full(ROWS, 0.2), p2_mpa=np.full(ROWS, 0.2))
+DEAD = replace(ONE, p1_mpa=np.full(ROWS, 0.2))
+AT_A_RAIL = replace(ONE, p2_mpa=np.random.default_rng(2).normal(-0.05, 4e-4, ROWS))
 
 
 def test_the_pressures_drive_where_every_record_has_them() -> None:
@@ -49,7 +52,13 @@ def test_the_pressures_drive_where_every_record_has_them() -> None:
 
 
 @pytest.mark.parametrize(
-    ("other", "reason"), [(BARE, "the pressures were not measured"), (STILL, "the pressure is constant")]
+    ("other", "reason"),
+    [
+        (BARE, "the pressures were not measured"),
+        (STILL, "the monitor of p1 does not move (a broken wire?)"),
+        (DEAD, "the monitor of p1 does not move (a broken wire?)"),
+        (AT_A_RAIL, "the monitor of p2 does not follow its command (a broken wire?)"),
+    ],
 )
 def test_one_record_without_usable_pressures_makes_it_the_command(other: Record, reason: str) -> None:
     drive, why = best_input([ONE, other], Options())
@@ -57,6 +66,18 @@ def test_one_record_without_usable_pressures_makes_it_the_command(other: Record,
     assert why.startswith("driven by the command, not by measured pressures: ")
     assert reason in why
     assert "--input command" not in why, "that is what it does"
+
+
+def test_a_dead_monitor_drives_no_model_whoever_asks_for_it() -> None:
+    assert RIG.muscle.input is Input.PRESSURE
+    with pytest.raises(RecordError, match=r"the monitor of p1 does not move \(a broken wire\?\); use --input command"):
+        prepare(DEAD, RIG)
+
+
+def test_a_pressure_that_is_held_by_its_set_point_is_alive() -> None:
+    assert ONE.p1_cmd_mpa is not None
+    held = replace(DEAD, p1_cmd_mpa=np.full(ROWS, 0.2), dp_cmd_mpa=0.2 - ONE.p2_cmd_mpa)
+    assert best_input([held], Options())[0] is Input.PRESSURE
 
 
 def test_the_law_of_the_mean_pressure_is_identified_where_the_mean_moves() -> None:

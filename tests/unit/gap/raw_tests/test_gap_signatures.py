@@ -116,7 +116,9 @@ def test_lost_samples_are_found_however_many_are_lost(share: float, seed: int) -
 
 def test_dead_monitor_is_seen() -> None:
     records = [replace(record, p1_mpa=np.zeros(len(record))) for record in session(64)]
-    assert marks(records)["monitor of p1"].found
+    seen = marks(records)
+    assert seen["monitor of p1"].text == "the monitor of p1 does not move (a broken wire?)"
+    assert not seen["mean pressure"].found, "half of nothing is no rest pressure"
 
 
 def test_lost_samples_in_runs_are_found_and_bridged() -> None:

@@ -251,7 +251,7 @@ def test_monitors_that_follow_mirrored_are_swapped_however_late(hertz: float, la
 
 
 def at_rest(mpa: float, **facts: object) -> Record:
-    pressed = 0.05 * np.sin(T)
+    pressed = 0.05 * np.sin(np.pi * T)
     return replace(record(**facts), p1_mpa=mpa + pressed, p2_mpa=mpa - pressed)
 
 

@@ -1,0 +1,96 @@
+"""What an answer is compared with, in sentences, and that nothing stands out beside it. No number is computed here."""
+
+from rig.gap.answer.result import Diagnosis
+from rig.gap.answer.sizes import degrees
+from rig.gap.raw_tests.signature import MONITOR
+from rig.gap.reference.kinds import Kind
+from rig.gap.settings import ABOVE_FLOOR
+
+SOURCES = {
+    "sessions": "what the earlier days differ by",
+    "session": "what days of a rig usually differ by",
+    "fingerprint": "what a rig usually differs by from the description in its model file",
+    "uncorrected": "what a rig usually differs by from the description in its model file",
+    "simulator": "what a simulator usually misses of the rig that it was identified on",
+    "sister": "what a simulator usually misses of another rig of the build",
+}
+FAR = 3.0
+"""Floors by which a model must miss the healthy rig for that to be worth a line; and from which on a gap is not called
+small, whatever is found."""
+FROM_MODEL = (Kind.SIMULATOR, Kind.FINGERPRINT)
+
+
+def than(diagnosis: Diagnosis) -> str:
+    if diagnosis.reference in FROM_MODEL:
+        return "than the simulator says"
+    return "than on the earlier days" if diagnosis.reference is Kind.SESSIONS else "than on the earlier day"
+
+
+def error(diagnosis: Diagnosis) -> str:
+    if diagnosis.reference in FROM_MODEL:
+        return "the simulator's error"
+    return (
+        "the difference from the earlier days"
+        if diagnosis.reference is Kind.SESSIONS
+        else "the difference from the earlier day"
+    )
+
+
+def reference(diagnosis: Diagnosis) -> str:
+    name = {
+        Kind.SESSIONS: "the earlier days",
+        Kind.SESSION: "the one earlier day",
+        Kind.FINGERPRINT: "the description of the rig in the model file (its fingerprint)",
+        Kind.SIMULATOR: "the simulator itself",
+    }[diagnosis.reference]
+    if diagnosis.reference is Kind.FINGERPRINT and diagnosis.evidence.sessions:
+        name = (
+            "what the rig answered to these sweeps when the model was identified (the fingerprint in its file keeps it)"
+        )
+    because = f", {diagnosis.reference_because}" if diagnosis.reference_because else ""
+    gap = diagnosis.gap
+    usual = f"{degrees(gap.floor_deg)} deg is {SOURCES[gap.floor_source]}"
+    return f"{name}{because}. The angle is {degrees(gap.rms_deg)} deg rms off; {usual}."
+
+
+def nothing(diagnosis: Diagnosis) -> str:
+    """That nothing is found; of the angle alone where a pressure monitor is not heard, which is said first."""
+    said = _nothing(diagnosis)
+    if not (dead := "; ".join(one.text for one in diagnosis.observations if one.test.startswith(MONITOR))):
+        return said
+    return f"{dead[:1].upper()}{dead[1:]}. By the angle alone {said[:1].lower()}{said[1:]}"
+
+
+def _nothing(diagnosis: Diagnosis) -> str:
+    gap = diagnosis.gap
+    size_of, usual = degrees(gap.rms_deg), degrees(gap.floor_deg)
+    if gap.rms_deg > FAR * gap.floor_deg:
+        return _far_and_nothing(diagnosis)
+    if diagnosis.reference in FROM_MODEL:
+        start = "The simulator says what these records show"
+        rest = f"it is {size_of} deg off (rms), and {usual} deg is {SOURCES[gap.floor_source]}."
+    else:
+        start = f"Nothing has changed that these records show: they are as {than(diagnosis).removeprefix('than ')}"
+        rest = f"the angle differs by {size_of} deg (rms), and {usual} deg is {SOURCES[gap.floor_source]}."
+    if gap.ratio <= ABOVE_FLOOR and any(factor.found for factor in diagnosis.evidence.factors.values()):
+        start = f"Nothing stands above {SOURCES[gap.floor_source]}"
+        rest += " Something smaller than that is likely there all the same: it takes another course."
+    elif gap.rms_deg > gap.floor_deg:
+        rest += " What is above that is of the kind that may differ anyhow: offset, gain, lag and width of the loop."
+    return f"{start}; {rest}"
+
+
+def _far_and_nothing(diagnosis: Diagnosis) -> str:
+    """Neither an effect nor something unknown is likelier than that nothing is wrong, and yet the gap is large."""
+    gap = diagnosis.gap
+    far = f"{degrees(gap.rms_deg)} deg (rms), {gap.rms_deg / gap.floor_deg:.0f} times {SOURCES[gap.floor_source]}"
+    if diagnosis.reference in FROM_MODEL:
+        start, other = f"The simulator is off by {far}", "a simulator that misses more than usual"
+        then = "Identify it on a healthy day of this rig"
+    else:
+        start, other = f"The angle differs by {far}", "a day unlike the others"
+        then = "Record a healthy day more: if it is like this one, the rig is as it was"
+    return (
+        f"{start}; and yet no effect of the library is likelier than {other}, in offset, gain, lag and width of the "
+        f"loop. {then}."
+    )

@@ -1,0 +1,62 @@
+"""Whether a pressure monitor is heard: one that stands still, or follows nothing, while its set-point moves measures
+nothing, and may be a broken wire."""
+
+from typing import Final
+
+import numpy as np
+
+from rig.model.resample import set_points
+from rig.record import Column, Record
+
+STILL_MPA: Final = 1e-4
+"""A pressure that moves by less does not move at all: far below a converter's step."""
+LEAST_SET_MPA: Final = 0.005
+"""A set-point that moves by less asks nothing of its regulator."""
+LONGEST_LAG_S, FOLLOWED_S = 1.0, 0.05
+"""Lags at which a column may follow its command, s, and their distance. Longer: a slow sine follows itself mirrored."""
+FOLLOWS: Final = 0.3
+"""A column that follows at all correlates by more than this with what drives it, at some lag up to LONGEST_LAG_S."""
+_LEAST_ROWS: Final = 50
+"""Fewer rows show no response."""
+
+
+def dead_monitor(record: Record) -> str | None:
+    """The first monitor that is not heard, in words; None when both are heard, or none was measured."""
+    return next((f"the monitor of {name} {said}" for name in ("p1", "p2") if (said := unheard(record, name))), None)
+
+
+def unheard(record: Record, name: str) -> str | None:
+    """What is wrong with the monitor of `name`, p1 or p2, in words; None where nothing is, or where nothing was asked
+    of its regulator."""
+    column: Column | None = getattr(record, f"{name}_mpa")
+    if column is None or not (known := np.isfinite(column)).any():
+        return None
+    set_point = set_points(record, 0.0)[("p1", "p2").index(name)]
+    if not np.ptp(set_point[np.isfinite(set_point)]) >= LEAST_SET_MPA:
+        return None
+    if np.ptp(column[known]) < STILL_MPA:
+        return "does not move"
+    return None if follows(record, column, set_point) else "does not follow its command"
+
+
+def follows(record: Record, column: Column, command: Column) -> bool:
+    """Whether a column (n,) has anything to do with a command (n,), either way round and with some lag."""
+    if min(np.isfinite(column).sum(), np.isfinite(command).sum()) < _LEAST_ROWS:
+        return True
+    return bool(np.max(np.abs(correlations(record, column, command))) > FOLLOWS)
+
+
+def correlations(record: Record, column: Column, command: Column) -> Column:
+    """(lags,) correlations of a column (n,) with a command (n,), at lags from 0 to LONGEST_LAG_S, FOLLOWED_S apart."""
+    t = np.linspace(record.t_s[0], record.t_s[-1], max(int((record.t_s[-1] - record.t_s[0]) / FOLLOWED_S), 2))
+    heard, said = (
+        np.interp(t, record.t_s[known], one[known]) for one in (column, command) for known in (np.isfinite(one),)
+    )
+    lags = range(max(min(int(LONGEST_LAG_S / FOLLOWED_S), len(t) // 2), 1))
+    return np.array([correlation(said[: len(t) - lag], heard[lag:]) for lag in lags])
+
+
+def correlation(one: Column, other: Column) -> float:
+    """Between -1 and 1; 0 where one of them stands still."""
+    one, other = one - one.mean(), other - other.mean()
+    return float(one @ other / max(float(np.sqrt((one @ one) * (other @ other))), 1e-30))
