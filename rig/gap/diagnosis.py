@@ -10,6 +10,7 @@ from rig.gap.offered import channels_of_call, possible
 from rig.gap.pipeline import Grounds, Question
 from rig.gap.reference.build import AUTO, Kind, because, choose
 from rig.gap.settings import Fitted, fitted
+from rig.identify.provenance import identified_on
 from rig.model.parameters import Model
 from rig.record import Record
 
@@ -74,5 +75,13 @@ def diagnose_with_grounds(
         every_day=every_day,
     )
     said, grounds = answer_with(question, experiments)
-    why = because(reference, kind, model, len(baselines))
-    return replace(said, reference_because=why, channels=channels), grounds
+    why, own = because(reference, kind, model, len(baselines)), _own_records(kind, model, records)
+    return replace(said, reference_because=why, channels=channels, notes=[*said.notes, *own]), grounds
+
+
+def _own_records(kind: Kind, model: Model | None, records: Sequence[Record]) -> list[str]:
+    """A note where a model is asked about the records that it was fitted to."""
+    if model is None or kind.by_days or not (same := identified_on(model, records)):
+        return []
+    what = "these records" if len(same) == len(records) else ", ".join(same)
+    return [f"the model was identified on {what}: what it could be fitted to is no gap here; other records judge it"]

@@ -5,11 +5,16 @@ import os
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import Final
 
 from rig.identify.records.data import Prepared
 from rig.identify.validate import Score
 from rig.log.reader import SUFFIXES
 from rig.model.parameters import Model, Provenance, SourceLog
+from rig.record import Record
+
+FITTED_AGAIN: Final = "Its own parameters fitted again by pamrig gap diagnose."
+"""What the provenance of a model says whose parameters a diagnosis has re-tuned."""
 
 
 def provenance(
@@ -44,6 +49,26 @@ def find_logs(model: Model, folder: Path | None = None) -> tuple[list[Path], lis
         for digest, path in wanted.items()
         if digest not in found
     ]
+
+
+def identified_on(model: Model, records: Sequence[Record]) -> list[str]:
+    """Names of the records that `model` was identified on, by the SHA-256 of their files."""
+    logs = {log.sha256 for log in model.provenance.logs if log.sha256}
+    return [record.name for record in records if logs and _digest(record.source) in logs]
+
+
+def tuned_to(model: Model, records: Sequence[Record]) -> str:
+    """Whether `model` was fitted to these records, as its file tells: what follows "The model ..." in a sentence."""
+    same = identified_on(model, records)
+    if len(same) == len(records) > 0:
+        return "was identified on these very records"
+    if same:
+        return f"was identified on {len(same)} of these {len(records)} records ({', '.join(same[:3])})"
+    if FITTED_AGAIN in model.provenance.text:
+        return "was fitted again by a diagnosis; its file does not say to which records"
+    if not model.provenance.logs or any(record.source is None for record in records):
+        return "does not say which records it was tuned to"
+    return "was not tuned to these records"
 
 
 def _search(folder: Path, missing: set[str], names: set[str]) -> dict[str, Path]:

@@ -6,11 +6,12 @@ from pathlib import Path
 
 import jinja2
 
-from rig.gap.answer.compared import FROM_MODEL, SOURCES
+from rig.gap.answer.compared import SOURCES, from_model
 from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.words import answers, chain_rows
 from rig.gap.pipeline import Grounds
 from rig.gap.reference.kinds import Kind as Reference
+from rig.identify.provenance import tuned_to
 from rig.model.parameters import Model
 from rig.outputs import Kind, write_text
 from rig.own_units import own_text
@@ -36,7 +37,7 @@ def page(diagnosis: Diagnosis, grounds: Grounds, model: Model, origin: Mapping[s
     template = environment.from_string(files("rig.report").joinpath("gap_page.html.jinja").read_text(encoding="utf-8"))
     told = {question.rstrip(":"): answer for question, answer in answers(diagnosis).items()}
     text = template.render(
-        title="What does the simulator lack?" if diagnosis.reference in FROM_MODEL else "What has changed on the rig?",
+        title="What does the simulator lack?" if from_model(diagnosis) else "What has changed on the rig?",
         headline=told.pop("Answer"),
         answers=told,
         origin=origin or {},
@@ -52,6 +53,7 @@ def _assumed(diagnosis: Diagnosis, grounds: Grounds, model: Model) -> list[str]:
     """What the answers rest on."""
     nominal, sessions = grounds.expected.response, diagnosis.evidence.sessions
     used, valves = diagnosis.evidence.pressures_used, diagnosis.channels.has_valves
+    records = [pair.raw for pair in grounds.expected.pairs]
     description = "The description"
     if valves:
         description = (
@@ -63,7 +65,7 @@ def _assumed(diagnosis: Diagnosis, grounds: Grounds, model: Model) -> list[str]:
         f"what is usual comes from {SOURCES[diagnosis.gap.floor_source]}.",
         *([f"Pressures were {'used: each valve is judged by its monitor' if used else 'not used'}."] if valves else []),
         f"{description} misses {nominal.misfit_deg:.2g} deg rms of what is expected and is used in differences only.",
-        f"The model ({model.muscle.kind}, driven by {model.muscle.input.value}) was not tuned to these records.",
+        f"The model ({model.muscle.kind}, driven by {model.muscle.input.value}) {tuned_to(model, records)}.",
     ]
     return [*told, *diagnosis.notes]
 

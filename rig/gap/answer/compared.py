@@ -17,23 +17,29 @@ SOURCES = {
 FAR = 3.0
 """Floors by which a model must miss the healthy rig for that to be worth a line; and from which on a gap is not called
 small, whatever is found."""
-FROM_MODEL = (Kind.SIMULATOR, Kind.FINGERPRINT)
+
+
+def from_model(diagnosis: Diagnosis) -> bool:
+    """The records are compared with what a model says, and not with what the rig answered on another day, be it the one
+    that a fingerprint keeps."""
+    kept = diagnosis.reference is Kind.FINGERPRINT and diagnosis.evidence.sessions > 0
+    return not diagnosis.reference.by_days and not kept
 
 
 def than(diagnosis: Diagnosis) -> str:
-    if diagnosis.reference in FROM_MODEL:
+    if from_model(diagnosis):
         return "than the simulator says"
+    if diagnosis.reference is Kind.FINGERPRINT:
+        return "than when the model was identified"
     return "than on the earlier days" if diagnosis.reference is Kind.SESSIONS else "than on the earlier day"
 
 
 def error(diagnosis: Diagnosis) -> str:
-    if diagnosis.reference in FROM_MODEL:
+    if from_model(diagnosis):
         return "the simulator's error"
-    return (
-        "the difference from the earlier days"
-        if diagnosis.reference is Kind.SESSIONS
-        else "the difference from the earlier day"
-    )
+    if diagnosis.reference is Kind.FINGERPRINT:
+        return "the difference from what the rig answered then"
+    return f"the difference from the earlier day{'s' if diagnosis.reference is Kind.SESSIONS else ''}"
 
 
 def reference(diagnosis: Diagnosis) -> str:
@@ -66,7 +72,7 @@ def _nothing(diagnosis: Diagnosis) -> str:
     size_of, usual = degrees(gap.rms_deg), degrees(gap.floor_deg)
     if gap.rms_deg > FAR * gap.floor_deg:
         return _far_and_nothing(diagnosis)
-    if diagnosis.reference in FROM_MODEL:
+    if from_model(diagnosis):
         start = "The simulator says what these records show"
         rest = f"it is {size_of} deg off (rms), and {usual} deg is {SOURCES[gap.floor_source]}."
     else:
@@ -84,7 +90,7 @@ def _far_and_nothing(diagnosis: Diagnosis) -> str:
     """Neither an effect nor something unknown is likelier than that nothing is wrong, and yet the gap is large."""
     gap = diagnosis.gap
     far = f"{degrees(gap.rms_deg)} deg (rms), {gap.rms_deg / gap.floor_deg:.0f} times {SOURCES[gap.floor_source]}"
-    if diagnosis.reference in FROM_MODEL:
+    if from_model(diagnosis):
         start, other = f"The simulator is off by {far}", "a simulator that misses more than usual"
         then = "Identify it on a healthy day of this rig"
     else:

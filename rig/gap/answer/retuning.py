@@ -15,6 +15,7 @@ from rig.gap.answer.facts import ParameterMove, Retuning
 from rig.gap.answer.halves import in_halves
 from rig.gap.records.pairs import Pair
 from rig.gap.reference.build import Expected
+from rig.identify.provenance import FITTED_AGAIN
 from rig.identify.response.descent import Fit, descend, square_sum
 from rig.model.kernels import simulate
 from rig.model.parameters import Model, Parameter, StageModel
@@ -79,7 +80,7 @@ def retuned_model(model: Model, expected: Expected) -> Model:
             "--retuned: the simulator runs away under these records, or has no parameters of "
             "pamrig's, so it cannot be fitted to them"
         )
-    text = f"{model.provenance.text} Its own parameters fitted again by pamrig gap diagnose.".strip()
+    text = f"{model.provenance.text} {FITTED_AGAIN}".strip()
     return replace(found.model, provenance=replace(model.provenance, text=text))
 
 

@@ -5,7 +5,7 @@ What each effect is called and means on the rig stands in `rig.gap.answer.on_the
 """
 
 from rig.gap.answer.chain import NAMES
-from rig.gap.answer.compared import FAR, FROM_MODEL, SOURCES, error, nothing, reference, than
+from rig.gap.answer.compared import FAR, SOURCES, error, from_model, nothing, reference, than
 from rig.gap.answer.facts import RAW, SWALLOWED, ParameterMove, Verdict
 from rig.gap.answer.on_the_rig import ON_THE_RIG
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Observation
@@ -91,7 +91,7 @@ def _sentence(cause: Cause, diagnosis: Diagnosis) -> str:
         )
     if "{than}" in said:
         return said.replace("{than}", than(diagnosis))
-    if diagnosis.reference in FROM_MODEL:
+    if from_model(diagnosis):
         return f"{said}; the simulator does not have that"
     return f"{said}; that was not so {than(diagnosis).removeprefix('than ')}"
 
@@ -162,11 +162,7 @@ def _after(diagnosis: Diagnosis) -> tuple[str, str]:
 
 
 def _unknown(diagnosis: Diagnosis) -> str:
-    what = (
-        "The rig does something that the simulator does not"
-        if diagnosis.reference in FROM_MODEL
-        else "Something has changed"
-    )
+    what = "The rig does something that the simulator does not" if from_model(diagnosis) else "Something has changed"
     near = next((cause.ambiguous_with for cause in diagnosis.causes if cause.ambiguous_with), ())
     likely = [one.effect for one in diagnosis.ranking if one.effect in near and one.probability > EVEN_CHANCE]
     if likely:
@@ -213,7 +209,7 @@ def _retuning(diagnosis: Diagnosis) -> str:
     said += f": {moved}." if moved else "; no valve, joint or sensor parameter moves plainly."
     if _swallowed(diagnosis) and tuning.looks_like:
         said += f" In these records any of these would look the same: {', '.join(map(_noun, tuning.looks_like))}."
-    return f"{said} {_beyond(diagnosis)}".rstrip() if diagnosis.reference in FROM_MODEL and _helps(diagnosis) else said
+    return f"{said} {_beyond(diagnosis)}".rstrip() if not diagnosis.reference.by_days and _helps(diagnosis) else said
 
 
 def _swallowed(diagnosis: Diagnosis) -> bool:

@@ -32,7 +32,7 @@ def unheard(record: Record, name: str) -> str | None:
     if column is None or not (known := np.isfinite(column)).any():
         return None
     set_point = set_points(record, 0.0)[("p1", "p2").index(name)]
-    if not np.ptp(set_point[np.isfinite(set_point)]) >= LEAST_SET_MPA:
+    if not np.isfinite(set_point).any() or not np.nanmax(set_point) - np.nanmin(set_point) >= LEAST_SET_MPA:
         return None
     if np.ptp(column[known]) < STILL_MPA:
         return "does not move"

@@ -88,6 +88,21 @@ def test_the_reference_says_than_what(reference: str, than: str) -> None:
     assert than in headline(told(LAG, reference=reference))[0]
 
 
+def test_the_day_that_a_fingerprint_keeps_is_no_simulator() -> None:
+    def kept(made: Diagnosis) -> str:
+        return answers(replace(made, evidence=replace(made.evidence, sessions=1)))["Answer:"]
+
+    lag = kept(told(LAG, reference="fingerprint"))
+    assert "10 ms later than when the model was identified" in lag
+    assert "the difference from what the rig answered then falls from" in lag
+    for made in (
+        told(verdict="none", rms_deg=0.09, reference="fingerprint", floor_source="session"),
+        told(verdict="none", rms_deg=0.82, reference="fingerprint", floor_source="session"),
+        told(NOTHING_KNOWN, verdict="unknown", after_deg=0.751, reference="fingerprint"),
+    ):
+        assert "simulator" not in kept(made)
+
+
 def test_a_negative_size_is_a_word_and_no_minus() -> None:
     quicker = headline(told(cause("valve_lag", tau_s=(-0.012, -0.013, -0.011, "s"))))[0]
     assert quicker.startswith("The regulators answer 12 ms sooner than the simulator says")
