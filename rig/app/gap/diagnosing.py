@@ -223,13 +223,15 @@ def write_overview(
 
 
 def without_next(options: DiagnosisOptions, results: "Mapping[str | None, Diagnosis]") -> Iterator[str]:
-    """A line for each case that `--next-experiment` was asked for and that has none."""
+    """A line for each case that `--next-experiment` was asked for and that has none, with why."""
+    from rig.gap.answer.words import why_no_next
+
     for name, diagnosis in results.items():
         if options.next_to is not None and not diagnosis.next_experiment:
             place = place_of(options.next_to, name)
             old = "; what lies there is from before" if place.exists() else ""
             whose = f" for {name}" if name else ""
-            yield f"no next experiment{whose}: no sweep is known that would tell more; {place} was not written{old}"
+            yield f"no next experiment{whose}: {why_no_next(diagnosis)}; {place} was not written{old}"
 
 
 def _origin(

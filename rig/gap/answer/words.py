@@ -11,6 +11,7 @@ from rig.gap.answer.on_the_rig import ON_THE_RIG
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Observation
 from rig.gap.answer.sizes import degrees, size
 from rig.gap.offered import VALVES
+from rig.gap.plan.experiment import Experiment
 from rig.gap.raw_tests.signature import MONITOR
 from rig.gap.reference.kinds import Kind
 from rig.gap.settings import EVEN_CHANCE
@@ -48,11 +49,7 @@ def answers(diagnosis: Diagnosis) -> dict[str, str]:
             "makes it smaller."
         )
     if diagnosis.next_experiment:
-        names = " and ".join(_noun(name) for name in diagnosis.next_experiment.separates)
-        told["Next:"] = (
-            f"to tell {names} apart, record {diagnosis.next_experiment.why}: they differ by "
-            f"{diagnosis.next_experiment.weakest:.1f} standard deviations there."
-        )
+        told["Next:"] = _next(diagnosis, diagnosis.next_experiment)
     return {question: answer for question, answer in told.items() if answer}
 
 
@@ -285,6 +282,33 @@ def _pressures(diagnosis: Diagnosis) -> str:
         f"; the pressures show it ({size(by)} rms off, of a course that nothing usual has), where the angle alone "
         f"({degrees(gap.rms_deg)} deg, {degrees(gap.floor_deg)} deg is usual) would not"
     )
+
+
+def _next(diagnosis: Diagnosis, experiment: Experiment) -> str:
+    """What to record, and what it tells apart; that these are open where the answer has not said so."""
+    heard = {name for cause in diagnosis.causes for name in (cause.effect, *cause.ambiguous_with)}
+    names = " and ".join(map(_noun, experiment.separates))
+    start = f"to tell {names} apart"
+    if not heard.issuperset(experiment.separates):
+        start = f"{names} leave these records alike; to tell them apart"
+    return f"{start}, record {experiment.why}: they differ by {experiment.weakest:.1f} standard deviations there."
+
+
+def why_no_next(diagnosis: Diagnosis) -> str:
+    """Why no sweep is proposed, and what would make one possible."""
+    known = [
+        [name for name in one.names if name in ON_THE_RIG] for one in diagnosis.evidence.factors.values() if one.found
+    ]
+    alike = next((names for names in known if len(names) > 1), [])
+    if not alike:
+        return "these records leave no effects that a sweep would tell apart"
+    said = f"no sweep as large as these records is known that would tell {' and '.join(map(_noun, alike))} apart"
+    days = (
+        ""
+        if diagnosis.reference is Kind.SESSIONS
+        else "; several earlier days (each with --baseline DAY) may make one possible"
+    )
+    return f"{said}{days}"
 
 
 def chain_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:

@@ -1,15 +1,17 @@
 """What a diagnosis leaves beside its answer: the overview of a campaign, and a word where no next experiment is
 known."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from rig.app.gap.baselines import Session
 from rig.app.gap.diagnosing import DiagnosisOptions, without_next, write_overview
-from rig.gap.answer.facts import Gap, Verdict, Where
+from rig.gap.answer.facts import Evidence, Gap, Judged, Verdict, Where
 from rig.gap.answer.result import Cause, Diagnosis
 from rig.gap.plan.experiment import Experiment
+from rig.gap.reference.kinds import Kind
 
 
 def diagnosis(effect: str | None = None, next_experiment: Experiment | None = None) -> Diagnosis:
@@ -40,6 +42,33 @@ def test_a_campaign_has_an_overview_that_leads_to_each_day(tmp_path: Path) -> No
 def test_one_case_has_no_overview(tmp_path: Path) -> None:
     write_overview(options(tmp_path), {None: diagnosis("valve_lag")}, [])
     assert not (tmp_path / "gap.html").exists()
+
+
+@pytest.mark.parametrize(
+    ("reference", "names", "said", "days"),
+    [
+        (
+            Kind.SIMULATOR,
+            ("delay", "valve_lag"),
+            "would tell a dead time (delay) and slower or quicker regulators",
+            True,
+        ),
+        (
+            Kind.SESSIONS,
+            ("delay", "valve_lag"),
+            "would tell a dead time (delay) and slower or quicker regulators",
+            False,
+        ),
+        (Kind.SIMULATOR, ("delay", "unknown"), "no effects that a sweep would tell apart", False),
+    ],
+)
+def test_why_there_is_no_next_experiment_and_what_would_make_one_possible(
+    tmp_path: Path, reference: Kind, names: tuple[str, ...], said: str, days: bool
+) -> None:
+    seen = Evidence({"pressures": Judged(0.1, 0.01, "MPa", True, {}, names, 0.0, {})})
+    (line,) = without_next(options(tmp_path), {None: replace(diagnosis("delay"), evidence=seen, reference=reference)})
+    assert said in line
+    assert ("several earlier days (each with --baseline DAY) may make one possible" in line) is days
 
 
 @pytest.mark.parametrize("old", [False, True])

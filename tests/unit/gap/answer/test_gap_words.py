@@ -12,6 +12,7 @@ from rig.gap.answer.result import Cause, Diagnosis, Interval, Ranked
 from rig.gap.answer.sizes import rounded, size
 from rig.gap.answer.words import answers, headline
 from rig.gap.hypotheses.library import LIBRARY
+from rig.gap.plan.experiment import Experiment
 from rig.gap.reference.build import Kind
 from rig.model.effect_stages import EFFECT_STAGES
 
@@ -192,6 +193,25 @@ def test_retuning_and_what_the_effect_closes_beyond_it(after: float, words: str)
     said = answers(replace(told(LAG), retuning=replace(TUNING, after_deg=after)))["Re-tuning:"]
     assert "valve1_tau_s goes from 43 ms to 53 ms" in said or "valve1_tau_s goes from 43 ms to 53.1 ms" in said
     assert words in said
+
+
+@pytest.mark.parametrize(
+    ("separates", "start"),
+    [
+        (
+            ("valve_lag", "delay"),
+            "to tell slower or quicker regulators (valve_lag) and a dead time (delay) apart, record",
+        ),
+        (
+            ("backlash", "creep"),
+            "play (backlash) and creep (creep) leave these records alike; to tell them apart, record",
+        ),
+    ],
+)
+def test_what_comes_next_is_tied_to_what_the_answer_names(separates: tuple[str, ...], start: str) -> None:
+    made = told(replace(LAG, ambiguous_with=("delay",)))
+    wanted = Experiment((), 0.5, 0.7, 0.9, separates, 4.0)
+    assert answers(replace(made, next_experiment=wanted))["Next:"].startswith(start)
 
 
 def test_retuning_that_closes_nothing_says_so_and_leaves_the_effect_what_it_closes() -> None:
