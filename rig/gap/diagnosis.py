@@ -76,7 +76,10 @@ def diagnose_with_grounds(
     )
     said, grounds = answer_with(question, experiments)
     why, own = because(reference, kind, model, len(baselines)), _own_records(kind, model, records)
-    return replace(said, reference_because=why, channels=channels, notes=[*said.notes, *own]), grounds
+    only = tuple(library) if withheld else ()
+    if withheld:
+        own.append(f"only {len(only)} of the {len(able)} effects that the rig can have were asked about")
+    return replace(said, reference_because=why, channels=channels, notes=[*said.notes, *own], only=only), grounds
 
 
 def _own_records(kind: Kind, model: Model | None, records: Sequence[Record]) -> list[str]:

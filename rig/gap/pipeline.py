@@ -13,7 +13,8 @@ from rig.errors import RecordError
 from rig.gap.answer.held_out import HowFar, how_far
 from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.retuning import retune
-from rig.gap.answer.tell import Told, tell
+from rig.gap.answer.tell import tell
+from rig.gap.answer.told import Told
 from rig.gap.evidence.posterior import Posterior, judge
 from rig.gap.evidence.second import with_second
 from rig.gap.hypotheses.fit import Fit
@@ -93,7 +94,8 @@ def answer(question: Question) -> tuple[Diagnosis, Grounds]:
         return how_far(causes, expected, at_rest, settings)
 
     retuning = None if refit is None else refit.told
-    return tell(Told(expected, at_rest, posteriors, marks, retuning, settings, missed), after), grounds
+    heard = Told(expected, at_rest, posteriors, marks, retuning, settings, missed, bool(question.withheld))
+    return tell(heard, after), grounds
 
 
 def weigh(question: Question) -> tuple[list[Signature], Expected, tuple[Posterior, ...]]:

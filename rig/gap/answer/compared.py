@@ -17,6 +17,8 @@ SOURCES = {
 FAR = 3.0
 """Floors by which a model must miss the healthy rig for that to be worth a line; and from which on a gap is not called
 small, whatever is found."""
+FEW = 4
+"""Effects that are named in a sentence; of more their number is enough."""
 
 
 def from_model(diagnosis: Diagnosis) -> bool:
@@ -40,6 +42,12 @@ def error(diagnosis: Diagnosis) -> str:
     if diagnosis.reference is Kind.FINGERPRINT:
         return "the difference from what the rig answered then"
     return f"the difference from the earlier day{'s' if diagnosis.reference is Kind.SESSIONS else ''}"
+
+
+def no_effect(diagnosis: Diagnosis) -> str:
+    """No effect of the library; where not all were asked about, none of those, which are named while they are few."""
+    few = f" ({', '.join(diagnosis.only)})" if len(diagnosis.only) <= FEW else ""
+    return f"none of the effects asked about{few}" if diagnosis.only else "no effect of the library"
 
 
 def reference(diagnosis: Diagnosis) -> str:
@@ -97,6 +105,6 @@ def _far_and_nothing(diagnosis: Diagnosis) -> str:
         start, other = f"The angle differs by {far}", "a day unlike the others"
         then = "Record a healthy day more: if it is like this one, the rig is as it was"
     return (
-        f"{start}; and yet no effect of the library is likelier than {other}, in offset, gain, lag and width of the "
+        f"{start}; and yet {no_effect(diagnosis)} is likelier than {other}, in offset, gain, lag and width of the "
         f"loop. {then}."
     )

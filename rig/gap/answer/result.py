@@ -143,6 +143,9 @@ class Diagnosis:
     channels: Channels = PNEUMATIC
     """What the rig's input and output are: all numbers here stand on the working range, `to_json` tells its own."""
 
+    only: Sequence[str] = ()
+    """The effects that were asked about, where not all that the rig can have were."""
+
     @property
     def added(self) -> list[Applied]:
         """What goes into the simulator and has a course there: the causes without those found by a signature."""

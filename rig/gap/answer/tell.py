@@ -1,20 +1,21 @@
 """From the posterior to the answer: verdict, causes, where, how far, what cannot be told."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 
 from rig.gap.answer.augment import remaining_gap
-from rig.gap.answer.chain import STAGES, chain
-from rig.gap.answer.facts import RAW_DATA, Evidence, Gap, Judged, RecordGap, Retuning, Verdict, Where
+from rig.gap.answer.chain import chain
+from rig.gap.answer.facts import RAW_DATA, Gap, Verdict, Where
 from rig.gap.answer.floor import floor_of, floor_source
 from rig.gap.answer.further import Shrunk, further
 from rig.gap.answer.held_out import HowFar
 from rig.gap.answer.observations import told_apart
 from rig.gap.answer.result import Cause, Diagnosis, Ranked
 from rig.gap.answer.size_intervals import intervals, reference_of
+from rig.gap.answer.told import Kept, Told, evidence_of
 from rig.gap.answer.where import frequency_shares, over_time, phase_shares, region_shares
 from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.fit import Fit
@@ -23,55 +24,11 @@ from rig.gap.hypotheses.scenes import PRESSURES
 from rig.gap.plan.next_experiment import what_next
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.pairs import Pairing
-from rig.gap.reference.build import Expected, commanded_gaps, rms_of
+from rig.gap.reference.build import commanded_gaps, rms_of
 from rig.gap.response.propagate import Applied, full_numbers
 from rig.gap.settings import ABOVE_FLOOR, EITHER_CHANCE, EVEN_CHANCE, LEAST_CLOSED, LEAST_EXPLAINED, SPOILT, Fitted
 from rig.model.effect_stages import EFFECT_STAGES
-from rig.model.parameters import Model
 from rig.record import Column
-
-
-@dataclass(frozen=True)
-class Told:
-    """Everything that an answer is made of."""
-
-    expected: Expected
-    simulator: Model | None
-    posteriors: tuple[Posterior, ...]
-    marks: list[Signature]
-    retuning: Retuning | None
-    settings: Fitted
-    misfit_deg: float | None = None
-    """How far the simulator as it stands is from the earlier days, where there are any."""
-
-    @property
-    def angle(self) -> Posterior:
-        """The angle's factor."""
-        return self.posteriors[-1]
-
-    @property
-    def pressures(self) -> Posterior | None:
-        """The pressures' factor where they were measured."""
-        return self.posteriors[0] if self.posteriors[0].stand.name == PRESSURES else None
-
-    @property
-    def named(self) -> list[tuple[Posterior, Fit]]:
-        """The effects that are the likeliest explanation of their factor, each once, upstream first."""
-        found: dict[str, tuple[Posterior, Fit]] = {}
-        for posterior in self.posteriors:
-            if posterior.found and posterior.fit is not None:
-                found.setdefault(posterior.best, (posterior, posterior.fit))
-        return list(found.values())
-
-
-@dataclass(frozen=True)
-class Kept:
-    """A named effect that the answer keeps, with the factor that it was found on."""
-
-    posterior: Posterior
-    fit: Fit
-    alone_deg: float
-    """Rms of the simulator's error with this effect alone in it."""
 
 
 def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Diagnosis:
@@ -114,7 +71,7 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
         causes,
         _ranking(told, marks),
         what_next(told.expected, told.posteriors, settings=told.settings),
-        _evidence(told, gaps, far, added),
+        evidence_of(told, gaps, far, added),
         _notes(told, kept, [*known.notes, *small]),
         reference=told.expected.kind,
         retuning=told.retuning,
@@ -127,11 +84,14 @@ def _unknown_beside(
 ) -> tuple[list[Cause], list[str]]:
     """Something unknown, as causes or as notes. It is a note where nothing stands above the floor that it could be the
     cause of: where the named causes leave no gap (rms in deg: `before` and `left`), or where there was none, and none
-    in what it was found on. It is a cause at any rate where those close less of a gap than they leave."""
+    in what it was found on. It is a cause at any rate where those close less of a gap than they leave, and where
+    nothing is named and it may be an effect that was not asked about."""
     suspected = _unknowns(told, kept, before)
     above = ABOVE_FLOOR * floor
     if not suspected and above < left < before and closes_little(before, left, floor):
         return [_rest(kept, before)], []
+    if told.limited and not kept:
+        return suspected, []
     small = [one for one in suspected if left <= above and (above < before or not _stands_out(told, one.side))]
     why = "with what is named nothing is left" if above < before else "nothing stands"
     notes = (
@@ -352,45 +312,3 @@ def _ranking(told: Told, marks: Sequence[Cause]) -> list[Ranked]:
                 Ranked(name, lies_in, posterior.stand.name, closed, posterior.probability[name], -fit.log_evidence)
             )
     return sorted(lines, key=lambda line: -line.probability)
-
-
-def _evidence(told: Told, gaps: Sequence[Column], far: HowFar, added: bool) -> Evidence:
-    pairs = told.expected.pairs
-    before = [rms_of([gap], [pair]) for gap, pair in zip(gaps, pairs, strict=True)]
-    after = [float(np.sqrt(value)) for value in far.per_record_deg2] if added else before
-    return Evidence(
-        factors={_judged_on(posterior): _judged(posterior) for posterior in told.posteriors},
-        signatures=told.marks,
-        records=[RecordGap(pair.name, one, other) for pair, one, other in zip(pairs, before, after, strict=True)],
-        sessions=len(pairs[0].sessions),
-        pressures_used=told.expected.driven,
-        unpaired=told.expected.pairing.unpaired,
-        model_misfit_deg=told.misfit_deg,
-        pairing=told.expected.pairing.matches,
-    )
-
-
-def _judged_on(posterior: Posterior) -> str:
-    return f"{posterior.stand.name} beside {posterior.given}" if posterior.given else posterior.stand.name
-
-
-def _judged(posterior: Posterior) -> Judged:
-    factor = posterior.stand.scene.factor
-    return Judged(
-        gap=factor.rms(factor.gap),
-        floor=factor.floor,
-        unit="MPa" if posterior.stand.name == PRESSURES else "deg",
-        found=posterior.found,
-        probability={name: chance for name, chance in posterior.probability.items() if chance > 1e-4},
-        names=posterior.names,
-        unknown_beside=posterior.beside,
-        stage_probability=_by_stage(posterior),
-    )
-
-
-def _by_stage(posterior: Posterior) -> dict[str, float]:
-    """Probability that the cause lies at each stage."""
-    total = dict.fromkeys(STAGES, 0.0)
-    for name, fit in posterior.fits.items():
-        total[EFFECT_STAGES[fit.applied.stage].lies_in] += posterior.probability[name]
-    return total

@@ -5,7 +5,7 @@ What each effect is called and means on the rig stands in `rig.gap.answer.on_the
 """
 
 from rig.gap.answer.chain import NAMES
-from rig.gap.answer.compared import FAR, SOURCES, error, from_model, nothing, reference, than
+from rig.gap.answer.compared import FAR, SOURCES, error, from_model, no_effect, nothing, reference, than
 from rig.gap.answer.facts import RAW, SWALLOWED, ParameterMove, Verdict
 from rig.gap.answer.on_the_rig import ON_THE_RIG
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Observation
@@ -96,11 +96,15 @@ def _sentence(cause: Cause, diagnosis: Diagnosis) -> str:
 def _rest(diagnosis: Diagnosis) -> str:
     """Whether the named effects are all there is."""
     if diagnosis.verdict is Verdict.PARTLY_EXPLAINED:
-        return f"; something else is there too{_seen(diagnosis)}, that the library has no name for"
+        return f"; something else is there too{_seen(diagnosis)}, that {_lacks(diagnosis)}"
     gap = diagnosis.gap
     if gap.after_deg > FAR * gap.floor_deg and any(cause.side not in RAW for cause in _named(diagnosis)):
         return "; the laws follow these records only roughly, and no others do so more closely"
     return "; nothing else is needed to explain these records"
+
+
+def _lacks(diagnosis: Diagnosis) -> str:
+    return f"{no_effect(diagnosis)} explains" if diagnosis.only else "the library has no name for"
 
 
 def _seen(diagnosis: Diagnosis) -> str:
@@ -170,7 +174,7 @@ def _unknown(diagnosis: Diagnosis) -> str:
         if near
         else ""
     )
-    return f"{what}{_seen(diagnosis)}, and no effect of the library explains it.{nearest}"
+    return f"{what}{_seen(diagnosis)}, and {no_effect(diagnosis)} explains it.{nearest}"
 
 
 def _seen_beside(one: Observation) -> str:
@@ -256,7 +260,7 @@ def _stays(diagnosis: Diagnosis) -> str:
     if left <= usual:
         return f"{degrees(left)} deg, no more than the {degrees(usual)} deg that are {SOURCES[gap.floor_source]}."
     if diagnosis.verdict in (Verdict.UNKNOWN, Verdict.PARTLY_EXPLAINED):
-        return f"{degrees(left)} deg, {usually}; the rest is what the library has no name for."
+        return f"{degrees(left)} deg, {usually}; the rest is what {_lacks(diagnosis)}."
     if all(cause.is_raw for cause in _named(diagnosis)):
         return f"{degrees(left)} deg in the smoothed angle, {usually}; no simulator takes out what those samples leave."
     return (

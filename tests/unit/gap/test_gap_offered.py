@@ -8,9 +8,11 @@ from support.plants.gap_rigs import baselines, model, names, session
 
 from rig.channels import EFFECTS_FACT, PNEUMATIC, Channel, Channels
 from rig.errors import ConfigError
+from rig.gap.answer.words import answers
 from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.offered import possible
+from rig.gap.settings import ABOVE_FLOOR
 from rig.model.parameters import AddedEffect
 from rig.record import Record
 from rig.rig_config import load_rig
@@ -82,3 +84,20 @@ def test_what_is_only_kept_from_the_library_is_missed() -> None:
 def test_what_a_stand_in_was_given_on_purpose_is_no_list_of_what_it_can_have() -> None:
     given = [replace(record, facts={"effects": [{"effect": "delay", "parameters": {}}]}) for record in session(60)[:1]]
     assert possible(PNEUMATIC, given) == list(LIBRARY)
+
+
+def test_what_may_be_an_effect_that_was_not_asked_about_is_no_note() -> None:
+    """Below the floor of a simulator, and plain in the pressures: the full library names it."""
+    slow = session(301, AddedEffect("valve_lag", {"tau_s": 0.015}))
+    whole, _ = diagnose_with_grounds(model(), slow)
+    assert (whole.verdict, names(whole)) == ("explained", {"valve_lag"})
+    assert whole.gap.ratio < ABOVE_FLOOR
+    found, _ = diagnose_with_grounds(model(), slow, library=["backlash"])
+    assert found.verdict == "unknown"
+    assert "none of the effects asked about (backlash) explains it" in answers(found)["Answer:"]
+    healthy, _ = diagnose_with_grounds(model(), session(303), library=["backlash"])
+    assert healthy.verdict == "none"
+    said = f"only 1 of the {len(LIBRARY)} effects that the rig can have were asked about"
+    assert said in found.notes
+    assert said in healthy.notes
+    assert said not in whole.notes
