@@ -183,7 +183,7 @@ ON_THE_RIG: Mapping[str, OnTheRig] = {
         "a fitting, a hose or the bladder leaks", "fittings and hoses with leak spray; hold a pressure and watch the regulator's outlet"),
     "creep": OnTheRig("creep", _creep,
         "rubber and mesh of the muscles relax; new, cold or hot muscles", "a long hold at one pressure; whether it fades once the muscles are warm"),
-    "thermal_drift": OnTheRig("muscles that change as they warm", _warming,
+    "thermal_drift": OnTheRig("a rig that changes as it warms", _warming,
         "the muscles warm up; the room's temperature", "a long record from cold; the muscles' temperature"),
     "coulomb_friction": OnTheRig("dry friction", lambda n: f"Dry friction holds the joint back by {size(n['width_deg'])} {_more(n, 'width_deg', 'more', 'less')} {{than}}",
         "more: a dry, tight or dirty bearing, a cable or hose that rubs, muscles that touch; less: a bearing that was greased or has run in, less preload", "the bearing by hand without air; cables and hoses that touch; preload and tension"),

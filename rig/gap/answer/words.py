@@ -4,10 +4,12 @@ What each effect is called and means on the rig stands in `rig.gap.answer.on_the
 `rig.gap.answer.consistency`.
 """
 
+from rig.channels import Channels
 from rig.gap.answer.chain import NAMES
 from rig.gap.answer.compared import FAR, SOURCES, error, from_model, no_effect, nothing, reference, than
 from rig.gap.answer.facts import RAW, SWALLOWED, ParameterMove, Verdict
-from rig.gap.answer.on_the_rig import ON_THE_RIG
+from rig.gap.answer.on_any_rig import on_the_rig
+from rig.gap.answer.on_the_rig import ON_THE_RIG, OnTheRig
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Observation
 from rig.gap.answer.sizes import degrees, size
 from rig.gap.offered import VALVES
@@ -30,13 +32,14 @@ STAGES = {
 def answers(diagnosis: Diagnosis) -> dict[str, str]:
     """Question -> answer: what it is, how far, re-tuning, what stays, what to look at; then where and how sure."""
     told, said_first = {"Answer:": " ".join(headline(diagnosis))}, diagnosis.verdict is Verdict.NONE
-    told |= {"Why:": _reasons(diagnosis), "Look at:": _look_at(diagnosis)} if _named(diagnosis) else {}
+    told["Why:"] = "; ".join(one.reasons for one in _known(diagnosis))
+    told["Look at:"] = "; ".join(one.look_at for one in _known(diagnosis))
     if diagnosis.retuning and (diagnosis.verdict is not Verdict.NONE or _swallowed(diagnosis)):
         told["Re-tuning:"] = _retuning(diagnosis)
     if _named(diagnosis) or diagnosis.verdict is Verdict.UNKNOWN:
         told["What stays:"] = _stays(diagnosis)
     if beside := [one for one in diagnosis.observations if not (said_first and one.test.startswith(MONITOR))]:
-        told["Also seen:"] = "; ".join(map(_seen_beside, beside)) + "."
+        told["Also seen:"] = "; ".join(_seen_beside(one, diagnosis.channels) for one in beside) + "."
     told["Compared with:"] = reference(diagnosis)
     if diagnosis.causes:
         told["Where:"] = _where(diagnosis)
@@ -71,7 +74,7 @@ def _named(diagnosis: Diagnosis) -> list[Cause]:
 
 def _sentence(cause: Cause, diagnosis: Diagnosis) -> str:
     """One effect with its size, unit and sign, without a full stop."""
-    known = ON_THE_RIG.get(cause.effect)
+    known = on_the_rig(cause.effect, diagnosis.channels)
     numbers = {name: number for name, number in cause.parameters.items() if name != "tau0_s"}
     try:
         said = "" if known is None else known.says(numbers)
@@ -177,20 +180,18 @@ def _unknown(diagnosis: Diagnosis) -> str:
     return f"{what}{_seen(diagnosis)}, and {no_effect(diagnosis)} explains it.{nearest}"
 
 
-def _seen_beside(one: Observation) -> str:
+def _seen_beside(one: Observation, channels: Channels) -> str:
     """A mark in the raw samples that is no cause of the gap, without a full stop."""
-    known = None if one.effect is None else ON_THE_RIG.get(one.effect)
+    known = None if one.effect is None else on_the_rig(one.effect, channels)
     said = one.text if known is None or not one.parameters else known.says(dict(one.parameters))
     said = one.text if "{than}" in said else said
     return f"{said[:1].lower()}{said[1:]}" + ("" if one.effect is None else " (no cause of the gap)")
 
 
-def _reasons(diagnosis: Diagnosis) -> str:
-    return "; ".join(ON_THE_RIG[cause.effect].reasons for cause in _named(diagnosis) if cause.effect in ON_THE_RIG)
-
-
-def _look_at(diagnosis: Diagnosis) -> str:
-    return "; ".join(ON_THE_RIG[cause.effect].look_at for cause in _named(diagnosis) if cause.effect in ON_THE_RIG)
+def _known(diagnosis: Diagnosis) -> list[OnTheRig]:
+    """The named effects in the words of the rig."""
+    words = (on_the_rig(cause.effect, diagnosis.channels) for cause in _named(diagnosis))
+    return [one for one in words if one is not None]
 
 
 def _retuning(diagnosis: Diagnosis) -> str:
@@ -207,7 +208,11 @@ def _retuning(diagnosis: Diagnosis) -> str:
         said += f"({_percent(tuning.closes_fraction)} of the mean square)"
     else:
         said = f"fitting the simulator's own parameters again would not bring {whose} down, {before} deg"
-    said += f": {moved}." if moved else "; no valve, joint or sensor parameter moves plainly."
+    said += (
+        f": {moved}."
+        if moved
+        else f"; no {'valve, ' if diagnosis.channels.has_valves else ''}joint or sensor parameter moves plainly."
+    )
     if _swallowed(diagnosis) and tuning.looks_like:
         said += f" In these records any of these would look the same: {', '.join(map(_noun, tuning.looks_like))}."
     return f"{said} {_beyond(diagnosis)}".rstrip() if not diagnosis.reference.by_days and _helps(diagnosis) else said
@@ -271,7 +276,8 @@ def _stays(diagnosis: Diagnosis) -> str:
 
 def _where(diagnosis: Diagnosis) -> str:
     stages = dict.fromkeys([diagnosis.where.stage, *(cause.stage for cause in _named(diagnosis))])
-    text = " and ".join(STAGES[stage] for stage in stages if stage in STAGES) or "somewhere in the chain"
+    known = STAGES if diagnosis.channels.has_valves else STAGES | {"muscle": "in the actuator"}
+    text = " and ".join(known[stage] for stage in stages if stage in known) or "somewhere in the chain"
     return f"{text}{_pressures(diagnosis)}."
 
 
@@ -318,11 +324,12 @@ def why_no_next(diagnosis: Diagnosis) -> str:
 def chain_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
     """(stage, share of the gap, what was found there) of every stage, for a table."""
     lines = diagnosis.where.chain if diagnosis.causes else []
+    names = NAMES
     if not diagnosis.channels.has_valves:
-        lines = [line for line in lines if line.stage != VALVES]
+        lines, names = [line for line in lines if line.stage != VALVES], NAMES | {"muscle": "actuator"}
     found = [(line.effects, 100.0 * line.share) for line in lines]
     return [
-        (NAMES[line.stage], f"{share:.0f} %" if effects or share >= 0.5 else "-", ", ".join(effects) or "nothing")
+        (names[line.stage], f"{share:.0f} %" if effects or share >= 0.5 else "-", ", ".join(effects) or "nothing")
         for line, (effects, share) in zip(lines, found, strict=True)
     ]
 

@@ -1,23 +1,29 @@
 """The sentences of an answer: each effect with size, unit and sign, no more digits than are worth it, every verdict."""
 
+import re
 from dataclasses import replace
 from typing import Any
 
 import pytest
 
+from rig.channels import Channel, Channels
 from rig.gap.answer.consistency import contradictions
 from rig.gap.answer.facts import RAW_DATA, Evidence, Gap, Judged, ParameterMove, RecordGap, Retuning, Verdict, Where
 from rig.gap.answer.on_the_rig import ON_THE_RIG
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Ranked
 from rig.gap.answer.sizes import rounded, size
-from rig.gap.answer.words import answers, headline
+from rig.gap.answer.words import answers, chain_rows, headline
 from rig.gap.hypotheses.library import LIBRARY
+from rig.gap.offered import possible
 from rig.gap.plan.experiment import Experiment
 from rig.gap.reference.build import Kind
 from rig.model.effect_stages import EFFECT_STAGES
 
 GAP = Gap(0.751, 0.1, 7.5, 0.98, 0.0804, 0.0711, 0.0893, "simulator")
 TUNING = Retuning(0.751, 0.13, (ParameterMove("valve1_tau_s", 0.043, 0.0531, 0.0525, 0.0537, "s"),))
+
+MOTOR = Channels(Channel("goal", "rad", (-1.0, 1.0)), Channel("position", "rad", (-1.0, 1.0)))
+PNEUMATIC_WORDS = re.compile(r"muscle|hose|valve|\bair\b|regulator|pressure|bladder|pneumatic", re.IGNORECASE)
 
 
 def cause(
@@ -133,6 +139,19 @@ def test_every_effect_has_its_sentence_for_every_law(name: str) -> None:
             assert name in ON_THE_RIG
             assert first.count("(") == first.count(")")
             assert not first.lower().startswith(name.replace("_", " ") + " ("), "the fallback was used"
+
+
+@pytest.mark.parametrize("name", possible(MOTOR, []))
+def test_a_rig_without_valves_is_told_nothing_of_muscles_and_hoses(name: str) -> None:
+    for law in LIBRARY[name].laws:
+        known = {number.name: number for number in EFFECT_STAGES[law.stage].numbers}
+        for shape in law.shapes:
+            names = dict.fromkeys([*law.free, *shape, *law.tied])
+            numbers = {one: Interval(shape.get(one, 0.5), 0.4, 0.6, known[one].unit) for one in names}
+            found = replace(cause(name, "angle"), stage=LIBRARY[name].stage, parameters=numbers)
+            made = replace(told(found, verdict="explained"), channels=MOTOR)
+            said = [*answers(made).values(), *(stage for stage, _, _ in chain_rows(made))]
+            assert not [text for text in said if PNEUMATIC_WORDS.search(text)]
 
 
 def test_an_effect_of_another_package_is_told_by_its_name_and_numbers() -> None:
