@@ -7,6 +7,7 @@ a change in which a day remembers the day before as much as these may (autoregre
 by themselves. The weakest goes first, until all that are left hold.
 """
 
+import math
 from functools import lru_cache
 from typing import Final
 
@@ -42,6 +43,14 @@ def change_points(values: Column, rate: float, seed: int = 0) -> list[tuple[int,
             return sorted((at, max(p_value, alone[at])) for at, p_value in found.items())
         del found[weakest]
     return []
+
+
+def fewest_days(rate: float) -> int:
+    """Of fewer days no order is rare enough to be a change: two levels are the same two in 2 of n over n / 2 orders."""
+    days = 2 * FEWEST_DAYS
+    while 2.0 / math.comb(days, days // 2) > rate:
+        days += 1
+    return days
 
 
 def _by_shuffling(values: Column, rate: float, random: np.random.Generator) -> dict[int, float]:

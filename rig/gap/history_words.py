@@ -1,6 +1,7 @@
 """A history in sentences."""
 
-from rig.gap.history import GAP, Change, Growth, History
+from rig.gap.change_points import fewest_days
+from rig.gap.history import FALSE_ALARM_RATE, GAP, Change, Growth, History
 
 
 def told(history: History, unit: str = "deg") -> list[str]:
@@ -8,7 +9,13 @@ def told(history: History, unit: str = "deg") -> list[str]:
     units = {quantity: size.unit for day in history.days for quantity, size in day.sizes.items()} | {GAP: unit}
     lines = [_told_change(change, units[change.quantity]) for change in history.changes]
     lines += [_told_growth(one) for one in history.growth]
-    return lines or ["nothing changed over these days (at a false-alarm rate of 1 %)"]
+    if len(history.days) < (fewest := fewest_days(FALSE_ALARM_RATE)):
+        return [
+            *lines,
+            f"{len(history.days)} days are too few to tell a change of level: at a false-alarm rate of "
+            f"{100 * FALSE_ALARM_RATE:.0f} % it takes {fewest}",
+        ]
+    return lines or [f"nothing changed over these days (at a false-alarm rate of {100 * FALSE_ALARM_RATE:.0f} %)"]
 
 
 def _told_change(change: Change, unit: str) -> str:

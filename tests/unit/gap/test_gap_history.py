@@ -15,7 +15,7 @@ from support.plants.gap_rigs import session
 from rig.cli.commands import cli
 from rig.errors import ConfigError
 from rig.gap.answer.result import Interval
-from rig.gap.change_points import change_points
+from rig.gap.change_points import change_points, fewest_days
 from rig.gap.history import FALSE_ALARM_RATE, Change, Day, changes, growth, look_back, size_of, sizes_of
 from rig.gap.history_words import told
 from rig.log.convert import write_record
@@ -114,8 +114,18 @@ def test_what_is_no_effect_of_the_library_has_no_size() -> None:
 
 def test_where_nothing_changes_that_is_said() -> None:
     assert told(look_back(days_with([0.1, 0.11, 0.1, 0.09, 0.1, 0.1], [0.0] * 6))) == [
+        "6 days are too few to tell a change of level: at a false-alarm rate of 1 % it takes 10"
+    ]
+    assert told(look_back(days_with([0.1, 0.11, 0.1, 0.09, 0.1, 0.1] * 2, [0.0] * 12))) == [
         "nothing changed over these days (at a false-alarm rate of 1 %)"
     ]
+
+
+def test_in_fewer_days_than_it_takes_the_plainest_step_is_none() -> None:
+    fewest = fewest_days(FALSE_ALARM_RATE)
+    for days, found in ((fewest - 1, False), (fewest + 2, True)):
+        plain = np.where(np.arange(days) < days // 2, 0.0, 1.0) + 1e-3 * np.random.default_rng(2).standard_normal(days)
+        assert bool(change_points(plain, FALSE_ALARM_RATE)) is found
 
 
 def test_two_days_of_a_cause_have_no_slope() -> None:
