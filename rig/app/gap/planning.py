@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from rig.app.gap.effects import sizes_of
 from rig.app.gap.known_rigs import USUAL_SWEEP, Asked, Known, family_rig, known_by_call
 from rig.app.gap.levels import known_families
 from rig.app.model.simulating import commands_of
@@ -13,6 +14,9 @@ from rig.channels import FACT, PNEUMATIC, REST_MPA, Channels, said
 from rig.errors import ConfigError, EnvelopeError
 from rig.excite.envelope import check
 from rig.excite.experiment import Entry, RunPlan, Sweep, expand, load_sweep
+from rig.gap.answer.result import Interval
+from rig.gap.answer.sizes import size
+from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.plan.candidates import Room, candidates, lasting_s, planned, sweep_text
 from rig.gap.plan.capability import FALSE_ALARM_RATE, Ability, Capability, capability
 from rig.gap.plan.data_sheet import ALLOWED, Allowed
@@ -21,7 +25,7 @@ from rig.gap.plan.raw_ability import raw_abilities
 from rig.gap.plan.rehearse import rehearse, within
 from rig.gap.reference.build import Kind
 from rig.gap.settings import fitted
-from rig.own_units import own_plain
+from rig.own_units import factor, own_plain
 from rig.rig_config import load_rig
 
 RECORD_S = (10.0, 20.0)
@@ -204,6 +208,29 @@ def best_of(abilities: Sequence[Ability]) -> list[Ability]:
 def sheet_of(ability: Ability, channels: Channels) -> Allowed | None:
     """What a data sheet of the paper's parts allows; other rigs are made of other parts."""
     return ALLOWED.get(ability.effect) if channels.has_valves else None
+
+
+def told_size(ability: Ability, value: float | None, channels: Channels) -> str:
+    """A size as a diagnosis tells it, without its sign, in the rig's own units; a ratio as so many times."""
+    if value is None:
+        return "not within its range"
+    first = sizes_of(LIBRARY[ability.effect])[0]
+    if ability.unit == first.unit == "1" and first.neutral == 1.0:
+        return f"{max(value, 1.0 / value):.2g} times"
+    times, unit = factor(ability.unit, channels)
+    return size(Interval(times * value, times * value, times * value, unit))
+
+
+def beside_sheet(ability: Ability, channels: Channels) -> str:
+    """What the data sheet allows, and how much of that is what would be seen."""
+    sheet = sheet_of(ability, channels)
+    if sheet is None:
+        return "-"
+    allowed = told_size(ability, sheet.size, channels)
+    if ability.detectable is None:
+        return allowed
+    share = abs(ability.detectable) / sheet.size
+    return f"{allowed}, seen from {f'{share:.2g} times' if share >= 1.0 else f'{100 * share:.2g} % of'} that"
 
 
 def _row(ability: Ability, channels: Channels) -> dict[str, Any]:

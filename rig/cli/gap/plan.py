@@ -13,7 +13,7 @@ from rig.outputs import Kind
 
 if TYPE_CHECKING:
     from rig.channels import Channels
-    from rig.gap.plan.capability import Ability, Capability
+    from rig.gap.plan.capability import Capability
 
 _path = click.Path(path_type=Path)
 _baseline = baseline_option("Records of one earlier day of the rig; repeat for more days.")
@@ -77,32 +77,19 @@ def capability(
 
 
 def _show(name: str, one: "Capability", channels: "Channels", json_to: str | None) -> None:
-    from rig.app.gap.planning import best_of, sheet_of
-    from rig.own_units import factor
+    from rig.app.gap.planning import beside_sheet, best_of, told_size
 
     out = console(json_to)
     out.print(f"Records of the sweep {name}, at a false-alarm rate of 1 %:", style="bold")
     sheets = ["data sheet"] if channels.has_valves else []
     table = listing("effect", "seen from", "named from", "hardest to tell from", *sheets)
     for ability in best_of(one.abilities):
-        sheet = sheet_of(ability, channels)
-        beside = "-" if sheet is None else _beside_sheet(ability, sheet.size)
-        times, unit = factor(ability.unit, channels)
-        sizes = (_size(size, unit, times) for size in (ability.detectable, ability.nameable))
-        table.add_row(ability.effect, *sizes, ability.rival or "-", *([beside] if sheets else []))
+        sizes = (told_size(ability, size, channels) for size in (ability.detectable, ability.nameable))
+        sheet = [beside_sheet(ability, channels)] if sheets else []
+        table.add_row(ability.effect, *sizes, ability.rival or "-", *sheet)
     out.print(table)
     pairs = ", ".join(f"{first} and {second}" for first, second in one.confusable)
     out.print(f"not told apart at usual sizes: {pairs or 'none'}")
-
-
-def _beside_sheet(ability: "Ability", allowed: float) -> str:
-    """What the data sheet allows, and how many times that is what would be seen."""
-    seen = "" if ability.detectable is None else f", seen from {abs(ability.detectable) / allowed:.2g} times that"
-    return f"{_size(allowed, ability.unit)}{seen}"
-
-
-def _size(value: float | None, unit: str, times: float = 1.0) -> str:
-    return "not within its range" if value is None else f"{abs(times * value):.2g}{'' if unit == '1' else f' {unit}'}"
 
 
 @click.command(cls=Command, short_help="The session of records that tells most.")

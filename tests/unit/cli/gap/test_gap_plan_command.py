@@ -1,6 +1,7 @@
 """`pamrig gap capability` and `design` as a user calls them."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +29,10 @@ def test_capability_says_sizes_units_and_what_cannot_be_told_apart(tmp_path: Pat
         "-o", f"{tmp_path / 'matrix.svg'}",
     )  # fmt: skip
     assert code == 0, text
+    rows = {line.split()[0]: line for line in text.splitlines() if line.strip()}
+    assert re.search(r"^valve_gain +\S+ % +\S+ % .* 1.0 %, seen", rows["valve_gain"])
+    assert re.search(r"^delay +\S+ ms ", rows["delay"])
+    assert re.search(r"^fill_exhaust_asym.* times ", rows["fill_exhaust_asymmetry"])
     said = json.loads((tmp_path / "c.json").read_text())
     assert said["sweep"] == "gap"
     assert said["false_alarm_rate"] == 0.01
