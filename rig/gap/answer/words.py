@@ -4,20 +4,25 @@ What each effect is called and means on the rig stands in `rig.gap.answer.on_the
 `rig.gap.answer.consistency`.
 """
 
+from collections.abc import Sequence
+
 from rig.channels import Channels
 from rig.gap.answer.chain import NAMES
-from rig.gap.answer.compared import FAR, SOURCES, error, from_model, no_effect, nothing, reference, than
-from rig.gap.answer.facts import RAW, SWALLOWED, ParameterMove, Verdict
+from rig.gap.answer.compared import FAR, FEW, SOURCES, error, from_model, no_effect, nothing, reference, than
+from rig.gap.answer.facts import RAW, SWALLOWED, Link, ParameterMove, Verdict
 from rig.gap.answer.on_any_rig import on_the_rig
 from rig.gap.answer.on_the_rig import ON_THE_RIG, OnTheRig
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Observation
 from rig.gap.answer.sizes import degrees, size
+from rig.gap.hypotheses.library import NONE, UNKNOWN
 from rig.gap.offered import VALVES
 from rig.gap.plan.experiment import Experiment
 from rig.gap.raw_tests.signature import MONITOR
 from rig.gap.reference.kinds import Kind
 from rig.gap.settings import EVEN_CHANCE
 
+SURE = 0.9
+"""From here on nobody asks what the rest is given to."""
 AS_MUCH = 0.05
 """Shares of the error that differ by less than this are told as the same."""
 STAGES = {
@@ -205,7 +210,7 @@ def _retuning(diagnosis: Diagnosis) -> str:
     whose = "the error of its parameters alone (without the fingerprint)" if described else "its error"
     if tuning.closes_fraction > 0.0:
         said = f"fitting the simulator's own parameters again would take {whose} from {before} to {after} deg "
-        said += f"({_percent(tuning.closes_fraction)} of the mean square)"
+        said += f"({percent(tuning.closes_fraction)} of the mean square)"
     else:
         said = f"fitting the simulator's own parameters again would not bring {whose} down, {before} deg"
     said += (
@@ -214,8 +219,14 @@ def _retuning(diagnosis: Diagnosis) -> str:
         else f"; no {'valve, ' if diagnosis.channels.has_valves else ''}joint or sensor parameter moves plainly."
     )
     if _swallowed(diagnosis) and tuning.looks_like:
-        said += f" In these records any of these would look the same: {', '.join(map(_noun, tuning.looks_like))}."
+        said += f" In these records any of these would look the same: {_first_of(tuning.looks_like)}."
     return f"{said} {_beyond(diagnosis)}".rstrip() if not diagnosis.reference.by_days and _helps(diagnosis) else said
+
+
+def _first_of(effects: Sequence[str]) -> str:
+    """The first effects of a list by name, and how many more there are."""
+    more = f" and {len(effects) - FEW} more" if len(effects) > FEW else ""
+    return f"{', '.join(map(_noun, effects[:FEW]))}{more}"
 
 
 def _swallowed(diagnosis: Diagnosis) -> bool:
@@ -224,8 +235,11 @@ def _swallowed(diagnosis: Diagnosis) -> bool:
     return tuning is not None and tuning.closes_fraction >= SWALLOWED and gap.rms_deg > gap.floor_deg
 
 
-def _percent(fraction: float) -> str:
-    return "more than 99 %" if fraction > 0.99 else f"{100.0 * fraction:.0f} %"
+def percent(fraction: float) -> str:
+    """A share or a probability; no end of the scale is told as one."""
+    if fraction > 0.99:
+        return "more than 99 %"
+    return "less than 1 %" if 0.0 < fraction < 0.01 else f"{100.0 * fraction:.0f} %"
 
 
 def _moved(one: ParameterMove) -> str:
@@ -327,14 +341,34 @@ def chain_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
     names = NAMES
     if not diagnosis.channels.has_valves:
         lines, names = [line for line in lines if line.stage != VALVES], NAMES | {"muscle": "actuator"}
-    found = [(line.effects, 100.0 * line.share) for line in lines]
-    return [
-        (names[line.stage], f"{share:.0f} %" if effects or share >= 0.5 else "-", ", ".join(effects) or "nothing")
-        for line, (effects, share) in zip(lines, found, strict=True)
-    ]
+    return [(names[line.stage], _share(line), ", ".join(line.effects) or "nothing") for line in lines]
+
+
+def _share(line: Link) -> str:
+    """The share of the gap of a stage; what was found in the raw samples alone has none of it."""
+    if line.effects:
+        return percent(line.share) if line.share > 0.0 else "none of it"
+    return f"{100.0 * line.share:.0f} %" if line.share >= 0.005 else "-"
 
 
 def _how_sure(diagnosis: Diagnosis) -> str:
     """The confidence as what it is: how probable it is that all of this is right."""
     verdict = diagnosis.verdict.replace("_", " ")
-    return f"{_percent(diagnosis.confidence)} that this is right as a whole (verdict: {verdict})."
+    said = f"{percent(diagnosis.confidence)} that this is right as a whole (verdict: {verdict})"
+    return f"{said}{_otherwise(diagnosis)}."
+
+
+def _otherwise(diagnosis: Diagnosis) -> str:
+    """What most of the rest is given to where the answer is not sure: another hypothesis, or what a note says."""
+    if diagnosis.confidence > SURE:
+        return ""
+    rivals = {
+        name: chance
+        for one in diagnosis.evidence.factors.values()
+        for name, chance in sorted(one.probability.items(), key=lambda item: -item[1])[1:]
+    }
+    name = max(rivals, key=lambda one: rivals[one], default="")
+    if name and rivals[name] >= 0.5 * (1.0 - diagnosis.confidence):
+        what = {NONE: "nothing at all", UNKNOWN: "something unknown"}.get(name, _noun(name))
+        return f"; {percent(rivals[name])} are for {what}"
+    return "; the notes say what it may be otherwise" if diagnosis.notes else ""

@@ -8,7 +8,18 @@ import pytest
 
 from rig.channels import Channel, Channels
 from rig.gap.answer.consistency import contradictions
-from rig.gap.answer.facts import RAW_DATA, Evidence, Gap, Judged, ParameterMove, RecordGap, Retuning, Verdict, Where
+from rig.gap.answer.facts import (
+    RAW_DATA,
+    Evidence,
+    Gap,
+    Judged,
+    Link,
+    ParameterMove,
+    RecordGap,
+    Retuning,
+    Verdict,
+    Where,
+)
 from rig.gap.answer.on_the_rig import ON_THE_RIG
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Ranked
 from rig.gap.answer.sizes import rounded, size
@@ -212,6 +223,37 @@ def test_retuning_and_what_the_effect_closes_beyond_it(after: float, words: str)
     said = answers(replace(told(LAG), retuning=replace(TUNING, after_deg=after)))["Re-tuning:"]
     assert "valve1_tau_s goes from 43 ms to 53 ms" in said or "valve1_tau_s goes from 43 ms to 53.1 ms" in said
     assert words in said
+
+
+@pytest.mark.parametrize(
+    ("confidence", "chances", "notes", "said"),
+    [
+        (0.5, {"none": 1.0}, ("something small may act",), "(verdict: none); the notes say what it may be otherwise."),
+        (0.6, {"none": 0.6, "unknown": 0.39}, (), "(verdict: none); 39 % are for something unknown."),
+        (0.6, {"none": 0.6, "delay": 0.39}, (), "(verdict: none); 39 % are for a dead time (delay)."),
+        (0.95, {"none": 0.95, "delay": 0.05}, (), "(verdict: none)."),
+    ],
+)
+def test_an_answer_that_is_not_sure_says_where_the_rest_goes(
+    confidence: float, chances: dict[str, float], notes: tuple[str, ...], said: str
+) -> None:
+    seen = Evidence({"angle": Judged(0.1, 0.1, "deg", False, chances, [], 0.0, {})})
+    made = replace(told(verdict="none", rms_deg=0.09), confidence=confidence, evidence=seen, notes=notes)
+    assert answers(made)["How sure:"].endswith(said)
+
+
+def test_a_cause_has_no_0_percent_of_a_gap() -> None:
+    links = [Link("joint", ("backlash",), 0.998), Link("valve", ("delay",), 0.002), Link("sensor", ("mains_hum",), 0.0)]
+    made = told(LAG)
+    rows = chain_rows(replace(made, where=replace(made.where, chain=[*links, Link("muscle", (), 0.0)])))
+    assert [share for _, share, _ in rows] == ["more than 99 %", "less than 1 %", "none of it", "-"]
+
+
+def test_a_long_list_of_what_looks_the_same_is_cut() -> None:
+    many = ("delay", "creep", "backlash", "inertia", "stiffness", "sensor_gain")
+    said = answers(replace(told(LAG), retuning=replace(TUNING, looks_like=many)))["Re-tuning:"]
+    assert "play (backlash), inertia (inertia) and 2 more." in said
+    assert "sensor_gain" not in said
 
 
 @pytest.mark.parametrize(
