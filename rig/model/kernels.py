@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from functools import cache
 from hashlib import blake2b
+from pathlib import Path
 from types import FunctionType
 from typing import Any, cast
 
@@ -62,6 +63,11 @@ def compiled(function: StageFunction | FunctionType) -> Any:
     copy = FunctionType(plain.__code__, plain.__globals__ | called | rows, plain.__name__, plain.__defaults__)
     copy.__qualname__, copy.__module__ = f"{plain.__qualname__}.{made_of(plain)}", plain.__module__
     return numba.njit(cache=True, nogil=True, forceinline=INLINED)(copy)
+
+
+def is_machine_code_kept() -> bool:
+    """Whether an earlier run of the program has compiled stages on this machine and kept what came of it."""
+    return any(Path(compiled(drives).stats.cache_path).glob("*.nbi"))
 
 
 def run(p1: Column, p2: Column, y: Column, state: Column, params: Column, dt_s: float) -> None:

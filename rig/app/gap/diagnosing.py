@@ -88,6 +88,13 @@ def diagnose_case(options: DiagnosisOptions, case: Case, sessions: Sequence[Sess
     return diagnosis
 
 
+def first_time() -> str:
+    """Why the first diagnosis on a machine takes a minute more; empty ever after."""
+    from rig.model.kernels import is_machine_code_kept
+
+    return "" if is_machine_code_kept() else "the first time: compiling"
+
+
 def _gains_of(reference: Path) -> "ClosedLoop":
     """Those of a reference's YAML; ConfigError when it has none."""
     from rig.app.shipped import find_config
@@ -151,6 +158,7 @@ def diagnose_campaign(
     from rig.parallel import each, executor
 
     with executor(dask, workers) as pool, progress("diagnosing", len(cases)) as update:
+        update(0.0, first_time())
         told = dict(
             each(pool, partial(_diagnosed, options), cases, lambda done: update(done, f"{done} of {len(cases)} days"))
         )

@@ -12,6 +12,7 @@ from rig.app.gap.daemon_jobs import at_hand, check_free, last_job, taken
 from rig.app.gap.planning import resting, room_of
 from rig.app.runs.outcome import Outcome
 from rig.app.runs.sweeping import SweepOptions, run_sweep
+from rig.app.terminal import progress
 from rig.errors import Interrupted, RigError
 from rig.excite.envelope import check_run
 from rig.excite.experiment import expand, load_sweep
@@ -120,16 +121,18 @@ def hunt(
             if not _at_hand(options, campaign) and not allowed(step):
                 return _ended(campaign, thought, "not confirmed")
             campaign = _recorded(campaign, options)
-        thought = think(options, model, campaign)
+        with progress(f"diagnosing after step {len(campaign.steps)}"):
+            thought = think(options, model, campaign)
         campaign = campaign.with_last(replace(campaign.steps[-1], set=thought.names))
         campaign.save()
         report(campaign.steps[-1], thought)
         if thought.settled:
             return _ended(campaign, thought, NAMED)
         left_s = 60.0 * (options.minutes - campaign.minutes)
-        planned = _next(options, thought, left_s)
+        with progress("planning what tells more"):
+            planned = _next(options, thought, left_s)
+            more = planned or _next(options, thought, 3600.0)
         if planned is None:
-            more = _next(options, thought, 3600.0)
             return _ended(campaign, thought, NOTHING if more is None else TIME)
         campaign = _with_step(campaign, planned)
 

@@ -30,6 +30,8 @@ from rig.rig_config import load_rig
 
 RECORD_S = (10.0, 20.0)
 """Lengths of the records that a session is designed from."""
+DESCRIBED, REHEARSED = 0.3, 0.8
+"""Shares of a design's time by which its rigs are described, and rehearsed."""
 FAMILY_UNITS = 2
 """Rigs of each plant family that a session is designed on beside the one at hand."""
 
@@ -127,18 +129,31 @@ def _working_range(channels: Channels) -> str:
 
 
 def design_session(
-    asked: Asked, seconds: float, families: Sequence[str], report: Callable[[int, int], None] = lambda done, of: None
+    asked: Asked,
+    seconds: float,
+    families: Sequence[str],
+    report: Callable[[float, str], None] = lambda share, what: None,
 ) -> Designed:
     """The session that tells most within `seconds` on the rig and on units of these plant families, of all where none
-    is named."""
+    is named. `report` hears how far it is, from 0 to 1, and what is done."""
+    report(0.0, "describing the rig")
     settings, known = fitted(), known_by_call(asked)
-    plants = _families(families, known.channels)
-    rigs = [known.rig, *(family_rig(name, unit) for name in plants for unit in range(FAMILY_UNITS))]
+    units = [(name, unit) for name in _families(families, known.channels) for unit in range(FAMILY_UNITS)]
+    rigs, count = [known.rig], len(units) + 1
+    for name, unit in units:
+        report(DESCRIBED * len(rigs) / count, f"describing {len(rigs) + 1} of {count} rigs")
+        rigs.append(family_rig(name, unit))
     pool = _pool(known, _room_of_known(known, asked.rig))
     if not pool:
         raise ConfigError(f"{asked.rig}: its limits leave no room for any record")
     effects = known.effects
-    found = design(rigs, pool, seconds, effects, settings, lambda done: report(done, len(rigs)))
+
+    def known_of_rigs(done: int) -> None:
+        what = f"{done} of {count} rigs rehearsed" if done < count else "choosing the records"
+        report(DESCRIBED + (REHEARSED - DESCRIBED) * done / count, what)
+
+    known_of_rigs(0)
+    found = design(rigs, pool, seconds, effects, settings, known_of_rigs)
     if not found.entries:
         raise ConfigError(f"--minutes {seconds / 60:g}: no record fits into that; one takes 15 s at least")
     usual = resting(load_sweep(find_config(USUAL_SWEEP, "sweeps")))

@@ -94,6 +94,7 @@ def diagnose(
         cases_of,
         diagnose_campaign,
         diagnose_case,
+        first_time,
         report,
         without_next,
         write_overview,
@@ -103,9 +104,11 @@ def diagnose(
     check_effects(options["effects"])
     chosen, cases = DiagnosisOptions(**options, command=shlex.join(["pamrig", *sys.argv[1:]])), cases_of(logs)
     check_apart(logs, chosen.baselines)
-    days = earlier_days(chosen.baselines, chosen.model, every=chosen.every_day)
+    with progress("reading the earlier days"):
+        days = earlier_days(chosen.baselines, chosen.model, every=chosen.every_day)
     if len(cases) == 1:
-        with progress("diagnosing"):
+        with progress("diagnosing") as update:
+            update(0.0, first_time())
             campaign = Campaign({cases[0].name: diagnose_case(chosen, cases[0], days.sessions)}, {})
     else:
         campaign = diagnose_campaign(chosen, cases, dask, workers)

@@ -132,12 +132,12 @@ def design(
     from rig.app.gap.planning import design_session
     from rig.outputs import write_text
 
-    with progress("designing", 100.0) as update:
+    with progress("designing", 1.0) as update:
         found = design_session(
             Asked(model, baselines, every_day, reference, rig),
             60.0 * minutes,
             families,
-            lambda done, of: update(90.0 * done / of, f"{done} of {of} rigs"),
+            update,
         )
     write_text(output, found.text(output.stem), Kind.SWEEP)
     told, usual = found.design.told, found.usual

@@ -101,7 +101,9 @@ def _all_known(
     """What is known of every rig: several beside each other in processes."""
     work = partial(_numbered, pool=pool, effects=effects, settings=settings)
     if len(rigs) == 1:
-        return [work((0, rigs[0]))[1]]
+        alone = [work((0, rigs[0]))[1]]
+        report(1)
+        return alone
     with executor() as workers:
         found = dict(each(workers, work, enumerate(rigs), report))
     return [found[number] for number in range(len(rigs))]
