@@ -23,7 +23,7 @@ def rig() -> None:
     "given",
     multiple=True,
     metavar="QUESTION=ANSWER",
-    help="An answer beforehand: name=mine.",
+    help="An answer beforehand: name=mine, or 'period of the loop=10'. Repeatable.",
 )
 @click.option("--yes", is_flag=True, help="Take the default of whatever is not given; nothing is asked.")
 @output_option(Kind.RIG, "Where the YAML goes.", required=True, metavar="RIG.yaml")
@@ -33,7 +33,7 @@ def new(like: str | None, given: tuple[str, ...], yes: bool, output: Path, json_
 
     A question's short form is its words before the comma. Nothing is opened and nothing moves.
     """
-    from rig.app.devices.new_rig import PATTERNS, filled, write_rig
+    from rig.app.devices.new_rig import PATTERNS, filled, questions_of, short_form, write_rig
     from rig.config import suggest
     from rig.errors import ConfigError
 
@@ -42,15 +42,16 @@ def new(like: str | None, given: tuple[str, ...], yes: bool, output: Path, json_
     if pattern not in PATTERNS:
         raise ConfigError(f"--like: unknown pattern {pattern!r}; {suggest(pattern, list(PATTERNS))}")
 
+    questions = questions_of(pattern)
+    for unasked in answers.keys() - questions:
+        raise ConfigError(f"--set {unasked}: nothing is asked by that name; {suggest(unasked, questions)}")
+
     def ask(question: str, usual: Any) -> Any:
-        short = question.partition(",")[0]
-        if short in answers:
-            return _as(answers.pop(short), usual, short)
+        if (short := short_form(question)) in answers:
+            return _as(answers[short], usual, short)
         return usual if yes else click.prompt(question, default=usual, type=type(usual))
 
     raw = filled(pattern, output, ask)
-    if answers:
-        raise ConfigError(f"--set {next(iter(answers))}: no such question")
     made = write_rig(raw, output)
     console(json_to).print(
         f"{output}: {made.name}; `pamrig rig check {output}`, then `pamrig devices probe --rig {output}`"
@@ -91,8 +92,8 @@ def _answers(given: tuple[str, ...]) -> dict[str, str]:
     found = {}
     for text in given:
         question, equals, answer = text.partition("=")
-        if not equals:
-            raise ConfigError(f"--set {text!r}: expected QUESTION=ANSWER")
+        if not (equals and question.strip() and answer.strip()):
+            raise ConfigError(f"--set {text}: expected QUESTION=ANSWER, for example --set name=mine")
         found[question.strip()] = answer
     return found
 

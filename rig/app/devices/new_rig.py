@@ -68,6 +68,23 @@ def filled(pattern: str, target: Path, ask: Ask) -> dict[str, Any]:
     return raw
 
 
+def short_form(question: str) -> str:
+    """What a question is called in an answer beforehand."""
+    return question.partition(",")[0]
+
+
+def questions_of(pattern: str) -> list[str]:
+    """What is asked about a rig like `pattern`, each in its short form."""
+    asked: list[str] = []
+
+    def usual_one(question: str, usual: Any) -> Any:
+        asked.append(short_form(question))
+        return usual
+
+    filled(pattern, Path("rig.yaml"), usual_one)
+    return asked
+
+
 def write_rig(raw: Mapping[str, Any], target: Path) -> RigConfig:
     """Write the YAML, once it is a rig that loads; ConfigError, and nothing written, when it is not."""
     text = yaml.safe_dump(dict(raw), sort_keys=False, allow_unicode=True, default_flow_style=None, width=110)

@@ -48,12 +48,25 @@ def test_questions_are_answered_on_the_terminal(tmp_path: Path) -> None:
     assert (rig.safe.p1_mpa, rig.limits.angle_deg) == (0.15, (-45.0, 45.0))
 
 
+def test_an_answer_to_nothing_is_said_before_anything_is_asked(tmp_path: Path) -> None:
+    call = ["rig", "new", "--like", "simulated", "--set", "nonsense=1", "-o", str(tmp_path / "mine.yaml")]
+    done = CliRunner().invoke(cli, call)
+    assert isinstance(done.exception, ConfigError)
+    assert done.output == ""
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
         (["--set", "safe pressure of muscle 1=0.9"], "safe.p1_mpa: 0.9 MPa is outside"),
         (["--set", "period of the loop=soon"], "expected a number"),
-        (["--set", "nonsense=1"], "no such question"),
+        (
+            ["--set", "nonsense=1"],
+            "--set nonsense: nothing is asked by that name; allowed: highest angle, highest press",
+        ),
+        (["--set", "period of the lop=5"], "did you mean 'period of the loop'"),
+        (["--set", "name"], "--set name: expected QUESTION=ANSWER, for example --set name=mine"),
+        (["--set", "name= "], "expected QUESTION=ANSWER"),
         (["--like", "simulatd"], "did you mean 'simulated'"),
     ],
 )
