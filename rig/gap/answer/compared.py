@@ -81,7 +81,9 @@ def _nothing(diagnosis: Diagnosis) -> str:
     if gap.rms_deg > FAR * gap.floor_deg:
         return _far_and_nothing(diagnosis)
     if from_model(diagnosis):
-        start = "The simulator says what these records show"
+        described = diagnosis.reference is Kind.FINGERPRINT
+        who = "The description of the rig in the model file" if described else "The simulator"
+        start = f"{who} says what these records show"
         rest = f"it is {size_of} deg off (rms), and {usual} deg is {SOURCES[gap.floor_source]}."
     else:
         start = f"Nothing has changed that these records show: they are as {than(diagnosis).removeprefix('than ')}"

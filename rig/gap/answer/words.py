@@ -23,6 +23,8 @@ from rig.gap.settings import EVEN_CHANCE
 
 SURE = 0.9
 """From here on nobody asks what the rest is given to."""
+WORTH = 0.25
+"""Share of that rest from which on a rival is named."""
 AS_MUCH = 0.05
 """Shares of the error that differ by less than this are told as the same."""
 STAGES = {
@@ -368,7 +370,7 @@ def _otherwise(diagnosis: Diagnosis) -> str:
         for name, chance in sorted(one.probability.items(), key=lambda item: -item[1])[1:]
     }
     name = max(rivals, key=lambda one: rivals[one], default="")
-    if name and rivals[name] >= 0.5 * (1.0 - diagnosis.confidence):
+    if name and rivals[name] >= WORTH * (1.0 - diagnosis.confidence):
         what = {NONE: "nothing at all", UNKNOWN: "something unknown"}.get(name, _noun(name))
         return f"; {percent(rivals[name])} are for {what}"
     return "; the notes say what it may be otherwise" if diagnosis.notes else ""

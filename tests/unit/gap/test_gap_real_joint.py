@@ -6,10 +6,12 @@ import sys
 from pathlib import Path
 
 import pytest
+from conftest import ROOT
 
 from rig.gap import diagnose
 from rig.gap.answer.consistency import contradictions
 from rig.gap.answer.result import Diagnosis
+from rig.gap.answer.sizes import size
 from rig.log.reader import read
 from rig.model.parameters import load_model
 
@@ -64,3 +66,19 @@ def test_a_description_that_has_a_mass_of_its_own_lacks_something_behind_the_val
     assert said.verdict == "unknown"
     assert said.where.shares["downstream"] > 0.7
     assert {one.test for one in said.observations} == {"time stamps"}
+
+
+def test_the_tutorial_tells_what_comes_out(wrist: Path) -> None:
+    page = (ROOT / "docs/tutorial/diagnose_real_joint.md").read_text(encoding="utf-8")
+    quiet, lacks, changed = (
+        found(wrist, *one) for one in (("quiet", "auto"), ("sweep", "simulator"), ("sweep", "auto"))
+    )
+    for said in (
+        f'answers "none", with a probability of {100 * quiet.confidence:.0f} %: {quiet.gap.rms_deg:.1f} degrees off,',
+        f"where {quiet.gap.floor_deg:.1f} are usual beside the fingerprint",
+        f"*partly explained* with {100 * lacks.confidence:.0f} %",
+        f"inertia over stiffness of {size(lacks.causes[0].parameters['time_s'])}",
+        f"falls from {lacks.gap.rms_deg:.0f} to {lacks.gap.after_deg:.0f} degrees",
+        f"is *unknown*, behind the valves, with {100 * changed.confidence:.0f} %",
+    ):
+        assert said in page
