@@ -8,7 +8,7 @@ import jinja2
 
 from rig.gap.answer.compared import SOURCES, from_model
 from rig.gap.answer.result import Diagnosis
-from rig.gap.answer.words import answers, chain_rows, percent
+from rig.gap.answer.words import answers, chain_rows, percent, stage_name
 from rig.gap.pipeline import Grounds
 from rig.gap.reference.kinds import Kind as Reference
 from rig.identify.provenance import tuned_to
@@ -43,6 +43,7 @@ def page(diagnosis: Diagnosis, grounds: Grounds, model: Model, origin: Mapping[s
         origin=origin or {},
         diagnosis=diagnosis,
         percent=percent,
+        stage_name=stage_name,
         chain=chain_rows(diagnosis),
         figures=figures(diagnosis, grounds),
         assumed=_assumed(diagnosis, grounds, model),

@@ -127,7 +127,7 @@ def diagnose(
 
 def _show(diagnosis: "Diagnosis", name: str | None, json_to: str | None) -> None:
     """The summary for a person."""
-    from rig.gap.answer.words import answers, chain_rows
+    from rig.gap.answer.words import answers, chain_rows, stage_name
     from rig.own_units import speaker
 
     out, say = console(json_to), speaker(diagnosis.channels)
@@ -145,7 +145,7 @@ def _show(diagnosis: "Diagnosis", name: str | None, json_to: str | None) -> None
         for line in diagnosis.ranking[:6]:
             table.add_row(
                 line.effect,
-                line.stage,
+                stage_name(line.stage, diagnosis.channels),
                 say(line.side),
                 f"{100 * line.explained_fraction:.0f} %",
                 f"{line.probability:.2f}",

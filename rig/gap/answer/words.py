@@ -20,6 +20,7 @@ from rig.gap.plan.experiment import Experiment
 from rig.gap.raw_tests.signature import MONITOR
 from rig.gap.reference.kinds import Kind
 from rig.gap.settings import EVEN_CHANCE
+from rig.own_units import own_label
 
 SURE = 0.9
 """From here on nobody asks what the rest is given to."""
@@ -31,6 +32,7 @@ STAGES = {
     "timing": "in the timing",
     "valve": "in the valves",
     "muscle": "in the muscles",
+    "actuator": "in the actuator",
     "joint": "in the joint",
     "sensor": "in the angle sensor or its converter",
 }
@@ -292,8 +294,8 @@ def _stays(diagnosis: Diagnosis) -> str:
 
 def _where(diagnosis: Diagnosis) -> str:
     stages = dict.fromkeys([diagnosis.where.stage, *(cause.stage for cause in _named(diagnosis))])
-    known = STAGES if diagnosis.channels.has_valves else STAGES | {"muscle": "in the actuator"}
-    text = " and ".join(known[stage] for stage in stages if stage in known) or "somewhere in the chain"
+    called = (stage_name(stage, diagnosis.channels) for stage in stages if stage)
+    text = " and ".join(STAGES[stage] for stage in called if stage in STAGES) or "somewhere in the chain"
     return f"{text}{_pressures(diagnosis)}."
 
 
@@ -317,7 +319,9 @@ def _next(diagnosis: Diagnosis, experiment: Experiment) -> str:
     start = f"to tell {names} apart"
     if not heard.issuperset(experiment.separates):
         start = f"{names} leave these records alike; to tell them apart"
-    return f"{start}, record {experiment.why}: they differ by {experiment.weakest:.1f} standard deviations there."
+    labels, _, time = experiment.why.rpartition(" in ")
+    what = ", ".join(own_label(label, diagnosis.channels) for label in labels.split(", "))
+    return f"{start}, record {what} in {time}: they differ by {experiment.weakest:.1f} standard deviations there."
 
 
 def why_no_next(diagnosis: Diagnosis) -> str:
@@ -340,10 +344,16 @@ def why_no_next(diagnosis: Diagnosis) -> str:
 def chain_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
     """(stage, share of the gap, what was found there) of every stage, for a table."""
     lines = diagnosis.where.chain if diagnosis.causes else []
-    names = NAMES
     if not diagnosis.channels.has_valves:
-        lines, names = [line for line in lines if line.stage != VALVES], NAMES | {"muscle": "actuator"}
-    return [(names[line.stage], _share(line), ", ".join(line.effects) or "nothing") for line in lines]
+        lines = [line for line in lines if line.stage != VALVES]
+    called = [stage_name(line.stage, diagnosis.channels) for line in lines]
+    found = [(_share(line), ", ".join(line.effects) or "nothing") for line in lines]
+    return [(NAMES.get(name, name), *one) for name, one in zip(called, found, strict=True)]
+
+
+def stage_name(stage: str, channels: Channels) -> str:
+    """A stage of the chain as its rig has it: muscles only where there are valves that fill them."""
+    return "actuator" if stage == "muscle" and not channels.has_valves else stage
 
 
 def _share(line: Link) -> str:

@@ -7,6 +7,8 @@ from typing import Any
 import pytest
 
 from rig.channels import Channel, Channels
+from rig.excite.experiment import Entry, Timing
+from rig.excite.signals import Sine
 from rig.gap.answer.consistency import contradictions
 from rig.gap.answer.facts import (
     RAW_DATA,
@@ -273,6 +275,13 @@ def test_what_comes_next_is_tied_to_what_the_answer_names(separates: tuple[str, 
     made = told(replace(LAG, ambiguous_with=("delay",)))
     wanted = Experiment((), 0.5, 0.7, 0.9, separates, 4.0)
     assert answers(replace(made, next_experiment=wanted))["Next:"].startswith(start)
+
+
+def test_the_records_to_come_are_called_in_the_rig_s_own_unit() -> None:
+    sine = Entry(Sine(frequency_hz=0.5, amplitude_mpa=0.1), Timing(duration_s=10.0))
+    made = replace(told(cause("creep", "angle", ("delay",))), channels=MOTOR)
+    said = answers(replace(made, next_experiment=Experiment((sine,), 0.5, 0.7, 0.9, ("creep", "delay"), 4.0)))["Next:"]
+    assert "record sine_0.5hz_0.5rad in" in said
 
 
 def test_retuning_that_closes_nothing_says_so_and_leaves_the_effect_what_it_closes() -> None:
