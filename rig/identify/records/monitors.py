@@ -36,7 +36,8 @@ def unheard(record: Record, name: str) -> str | None:
         return None
     if np.ptp(column[known]) < STILL_MPA:
         return "does not move"
-    return None if follows(record, column, set_point) else "does not follow its command"
+    heard = any(follows(record, column, command) for command in (record.dp_cmd_mpa, set_point))
+    return None if heard else "does not follow its command"
 
 
 def follows(record: Record, column: Column, command: Column) -> bool:
