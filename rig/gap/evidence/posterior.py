@@ -1,5 +1,6 @@
 """The hypotheses of one factor and their probabilities: nothing, every effect of the library, and something unknown."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
@@ -41,8 +42,9 @@ class Posterior:
     """none, unknown and every effect that acts here."""
     fits: dict[str, Fit]
     """Effect -> its likeliest law."""
-    beside: float
-    """Probability that something unknown stands beside the likeliest effect, if that is the answer."""
+    log_odds_beside: Mapping[str, float]
+    """ln odds that an effect leaves something unknown, against that its law is only as rough as it usually is; none for
+    one that leaves nothing to another."""
     log_evidence: float = 0.0
     """ln p of the factor's gap, over all hypotheses."""
     given: str = ""
@@ -58,6 +60,16 @@ class Posterior:
     def fit(self) -> Fit | None:
         """The likeliest effect where an effect is the likeliest hypothesis."""
         return self.fits.get(self.best)
+
+    @property
+    def beside(self) -> float:
+        """Probability that something unknown stands beside the likeliest effect, if that is the answer."""
+        odds = self.log_odds_beside.get(self.best, -math.inf)
+        return 0.5 * (1.0 + math.tanh(0.5 * odds))
+
+    def with_unknown(self, name: str) -> float:
+        """Log evidence of an effect, by itself or with something unknown beside it."""
+        return _with_unknown(self.fits[name], self.log_odds_beside[name])
 
     def left(self, name: str) -> Column:
         """(l,) lines of what a hypothesis leaves of the gap, on its own scene."""
@@ -80,8 +92,7 @@ class Posterior:
         heard = {name: nats.get(name, others) for name in self.probability}
         logs = {name: float(np.log(max(chance, 1e-300))) + heard[name] for name, chance in self.probability.items()}
         probability, total = _normalised(logs)
-        beside = _beside(self.fits, probability)
-        return replace(self, probability=probability, beside=beside, log_evidence=self.log_evidence + total)
+        return replace(self, probability=probability, log_evidence=self.log_evidence + total)
 
     @property
     def found(self) -> bool:
@@ -111,9 +122,11 @@ def judge(effects: Sequence[Effect], stand: Stand, said: Mapping[str, float] = M
     logs = {
         NONE: healthy.log_density(gap) + scene.odds.none,
         UNKNOWN: log_unknown(plain, healthy, gap) + scene.odds.unknown,
-    } | {name: fit.log_evidence for name, fit in fits.items()}
+    }
+    odds = {name: _log_odds_beside(fit) for name, fit in fits.items()}
+    logs |= {name: _with_unknown(fit, odds[name]) for name, fit in fits.items()}
     probability, total = _normalised(parted(logs, said))
-    return Posterior(stand, plain, probability, fits, _beside(fits, probability), total)
+    return Posterior(stand, plain, probability, fits, odds, total)
 
 
 def parted(logs: Mapping[str, float], said: Mapping[str, float]) -> dict[str, float]:
@@ -164,15 +177,12 @@ def _log_beyond(expected: Gaussian, left: Column) -> float:
     return float(np.logaddexp.reduce(logs)) - float(np.log(len(BEYOND_DAYS)))
 
 
-def _beside(fits: dict[str, Fit], probability: dict[str, float]) -> float:
-    """Probability that the likeliest effect leaves something unknown, against that its law is only as rough as it
-    usually is."""
-    best = likeliest(probability)
-    if best not in fits:
-        return 0.0
-    fit = fits[best]
+def _with_unknown(fit: Fit, log_odds: float) -> float:
+    return fit.log_evidence + float(np.logaddexp(0.0, log_odds))
+
+
+def _log_odds_beside(fit: Fit) -> float:
     scene, factor, lines, prior = fit.scene, fit.scene.factor, fit.scene.factor.lines, fit.scene.prior
     moved, left = lines.of(fit.change), lines.of(factor.gap - fit.change)
     rough = with_law(factor.healthy, lines, moved, fit.effect.roughness(prior, fit.law), prior)
-    odds = log_unknown(scene, rough, left) + prior.log_beside - fit.log_law
-    return float(1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0))))
+    return log_unknown(scene, rough, left) + prior.log_beside - fit.log_law

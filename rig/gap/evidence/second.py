@@ -18,7 +18,9 @@ def with_second(effects: Sequence[Effect], alone: Posterior, said: Mapping[str, 
     one with that, those of the likeliest first effect and of the second beside it."""
     if not alone.found or (alone.best != UNKNOWN and alone.beside <= EVEN_CHANCE):
         return (alone,)
-    firsts = sorted(alone.fits.values(), key=lambda fit: -fit.log_evidence)[:FIRSTS_TRIED]
+    firsts = [
+        alone.fits[name] for name in sorted(alone.fits, key=lambda name: -alone.with_unknown(name))[:FIRSTS_TRIED]
+    ]
     pairs = []
     for first in firsts:
         others = [effect for effect in effects if effect.name != first.effect.name]
@@ -35,7 +37,7 @@ def with_second(effects: Sequence[Effect], alone: Posterior, said: Mapping[str, 
     chances = dict.fromkeys(alone.probability, 0.0) | {other: float(np.exp(one - total)) for one, other, _ in pairs}
     assert second.fit is not None
     fits = alone.fits | {name: _beside(alone, name, second.fit)}
-    return replace(alone, probability=chances, beside=0.0, fits=fits), replace(second, given=name)
+    return replace(alone, probability=chances, log_odds_beside={}, fits=fits), replace(second, given=name)
 
 
 def _of_both(first: Fit, second: Fit) -> float:
@@ -46,11 +48,11 @@ def _of_both(first: Fit, second: Fit) -> float:
 
 def _of_one(alone: Posterior) -> float:
     """Log evidence of the likeliest hypothesis with one effect at most, something unknown beside it included."""
-    known = max(alone.fits.values(), key=lambda fit: alone.probability[fit.effect.name])
+    known = max(alone.fits, key=lambda name: alone.probability[name])
     if alone.best == UNKNOWN:
-        chances = alone.probability[UNKNOWN], max(alone.probability[known.effect.name], LEAST_CHANCE)
-        return known.log_evidence + float(np.log(chances[0] / chances[1]))
-    return known.log_evidence - float(np.log(max(1.0 - alone.beside, LEAST_CHANCE)))
+        chances = alone.probability[UNKNOWN], max(alone.probability[known], LEAST_CHANCE)
+        return alone.with_unknown(known) + float(np.log(chances[0] / chances[1]))
+    return alone.with_unknown(known)
 
 
 def _beside(alone: Posterior, name: str, second: Fit) -> Fit:
