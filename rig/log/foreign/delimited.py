@@ -5,6 +5,7 @@ It knows nothing of what the columns mean; rig.log.reader and rig.log.foreign.ma
 
 import csv
 import gzip
+import math
 import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -24,6 +25,7 @@ _MOST_BYTES: Final = 2 << 30
 
 _COLUMNS_LIMIT = 1000
 _SEPARATOR_HINT = "; decimal commas? import it with `separator` and `decimal` in a mapping"
+_POINT_HINT = "; a point beside decimal commas may part thousands: take it out, or give `decimal: '.'`"
 _DECIMAL_HINT = "; decimal comma? import it with `decimal: ','` in a mapping"
 
 
@@ -126,22 +128,36 @@ def _quick(body: list[str], style: Style, columns: int) -> NDArray[np.float64] |
 def _careful(path: Path, body: list[str], names: list[str], style: Style, first_row: int) -> NDArray[np.float64]:
     """The table cell by cell, so that a fault can be named; rows are counted from 1 as an editor does."""
     table = np.empty((len(body), len(names)))
-    for number, cells in enumerate(_rows(path, body, style)):
+    for number, cells in enumerate(_rows(path, body, style, first_row)):
         where = f"{path}, row {first_row + number}"
         if len(cells) != len(names):
             hint = _SEPARATOR_HINT if len(cells) == 2 * len(names) and style.separator == "," else ""
             raise RecordError(f"{where}: {len(cells)} cells where the header names {len(names)} columns{hint}")
         for column, cell in enumerate(cells):
             try:
-                table[number, column] = float(cell.replace(style.decimal, ".")) if cell.strip() else np.nan
+                table[number, column] = _number(cell, style.decimal)
             except ValueError:
                 hint = _DECIMAL_HINT if style.decimal == "." and "," in cell else ""
+                hint = _POINT_HINT if style.decimal == "," and "." in cell else hint
                 raise RecordError(f"{where}: {names[column]}: {cell[:40]!r} is not a number{hint}") from None
     return table
 
 
-def _rows(path: Path, body: list[str], style: Style) -> Iterator[list[str]]:
+def _number(cell: str, decimal: str) -> float:
+    """A cell as a number, an empty one as NaN. ValueError for what may be read in two ways: a point beside a decimal
+    comma, which may part thousands, and what Python alone takes for a number (1_000)."""
+    if "_" in cell or (decimal != "." and "." in cell):
+        raise ValueError
+    return float(cell.replace(decimal, ".")) if cell.strip() else math.nan
+
+
+def _rows(path: Path, body: list[str], style: Style, first_row: int) -> Iterator[list[str]]:
+    """The cells of each line; RecordError where a line break stands inside quotes, for rows are lines."""
+    reader = csv.reader(body, delimiter=style.separator, strict=True)
     try:
-        yield from csv.reader(body, delimiter=style.separator, strict=True)
+        for number, cells in enumerate(reader):
+            if reader.line_num != number + 1:
+                raise RecordError(f"{path}, row {first_row + number}: a cell in quotes goes on in the next line")
+            yield cells
     except csv.Error as error:
         raise RecordError(f"{path}: not a table: {error}") from None
