@@ -42,7 +42,7 @@ class Waveform:
         """Times (s) and values (MPa), one entry a row; ConfigError when the file is not such a table."""
         try:
             check_regular(self.file, MOST_TABLE_BYTES)
-            with self.file.open(newline="", encoding="utf-8") as lines:
+            with self.file.open(newline="", encoding="utf-8-sig") as lines:
                 return _table(self.file, csv.DictReader(lines), self.COLUMNS)
         except csv.Error as error:
             raise ConfigError(f"{self.file}: cannot be read: {error}") from None
@@ -81,9 +81,14 @@ def _table(file: Path, rows: "csv.DictReader[str]", columns: tuple[str, ...]) ->
     if "t_s" not in names or column is None:
         wanted = f"{columns[0]} (or {columns[1]})" if len(columns) > 1 else columns[0]
         raise ConfigError(f"{file}: needs the columns t_s and {wanted}; it has {', '.join(names) or 'none'}")
+    if any(names.count(name) > 1 for name in ("t_s", column)):
+        raise ConfigError(f"{file}: t_s or {column} stands twice in the header")
     times, values = array("d"), array("d")
     for row in rows:
-        _append(times, row["t_s"], values, row[column], f"{file}, line {rows.line_num}")
+        where = f"{file}, line {rows.line_num}"
+        if None in row:
+            raise ConfigError(f"{where}: more cells than the header's {len(names)} columns; decimal commas?")
+        _append(times, row["t_s"], values, row[column], where)
     if not times:
         raise ConfigError(f"{file}: holds no rows")
     return times, values

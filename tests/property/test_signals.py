@@ -141,6 +141,11 @@ def test_no_step_is_steeper_than_its_rise(rise_s: float, tick: int) -> None:
         assert change <= step * 0.005 / rise_s + 1e-9
 
 
+def test_a_byte_order_mark_is_no_part_of_a_name(tmp_path: Path) -> None:
+    (tmp_path / "w.csv").write_text("t_s,dp_mpa\n0,0\n1,0.1\n", encoding="utf-8-sig")
+    assert Waveform(tmp_path / "w.csv").length_s == 1.0
+
+
 def test_a_hold_may_be_negative() -> None:
     assert Hold(-0.1).value(5.0) == -0.1
     assert Hold(-0.1).label == "hold_-0.10mpa"
@@ -168,6 +173,8 @@ def test_a_waveform_is_straight_between_its_rows_and_holds_its_ends(tmp_path: Pa
         ("t_s,dp_mpa\n0,x\n", "line 2: '0', 'x' are not two numbers"),
         ("t_s,dp_mpa\n0\n", "line 2: '0', None are not two numbers"),
         ("t_s,dp_mpa\n0,nan\n", "line 2: 0, nan: both must be finite"),
+        ("t_s,dp_mpa\n0,0,0,0\n1,0,0,15\n", "line 2: more cells than the header's 2 columns; decimal commas"),
+        ("t_s,dp_mpa,dp_mpa\n0,0,0.1\n", "dp_mpa stands twice"),
     ],
 )
 def test_a_table_that_is_no_waveform_is_refused(tmp_path: Path, text: str, message: str) -> None:
