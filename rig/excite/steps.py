@@ -24,6 +24,14 @@ def _ramped(before: float, after: float, into_s: float, rise_s: float) -> float:
     return after if into_s >= rise_s else before + (after - before) * into_s / rise_s
 
 
+def _require_time_to_rise(rise_s: float, length_s: float, name: str) -> None:
+    """ValueError when a level would be left before it is reached: what is missing of it would be a jump."""
+    if rise_s > length_s:
+        raise ValueError(
+            f"rise_s {rise_s:g} s is longer than {name} {length_s:g} s; a level is left when it is reached"
+        )
+
+
 @dataclass(frozen=True)
 class Staircase:
     """0 up to +A, down to -A and back to 0 in equal steps, each held `dwell_s` and reached in `rise_s`."""
@@ -32,6 +40,9 @@ class Staircase:
     steps: int = bounded(1, 1000, default=4)
     dwell_s: float = bounded(0.01, 1000.0, "s", default=1.0)
     rise_s: float = bounded(0.0, 10.0, "s", default=0.1)
+
+    def __post_init__(self) -> None:
+        _require_time_to_rise(self.rise_s, self.dwell_s, "dwell_s")
 
     @property
     def label(self) -> str:
@@ -69,6 +80,7 @@ class Prbs:
     def __post_init__(self) -> None:
         if self.order not in _TAPS:
             raise ValueError(f"order {self.order} is not there; allowed: {', '.join(map(str, _TAPS))}")
+        _require_time_to_rise(self.rise_s, self.clock_s, "clock_s")
 
     @property
     def label(self) -> str:

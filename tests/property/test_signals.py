@@ -141,6 +141,22 @@ def test_no_step_is_steeper_than_its_rise(rise_s: float, tick: int) -> None:
         assert change <= step * 0.005 / rise_s + 1e-9
 
 
+@given(st.floats(0.01, 2.0), st.floats(0.0, 4.0))
+def test_a_level_is_reached_before_it_is_left_or_the_signal_is_refused(length_s: float, rise_s: float) -> None:
+    """A longer rise made a jump of what was missing, at the end of each dwell."""
+    for make, name in (
+        (lambda: Staircase(0.2, steps=4, dwell_s=length_s, rise_s=rise_s), "dwell_s"),
+        (lambda: Prbs(0.1, clock_s=length_s, rise_s=rise_s), "clock_s"),
+    ):
+        if rise_s > length_s:
+            with pytest.raises(ValueError, match=f"rise_s .* is longer than {name}"):
+                make()
+            continue
+        signal, edge_s = make(), 3 * round(length_s * 1e9) * 1e-9
+        before, after = signal.value(max(edge_s - 2e-9, 0.0)), signal.value(edge_s)
+        assert rise_s == 0.0 or abs(after - before) < 1e-6 + 0.2 * 4e-9 / rise_s
+
+
 def test_a_byte_order_mark_is_no_part_of_a_name(tmp_path: Path) -> None:
     (tmp_path / "w.csv").write_text("t_s,dp_mpa\n0,0\n1,0.1\n", encoding="utf-8-sig")
     assert Waveform(tmp_path / "w.csv").length_s == 1.0
