@@ -8,14 +8,21 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
+from rig.channels import Channels
 from rig.config import structure
 from rig.errors import ConfigError
 from rig.fields import bounded
+from rig.sample import WIRES
 
 FACT: Final = "further"
 """The run fact that lists them, in the order of the places."""
 PLACES: Final = ("further_1", "further_2", "further_3", "further_4")
 """The fields of a sample."""
+RESERVED: Final = (
+    *("t_s", *WIRES, "log_time_ns", "sequence", "lateness_us", "p1_age_s", "p2_age_s", "angle_age_s"),
+    *("units", "meanings", "pamrig"),
+)
+"""Columns that samples, records and exports have already: a further channel of that name would stand in their place."""
 _LONGEST_WORD: Final = 40
 
 
@@ -39,6 +46,15 @@ def furthers_of(facts: Mapping[str, Any]) -> tuple[Further, ...]:
         return check_furthers([structure(one, Further, FACT) for one in raw], FACT)
     except ConfigError:
         return ()
+
+
+def check_new(further: Sequence[Further], where: str, channels: Channels) -> tuple[Further, ...]:
+    """The channels that somebody gives a rig with these input and output; ConfigError as for `check_furthers`, and
+    for a name that files or other tools have another use for."""
+    hidden = next((one.name for one in further if one.name.startswith("_")), None)
+    if hidden is not None:
+        raise ConfigError(f"{where}: {hidden!r} begins with _, which MAT files leave out; give it another name")
+    return check_furthers(further, where, (*RESERVED, channels.input.column, channels.output.column))
 
 
 def check_furthers(further: Sequence[Further], where: str, taken: Sequence[str] = ()) -> tuple[Further, ...]:

@@ -23,11 +23,10 @@ from rig.channels import FACT as CHANNELS_FACT
 from rig.config import bounded, nearest_file, read_yaml, structure, suggest
 from rig.errors import ConfigError
 from rig.further import FACT as FURTHER_FACT
-from rig.further import Further, check_furthers, plain
+from rig.further import Further, check_new, plain
 from rig.interfaces import Role
 from rig.realtime.guard import Limits
 from rig.realtime.measures import Measures
-from rig.sample import WIRES
 from rig.tags import FACT as TAGS_FACT
 from rig.tags import Tags, check_tags
 
@@ -120,6 +119,7 @@ def load_rig(path: Path) -> RigConfig:
             raise ConfigError(
                 f"{path}: safe.{key}: {value:g} MPa is outside limits.pressure_mpa, {low:g} .. {high:g} MPa"
             )
+    channels = PNEUMATIC if file.channels is None else check_channels(file.channels, f"{path}: channels")
     calibration = _calibration(path, file.calibration)
     named = [] if file.calibration is None else [path.parent / file.calibration]
     return RigConfig(
@@ -132,8 +132,8 @@ def load_rig(path: Path) -> RigConfig:
         devices=_devices(file, path),
         calibration=calibration,
         files={"rig.yaml": path.read_bytes()} | {item.name: item.read_bytes() for item in named},
-        channels=PNEUMATIC if file.channels is None else check_channels(file.channels, f"{path}: channels"),
-        further=check_furthers(file.further, f"{path}: further", taken=tuple(WIRES)),
+        channels=channels,
+        further=check_new(file.further, f"{path}: further", channels),
         tags=check_tags(file.tags, f"{path}: tags"),
         effects=None if file.effects is None else tuple(file.effects),
     )

@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from rig.channels import BEYOND, FACT, Channel, Channels, check_channels
+from rig.channels import BEYOND, FACT, PNEUMATIC, Channel, Channels, check_channels
 from rig.config import read_yaml, structure, suggest
 from rig.errors import ConfigError, RecordError
 from rig.fields import bounded
 from rig.further import FACT as FURTHER_FACT
-from rig.further import Further, check_furthers, plain
+from rig.further import Further, check_new, plain
 from rig.log.foreign.delimited import Style, read_table
 from rig.log.foreign.kinds import Kind, kind_of
 from rig.log.foreign.mcap_channels import read_foreign
@@ -97,7 +97,7 @@ def _check_names(mapping: Mapping, path: Path) -> None:
     unknown = next((name for name in mapping.columns if name not in allowed), None)
     if unknown is not None:
         raise ConfigError(f"{path}: columns: unknown column {unknown!r}; {suggest(unknown, list(allowed))}")
-    check_furthers(_furthers(mapping), f"{path}: further", taken=COLUMN_NAMES)
+    check_new(_furthers(mapping), f"{path}: further", mapping.channels or PNEUMATIC)
 
 
 def _furthers(mapping: Mapping) -> tuple[Further, ...]:

@@ -83,7 +83,11 @@ def test_further_channels_and_the_map_go_through_every_file_of_ours(tmp_path: Pa
         ({"columns": COLUMNS | {"p1_mpa": {"source": "soll"}}}, "unknown column 'p1_mpa'"),
         ({"channels": CHANNELS | {"input": {"name": "x", "unit": "mm", "range": [5, -5]}}}, "is empty"),
         ({"channels": {"input": CHANNELS["input"]}}, "'output' is missing"),
-        ({"further": {"angle_deg": {"source": "kraft"}}}, "there already"),
+        *(
+            ({"further": {name: {"source": "kraft"}}}, f"'{name}' is there already")
+            for name in ("angle_deg", "phase", "run", "tick", "p1_age_s", "log_time_ns", "units", "position_mm")
+        ),
+        ({"further": {"_load": {"source": "kraft"}}}, "'_load' begins with _"),
         ({"further": {f"x{number}": {"source": "kraft"} for number in range(5)}}, "place for 4"),
     ],
 )
