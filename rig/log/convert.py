@@ -29,6 +29,10 @@ CHUNK_ROWS = 100
 _BATCH_ROWS = 40 * CHUNK_ROWS
 _Message = tuple[int, int, bytes]
 """Log time, channel, data."""
+_AGED = ("p1", "p2", "angle")
+"""Measurements whose age a record has in seconds and a sample in nanoseconds."""
+_FROM_TIME = frozenset({"scheduled_ns", "woken_ns", "read_ns", "written_ns"})
+"""Fields that a record's time and lateness make."""
 _ABSENT = {"p1_mpa": Flag.P1_ABSENT, "p2_mpa": Flag.P2_ABSENT, "angle_deg": Flag.ANGLE_ABSENT}
 
 
@@ -113,7 +117,9 @@ def write_record(record: Record, path: Path, facts: Mapping[str, Any]) -> Path:
 
 def content_of_record(record: Record, facts: Mapping[str, Any]) -> LogContent:
     """A record as the log it would be; `facts` are added to its own."""
-    given = {"name": record.name} | {key: value for key, value in record.facts.items() if key != "t0_s"} | dict(facts)
+    given = {"name": record.name} | dict(record.facts) | dict(facts)
+    if not given.get("t0_s"):
+        given.pop("t0_s", None)  # the log's own time says as much
     samples = samples_of(record, schema.count_of(given, "started_ns"))
     valid = bool(given.pop("valid", True))
     return LogContent(
@@ -135,6 +141,9 @@ def samples_of(record: Record, started_ns: int) -> Samples:
         fields[place][:] = known.get(one.name, np.nan)
     offsets = _nanoseconds(record.t_s * 1e9, f"{where}: t_s, in ns")
     late = _nanoseconds(known["lateness_us"] * 1e3, f"{where}: lateness_us, in ns") if "lateness_us" in known else 0
+    for name in _AGED:
+        if f"{name}_age_s" in known:
+            fields[f"{name}_age_ns"] = _nanoseconds(known[f"{name}_age_s"] * 1e9, f"{where}: {name}_age_s, in ns")
     fields["scheduled_ns"] = offsets
     for name in ("woken_ns", "read_ns", "written_ns"):
         fields[name] = offsets + late
@@ -157,12 +166,8 @@ def _nanoseconds(values: Array, where: str) -> Array:
 
 def unkept_columns(record: Record) -> list[str]:
     """The columns of a record that our format has no field for."""
-    return sorted(
-        set(record.extra)
-        - set(WIRES)
-        - {one.name for one in furthers_of(record.facts)}
-        - {"lateness_us", "p1_age_s", "p2_age_s", "angle_age_s", "log_time_ns", "sequence"}
-    )
+    kept = (set(WIRES) - _FROM_TIME) | {one.name for one in furthers_of(record.facts)}
+    return sorted(set(record.extra) - kept - {"lateness_us", *(f"{name}_age_s" for name in _AGED)})
 
 
 def grid_ticks(record: Record) -> Array:

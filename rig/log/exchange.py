@@ -10,6 +10,7 @@ import gzip
 import io
 import json
 import math
+import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, Final, TextIO
@@ -28,7 +29,7 @@ from rig.log.mcap.collector import LogLine
 from rig.log.mcap.columns import DTYPES, Array, Samples, kept_as
 from rig.log.mcap.framing import unpacked_limit
 from rig.outputs import Kind, writing
-from rig.sample import WIRES
+from rig.sample import WIRES, Sample
 
 SUFFIXES: Final = {"csv": ".csv", "csv.gz": ".csv.gz", "parquet": ".parquet", "mat": ".mat"}
 """Format -> how its files end."""
@@ -37,6 +38,9 @@ _TYPES: Final = {name: DTYPES[wire.kind] for name, wire in WIRES.items()} | {
     "log_time_ns": np.dtype("<i8"),
     "sequence": np.dtype("<u4"),
 }
+_LATER: Final = frozenset(Sample._field_defaults)
+"""Fields that the exports of earlier versions lack; they are filled in, as a reader of MCAP files does."""
+_NEEDED: Final = frozenset(_TYPES) - _LATER
 _MEANINGS: Final = (
     {"t_s": ("s", "time since the first tick, by the loop's clock")}
     | {name: (wire.unit, wire.meaning) for name, wire in WIRES.items()}
@@ -71,7 +75,7 @@ def read_exported(path: Path) -> LogContent | None:
         return _read_parquet(path)
     if path.suffix == ".mat":
         return _read_mat(path)
-    return _read_csv(path) if sidecar_path(path).exists() else None
+    return _read_csv(path)
 
 
 def _table(content: LogContent) -> dict[str, Array]:
@@ -106,11 +110,13 @@ def _meanings(content: LogContent) -> dict[str, tuple[str, str]]:
 
 
 def _content(table: dict[str, Array], aside: Sidecar, where: str) -> LogContent:
-    missing = [name for name in _TYPES if name not in table]
+    missing = [name for name in _TYPES if name in _NEEDED and name not in table]
     if missing:
         raise RecordError(f"{where}: lacks the columns {', '.join(missing[:5])}")
+    unknown = np.full(len(table["log_time_ns"]), np.nan)
     columns = {
-        name: kept_as(dtype, np.ascontiguousarray(table[name]), f"{where}: {name}") for name, dtype in _TYPES.items()
+        name: kept_as(dtype, np.ascontiguousarray(table.get(name, unknown)), f"{where}: {name}")
+        for name, dtype in _TYPES.items()
     }
     times, sequence = columns.pop("log_time_ns"), columns.pop("sequence")
     attachments = {name: text.encode("utf-8", "surrogateescape") for name, text in aside.attachments.items()}
@@ -154,10 +160,14 @@ def _text_file(path: Path, name: str) -> Iterator[TextIO]:
 
 
 def _read_csv(path: Path) -> LogContent | None:
+    """The log in a CSV that holds every field; one whose metadata file was left behind is without its facts."""
     lines = read_text(path).split("\n")
     names = lines[0].split(",")
-    if not set(_TYPES) <= set(names):
-        return None  # a table with facts beside it, but not of every field
+    if not set(names) >= _NEEDED:
+        return None  # somebody's table, or one of ours without some fields
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise RecordError(f"{path}: the column {twice!r} stands twice in the header")
     dtype = np.dtype([(name, _TYPES.get(name, np.dtype("<f8"))) for name in names])
     try:
         rows = (
@@ -166,8 +176,18 @@ def _read_csv(path: Path) -> LogContent | None:
             else np.empty(0, dtype)
         )
     except ValueError as error:
-        raise RecordError(f"{path}: {error}") from None
+        raise RecordError(f"{path}: {_said(str(error), names)}") from None
     return _content({name: rows[name] for name in names}, read_sidecar(path), str(path))
+
+
+def _said(fault: str, names: list[str]) -> str:
+    """What numpy says of a cell, with its row as an editor counts it and the name of its column."""
+    cell = re.match(r"could not convert string (.*) to (int|uint|float)\d+ at row (\d+), column (\d+)", fault)
+    if cell is None:
+        return fault
+    text, kind, row, column = cell.groups()
+    wanted = "a number" if kind == "float" else "a whole number as it was exported; did a spreadsheet round it?"
+    return f"row {int(row) + 2}: {names[int(column) - 1]}: {text[:40]} is not {wanted}"
 
 
 def _write_parquet(content: LogContent, part: Path, path: Path) -> None:

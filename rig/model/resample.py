@@ -4,6 +4,7 @@ Nothing here decides whether a record may be resampled; `rig.identify.records.da
 """
 
 import math
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
@@ -27,9 +28,9 @@ def is_regular(record: Record, dt_s: float) -> bool:
     return bool(np.all(np.abs(steps - dt_s) <= _JITTER * dt_s) and abs(length) <= dt_s)
 
 
-def on_grid(record: Record, dt_s: float) -> Record:
+def on_grid(record: Record, dt_s: float, further: Collection[str] = ()) -> Record:
     """The record on a regular grid from its first row on: commands hold their last value, as the outputs did; what was
-    measured is interpolated.
+    measured is interpolated. Of its other columns it keeps those that `further` names, as measured.
 
     On a longer period than its own a command is the mean over the time that it is in force, and what was measured is
     first rid of what is too fast for the grid, without delay (docs/decisions/0110). RecordError when it would have more
@@ -46,13 +47,14 @@ def on_grid(record: Record, dt_s: float) -> Record:
     time = record.t_s[0] + dt_s * np.arange(rows)
     columns: dict[str, Column] = {}
     for name, column in record.columns().items():
-        if name in record.extra or name == "t_s":
+        if (name in record.extra and name not in further) or name == "t_s":
             continue
         if "cmd" in name or not np.isfinite(column).any():
             columns[name] = _commanded_at(time, record.t_s, column, dt_s, thin > 1)
         else:
             columns[name] = _measured_at(time, record.t_s, column, dt_s, thin)
-    return replace(record, t_s=time, extra={}, **columns)  # type: ignore[arg-type]
+    extra = {name: columns.pop(name) for name in record.extra if name in columns}
+    return replace(record, t_s=time, extra=extra, **columns)  # type: ignore[arg-type]
 
 
 def _commanded_at(time: Column, own_s: Column, column: Column, dt_s: float, averaged: bool) -> Column:

@@ -10,6 +10,7 @@ import yaml
 
 from rig.app.terminal import visible
 from rig.errors import RecordError
+from rig.further import furthers_of
 from rig.log import reader
 from rig.log.convert import LogContent, content_of_record, read_content, unkept_columns
 from rig.log.exchange import SUFFIXES, read_exported
@@ -157,7 +158,8 @@ def _resampled(record: Record, period_s: float) -> Record:
             f"{record.source}: a period of {period_s:g} s; allowed is 0.0001 s up to the record's {record.t_s[-1]:g} s"
         )
     facts = dict(record.facts) | {"resampled_to_s": period_s, "resampled_from_rows": len(record)}
-    return replace(on_grid(record, period_s), facts=facts)
+    kept = {"reference_deg", *(one.name for one in furthers_of(facts))}
+    return replace(on_grid(record, period_s, kept), facts=facts)
 
 
 def export_targets(log_files: list[Path], kind: str, out: Path | None) -> list[Path]:

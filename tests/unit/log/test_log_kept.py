@@ -1,0 +1,101 @@
+"""What stays of a table that becomes a log: its times, ages and further channels, and exports of other versions."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.records.made_logs import assert_same_samples, made_content
+
+from rig.app.records.logs import contents_of, import_content
+from rig.errors import RecordError
+from rig.log.convert import write_content
+from rig.log.exchange import SUFFIXES, export
+from rig.log.mcap.columns import Samples
+from rig.log.reader import read
+from rig.sample import Sample
+
+LATER = tuple(Sample._field_defaults)
+"""Fields that version 0.2.0 did not have."""
+
+
+@pytest.mark.parametrize("kind", ["csv", "csv.gz"])
+def test_an_exported_table_without_its_facts_is_still_the_same_samples(tmp_path: Path, kind: str) -> None:
+    content, path = made_content(300, missed_at=100), tmp_path / f"run{SUFFIXES[kind]}"
+    export(content, path, kind)
+    (tmp_path / f"{path.name}-metadata.json").unlink()
+    back, unkept = import_content(path, None)
+    assert_same_samples(back.samples, content.samples)
+    assert (dict(back.result_facts), unkept) == ({}, [])  # whether it is valid nobody has said
+
+
+def test_an_export_of_an_earlier_version_comes_in_whole(tmp_path: Path) -> None:
+    """By its own columns; the fields that came later are filled in, as for an MCAP file."""
+    content = made_content(50)
+    export(content, tmp_path / "now.csv", "csv")
+    names, *rows = [line.split(",") for line in (tmp_path / "now.csv").read_text().splitlines()]
+    kept = [place for place, name in enumerate(names) if name not in LATER]
+    path = tmp_path / "then.csv"
+    path.write_text("".join(",".join(row[place] for place in kept) + "\n" for row in (names, *rows)))
+    (tmp_path / "now.csv-metadata.json").rename(tmp_path / "then.csv-metadata.json")
+    back, _ = import_content(path, None)
+    fields = content.samples.fields | {name: np.full(50, np.nan) for name in LATER}
+    assert_same_samples(back.samples, Samples(fields, content.samples.log_time_ns, content.samples.sequence))
+    assert dict(back.run_facts) == dict(content.run_facts)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"log_time_ns": "1.79E+18"}, "row 2: log_time_ns: '1.79E.18' is not a whole number as it was exported"),
+        ({"angle_deg": "x"}, "row 2: angle_deg: 'x' is not a number"),
+    ],
+)
+def test_a_table_that_a_spreadsheet_changed_names_row_and_column(
+    tmp_path: Path, change: dict[str, str], said: str
+) -> None:
+    path = tmp_path / "run.csv"
+    export(made_content(3), path, "csv")
+    names, first, *others = path.read_text().splitlines()
+    cells = dict(zip(names.split(","), first.split(","), strict=True)) | change
+    path.write_text("\n".join([names, ",".join(cells.values()), *others]) + "\n")
+    with pytest.raises(RecordError, match=said):
+        import_content(path, None)
+
+
+def test_a_column_twice_in_an_export_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    export(made_content(3), path, "csv")
+    path.write_text("".join(f"{line},{line.split(',')[0]}\n" for line in path.read_text().splitlines()))
+    with pytest.raises(RecordError, match="'t_s' stands twice"):
+        import_content(path, None)
+
+
+def test_ages_and_the_first_time_stamp_of_a_table_stay(tmp_path: Path) -> None:
+    path = tmp_path / "table.csv"
+    rows = "".join(f"{1.7e9 + 0.005 * k!r},0,{k},0.00{k},{k}\n" for k in range(4))
+    path.write_text("t_s,dp_cmd_mpa,angle_deg,angle_age_s,woken_ns\n" + rows)
+    content, unkept = import_content(path, None)
+    assert content.samples["angle_age_ns"].tolist() == [0, 1_000_000, 2_000_000, 3_000_000]
+    assert unkept == ["woken_ns"]
+    write_content(content, tmp_path / "table.mcap")
+    (record,) = read(tmp_path / "table.mcap")
+    assert record.facts["t0_s"] == 1.7e9
+    assert record.extra["angle_age_s"].tolist() == [0.0, 0.001, 0.002, 0.003]
+
+
+def test_further_channels_stay_on_a_regular_grid(tmp_path: Path) -> None:
+    (tmp_path / "mapping.yaml").write_text(
+        json.dumps(
+            {
+                "columns": {"t_s": {"source": "t", "unit": "s"}, "dp_cmd_mpa": {"source": "u", "unit": "MPa"}},
+                "further": {"load_n": {"source": "f", "unit": "N"}},
+            }
+        )
+    )
+    (tmp_path / "table.csv").write_text("t,u,f\n" + "".join(f"{0.007 * k!r},0,{k}\n" for k in range(20)))
+    content, _ = import_content(tmp_path / "table.csv", tmp_path / "mapping.yaml")
+    write_content(content, tmp_path / "table.mcap")
+    ((_, even),) = contents_of(tmp_path / "table.mcap", 0.005)
+    known = 0.005 * np.arange(len(even.samples)) / 0.007 <= 19
+    assert even.samples["further_1"][known] == pytest.approx(0.005 * np.flatnonzero(known) / 0.007)
