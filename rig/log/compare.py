@@ -3,6 +3,7 @@
 Nothing is judged here; `rig.gap` says why a rig differs from its simulator.
 """
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
@@ -20,6 +21,8 @@ Rows = NDArray[np.intp]
 COMPARED: Final = tuple(name for name in MAIN_COLUMNS if name != "t_s")
 LEAST_OVERLAP: Final = 0.5
 """Share of the shorter record that two records must have in common."""
+MOST_ROWS: Final = 20_000_000
+"""More than a day at 5 ms: a time stamp that is wrong asks for more, and would take all the memory."""
 _SAME_COMMAND: Final = 1e-6
 """Rms of the commands' difference (MPa) below which they need no shift."""
 
@@ -155,6 +158,11 @@ def beside(a: Record, b: Record) -> Pair:
     """B brought to the times of A by their commands."""
     if a.angle_deg is None or b.angle_deg is None:
         raise RecordError(f"{(a if a.angle_deg is None else b).name}: it has no angle; needed: a column angle_deg")
+    short = next((record for record in (a, b) if len(record) < 2), None)
+    if short is not None:
+        raise RecordError(
+            f"{_place(short)}: {short.name} has {len(short)} rows; two records are compared from 2 rows on"
+        )
     shift_s = _shift(a, b)
     there = b.t_s - b.t_s[0] - shift_s
     here = a.t_s - a.t_s[0]
@@ -167,12 +175,15 @@ def beside(a: Record, b: Record) -> Pair:
 
 
 def _by_name(records: Sequence[Record]) -> dict[str, Record]:
-    """Records by what they are called in every session: the name, and the repeat where there is another."""
-    found: dict[str, Record] = {}
+    """Records by what they are called in every session: the name, and the repeat beyond the first. Where two say the
+    same (days beside each other), the later one is the next repeat that is free."""
+    found: dict[tuple[str, int], Record] = {}
     for record in records:
-        count = sum(key == record.name or key.startswith(f"{record.name} repeat ") for key in found)
-        found[f"{record.name} repeat {count + 1}" if count else record.name] = record
-    return found
+        said = record.facts.get("repeat")
+        first = said if isinstance(said, int) and said > 0 else 1
+        number = next(number for number in itertools.count(first) if (record.name, number) not in found)
+        found[record.name, number] = record
+    return {name if number == 1 else f"{name} repeat {number}": record for (name, number), record in found.items()}
 
 
 def _at(record: Record, there_s: Column, here_s: Column, t_s: Column) -> Record:
@@ -234,8 +245,13 @@ def _sums(squares: Column, lags: Rows, ours: int, theirs: int, first: bool) -> C
 
 
 def _on_rows(record: Record, dt_s: float) -> Column:
-    """The command at a regular distance, held between rows."""
+    """The command at a regular distance, held between rows; RecordError when that would be more than MOST_ROWS."""
     time = record.t_s - record.t_s[0]
+    if time[-1] / dt_s > MOST_ROWS:
+        raise RecordError(
+            f"{_place(record)}: {len(record)} rows over {time[-1]:.4g} s are {time[-1] / dt_s:.3g} rows of "
+            f"{1e3 * dt_s:g} ms; allowed: {MOST_ROWS}; is a time stamp wrong, or in another unit?"
+        )
     grid = np.arange(round(time[-1] / dt_s) + 1) * dt_s
     held = np.clip(np.searchsorted(time, grid + 0.2 * dt_s, side="right") - 1, 0, len(time) - 1)
     return np.asarray(record.dp_cmd_mpa[held])

@@ -26,6 +26,10 @@ def chirp(count: int = 1600, begin: int = 0, name: str = "chirp") -> Record:
     return Record(name, t_s - t_s[0], dp, 150.0 * dp, facts={"session": "made"})
 
 
+LEAPS = replace(chirp(), t_s=np.where(np.arange(1600) < 1000, 0.0, 1e9) + chirp().t_s)
+"""Its clock was set while it ran."""
+
+
 @given(st.integers(-300, 300))
 def test_a_record_that_begins_at_another_time_is_brought_back(rows: int) -> None:
     pair = beside(chirp(begin=400), chirp(begin=400 - rows))
@@ -71,11 +75,25 @@ def test_records_go_together_by_name_and_repeat() -> None:
     assert len(found.departures(1.9)) == 3
 
 
+def test_a_repeat_goes_with_the_same_repeat_where_another_is_missing() -> None:
+    """The first of B ended in a fault, and a folder leaves it out."""
+    a, b = (
+        [replace(chirp(), angle_deg=chirp().angle_deg + number, facts={"repeat": number}) for number in numbers]
+        for numbers in ((1, 2, 3), (2, 3))
+    )
+    found = compare(a, b)
+    assert [(pair.name, pair.angle.max) for pair in found.pairs] == [("chirp repeat 2", 0.0), ("chirp repeat 3", 0.0)]
+    assert (found.only_a, found.only_b) == (["chirp"], [])
+
+
 @pytest.mark.parametrize(
     ("a", "b", "said"),
     [
         ([chirp(name="one")] * 2, [chirp(name="two")], "no record of A is called like one of B: one"),
         ([replace(chirp(), angle_deg=None)], [chirp()], "it has no angle"),
+        ([chirp(count=1)], [chirp()], "chirp has 1 rows; two records are compared from 2 rows on"),
+        ([chirp()], [chirp().rows(slice(0, 0))], "chirp has 0 rows"),
+        ([LEAPS], [LEAPS], "1600 rows over 1e.09 s are 2e.11 rows of 5 ms; allowed: 20000000"),
         ([chirp(count=1600)], [replace(chirp(), angle_deg=np.full(1600, np.nan))], "no row in common"),
     ],
 )
