@@ -17,7 +17,7 @@ from rig.log.convert import write_record
 from rig.log.reader import read
 from rig.model.external import KIND as EXTERNAL
 from rig.model.kernels import simulate
-from rig.model.parameters import Input, load_model
+from rig.model.parameters import Input, Model, load_model
 from rig.model.resample import set_points
 from rig.outputs import targets_in
 from rig.own_units import own_plain
@@ -65,14 +65,20 @@ def by_model(path: Path, *, from_pressures: bool) -> Simulator:
     model = load_model(find_config(path, "models"))
     drive = Input.PRESSURE if from_pressures else Input.COMMAND
     facts = {"model": str(path), "drive": drive.value}
-    own = {} if model.channels is None else {FACT: model.channels.plain()}
 
     def answer(record: Record) -> Record:
-        if record.source is not None and model.muscle.kind != EXTERNAL:  # a sweep is of no rig yet
-            common([(str(path), model.own_channels), (str(record.source), record.channels)])
-        return simulate(model, replace(record, facts=dict(record.facts) | own), drive=drive)
+        return answered(model, record, drive, str(path), sweep=record.source is None)
 
     return Simulator(answer, model.sample_time_s, facts)
+
+
+def answered(model: Model, record: Record, drive: Input, name: str, *, sweep: bool) -> Record:
+    """What the model called `name` says under a record's commands, with the model's channel map. RecordError for a
+    record of another rig; a `sweep` is of no rig yet."""
+    if not sweep and model.muscle.kind != EXTERNAL:
+        common([(name, model.own_channels), (str(record.source or record.name), record.channels)])
+    own = {} if model.channels is None else {FACT: model.channels.plain()}
+    return simulate(model, replace(record, facts=dict(record.facts) | own), drive=drive)
 
 
 def by_plant(family: str, unit: int, session: int) -> Simulator:

@@ -17,7 +17,6 @@ from rig.identify import validate as judging
 from rig.identify.records.data import Options, prepare
 from rig.identify.search.objective import predict
 from rig.model import parameters
-from rig.model.kernels import simulate as simulate_record
 from rig.model.parameters import Input, Model
 from rig.own_units import own_text
 from rig.record import Record
@@ -49,7 +48,7 @@ def simulate(
     """What a simulator says under commands: records with angle and, where it has regulators, pressures.
 
     `commands` are records, logs, or a sweep (a file, a name, a mapping). With `drive="pressure"` the measured pressures
-    drive the muscles. ModelError where the simulator diverges.
+    drive the muscles. ModelError where the simulator diverges, RecordError for records of another rig.
 
     >>> (said,) = pamrig.simulate("simulated", "quick")
     >>> f"{said.angle_deg.max():.0f} degrees at most"
@@ -59,9 +58,14 @@ def simulate(
     if isinstance(commands, str | Path | dict):
         with sweep_file(commands) as place:
             records = simulating.commands_of(place, simulator.sample_time_s)
+        sweeps = [record.source is None for record in records]
     else:
         records = records_of(commands)
-    return Records(simulate_record(simulator, record, drive=Input(drive)) for record in records)
+        sweeps = [False] * len(records)
+    return Records(
+        simulating.answered(simulator, record, Input(drive), "the model", sweep=sweep)
+        for record, sweep in zip(records, sweeps, strict=True)
+    )
 
 
 class Identified:
