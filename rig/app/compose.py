@@ -60,9 +60,10 @@ def device_settings(entry: DeviceEntry, rig: RigConfig, options: Mapping[str, An
     """Class and checked settings of one device; `options` may override settings (model, seed)."""
     where = f"{rig.path}: devices.{entry.name}"
     kind = device_class(entry.kind, where)
-    settings = structure(entry.settings, kind.Settings, where)
-    own = {f.name for f in dataclasses.fields(settings)}
+    own = {f.name for f in dataclasses.fields(kind.Settings)}
     overrides = {key: value for key, value in options.items() if key in own}
+    plain = {key: value for key, value in overrides.items() if not isinstance(value, Path | list)}
+    settings = structure({**entry.settings, **plain}, kind.Settings, where)
     files = {name: _own_or(place, name) for name, place in resolve_paths(settings, rig.path.parent).items()}
     return kind, dataclasses.replace(settings, **files | overrides)
 

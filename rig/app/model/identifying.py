@@ -9,7 +9,8 @@ import numpy as np
 
 from rig.app.shipped import find_config
 from rig.channels import common
-from rig.errors import RecordError
+from rig.errors import ConfigError, RecordError
+from rig.fields import bounded
 from rig.identify.fit import Identified, Settings, identify
 from rig.identify.records.data import Options, best_input, check_length, cut
 from rig.identify.records.zero import zero_shown
@@ -22,9 +23,11 @@ from rig.record import Record
 
 USUAL_SAMPLE_TIME_S = 0.005
 SHORTEST_SAMPLE_TIME_S, LONGEST_SAMPLE_TIME_S = 0.001, 0.05
+"""Outside, a period is more often a wrong unit of time than a rig."""
+SLOWEST_HZ, FASTEST_HZ = 0.01, 20.0
+"""Between these a model may be asked to stay bounded."""
 _SMALLER = (("ms", 1e3), ("us", 1e6), ("ns", 1e9))
 """Units that somebody's t_s may be in, and how many make a second."""
-"""Outside, a period is more often a wrong unit of time than a rig."""
 
 
 @dataclass(frozen=True)
@@ -47,17 +50,23 @@ class StartOptions:
     mean_exponent: float | None
     """None: identified where the records show it."""
 
+    def __post_init__(self) -> None:
+        if self.sample_time_s is not None and not 1e-4 <= self.sample_time_s <= 1.0:
+            raise ConfigError(f"sample_time_s: {self.sample_time_s:g} s; allowed is 0.0001 to 1 s")
+
 
 @dataclass(frozen=True)
 class SearchOptions:
     """How is searched."""
 
     optimizer: str
-    seed: int
-    seeds: int
-    particles: int
-    iterations: int
-    early_stop: int | None
+    seed: int = bounded(0, 2**63 - 1)
+    """Of the first search."""
+    seeds: int = bounded(1, 100)
+    particles: int = bounded(1, 100_000)
+    iterations: int = bounded(1, 1_000_000)
+    early_stop: int | None = bounded(1, 1_000_000)
+    """Rounds without gain that end a search; None: all are made."""
     polish: bool
     bounded: bool
 
@@ -146,6 +155,11 @@ def sample_time_s(records: Sequence[Record], options: Options) -> float:
 
 
 def sweep_range(low_hz: float, high_hz: float, amplitude_mpa: float | None, records: Sequence[Record]) -> SweepRange:
-    """Where the model has to stay bounded; without an amplitude, up to the largest command of the records."""
+    """Where the model has to stay bounded; without an amplitude, up to the largest command of the records.
+    ConfigError for frequencies that no check is made at."""
+    if not SLOWEST_HZ <= low_hz < high_hz <= FASTEST_HZ:
+        raise ConfigError(
+            f"sweep range {low_hz:g}-{high_hz:g} Hz: allowed is {SLOWEST_HZ:g} to {FASTEST_HZ:g} Hz, lower one first"
+        )
     largest = max(float(np.nanmax(np.abs(record.dp_cmd_mpa))) for record in records)
     return SweepRange(low_hz, high_hz, amplitude_mpa or round(min(max(largest, 0.01), 1.0), 3))

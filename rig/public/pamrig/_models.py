@@ -7,15 +7,18 @@ from typing import Any, Literal
 import numpy as np
 
 from pamrig._picture import Picture, html_table, shown
-from pamrig._places import Logs, records_of, sweep_file
+from pamrig._places import Logs, place_of, plain, records_of, require_one_of, sweep_file
 from pamrig._records import Records
 from rig.app.model import simulating
 from rig.app.model.identifying import SearchOptions, StartOptions, identify_model, sweep_range
 from rig.app.shipped import find_config
+from rig.config import structure
+from rig.errors import ConfigError, ModelError
 from rig.identify import fit
 from rig.identify import validate as judging
 from rig.identify.records.data import Options, prepare
 from rig.identify.search.objective import predict
+from rig.identify.search.stability import SweepRange
 from rig.model import parameters
 from rig.model.parameters import Input, Model
 from rig.own_units import own_text
@@ -31,7 +34,7 @@ def load_model(place: str | Path) -> Model:
     >>> pamrig.load_model("simulated").muscle.kind
     'mbw'
     """
-    return parameters.load_model(find_config(Path(place), "models"))
+    return parameters.load_model(find_config(place_of(place, "model"), "models"))
 
 
 def save_model(model: Model, place: str | Path) -> None:
@@ -39,7 +42,9 @@ def save_model(model: Model, place: str | Path) -> None:
 
     >>> pamrig.save_model(pamrig.load_model("simulated"), "mine.yaml")
     """
-    parameters.save_model(model, Path(place))
+    if not isinstance(model, Model):
+        raise ModelError(f"save_model: expected a Model, got {model!r:.60}; load_model reads one")
+    parameters.save_model(model, place_of(place, "save_model"))
 
 
 def simulate(
@@ -54,6 +59,7 @@ def simulate(
     >>> f"{said.angle_deg.max():.0f} degrees at most"
     '38 degrees at most'
     """
+    require_one_of(drive, ("command", "pressure"), "drive")
     simulator = _model(model)
     if isinstance(commands, str | Path | dict):
         with sweep_file(commands) as place:
@@ -143,12 +149,21 @@ def identify(
     by default the period of the records. `sweep_hz` is where it has to stay bounded.
     RecordError for records that cannot be used, ModelError for a start that cannot be searched.
     """
+    require_one_of(drive, ("auto", "command", "pressure"), "drive")
+    asked: dict[str, Any] = {
+        "optimizer": optimizer,
+        "seed": seed,
+        "seeds": seeds,
+        "particles": particles,
+        "iterations": iterations,
+    }
+    asked |= {"early_stop": early_stop, "polish": polish, "bounded": bounded}
+    search = structure(plain(asked), SearchOptions, "identify")
     records, options = records_of(logs), Options(resample=resample)
     begin = StartOptions(
-        None if start is None else Path(start), kind, drive, joint, sample_time_s, None, 0.2, None, None
+        None if start is None else place_of(start, "start"), kind, drive, joint, sample_time_s, None, 0.2, None, None
     )
-    search = SearchOptions(optimizer, seed, seeds, particles, iterations, early_stop, polish, bounded)
-    found = identify_model(records, begin, search, sweep_range(*sweep_hz, None, records), options, None)
+    found = identify_model(records, begin, search, _sweep(sweep_hz, records), options, None)
     return Identified(found, records, options)
 
 
@@ -201,7 +216,7 @@ def validate(
     RecordError for records that cannot be used.
     """
     simulator, records, options = _model(model), records_of(logs), Options(resample=resample)
-    judged = judging.validate(simulator, records, sweep_range(*sweep_hz, None, records), options)
+    judged = judging.validate(simulator, records, _sweep(sweep_hz, records), options)
     return Validation(simulator, records, judged, options)
 
 
@@ -209,6 +224,14 @@ def _own_score(row: judging.Score, by: float) -> tuple[float | None, ...]:
     """A row of the table; errors times `by`."""
     chain = None if row.command_rmse_deg is None else by * row.command_rmse_deg
     return by * row.rmse_deg, row.nrmse, row.fit_percent, by * row.max_deg, chain
+
+
+def _sweep(sweep_hz: tuple[float, float], records: list[Record]) -> SweepRange:
+    try:
+        low_hz, high_hz = map(float, sweep_hz)
+    except (TypeError, ValueError):
+        raise ConfigError(f"sweep_hz: expected two frequencies in Hz, got {sweep_hz!r:.60}") from None
+    return sweep_range(low_hz, high_hz, None, records)
 
 
 def _model(model: Model | str | Path) -> Model:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 import rig.record
 from pamrig._picture import Picture, html_table, shown
+from pamrig._places import place_of, require_one_of
 from rig.errors import RecordError
 from rig.log import reader
 
@@ -143,8 +144,9 @@ def read(*places: str | Path, phases: Literal["sweep", "all"] = "sweep") -> Reco
     """
     if not places:
         raise RecordError("read: name at least one log, or a folder of them")
+    require_one_of(phases, ("sweep", "all"), "phases")
     wanted = None if phases == "all" else reader.SWEEP_ONLY
-    return Records(record for place in places for record in reader.read(Path(place), wanted))
+    return Records(record for place in places for record in reader.read(place_of(place, "read"), wanted))
 
 
 def _unit(column: str) -> dict[str, str]:

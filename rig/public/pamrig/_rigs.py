@@ -3,16 +3,17 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from pamrig._picture import Picture, html_table, shown
-from pamrig._places import sweep_file
+from pamrig._places import place_of, plain, require_one_of, sweep_file
 from pamrig._records import Record, Records, read
 from rig.app import compose, shipped
 from rig.app.runs import replaying, runner
 from rig.app.runs.outcome import Outcome
 from rig.app.runs.sweeping import SweepOptions, run_sweep
 from rig.config import structure, unstructure
+from rig.errors import ConfigError
 from rig.model.chain import place_effect
 from rig.model.parameters import AddedEffect
 from rig.rig_config import RigConfig
@@ -42,7 +43,7 @@ def load_rig(place: str | Path) -> Rig:
     >>> pamrig.load_rig("paper_myrio").simulated
     False
     """
-    return Rig(compose.load(Path(place)))
+    return Rig(compose.load(place_of(place, "rig")))
 
 
 def simulated_rig(
@@ -53,20 +54,31 @@ def simulated_rig(
     `effects` maps effects of the library to their numbers. One `seed` is one day: its noise, and its gains and time
     constants, which wander by `drift` (relative standard deviation; None: as much as the rig's YAML says). `model`
     stands instead of its own.
-    ModelError for an effect that does not exist.
+    ModelError for an effect that does not exist, ConfigError for a seed or a drift that cannot be.
 
     >>> worn = pamrig.simulated_rig({"delay": {"delay_s": 0.02}}, seed=3)
     >>> worn.simulated
     True
     """
-    added = [AddedEffect(name, dict(numbers)) for name, numbers in (effects or {}).items()]
+    added = _added(effects or {})
+    options: dict[str, Any] = {"effects": added} | ({} if drift is None else {"drift": plain(drift)})
+    seed = plain(seed)
+    if model is not None:
+        options["model"] = shipped.find_config(place_of(model, "model"), "models").resolve()
+    config = compose.load(None)
+    for entry in config.devices:
+        compose.device_settings(entry, config, options | {"seed": seed})  # what cannot be set is said here
+    return Rig(config, options, seed)
+
+
+def _added(effects: Effects) -> list[AddedEffect]:
+    if not isinstance(effects, Mapping):
+        raise ConfigError(f"effects: expected a mapping of effects to their numbers, got {effects!r:.60}")
+    named = [{"effect": name, "parameters": plain(numbers)} for name, numbers in effects.items()]
+    added = structure(named, list[AddedEffect], "effects")
     for effect in added:
         place_effect(effect, {})
-    options: dict[str, Any] = {"effects": structure(unstructure(added), list[AddedEffect], "effects")}
-    options |= {} if drift is None else {"drift": drift}
-    if model is not None:
-        options["model"] = shipped.find_config(Path(model), "models").resolve()
-    return Rig(compose.load(None), options, seed)
+    return added
 
 
 class Runs:
@@ -135,6 +147,7 @@ def run(
     1
     """
     chosen = _rig(rig)
+    _check_clock(clock)
     virtual = clock == "virtual" if clock else chosen.simulated
     facts = {"effects": unstructure(chosen.options["effects"])} if chosen.options.get("effects") else {}
     folder = None if out is None else Path(out)
@@ -201,8 +214,9 @@ def replay(
     where it left them. RecordError when a recording does not fit the rig's period, unless `resample`.
     """
     chosen = _rig(rig)
-    config = None if rig is None else chosen.config
-    job = replaying.prepare(Path(log), config, None if model is None else Path(model), None, resample)
+    _check_clock(clock)
+    config, simulator = None if rig is None else chosen.config, None if model is None else place_of(model, "model")
+    job = replaying.prepare(place_of(log, "replay"), config, simulator, None, resample)
     job = replace(job, device_options={**chosen.options, **job.device_options})
     folder = Path(out) if out is not None else runner.new_folder("replay")
     options = replaying.ReplayOptions(folder, clock, chosen.seed, force, None, tolerances)
@@ -210,6 +224,11 @@ def replay(
     for item in done:
         item.outcome.judge()
     return [Replay(item) for item in done]
+
+
+def _check_clock(clock: Clock | None) -> None:
+    if clock is not None:
+        require_one_of(clock, get_args(Clock), "clock")
 
 
 def _rig(rig: Rig | str | Path | None) -> Rig:
