@@ -7,7 +7,7 @@ import csv
 import gzip
 import math
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -40,10 +40,14 @@ class Style:
 
 
 def read_table(
-    path: Path, style: Style | None = None, require: Callable[[list[str]], None] | None = None
+    path: Path,
+    style: Style | None = None,
+    require: Callable[[list[str]], None] | None = None,
+    wanted: Collection[str] | None = None,
 ) -> dict[str, NDArray[np.float64]]:
     """Header -> column, in the order of the file; an empty cell is NaN, all columns have the same length.
 
+    With `wanted` only the columns of these names have to hold numbers; the others may be NaN.
     `require` sees the names before the rows are looked at, and raises when they are not what is wanted.
 
     RecordError names the row and the column when a cell is not a number, a row is too short or too long, or a name
@@ -62,7 +66,8 @@ def read_table(
         raise RecordError(f"{path}: a header and no rows")
     table = _quick(body, style, len(names))
     if table is None:
-        table = _careful(path, body, names, style, first + 1)
+        looked_at = [number for number, name in enumerate(names) if wanted is None or name in wanted]
+        table = _careful(path, body, names, style, first + 1, looked_at)
     return {name: np.ascontiguousarray(table[:, number]) for number, name in enumerate(names)}
 
 
@@ -125,15 +130,19 @@ def _quick(body: list[str], style: Style, columns: int) -> NDArray[np.float64] |
     return table if table.shape == (len(body), columns) else None
 
 
-def _careful(path: Path, body: list[str], names: list[str], style: Style, first_row: int) -> NDArray[np.float64]:
-    """The table cell by cell, so that a fault can be named; rows are counted from 1 as an editor does."""
-    table = np.empty((len(body), len(names)))
+def _careful(
+    path: Path, body: list[str], names: list[str], style: Style, first_row: int, looked_at: list[int]
+) -> NDArray[np.float64]:
+    """The table cell by cell, so that a fault can be named; rows are counted from 1 as an editor does. Columns that are
+    not looked at are NaN."""
+    table = np.full((len(body), len(names)), np.nan)
     for number, cells in enumerate(_rows(path, body, style, first_row)):
         where = f"{path}, row {first_row + number}"
         if len(cells) != len(names):
             hint = _SEPARATOR_HINT if len(cells) == 2 * len(names) and style.separator == "," else ""
             raise RecordError(f"{where}: {len(cells)} cells where the header names {len(names)} columns{hint}")
-        for column, cell in enumerate(cells):
+        for column in looked_at:
+            cell = cells[column]
             try:
                 table[number, column] = _number(cell, style.decimal)
             except ValueError:

@@ -74,7 +74,7 @@ class Mapping:
 def load_mapping(path: Path) -> Mapping:
     """The mapping at `path`; ConfigError when it does not fit."""
     raw = read_yaml(path)
-    if not isinstance(raw, dict) or not isinstance(raw.get("columns"), dict):
+    if not isinstance(raw, dict) or not isinstance(raw.get("columns"), dict) or not raw["columns"]:
         raise ConfigError(f"{path}: expected `columns:`, a mapping of our columns to their sources")
     mapping = structure(raw, Mapping, str(path))
     _check_names(mapping, path)
@@ -145,7 +145,8 @@ def _raw_table(path: Path, mapping: Mapping) -> RawTable:
             return read_tdms(path)
         case Kind.MCAP:
             return read_foreign(path, mapping.topic)
-    table = read_table(path, Style(mapping.separator, mapping.decimal, mapping.skip_rows))
+    sources = {one.source for one in (*mapping.columns.values(), *mapping.further.values())}
+    table = read_table(path, Style(mapping.separator, mapping.decimal, mapping.skip_rows), wanted=sources)
     return RawTable(path, {name: RawColumn(values) for name, values in table.items()})
 
 

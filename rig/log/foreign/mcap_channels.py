@@ -37,8 +37,9 @@ def read_foreign(path: Path, topic: str) -> RawTable:
         raise RecordError(
             f"{path}: no messages on topic {topic!r}; it has {contents.describe_channels()} (`topic:` in the mapping)"
         )
-    decode = _decoder(path, contents, messages[0][0])
-    rows = [_row(path, decode, payload) | {TIME_COLUMN: time_ns} for _, time_ns, payload in messages]
+    channels = {channel.id: channel for channel, _, _ in messages}  # a topic may have several
+    decoders = {number: _decoder(path, contents, channel) for number, channel in channels.items()}
+    rows = [_row(path, decoders[one.id], payload) | {TIME_COLUMN: time_ns} for one, time_ns, payload in messages]
     names = [name for name in rows[0] if all(name in row for row in rows)]
     columns = {name: np.array([row[name] for row in rows], dtype=np.float64) for name in names if name != TIME_COLUMN}
     times = np.array([row[TIME_COLUMN] for row in rows], dtype=np.int64)

@@ -7,9 +7,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from mcap.writer import Writer
 
-from rig.errors import RecordError
+from rig.errors import ConfigError, RecordError
 from rig.log.foreign.delimited import Style, read_table
+from rig.log.foreign.mapping import load_mapping, read_mapped
+from rig.log.mcap import schema
+from rig.log.mcap.columns import pack_columns
 
 NUMBERS = st.floats(allow_nan=False, allow_infinity=False, width=64)
 STYLES = [Style(), Style(";"), Style("\t"), Style(";", ","), Style("\t", ",")]
@@ -55,3 +59,44 @@ def test_what_may_be_read_in_two_ways_is_refused(tmp_path: Path, text: str, styl
     with pytest.raises(RecordError, match=said) as caught:
         read_table(table_in(tmp_path, text), style)
     assert "\n" not in str(caught.value)
+
+
+def test_a_column_that_is_not_wanted_may_hold_anything(tmp_path: Path) -> None:
+    path = table_in(tmp_path, 'stamp,a,note\n2024-03-04T10:00:00,1,"x, y"\n,2,\n')
+    read = read_table(path, wanted=["a"])
+    assert read["a"].tolist() == [1.0, 2.0]
+    assert np.isnan(read["note"]).all()
+    with pytest.raises(RecordError, match="row 2: stamp: '2024-03-04T10:00:00' is not a number"):
+        read_table(path)
+
+
+def test_a_mapping_asks_for_its_own_columns_alone(tmp_path: Path) -> None:
+    mapping = tmp_path / "mapping.yaml"
+    mapping.write_text("columns: {dp_cmd_mpa: {source: u, unit: bar}}\nperiod_s: 0.01\n")
+    path = table_in(tmp_path, "when,u\n4 March,1\n4 March,2\n")
+    assert read_mapped(path, load_mapping(mapping))[0]["dp_cmd_mpa"].tolist() == [0.1, 0.2]
+
+
+def test_a_mapping_of_nothing_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "mapping.yaml").write_text("columns: {}\nperiod_s: 0.01\n")
+    with pytest.raises(ConfigError, match="expected `columns:`, a mapping of our columns to their sources"):
+        load_mapping(tmp_path / "mapping.yaml")
+
+
+def test_two_kinds_of_messages_on_one_topic_are_each_read_by_their_own(tmp_path: Path) -> None:
+    """As in a file merged of two: the messages of one schema were taken apart by the other's."""
+    path, mapping = tmp_path / "f.mcap", tmp_path / "mapping.yaml"
+    swapped = dict(reversed(schema.REPLAY_WIRES.items()))
+    with path.open("wb") as out:
+        writer = Writer(out)
+        writer.start()
+        for time_ns, wires in ((0, schema.REPLAY_WIRES), (1_000_000, swapped)):
+            descriptors = schema.descriptor_set(schema.REPLAY_SCHEMA, wires)
+            kind = writer.register_schema(schema.REPLAY_SCHEMA, "protobuf", descriptors)
+            columns = {name: np.ones(1) for name in wires} | {"angle_deg": np.full(1, 2.0)}
+            (row,) = pack_columns(columns, wires)
+            writer.add_message(writer.register_channel("/x", "protobuf", kind), time_ns, row.tobytes(), time_ns)
+        writer.finish()
+    sources = "{t_s: {source: log_time}, angle_deg: {source: angle_deg}, dp_cmd_mpa: {source: tick, unit: MPa}}"
+    mapping.write_text(f"topic: /x\ncolumns: {sources}\n")
+    assert read_mapped(path, load_mapping(mapping))[0]["angle_deg"].tolist() == [2.0, 2.0]
