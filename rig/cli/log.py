@@ -147,7 +147,7 @@ def import_(
     terminal = console(json_to)
     terminal.print(f"{target}: {len(content.samples)} rows")
     if unkept:
-        terminal.print(f"  not kept, for our format has no field for them: {', '.join(unkept)}")
+        terminal.print(f"  not kept, by the mapping or for want of a field: {', '.join(unkept)}")
     emit({"file": str(target), "records": len(content.samples), "not_kept": unkept}, json_to)
 
 

@@ -16,7 +16,8 @@ from rig.log.convert import LogContent, content_of_record, read_content, unkept_
 from rig.log.exchange import SUFFIXES, read_exported
 from rig.log.foreign.guess import Guess, guess
 from rig.log.foreign.kinds import Kind, kind_of
-from rig.log.foreign.mapping import load_mapping, read_mapped
+from rig.log.foreign.mapping import left_out, load_mapping, mapped, raw_table
+from rig.log.foreign.tables import foreign_columns, read_tdms
 from rig.log.mcap.reader import McapLog
 from rig.log.mcap.schema import ended_of, unsound
 from rig.log.mcap.writer import PARTIAL_SUFFIX
@@ -110,6 +111,7 @@ def _describe_record(record: Record) -> dict[str, Any]:
 
 def import_content(path: Path, mapping_path: Path | None) -> tuple[LogContent, list[str]]:
     """A foreign file as a log, and the columns that found no place in it. RecordError for anything ambiguous."""
+    unused: list[str] = []
     if mapping_path is None:
         if path.suffix in (".parquet", ".mat") or kind_of(path) is Kind.TEXT:
             content = read_exported(path)
@@ -120,10 +122,14 @@ def import_content(path: Path, mapping_path: Path | None) -> tuple[LogContent, l
         if kind_of(path) is Kind.MCAP:
             raise RecordError(f"{path}: importing MCAP needs a --mapping; {_channels(path)}")
         (record,) = reader.read(path, phases=None)
+        unused = foreign_columns(read_tdms(path)) if kind_of(path) is Kind.TDMS else []
     else:
-        columns, facts = read_mapped(path, load_mapping(mapping_path))
+        mapping = load_mapping(mapping_path)
+        raw = raw_table(path, mapping)
+        unused = left_out(raw, mapping)
+        columns, facts = mapped(raw, mapping)
         record = reader.record_from_columns(columns, facts, path)
-    return content_of_record(record, {"imported_from": path.name}), unkept_columns(record)
+    return content_of_record(record, {"imported_from": path.name}), unused + unkept_columns(record)
 
 
 def proposed_mapping(path: Path) -> tuple[Guess, str]:

@@ -18,7 +18,7 @@ from rig.further import FACT as FURTHER_FACT
 from rig.further import Further, check_new, plain
 from rig.log.foreign.delimited import Style, read_table
 from rig.log.foreign.kinds import Kind, kind_of
-from rig.log.foreign.mcap_channels import read_foreign
+from rig.log.foreign.mcap_channels import TIME_COLUMN, read_foreign
 from rig.log.foreign.tables import RawColumn, RawTable, read_tdms
 from rig.log.foreign.units import conversion, converted, unit_in_name
 from rig.log.mcap.columns import Array
@@ -106,7 +106,18 @@ def _furthers(mapping: Mapping) -> tuple[Further, ...]:
 
 def read_mapped(path: Path, mapping: Mapping) -> tuple[dict[str, Array], dict[str, Any]]:
     """Our columns and the facts of the file at `path`; RecordError when the mapping does not fit it."""
-    raw = _raw_table(path, mapping)
+    return mapped(raw_table(path, mapping), mapping)
+
+
+def left_out(raw: RawTable, mapping: Mapping) -> list[str]:
+    """The columns of a table that its mapping has no use for, in their order; the time of an MCAP file's messages is
+    none of them."""
+    used = {_find(raw, source.source) for source in (*mapping.columns.values(), *mapping.further.values())}
+    return [name for name in raw.columns if name not in used and name != TIME_COLUMN]
+
+
+def mapped(raw: RawTable, mapping: Mapping) -> tuple[dict[str, Array], dict[str, Any]]:
+    """The same of a table that was read."""
     own = {name: source for name, source in mapping.columns.items() if name in (INPUT, OUTPUT)}
     columns = {name: _column(raw, name, source) for name, source in mapping.columns.items() if name not in own}
     columns |= {name: _scaled(raw, source)[0] for name, source in mapping.further.items()}
@@ -139,7 +150,8 @@ def _own(raw: RawTable, source: Source, channel: Channel) -> Array:
     return values
 
 
-def _raw_table(path: Path, mapping: Mapping) -> RawTable:
+def raw_table(path: Path, mapping: Mapping) -> RawTable:
+    """The file at `path` by its own names; RecordError when it is none that the mapping can be of."""
     match kind_of(path):
         case Kind.TDMS:
             return read_tdms(path)

@@ -51,7 +51,18 @@ def own_columns(raw: RawTable) -> dict[str, Array]:
 
     RecordError when name and stated unit contradict each other, or one quantity stands twice.
     """
-    out: dict[str, Array] = {}
+    return {name: _converted(raw, key, name) for name, key in _own_keys(raw).items()}
+
+
+def foreign_columns(raw: RawTable) -> list[str]:
+    """The columns that `own_columns` has no use for, in their order."""
+    used = set(_own_keys(raw).values())
+    return [key for key in raw.columns if key not in used]
+
+
+def _own_keys(raw: RawTable) -> dict[str, str]:
+    """Our name -> that of the file."""
+    out: dict[str, str] = {}
     for name in MAIN_COLUMNS:
         short = name.rpartition("_")[0]
         allowed = {key: (name, short) if column.unit else (name,) for key, column in raw.columns.items()}
@@ -61,7 +72,7 @@ def own_columns(raw: RawTable) -> dict[str, Array]:
                 f"{raw.path}: {name} is ambiguous: {' and '.join(found)}; `pamrig log import` takes a mapping"
             )
         if found:
-            out[name] = _converted(raw, found[0], name)
+            out[name] = found[0]
     return out
 
 

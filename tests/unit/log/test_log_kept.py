@@ -84,7 +84,7 @@ def test_ages_and_the_first_time_stamp_of_a_table_stay(tmp_path: Path) -> None:
     assert record.extra["angle_age_s"].tolist() == [0.0, 0.001, 0.002, 0.003]
 
 
-def test_further_channels_stay_on_a_regular_grid(tmp_path: Path) -> None:
+def test_further_channels_stay_on_a_regular_grid_and_what_a_mapping_leaves_out_is_named(tmp_path: Path) -> None:
     (tmp_path / "mapping.yaml").write_text(
         json.dumps(
             {
@@ -93,9 +93,19 @@ def test_further_channels_stay_on_a_regular_grid(tmp_path: Path) -> None:
             }
         )
     )
-    (tmp_path / "table.csv").write_text("t,u,f\n" + "".join(f"{0.007 * k!r},0,{k}\n" for k in range(20)))
-    content, _ = import_content(tmp_path / "table.csv", tmp_path / "mapping.yaml")
+    (tmp_path / "table.csv").write_text("t,u,f,note\n" + "".join(f"{0.007 * k!r},0,{k},x\n" for k in range(20)))
+    content, unkept = import_content(tmp_path / "table.csv", tmp_path / "mapping.yaml")
+    assert unkept == ["note"]
     write_content(content, tmp_path / "table.mcap")
     ((_, even),) = contents_of(tmp_path / "table.mcap", 0.005)
     known = 0.005 * np.arange(len(even.samples)) / 0.007 <= 19
     assert even.samples["further_1"][known] == pytest.approx(0.005 * np.flatnonzero(known) / 0.007)
+
+
+def test_channels_of_a_tdms_file_that_are_none_of_ours_are_named(tmp_path: Path) -> None:
+    nptdms = pytest.importorskip("nptdms")
+    columns = {"t_s": np.arange(4) * 0.005, "dp_cmd_mpa": np.zeros(4), "load_n": np.ones(4)}
+    with nptdms.TdmsWriter(tmp_path / "run.tdms") as file:
+        file.write_segment([nptdms.ChannelObject("DAQ", name, values) for name, values in columns.items()])
+    content, unkept = import_content(tmp_path / "run.tdms", None)
+    assert (len(content.samples), unkept) == (4, ["DAQ/load_n"])
