@@ -169,11 +169,14 @@ def _resampled(record: Record, period_s: float) -> Record:
 
 
 def export_targets(log_files: list[Path], kind: str, out: Path | None) -> list[Path]:
-    """Where the exports of `log_files` go; RigError when the folder cannot be made."""
+    """Where the exports of `log_files` go; RigError when the folder cannot be made, or the name of the one file says
+    another kind."""
     names = [reader.stem(file) for file in log_files]
     if out is None:
         return [file.with_name(name + SUFFIXES[kind]) for file, name in zip(log_files, names, strict=True)]
     if len(log_files) == 1 and not out.is_dir() and out.suffix:
+        if not out.name.endswith(SUFFIXES[kind]):
+            raise RecordError(f"-o {out}: a {kind} file ends in {SUFFIXES[kind]}; --to says which kind is written")
         return [out]
     make_folder(out)
     return targets_in(out, names, SUFFIXES[kind])

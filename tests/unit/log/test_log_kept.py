@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from support.records.made_logs import assert_same_samples, made_content
 
-from rig.app.records.logs import contents_of, import_content
+from rig.app.records.logs import contents_of, export_targets, import_content
 from rig.errors import RecordError
 from rig.log.convert import write_content
 from rig.log.exchange import SUFFIXES, export
@@ -109,3 +109,11 @@ def test_channels_of_a_tdms_file_that_are_none_of_ours_are_named(tmp_path: Path)
         file.write_segment([nptdms.ChannelObject("DAQ", name, values) for name, values in columns.items()])
     content, unkept = import_content(tmp_path / "run.tdms", None)
     assert (len(content.samples), unkept) == (4, ["DAQ/load_n"])
+
+
+@pytest.mark.parametrize(("kind", "name"), [("csv", "run.parquet"), ("mat", "run.csv"), ("csv.gz", "run.csv")])
+def test_an_export_is_not_called_what_it_is_not(tmp_path: Path, kind: str, name: str) -> None:
+    with pytest.raises(RecordError, match=f"-o .*{name}: a {kind} file ends in .{kind}; --to says which kind"):
+        export_targets([tmp_path / "run.mcap"], kind, tmp_path / name)
+    right = tmp_path / f"out{SUFFIXES[kind]}"
+    assert export_targets([tmp_path / "run.mcap"], kind, right) == [right]
