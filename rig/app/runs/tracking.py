@@ -14,7 +14,7 @@ from rig.app.runs.outcome import Outcome
 from rig.config import read_yaml
 from rig.errors import ConfigError, RigError
 from rig.excite.envelope import check_run
-from rig.excite.experiment import RunPlan, expand, load_sweep
+from rig.excite.experiment import RunPlan, Sweep, expand, load_sweep
 from rig.gains import ClosedLoop
 from rig.rig_config import RigConfig
 from rig.service.session.run_setup import program_of
@@ -104,7 +104,7 @@ def prepare(options: TrackOptions, rig: RigConfig) -> Prepared:
     models = _models(options)
     tuned = None
     if sweep.closed_loop is None:
-        tuned = tune_for(_any_model(models, path), sweep.p0_mpa[0], rig.period_ns)
+        tuned = tune_for(_any_model(models, path), used_rests(sweep), rig.period_ns)
         sweep = replace(sweep, closed_loop=tuned.gains)
     assert sweep.closed_loop is not None
     plans = expand(sweep, rig.period_ns)
@@ -130,12 +130,23 @@ def follow(prepared: Prepared, options: runner.RunOptions) -> tuple[Outcome, lis
     return outcome, list(_judged(prepared, outcome))
 
 
-def tune_for(model: "Model", p0_mpa: float, period_ns: int, **margins: float | None) -> "Tuned":
-    """PI gains from a model, with its added effects, for a loop of that period; `margins` as of `tuning.tune`."""
+def used_rests(sweep: Sweep) -> tuple[float, ...]:
+    """The rest pressures (MPa) that its records are made at, each once."""
+    return tuple(dict.fromkeys(p0 for entry in sweep.entries for p0 in entry.p0_mpa or sweep.p0_mpa))
+
+
+def rests_of(reference: Path) -> tuple[float, ...]:
+    """The same of the reference at that place; ConfigError when it is none."""
+    return used_rests(_followed(reference))
+
+
+def tune_for(model: "Model", rests_mpa: Sequence[float], period_ns: int, **margins: float | None) -> "Tuned":
+    """PI gains from a model, with its added effects, for a loop of that period that keeps its margins at each of these
+    rest pressures: a joint at low pressure turns further; `margins` as of `tuning.tune`."""
     from rig.control import tuning
     from rig.control.plant import plant_of
 
-    plants = tuning.responses(plant_of(model, p0_mpa, period_ns))
+    plants = [one for p0_mpa in rests_mpa for one in tuning.responses(plant_of(model, p0_mpa, period_ns))]
     return tuning.tune(plants, **{name: value for name, value in margins.items() if value is not None})
 
 
@@ -226,14 +237,19 @@ def followed_record(file: Path) -> "Record":
     return record
 
 
+def _followed(reference: Path) -> Sweep:
+    sweep = load_sweep(reference)
+    if not sweep.tracks:
+        raise ConfigError(f"{reference}: records: expected angles to follow (amplitude_deg)")
+    return sweep
+
+
 def write_gains(reference: Path, gains: ClosedLoop, output: Path) -> None:
     """The reference's YAML with these gains in place of its own, its limits kept; ConfigError when it is none."""
     from rig.outputs import Kind as FileKind
     from rig.outputs import write_text
 
-    sweep = load_sweep(reference)
-    if not sweep.tracks:
-        raise ConfigError(f"{reference}: records: expected angles to follow (amplitude_deg)")
+    _followed(reference)
     raw = dict(cast(dict[str, Any], read_yaml(reference)))
     own = raw.get("closed_loop")
     found = {name: getattr(gains, name) for name in ("kp_mpa_per_deg", "ki_mpa_per_deg_s", "kd_mpa_s_per_deg")}

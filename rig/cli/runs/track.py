@@ -103,7 +103,12 @@ def track(
 @click.command(cls=Command)
 @click.argument("model", type=_path)
 @click.option("--rig", "rig_path", type=_path, help="Rig whose period and envelope hold; default: the simulated rig.")
-@click.option("--p0", "p0_mpa", type=click.FloatRange(0.0, 1.0), help="Rest pressure in MPa; default: the model's.")
+@click.option(
+    "--p0",
+    "p0_mpa",
+    type=click.FloatRange(0.01, 1.0),
+    help="Rest pressure in MPa; default: all of REFERENCE, else the model's.",
+)
 @click.option(
     "--sensitivity",
     type=click.FloatRange(1.05, 4.0),
@@ -145,13 +150,14 @@ def tune(
     if (reference is None) != (output is None):
         raise click.UsageError("--reference and -o go together")
     rig, loaded = compose.load(rig_path), load_model(shipped.find_config(model, "models"))
+    place = None if reference is None else shipped.find_config(reference, "references")
+    rests = (loaded.p0_mpa,) if place is None else tracking.rests_of(place)
+    rests = rests if p0_mpa is None else (p0_mpa,)
     with progress("tuning", None):
-        found = tracking.tune_for(
-            loaded, p0_mpa or loaded.p0_mpa, rig.period_ns, sensitivity=sensitivity, off=off, later_s=later_s
-        )
+        found = tracking.tune_for(loaded, rests, rig.period_ns, sensitivity=sensitivity, off=off, later_s=later_s)
     _tell_tuned(found, json_to)
-    if reference is not None and output is not None:
-        tracking.write_gains(shipped.find_config(reference, "references"), found.gains, output)
+    if place is not None and output is not None:
+        tracking.write_gains(place, found.gains, output)
     emit(tuned_json(found), json_to)
 
 

@@ -8,7 +8,8 @@ import pytest
 from click.testing import CliRunner, Result
 from support.records.mcap_files import contents
 
-from rig.app import shipped
+from rig.app import compose, shipped
+from rig.app.runs.tracking import TrackOptions, prepare
 from rig.cli.gap.group import gap
 from rig.cli.runs.track import track, tune
 from rig.errors import RigError
@@ -72,6 +73,27 @@ def test_without_gains_they_come_from_the_model(tmp_path: Path) -> None:
     assert "phase margin" in done.output
     with pytest.raises(RigError, match="closed_loop: gains are missing"):
         call(path, "-o", tmp_path / "other")
+
+
+def test_gains_hold_at_every_rest_pressure_of_the_reference(tmp_path: Path) -> None:
+    """At low pressure the joint turns further: those of the first were three times what the last allows."""
+    path = tmp_path / "bare.yaml"
+    own = "records:\n  - {sine: {frequency_hz: 0.5, amplitude_deg: 5}, p0_mpa: 0.15}\n"
+    for text, lowest in (
+        ("p0_mpa: [0.35, 0.15]\n" + TIMES + RECORDS, "0.15"),
+        ("p0_mpa: 0.35\n" + TIMES + own, "0.15"),
+    ):
+        path.write_text(text, encoding="utf-8")
+        told = []
+        for words in (["--reference", str(path), "-o", str(tmp_path / "t.yaml")], ["--p0", lowest]):
+            done = CliRunner().invoke(tune, [MODEL, *words, "--json", str(tmp_path / "t.json")], catch_exceptions=False)
+            assert done.exit_code == 0, done.output
+            told.append(json.loads((tmp_path / "t.json").read_text()))
+        both, low = told
+        assert both["closed_loop"]["ki_mpa_per_deg_s"] == low["closed_loop"]["ki_mpa_per_deg_s"]
+        assert both["margins_off"]["sensitivity"] < 1.65
+    found = prepare(TrackOptions(path, model=Path(MODEL)), compose.load(None))
+    assert found.gains.ki_mpa_per_deg_s == told[0]["closed_loop"]["ki_mpa_per_deg_s"]
 
 
 def test_augmented_is_the_model_with_its_effects(tmp_path: Path, wave: Path) -> None:
