@@ -99,7 +99,7 @@ def test_import_says_what_it_leaves_out_and_what_it_cannot_take(call, tmp_path: 
     (tmp_path / "a.csv").write_text("t_s,dp_cmd_mpa,load_n\n0,0,1\n1,1,2\n")
     status, out, _ = call("log", "import", tmp_path / "a.csv", "-o", tmp_path / "a.mcap")
     assert status == 0
-    assert "no field for them: load_n" in out
+    assert "not kept, by the mapping or for want of a field: load_n" in out
     made_log(tmp_path / "run.mcap", 100)
     status, _, err = call("log", "import", tmp_path / "run.mcap", "-o", tmp_path / "b.mcap")
     assert status == 2
