@@ -200,10 +200,25 @@ def _check_times(samples: Samples, run_facts: dict[str, Any]) -> Iterator[str]:
             yield f"ticks are not due on the grid of {period_ns} ns, first at tick {_first(samples, off)}"
         if samples.log_time_ns[0] < _CLOCK_SET_NS:
             yield "the log time lies before the year 2000: the wall clock was not set"
+    elif len(samples) > 1:
+        yield from _check_steps(samples)
     for name in ("p1_age_ns", "p2_age_ns", "angle_age_ns"):
         wrong = (samples[name] < 0) | (samples[name] > _OLDEST_AGE_NS)
         if wrong.any():
             yield f"{name} is implausible, {samples[name][wrong][0]} at tick {_first(samples, wrong)}"
+
+
+def _check_steps(samples: Samples) -> Iterator[str]:
+    """The time of a log without a period (another program's): that it rises, and gaps that its ticks do not show."""
+    steps_ns, counted = np.diff(samples["scheduled_ns"]), np.diff(samples["tick"].astype(np.int64)) == 1
+    if (falls := steps_ns <= 0).any():
+        yield f"time does not rise: {int(falls.sum())} times, first after tick {_first(samples, falls)}"
+    gaps = counted & (steps_ns > 1.5 * np.median(steps_ns))
+    if gaps.any():
+        yield (
+            f"{int(gaps.sum())} gaps in time longer than 1.5 periods, first {steps_ns[gaps][0] / 1e9:g} s after tick "
+            f"{_first(samples, gaps)}"
+        )
 
 
 def _check_values(samples: Samples, limits: Limits) -> Iterator[str]:

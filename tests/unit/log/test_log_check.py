@@ -9,7 +9,8 @@ import pytest
 from support.records.made_logs import made_content, made_log
 
 from rig.log.check import check
-from rig.log.convert import LogContent, write_content
+from rig.log.convert import LogContent, content_of_record, write_content
+from rig.record import Record
 from rig.sample import Flag
 
 
@@ -35,6 +36,18 @@ def test_a_csv_that_is_in_order(tmp_path: Path) -> None:
     ]
     path.write_text("t_s,dp_cmd_mpa\n0,x\n")
     assert check(path) == ["row 2: dp_cmd_mpa: 'x' is not a number"]
+
+
+def test_a_log_of_another_program_is_asked_for_its_time_as_its_table_is(tmp_path: Path) -> None:
+    """It has no period, so that its ticks are the rows: a clock that leapt by years was in order."""
+    t_s = np.arange(200) * 0.005 + np.where(np.arange(200) < 100, 0.0, 1e9)
+    content = content_of_record(Record("made", t_s, np.zeros(200), np.zeros(200)), {})
+    assert findings_of(content, tmp_path) == "1 gaps in time longer than 1.5 periods, first 1e+09 s after tick 99"
+    falling = content.samples["scheduled_ns"].copy()
+    falling[100:] -= 2 * falling[100] - 5_000_000
+    content.samples.fields["scheduled_ns"][:] = falling
+    (tmp_path / "run.mcap").unlink()
+    assert "time does not rise: 1 times, first after tick 99" in findings_of(content, tmp_path)
 
 
 def spoil(name: str, row: int, value: float) -> Callable[[LogContent], None]:
