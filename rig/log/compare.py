@@ -27,6 +27,13 @@ _SAME_COMMAND: Final = 1e-6
 """Rms of the commands' difference (MPa) below which they need no shift."""
 
 
+AS_GOOD: Final = 0.25
+ALIKE: Final = 1e-3
+"""A periodic command agrees at every period, and never quite the same: another rate, another rounding, another piece of
+a period. Shifts are as good when what is left is larger by no more than this share of itself and this share of the
+commands' power (3 % of their rms); of these the smallest counts."""
+
+
 @dataclass(frozen=True)
 class Difference:
     """How far one column of B is from that of A, in the column's unit."""
@@ -227,12 +234,21 @@ def _shift(a: Record, b: Record) -> float:
     size = 1 << (len(ours) + len(theirs) - 1).bit_length()
     lags = np.arange(-(len(ours) - 1), len(theirs))
     agreement = np.fft.irfft(np.fft.rfft(theirs, size) * np.conj(np.fft.rfft(ours, size)), size)[lags]
-    power = [_sums(column**2, lags, len(ours), len(theirs), first) for column, first in ((ours, True), (theirs, False))]
+    squares = [
+        _sums(column**2, lags, len(ours), len(theirs), first) for column, first in ((ours, True), (theirs, False))
+    ]
     overlap = np.minimum(len(ours), len(theirs) - lags) - np.maximum(0, -lags)
     enough = overlap >= LEAST_OVERLAP * count
-    missed = np.where(enough, (power[0] + power[1] - 2 * agreement) / np.maximum(overlap, 1), np.inf)
-    near = missed <= missed.min() + _SAME_COMMAND**2  # a periodic command agrees at every period: the nearest counts
-    return float(lags[near][np.argmin(np.abs(lags[near]))] * dt_s)
+    missed = np.where(enough, (squares[0] + squares[1] - 2 * agreement) / np.maximum(overlap, 1), np.inf)
+    power = float(np.mean(ours**2) + np.mean(theirs**2))
+    nearest = _valleys(missed) & (missed <= (1.0 + AS_GOOD) * max(missed.min(), 0.0) + ALIKE * power)
+    return float(lags[nearest][np.argmin(np.abs(lags[nearest]))] * dt_s)
+
+
+def _valleys(values: Column) -> NDArray[np.bool_]:
+    """Where neither neighbour is smaller."""
+    walled = np.concatenate([[np.inf], values, [np.inf]])
+    return np.asarray((values <= walled[:-2]) & (values <= walled[2:]) & np.isfinite(values))
 
 
 def _sums(squares: Column, lags: Rows, ours: int, theirs: int, first: bool) -> Column:

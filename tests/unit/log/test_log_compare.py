@@ -56,6 +56,18 @@ def test_a_periodic_command_is_not_shifted_by_a_period() -> None:
     assert pair.shift_s == pytest.approx(10 * DT_S)
 
 
+@given(st.floats(0.5, 2.0), st.floats(0.97, 1.03), st.integers(1, 4), st.floats(4.0, 12.0))
+def test_nor_where_its_rate_or_its_size_differ_a_little(hz: float, size: float, every: int, length_s: float) -> None:
+    """A sine beside itself at half the rate was shifted by one period, and its angle was off by degrees."""
+    t_s = np.arange(0.0, length_s, DT_S)
+    dp = 0.2 * np.sin(2 * np.pi * hz * t_s)
+    a = Record("a", t_s, dp, 100 * dp)
+    b = replace(a, dp_cmd_mpa=size * dp).rows(slice(None, None, every))
+    pair = beside(a, b)
+    assert abs(pair.shift_s) <= every * DT_S + 1e-9
+    assert pair.angle.rms <= 100 * 0.2 * 2 * np.pi * hz * every * DT_S
+
+
 def test_missing_values_do_not_count_and_columns_that_one_lacks_are_left_out() -> None:
     a = chirp()
     angle = a.angle_deg.copy() + 1.0
