@@ -4,7 +4,7 @@ A sample has a fixed number of places for them; which is which stands in the run
 their own names.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -12,17 +12,17 @@ from rig.channels import Channels
 from rig.config import structure
 from rig.errors import ConfigError
 from rig.fields import bounded
-from rig.sample import WIRES
 
 FACT: Final = "further"
 """The run fact that lists them, in the order of the places."""
 PLACES: Final = ("further_1", "further_2", "further_3", "further_4")
 """The fields of a sample."""
 RESERVED: Final = (
-    *("t_s", *WIRES, "log_time_ns", "sequence", "lateness_us", "p1_age_s", "p2_age_s", "angle_age_s"),
+    *("t_s", "log_time_ns", "sequence", "lateness_us", "p1_age_s", "p2_age_s", "angle_age_s"),
     *("units", "meanings", "pamrig"),
 )
-"""Columns that samples, records and exports have already: a further channel of that name would stand in their place."""
+"""Columns that records and exports have beside the fields of samples: a further channel of that name would stand in
+their place."""
 _LONGEST_WORD: Final = 40
 
 
@@ -48,13 +48,13 @@ def furthers_of(facts: Mapping[str, Any]) -> tuple[Further, ...]:
         return ()
 
 
-def check_new(further: Sequence[Further], where: str, channels: Channels) -> tuple[Further, ...]:
-    """The channels that somebody gives a rig with these input and output; ConfigError as for `check_furthers`, and
-    for a name that files or other tools have another use for."""
+def check_new(further: Sequence[Further], where: str, channels: Channels, sample: Iterable[str]) -> tuple[Further, ...]:
+    """The channels that somebody gives a rig with these input and output, whose samples have those fields; ConfigError
+    as for `check_furthers`, and for a name that files or other tools have another use for."""
     hidden = next((one.name for one in further if one.name.startswith("_")), None)
     if hidden is not None:
         raise ConfigError(f"{where}: {hidden!r} begins with _, which MAT files leave out; give it another name")
-    return check_furthers(further, where, (*RESERVED, channels.input.column, channels.output.column))
+    return check_furthers(further, where, (*sample, *RESERVED, channels.input.column, channels.output.column))
 
 
 def check_furthers(further: Sequence[Further], where: str, taken: Sequence[str] = ()) -> tuple[Further, ...]:

@@ -27,6 +27,7 @@ from rig.further import Further, check_new, plain
 from rig.interfaces import Role
 from rig.realtime.guard import Limits
 from rig.realtime.measures import Measures
+from rig.sample import WIRES
 from rig.tags import FACT as TAGS_FACT
 from rig.tags import Tags, check_tags
 
@@ -133,7 +134,7 @@ def load_rig(path: Path) -> RigConfig:
         calibration=calibration,
         files={"rig.yaml": path.read_bytes()} | {item.name: item.read_bytes() for item in named},
         channels=channels,
-        further=check_new(file.further, f"{path}: further", channels),
+        further=check_new(file.further, f"{path}: further", channels, WIRES),
         tags=check_tags(file.tags, f"{path}: tags"),
         effects=None if file.effects is None else tuple(file.effects),
     )

@@ -67,8 +67,8 @@ class SearchOptions:
     iterations: int = bounded(1, 1_000_000)
     early_stop: int | None = bounded(1, 1_000_000)
     """Rounds without gain that end a search; None: all are made."""
-    polish: bool
-    bounded: bool
+    polish: bool = True
+    bounded: bool = True
 
 
 def identify_model(

@@ -23,6 +23,7 @@ from rig.log.foreign.tables import RawColumn, RawTable, read_tdms
 from rig.log.foreign.units import conversion, converted, unit_in_name
 from rig.log.mcap.columns import Array
 from rig.record import MAIN_COLUMNS
+from rig.sample import WIRES
 
 COLUMN_NAMES = (*MAIN_COLUMNS, "p1_raw", "p2_raw", "angle_raw", "excitation_raw")
 """What a mapping may fill."""
@@ -97,7 +98,7 @@ def _check_names(mapping: Mapping, path: Path) -> None:
     unknown = next((name for name in mapping.columns if name not in allowed), None)
     if unknown is not None:
         raise ConfigError(f"{path}: columns: unknown column {unknown!r}; {suggest(unknown, list(allowed))}")
-    check_new(_furthers(mapping), f"{path}: further", mapping.channels or PNEUMATIC)
+    check_new(_furthers(mapping), f"{path}: further", mapping.channels or PNEUMATIC, WIRES)
 
 
 def _furthers(mapping: Mapping) -> tuple[Further, ...]:
