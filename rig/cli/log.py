@@ -3,7 +3,7 @@
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -11,9 +11,6 @@ from rig.app.terminal import console, styled, visible
 from rig.cli.common import emit, json_option
 from rig.cli.outputs import Group, output_option
 from rig.outputs import Kind, targets_in, write_text
-
-if TYPE_CHECKING:
-    from rig.log.convert import LogContent
 
 _FILES = click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path))
 _FILE = click.argument("log_file", metavar="LOG", type=click.Path(path_type=Path))
@@ -191,17 +188,14 @@ def _guess(file: Path, output: Path | None, json_to: str | None) -> None:
 @json_option
 def export(logs: tuple[Path, ...], kind: str, output: Path | None, period_s: float | None, json_to: str | None) -> None:
     """Write LOGS for other tools, with units and run facts; every tick and field, unless --resample is given."""
-    from rig.app.records.logs import contents_of, export_targets, found_files
+    from rig.app.records.logs import exports, found_files
     from rig.log.exchange import export as write
 
-    contents: list[tuple[Path, LogContent]] = [
-        item for file in found_files(logs) for item in contents_of(file, period_s)
-    ]
-    targets = export_targets([name for name, _ in contents], kind, output)
-    written = [write(content, target, kind) for target, (_, content) in zip(targets, contents, strict=True)]
-    for (_, content), files in zip(contents, written, strict=True):
-        note = f", resampled to {period_s:g} s" if period_s else ""
-        console(json_to).print(f"{files[0]}: {len(content.samples)} rows{note}")
+    note = f", resampled to {period_s:g} s" if period_s else ""
+    written = []
+    for target, content in exports(found_files(logs), kind, output, period_s):
+        written.append(write(content, target, kind))
+        console(json_to).print(f"{target}: {len(content.samples)} rows{note}")
     emit({"files": [str(file) for files in written for file in files]}, json_to)
 
 

@@ -1,6 +1,6 @@
 """What the commands about logs do between their arguments and rig.log: finding files, describing, choosing a way in."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -166,6 +166,19 @@ def _resampled(record: Record, period_s: float) -> Record:
     facts = dict(record.facts) | {"resampled_to_s": period_s, "resampled_from_rows": len(record)}
     kept = {"reference_deg", *(one.name for one in furthers_of(facts))}
     return replace(on_grid(record, period_s, kept), facts=facts)
+
+
+def exports(
+    files: Sequence[Path], kind: str, out: Path | None, period_s: float | None
+) -> Iterator[tuple[Path, LogContent]]:
+    """Where each log goes, and what it holds: one in memory at a time. All are read once before the first is given, so
+    that a damaged one leaves no half of a folder behind; RecordError, RigError as for `contents_of` and
+    `export_targets`."""
+    names = [name for file in files for name, _ in contents_of(file, period_s)]
+    targets = iter(export_targets(names, kind, out))
+    for file in files:
+        for _, content in contents_of(file, period_s):
+            yield next(targets), content
 
 
 def export_targets(log_files: list[Path], kind: str, out: Path | None) -> list[Path]:

@@ -1,13 +1,14 @@
 """What stays of a table that becomes a log: its times, ages and further channels, and exports of other versions."""
 
 import json
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
 import pytest
-from support.records.made_logs import assert_same_samples, made_content
+from support.records.made_logs import assert_same_samples, made_content, made_log
 
-from rig.app.records.logs import contents_of, export_targets, import_content
+from rig.app.records.logs import contents_of, export_targets, exports, import_content
 from rig.errors import RecordError
 from rig.log.convert import write_content
 from rig.log.exchange import SUFFIXES, export
@@ -117,3 +118,26 @@ def test_an_export_is_not_called_what_it_is_not(tmp_path: Path, kind: str, name:
         export_targets([tmp_path / "run.mcap"], kind, tmp_path / name)
     right = tmp_path / f"out{SUFFIXES[kind]}"
     assert export_targets([tmp_path / "run.mcap"], kind, right) == [right]
+
+
+def test_a_folder_is_exported_log_by_log(tmp_path: Path) -> None:
+    """A day of records was in memory before the first was written."""
+    for number in range(12):
+        made_log(tmp_path / f"run_{number:02}.mcap", 2000, seed=number)
+    files, peaks = sorted(tmp_path.glob("*.mcap")), []
+    for some in (files[:1], files):
+        tracemalloc.start()
+        found = [
+            (target.name, len(content.samples)) for target, content in exports(some, "mat", tmp_path / "out", None)
+        ]
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+        assert found == [(f"{file.stem}.mat", 2000) for file in some]
+    assert peaks[1] < 2.5 * peaks[0]
+
+
+def test_a_damaged_log_among_others_leaves_nothing_half_exported(tmp_path: Path) -> None:
+    made_log(tmp_path / "a.mcap", 50)
+    (tmp_path / "b.mcap").write_bytes((tmp_path / "a.mcap").read_bytes()[:-100])
+    with pytest.raises(RecordError, match=r"b\.mcap"):
+        next(exports(sorted(tmp_path.glob("*.mcap")), "csv", tmp_path / "out", None))
