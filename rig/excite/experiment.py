@@ -323,10 +323,23 @@ def _parameters(signal: Signal) -> dict[str, Any]:
 
 
 def _told_apart(plans: list[RunPlan]) -> list[RunPlan]:
-    """Plans that differ only in what a name does not show get a letter, so that no file is written twice."""
-    seen: dict[str, int] = {}
+    """Plans that differ only in what a name does not show get a number, so that no file is written twice; one that
+    another plan is called by itself is passed over."""
+    own = {plan.name for plan in plans}
+    seen: set[str] = set()
+    numbers: dict[str, Iterator[str]] = {}
     out = []
     for plan in plans:
-        seen[plan.name] = seen.get(plan.name, 0) + 1
-        out.append(plan if seen[plan.name] == 1 else replace(plan, name=f"{plan.name}_{seen[plan.name]}"))
+        if plan.name not in seen:
+            seen.add(plan.name)
+            out.append(plan)
+            continue
+        numbered = numbers.setdefault(plan.name, _numbered(plan.name))
+        free = next(name for name in numbered if name not in own and name not in seen)
+        seen.add(free)
+        out.append(replace(plan, name=free))
     return out
+
+
+def _numbered(name: str) -> Iterator[str]:
+    return (f"{name}_{number}" for number in itertools.count(2))

@@ -74,6 +74,15 @@ def test_equal_names_are_told_apart(tmp_path: Path) -> None:
     assert [run.name for run in plans(tmp_path, text)] == ["sine_1hz_0.10mpa", "sine_1hz_0.10mpa_2"]
 
 
+def test_a_number_gives_no_name_that_another_record_has(tmp_path: Path) -> None:
+    """Two of w.csv and one of w_2.csv were two files of one name: the run ended at the second."""
+    for name in ("w", "w_2"):
+        (tmp_path / f"{name}.csv").write_text("t_s,dp_mpa\n0,0\n1,0.1\n")
+    files = ", ".join(f"{{waveform: {{file: {name}.csv}}}}" for name in ("w", "w", "w_2", "w"))
+    names = [run.name for run in plans(tmp_path, f"records: [{files}]")]
+    assert names == ["waveform_w", "waveform_w_3", "waveform_w_2", "waveform_w_4"]
+
+
 def test_a_waveform_is_found_beside_its_sweep_and_lasts_as_long_as_its_table(tmp_path: Path) -> None:
     (tmp_path / "w.csv").write_text("t_s,dp_mpa\n0,0\n3,0.1\n")
     (run,) = plans(tmp_path, "duration_s: 7\nrecords: [{waveform: {file: w.csv}}]")
