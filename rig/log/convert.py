@@ -88,8 +88,7 @@ def _runs(samples: Samples, channel: int) -> Iterator[tuple[bytes, list[int]]]:
 
 def _log_messages(writer: RunWriter, lines: Iterable[LogLine]) -> Iterator[_Message]:
     for time_ns, level, text in lines:
-        known = level if level in schema.LOG_LEVELS else "info"
-        yield time_ns, writer.log_channel, schema.log_message(known, text, time_ns)
+        yield time_ns, writer.log_channel, schema.log_message(level, text, time_ns)
 
 
 def _comparison_messages(writer: RunWriter, comparison: Comparison | None) -> Iterator[_Message]:

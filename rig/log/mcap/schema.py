@@ -113,12 +113,13 @@ def log_json_schema() -> bytes:
 
 
 def log_message(level: str, message: str, time_ns: int) -> bytes:
-    """One `foxglove.Log` message; `level` is a key of LOG_LEVELS, `time_ns` counts from the Unix epoch."""
+    """One `foxglove.Log` message; `level` is a key of LOG_LEVELS, what is none is of unknown level; `time_ns` counts
+    from the Unix epoch."""
     sec, nsec = divmod(time_ns, 1_000_000_000)
     stamp = {"sec": sec, "nsec": nsec}
     fields = {
         "timestamp": stamp,
-        "level": LOG_LEVELS[level],
+        "level": LOG_LEVELS.get(level, 0),
         "message": message,
         "name": "pamrig",
         "file": "",

@@ -2,6 +2,7 @@
 
 import json
 import tracemalloc
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +11,9 @@ from support.records.made_logs import assert_same_samples, made_content, made_lo
 
 from rig.app.records.logs import contents_of, export_targets, exports, import_content
 from rig.errors import RecordError
-from rig.log.convert import write_content
+from rig.log.convert import read_content, write_content
 from rig.log.exchange import SUFFIXES, export
+from rig.log.mcap.collector import LogLine
 from rig.log.mcap.columns import Samples
 from rig.log.reader import read
 from rig.sample import Sample
@@ -141,3 +143,9 @@ def test_a_damaged_log_among_others_leaves_nothing_half_exported(tmp_path: Path)
     (tmp_path / "b.mcap").write_bytes((tmp_path / "a.mcap").read_bytes()[:-100])
     with pytest.raises(RecordError, match=r"b\.mcap"):
         next(exports(sorted(tmp_path.glob("*.mcap")), "csv", tmp_path / "out", None))
+
+
+def test_a_line_of_unknown_level_stays_one(tmp_path: Path) -> None:
+    content = replace(made_content(3), lines=(LogLine(1_790_000_000_000_000_000, "unknown", "of another program"),))
+    write_content(content, tmp_path / "run.mcap")
+    assert read_content(tmp_path / "run.mcap").lines == content.lines
