@@ -50,8 +50,10 @@ class IoProcess:
         """Whether `start` succeeded and `stop` was not called."""
         return self._process is not None
 
-    def start(self) -> Mapping[str, str]:
-        """Start the process and wait until it has the wire; its facts. DeviceLost says in one line why not."""
+    def start(self, job: Job | None = None) -> Mapping[str, str]:
+        """Start the process, with another `job` where one is given, and wait until it has the wire; its facts.
+        DeviceLost says in one line why not."""
+        self._job = job or self._job
         self.begin()
         return self._await_start()
 
@@ -81,14 +83,16 @@ class IoProcess:
         self._mailbox.served_by(self._process.pid, self._hang_ns)
         os.set_blocking(self._wake, False)
 
-    def restart_safe(self, patience_s: float) -> None:
-        """Replace a process that is dead or stuck, without waiting, by one that writes the safe outputs.
+    def restart_safe(self, patience_s: float, job: Job | None = None) -> None:
+        """Replace a process that is dead or stuck, without waiting, by one that writes the safe outputs, with another
+        `job` where one is given.
 
         DeviceError: not confirmed yet, look again with `safe`. Not more often than twice a second.
         """
         if time.monotonic_ns() - self._began_ns < _RESTART_NS:
             raise DeviceLost(f"{self.resource}: its I/O process ended; another one is started in a moment")
         self.stop(patience_s)
+        self._job = job or self._job
         self.begin()
         self.safe(0.0)
 

@@ -148,7 +148,7 @@ class ModbusIo:
     def _rescue_on_tcp(self, reply_s: float, connect_s: float) -> None:
         """A connection for just this. Nobody feeds the watchdog after a rescue from outside: it is stopped, so that the
         set-points stay."""
-        stations = Stations.on_tcp(self._settings, self._plan, reply_s, connect_s)
+        stations = Stations.to_outputs(self._settings, self._plan, reply_s, connect_s)
         try:
             stations.write_safe(self._safe, self._settings.watchdog_s)
         finally:
@@ -156,7 +156,7 @@ class ModbusIo:
 
     def _rescue_by_process(self) -> None:
         process = Process(self._settings, self._context, self._safe)
-        process.start()
+        process.start_rescue()
         self._route = process  # it stays until `close`: others who come meanwhile find it, and what it has confirmed
         process.io.safe(1.0)
 
@@ -169,7 +169,7 @@ class ModbusIo:
             return None
         if self._settings.serial is not None:
             return confirmed(self._settings.resource)
-        stations = Stations.on_tcp(self._settings, self._plan, self._settings.patience_s, _RESCUE_S)
+        stations = Stations.to_outputs(self._settings, self._plan, self._settings.patience_s, _RESCUE_S)
         try:
             return stations.hold(self._safe)
         finally:

@@ -34,6 +34,8 @@ class ModbusLink:
         self._stations: Stations | None = None
         self._failed = self._was_up = self._arm_owed = False
         self._read_next = False
+        self._blind = False
+        """After an outage: the input module has not been looked for again, and is not read."""
         line = settings.serial
         self._silence_s = rtu_silence_s(line.baud, line.bits_per_byte) if line else 0.0
         self._quiet_s = 0.0
@@ -42,19 +44,22 @@ class ModbusLink:
 
     def connect(self) -> Mapping[str, str]:
         """Open the line, prove the modules, arm their fail-safe; after an outage the outputs come first, then the
-        fail-safe."""
+        fail-safe, and an input module of its own is left for later: it may be what the line was lost by."""
         self.close()  # an attempt before this one may have got as far as a line
+        self._blind = self._was_up and not self._plan.one_station and bool(self._plan.writes)
         self._stations = self._open()
         self._failed = False
         if self._was_up:
             self._arm_owed = True
-            return self._stations.prove()
+            return self._stations.prove_outputs() if self._blind else self._stations.prove()
         facts = self._stations.prove_and_arm(self._settings.watchdog_s, self._safe)
         self._was_up = True
         return facts
 
     def _open(self) -> Stations:
         settings = self._settings
+        if settings.serial is None and self._blind:
+            return Stations.to_outputs(settings, self._plan, settings.patience_s, settings.connect_s)
         if settings.serial is None:
             return Stations.on_tcp(settings, self._plan, settings.patience_s)
         session = self._open_serial()
@@ -87,6 +92,8 @@ class ModbusLink:
             self._settle(line)
         numbers = {place: outputs[place] for place in self._plan.driven} if outputs else None
         try:
+            if self._blind and numbers is None:
+                stations = self._see_again(stations)
             done = self._round(stations, numbers, fresh)
             if urgent and done.sent and numbers is not None and stations.hold(numbers) is False:
                 raise DeviceError(f"{self._settings.resource}: the outputs do not hold the safe set-points")
@@ -97,21 +104,31 @@ class ModbusLink:
             self._pay_arming(stations)  # it may have tripped meanwhile, and refuse writes until it is armed anew
             raise
 
+    def _see_again(self, stations: Stations) -> Stations:
+        """Look for the input module after an outage, once nothing is to be written any more."""
+        if self._settings.serial is None:
+            whole = Stations.on_tcp(self._settings, self._plan, self._settings.patience_s)
+            stations.close(disarm=False)
+            self._stations = stations = whole
+        stations.prove()
+        self._blind = False
+        return stations
+
     def _pay_arming(self, stations: Stations) -> None:
         if self._arm_owed:
             stations.arm(self._settings.watchdog_s, self._safe)
             self._arm_owed = False
 
     def _round(self, stations: Stations, numbers: dict[int, float] | None, fresh: bool) -> Exchange:
-        asked_ns = time.monotonic_ns()
+        asked_ns, reads = time.monotonic_ns(), self._plan.registers > 0 and not self._blind
         if numbers is not None and self._plan.can_combine:
             return Exchange(True, _stamped(stations.read_write(numbers), asked_ns), self._busy)
         if numbers is not None and (fresh or not self._plan.registers) and not self._read_next:
             stations.write(numbers)
-            self._read_next = self._plan.registers > 0
+            self._read_next = reads
             return Exchange(sent=True, busy=self._read_next)
         self._read_next = False
-        if not self._plan.registers:
+        if not reads:
             return Exchange(busy=False)
         return Exchange(values=_stamped(stations.read(), asked_ns), busy=self._busy)
 

@@ -24,9 +24,9 @@ class Stations:
         self.outputs, self.inputs, self.plan = outputs, inputs, plan
 
     @classmethod
-    def on_tcp(cls, settings: ModbusSettings, plan: Plan, reply_s: float, connect_s: float | None = None) -> "Stations":
+    def on_tcp(cls, settings: ModbusSettings, plan: Plan, reply_s: float) -> "Stations":
         """Connect to both modules."""
-        connect_s = connect_s or settings.connect_s
+        connect_s = settings.connect_s
         outputs = connect_tcp(settings.host, settings.port, connect_s, reply_s)
         if plan.one_station or not (settings.input_host or settings.input_port):
             return cls(outputs, outputs, plan)
@@ -38,14 +38,22 @@ class Stations:
             raise
         return cls(outputs, inputs, plan)
 
+    @classmethod
+    def to_outputs(cls, settings: ModbusSettings, plan: Plan, reply_s: float, connect_s: float) -> "Stations":
+        """Connect to the output module alone, to make it safe or to look at it: an input module may be gone."""
+        outputs = connect_tcp(settings.host, settings.port, connect_s, reply_s)
+        return cls(outputs, outputs, plan)
+
+    def prove_outputs(self) -> dict[str, str]:
+        """Check that the module with the outputs is that of its map."""
+        plan = self.plan
+        if not (plan.writes or plan.one_station):
+            return {}
+        return {"module": failsafe.identify(self.outputs, plan.module, plan.unit)}
+
     def prove(self) -> dict[str, str]:
         """Check that the modules are those of the maps."""
-        plan = self.plan
-        facts = (
-            {"module": failsafe.identify(self.outputs, plan.module, plan.unit)}
-            if plan.writes or plan.one_station
-            else {}
-        )
+        plan, facts = self.plan, self.prove_outputs()
         if not plan.one_station and plan.registers:
             facts["input_module"] = failsafe.identify(self.inputs, plan.input_module, plan.input_unit)
         return facts

@@ -33,6 +33,8 @@ class Trouble:
     """In every answer the byte at this place is wrong."""
     only_unit: int = -1
     """Answers carry this unit id instead of their own."""
+    dead_unit: int = -1
+    """The module with this unit id has no power; the others on the bus answer."""
 
 
 class Bus:
@@ -93,6 +95,9 @@ class Bus:
             registers: list[int],
             values: list[int] | list[bool] | None,
         ) -> ExcCodes | None:
+            if unit == self.trouble.dead_unit:
+                self._mute = True
+                return ExcCodes.GATEWAY_NO_RESPONSE
             try:
                 self._access(module, function, start, address, count, registers, values)
             except Refused as refused:

@@ -9,6 +9,7 @@ import atexit
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -82,6 +83,24 @@ def wago(name: str, baud: int | None = None) -> Emulation:
     """A WAGO coupler with everything on it, on TCP or on RTU; its bus is called io."""
     module = ModuleSpec(MAPS / "wago_750.yaml", WIRING, kind="wago")
     return emulation(name, RigSpec(MODEL, left_at_mpa=LEFT_AT, buses={"io": BusSpec([module], baud=baud)}))
+
+
+def pair(name: str, baud: int | None = None) -> Emulation:
+    """An output and an input module: on two buses of TCP, called out and in, or as units 1 and 2 of an RTU bus, io."""
+    inputs = replace(WIRING, valve_1=None, valve_2=None)
+    out = ModuleSpec(MAPS / "moxa_e1241.yaml", Wiring(Wire(0), Wire(1)))
+    into = ModuleSpec(MAPS / "moxa_e1240.yaml", inputs, unit=1 if baud is None else 2)
+    buses = {"out": BusSpec([out]), "in": BusSpec([into])} if baud is None else {"io": BusSpec([out, into], baud=baud)}
+    return emulation(name, RigSpec(MODEL, left_at_mpa=LEFT_AT, buses=buses))
+
+
+def pair_settings(running: Emulation, mode: Mode = Mode.AUTO, **changes: Any) -> ModbusSettings:
+    """All roles on the rig `pair`."""
+    maps = {"map": MAPS / "moxa_e1241.yaml", "input_map": MAPS / "moxa_e1240.yaml"}
+    if "io" in running.places:
+        return modbus_settings(running.places["io"], mode, **{**maps, "input_unit": 2, **changes})
+    own = {"input_host": "127.0.0.1", "input_port": running.places["in"]}
+    return modbus_settings(running.places["out"], mode, **{**maps, **own, **changes})
 
 
 def valves(name: str, baud: int = BAUD) -> Emulation:

@@ -1,0 +1,135 @@
+"""Outputs and inputs in two modules, of which the one with the inputs is lost: the valves' module answers, and nothing
+may stand in the way of its safe set-points."""
+
+import os
+import signal
+from collections.abc import Callable, Iterator
+
+import pytest
+from support.rigs import fieldbus_rigs as rigs
+
+from drivers.io_process.mailbox import attach, path_for
+from drivers.modbus_io.device import ModbusIo
+from drivers.modbus_io.settings import Mode
+from hil.emulators.emulation import Emulation
+from rig.errors import DeviceError, DeviceLost
+
+INPUT_UNIT = 2
+
+
+@pytest.fixture
+def tcp() -> Iterator[Emulation]:
+    running = rigs.pair("pair_tcp")
+    yield running
+    running.plug("in")
+
+
+@pytest.fixture
+def rtu() -> Iterator[Emulation]:
+    running = rigs.pair("pair_rtu", rigs.BAUD)
+    running.trouble("io", dead_unit=-1)
+    yield running
+    running.trouble("io", dead_unit=-1)
+
+
+def made(running: Emulation, mode: Mode = Mode.AUTO) -> ModbusIo:
+    return ModbusIo(rigs.pair_settings(running, mode, patience_s=0.05), rigs.context())
+
+
+def told(running: Emulation) -> tuple[float, ...]:
+    return tuple(round(at, 2) for at in running.state()["commands_mpa"])
+
+
+def holds(device: ModbusIo) -> bool:
+    try:
+        device.safe()
+        return device.holds_safe() is True
+    except DeviceError:
+        return False
+
+
+def lost(device: ModbusIo) -> Callable[[], bool]:
+    def ticks() -> bool:
+        try:
+            device.read()
+            device.write(0.3, 0.3)
+        except DeviceLost:
+            return True
+        except DeviceError:
+            return False
+        return False
+
+    return ticks
+
+
+def test_who_comes_from_outside_makes_safe_without_the_input_module(tcp: Emulation) -> None:
+    driving = made(tcp, Mode.SEPARATE)
+    driving.open()
+    driving.write(0.3, 0.3)
+    tcp.unplug("in")
+    outside = made(tcp)
+    outside.safe()
+    assert outside.holds_safe() is True
+    assert told(tcp) == rigs.SAFE
+    driving.close()
+
+
+def test_who_comes_from_outside_makes_safe_on_a_bus_without_the_input_module(rtu: Emulation) -> None:
+    rtu.trouble("io", dead_unit=INPUT_UNIT)
+    outside = made(rtu)
+    outside.safe()
+    assert outside.holds_safe() is True
+    assert told(rtu) == rigs.SAFE
+    outside.close()
+
+
+def test_an_input_module_that_is_lost_while_driving_leaves_no_pressure(rtu: Emulation) -> None:
+    """The line counts as lost then; the outputs are within reach all the same."""
+    driving = made(rtu)
+    driving.open()
+    driving.write(0.3, 0.3)
+    assert rigs.soon(lambda: told(rtu) == (0.3, 0.3))
+    rtu.trouble("io", dead_unit=INPUT_UNIT)
+    assert rigs.soon(lost(driving))
+    assert rigs.soon(lambda: told(rtu) == rigs.SAFE)
+    assert rigs.soon(lambda: holds(driving))
+    driving.close()
+    assert told(rtu) == rigs.SAFE
+
+
+def test_an_input_module_that_is_lost_together_with_the_process_of_the_wire(rtu: Emulation) -> None:
+    driving = made(rtu)
+    driving.open()
+    driving.write(0.3, 0.3)
+    assert rigs.soon(lambda: told(rtu) == (0.3, 0.3))
+    rtu.trouble("io", dead_unit=INPUT_UNIT)
+    behind = attach(path_for(rtu.places["io"]))
+    assert behind is not None
+    os.kill(behind.pid, signal.SIGKILL)
+    behind.close()
+    assert rigs.soon(lambda: holds(driving), 10.0)
+    assert told(rtu) == rigs.SAFE
+    driving.close()
+
+
+@pytest.mark.parametrize("kind", ["tcp", "rtu"])
+def test_inputs_are_read_again_after_an_outage_in_which_nothing_was_driven(
+    kind: str, request: pytest.FixtureRequest
+) -> None:
+    running: Emulation = request.getfixturevalue(kind)
+    device = made(running, Mode.PROCESS if kind == "tcp" else Mode.AUTO)
+    device.open()
+
+    def reads() -> bool:
+        try:
+            return device.read().p1_age_ns < 200_000_000
+        except DeviceError:
+            return False
+
+    assert rigs.soon(reads)
+    bus = "in" if kind == "tcp" else "io"
+    running.unplug(bus)
+    assert rigs.soon(lambda: not reads())
+    running.plug(bus)
+    assert rigs.soon(reads, 10.0)
+    device.close()
