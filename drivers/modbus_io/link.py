@@ -10,7 +10,7 @@ import contextlib
 import termios
 import time
 from collections.abc import Awaitable, Mapping
-from typing import Any
+from typing import Any, Final
 
 from pymodbus.client import AsyncModbusSerialClient
 
@@ -22,6 +22,9 @@ from drivers.modbus_io.settings import ModbusSettings, SerialLine
 from drivers.modbus_io.stations import Stations, rebuild
 from rig.errors import DeviceError, DeviceLost
 from rig.interfaces import Role
+
+_FEEDING: Final = 0.25
+"""Of the time of the module's watchdog: how often it is asked for something where nothing else is."""
 
 
 class ModbusLink:
@@ -38,6 +41,8 @@ class ModbusLink:
         """After an outage: the input module has not been looked for again, and is not read."""
         line = settings.serial
         self._silence_s = rtu_silence_s(line.baud, line.bits_per_byte) if line else 0.0
+        self._fed_s = 0.0
+        """When the module with the outputs was asked for something, where that has to be seen to."""
         self._quiet_s = 0.0
         """Until then the line is to be silent."""
         self._busy = line is not None  # a serial line is worth keeping busy; on TCP every order wakes us anyway
@@ -123,11 +128,16 @@ class ModbusLink:
         asked_ns, reads = time.monotonic_ns(), self._plan.registers > 0 and not self._blind
         if numbers is not None and self._plan.can_combine:
             return Exchange(True, _stamped(stations.read_write(numbers), asked_ns), self._busy)
-        if numbers is not None and (fresh or not self._plan.registers) and not self._read_next:
+        if numbers is not None and (fresh or not reads) and not self._read_next:
             stations.write(numbers)
+            self._fed_s = time.monotonic()
             self._read_next = reads
             return Exchange(sent=True, busy=self._read_next)
         self._read_next = False
+        if self._plan.must_feed and time.monotonic() - self._fed_s > _FEEDING * self._settings.watchdog_s:
+            self._fed_s = time.monotonic()
+            stations.feed(numbers)
+            return Exchange(busy=self._busy)
         if not reads:
             return Exchange(busy=False)
         return Exchange(values=_stamped(stations.read(), asked_ns), busy=self._busy)

@@ -67,6 +67,12 @@ class Plan:
         """One exchange by function 23 does it all."""
         return self.module.read_write and self.one_station and len(self.writes) == 1 and self.registers > 0
 
+    @property
+    def must_feed(self) -> bool:
+        """The module with the outputs has a watchdog, and reading the inputs, which are elsewhere, does not feed it."""
+        fed = self.one_station and self.registers > 0
+        return bool(self.writes) and self.module.failsafe is not None and not fed and not self.looking
+
     def encode(self, write: Write, numbers: Sequence[float]) -> list[int]:
         """The registers of one run of outputs."""
         return encode(self.outputs, [numbers[place] for place in write.places])

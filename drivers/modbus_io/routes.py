@@ -57,9 +57,16 @@ class Direct:
         self._stations, self._now = stations, context.clock.now_ns
         self._combined, self._watchdog_s = combined, watchdog_s
         self._brought: tuple[Numbers, int] | None = None
+        self._must_feed = stations.plan.must_feed
+        self._fed = False
+        """Something was written since the last reading."""
+        self._standing: Numbers | None = None
 
     def read(self) -> tuple[Numbers, int]:
         brought, self._brought = self._brought, None
+        fed, self._fed = self._fed, False
+        if self._must_feed and not fed:
+            self._stations.feed(self._standing)
         if brought is None:
             if not self._stations.plan.registers:
                 return {}, 0
@@ -69,6 +76,7 @@ class Direct:
         return numbers, self._now() - asked_ns
 
     def write(self, numbers: Numbers) -> None:
+        self._fed, self._standing = True, numbers
         if self._combined:
             asked_ns = self._now()
             self._brought = self._stations.read_write(numbers), asked_ns
@@ -77,6 +85,7 @@ class Direct:
 
     def safe(self, numbers: Numbers) -> None:
         self._brought = None
+        self._fed, self._standing = True, numbers
         self._stations.write_safe(numbers, self._watchdog_s)
 
     def hold(self, numbers: Numbers) -> bool | None:

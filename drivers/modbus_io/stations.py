@@ -94,6 +94,17 @@ class Stations:
         """Both, in one exchange."""
         return self.plan.read_write(self.outputs, _listed(numbers))
 
+    def feed(self, standing: Numbers | None) -> None:
+        """Ask the output module for something, so that its watchdog knows of us; a module that can be asked nothing is
+        given what stands at its outputs once more."""
+        module = self.plan.module
+        if module.read_back is not None:
+            self.plan.read_back(self.outputs)
+        elif module.identity is not None:
+            failsafe.identify(self.outputs, module, self.plan.unit)
+        elif standing is not None:
+            self.write(standing)
+
     def write_safe(self, numbers: Numbers, watchdog_s: float) -> None:
         """The safe outputs, past a fail-safe that has tripped and refuses writes until it is armed anew."""
         try:

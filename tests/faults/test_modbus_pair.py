@@ -13,6 +13,7 @@ from drivers.modbus_io.device import ModbusIo
 from drivers.modbus_io.settings import Mode
 from hil.emulators.emulation import Emulation
 from rig.errors import DeviceError, DeviceLost
+from rig.interfaces import Role
 
 INPUT_UNIT = 2
 
@@ -132,4 +133,30 @@ def test_inputs_are_read_again_after_an_outage_in_which_nothing_was_driven(
     assert rigs.soon(lambda: not reads())
     running.plug(bus)
     assert rigs.soon(reads, 10.0)
+    device.close()
+
+
+@pytest.mark.parametrize("mode", [Mode.SEPARATE, Mode.PROCESS])
+def test_a_module_with_valves_only_is_fed_while_nothing_is_driven(mode: Mode) -> None:
+    """Its watchdog took the safe set-points away from a disarmed rig, which said that they had been seen."""
+    running = rigs.wago("valves_only")
+    settings = rigs.modbus_settings(running.places["io"], mode, watchdog_s=0.3)
+    device = ModbusIo(settings, rigs.context(Role.VALVE_1, Role.VALVE_2))
+    device.open()
+    device.safe()
+    assert not rigs.soon(lambda: bool(device.read()) and told(running) != rigs.SAFE, 1.0)
+    assert device.holds_safe() is True
+    device.write(0.3, 0.3)
+    assert rigs.soon(lambda: told(running) == (0.3, 0.3))
+    device.close()
+
+
+def test_outputs_that_stand_still_beside_another_input_module_are_fed() -> None:
+    running = rigs.pair("fed_pair", rigs.BAUD, "wago")
+    settings = rigs.pair_settings(running, map=rigs.MAPS / "wago_750.yaml", watchdog_s=0.3, patience_s=0.1)
+    device = ModbusIo(settings, rigs.context())
+    device.open()
+    device.write(0.3, 0.3)
+    assert rigs.soon(lambda: told(running) == (0.3, 0.3))
+    assert not rigs.soon(lambda: bool(device.read()) and told(running) != (0.3, 0.3), 1.0)
     device.close()

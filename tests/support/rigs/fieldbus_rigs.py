@@ -85,10 +85,12 @@ def wago(name: str, baud: int | None = None) -> Emulation:
     return emulation(name, RigSpec(MODEL, left_at_mpa=LEFT_AT, buses={"io": BusSpec([module], baud=baud)}))
 
 
-def pair(name: str, baud: int | None = None) -> Emulation:
-    """An output and an input module: on two buses of TCP, called out and in, or as units 1 and 2 of an RTU bus, io."""
+def pair(name: str, baud: int | None = None, kind: str = "plain") -> Emulation:
+    """An output and an input module: on two buses of TCP, called out and in, or as units 1 and 2 of an RTU bus, io.
+    The outputs are a Moxa's, or a WAGO coupler's by its `kind`."""
     inputs = replace(WIRING, valve_1=None, valve_2=None)
-    out = ModuleSpec(MAPS / "moxa_e1241.yaml", Wiring(Wire(0), Wire(1)))
+    table = "wago_750.yaml" if kind == "wago" else "moxa_e1241.yaml"
+    out = ModuleSpec(MAPS / table, Wiring(Wire(0), Wire(1)), kind=kind)
     into = ModuleSpec(MAPS / "moxa_e1240.yaml", inputs, unit=1 if baud is None else 2)
     buses = {"out": BusSpec([out]), "in": BusSpec([into])} if baud is None else {"io": BusSpec([out, into], baud=baud)}
     return emulation(name, RigSpec(MODEL, left_at_mpa=LEFT_AT, buses=buses))
