@@ -1,6 +1,6 @@
 """The protocols at which the rooms meet: a device, a clock, and what passes between them and the loop."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import NamedTuple, Protocol
@@ -72,6 +72,8 @@ class DeviceContext:
     """Where its settings stand, for messages: the rig's YAML and the key."""
     looking: bool = False
     """Nothing but looked at: whoever drives the rig meanwhile finds its outputs and its watchdog as they were."""
+    driven: Callable[[], bool] = lambda: False
+    """Whether another process drives the device now: `safe` from outside then leaves it its watchdog."""
 
     @property
     def places(self) -> tuple[str, str, str, str]:

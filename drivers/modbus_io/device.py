@@ -147,12 +147,12 @@ class ModbusIo:
 
     def _rescue_on_tcp(self, reply_s: float, connect_s: float) -> None:
         """A connection for just this. Nobody feeds the watchdog after a rescue from outside: it is stopped, so that the
-        set-points stay."""
+        set-points stay; not beside a process that goes on, which would be without it from then on."""
         stations = Stations.to_outputs(self._settings, self._plan, reply_s, connect_s)
         try:
             stations.write_safe(self._safe, self._settings.watchdog_s)
         finally:
-            stations.close(disarm=self._route is None)
+            stations.close(disarm=self._route is None and not self._context.driven())
 
     def _rescue_by_process(self) -> None:
         process = Process(self._settings, self._context, self._safe)

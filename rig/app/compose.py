@@ -12,7 +12,7 @@ import signal
 import sys
 import time
 import traceback
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
@@ -76,15 +76,17 @@ def _own_or(place: Path, setting: str) -> Path:
 
 
 def make_device(
-    rig: RigConfig, clock: Clock, options: Mapping[str, Any] | None = None, *, looking: bool = False
-) -> Device:
-    """The rig's device, closed: the one that fills all roles, or the mixture of several; `looking`: only to look."""
+    rig: RigConfig, clock: Clock, options: Mapping[str, Any] | None = None, *, looking: bool = False,
+    driven: Callable[[], bool] = lambda: False,
+) -> Device:  # fmt: skip
+    """The rig's device, closed: the one that fills all roles, or the mixture of several; `looking`: only to look;
+    `driven`: whether another process drives it."""
     parts = []
     for entry in rig.devices:
         kind, settings = device_settings(entry, rig, options or {})
         context = DeviceContext(
             clock, entry.roles, rig.safe.p1_mpa, rig.safe.p2_mpa, rig.period_ns, rig.calibration,
-            tuple(one.name for one in rig.further), f"{rig.path}: devices.{entry.name}", looking,
+            tuple(one.name for one in rig.further), f"{rig.path}: devices.{entry.name}", looking, driven,
         )  # fmt: skip
         parts.append(kind(settings, context))
     if len(parts) == 1:

@@ -6,10 +6,10 @@ import functools
 import os
 import signal
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from rig.app import compose, shipped, wires
 from rig.errors import DeviceError, RigError
@@ -58,7 +58,7 @@ def watcher_process(orders: WatcherOrders, pipe: Connection) -> None:
         signal.signal(number, signal.SIG_IGN)  # it ends when the loop has ended, not before
     name_process(orders.writer.name.lower())
     rig: RigConfig = orders.rig
-    device = compose.make_device(rig, MonotonicClock(), orders.options)
+    device = _outside(rig, orders.options)
     block = SafeBlock.attach(orders.block, orders.session)
     supervisor = _supervisor(orders, rig, block, device)
     if orders.writer is Writer.SUPERVISOR:
@@ -116,17 +116,23 @@ def watching(rig: RigConfig) -> Watching:
     return Watching(watcher_process, (Writer.SUPERVISOR, Writer.GUARDIAN), own_path)
 
 
+def _outside(rig: RigConfig, options: Mapping[str, Any] | None = None) -> Device:
+    """The rig's device for somebody who makes it safe beside whoever drives it, or in his place."""
+    driver = _driver_of(rig)
+    return compose.make_device(rig, MonotonicClock(), options, driven=lambda: bool(driver()))
+
+
 def second_path(rig: RigConfig) -> SecondPath:
     """This process's own way to the rig's device, made when it is used: what goes wrong then is a failed attempt and
     not the end."""
-    path = functools.cache(lambda: SecondPath.of(compose.make_device(rig, MonotonicClock())))
+    path = functools.cache(lambda: SecondPath.of(_outside(rig)))
     return SecondPath(lambda: path().safe(), lambda: path().holds_safe(), lambda: path().close())
 
 
 def make_safe(rig: RigConfig) -> Outcome:
     """Write the safe state by this process's own way, whoever else has the rig; RigError when the device does not take
     it, or when another process goes on to write its own set-points."""
-    path = SecondPath.of(compose.make_device(rig, MonotonicClock()))
+    path = SecondPath.of(_outside(rig))
     try:
         outcome = insist(path, _INSIST_S)
         if other := wires.driver(compose.wires_of(rig)):

@@ -86,3 +86,15 @@ def test_a_daemon_without_its_loop_says_who_drives_the_rig(bench: ModbusFaultBen
     with bench.client() as client:
         client.estop()
     bench.wait(lambda: bench.is_safe, "the safe state", 5.0)
+
+
+def test_the_safe_state_by_hand_leaves_the_watchdog_to_whoever_drives(bench: ModbusFaultBench) -> None:
+    """It was stopped then, and when all was lost later, the last set-points of the sweep stood for good."""
+    bench.ready()
+    assert command("service", "safe", "--rig", str(bench.rig)).returncode != 0
+    bench.wait(lambda: not bench.is_safe, "the sweep to go on", 5.0)
+    all_of_it = bench.pids().values()
+    for blow in (signal.SIGSTOP, signal.SIGKILL):
+        for pid in all_of_it:
+            os.kill(pid, blow)
+    bench.wait(lambda: bench.terminals.setpoints == (0.0, 0.0), "the module's own fail-safe", 5.0)
