@@ -28,7 +28,8 @@ class ModbusIo:
     """Analog outputs and inputs of a Modbus module, TCP or RTU, from its register map.
 
     `open` measures the round trip and chooses how a tick's exchanges are made (see Mode); it changes no output, but
-    arms the module's own fail-safe where the map has one. `close` stops that fail-safe, so outputs stay. `safe` from a
+    arms the module's own fail-safe where the map has one. `close` stops that fail-safe, so outputs stay, unless the
+    safe state is owed. `safe` from a
     second instance in another process goes through a connection of its own on TCP, and through the I/O process that
     holds the port on RTU.
     """
@@ -46,6 +47,8 @@ class ModbusIo:
         self._safe = self.numbers(context.safe_p1_mpa, context.safe_p2_mpa) if self._plan.driven else {}
         self._period_s = context.period_ns / 1e9
         self._route: Route | None = None
+        self._safe_owed = False
+        """The last safe state that was asked for could not be written."""
 
     def numbers(self, p1_cmd_mpa: float, p2_cmd_mpa: float) -> Numbers:
         if not (isfinite(p1_cmd_mpa) and isfinite(p2_cmd_mpa)):
@@ -116,11 +119,17 @@ class ModbusIo:
         route = self._opened()
         if self._plan.driven:
             route.write(self.numbers(p1_cmd_mpa, p2_cmd_mpa))
+            self._safe_owed = False
 
     def safe(self) -> None:
         """The safe set-points, through the open line or, when that fails or is not there, by a way of its own."""
         if not self._plan.driven:
             return
+        self._safe_owed = True
+        self._make_safe()
+        self._safe_owed = False
+
+    def _make_safe(self) -> None:
         if self._route is not None:
             try:
                 self._route.safe(self._safe)
@@ -176,10 +185,12 @@ class ModbusIo:
             stations.close(disarm=False)
 
     def close(self) -> None:
-        """Let go; outputs stay."""
+        """Let go; outputs stay, but for a safe state that could not be written: that is left to the module's own
+        fail-safe."""
         route, self._route = self._route, None
+        owed, self._safe_owed = self._safe_owed, False
         if route is not None:
-            route.close()
+            route.close(disarm=not owed)
 
     def _opened(self) -> Route:
         if self._route is None:

@@ -33,8 +33,8 @@ class Route(Protocol):
     def hold(self, numbers: Numbers) -> bool | None:
         """Whether these numbers stand at the outputs by the module's word; None when there is nobody to ask."""
 
-    def close(self) -> None:
-        """Let go."""
+    def close(self, disarm: bool = True) -> None:
+        """Let go; without `disarm` the module's own fail-safe goes on."""
 
 
 def round_trip(stations: Stations) -> tuple[float, float]:
@@ -91,8 +91,8 @@ class Direct:
     def hold(self, numbers: Numbers) -> bool | None:
         return self._stations.hold(numbers)
 
-    def close(self) -> None:
-        self._stations.close()
+    def close(self, disarm: bool = True) -> None:
+        self._stations.close(disarm)
 
 
 class Process:
@@ -155,5 +155,5 @@ class Process:
     def hold(self, numbers: Numbers) -> bool | None:
         return self.io.confirmed() if self._plan.module.read_back is not None else None
 
-    def close(self) -> None:
+    def close(self, disarm: bool = True) -> None:  # its I/O process knows by itself what it has reached
         self.io.stop()

@@ -281,6 +281,19 @@ def test_a_module_whose_watchdog_has_tripped_can_be_opened_by_somebody_new(tcp: 
     lost.close()
 
 
+def test_who_leaves_without_having_made_safe_leaves_the_watchdog_on(tcp: Emulation) -> None:
+    """A module that refuses what it is written, and then its stop is the first thing that gets through."""
+    device = made(tcp, watchdog_s=0.5)
+    device.open()
+    device.write(0.3, 0.1)
+    tcp.trouble("io", exception=6)
+    with pytest.raises(DeviceError):
+        device.safe()
+    tcp.trouble("io", exception=0)
+    device.close()
+    assert rigs.soon(lambda: told(tcp) == (0.0, 0.0)), "nobody is there, and nothing was made safe"
+
+
 @pytest.mark.parametrize("mode", [Mode.SEPARATE, Mode.PROCESS])
 def test_who_only_looks_leaves_the_watchdog_of_whoever_drives(tcp: Emulation, mode: Mode) -> None:
     """`pamrig devices probe` beside a daemon: when the daemon then dies, its module still lets go."""
