@@ -135,12 +135,18 @@ class MixedRig:
 
     @staticmethod
     def _every(parts: Sequence[Device], call: Callable[[Device], None]) -> None:
+        """A bug of one part's driver is raised as it is, when all have been called."""
         errors: list[DeviceError] = []
+        bug: Exception | None = None
         for part in parts:
             try:
                 call(part)
             except DeviceError as error:
                 errors.append(error)
+            except Exception as error:  # noqa: BLE001  # the other valve's pressure must not stand for it
+                bug = bug or error
+        if bug is not None:
+            raise bug
         _raise_worst(errors)
 
 
