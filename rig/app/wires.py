@@ -12,6 +12,7 @@ import fcntl
 import hashlib
 import os
 import stat
+import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -24,6 +25,8 @@ _EVERYBODY: Final = 0o666
 """Other users of this machine hold the same wire's lock."""
 _MOST_BYTES: Final = 300
 """Of a holder's name; what somebody else wrote there is not trusted further."""
+_LOOKED_AT_S: Final = 0.1
+_AGAIN_S: Final = 0.001
 _FLAGS: Final = os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
 
 
@@ -83,7 +86,7 @@ def _take(wire: str, holder: int) -> int:
     try:
         if not stat.S_ISREG(os.fstat(descriptor).st_mode):
             raise DeviceLost(f"{wire}: its lock {path} is no regular file")
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        _lock(descriptor)
         os.ftruncate(descriptor, 0)
         os.pwrite(descriptor, _introduced(holder), 0)
     except BlockingIOError:
@@ -94,6 +97,19 @@ def _take(wire: str, holder: int) -> int:
         os.close(descriptor)
         raise
     return descriptor
+
+
+def _lock(descriptor: int) -> None:
+    """BlockingIOError when another process drives. Who only looks has the lock as well, for microseconds: he is waited
+    for."""
+    until = time.monotonic() + _LOOKED_AT_S
+    while True:
+        try:
+            return fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            if time.monotonic() > until:
+                raise
+        time.sleep(_AGAIN_S)
 
 
 def _open(path: Path) -> int:

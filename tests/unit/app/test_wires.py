@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -115,3 +116,24 @@ def test_a_port_is_one_wire_by_each_of_its_links(tmp_path: Path) -> None:
     port.touch()
     link.symlink_to(port)
     assert SerialPort(str(link)).wires == SerialPort(str(port)).wires
+
+
+def test_who_only_looks_keeps_nobody_from_a_wire() -> None:
+    """A status asks for the driver each time, and must not be taken for one."""
+    over = threading.Event()
+
+    def look() -> None:
+        while not over.is_set():
+            wires.driver(["RIO0"])
+
+    lookers = [threading.Thread(target=look) for _ in range(2)]
+    for looker in lookers:
+        looker.start()
+    try:
+        for _ in range(500):
+            with wires.held(["RIO0"]):
+                pass
+    finally:
+        over.set()
+        for looker in lookers:
+            looker.join()
