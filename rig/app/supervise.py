@@ -166,14 +166,14 @@ def parts_of(rig: RigConfig, *, virtual: bool = False, seed: int | None = None) 
         sweeps=(shipped.configs() / "sweeps",),
         models=(shipped.configs() / "models",),
         simulator=_own_model(rig) if compose.is_simulated(rig) else None,
-        driver=_driver_of(rig),
+        driver=_driver_of(rig, os.getpid()),  # its own loop, which holds the wires in its name, is not meant
     )
 
 
-def _driver_of(rig: RigConfig) -> Callable[[], str]:
-    """Who drives the rig's wires, asked many times: their names are looked up once."""
+def _driver_of(rig: RigConfig, but: int | None = None) -> Callable[[], str]:
+    """Who drives the rig's wires, asked many times: their names are looked up once. `but`: a process not meant."""
     names = functools.cache(lambda: compose.wires_of(rig))
-    return lambda: wires.driver(names())
+    return lambda: wires.driver(names(), but)
 
 
 def _own_model(rig: RigConfig) -> Path | None:

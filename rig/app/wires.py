@@ -57,8 +57,8 @@ def _let_go(taken: Iterable[int]) -> None:
         os.close(descriptor)
 
 
-def driver(wires: Iterable[str]) -> str:
-    """Who drives one of the wires now, in words; empty when nobody does."""
+def driver(wires: Iterable[str], but: int | None = None) -> str:
+    """Who drives one of the wires now, in words; empty when nobody does. `but`: a process that is not meant."""
     for wire in wires:
         try:
             descriptor = os.open(_path(wire), _FLAGS)
@@ -67,7 +67,9 @@ def driver(wires: Iterable[str]) -> str:
         try:
             fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
         except BlockingIOError:
-            return f"{wire} is driven by {_holder(descriptor)}"
+            holder = _holder(descriptor)
+            if but is None or holder.partition(" (")[0] != f"process {but}":
+                return f"{wire} is driven by {holder}"
         finally:
             os.close(descriptor)
     return ""

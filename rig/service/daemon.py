@@ -283,18 +283,20 @@ class Daemon:
         if self._resetting:
             raise Refused(Code.WRONG_STATE, "a reset is under way")
         self._monitor.require(Event.RESET)
+        estops = self._monitor.estops
         self._runner.hold()
         await self._runner.idle()
         if not self._monitor.needs_new_session:
-            await self._monitor.clear_fault()
+            await self._monitor.clear_fault(estops)
         else:
             self._resetting = True
             try:
-                await asyncio.get_running_loop().run_in_executor(self._starter, self._monitor.reopen)
+                await asyncio.get_running_loop().run_in_executor(self._starter, self._monitor.reopen, estops)
             finally:
                 self._resetting = False
             await self._show_live()
         self._monitor.check()
+        self._monitor.refuse_after_estop(estops)
         self._reports.tell_fault()
         if fault := self._monitor.fault:
             raise Refused(Code.REFUSED, f"the cause is not gone: {explain(fault, self._monitor.message)}")

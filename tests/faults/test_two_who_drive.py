@@ -5,7 +5,9 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -86,6 +88,29 @@ def test_a_daemon_without_its_loop_says_who_drives_the_rig(bench: ModbusFaultBen
     with bench.client() as client:
         client.estop()
     bench.wait(lambda: bench.is_safe, "the safe state", 5.0)
+
+
+def test_a_daemon_that_opens_its_rig_is_no_stranger_to_its_own_emergency_stop(bench: ModbusFaultBench) -> None:
+    """It was refused, and the operator told to stop the daemon that he asked."""
+    bench.ready()
+    os.kill(bench.pid("loop"), signal.SIGKILL)
+    bench.wait(lambda: bench.fault() == "LOOP_DIED", "the fault", 20.0)
+    said: list[str] = []
+
+    def reset() -> None:
+        with bench.client() as client, suppress(RigError):
+            client.reset()
+
+    resetting = threading.Thread(target=reset)
+    resetting.start()
+    while resetting.is_alive():
+        try:
+            with bench.client() as client:
+                client.estop()
+        except RigError as error:
+            said.append(words(str(error)))
+    assert not [line for line in said if f"process {bench.daemon_pid}" in line]
+    bench.wait(lambda: bench.fault() != "", "the emergency stop to hold", 5.0)
 
 
 def test_the_safe_state_by_hand_leaves_the_watchdog_to_whoever_drives(bench: ModbusFaultBench) -> None:

@@ -64,22 +64,30 @@ class SessionMonitor:
         """`owner` stands in the ring, which outlives a daemon that is killed."""
         self._parts, self._force, self._owner = parts, force, owner
         self.session: Session | None = None
+        self._opening: Session | None = None
+        """The session that comes to be."""
         self.telemetry: Telemetry | None = None
         self.results: dict[int, RunResult] = {}
         self._broken = Fault.NONE
         """A fault of the processes, which only a new session cures."""
         self._message = ""
+        self.estops = 0
+        """How often an emergency stop was asked for: a reset that began before one does not end after it."""
         self._busy = asyncio.Lock()
 
     # life of the session
 
-    def open(self) -> None:
-        """Start a session. A device that does not answer is a fault like any other: the daemon stays, and says so."""
+    def open(self, estops: int = 0) -> None:
+        """Start a session. A device that does not answer is a fault like any other: the daemon stays, and says so. One
+        for whose opening less `estops` were known than have come begins stopped."""
         parts = self._parts
         session = Session(
             parts.loop, parts.rig, virtual=parts.virtual, seed=parts.seed, options=parts.options,
             watching=parts.watching, ring_suffix=KEPT_RING, owner=self._owner,
         )  # fmt: skip
+        self._opening = session
+        if self.estops != estops:
+            session.mailbox.estop(Fault.ESTOP)
         try:
             parts.driver()  # looks up the names of the wires, here on a thread of its own
             session.open()
@@ -88,9 +96,11 @@ class SessionMonitor:
             session.close()
             fault = Fault.DEVICE_LOST if isinstance(error, DeviceError | ConfigError) else Fault.LOOP_DIED
             self._break(fault, str(error))
-            return
-        self.session, self.telemetry = session, Telemetry(session.ring)
-        self._broken, self._message = Fault.NONE, ""
+        else:
+            self.session, self.telemetry = session, Telemetry(session.ring)
+            self._broken, self._message = Fault.NONE, ""
+        finally:
+            self._opening = None
 
     def close(self, say: Callable[[str], None] = _LOG.warning) -> str:
         """End the session through the safe state; returns what became of the rig, in words. `say` gets a line every
@@ -106,11 +116,11 @@ class SessionMonitor:
         session.ring.block.close()
         return session.safe.words if session.ticked else "the loop never ticked, and nothing was written to the rig"
 
-    def reopen(self) -> None:
-        """A new session for one that is broken."""
+    def reopen(self, estops: int) -> None:
+        """A new session for one that is broken; `estops` as they were when it was asked for."""
         self.close()
         self.telemetry = None
-        self.open()
+        self.open(estops)
 
     # what is wrong
 
@@ -242,16 +252,20 @@ class SessionMonitor:
             raise Refused(Code.WRONG_STATE, _UNFIT.get((state, event), str(error))) from None
 
     def begin_estop(self) -> None:
-        """Demand the safe state, without waiting to see it; `estop` does the rest."""
+        """Demand the safe state, without waiting to see it; `estop` does the rest. A loop that is only being started
+        finds the demand when it begins to tick."""
+        self.estops += 1
         if self.session is not None and self.session.watch is not None:
             self.session.watch.demand(Fault.ESTOP)
+        elif (coming := self._opening) is not None:
+            coming.mailbox.estop(Fault.ESTOP)
 
     async def estop(self) -> SafeReport:
         """Safe state at once, by whoever is left to write it; Refused when the device has not taken it."""
         watch = self.session.watch if self.session is not None else None
+        self.begin_estop()
         if watch is None:
             return await self._write_alone()
-        watch.demand(Fault.ESTOP)
         deadline = time.monotonic() + ESTOP_PATIENCE_S
         while not is_final(report := watch.answer):
             if time.monotonic() > deadline:
@@ -294,10 +308,17 @@ class SessionMonitor:
         """A reset has to open the device anew."""
         return self.session is None or bool(self._broken) or self.fault is Fault.DEVICE_LOST
 
-    async def clear_fault(self) -> None:
-        """RESET of a session that is whole; Refused without one."""
+    def refuse_after_estop(self, estops: int) -> None:
+        """Refused when an emergency stop has come since there had been so many."""
+        if self.estops != estops:
+            raise Refused(Code.REFUSED, "an emergency stop came while this reset was under way; reset once more")
+
+    async def clear_fault(self, estops: int) -> None:
+        """RESET of a session that is whole; Refused without one, and when more `estops` have come since it was asked
+        for."""
         if self.session is None:  # it was lost, or is being opened, since the caller looked
             raise Refused(Code.REFUSED, _NOT_OPEN)
+        self.refuse_after_estop(estops)
         if self.session.watch is not None:
             self.session.watch.withdraw()
         self.session.mailbox.stop(False)

@@ -44,6 +44,8 @@ def test_a_wire_is_one_process_s_and_its_name_is_said(tmp_path: Path) -> None:
     with another(tmp_path, "10.0.0.1:502 unit 1") as other:
         assert wires.driver(["10.0.0.2:502 unit 1"]) == ""
         assert f"process {other.pid} (" in wires.driver(["10.0.0.1:502 unit 1"])
+        assert wires.driver(["10.0.0.1:502 unit 1"], other.pid) == ""
+        assert wires.driver(["10.0.0.1:502 unit 1"], int(str(other.pid)[:-1])) != ""
         with pytest.raises(DeviceLost, match=f"10.0.0.1:502 unit 1: driven by process {other.pid} .*; end that first"):
             wires.hold(["10.0.0.1:502 unit 1"])
 

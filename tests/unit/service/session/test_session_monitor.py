@@ -1,10 +1,12 @@
 """The monitor of one rig before its session is open: a clear answer, not a bug of the daemon."""
 
 import asyncio
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, cast
 
 import pytest
+from support.rigs.fieldbus_rigs import soon
 
 from rig.app.compose import load
 from rig.app.shipped import find_config
@@ -24,7 +26,7 @@ def test_arm_before_the_rig_is_open_says_to_try_again() -> None:
 def test_a_reset_without_a_session_says_to_try_again() -> None:
     monitor = SessionMonitor(cast(Any, None))
     with pytest.raises(Refused, match="still being opened; try again in a second"):
-        asyncio.run(monitor.clear_fault())
+        asyncio.run(monitor.clear_fault(0))
 
 
 def test_a_rig_that_was_never_open_is_not_called_safe() -> None:
@@ -38,3 +40,28 @@ def test_a_file_that_the_device_needs_is_the_device_s_fault_not_the_loop_s() -> 
     assert (monitor.fault, monitor.state) == (Fault.DEVICE_LOST, State.FAULT)
     assert f"{rig.path}: devices.myrio.bitfile: " in monitor.message
     assert "bitfiles/myRIO-1900.lvbitx: the bitfile cannot be read" in monitor.message
+
+
+@pytest.mark.parametrize("before", [True, False])
+def test_an_emergency_stop_before_the_rig_is_open_holds_when_it_is(before: bool) -> None:
+    """It was answered by the safe state, and forgotten: the rig came up disarmed, to be armed at once."""
+    monitor = SessionMonitor(parts_of(load(None), virtual=True))
+
+    def stopped() -> bool:
+        monitor.check()
+        return monitor.fault is Fault.ESTOP
+
+    with ThreadPoolExecutor(1) as starter:  # the loop is told when its maker's thread dies
+        if before:
+            monitor.begin_estop()
+        opened = starter.submit(monitor.open)
+        monitor.begin_estop()
+        opened.result()
+        try:
+            assert soon(stopped)
+            with pytest.raises(Refused, match="emergency stop"):
+                asyncio.run(monitor.clear_fault(0))
+            asyncio.run(monitor.clear_fault(monitor.estops))
+            assert soon(lambda: not stopped())
+        finally:
+            monitor.close()
