@@ -136,9 +136,10 @@ def make_safe(rig: RigConfig) -> Outcome:
     try:
         outcome = insist(path, _INSIST_S)
         if other := wires.driver(compose.wires_of(rig)):
+            done = "was written, but" if outcome >= Outcome.WRITTEN else "does not stand there, and"
             raise RigError(
-                f"{rig.name}: NOT SAFE: the safe state was written, but {other}, which writes its own set-points: "
-                "stop it there (Ctrl-C, or `pamrig estop`)"
+                f"{rig.name}: NOT SAFE: the safe state {done} {other}, which writes its own set-points: stop it there "
+                "(Ctrl-C, or `pamrig estop`)"
             )
         if outcome >= Outcome.WRITTEN:
             return outcome

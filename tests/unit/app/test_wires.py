@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from rig.app import compose, wires
-from rig.errors import DeviceLost
+from rig.app import compose, supervise, wires
+from rig.errors import DeviceLost, RigError
 
 HOLD = "import sys; from rig.app import wires; wires.hold(sys.argv[1:]); print('held', flush=True); sys.stdin.read()"
 
@@ -109,6 +109,17 @@ def test_a_rig_s_wires_are_those_that_carry_set_points() -> None:
     assert all(wire.endswith(" unit 1") for wire in modbus), modbus
     serial = compose.load(rigs / "serial_modbus.yaml")
     assert all("/" in wire for wire in compose.wires_of(serial)), "its potentiometer's module is only read"
+
+
+def test_a_safe_state_that_nobody_could_write_is_not_said_to_be_written(tmp_path: Path) -> None:
+    """A module that is out of reach, or takes one connection, beside a process that drives it."""
+    rigs = compose.load(None).path.parent
+    text = (rigs / "all_modbus.yaml").read_text().replace("192.168.1.17", "127.0.0.1\n    port: 1")
+    (tmp_path / "rig.yaml").write_text(text.replace("../modbus", str(rigs.parent / "modbus")))
+    rig = compose.load(tmp_path / "rig.yaml")
+    with another(tmp_path, *compose.wires_of(rig)), pytest.raises(RigError, match="NOT SAFE") as said:
+        supervise.make_safe(rig)
+    assert "was written" not in str(said.value)
 
 
 def test_a_port_is_one_wire_by_each_of_its_links(tmp_path: Path) -> None:
