@@ -42,6 +42,8 @@ def arm(
         }
     ticks = max(1, round(watchdog_s / failsafe.tick_s))
     for step in failsafe.arm:
+        if step.safe is not None and step.safe - 1 not in safe_numbers:
+            continue  # that valve is somebody else's, and so is what the module falls back to there
         session.write(step.address, _registers(module, step, ticks, safe_numbers), unit)
     outcome = "0" if failsafe.safe_is is SafeIs.ZERO else "the safe set-points"
     takes_s = f"{ticks * failsafe.tick_s:g}"
@@ -53,7 +55,7 @@ def _registers(module: ModuleMap, step: Step, ticks: int, safe_numbers: Mapping[
     bytes and words."""
     if step.safe is None or module.outputs is None:
         return [ticks if step.timeout else step.value]
-    return encode(module.outputs, [safe_numbers.get(step.safe - 1, 0.0)])
+    return encode(module.outputs, [safe_numbers[step.safe - 1]])
 
 
 def disarm(session: Session, failsafe: Failsafe | None, unit: int) -> None:

@@ -333,21 +333,38 @@ def test_a_module_without_fail_safe_is_warned_about(tmp_path: Path) -> None:
         device.close()
 
 
+REGISTERS = (
+    "name: module with safe registers\nsource: made for this test\n"
+    "inputs: {function: 4, address: 0, channels: 4, counts: [0, 4000], signal: [0, 10]}\n"
+    "outputs: {address: 100, channels: 5, counts: [0, 4000], signal: [0, 10]}\n"
+    "failsafe:\n  safe_is: registers\n  tick_s: 0.5\n"
+    "  arm: [{address: 102, safe: 1}, {address: 103, safe: 2}, {address: 104, timeout: true}]\n"
+)
+
+
 def test_fail_safe_registers_get_the_safe_set_points(tmp_path: Path) -> None:
     """A module whose safe values are registers: what `arm` writes there are the counts of the safe pressures."""
     table = tmp_path / "registers.yaml"
-    table.write_text(
-        "name: module with safe registers\nsource: made for this test\n"
-        "inputs: {function: 4, address: 0, channels: 4, counts: [0, 4000], signal: [0, 10]}\n"
-        "outputs: {address: 100, channels: 5, counts: [0, 4000], signal: [0, 10]}\n"
-        "failsafe:\n  safe_is: registers\n  tick_s: 0.5\n"
-        "  arm: [{address: 102, safe: 1}, {address: 103, safe: 2}, {address: 104, timeout: true}]\n"
-    )
+    table.write_text(REGISTERS)
     with rigs.served(table, tmp_path) as modules:
         device = ModbusIo(rigs.modbus_settings(modules.settings["port"], Mode.SEPARATE, map=table), rigs.context())
         assert "outputs to the safe set-points after 30 s" in device.open()["failsafe"]
         assert modules.modules[0][1].output_registers()[2:] == [1680, 1520, 60]
         device.close()
+
+
+def test_two_devices_on_one_module_keep_each_other_s_fail_safe_register(tmp_path: Path) -> None:
+    """The second to be opened wrote 0 for the valve that it does not drive."""
+    table = tmp_path / "registers.yaml"
+    table.write_text(REGISTERS)
+    with rigs.served(table, tmp_path) as modules:
+        settings = rigs.modbus_settings(modules.settings["port"], Mode.SEPARATE, map=table)
+        devices = [ModbusIo(settings, rigs.context(role)) for role in (Role.VALVE_1, Role.VALVE_2)]
+        for device in devices:
+            device.open()
+        assert modules.modules[0][1].output_registers()[2:] == [1680, 1520, 60]
+        for device in devices:
+            device.close()
 
 
 def test_a_bug_while_opening_leaves_no_line_open(tcp: Emulation, monkeypatch: pytest.MonkeyPatch) -> None:
