@@ -113,7 +113,6 @@ class SessionMonitor:
         for result in left:
             if result.error:
                 _LOG.error("%s: %s", result.file, result.error)
-        session.ring.block.close()
         return session.safe.words if session.ticked else "the loop never ticked, and nothing was written to the rig"
 
     def reopen(self, estops: int) -> None:

@@ -1,6 +1,7 @@
 """The monitor of one rig before its session is open: a clear answer, not a bug of the daemon."""
 
 import asyncio
+import gc
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, cast
@@ -65,3 +66,29 @@ def test_an_emergency_stop_before_the_rig_is_open_holds_when_it_is(before: bool)
             assert soon(lambda: not stopped())
         finally:
             monitor.close()
+
+
+def test_a_status_may_be_asked_for_while_a_session_ends() -> None:
+    """A reset unmapped the ring under it: the answer was an error of the daemon, and one with metrics ended."""
+    monitor = SessionMonitor(parts_of(load(None), virtual=True))
+    monitor.open()
+
+    def ticked() -> bool:
+        monitor.check()
+        return monitor.telemetry is not None and monitor.telemetry.ticks > 0
+
+    assert soon(ticked)
+    monitor.close()
+    assert monitor.telemetry is not None
+    assert monitor.telemetry.to_json()["ticks"] > 0
+
+
+def test_sessions_that_ended_leave_no_memory_behind() -> None:
+    monitor = SessionMonitor(parts_of(load(None), virtual=True))
+    monitor.open()
+    for _ in range(2):
+        monitor.reopen(0)
+    monitor.close()
+    del monitor
+    gc.collect()
+    assert "-daemon-ring" not in Path("/proc/self/maps").read_text()
