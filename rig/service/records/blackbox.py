@@ -12,7 +12,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final, Self
 
-from rig.errors import RigError, StateError
+from rig.errors import RecordError, RigError, StateError
 from rig.log.mcap.schema import BLACK_BOX
 from rig.log.mcap.writer import RunWriter
 from rig.realtime.faults import Fault, explain
@@ -30,7 +30,10 @@ def save(ring: Ring, out: Path, fault: Fault, said: str, facts: Mapping[str, Any
     """
     wall_offset_ns = time.time_ns() - time.monotonic_ns()
     stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S.%fZ")
-    out.mkdir(parents=True, exist_ok=True)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RecordError(f"{out}: cannot be made: {error.strerror}") from None
     cause = explain(fault)
     about = {
         "kind": BLACK_BOX,
@@ -96,14 +99,14 @@ class Owner:
 
 def salvage(out: Path, owner: Owner) -> tuple[list[Path], list[str]]:
     """Save and remove the rings that dead daemons of this owner left behind; returns the black boxes, and a line on
-    each ring of another's, which stays. A ring that is broken is only removed."""
-    saved, others = [], []
+    each ring that stays: another's, and one for which there is no room. A ring that is broken is only removed."""
+    saved, stay = [], []
     for path in _left():
         try:
             ring = Ring.attach(path)
             its = Owner.read(ring)
             if its.folder != owner.folder:
-                others.append(f"{path}: left by a dead daemon {_whose(its)}; not touched")
+                stay.append(f"{path}: left by a dead daemon {_whose(its)}; not touched")
                 continue
             newest = ring.latest()
             if newest is not None:
@@ -112,10 +115,11 @@ def salvage(out: Path, owner: Owner) -> tuple[list[Path], list[str]]:
                 saved.append(save(ring, out, fault, said, {"rig": its.rig}))
         except (StateError, ValueError, IndexError):
             pass
-        except RigError:
-            continue  # the disk takes nothing now: the evidence stays where it is
+        except RigError as error:  # the disk takes nothing now: the evidence stays where it is
+            stay.append(f"{path}: left by a dead daemon, whose black box cannot be written now: {error}")
+            continue
         path.unlink(missing_ok=True)
-    return saved, others
+    return saved, stay
 
 
 def _whose(owner: Owner) -> str:

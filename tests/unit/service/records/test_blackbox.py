@@ -11,6 +11,7 @@ from mcap.reader import make_reader
 from support.records.made_logs import made_log
 from support.records.mcap_files import contents
 
+from rig.errors import RecordError
 from rig.log.reader import read
 from rig.realtime.faults import Fault
 from rig.realtime.ring import Ring, RingWriter
@@ -95,6 +96,18 @@ def test_the_ring_of_a_dead_daemon_is_saved_once_and_removed(ring: Ring, tmp_pat
     assert contents(saved).run["rig"] == "wrist"
     assert not ring.block.path.exists()
     assert salvaged(ring, tmp_path) == ([], [])
+
+
+def test_a_folder_that_cannot_be_made_is_one_line_and_the_ring_stays(ring: Ring, tmp_path: Path) -> None:
+    """On a full disk, or with a file in its place: the next daemon did not start."""
+    _give_to_the_dead(filled(ring, 10))
+    (tmp_path / "blackbox").write_text("not a folder")
+    with pytest.raises(RecordError, match=r"blackbox: cannot be made: File exists$"):
+        blackbox.save(ring, tmp_path / "blackbox", Fault.ESTOP, "")
+    boxes, (said,) = salvaged(ring, tmp_path / "blackbox", owner(tmp_path))
+    assert not boxes
+    assert "cannot be written now" in said
+    assert ring.block.path.exists()
 
 
 def test_the_ring_of_a_dead_daemon_with_another_state_folder_stays_and_is_named(ring: Ring, tmp_path: Path) -> None:
