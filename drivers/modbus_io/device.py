@@ -130,6 +130,7 @@ class ModbusIo:
         self._safe_owed = False
 
     def _make_safe(self) -> None:
+        feeding = False
         if self._route is not None:
             try:
                 self._route.safe(self._safe)
@@ -138,30 +139,31 @@ class ModbusIo:
                 if isinstance(self._route, Process) and self._route.io.alive:
                     raise  # its line is down: it writes the safe set-points as soon as it is back
             except DeviceError:
-                pass  # the way below may get through
-        self._rescue()
+                feeding = True  # by the line that is still there; the way below may get through
+        self._rescue(feeding)
 
-    def _rescue(self) -> None:
+    def _rescue(self, feeding: bool) -> None:
         settings = self._settings
         if isinstance(self._route, Process):
             self._route.restart_safe()
         elif self._route is not None:  # the loop calls, and must not wait
-            self._rescue_on_tcp(_REPLY_SHARE * self._period_s, _REPLY_SHARE * self._period_s)
+            self._rescue_on_tcp(_REPLY_SHARE * self._period_s, _REPLY_SHARE * self._period_s, feeding)
         elif alarm(settings.resource, self._period_s / 2):
             pass
         elif settings.serial is None:
-            self._rescue_on_tcp(settings.patience_s, _RESCUE_S)
+            self._rescue_on_tcp(settings.patience_s, _RESCUE_S, feeding)
         else:
             self._rescue_by_process()
 
-    def _rescue_on_tcp(self, reply_s: float, connect_s: float) -> None:
-        """A connection for just this. Nobody feeds the watchdog after a rescue from outside: it is stopped, so that the
-        set-points stay; not beside a process that goes on, which would be without it from then on."""
+    def _rescue_on_tcp(self, reply_s: float, connect_s: float, feeding: bool) -> None:
+        """A connection for just this. Nobody feeds the watchdog after a rescue from outside, or past a line that is
+        lost: it is stopped, so that the set-points stay. Not beside whoever goes on `feeding`, who would be without it
+        from then on."""
         stations = Stations.to_outputs(self._settings, self._plan, reply_s, connect_s)
         try:
             stations.write_safe(self._safe, self._settings.watchdog_s)
         finally:
-            stations.close(disarm=self._route is None and not self._context.driven())
+            stations.close(disarm=not feeding and not self._context.driven())
 
     def _rescue_by_process(self) -> None:
         process = Process(self._settings, self._context, self._safe)

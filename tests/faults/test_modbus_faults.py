@@ -294,6 +294,26 @@ def test_who_leaves_without_having_made_safe_leaves_the_watchdog_on(tcp: Emulati
     assert rigs.soon(lambda: told(tcp) == (0.0, 0.0)), "nobody is there, and nothing was made safe"
 
 
+def test_a_safe_state_written_past_a_line_that_was_lost_stays(tcp: Emulation) -> None:
+    """Nobody feeds the watchdog then: it took the safe set-points away again, under "seen at the device"."""
+    device = made(tcp, watchdog_s=0.5)
+    device.open()
+    device.write(0.3, 0.1)
+    tcp.unplug("io")
+    tcp.plug("io")
+
+    def made_safe() -> bool:
+        try:
+            device.safe()
+        except DeviceError:
+            return False
+        return True
+
+    assert rigs.soon(made_safe)
+    assert not rigs.soon(lambda: told(tcp) != rigs.SAFE, 1.5)
+    device.close()
+
+
 @pytest.mark.parametrize("mode", [Mode.SEPARATE, Mode.PROCESS])
 def test_who_only_looks_leaves_the_watchdog_of_whoever_drives(tcp: Emulation, mode: Mode) -> None:
     """`pamrig devices probe` beside a daemon: when the daemon then dies, its module still lets go."""
