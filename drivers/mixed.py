@@ -110,6 +110,10 @@ class MixedRig:
         held = [getattr(part, "holds_safe", lambda: None)() for part in self._writers]
         return False if False in held else None if None in held else True
 
+    def keep(self) -> None:
+        """Feed the watchdog of every valve's device that has one, whatever happens to the others."""
+        self._every(self._writers, lambda part: getattr(part, "keep", lambda: None)())
+
     def stand_by(self) -> None:
         """Let every device with a valve get ready for `safe`, where it knows how."""
         for part in self._writers:

@@ -128,3 +128,12 @@ class ReadsBack(Protocol):
         Moves nothing. Legal in any state, and before `open` (then it opens for just this). DeviceError when it was
         asked in vain.
         """
+
+
+class Keeps(Protocol):
+    """What a device with a watchdog of its own may offer beside `Device`."""
+
+    def keep(self) -> None:
+        """Let the watchdog know of us, in a tick in which nothing is read or written: another device of the rig was
+        lost, and this one is to stay at its safe set-points. Changes no output, and returns within one period.
+        DeviceError when it could not be reached."""

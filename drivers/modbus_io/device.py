@@ -186,6 +186,11 @@ class ModbusIo:
         finally:
             stations.close(disarm=False)
 
+    def keep(self) -> None:
+        """Ask the module for something, so that its watchdog leaves the outputs as they are."""
+        if self._plan.driven:
+            self._opened().keep()
+
     def close(self) -> None:
         """Let go; outputs stay, but for a safe state that could not be written: that is left to the module's own
         fail-safe."""

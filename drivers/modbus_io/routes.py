@@ -33,6 +33,9 @@ class Route(Protocol):
     def hold(self, numbers: Numbers) -> bool | None:
         """Whether these numbers stand at the outputs by the module's word; None when there is nobody to ask."""
 
+    def keep(self) -> None:
+        """Feed the module's watchdog."""
+
     def close(self, disarm: bool = True) -> None:
         """Let go; without `disarm` the module's own fail-safe goes on."""
 
@@ -57,7 +60,7 @@ class Direct:
         self._stations, self._now = stations, context.clock.now_ns
         self._combined, self._watchdog_s = combined, watchdog_s
         self._brought: tuple[Numbers, int] | None = None
-        self._must_feed = stations.plan.must_feed
+        self._has_watchdog, self._must_feed = stations.plan.module.failsafe is not None, stations.plan.must_feed
         self._fed = False
         """Something was written since the last reading."""
         self._standing: Numbers | None = None
@@ -90,6 +93,10 @@ class Direct:
 
     def hold(self, numbers: Numbers) -> bool | None:
         return self._stations.hold(numbers)
+
+    def keep(self) -> None:
+        if self._has_watchdog:
+            self._stations.feed(self._standing)
 
     def close(self, disarm: bool = True) -> None:
         self._stations.close(disarm)
@@ -154,6 +161,9 @@ class Process:
 
     def hold(self, numbers: Numbers) -> bool | None:
         return self.io.confirmed() if self._plan.module.read_back is not None else None
+
+    def keep(self) -> None:  # its I/O process does
+        self.io.touch()
 
     def close(self, disarm: bool = True) -> None:  # its I/O process knows by itself what it has reached
         self.io.stop()

@@ -83,9 +83,7 @@ class MyRio:
         p1_raw = p1_mpa = p2_raw = p2_mpa = angle_raw = excitation = angle_deg = NAN
         began = now()
         try:
-            if channels.heartbeat:
-                self._beat = (self._beat + 1) & 0x7FFF
-                channels.heartbeat(self._beat)
+            self._feed(channels)
             if channels.monitor_1:
                 p1_raw, p1_mpa, flag = channels.monitor_1.take()
                 flags |= flag
@@ -139,6 +137,18 @@ class MyRio:
             self._safe_by_new_session()
         else:
             self._rescue.attempt(self._period_ns * RESCUE_SHARE / 1e9)
+
+    def keep(self) -> None:
+        """Raise the heartbeat alone, where there is one."""
+        try:
+            self._feed(self._channels())
+        except VENDOR_ERRORS as error:
+            raise self._failed(error, "keeping") from None
+
+    def _feed(self, channels: Channels) -> None:
+        if channels.heartbeat:
+            self._beat = (self._beat + 1) & 0x7FFF
+            channels.heartbeat(self._beat)
 
     def _safe_by_new_session(self) -> None:
         channels = self._connect()

@@ -29,8 +29,7 @@ from rig.sample import (
     Sample,
 )
 
-# members by names of this module: in Python 3.11 looking one up in its class takes as long as a call, and a tick has
-# dozens
+# members by names of this module: in Python 3.11 looking one up in its class takes as long as a call
 _RUNNING, _DONE, _FAULT = State.RUNNING, State.DONE, State.FAULT
 _ZERO, _NO_PHASE, _NO_FAULT = Phase.ZERO, Phase.NONE, Fault.NONE
 _COMMANDING = (State.ARMED, State.RUNNING, State.DONE)
@@ -72,6 +71,7 @@ class Loop:
         self._device_gone = False
         self._safe_owed = True
         self._holds_safe = getattr(device, "holds_safe", None)
+        self._keep = getattr(device, "keep", lambda: None)
         self._looks_owed = 0
         self._seen_safe = False
         """The device has told that the safe state, which was written last, stands at its outputs."""
@@ -115,9 +115,8 @@ class Loop:
                 self.leave()
             finally:
                 if self.fault is Fault.LOOP_ERROR:  # the record shall say how it ended
-                    self._publish(
-                        self._clock.now_ns(), _NO_MEASUREMENT, Phase.NONE, 0.0, _NO_MEASUREMENT.flags, self._run
-                    )
+                    gone = _NO_MEASUREMENT
+                    self._publish(self._clock.now_ns(), gone, _NO_PHASE, 0.0, gone.flags, self._run)
         return self.fault
 
     def _turn(self) -> None:
@@ -189,6 +188,8 @@ class Loop:
 
     def _read(self) -> Measurement:
         if self._device_gone:
+            with contextlib.suppress(DeviceError):
+                self._keep()  # what is left of it holds its safe set-points
             return _NO_MEASUREMENT
         try:
             now = self._device.read()
@@ -336,9 +337,8 @@ class Loop:
         self._resting = abs(safe1 - p1_cmd_mpa) <= step and abs(safe2 - p2_cmd_mpa) <= step
         if self._resting:
             return safe1, safe2
-        return p1_cmd_mpa + min(max(safe1 - p1_cmd_mpa, -step), step), p2_cmd_mpa + min(
-            max(safe2 - p2_cmd_mpa, -step), step
-        )
+        left1, left2 = safe1 - p1_cmd_mpa, safe2 - p2_cmd_mpa
+        return p1_cmd_mpa + min(max(left1, -step), step), p2_cmd_mpa + min(max(left2, -step), step)
 
     def _write(self, p1_cmd_mpa: float, p2_cmd_mpa: float, periods: int) -> int:
         """Write what the state allows, but for the safe state; returns flags."""

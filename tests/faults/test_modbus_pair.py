@@ -9,11 +9,17 @@ import pytest
 from support.rigs import fieldbus_rigs as rigs
 
 from drivers.io_process.mailbox import attach, path_for
+from drivers.mixed import MixedRig
 from drivers.modbus_io.device import ModbusIo
 from drivers.modbus_io.settings import Mode
 from hil.emulators.emulation import Emulation
 from rig.errors import DeviceError, DeviceLost
 from rig.interfaces import Role
+from rig.realtime.clock import MonotonicClock
+from rig.realtime.commands import Mailbox
+from rig.realtime.faults import Fault
+from rig.realtime.loop import Loop, LoopSettings
+from rig.realtime.ring import Ring, RingWriter
 
 INPUT_UNIT = 2
 
@@ -160,3 +166,41 @@ def test_outputs_that_stand_still_beside_another_input_module_are_fed() -> None:
     assert rigs.soon(lambda: told(running) == (0.3, 0.3))
     assert not rigs.soon(lambda: bool(device.read()) and told(running) != (0.3, 0.3), 1.0)
     device.close()
+
+
+def test_a_device_that_holds_is_fed_after_another_of_the_rig_was_lost() -> None:
+    """The loop asks nobody any more then; the module with the valves went from its safe set-points to 0 V."""
+    running, lost = rigs.wago("mixed_valves"), rigs.pair("mixed_inputs")
+    clock = MonotonicClock()
+    valves = ModbusIo(
+        rigs.modbus_settings(running.places["io"], Mode.SEPARATE, watchdog_s=0.3),
+        rigs.context(Role.VALVE_1, Role.VALVE_2),
+    )
+    inputs = rigs.modbus_settings(lost.places["in"], Mode.SEPARATE, map=rigs.MAPS / "moxa_e1240.yaml", patience_s=0.05)
+    rest = ModbusIo(inputs, rigs.context(Role.MONITOR_1, Role.MONITOR_2, Role.ANGLE))
+    rig = MixedRig([valves, rest], clock, rigs.PERIOD_NS)
+    rig.open()
+    settings = LoopSettings(rigs.PERIOD_NS, *rigs.SAFE)
+    loop = Loop(rig, clock, RingWriter(Ring.private(), os.getpid()), Mailbox.private(), settings)
+    ticks = iter(range(100_000))
+
+    def tick() -> None:
+        now_ns = clock.now_ns()
+        loop.tick(next(ticks), now_ns, now_ns, 0)
+
+    tick()
+    assert told(running) == rigs.SAFE
+    lost.unplug("in")
+
+    def is_lost() -> bool:
+        tick()
+        return loop.fault is Fault.DEVICE_LOST
+
+    def moved() -> bool:
+        tick()
+        return told(running) != rigs.SAFE
+
+    assert rigs.soon(is_lost)
+    assert not rigs.soon(moved, 1.0)
+    loop.leave()
+    lost.plug("in")
