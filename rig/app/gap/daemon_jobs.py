@@ -51,9 +51,15 @@ def taken(daemon: Client, sweep: Path, since: int, out: Path) -> None:
         why = job["error"] or (f"{fault['name']}: {fault['cause']}" if fault else f"{job['not_valid']} not valid")
         raise CheckFailed(f"job {job['id']} {job['name']}: {job['state']}: {why}")
     out.mkdir()
-    for file in map(Path, job["files"]):
+    for file in _files_of(job):
         with writing(out / file.name, Kind.RECORDING) as part:
             shutil.copy2(file, part)
+
+
+def _files_of(job: Mapping[str, Any]) -> list[Path]:
+    """Every record of a job: a status names the last ones only, and its folder holds nothing else."""
+    named = [Path(file) for file in job["files"]]
+    return named if job.get("made", 0) <= len(named) else sorted(Path(job["folder"]).glob("*.mcap"))
 
 
 def _job_of(status: Status, sweep: Path, since: int) -> Mapping[str, Any] | None:
