@@ -53,12 +53,12 @@ class IoProcess:
     def start(self, job: Job | None = None) -> Mapping[str, str]:
         """Start the process, with another `job` where one is given, and wait until it has the wire; its facts.
         DeviceLost says in one line why not."""
-        self._job = job or self._job
-        self.begin()
+        self.begin(job)
         return self._await_start()
 
-    def begin(self) -> None:
-        """Start the process without waiting for it, which takes milliseconds; `safe` may be ordered at once."""
+    def begin(self, other: Job | None = None) -> None:
+        """Start the process without waiting for it, which takes milliseconds; `safe` may be ordered at once. With
+        another job, where one is given, this time."""
         descriptor = create(self._path)
         if descriptor is None:
             raise DeviceLost(
@@ -70,7 +70,7 @@ class IoProcess:
             self._mode, self._seen_errors = Mode.NONE, 0
             self._began_ns = time.monotonic_ns()
             os.write(
-                self._wake, json.dumps(self._job._asdict()).encode() + b"\n"
+                self._wake, json.dumps((other or self._job)._asdict()).encode() + b"\n"
             )  # before: it needs nobody any more then
             self._process = subprocess.Popen(
                 [sys.executable, "-P", "-m", "drivers.io_process", str(descriptor)],
@@ -92,8 +92,7 @@ class IoProcess:
         if time.monotonic_ns() - self._began_ns < _RESTART_NS:
             raise DeviceLost(f"{self.resource}: its I/O process ended; another one is started in a moment")
         self.stop(patience_s)
-        self._job = job or self._job
-        self.begin()
+        self.begin(job)
         self.safe(0.0)
 
     def _await_start(self) -> Mapping[str, str]:

@@ -70,6 +70,7 @@ class _Valve:
         job = Job(
             "drivers.itv_serial.link", dataclasses.asdict(link), safe, settings.silence_periods * context.period_ns
         )
+        self.rescue = job._replace(settings=job.settings | {"rescue": True})
         worst_s = self.pace.set_s + self.pace.monitor_s + 2 * settings.patience_s
         self.safe_bound_s = self.pace.set_s + max(self.pace.set_s, self.pace.monitor_s)
         """From the alarm to the last byte of the reply: the exchange under way, then the safe set-point. C."""
@@ -197,10 +198,10 @@ class ItvSerial:
             except DeviceLost:
                 if valve.io.alive:
                     raise  # its line is down: it writes the safe set-point as soon as it is back
-                return valve.io.restart_safe(patience_s)  # the loop must not wait for it, but call again
+                return valve.io.restart_safe(patience_s, valve.rescue)  # the loop must not wait for it, but call again
         elif alarm(valve.device, patience_s):
             return None
-        valve.io.start()  # it stays until `close`: others who come meanwhile find it, and what it has confirmed
+        valve.io.start(valve.rescue)  # it stays until `close`: others who come meanwhile find it
         valve.io.safe(2 * valve.safe_bound_s + 1.0)
         return None
 

@@ -36,6 +36,8 @@ class LinkSettings:
     monitor: bool = True
     patience_s: float = bounded(0.001, 5.0, "s", default=0.03)
     """How long a reply may take beyond its wire time."""
+    rescue: bool = False
+    """Opened to make safe: a regulator that is not heard is told all the same."""
 
 
 class ItvLink:
@@ -48,16 +50,20 @@ class ItvLink:
         port = settings.port
         self._pace = pace(settings.dialect, port.baud, port.bits_per_byte, monitor=True)
         self._wire: Any = None
+        self._was_up = False
         self._dirty = False
         self._monitor_next = False
         self._sent_s = 0.0
         self._where = f"{settings.name} on {port.device}"
 
     def connect(self) -> Mapping[str, str]:
-        """Open the port and get one monitor reading: that proves port, baud rate and dialect, and moves nothing."""
+        """Open the port and get one monitor reading: that proves port, baud rate and dialect, and moves nothing.
+        After an outage, and for a rescue, it is tried once: the wire of the answers alone may be broken."""
         self._wire = self._open()
         last: DeviceError | None = None
-        for _ in range(_HELLOS):
+        facts = {"port": self._settings.port.device, "baud": str(self._settings.port.baud)}
+        unheard = self._was_up or self._settings.rescue
+        for _ in range(1 if unheard else _HELLOS):
             try:
                 self._monitor()
             except DeviceLost:
@@ -66,7 +72,10 @@ class ItvLink:
                 last = error
                 self._dirty = True
                 continue
-            return {"port": self._settings.port.device, "baud": str(self._settings.port.baud)}
+            self._was_up = True
+            return facts
+        if unheard:
+            return facts
         raise DeviceError(
             f"{last}; tried {_HELLOS} times at {self._settings.port.baud} baud: check power, port, baud rate and "
             "dialect"

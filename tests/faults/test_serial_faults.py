@@ -9,12 +9,14 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 import serial
 from support.rigs import fieldbus_rigs as rigs
 
+from drivers.io_process.mailbox import attach, path_for
 from drivers.itv_serial.device import ItvSerial, ItvSettings
 from drivers.serial_port import SerialPort
 from hil.emulators.emulation import Emulation
@@ -194,6 +196,46 @@ def test_power_off_and_on_while_driving_ends_at_the_safe_set_point(running: Emul
         device.write(0.3, 0.3)
 
 
+@pytest.mark.parametrize("killed", [False, True])
+def test_a_regulator_that_is_heard_no_more_is_told_its_safe_set_point(
+    running: Emulation, device: ItvSerial, killed: bool
+) -> None:
+    """The wire of its answers is broken: it obeys, and nobody can see it. Nothing was sent once the line counted as
+    lost, or its process was gone."""
+    safe = rigs.SAFE[0]
+    device.open()
+    device.write(0.3, 0.3)
+    assert rigs.soon(lambda: running.state()["commands_mpa"] == pytest.approx([0.3, 0.3], abs=0.001))
+    running.trouble("valve_1", silence=True)
+    if killed:
+        behind = attach(path_for(running.places["valve_1"]))
+        assert behind is not None
+        os.kill(behind.pid, signal.SIGKILL)
+        behind.close()
+
+    def lost() -> bool:
+        try:
+            device.read()
+        except DeviceLost:
+            return True
+        except DeviceError:
+            return False
+        return False
+
+    assert rigs.soon(lost, 20.0)
+
+    def made_safe() -> bool:
+        with suppress(DeviceError):
+            device.safe()
+        return running.state()["commands_mpa"][0] == pytest.approx(safe, abs=0.001)
+
+    assert rigs.soon(made_safe, 10.0)
+    with pytest.raises(DeviceError):  # which nobody has seen
+        device.holds_safe()
+    with pytest.raises(DeviceLost, match="no answer within"):  # who wants to drive it is to hear it first
+        device.open()
+
+
 def test_a_killed_io_process_is_noticed_and_safe_starts_another(running: Emulation, device: ItvSerial) -> None:
     device.open()
     device.write(0.4, 0.1)
@@ -223,6 +265,7 @@ def _io_processes() -> list[int]:
 
 OWNER = """
 import json, sys, time
+from drivers.io_process.mailbox import attach, path_for
 from drivers.itv_serial.device import ItvSerial, ItvSettings
 from drivers.serial_port import SerialPort
 from rig.interfaces import DeviceContext, Role
