@@ -28,6 +28,8 @@ from rig.realtime.clock import MonotonicClock
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 SAFE = (0.2, 0.2)
+RESOURCE = f"RIO{os.getpid()}"
+"""One process of the machine drives a RIO: tests beside these have one of their own."""
 SWEEP = """
 name: soon moving
 p0_mpa: 0.2
@@ -48,10 +50,9 @@ class Lab:
         chain = Chain(load_model(CONFIGS / "models/simulated.yaml"))
         chain.reset(*SAFE)
         self.world = World(chain, MonotonicClock(), commands=SAFE)
-        resource = f"RIO{os.getpid()}"  # one process of the machine drives a RIO: other tests have theirs
-        self.stand_in = StandIn(self.world, folder, resource, Wiring(), personality())
+        self.stand_in = StandIn(self.world, folder, RESOURCE, Wiring(), personality())
         rig = yaml.safe_load((CONFIGS / "rigs/paper_myrio.yaml").read_text())
-        rig["devices"]["myrio"] |= {"bitfile": self.stand_in.settings["bitfile"], "resource": resource}
+        rig["devices"]["myrio"] |= {"bitfile": self.stand_in.settings["bitfile"], "resource": RESOURCE}
         # a busy test machine must not end the run before the fault does
         rig["limits"] |= {"stall_periods": 60, "misses_per_s": 200}
         self.yaml = folder / "rig.yaml"
@@ -147,7 +148,7 @@ def test_what_happens_to_the_wires_ends_the_run_safely(lab: Lab, tmp_path: Path,
 
 def _has_the_registers(process: psutil.Process) -> bool:
     with suppress(psutil.NoSuchProcess):  # one that only helped another to start
-        return any(area.path.endswith("/RIO0") for area in process.memory_maps())
+        return any(area.path.endswith(f"/{RESOURCE}") for area in process.memory_maps())
     return False
 
 
