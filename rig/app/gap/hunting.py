@@ -1,5 +1,5 @@
 """What `pamrig gap hunt` does: run a session, diagnose, run the records that part what is still possible, join the
-evidence, until one name is left, nothing parts the rest, or the time is over."""
+evidence, until one name is left, nothing is found, nothing parts the rest, or the time is over."""
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -13,12 +13,12 @@ from rig.app.gap.planning import resting, room_of
 from rig.app.runs.outcome import Outcome
 from rig.app.runs.sweeping import SweepOptions, run_sweep
 from rig.app.terminal import progress
-from rig.errors import Interrupted, RigError
+from rig.errors import ConfigError, Interrupted, RigError
 from rig.excite.envelope import check_run
 from rig.excite.experiment import expand, load_sweep
 from rig.gap.answer.result import Diagnosis
 from rig.gap.diagnosis import diagnose_with_grounds
-from rig.gap.hypotheses.library import NONE
+from rig.gap.hypotheses.library import NONE, UNKNOWN
 from rig.gap.pipeline import Grounds
 from rig.gap.plan.candidates import Room, lasting_s, room_within
 from rig.gap.plan.experiment import Experiment
@@ -36,6 +36,9 @@ from rig.rig_config import RigConfig
 from rig.service.client import Client
 
 NAMED, NOTHING, TIME = "named", "nothing parts the rest", "time"
+NO_GAP, NO_NAME = "nothing found", "something unknown"
+ROUNDING_MIN = 1e-6
+"""Sums of minutes closer than this to what is allowed count as allowed."""
 
 
 @dataclass(frozen=True)
@@ -76,10 +79,15 @@ class Thought:
         return tuple((name, posterior.probability[name]) for posterior in found for name in posterior.names)
 
     @property
-    def settled(self) -> bool:
-        """One name holds the credible mass wherever something was found."""
+    def settled(self) -> str:
+        """How it is known, in the words that a hunt ends with: one hypothesis holds the credible mass wherever
+        something was found, or nothing was; else empty."""
         found = [posterior for posterior in self.grounds.posteriors if posterior.found]
-        return all(max(posterior.probability.values()) >= CREDIBLE for posterior in found)
+        if any(max(posterior.probability.values()) < CREDIBLE for posterior in found):
+            return ""
+        if not found:
+            return NO_GAP
+        return NO_NAME if all(posterior.best == UNKNOWN for posterior in found) else NAMED
 
 
 @dataclass(frozen=True)
@@ -107,19 +115,22 @@ def hunt(
 ) -> Hunted:
     """Hunt until it is known; `allowed` is asked before anything moves, `report` hears of every step that is thought
     through. What is known stays in the folder, also when the rig faults (CheckFailed) or somebody interrupts.
-    EnvelopeError before anything is planned when the first session would leave the rig's limits."""
+    EnvelopeError before anything is planned when the first session would leave the rig's limits, ConfigError when it
+    takes longer than the hunt may."""
     model = load_model(shipped.find_config(options.model, "models"))
     choose(options.reference, model, len(options.days))
     campaign = open_campaign(options.folder, _asked(options))
     thought: Thought | None = None
     if not campaign.steps:
         campaign = _first(campaign, options)
+    elif len(campaign.steps) > 1 and not campaign.steps[-1].done:
+        thought = think(options, model, campaign)
+        report(campaign.steps[-2], thought)
     campaign = replace(campaign, ended="")
     while True:
-        step = campaign.steps[-1]
-        if not step.done:
-            if not _at_hand(options, campaign) and not allowed(step):
-                return _ended(campaign, thought, "not confirmed")
+        if not campaign.steps[-1].done:
+            if why := _barred(options, campaign, allowed):
+                return _ended(campaign, thought, why)
             campaign = _recorded(campaign, options)
         with progress(f"diagnosing after step {len(campaign.steps)}"):
             thought = think(options, model, campaign)
@@ -127,7 +138,7 @@ def hunt(
         campaign.save()
         report(campaign.steps[-1], thought)
         if thought.settled:
-            return _ended(campaign, thought, NAMED)
+            return _ended(campaign, thought, thought.settled)
         left_s = 60.0 * (options.minutes - campaign.minutes)
         with progress("planning what tells more"):
             planned = _next(options, thought, left_s)
@@ -172,6 +183,11 @@ def _first(campaign: Campaign, options: HuntOptions) -> Campaign:
     for plan in expand(load_sweep(path), options.rig.period_ns):
         check_run(plan, options.rig.limits, options.rig.period_ns)
     minutes = lasting_s(resting(load_sweep(path))) / 60.0
+    if minutes > options.minutes + ROUNDING_MIN:
+        raise ConfigError(
+            f"--minutes {options.minutes:g}: the session that a hunt begins with ({path.stem}) takes {minutes:.1f}; "
+            "allow as many, or name a shorter one by --sweep"
+        )
     return _planned(
         campaign, path.read_text(encoding="utf-8"), f"the session that a hunt begins with ({path.stem})", minutes
     )
@@ -191,6 +207,16 @@ def _planned(campaign: Campaign, sweep: str, why: str, minutes: float) -> Campai
     campaign = replace(campaign, steps=(*campaign.steps, Step(name, why, minutes)))
     campaign.save()
     return campaign
+
+
+def _barred(options: HuntOptions, campaign: Campaign, allowed: Callable[[Step], bool]) -> str:
+    """Why the last step is not to be recorded; empty where it may be, or the daemon records it already."""
+    step = campaign.steps[-1]
+    if _at_hand(options, campaign):
+        return ""
+    if campaign.minutes + step.minutes > options.minutes + ROUNDING_MIN:
+        return TIME
+    return "" if allowed(step) else "not confirmed"
 
 
 def _at_hand(options: HuntOptions, campaign: Campaign) -> bool:

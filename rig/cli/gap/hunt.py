@@ -78,7 +78,7 @@ def hunt(
     **asked: Any,
 ) -> None:
     """Run a session on the rig, diagnose it, run the sweep that best tells apart what is still possible, and so on,
-    until one cause has 95 %, no sweep would tell the rest apart, or the time is used up.
+    until one cause has 95 %, nothing is found, no sweep would tell the rest apart, or the time is used up.
 
     Everything is kept in one folder with a page that shows each step. An interrupted hunt goes on when it is called
     with the same folder.
@@ -108,7 +108,10 @@ def hunt(
 
     def allowed(step: "Step") -> bool:
         out.print(f"next, {step.minutes:.1f} min: {step.why}")
-        return not asks or click.confirm(visible(f"Run {step.sweep} on {rig.name}?", one_line=True), err=True)
+        try:
+            return not asks or click.confirm(visible(f"Run {step.sweep} on {rig.name}?", one_line=True), err=True)
+        except click.Abort:  # Ctrl-C, or nobody to answer: what was learnt is told as of any other interruption
+            raise KeyboardInterrupt from None
 
     def report(step: "Step") -> None:
         names = ", ".join(f"{name} {100 * chance:.0f} %" for name, chance in step.set)

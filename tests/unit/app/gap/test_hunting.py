@@ -8,8 +8,9 @@ import pytest
 
 from rig.app import compose
 from rig.app.gap.campaign import FILE, Campaign, Step, open_campaign
-from rig.app.gap.hunting import NAMED, TIME, HuntOptions, hunt, hunt_and_tell
+from rig.app.gap.hunting import NAMED, NO_GAP, NO_NAME, TIME, Hunted, HuntOptions, hunt, hunt_and_tell
 from rig.errors import CheckFailed, ConfigError
+from rig.gap.hypotheses.library import NONE, UNKNOWN
 from rig.log.reader import read
 
 MODEL = Path("configs/models/simulated.yaml")
@@ -68,6 +69,41 @@ def test_the_time_ends_it(tmp_path: Path) -> None:
     assert ended.campaign.ended == TIME
     assert len(ended.campaign.steps) == 1
     assert len(ended.campaign.steps[0].set) == 2
+
+
+def test_a_first_session_longer_than_the_hunt_may_take_is_refused_before_anything_moves(tmp_path: Path) -> None:
+    asked = options(tmp_path / "hurried", minutes=1.0, first=Path("gap"))
+    with pytest.raises(ConfigError, match=r"--minutes 1: .*\(gap\) takes 2\.9") as error:
+        hunt(asked, allowed=lambda step: pytest.fail("something would have moved"))
+    assert "\n" not in str(error.value)
+    assert not (tmp_path / "hurried").exists()
+
+
+@pytest.fixture(scope="module")
+def healthy(tmp_path_factory: pytest.TempPathFactory) -> Hunted:
+    """A hunt on a rig that has nothing."""
+    folder = tmp_path_factory.mktemp("hunt") / "healthy"
+    return hunt(options(folder, rig=compose.load(Path("simulated"))))
+
+
+def test_where_nothing_is_found_nothing_is_said_to_be_named(healthy: Hunted) -> None:
+    assert [name for name, _ in healthy.campaign.steps[-1].set] == [NONE]
+    assert healthy.campaign.ended == healthy.to_json()["ended"] == NO_GAP
+
+
+@pytest.mark.parametrize(
+    ("chances", "said"),
+    [
+        ({NONE: 0.01, UNKNOWN: 0.97, "delay": 0.02}, NO_NAME),
+        ({NONE: 0.01, UNKNOWN: 0.02, "delay": 0.97}, NAMED),
+        ({NONE: 0.01, UNKNOWN: 0.5, "delay": 0.49}, ""),
+    ],
+)
+def test_something_unknown_is_no_name(healthy: Hunted, chances: dict[str, float], said: str) -> None:
+    thought = healthy.thought
+    assert thought is not None
+    posteriors = tuple(replace(one, probability=chances) for one in thought.grounds.posteriors)
+    assert replace(thought, grounds=replace(thought.grounds, posteriors=posteriors)).settled == said
 
 
 def test_with_an_earlier_day_what_later_sweeps_say_counts_too(tmp_path: Path) -> None:

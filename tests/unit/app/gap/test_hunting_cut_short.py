@@ -14,10 +14,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from click.testing import CliRunner
 
 from rig.app import compose
 from rig.app.gap.campaign import FILE, open_campaign
-from rig.app.gap.hunting import NAMED, Hunted, HuntOptions, hunt, hunt_and_tell
+from rig.app.gap.hunting import NAMED, TIME, Hunted, HuntOptions, hunt, hunt_and_tell
+from rig.cli.commands import cli
 from rig.errors import EnvelopeError, RigError, StateError
 from rig.log.reader import read
 
@@ -128,10 +130,33 @@ def test_a_busy_daemon_is_waited_for_by_the_operator(left: Path) -> None:
 def test_a_record_that_was_damaged_since_is_said_with_its_name(left: Path) -> None:
     (record,) = (left / "step_1_records").glob("*.mcap")
     record.write_bytes(b"")
-    told, error = tell(options(left))
+    _, error = tell(options(left))
     assert record.name in str(error)
     assert "\n" not in str(error)
-    assert [step.done for step in told[0].campaign.steps] == [True, True]
+    assert not list(left.glob("step_2_records*")), "nothing moves for a hunt that cannot go on"
+
+
+def test_gone_on_with_less_time_than_the_planned_sweep_takes_it_runs_nothing(left: Path) -> None:
+    found = hunt(options(left, minutes=0.2), allowed=lambda step: pytest.fail("something would have moved"))
+    assert found.campaign.ended == TIME
+    assert not list(left.glob("step_2_records*"))
+
+
+def test_gone_on_with_and_not_confirmed_the_page_still_says_what_is_known(left: Path) -> None:
+    heard: list[str] = []
+    hunt_and_tell(options(left), lambda step: False, lambda step: heard.append(step.sweep), lambda found: None)
+    assert heard == ["step_1.yaml"], "what is still possible is said before anybody is asked"
+    page = (left / "hunt.html").read_text()
+    assert 'href="report.html"' in page
+    assert "The regulators" in page
+
+
+def test_nobody_to_answer_is_an_interruption_that_says_what_was_learnt(left: Path) -> None:
+    call = ["gap", "hunt", *CALL, "--confirm", "-o", f"{left}", "--json", f"{left / 'told.json'}"]
+    CliRunner().invoke(cli, call, input="")
+    told = json.loads((left / "told.json").read_text())
+    assert told["ended"] == "cut short: interrupted"
+    assert told["diagnosis"] is not None
 
 
 def test_a_disk_without_room_loses_nothing(begun: Path, tmp_path: Path) -> None:
