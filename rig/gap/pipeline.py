@@ -20,6 +20,7 @@ from rig.gap.evidence.second import with_second
 from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.library import UNKNOWN, Effect, chosen
 from rig.gap.hypotheses.scenes import Stand, angle_stand, pressure_stand
+from rig.gap.plan.candidates import Room
 from rig.gap.raw_tests.read import read_signatures
 from rig.gap.raw_tests.repeats import bridged, lost_rows
 from rig.gap.raw_tests.signature import Signature
@@ -74,6 +75,8 @@ class Question:
     """The levels and priors to judge by."""
     every_day: bool = False
     """Days that no other day comes near count as well."""
+    room: Room | None = None
+    """What the rig allows the records that are recommended; None: careful bounds."""
 
 
 def answer(question: Question) -> tuple[Diagnosis, Grounds]:
@@ -94,7 +97,9 @@ def answer(question: Question) -> tuple[Diagnosis, Grounds]:
         return how_far(causes, expected, at_rest, settings)
 
     retuning = None if refit is None else refit.told
-    heard = Told(expected, at_rest, posteriors, marks, retuning, settings, missed, bool(question.withheld))
+    heard = Told(
+        expected, at_rest, posteriors, marks, retuning, settings, missed, bool(question.withheld), question.room
+    )
     return tell(heard, after), grounds
 
 

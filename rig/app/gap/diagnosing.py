@@ -59,6 +59,7 @@ def cases_of(logs: tuple[Path, ...]) -> list[Case]:
 
 def diagnose_case(options: DiagnosisOptions, case: Case, sessions: Sequence[Session] | None = None) -> "Diagnosis":
     """Read (the sessions too, where the caller has not), diagnose, write the files that were asked for."""
+    from rig.app.gap.planning import room_of
     from rig.app.shipped import find_config
     from rig.gap.diagnosis import diagnose_with_grounds
     from rig.model.parameters import load_model
@@ -79,6 +80,7 @@ def diagnose_case(options: DiagnosisOptions, case: Case, sessions: Sequence[Sess
         reference=options.reference,
         effects=None if options.rig is None else load_rig(find_config(options.rig, "rigs")).effects,
         every_day=options.every_day,
+        room=None if options.rig is None else room_of(options.rig),
     )
     if gains is not None:
         diagnosis = _with_worth(gains, model, diagnosis, grounds, records)

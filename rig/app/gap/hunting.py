@@ -20,7 +20,7 @@ from rig.gap.answer.result import Diagnosis
 from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.hypotheses.library import NONE, UNKNOWN
 from rig.gap.pipeline import Grounds
-from rig.gap.plan.candidates import Room, lasting_s, room_within
+from rig.gap.plan.candidates import lasting_s
 from rig.gap.plan.experiment import Experiment
 from rig.gap.plan.next_experiment import what_next
 from rig.gap.reference.build import AUTO, Kind, because, choose
@@ -158,6 +158,7 @@ def think(options: HuntOptions, model: Model, campaign: Campaign) -> Thought:
         list(options.days),
         reference=Kind.SESSION if kind is Kind.SESSIONS else options.reference,
         effects=options.rig.effects,
+        room=room_of(options.rig.path),
         experiments=later,
         every_day=options.every_day,
     )
@@ -168,13 +169,7 @@ def think(options: HuntOptions, model: Model, campaign: Campaign) -> Thought:
 
 def _next(options: HuntOptions, thought: Thought, seconds: float) -> Experiment | None:
     """The records that tell most of what is still possible, inside the rig's limits."""
-    return what_next(thought.grounds.expected, thought.grounds.posteriors, _room(options, thought), seconds)
-
-
-def _room(options: HuntOptions, thought: Thought) -> Room:
-    """What the rig's YAML allows, at the amplitudes and rest pressures that the reference knows."""
-    allowed, seen = room_of(options.rig.path), room_within(thought.grounds.expected.tracks)
-    return replace(allowed, swing_mpa=seen.swing_mpa, rests_mpa=seen.rests_mpa)
+    return what_next(thought.grounds.expected, thought.grounds.posteriors, room_of(options.rig.path), seconds)
 
 
 def _first(campaign: Campaign, options: HuntOptions) -> Campaign:

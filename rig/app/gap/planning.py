@@ -12,8 +12,8 @@ from rig.app.model.simulating import commands_of
 from rig.app.shipped import find_config
 from rig.channels import FACT, PNEUMATIC, REST_MPA, Channels, said
 from rig.errors import ConfigError, EnvelopeError
-from rig.excite.envelope import check
-from rig.excite.experiment import Entry, RunPlan, Sweep, expand, load_sweep
+from rig.excite.envelope import check_run
+from rig.excite.experiment import Entry, Sweep, expand, load_sweep
 from rig.gap.answer.result import Interval
 from rig.gap.answer.sizes import size
 from rig.gap.hypotheses.library import LIBRARY
@@ -52,8 +52,8 @@ def capability_of(asked: Asked, sweeps: Sequence[Path]) -> Able:
     found = {}
     for path in sweeps or [USUAL_SWEEP]:
         sweep = load_sweep(find_config(path, "sweeps"))
+        _check_limits(sweep, asked.rig)
         plans = expand(sweep, known.rig.grid_ns)
-        _check_room(plans, asked.rig, known.rig.grid_ns)
         made = capability(rehearse(known.rig, plans), known.effects, settings)
         found[sweep.name] = replace(made, abilities=(*made.abilities, *_raw(asked, known, path)))
     return Able(found, known.channels, known.rig.kind)
@@ -73,13 +73,14 @@ def _map_of(channels: Channels) -> dict[str, Any]:
     return {} if channels.has_valves else {FACT: channels.plain()}
 
 
-def _check_room(plans: Sequence[RunPlan], rig: Path | None, grid_ns: int) -> None:
+def _check_limits(sweep: Sweep, rig: Path | None) -> None:
+    """EnvelopeError when the rig would not run it."""
     if rig is None:
         return
-    room = room_of(rig)
-    for plan in plans:
+    file = load_rig(find_config(rig, "rigs"))
+    for plan in expand(sweep, file.period_ns):
         try:
-            check(plan, room, grid_ns)
+            check_run(plan, file.limits, file.period_ns)
         except EnvelopeError as error:
             raise EnvelopeError(f"{rig}: {error}") from None
 

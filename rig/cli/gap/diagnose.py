@@ -71,7 +71,11 @@ _path = click.Path(path_type=Path)
 )
 @angle_alone_option
 @click.option(
-    "--rig", "rig", type=_path, metavar="RIG.yaml", help="The rig: its `effects` say what can be wrong with it at all."
+    "--rig",
+    "rig",
+    type=_path,
+    metavar="RIG.yaml",
+    help="The rig: its `effects` say what can be wrong with it at all, its limits bound the recommended sweep.",
 )
 @click.option("--effect", "effects", multiple=True, metavar="NAME", help="Limit the library to these effects.")
 @click.option("--workers", type=click.IntRange(1), help="With several days: local processes; default: one a core.")

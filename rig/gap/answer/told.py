@@ -11,6 +11,7 @@ from rig.gap.answer.held_out import HowFar
 from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.scenes import PRESSURES
+from rig.gap.plan.candidates import Room
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.reference.build import Expected, rms_of
 from rig.gap.settings import Fitted
@@ -33,6 +34,8 @@ class Told:
     """How far the simulator as it stands is from the earlier days, where there are any."""
     limited: bool = False
     """Effects that the rig may have were not asked about."""
+    room: Room | None = None
+    """What the rig allows the records that are recommended."""
 
     @property
     def angle(self) -> Posterior:

@@ -40,16 +40,18 @@ class Room:
     """Where the joint may be."""
 
 
-def room_within(tracks: Sequence[Track]) -> Room:
-    """What records asked that there are: their rest pressures, and no more than their amplitude."""
+def room_within(tracks: Sequence[Track], allowed: Room) -> Room:
+    """Of what is allowed, what records asked that there are: their rest pressures, and no more than their amplitude."""
     rests = sorted({round(0.5 * float(np.median(t.pair.u1_mpa + t.pair.u2_mpa)), 3) for t in tracks})
     swing = max(float(np.ptp(track.pair.u1_mpa)) for track in tracks)
-    return replace(Room(), swing_mpa=min(swing, MOST_SWING_MPA), rests_mpa=tuple(rests))
+    return replace(allowed, swing_mpa=min(swing, MOST_SWING_MPA), rests_mpa=tuple(rests))
 
 
 def candidates(room: Room, lengths_s: Sequence[float], grid_ns: int) -> list[Entry]:
-    """Every record of the pool that stays inside the room, as it lies on that grid."""
+    """Every record of the pool that stays inside the room on that grid, and at any period of a loop below it: a sine is
+    steeper between two rows than from row to row, by no more than where its steepest point lies on a row."""
     found: list[Entry] = []
+    room = replace(room, slew_mpa_s=room.slew_mpa_s * float(np.sinc(2.0 * TOP_HZ * grid_ns * 1e-9)))
     for p0, length in itertools.product(room.rests_mpa, lengths_s):
         timing = Timing(settle_s=SETTLE_S, duration_s=length)
         entries = [Entry(signal, timing, (p0,)) for signal in _signals(_largest(room, p0), length)]
@@ -90,7 +92,12 @@ def _record(entry: Entry, alone: bool) -> dict[str, Any]:
 
 def _largest(room: Room, p0_mpa: float) -> float:
     low, high = room.pressure_mpa
-    return round(min(room.swing_mpa, 2.0 * min(p0_mpa - low, high - p0_mpa)), 3)
+    return _downward(min(room.swing_mpa, 2.0 * min(p0_mpa - low, high - p0_mpa)))
+
+
+def _downward(amplitude_mpa: float) -> float:
+    """To whole kPa, never beyond what is allowed."""
+    return float(np.floor(amplitude_mpa * 1e3 + 1e-6)) / 1e3
 
 
 def _signals(largest: float, length_s: float) -> Iterator[Signal]:
@@ -98,7 +105,7 @@ def _signals(largest: float, length_s: float) -> Iterator[Signal]:
         amplitude = round(share * largest, 3)
         yield from (Sine(hz, amplitude) for hz in SINES_HZ)
         yield from (Triangle(hz, amplitude) for hz in TRIANGLES_HZ)
-    yield Mixed(0.5, round(largest / PEAK_OF_MIXED, 3))
+    yield Mixed(0.5, _downward(largest / PEAK_OF_MIXED))
     yield Multisine(largest, 0.1, TOP_HZ, 10.0)
     yield Chirp(largest, 0.1, TOP_HZ, length_s)
     yield Staircase(largest, 2, length_s / 10.0, 0.2)

@@ -84,9 +84,9 @@ def what_next(
     seconds: float = TIME_S,
     settings: Fitted | None = None,
 ) -> Experiment | None:
-    """The experiment that tells most of what a diagnosis leaves open; without a `room`, within the amplitudes and rest
-    pressures of its records."""
-    room, settings = room or room_within(expected.tracks), settings or fitted()
+    """The experiment that tells most of what a diagnosis leaves open: at the amplitudes and rest pressures of its
+    records, within what the rig allows (`room`; careful bounds where that is not known)."""
+    room, settings = room_within(expected.tracks, room or Room()), settings or fitted()
     return next_experiment(hypotheses_of(posteriors), known_rig(expected), room, settings, seconds)
 
 

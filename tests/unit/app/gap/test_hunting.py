@@ -8,8 +8,11 @@ import pytest
 
 from rig.app import compose
 from rig.app.gap.campaign import FILE, Campaign, Step, open_campaign
+from rig.app.gap.diagnosing import Case, DiagnosisOptions, diagnose_case
 from rig.app.gap.hunting import NAMED, NO_GAP, NO_NAME, TIME, Hunted, HuntOptions, hunt, hunt_and_tell
 from rig.errors import CheckFailed, ConfigError
+from rig.excite.envelope import check_run
+from rig.excite.experiment import expand, load_sweep
 from rig.gap.hypotheses.library import NONE, UNKNOWN
 from rig.log.reader import read
 
@@ -41,6 +44,20 @@ def test_one_sine_leaves_a_tie_and_the_next_sweep_parts_it(found: Path) -> None:
     assert second["set"][0][1] >= 0.95
     assert told["ended"] == NAMED
     assert "delay" in second["why"]
+
+
+def test_what_a_diagnosis_recommends_keeps_to_the_limits_of_the_rig_that_it_is_told(
+    found: Path, tmp_path: Path
+) -> None:
+    text = (
+        Path("configs/rigs/simulated_worn.yaml").read_text().replace("../models/simulated.yaml", f"{MODEL.resolve()}")
+    )
+    (tmp_path / "narrow.yaml").write_text(text.replace("slew_mpa_s: 5.0", "slew_mpa_s: 0.7"))
+    limits = compose.load(tmp_path / "narrow.yaml").limits
+    asked = DiagnosisOptions(MODEL, (), rig=tmp_path / "narrow.yaml", next_to=tmp_path / "next.yaml")
+    diagnose_case(asked, Case(None, (found / "step_1_records",)))
+    for plan in expand(load_sweep(tmp_path / "next.yaml"), 5_000_000):
+        check_run(plan, limits, 5_000_000)
 
 
 def test_everything_it_ran_is_kept_and_the_page_tells_the_story(found: Path) -> None:

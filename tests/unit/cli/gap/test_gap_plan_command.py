@@ -68,6 +68,19 @@ def test_a_design_keeps_the_joint_inside_the_rig_s_angles(tmp_path: Path) -> Non
     assert "no room" in refused("design", MODEL, "--family", "none", "--rig", f"{rig}", "-o", f"{sweep}")
 
 
+def test_a_sweep_is_asked_about_that_the_rig_s_own_limits_allow_and_no_other(tmp_path: Path) -> None:
+    sweep, rig = tmp_path / "high.yaml", tmp_path / "rig.yaml"
+    sweep.write_text(
+        "name: high\np0_mpa: 0.38\nsettle_s: 2.0\nduration_s: 6.0\nrecords:\n"
+        "  - sine: {frequency_hz: 0.5, amplitude_mpa: 0.2}\n"
+    )
+    code, said = call("capability", MODEL, "--rig", "simulated", "--sweep", f"{sweep}")
+    assert code == 0, said
+    text = Path("configs/rigs/simulated.yaml").read_text()
+    rig.write_text(text.replace("pressure_mpa: [0.0, 0.5]", "pressure_mpa: [0.0, 0.47]"))
+    assert "allowed is 0 .. 0.47 MPa" in refused("capability", MODEL, "--rig", f"{rig}", "--sweep", f"{sweep}")
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [

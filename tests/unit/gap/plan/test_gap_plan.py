@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from scipy.fft import idct
 
 from rig.app.gap.known_rigs import Asked, known_by_call
+from rig.excite.envelope import check
 from rig.excite.experiment import expand, load_sweep
 from rig.gap.evidence.posterior import judge
 from rig.gap.hypotheses.library import LIBRARY
@@ -140,6 +141,17 @@ def test_candidates_stay_inside_the_room(low: float, high: float, slew: float) -
         assert plan.p0_mpa - 0.5 * np.abs(dp).max() >= low - 1e-6
         assert plan.p0_mpa + 0.5 * np.abs(dp).max() <= high + 1e-6
         assert 0.5 * np.abs(np.diff(dp)).max() <= slew * PERIOD_NS * 1e-9 + 1e-6
+
+
+@pytest.mark.parametrize("slew", [0.5, 1.0, 2.0])
+def test_candidates_stay_inside_the_room_at_the_period_of_the_loop_too(slew: float) -> None:
+    for swing in (0.2, 0.4):
+        room = Room(slew_mpa_s=slew, swing_mpa=swing, rests_mpa=(0.2, 0.2503))
+        pool = candidates(room, (10.0,), PERIOD_NS)
+        assert len(pool) > 10
+        for period_ns in (5_000_000, 1_000_000):
+            for plan in planned(pool, period_ns):
+                check(plan, room, period_ns)
 
 
 def test_a_design_tells_more_than_its_first_record_and_keeps_the_time(rig: Rig, tmp_path: Path) -> None:
