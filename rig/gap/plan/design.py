@@ -20,6 +20,8 @@ from rig.record import Column
 SWAPS = 3
 """Passes that try another record in place of each chosen one; more change nothing on the rigs tried."""
 
+MORE_TOLD = 0.001
+"""Of the score, that a further record adds at least. More: shorter sessions. Less: records that tell nothing."""
 LISTED = 40
 """Records that are tried in place of a chosen one. More: slower."""
 FEW = 10
@@ -59,12 +61,13 @@ def design(
     report: Callable[[int], None] = lambda done: None,
 ) -> Design:
     """The records of the pool that together tell most within `seconds`: the best addition a second, again and again,
-    then exchanges (Fedorov 1972)."""
+    then exchanges (Fedorov 1972). It ends before the time does where no record adds MORE_TOLD: the likelihood believes
+    long sessions no more than those of SESSION_S, so that a record with little to tell takes from the others."""
     known = _all_known(rigs, pool, effects, settings, report)
     times = [lasts_s(entry) for entry in pool]
     chosen: list[int] = []
-    while more := _addition(known, chosen, times, seconds):
-        chosen.append(more[0])
+    while (more := _addition(known, chosen, times, seconds)) is not None:
+        chosen.append(more)
     for _ in range(SWAPS):
         if not _exchanged(known, chosen, times, seconds):
             break
@@ -162,16 +165,14 @@ def _told_on(rig: _Known, chosen: Sequence[int]) -> tuple[float, float]:
     return float(np.mean(seen)), float(np.mean(parted))
 
 
-def _addition(
-    known: Sequence[_Known], chosen: Sequence[int], times: Sequence[float], seconds: float
-) -> tuple[int, float] | None:
-    """The record that adds most a second, and what; None when none fits any more."""
+def _addition(known: Sequence[_Known], chosen: Sequence[int], times: Sequence[float], seconds: float) -> int | None:
+    """The record that adds most a second; None when none fits any more, or adds MORE_TOLD."""
     left = seconds - sum(times[k] for k in chosen)
     before = told_by(known, chosen).score
     fitting = [k for k in range(len(times)) if k not in chosen and times[k] <= left]
-    gains = {k: (score - before) / times[k] for k, score in _scores(known, chosen, fitting).items()}
-    best = max(gains, key=lambda k: gains[k], default=None)
-    return None if best is None else (best, gains[best])
+    gains = {k: score - before for k, score in _scores(known, chosen, fitting).items()}
+    worth = [k for k, gain in gains.items() if gain >= MORE_TOLD]
+    return max(worth, key=lambda k: gains[k] / times[k], default=None)
 
 
 def _scores(known: Sequence[_Known], chosen: Sequence[int], further: Sequence[int]) -> dict[int, float]:

@@ -164,6 +164,13 @@ def test_a_design_tells_more_than_its_first_record_and_keeps_the_time(rig: Rig, 
     assert [list(plan.dp_mpa) for plan in again] == [list(plan.dp_mpa) for plan in planned(whole.entries, PERIOD_NS)]
 
 
+def test_a_design_leaves_time_over_that_no_record_would_make_it_tell_more_in(rig: Rig) -> None:
+    pool = candidates(Room(rests_mpa=(0.2,)), (10.0,), PERIOD_NS)
+    some, all_day = (design([rig], pool, seconds, FEW, fitted()) for seconds in (120.0, 7200.0))
+    assert all_day.told.score >= some.told.score
+    assert all_day.seconds < sum(map(lasts_s, pool))
+
+
 def test_a_sweep_keeps_rest_pressures_apart(tmp_path: Path) -> None:
     entries = candidates(Room(rests_mpa=(0.2, 0.3)), (5.0,), PERIOD_NS)
     chosen = [entries[0], entries[-1]]
