@@ -7,11 +7,10 @@ from itertools import pairwise
 from typing import Final
 
 import numpy as np
-from scipy.stats import theilslopes
 
 from rig.channels import PNEUMATIC, Channels
 from rig.gap.answer.result import Diagnosis, Interval
-from rig.gap.change_points import FEWEST_DAYS, change_points
+from rig.gap.change_points import change_points, slope
 from rig.gap.hypotheses.library import LIBRARY
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.record import Column
@@ -65,7 +64,7 @@ class Growth:
     per_day: float
     low: float
     high: float
-    """95 % interval of the slope."""
+    """95 % interval of the slope, which holds for days that remember the day before, too."""
 
 
 @dataclass(frozen=True)
@@ -111,16 +110,14 @@ def changes(days: Sequence[Day], seed: int = 0) -> list[Change]:
 
 
 def growth(days: Sequence[Day]) -> list[Growth]:
-    """The slope of every size that is told on three days or more, from its first day on."""
+    """The slope of every size that is told on days enough (`rig.gap.change_points.slope`), from its first day on."""
     found = []
     for quantity in _quantities(days):
         named = [day for day in days if quantity in day.sizes]
         times = np.array([day.days for day in named])
-        if len(named) < FEWEST_DAYS or np.ptp(times) == 0.0:
-            continue
-        slope, _, low, high = theilslopes([day.sizes[quantity].value for day in named], times)
-        unit = named[0].sizes[quantity].unit
-        found.append(Growth(quantity, named[0].name, unit, float(slope), float(low), float(high)))
+        moves = slope(times, np.array([day.sizes[quantity].value for day in named]))
+        if moves is not None:
+            found.append(Growth(quantity, named[0].name, named[0].sizes[quantity].unit, *moves))
     return found
 
 

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ from rig.gap.answer.result import Interval
 from rig.gap.change_points import change_points, fewest_days
 from rig.gap.history import FALSE_ALARM_RATE, Change, Day, changes, growth, look_back, size_of, sizes_of
 from rig.gap.history_words import told
+from rig.gap.hypotheses.library import LIBRARY
 from rig.log.convert import write_record
 from rig.model.parameters import AddedEffect
 from rig.record import Record
@@ -90,11 +92,11 @@ def asymmetric(number: str, *values: float) -> list[Day]:
 
 
 def test_numbers_of_different_laws_are_not_one_series() -> None:
-    share, rate = asymmetric("ratio", 1.5, 1.6), asymmetric("exhaust_mpa_s", 0.3, 0.4, 0.3)
+    share, rate = asymmetric("ratio", 1.5, 1.6), asymmetric("exhaust_mpa_s", 0.3, 0.4, 0.3, 0.4, 0.3)
     (both,) = {quantity for day in rate for quantity in day.sizes}
     assert both == "fill_exhaust_asymmetry by exhaust_mpa_s"
     known, values = sizes_of([*share, *rate], both)
-    assert (known, values.tolist()) == (rate, [0.3, 0.4, 0.3])
+    assert (known, values.tolist()) == (rate, [0.3, 0.4, 0.3, 0.4, 0.3])
     assert [one.effect for one in growth([*share, *rate])] == [both], "two days of the other have no slope"
 
 
@@ -128,8 +130,34 @@ def test_in_fewer_days_than_it_takes_the_plainest_step_is_none() -> None:
         assert bool(change_points(plain, FALSE_ALARM_RATE)) is found
 
 
-def test_two_days_of_a_cause_have_no_slope() -> None:
-    assert growth(days_with([0.1] * 4, [0.0, 0.0, 0.01, 0.02])) == []
+@pytest.mark.parametrize("lags", [[0.01, 0.02], [0.01, 0.02, 0.03], [0.01, 0.02, 0.03, 0.04]])
+def test_a_few_days_of_a_cause_have_no_slope_that_is_known_to_95_per_cent(lags: list[float]) -> None:
+    assert growth(days_with([0.1] * (2 + len(lags)), [0.0, 0.0, *lags])) == []
+
+
+def test_several_sessions_of_few_dates_have_none_either() -> None:
+    days = days_with([0.1] * 6, [0.01, 0.011, 0.012, 0.02, 0.021, 0.022])
+    assert growth([replace(day, days=float(number // 3)) for number, day in enumerate(days)]) == []
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.5])
+@pytest.mark.parametrize("count", [5, 12, 30])
+def test_the_interval_of_a_slope_holds_what_it_says(count: int, memory: float) -> None:
+    random = np.random.default_rng(6)
+    drawn = lfilter([1.0], [1.0, -memory], random.standard_normal((150, count + 50)), axis=1)[:, 50:]
+    found = [growth(days_with([0.1] * count, [0.1 + 0.001 * off for off in one]))[0] for one in drawn.tolist()]
+    assert sum(one.low * one.high > 0.0 for one in found) <= 15  # 5 % of 150, and 3 sd
+
+
+def test_a_change_is_found_however_many_causes_were_named_meanwhile() -> None:
+    names = [name for name, effect in LIBRARY.items() if effect.laws and not effect.signature][:24]
+    days = days_with(
+        [0.1 + 0.001 * (k % 3) for k in range(10)] + [0.5 + 0.001 * (k % 4) for k in range(10)], [0.0] * 20
+    )
+    busy = [
+        replace(day, sizes={name: Interval(0.01, 0.0, 0.02) for name in names[k::20]}) for k, day in enumerate(days)
+    ]
+    assert [change.day for change in changes(busy) if change.quantity == "gap_deg"] == ["day_10"]
 
 
 def test_the_picture_has_a_panel_for_each_effect_and_marks_the_changes() -> None:
