@@ -17,20 +17,37 @@ _DAY_S: Final = 86400.0
 
 
 def past_days(options: DiagnosisOptions, cases: Sequence[Case], workers: int | None) -> tuple[list[Day], Campaign]:
-    """Every day's diagnosis in order of time, and what became of each; ConfigError where there are not several days."""
+    """Every day's diagnosis in order of time, and what became of each; ConfigError where there are not several days, or
+    of some of them nothing says when they were."""
     if len(cases) < 2 or cases[0].name is None:
         raise ConfigError(f"{cases[0].logs[0]}: a history needs a folder that holds a folder for each of several days")
+    at = _begun(cases)
     campaign = diagnose_campaign(options, cases, None, workers)
     made = {str(name): diagnosis for name, diagnosis in campaign.diagnoses.items()}
-    at = {str(case.name): _when(case, number) for number, case in enumerate(cases) if str(case.name) in made}
-    first = min(at.values())
+    first = min(at[name] for name in made)
     days = [day_of(name, (at[name] - first) / _DAY_S, made[name]) for name in sorted(made, key=lambda one: at[one])]
     return days, campaign
 
 
-def _when(case: Case, number: int) -> float:
-    """Seconds at which a day's records began: from the folder's name where it holds a date, else from the records, else
-    a day apart."""
+def _begun(cases: Sequence[Case]) -> dict[str, float]:
+    """Day -> seconds at which its records began, since one moment for all; where nothing says so of any, a day apart in
+    the order of their names."""
+    known = {str(case.name): _when(case) for case in cases}
+    unknown = [name for name, at in known.items() if at is None]
+    if len(unknown) == len(known):
+        return {name: number * _DAY_S for number, name in enumerate(known)}
+    if unknown:
+        more = f" (and of {len(unknown) - 1} more)" if len(unknown) > 1 else ""
+        raise ConfigError(
+            f"{unknown[0]}: neither the folder's name nor its records say when it was{more}, as others do; put the "
+            f"date into the name, as {unknown[0]}_2026-03-09"
+        )
+    return {name: at for name, at in known.items() if at is not None}
+
+
+def _when(case: Case) -> float | None:
+    """Seconds since 1970 at which a day's records began: from the folder's name where it holds a date, else from the
+    records; None where they do not say either."""
     if found := _DATE.search(str(case.name)):
         try:
             return datetime.strptime("".join(found.groups()), "%Y%m%d").replace(tzinfo=UTC).timestamp()
@@ -40,7 +57,7 @@ def _when(case: Case, number: int) -> float:
 
     begun = [record.facts.get("started_ns") for record in read_all(case.logs)]
     known = [1e-9 * float(at) for at in begun if at]
-    return min(known) if known else number * _DAY_S
+    return min(known, default=None)
 
 
 def history_report(history: History) -> dict[str, Any]:

@@ -199,6 +199,15 @@ def test_the_command_puts_days_in_order_of_time(tmp_path: Path) -> None:
     assert (tmp_path / "h.svg").exists()
 
 
+def test_a_day_that_nothing_dates_among_dated_ones_is_named_and_not_put_into_1970(tmp_path: Path) -> None:
+    for name, records in (("2026-03-02", session(4)), ("2026-03-09", session(5)), ("repaired", session(6))):
+        write(tmp_path / name, [replace(record, facts={}) for record in records[:1]])
+    done = CliRunner().invoke(cli, ["gap", "history", f"{tmp_path}", "--model", "configs/models/simulated.yaml"])
+    assert isinstance(done.exception, ConfigError)
+    assert str(done.exception).startswith("repaired: neither the folder's name nor its records say when it was")
+    assert "\n" not in str(done.exception)
+
+
 def test_a_single_day_is_no_history(tmp_path: Path) -> None:
     done = CliRunner().invoke(cli, ["gap", "history", f"{tmp_path}", "--model", "configs/models/simulated.yaml"])
     assert isinstance(done.exception, ConfigError)
