@@ -21,7 +21,7 @@ from rig.gap.plan.capability import Ability, capability, seen_separation
 from rig.gap.plan.design import design
 from rig.gap.plan.directions import columns, sized, usual_directions
 from rig.gap.plan.information import inform, log_odds, needed_separation, separations
-from rig.gap.plan.next_experiment import Hypothesis, next_experiment
+from rig.gap.plan.next_experiment import Hypothesis, expected_confidence, next_experiment
 from rig.gap.plan.rehearse import Rig, factors_of, rehearse
 from rig.gap.response.propagate import Applied
 from rig.gap.settings import Odds, fitted
@@ -200,6 +200,27 @@ def test_a_delay_and_a_lag_are_parted_by_something_fast(rig: Rig) -> None:
     assert found.confidence > 0.5
     assert max(entry.signal.highest_hz for entry in found.entries) >= 1.5
     assert found.to_json()["needs_reference"] is False
+
+
+@pytest.mark.parametrize("seconds", [0.001, 0.0015, 0.002])
+def test_the_confidence_that_is_promised_is_that_of_the_mean_record(rig: Rig, seconds: float) -> None:
+    rivals = [late("delay", seconds, 0.5), late("valve_lag", seconds, 0.5)]
+    found = next_experiment(rivals, rig, Room(rests_mpa=(0.2,)), fitted())
+    assert found is not None
+    drawn = np.random.default_rng(1).standard_normal(200_000)
+    posterior = 1.0 / (1.0 + np.exp(-0.5 * found.weakest**2 - found.weakest * drawn))
+    assert found.confidence == pytest.approx(float(np.mean(posterior)), abs=0.01)
+
+
+def test_of_several_hypotheses_the_promised_confidence_is_what_a_draw_of_records_gives() -> None:
+    random = np.random.default_rng(2)
+    places, chances = 1.5 * random.standard_normal((5, 3)), random.dirichlet(np.ones(5))
+    far = np.sum((places[:, None] - places[None]) ** 2, axis=-1)
+    truths = random.choice(5, size=40_000, p=chances)
+    records = places[truths] + random.standard_normal((40_000, 3))
+    weights = np.exp(-0.5 * np.sum((records[:, None] - places[None]) ** 2, axis=-1)) * chances
+    held = np.mean(weights[np.arange(40_000), truths] / weights.sum(axis=1))
+    assert expected_confidence(chances, far) == pytest.approx(held, abs=0.015)
 
 
 def test_an_experiment_keeps_the_joint_where_it_may_be(rig: Rig) -> None:
