@@ -169,7 +169,8 @@ def think(options: HuntOptions, model: Model, campaign: Campaign) -> Thought:
 
 def _next(options: HuntOptions, thought: Thought, seconds: float) -> Experiment | None:
     """The records that tell most of what is still possible, inside the rig's limits."""
-    return what_next(thought.grounds.expected, thought.grounds.posteriors, room_of(options.rig.path), seconds)
+    known, room = thought.grounds, room_of(options.rig.path)
+    return what_next(known.expected, known.posteriors, room, seconds, simulator=known.simulator)
 
 
 def _first(campaign: Campaign, options: HuntOptions) -> Campaign:

@@ -162,10 +162,11 @@ def design_session(
 
 
 def _pool(known: Known, room: Room) -> list[Entry]:
-    """The records to choose from: inside what the rig's YAML allows its set-points, and its joint as it is expected."""
+    """The records to choose from: inside what the rig's YAML allows its set-points, and its joint as it is expected and
+    simulated."""
     pool = candidates(room, RECORD_S, known.rig.grid_ns)
     expected = rehearse(known.rig, planned(pool, known.rig.grid_ns)) if pool else None
-    return [] if expected is None else [pool[k] for k in within(expected, room.angle_deg)]
+    return [] if expected is None else [pool[k] for k in within(expected, room.angle_deg, known.model)]
 
 
 def _families(names: Sequence[str], channels: Channels) -> Sequence[str]:

@@ -70,7 +70,7 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
         _where(told, causes, gaps, left, floor),
         causes,
         _ranking(told, marks),
-        what_next(told.expected, told.posteriors, told.room, settings=told.settings),
+        what_next(told.expected, told.posteriors, told.room, settings=told.settings, simulator=told.simulator),
         evidence_of(told, gaps, far, added),
         _notes(told, kept, [*known.notes, *small]),
         reference=told.expected.kind,

@@ -23,6 +23,7 @@ from rig.gap.plan.rehearse import Rig, factors_of, known_rig, rehearse, within
 from rig.gap.reference.build import Expected
 from rig.gap.response.propagate import Applied
 from rig.gap.settings import Fitted, fitted
+from rig.model.parameters import Model
 from rig.record import Column
 
 LENGTHS_S = (10.0, 20.0, 40.0)
@@ -85,15 +86,21 @@ def what_next(
     room: Room | None = None,
     seconds: float = TIME_S,
     settings: Fitted | None = None,
+    simulator: Model | None = None,
 ) -> Experiment | None:
     """The experiment that tells most of what a diagnosis leaves open: at the amplitudes and rest pressures of its
-    records, within what the rig allows (`room`; careful bounds where that is not known)."""
+    records, within what the rig allows (`room`; careful bounds where that is not known), by the `simulator` too."""
     room, settings = room_within(expected.tracks, room or Room()), settings or fitted()
-    return next_experiment(hypotheses_of(posteriors), known_rig(expected), room, settings, seconds)
+    return next_experiment(hypotheses_of(posteriors), known_rig(expected), room, settings, seconds, simulator)
 
 
 def next_experiment(
-    hypotheses: Sequence[Hypothesis], rig: Rig, room: Room, settings: Fitted, seconds: float = TIME_S
+    hypotheses: Sequence[Hypothesis],
+    rig: Rig,
+    room: Room,
+    settings: Fitted,
+    seconds: float = TIME_S,
+    simulator: Model | None = None,
 ) -> Experiment | None:
     """The records that tell most of these hypotheses within `seconds`; None when nothing is open, or none tells any
     more."""
@@ -108,7 +115,8 @@ def next_experiment(
     asked = {those[0].factor for those in rivals}
     stands = {stand.name: stand for stand in factors_of(expected, settings, asked)}
     known = [_weigh(stands[those[0].factor], those) for those in rivals if those[0].factor in stands]
-    chosen = _chosen(known, [lasts_s(entry) for entry in pool], within(expected, room.angle_deg), seconds)
+    allowed = within(expected, room.angle_deg, simulator)
+    chosen = _chosen(known, [lasts_s(entry) for entry in pool], allowed, seconds)
     return _described(known, pool, chosen) if chosen else None
 
 

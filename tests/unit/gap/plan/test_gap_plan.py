@@ -22,9 +22,11 @@ from rig.gap.plan.design import design
 from rig.gap.plan.directions import columns, sized, usual_directions
 from rig.gap.plan.information import inform, log_odds, needed_separation, separations
 from rig.gap.plan.next_experiment import Hypothesis, expected_confidence, next_experiment
-from rig.gap.plan.rehearse import Rig, factors_of, rehearse
+from rig.gap.plan.rehearse import Rig, factors_of, rehearse, within
 from rig.gap.response.propagate import Applied
 from rig.gap.settings import Odds, fitted
+from rig.model.kernels import simulate
+from rig.model.parameters import load_model
 from rig.record import Column
 
 PERIOD_NS = 10_000_000
@@ -232,6 +234,16 @@ def test_an_experiment_keeps_the_joint_where_it_may_be(rig: Rig) -> None:
         moved.append(max(np.abs(base).max() for base in rehearse(rig, planned(found.entries, PERIOD_NS)).base))
     assert moved[1] <= limits[1] < moved[0]
     assert next_experiment(rivals, rig, Room(rests_mpa=(0.2,), angle_deg=(-0.1, 0.1)), fitted()) is None
+
+
+def test_where_the_simulator_moves_further_than_is_expected_it_counts(rig: Rig) -> None:
+    pool = candidates(Room(rests_mpa=(0.15,)), (10.0,), PERIOD_NS)
+    expected, simulator = rehearse(rig, planned(pool, PERIOD_NS)), load_model(CONFIGS / "models" / "simulated.yaml")
+    alone, both = (within(expected, (-60.0, 60.0), known) for known in (None, simulator))
+    reach = {k: float(np.abs(simulate(simulator, expected.pairs[k].raw).angle_deg).max()) for k in alone}
+    assert set(both) == {k for k in alone if reach[k] <= 54.0} < set(alone)
+    assert max(reach.values()) > 60.0
+    assert within(expected, (-np.inf, np.inf), simulator) == list(range(len(pool)))
 
 
 @pytest.mark.parametrize(
