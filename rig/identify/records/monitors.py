@@ -12,8 +12,10 @@ STILL_MPA: Final = 1e-4
 """A pressure that moves by less does not move at all: far below a converter's step."""
 LEAST_SET_MPA: Final = 0.005
 """A set-point that moves by less asks nothing of its regulator."""
-LONGEST_LAG_S, FOLLOWED_S = 1.0, 0.05
-"""Lags at which a column may follow its command, s, and their distance. Longer: a slow sine follows itself mirrored."""
+LONGEST_LAG_S, FOLLOWED_S = 1.0, 0.01
+"""Lags at which a column may follow its command, s, and their distance. Longer: a slow sine follows itself mirrored.
+Farther apart: the lag at which a fast sine follows lies between two of them, and the one at which it is mirrored on
+one; half the distance of 6 Hz is 11 degrees, whose cosine is 0.98."""
 FOLLOWS: Final = 0.3
 """A column that follows at all correlates by more than this with what drives it, at some lag up to LONGEST_LAG_S."""
 _LEAST_ROWS: Final = 50
