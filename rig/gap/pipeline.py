@@ -30,7 +30,7 @@ from rig.gap.records.strangers import without_strangers
 from rig.gap.reference.build import Expected, Kind, expect, read_right
 from rig.gap.reference.monitors import misread
 from rig.gap.reference.own_days import pressure_days
-from rig.gap.reference.simulated import misfit_deg
+from rig.gap.reference.simulated import at_rest, misfit_deg
 from rig.gap.settings import ANOTHER_RIG, FAINT, MOST_FAINT, POSSIBLE, STILL_LIKELY, Fitted, fitted
 from rig.model.fingerprint import Fingerprint
 from rig.model.parameters import Model
@@ -83,22 +83,22 @@ def answer(question: Question) -> tuple[Diagnosis, Grounds]:
     """The diagnosis with what it rests on. RecordError and ModelError when there is nothing to compare with."""
     settings = question.settings
     marks, expected, posteriors = weigh(question)
-    at_rest = None if question.model is None else replace(question.model, p0_mpa=expected.pairing.p0_mpa)
-    missed = None if at_rest is None or not question.kind.by_days else _misfit_deg(at_rest, expected)
+    simulator = None if question.model is None else at_rest(question.model, expected.pairing)
+    missed = None if simulator is None or not question.kind.by_days else _misfit_deg(simulator, expected)
     if missed is not None and (strange := _of_another_rig(missed, expected)):
-        at_rest, expected = None, replace(expected, pairing=expected.pairing.noting(strange))
+        simulator, expected = None, replace(expected, pairing=expected.pairing.noting(strange))
     refit = None
-    if at_rest is not None and not question.kind.by_days:  # what has changed is no matter of the simulator's
+    if simulator is not None and not question.kind.by_days:  # what has changed is no matter of the simulator's
         changes = {name: fit.change for name, fit in posteriors[-1].fits.items()}
-        refit = retune(at_rest, expected.pairs, expected.driven, changes)
-    grounds = Grounds(at_rest, expected, posteriors)
+        refit = retune(simulator, expected.pairs, expected.driven, changes)
+    grounds = Grounds(simulator, expected, posteriors)
 
     def after(causes: Sequence[tuple[str, Fit]]) -> HowFar:
-        return how_far(causes, expected, at_rest, settings)
+        return how_far(causes, expected, simulator, settings)
 
     retuning = None if refit is None else refit.told
     heard = Told(
-        expected, at_rest, posteriors, marks, retuning, settings, missed, bool(question.withheld), question.room
+        expected, simulator, posteriors, marks, retuning, settings, missed, bool(question.withheld), question.room
     )
     return tell(heard, after), grounds
 

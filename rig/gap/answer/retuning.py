@@ -15,6 +15,7 @@ from rig.gap.answer.facts import ParameterMove, Retuning
 from rig.gap.answer.halves import in_halves
 from rig.gap.records.pairs import Pair
 from rig.gap.reference.build import Expected
+from rig.gap.reference.simulated import at_rest
 from rig.identify.provenance import FITTED_AGAIN
 from rig.identify.response.descent import Fit, descend, square_sum
 from rig.model.kernels import simulate
@@ -73,8 +74,7 @@ class Refit:
 def retuned_model(model: Model, expected: Expected) -> Model:
     """`model` with its own parameters fitted again to the records, and a word on that; ModelError where it runs away
     under them."""
-    at_rest = replace(model, p0_mpa=expected.pairing.p0_mpa)
-    found = retune(at_rest, expected.pairs, expected.pairing.pressures)
+    found = retune(at_rest(model, expected.pairing), expected.pairs, expected.pairing.pressures)
     if found is None:
         raise ModelError(
             "--retuned: the simulator runs away under these records, or has no parameters of "

@@ -22,7 +22,7 @@ from rig.gap.records.usable import check_direction
 from rig.gap.reference.expectation import driving
 from rig.gap.reference.kinds import Kind as Kind
 from rig.gap.reference.monitors import Misread
-from rig.gap.reference.simulated import check_motion, modelled
+from rig.gap.reference.simulated import at_rest, check_motion, modelled
 from rig.gap.response.nominal import Reference, describe, mean_session, references_of
 from rig.gap.response.propagate import Applied, Course, Track, angle_under, lay_tracks, ready, response_with
 from rig.gap.settings import LAG_SAID, OUTSIDE_SEEN, RUNS_OFF
@@ -257,15 +257,15 @@ def from_response(response: ResponseModel, pairing: Pairing) -> Expected:
 
 
 def _from_simulator(levels: str, model: Model, pairing: Pairing) -> Expected:
-    at_rest = replace(model, p0_mpa=pairing.p0_mpa)
-    pairing, sessions = _followed(at_rest, pairing)
-    regulators, references = references_of(at_rest, pairing.pairs, sessions)
+    model = at_rest(model, pairing)
+    pairing, sessions = _followed(model, pairing)
+    regulators, references = references_of(model, pairing.pairs, sessions)
     response = describe(pairing.pairs, references, pairing.p0_mpa, regulators)
-    zero = at_rest.sensor.parameters.get("offset_deg")
+    zero = model.sensor.parameters.get("offset_deg")
     response = replace(response, zero_deg=0.0 if zero is None else zero.value)
     tracks = lay_tracks(pairing.pairs, references, response)
     driven = pairing.pressures and model.muscle.input is Input.PRESSURE
-    base = [_simulated(at_rest, track, response) if driven else track.reference.angle_deg for track in tracks]
+    base = [_simulated(model, track, response) if driven else track.reference.angle_deg for track in tracks]
     if pairing.pressures and not driven:
         pairing = pairing.noting(
             "the model is driven by the command: it says nothing of the pressures, and the angle alone is judged"

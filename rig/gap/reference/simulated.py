@@ -1,16 +1,24 @@
 """What the simulator says of a record under its commands, and how far it is from the healthy days."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from rig.columns import rms
 from rig.errors import RigError
-from rig.gap.records.pairs import Pair
+from rig.gap.records.pairs import Pair, Pairing
 from rig.gap.records.usable import check_reach, farther
 from rig.model.kernels import simulate
 from rig.model.parameters import Model
 from rig.record import Column
+
+
+def at_rest(model: Model, pairing: Pairing) -> Model:
+    """The model as it is asked about these records. Its P0 is that of its law of the mean pressure, and stays where the
+    records hold set-points; where they hold only their difference, it is around the P0 of these."""
+    commanded = all(pair.raw.p1_cmd_mpa is not None and pair.raw.p2_cmd_mpa is not None for pair in pairing.pairs)
+    return model if commanded else replace(model, p0_mpa=pairing.p0_mpa)
 
 
 def modelled(model: Model, pair: Pair) -> tuple[Column | None, Column | None, Column]:

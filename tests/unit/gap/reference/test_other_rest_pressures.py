@@ -1,0 +1,42 @@
+"""A simulator that says what the mean pressure does follows its rig to other rest pressures: what it says exactly is no
+gap."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import ROOT
+
+from rig.app.model.simulating import commands_of
+from rig.gap import diagnose
+from rig.model.kernels import simulate
+from rig.model.parameters import load_model
+from rig.record import Record
+
+MODEL = load_model(ROOT / "configs" / "models" / "simulated.yaml")
+
+
+def day(sweep: Path) -> list[Record]:
+    """What the model says of a sweep, with the noise of a sensor of 0.02 deg and monitors of 0.3 kPa."""
+    random, made = np.random.default_rng(4), []
+    for record in commands_of(sweep, MODEL.sample_time_s):
+        said = simulate(MODEL, record)
+        noise = {"angle_deg": 0.02, "p1_mpa": 3e-4, "p2_mpa": 3e-4}
+        read = {name: said.columns()[name] + std * random.standard_normal(len(said)) for name, std in noise.items()}
+        made.append(replace(record, **read))  # type: ignore[arg-type]
+    return made
+
+
+@pytest.mark.parametrize("rest", ["0.15", "0.25", "[0.15, 0.2, 0.25, 0.3]"])
+def test_a_rig_that_its_simulator_says_exactly_has_no_gap_at_any_rest_pressure(tmp_path: Path, rest: str) -> None:
+    sweep = tmp_path / "elsewhere.yaml"
+    sweep.write_text(
+        f"name: elsewhere\np0_mpa: {rest}\nsettle_s: 3.0\nduration_s: 10.0\nrecords:\n"
+        "  - sine: {frequency_hz: 0.5, amplitude_mpa: 0.15}\n"
+        "  - triangle: {frequency_hz: 0.2, amplitude_mpa: 0.1}\n"
+        "  - sine: {frequency_hz: 1.0, amplitude_mpa: 0.1}\n"
+    )
+    found = diagnose(MODEL, day(sweep))
+    assert found.verdict == "none", found.causes
+    assert found.gap.rms_deg < 0.2
