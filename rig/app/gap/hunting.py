@@ -36,7 +36,7 @@ from rig.rig_config import RigConfig
 from rig.service.client import Client
 
 NAMED, NOTHING, TIME = "named", "nothing parts the rest", "time"
-NO_GAP, NO_NAME = "nothing found", "something unknown"
+NO_GAP, NO_NAME = "no cause found", "something unknown"
 ROUNDING_MIN = 1e-6
 """Sums of minutes closer than this to what is allowed count as allowed."""
 
@@ -179,7 +179,7 @@ def _first(campaign: Campaign, options: HuntOptions) -> Campaign:
     for plan in expand(load_sweep(path), options.rig.period_ns):
         check_run(plan, options.rig.limits, options.rig.period_ns)
     minutes = lasting_s(resting(load_sweep(path))) / 60.0
-    if minutes > options.minutes + ROUNDING_MIN:
+    if not minutes <= options.minutes + ROUNDING_MIN:  # of no number at all nothing is allowed
         raise ConfigError(
             f"--minutes {options.minutes:g}: the session that a hunt begins with ({path.stem}) takes {minutes:.1f}; "
             "allow as many, or name a shorter one by --sweep"
@@ -210,7 +210,7 @@ def _barred(options: HuntOptions, campaign: Campaign, allowed: Callable[[Step], 
     step = campaign.steps[-1]
     if _at_hand(options, campaign):
         return ""
-    if campaign.minutes + step.minutes > options.minutes + ROUNDING_MIN:
+    if not campaign.minutes + step.minutes <= options.minutes + ROUNDING_MIN:
         return TIME
     return "" if allowed(step) else "not confirmed"
 

@@ -78,7 +78,7 @@ def hunt(
     **asked: Any,
 ) -> None:
     """Run a session on the rig, diagnose it, run the sweep that best tells apart what is still possible, and so on,
-    until one cause has 95 %, nothing is found, no sweep would tell the rest apart, or the time is used up.
+    until one cause has 95 %, none is found, no sweep would tell the rest apart, or the time is used up.
 
     Everything is kept in one folder with a page that shows each step. An interrupted hunt goes on when it is called
     with the same folder.

@@ -96,6 +96,11 @@ def test_a_first_session_longer_than_the_hunt_may_take_is_refused_before_anythin
     assert not (tmp_path / "hurried").exists()
 
 
+def test_no_number_of_minutes_allows_nothing(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="--minutes nan"):
+        hunt(options(tmp_path / "none", minutes=float("nan")), allowed=lambda step: pytest.fail("it would have moved"))
+
+
 @pytest.fixture(scope="module")
 def healthy(tmp_path_factory: pytest.TempPathFactory) -> Hunted:
     """A hunt on a rig that has nothing."""
