@@ -11,9 +11,9 @@ from rig.app.gap.levels import known_families
 from rig.app.model.simulating import commands_of
 from rig.app.shipped import find_config
 from rig.channels import FACT, PNEUMATIC, REST_MPA, Channels, said
-from rig.errors import ConfigError, EnvelopeError
+from rig.errors import ConfigError, EnvelopeError, RecordError
 from rig.excite.envelope import check_run
-from rig.excite.experiment import Entry, Sweep, expand, load_sweep
+from rig.excite.experiment import Entry, RunPlan, Sweep, expand, load_sweep
 from rig.gap.answer.result import Interval
 from rig.gap.answer.sizes import size
 from rig.gap.hypotheses.library import LIBRARY
@@ -23,9 +23,11 @@ from rig.gap.plan.data_sheet import ALLOWED, Allowed
 from rig.gap.plan.design import Design, Told, appraise, design
 from rig.gap.plan.raw_ability import raw_abilities
 from rig.gap.plan.rehearse import rehearse, within
+from rig.gap.records.usable import reasons, usable
 from rig.gap.reference.build import Kind
 from rig.gap.settings import fitted
 from rig.own_units import factor, own_plain
+from rig.record import Record
 from rig.rig_config import load_rig
 
 RECORD_S = (10.0, 20.0)
@@ -44,27 +46,38 @@ class Able:
     channels: Channels
     kind: Kind
     """What stands for the rig without a gap."""
+    notes: tuple[str, ...] = ()
+    """Records that a diagnosis would leave out, and why."""
 
 
 def capability_of(asked: Asked, sweeps: Sequence[Path]) -> Able:
-    """What each sweep would tell on the rig; EnvelopeError when the rig's YAML forbids one."""
+    """What each sweep would tell on the rig; EnvelopeError when the rig's YAML forbids one, ConfigError for one that
+    closes the loop, RecordError for one of which a diagnosis would use no record."""
     known, settings = known_by_call(asked), fitted()
-    found = {}
+    found: dict[str, Capability] = {}
+    notes: list[str] = []
     for path in sweeps or [USUAL_SWEEP]:
         sweep = load_sweep(find_config(path, "sweeps"))
         _check_limits(sweep, asked.rig)
-        plans = expand(sweep, known.rig.grid_ns)
+        commands = commands_of(path, known.period_s)
+        plans = _usable(known, expand(sweep, known.rig.grid_ns), notes)
         made = capability(rehearse(known.rig, plans), known.effects, settings)
-        found[sweep.name] = replace(made, abilities=(*made.abilities, *_raw(asked, known, path)))
-    return Able(found, known.channels, known.rig.kind)
+        found[sweep.name] = replace(made, abilities=(*made.abilities, *_raw(asked, known, commands)))
+    return Able(found, known.channels, known.rig.kind, tuple(notes))
 
 
-def _raw(asked: Asked, known: Known, sweep: Path) -> list[Ability]:
+def _usable(known: Known, plans: Sequence[RunPlan], notes: list[str]) -> list[RunPlan]:
+    """The plans whose records a diagnosis would use; why not into the notes. RecordError where it would use none."""
+    pairs = rehearse(known.rig, plans).pairs
+    kept = [plan for plan, pair in zip(plans, pairs, strict=True) if usable(pair.raw, notes)]
+    if not kept:
+        raise RecordError(reasons(notes))
+    return kept
+
+
+def _raw(asked: Asked, known: Known, commands: Sequence[Record]) -> list[Ability]:
     """What the raw samples would tell."""
-    commands = [
-        replace(record, facts=dict(record.facts) | _map_of(known.channels))
-        for record in commands_of(sweep, known.period_s)
-    ]
+    commands = [replace(record, facts=dict(record.facts) | _map_of(known.channels)) for record in commands]
     noise_deg, days = known.rig.noise.angle_deg, bool(asked.baselines)
     return raw_abilities(known.model, commands, noise_deg, known.effects, earlier_day=days)
 

@@ -65,6 +65,8 @@ def capability(
     console(json_to).print(f"compared with: {found.kind.value}{hint}")
     for line in compared_with(baselines, model, every=every_day):
         console(json_to).print(line)
+    for note in found.notes:
+        console(json_to).print(f"left out, as by a diagnosis: {note}")
     for name, one in found.sweeps.items():
         _show(name, one, found.channels, json_to)
     if output is not None:

@@ -12,7 +12,7 @@ from rig.errors import EnvelopeError
 from rig.excite.envelope import check
 from rig.excite.experiment import Entry, RunPlan, Sweep, Timing, expand
 from rig.excite.signals import Chirp, Mixed, Multisine, Signal, Sine, Triangle
-from rig.excite.steps import Hold, Staircase
+from rig.excite.steps import Staircase
 from rig.gap.response.propagate import Track
 
 SINES_HZ = (0.1, 0.2, 0.35, 0.5, 0.8, 1.5, 2.5, 4.0)
@@ -109,7 +109,6 @@ def _signals(largest: float, length_s: float) -> Iterator[Signal]:
     yield Multisine(largest, 0.1, TOP_HZ, 10.0)
     yield Chirp(largest, 0.1, TOP_HZ, length_s)
     yield Staircase(largest, 2, length_s / 10.0, 0.2)
-    yield Hold(largest)
 
 
 def _fits(entry: Entry, room: Room, grid_ns: int) -> bool:

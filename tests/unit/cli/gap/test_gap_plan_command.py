@@ -82,9 +82,27 @@ def test_a_sweep_is_asked_about_that_the_rig_s_own_limits_allow_and_no_other(tmp
     assert "allowed is 0 .. 0.47 MPa" in refused("capability", MODEL, "--rig", f"{rig}", "--sweep", f"{sweep}")
 
 
+def held(folder: Path, more: str = "") -> str:
+    sweep = folder / "held.yaml"
+    sweep.write_text(
+        "name: held\np0_mpa: 0.2\nsettle_s: 2.0\nduration_s: 6.0\nrecords:\n  - hold: {amplitude_mpa: 0.1}\n" + more
+    )
+    return str(sweep)
+
+
+def test_a_record_that_a_diagnosis_would_leave_out_is_left_out_and_said(tmp_path: Path) -> None:
+    said = refused("capability", MODEL, "--sweep", held(tmp_path))
+    assert said.startswith("hold_0.10mpa: no excitation")
+    sine = "  - sine: {frequency_hz: 0.5, amplitude_mpa: 0.2}\n"
+    code, text = call("capability", MODEL, "--sweep", held(tmp_path, sine))
+    assert code == 0, text
+    assert "left out, as by a diagnosis: hold_0.10mpa: no excitation" in text
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
+        (("capability", MODEL, "--sweep", "configs/references/tracking.yaml"), "an angle to follow, no command"),
         (("capability", "configs/models/none.yaml"), "no such file"),
         (("capability", MODEL, "--sweep", "configs/sweeps/none.yaml"), "no such file"),
         (("capability", MODEL, "--reference", "fingerprint"), "the model file has none"),

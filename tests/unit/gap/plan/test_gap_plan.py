@@ -23,6 +23,7 @@ from rig.gap.plan.directions import columns, sized, usual_directions
 from rig.gap.plan.information import inform, log_odds, needed_separation, separations
 from rig.gap.plan.next_experiment import Hypothesis, expected_confidence, next_experiment
 from rig.gap.plan.rehearse import Rig, factors_of, rehearse, within
+from rig.gap.records.usable import usable
 from rig.gap.response.propagate import Applied
 from rig.gap.settings import Odds, fitted
 from rig.model.kernels import simulate
@@ -154,6 +155,12 @@ def test_candidates_stay_inside_the_room_at_the_period_of_the_loop_too(slew: flo
         for period_ns in (5_000_000, 1_000_000):
             for plan in planned(pool, period_ns):
                 check(plan, room, period_ns)
+
+
+def test_no_record_is_planned_that_a_diagnosis_would_leave_out(rig: Rig) -> None:
+    pool = candidates(Room(rests_mpa=(0.15, 0.2, 0.3)), (10.0, 40.0), PERIOD_NS)
+    notes: list[str] = []
+    assert all(usable(pair.raw, notes) for pair in rehearse(rig, planned(pool, PERIOD_NS)).pairs), notes
 
 
 def test_a_design_tells_more_than_its_first_record_and_keeps_the_time(rig: Rig, tmp_path: Path) -> None:
