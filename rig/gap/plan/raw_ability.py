@@ -73,14 +73,13 @@ def _ability(effect: Effect, rig: _Samples) -> Ability:
 
 
 def smallest(found: Callable[[float], bool], low: float, high: float) -> float | None:
-    """The smallest size that is found, within a factor STEP: upward in doubled steps from `low`, then between the last
-    two; None where none up to `high` is."""
-    size = low
+    """The smallest size that is found, within a factor STEP: upward in doubled steps from `low` to `high` itself, then
+    between the last two; None where none is."""
+    missed = size = low
     while not found(size):
-        size *= 2.0
-        if size > high:
+        if size >= high:
             return None
-    missed = max(size / 2.0, low)
+        missed, size = size, min(2.0 * size, high)
     while size > STEP * missed:
         middle = float(np.sqrt(missed * size))
         missed, size = (missed, middle) if found(middle) else (middle, size)

@@ -106,6 +106,12 @@ def test_the_smallest_size_is_found_to_a_step(edge: float) -> None:
     assert edge <= found <= edge * STEP * 1.001
 
 
+def test_a_size_between_the_last_doubled_step_and_the_end_of_the_range_is_found() -> None:
+    found = smallest(lambda size: size >= 0.45, 1e-4, 0.5)
+    assert found is not None
+    assert 0.45 <= found <= 0.5
+
+
 def test_a_size_that_is_never_found_is_none() -> None:
     assert smallest(lambda size: False, 1e-3, 1.0) is None
 
