@@ -188,8 +188,9 @@ def _chosen(known: Sequence[_Open], times: Sequence[float], allowed: Sequence[in
         gains = {
             k: sum(one.gain([*chosen, k]) for one in known) for k in allowed if k not in chosen and times[k] <= left
         }
-        best = max(gains, key=lambda k: (gains[k] - told) / times[k], default=None)
-        if best is None or gains[best] - told < MORE_NATS:
+        enough = [k for k, gain in gains.items() if gain - told >= MORE_NATS]
+        best = max(enough, key=lambda k: (gains[k] - told) / times[k], default=None)
+        if best is None:
             return chosen if told >= WORTH_NATS else []
         chosen.append(best)
         told = gains[best]

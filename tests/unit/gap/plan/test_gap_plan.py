@@ -32,6 +32,7 @@ from rig.record import Column
 
 PERIOD_NS = 10_000_000
 CONFIGS = ROOT / "configs"
+ROOM = Room(rests_mpa=(0.2,))
 FEW = [LIBRARY[name] for name in ("delay", "valve_lag", "valve_gain", "viscous_friction", "backlash", "sensor_lag")]
 
 
@@ -230,6 +231,12 @@ def test_of_several_hypotheses_the_promised_confidence_is_what_a_draw_of_records
     weights = np.exp(-0.5 * np.sum((records[:, None] - places[None]) ** 2, axis=-1)) * chances
     held = np.mean(weights[np.arange(40_000), truths] / weights.sum(axis=1))
     assert expected_confidence(chances, far) == pytest.approx(held, abs=0.015)
+
+
+def test_a_long_record_that_tells_enough_is_not_passed_over_for_a_short_one_that_does_not(rig: Rig) -> None:
+    found = next_experiment([late("delay", 0.002, 0.97), late("valve_lag", 0.002, 0.03)], rig, ROOM, fitted())
+    assert found is not None
+    assert found.nats >= 0.05
 
 
 def test_an_experiment_keeps_the_joint_where_it_may_be(rig: Rig) -> None:
