@@ -162,7 +162,7 @@ def test_ctrl_c_leaves_the_sweep_to_the_daemon_and_says_so(options: HuntOptions,
 def test_ctrl_c_while_it_thinks_says_what_was_learnt(
     options: HuntOptions, daemon: Daemon, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def interrupted(*_: object) -> Thought:
+    def interrupted(*_: object, **__: object) -> Thought:
         raise KeyboardInterrupt
 
     told: list[Hunted] = []
