@@ -18,9 +18,7 @@ def with_second(effects: Sequence[Effect], alone: Posterior, said: Mapping[str, 
     one with that, those of the likeliest first effect and of the second beside it."""
     if not alone.found or (alone.best != UNKNOWN and alone.beside <= EVEN_CHANCE):
         return (alone,)
-    firsts = [
-        alone.fits[name] for name in sorted(alone.fits, key=lambda name: -alone.with_unknown(name))[:FIRSTS_TRIED]
-    ]
+    firsts = sorted(alone.fits.values(), key=lambda fit: -fit.log_evidence)[:FIRSTS_TRIED]  # what explains most alone
     pairs = []
     for first in firsts:
         others = [effect for effect in effects if effect.name != first.effect.name]
