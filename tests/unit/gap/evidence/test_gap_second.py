@@ -49,8 +49,8 @@ def test_two_effects_that_explain_less_than_one_and_something_unknown_are_not_na
 
 
 def test_a_rough_law_does_not_pass_for_an_exact_one_that_leaves_something_unknown() -> None:
-    """A lag of the sensor beside a play that was not asked about: creep, whose law may be off by half of its change, was
-    the whole answer, and left more of the gap than the lag does."""
+    """A lag of the sensor beside a play that was not asked about: creep, whose law may be off by half of its change,
+    was the whole answer, and left more of the gap than the lag does."""
     lag, play = AddedEffect("sensor_lag", {"tau_s": 0.08}), AddedEffect("backlash", {"width_deg": 4.0})
     said = asked(session(84, lag, play), pressures=False, library=["creep", "sensor_lag", "inertia"])
     assert names(said) == {"sensor_lag", "unknown"}
