@@ -15,6 +15,11 @@ from numpy.typing import NDArray
 from rig.channels import Channels, channels_of
 
 Column = NDArray[np.float64]
+MOST_ROWS = 20_000_000
+"""Of a record on a regular grid, more than a day at 5 ms: a time stamp that is wrong asks for more, and would take all
+the memory."""
+AGED = ("p1", "p2", "angle")
+"""Measurements whose age a record has in seconds (p1_age_s) and a sample in nanoseconds (p1_age_ns)."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -42,6 +42,7 @@ STAND_INS = {
 }
 """Devices that are no hardware: kind -> where; the real ones stand in drivers.catalog."""
 _PR_SET_PDEATHSIG = 1
+_VALVES = frozenset({Role.VALVE_1, Role.VALVE_2})
 
 
 def device_class(kind: str, where: str) -> Any:
@@ -197,7 +198,7 @@ def wires_of(rig: RigConfig) -> list[str]:
 
 
 def _driving(rig: RigConfig) -> list[DeviceEntry]:
-    return [entry for entry in rig.devices if entry.roles & {Role.VALVE_1, Role.VALVE_2}]
+    return [entry for entry in rig.devices if entry.roles & _VALVES]
 
 
 def is_simulated(rig: RigConfig) -> bool:
@@ -221,24 +222,22 @@ def load(path: Path | None) -> RigConfig:
     """The rig's config at `path`, or the simulated rig's; settings of all devices are checked too."""
     rig = load_rig(find_config(path, "rigs") if path else default_rig())
     files = dict(rig.files)
-    _check_further(rig)
-    _check_ranges(rig)
+    settings = {entry.name: device_settings(entry, rig, {})[1] for entry in rig.devices}
+    _check_further(rig, settings)
+    _check_ranges(rig, settings)
     for entry in rig.devices:
-        settings = device_settings(entry, rig, {})[1]
-        _require_files(entry, settings, rig.path)
-        files |= {path.name: path.read_bytes() for path in _paths(settings)}
+        own = settings[entry.name]
+        _require_files(entry, own, rig.path)
+        files |= {path.name: path.read_bytes() for path in _paths(own)}
         if entry.kind == "emulated":
-            files |= {name: data for name, data in load(settings.rig).files.items() if name != "rig.yaml"}
+            files |= {name: data for name, data in load(own.rig).files.items() if name != "rig.yaml"}
     return dataclasses.replace(rig, files=files)
 
 
-def _check_further(rig: RigConfig) -> None:
-    """ConfigError when a further channel of the rig is read by no device or by two, or one is read that it has not."""
-    read = [
-        (name, entry.name)
-        for entry in rig.devices
-        for name in getattr(device_settings(entry, rig, {})[1], "further", None) or {}
-    ]
+def _check_further(rig: RigConfig, settings: Mapping[str, Any]) -> None:
+    """ConfigError when a further channel of the rig is read by no device or by two, or one is read that it has not;
+    `settings`: those of each device."""
+    read = [(name, device) for device, own in settings.items() for name in getattr(own, "further", None) or {}]
     known = [one.name for one in rig.further]
     for name, device in read:
         if name not in known:
@@ -252,14 +251,14 @@ def _check_further(rig: RigConfig) -> None:
             raise ConfigError(f"{rig.path}: further: {name} is read by {who}; one device's `further` must have it")
 
 
-def _check_ranges(rig: RigConfig) -> None:
+def _check_ranges(rig: RigConfig, settings: Mapping[str, Any]) -> None:
     """ConfigError when the guard would let set-points pass, the safe ones among them, that a valve cannot be given: the
     driver would clamp them, and the log would say something else than what stood at the valve."""
+    least, most = rig.limits.pressure_mpa
     for entry in _driving(rig):
-        settings = device_settings(entry, rig, {})[1]
-        for role in sorted(entry.roles & {Role.VALVE_1, Role.VALVE_2}):
-            low, high = getattr(settings, "range_mpa", lambda _: (-math.inf, math.inf))(role)
-            least, most = rig.limits.pressure_mpa
+        range_mpa = getattr(settings[entry.name], "range_mpa", lambda _: (-math.inf, math.inf))
+        for role in sorted(entry.roles & _VALVES):
+            low, high = range_mpa(role)
             if least < low or most > high:
                 raise ConfigError(
                     f"{rig.path}: limits.pressure_mpa, {least:g} .. {most:g} MPa, goes beyond what {role.value} of "

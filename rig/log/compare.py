@@ -15,18 +15,14 @@ from rig.channels import FACT, Channels, common
 from rig.columns import rms
 from rig.errors import RecordError
 from rig.own_units import own_plain
-from rig.record import MAIN_COLUMNS, Column, Record
+from rig.record import MAIN_COLUMNS, MOST_ROWS, Column, Record
 
 Rows = NDArray[np.intp]
 COMPARED: Final = tuple(name for name in MAIN_COLUMNS if name != "t_s")
 LEAST_OVERLAP: Final = 0.5
 """Share of the shorter record that two records must have in common."""
-MOST_ROWS: Final = 20_000_000
-"""More than a day at 5 ms: a time stamp that is wrong asks for more, and would take all the memory."""
 _SAME_COMMAND: Final = 1e-6
 """Rms of the commands' difference (MPa) below which they need no shift."""
-
-
 AS_GOOD: Final = 0.25
 ALIKE: Final = 1e-3
 """A periodic command agrees at every period, and never quite the same: another rate, another rounding, another piece of

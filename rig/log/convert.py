@@ -21,7 +21,7 @@ from rig.log.mcap.reader import McapLog
 from rig.log.mcap.writer import RunWriter
 from rig.log.replay import Comparison
 from rig.outputs import make_folder
-from rig.record import Record
+from rig.record import AGED, Record
 from rig.sample import WIRES, Flag, Phase
 
 CHUNK_ROWS = 100
@@ -29,8 +29,6 @@ CHUNK_ROWS = 100
 _BATCH_ROWS = 40 * CHUNK_ROWS
 _Message = tuple[int, int, bytes]
 """Log time, channel, data."""
-_AGED = ("p1", "p2", "angle")
-"""Measurements whose age a record has in seconds and a sample in nanoseconds."""
 _FROM_TIME = frozenset({"scheduled_ns", "woken_ns", "read_ns", "written_ns"})
 """Fields that a record's time and lateness make."""
 _ABSENT = {"p1_mpa": Flag.P1_ABSENT, "p2_mpa": Flag.P2_ABSENT, "angle_deg": Flag.ANGLE_ABSENT}
@@ -140,7 +138,7 @@ def samples_of(record: Record, started_ns: int) -> Samples:
         fields[place][:] = known.get(one.name, np.nan)
     offsets = _nanoseconds(record.t_s * 1e9, f"{where}: t_s, in ns")
     late = _nanoseconds(known["lateness_us"] * 1e3, f"{where}: lateness_us, in ns") if "lateness_us" in known else 0
-    for name in _AGED:
+    for name in AGED:
         if f"{name}_age_s" in known:
             fields[f"{name}_age_ns"] = _nanoseconds(known[f"{name}_age_s"] * 1e9, f"{where}: {name}_age_s, in ns")
     fields["scheduled_ns"] = offsets
@@ -166,7 +164,7 @@ def _nanoseconds(values: Array, where: str) -> Array:
 def unkept_columns(record: Record) -> list[str]:
     """The columns of a record that our format has no field for."""
     kept = (set(WIRES) - _FROM_TIME) | {one.name for one in furthers_of(record.facts)}
-    return sorted(set(record.extra) - kept - {"lateness_us", *(f"{name}_age_s" for name in _AGED)})
+    return sorted(set(record.extra) - kept - {"lateness_us", *(f"{name}_age_s" for name in AGED)})
 
 
 def grid_ticks(record: Record) -> Array:

@@ -25,7 +25,7 @@ from rig.log.foreign.tables import own_columns, read_tdms
 from rig.log.mcap import schema
 from rig.log.mcap.columns import Array, Samples
 from rig.log.mcap.reader import McapLog
-from rig.record import MAIN_COLUMNS, Column, Record
+from rig.record import AGED, MAIN_COLUMNS, Column, Record
 from rig.sample import Phase
 
 SUFFIXES: Final = (".mcap", ".csv", ".csv.gz", ".tdms")
@@ -45,7 +45,6 @@ _KEPT_FIELDS = (
     *("run", "state", "phase", "flags", "fault"),
 )
 _TIMES = ("scheduled_ns", "woken_ns")
-_AGED = ("p1", "p2", "angle")
 _REPEAT = re.compile(r"_r(?:epeat)?(\d+)$")
 _SCORES: Final = re.compile(rb"record,[^,]*,nrmse,fit_percent,").match
 _HEAD_BYTES: Final = 256
@@ -119,10 +118,11 @@ def logs_in(folder: Path) -> list[Path]:
     A table of the same name beside an MCAP file is its export: the same record, which counts once.
     """
     named = sorted(filter(_is_named_like_one, folder.rglob("*")))
-    files = [file for file in named if is_log(file)]
+    scores = {*filter(_is_scores, named)}
+    files = [file for file in named if file not in scores]
     if not files:
         raise RecordError(f"{folder}: no log in this folder; a log is {', '.join(SUFFIXES)}")
-    for file in sorted({*named} - {*files}):
+    for file in sorted(scores):
         _warn(f"{file}: passed over: a table of scores, no record")
     ours = {file.parent / stem(file) for file in files if file.suffix == ".mcap"}
     return [file for file in files if file.suffix == ".mcap" or file.parent / stem(file) not in ours]
@@ -172,7 +172,7 @@ def _stretch(wanted: NDArray[np.bool_]) -> slice | NDArray[np.bool_]:
 def _needed(facts: Mapping[str, Any]) -> set[str]:
     """The fields of samples that a record with these facts is made of."""
     further = (place for place, _ in zip(PLACES, furthers_of(facts), strict=False))
-    return {*MAIN_COLUMNS[1:], *_KEPT_FIELDS, *_TIMES, *(f"{name}_age_ns" for name in _AGED), *further}
+    return {*MAIN_COLUMNS[1:], *_KEPT_FIELDS, *_TIMES, *(f"{name}_age_ns" for name in AGED), *further}
 
 
 def record_from_columns(columns: Mapping[str, Array], facts: Mapping[str, Any], path: Path) -> Record:
@@ -284,7 +284,7 @@ def _record_of(samples: Samples, facts: Mapping[str, Any], path: Path, several: 
     columns |= {name: take(name).astype(np.float64, copy=False) for name in _KEPT_FIELDS}
     columns["lateness_us"] = (take("woken_ns") - scheduled) / 1e3
     columns |= {one.name: take(place) for place, one in zip(PLACES, furthers_of(given), strict=False)}
-    columns |= {f"{name}_age_s": take(f"{name}_age_ns") / 1e9 for name in _AGED}
+    columns |= {f"{name}_age_s": take(f"{name}_age_ns") / 1e9 for name in AGED}
     name = pairing_name(given, path)
     return record_from_columns(columns, given | {"name": f"{name}_run{run}" if several else name}, path)
 

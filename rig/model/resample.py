@@ -11,11 +11,9 @@ import numpy as np
 
 from rig.errors import RecordError
 from rig.excite.setpoints import around
-from rig.record import Column, Record
+from rig.record import MOST_ROWS, Column, Record
 from rig.smoothing import thinned
 
-MOST_ROWS = 20_000_000
-"""More than a day at 5 ms: a time stamp that is wrong asks for more, and would take all the memory."""
 _JITTER = 0.2
 """Distances of rows may differ from the sample time by this share and still count as regular."""
 

@@ -13,7 +13,7 @@ from drivers.mixed import MixedRig
 from drivers.modbus_io.device import ModbusIo
 from drivers.modbus_io.settings import Mode
 from hil.emulators.emulation import Emulation
-from rig.errors import DeviceError, DeviceLost
+from rig.errors import DeviceError
 from rig.interfaces import Role
 from rig.realtime.clock import MonotonicClock
 from rig.realtime.commands import Mailbox
@@ -56,17 +56,11 @@ def holds(device: ModbusIo) -> bool:
 
 
 def lost(device: ModbusIo) -> Callable[[], bool]:
-    def ticks() -> bool:
-        try:
-            device.read()
-            device.write(0.3, 0.3)
-        except DeviceLost:
-            return True
-        except DeviceError:
-            return False
-        return False
+    def tick() -> None:
+        device.read()
+        device.write(0.3, 0.3)
 
-    return ticks
+    return lambda: rigs.is_lost(tick)
 
 
 def test_who_comes_from_outside_makes_safe_without_the_input_module(tcp: Emulation) -> None:

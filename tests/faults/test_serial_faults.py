@@ -180,16 +180,7 @@ def test_power_off_and_on_while_driving_ends_at_the_safe_set_point(running: Emul
     assert rigs.soon(lambda: told(running) == (818, 205))
     running.power("valve_1", on=False)
 
-    def lost() -> bool:
-        try:
-            device.read()
-        except DeviceLost:
-            return True
-        except DeviceError:
-            pass
-        return False
-
-    assert rigs.soon(lost, 10.0)
+    assert rigs.soon(lambda: rigs.is_lost(device.read), 10.0)
     running.power("valve_1", on=True)
     assert rigs.soon(lambda: told(running)[0] == SAFE_COUNTS[0], 10.0)
     with pytest.raises(DeviceLost, match="close and open again"):
@@ -213,16 +204,7 @@ def test_a_regulator_that_is_heard_no_more_is_told_its_safe_set_point(
         os.kill(behind.pid, signal.SIGKILL)
         behind.close()
 
-    def lost() -> bool:
-        try:
-            device.read()
-        except DeviceLost:
-            return True
-        except DeviceError:
-            return False
-        return False
-
-    assert rigs.soon(lost, 20.0)
+    assert rigs.soon(lambda: rigs.is_lost(device.read), 20.0)
 
     def made_safe() -> bool:
         with suppress(DeviceError):

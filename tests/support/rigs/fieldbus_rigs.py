@@ -23,6 +23,7 @@ from hil.emulators.modbus.module import Wire, Wiring
 from hil.emulators.modbus.stand_in import ModbusModules
 from hil.emulators.spec import BusSpec, ModuleSpec, RigSpec, ValveSpec
 from hil.emulators.world import World
+from rig.errors import DeviceError, DeviceLost
 from rig.interfaces import DeviceContext, Role
 from rig.realtime.clock import MonotonicClock
 
@@ -68,6 +69,17 @@ def soon(so: Callable[[], bool], seconds: float = 5.0) -> bool:
             return True
         time.sleep(0.005)
     return so()
+
+
+def is_lost(call: Callable[[], object]) -> bool:
+    """Whether a call of a device says that it is lost, and not only that this once it failed."""
+    try:
+        call()
+    except DeviceLost:
+        return True
+    except DeviceError:
+        return False
+    return False
 
 
 def end_all() -> None:

@@ -56,7 +56,7 @@ def test_a_process_that_ends_lets_go_however_it_ends(tmp_path: Path, number: int
         other.send_signal(number)
         other.wait()
         with wires.held(["RIO0"]):
-            pass
+            assert f"process {os.getpid()} " in wires.driver(["RIO0"])
 
 
 def test_one_wire_in_use_takes_none(tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """The sentences of an answer: each effect with size, unit and sign, no more digits than are worth it, every verdict."""
 
 import re
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -55,6 +56,15 @@ def told(*causes: Cause, verdict: str = "explained", reference: str = "simulator
     made = replace(GAP, **gap)
     seen = judged("pressures", True)
     return Diagnosis(Verdict(verdict), 0.9, made, where, causes, [], evidence=seen, reference=Kind(reference))
+
+
+def numbers_of(name: str) -> Iterator[dict[str, Interval]]:
+    """Numbers of each law and shape of an effect."""
+    for law in LIBRARY[name].laws:
+        known = {number.name: number for number in EFFECT_STAGES[law.stage].numbers}
+        for shape in law.shapes:
+            names = dict.fromkeys([*law.free, *shape, *law.tied])
+            yield {one: Interval(shape.get(one, 0.5), 0.4, 0.6, known[one].unit) for one in names}
 
 
 def judged(factor: str, found: bool) -> Evidence:
@@ -140,31 +150,23 @@ def test_a_ratio_at_the_end_of_its_law_is_a_bound(ratio: tuple[float, float, flo
 
 @pytest.mark.parametrize("name", [*LIBRARY])
 def test_every_effect_has_its_sentence_for_every_law(name: str) -> None:
-    for law in LIBRARY[name].laws:
-        known = {number.name: number for number in EFFECT_STAGES[law.stage].numbers}
-        for shape in law.shapes:
-            names = dict.fromkeys([*law.free, *shape, *law.tied])
-            numbers = {one: Interval(shape.get(one, 0.5), 0.4, 0.6, known[one].unit) for one in names}
-            made = replace(cause(name), parameters=numbers)
-            first = headline(told(made))[0]
-            assert "{" not in first
-            assert first[0].isupper()
-            assert name in ON_THE_RIG
-            assert first.count("(") == first.count(")")
-            assert not first.lower().startswith(name.replace("_", " ") + " ("), "the fallback was used"
+    for numbers in numbers_of(name):
+        made = replace(cause(name), parameters=numbers)
+        first = headline(told(made))[0]
+        assert "{" not in first
+        assert first[0].isupper()
+        assert name in ON_THE_RIG
+        assert first.count("(") == first.count(")")
+        assert not first.lower().startswith(name.replace("_", " ") + " ("), "the fallback was used"
 
 
 @pytest.mark.parametrize("name", possible(MOTOR, []))
 def test_a_rig_without_valves_is_told_nothing_of_muscles_and_hoses(name: str) -> None:
-    for law in LIBRARY[name].laws:
-        known = {number.name: number for number in EFFECT_STAGES[law.stage].numbers}
-        for shape in law.shapes:
-            names = dict.fromkeys([*law.free, *shape, *law.tied])
-            numbers = {one: Interval(shape.get(one, 0.5), 0.4, 0.6, known[one].unit) for one in names}
-            found = replace(cause(name, "angle"), stage=LIBRARY[name].stage, parameters=numbers)
-            made = replace(told(found, verdict="explained"), channels=MOTOR)
-            said = [*answers(made).values(), *(stage for stage, _, _ in chain_rows(made))]
-            assert not [text for text in said if PNEUMATIC_WORDS.search(text)]
+    for numbers in numbers_of(name):
+        found = replace(cause(name, "angle"), stage=LIBRARY[name].stage, parameters=numbers)
+        made = replace(told(found, verdict="explained"), channels=MOTOR)
+        said = [*answers(made).values(), *(stage for stage, _, _ in chain_rows(made))]
+        assert not [text for text in said if PNEUMATIC_WORDS.search(text)]
 
 
 def test_an_effect_of_another_package_is_told_by_its_name_and_numbers() -> None:
