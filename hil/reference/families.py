@@ -92,10 +92,12 @@ class Family:
         return {**self.effects, **self.foreign}
 
 
-NAMES: Final = ("mckibben", "fluidic", "pleated", "bellows", "bundle")
+NAMES: Final = ("mckibben", "fluidic", "pleated", "bellows", "bundle", "sleeve")
 """In each folder of that name: the equations (`plant`) and the table of effects (`other_laws`)."""
 JUDGE: Final = "bundle"
 """The family on which nothing is fitted and by which no law was chosen: its figures count."""
+NOT_FITTED: Final = (JUDGE, "sleeve")
+"""Those on which nothing is fitted unless they are named; single cases of the judge are not looked at either."""
 STEPPED: Final = ("mckibben", "fluidic")
 """Those that a controller can drive, with a module `stepped` in their folder."""
 

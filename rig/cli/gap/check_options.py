@@ -26,7 +26,7 @@ families_option = click.option(
     "--family",
     "families",
     multiple=True,
-    type=click.Choice(("mckibben", "fluidic", "pleated", "bellows", "bundle")),
+    type=click.Choice(("mckibben", "fluidic", "pleated", "bellows", "bundle", "sleeve")),
     help="Plants of this family only. Repeatable.",
 )
 records_option = click.option(

@@ -17,7 +17,7 @@ from rig.outputs import Kind
     "families",
     multiple=True,
     metavar="NAME",
-    help="Plant families to fit on; default: all but the one that judges.",
+    help="Plant families to fit on; default: all but those that judge.",
 )
 @click.option(
     "--leave-out", "left_out", multiple=True, metavar="NAME", help="Families to leave out, to be judged by the levels."

@@ -111,7 +111,7 @@ def _show(name: str, one: "Capability", channels: "Channels", json_to: str | Non
     "families",
     multiple=True,
     metavar="NAME",
-    help="Design for units of this plant family as well. Repeatable.  [default: all but the one that judges; `none` "
+    help="Design for units of this plant family as well. Repeatable.  [default: all but those that judge; `none` "
     "for none]",
 )
 @output_option(Kind.SWEEP, "Where the sweep goes.", required=True, metavar="SWEEP.yaml")

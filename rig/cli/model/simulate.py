@@ -23,7 +23,7 @@ from rig.outputs import Kind
     "--family",
     default="mckibben",
     show_default=True,
-    help="The build of that rig: mckibben, fluidic, pleated, bellows or bundle.",
+    help="The build of that rig: mckibben, fluidic, pleated, bellows, bundle or sleeve.",
 )
 @click.option(
     "--session",
