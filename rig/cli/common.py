@@ -1,6 +1,7 @@
-"""What the commands share: the JSON option, and how a result is written."""
+"""What the commands share: numbers in options, the JSON option, and how a result is written."""
 
 import json
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -11,6 +12,22 @@ from rig.cli.outputs import Output
 from rig.outputs import Kind, write_text
 
 F = TypeVar("F", bound=Callable[..., Any])
+
+
+class Number(click.FloatRange):
+    """A finite number within bounds: click's own range lets nan through, which is neither above nor below them, and
+    where it is open above, inf."""
+
+    def __init__(self, low: float, high: float | None = None) -> None:
+        super().__init__(low, high)
+        self._allowed = f"{low:g} to {high:g}" if high is not None else f"{low:g} or more"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The number; click.BadParameter for anything else."""
+        number = super().convert(value, param, ctx)
+        if not math.isfinite(number):
+            self.fail(f"{value} is no finite number; allowed: {self._allowed}", param, ctx)
+        return number
 
 
 def json_option(command: F) -> F:

@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from rig.app.terminal import console, progress, styled
-from rig.cli.common import emit, json_option
+from rig.cli.common import Number, emit, json_option
 from rig.cli.outputs import Group, output_option
 from rig.outputs import Kind
 
@@ -43,12 +43,8 @@ def list_devices(rig_path: Path | None, json_to: str | None) -> None:
 @_RIG
 @click.option("--ticks", type=click.IntRange(20, 100_000), default=400, show_default=True, help="Reads to time.")
 @click.option("--step", is_flag=True, help="Also step each valve alone and see which monitor moves. MOVES THE RIG.")
-@click.option(
-    "--step-mpa", type=click.FloatRange(0.005, 0.1), default=0.03, show_default=True, help="Size of that step."
-)
-@click.option(
-    "--settle", type=click.FloatRange(0.1, 30.0), default=1.0, show_default=True, help="Seconds to wait after a step."
-)
+@click.option("--step-mpa", type=Number(0.005, 0.1), default=0.03, show_default=True, help="Size of that step.")
+@click.option("--settle", type=Number(0.1, 30.0), default=1.0, show_default=True, help="Seconds to wait after a step.")
 @click.option("--yes", is_flag=True, help="Do not ask before moving the rig.")
 @_FORCE
 @json_option
@@ -99,13 +95,13 @@ def probe(
 )
 @click.option(
     "--reference-uncertainty",
-    type=click.FloatRange(0.0),
+    type=Number(0.0),
     default=0.0,
     help="Standard uncertainty (k = 1) of the gauge, MPa, or the protractor, deg.",
 )
 @click.option(
     "--reference-v",
-    type=click.FloatRange(0.1, 30.0),
+    type=Number(0.1, 30.0),
     help="Excitation of the potentiometer when the rig does not read it.",
 )
 @click.option(
@@ -121,9 +117,7 @@ def probe(
     show_default=True,
     help="Pressures to visit, MPa.",
 )
-@click.option(
-    "--settle", type=click.FloatRange(0.1, 60.0), default=2.0, show_default=True, help="Seconds to wait at each point."
-)
+@click.option("--settle", type=Number(0.1, 60.0), default=2.0, show_default=True, help="Seconds to wait at each point.")
 @click.option("--yes", is_flag=True, help="Do not ask before moving the rig.")
 @_FORCE
 @json_option

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from rig.app.terminal import console, styled, visible
-from rig.cli.common import emit, json_option
+from rig.cli.common import Number, emit, json_option
 from rig.cli.outputs import Group, output_option
 from rig.outputs import Kind, targets_in, write_text
 
@@ -181,7 +181,7 @@ def _guess(file: Path, output: Path | None, json_to: str | None) -> None:
 @click.option(
     "--resample",
     "period_s",
-    type=float,
+    type=Number(1e-4),
     metavar="SECONDS",
     help="Put the sweep onto a regular grid (commands held, measurements interpolated).",
 )
@@ -205,9 +205,9 @@ def export(logs: tuple[Path, ...], kind: str, output: Path | None, period_s: flo
     Kind.FIGURE, "PNG, SVG or PDF by its suffix; without it, a small picture here.", or_folder=True, metavar="FILE"
 )
 @click.option("--all", "whole", is_flag=True, help="All phases of the run, not the sweep alone.")
-@click.option("--from", "from_s", type=float, default=0.0, help="Begin so many seconds after the first row.")
-@click.option("--to", "to_s", type=float, default=float("inf"), help="End so many seconds after the first row.")
-def plot(log_file: Path, output: Path | None, whole: bool, from_s: float, to_s: float) -> None:
+@click.option("--from", "from_s", type=Number(0.0), default=0.0, help="Begin so many seconds after the first row.")
+@click.option("--to", "to_s", type=Number(0.0), help="End so many seconds after the first row; default: with the last.")
+def plot(log_file: Path, output: Path | None, whole: bool, from_s: float, to_s: float | None) -> None:
     """Draw LOG: command, pressures and angle over time with missed ticks marked, and the hysteresis loop."""
     import shutil
 
@@ -223,12 +223,10 @@ def plot(log_file: Path, output: Path | None, whole: bool, from_s: float, to_s: 
     names = (record.name for record in records)
     targets = targets_in(output, names, ".svg") if output and output.is_dir() else [output] * len(records)
     for record, target in zip(records, targets, strict=True):
-        part = record.rows((record.t_s >= from_s) & (record.t_s <= to_s))
+        part = record.rows((record.t_s >= from_s) & (record.t_s <= (record.t_s[-1] if to_s is None else to_s)))
         if len(part) < 2:
-            raise RecordError(
-                f"{log_file}: {record.name} has {len(part)} rows between {from_s:g} s and {to_s:g} s; it lasts "
-                f"{record.t_s[-1]:g} s"
-            )
+            asked = f"from {from_s:g} s on" if to_s is None else f"between {from_s:g} s and {to_s:g} s"
+            raise RecordError(f"{log_file}: {record.name} has {len(part)} rows {asked}; it lasts {record.t_s[-1]:g} s")
         if target is None:
             size = shutil.get_terminal_size((100, 30))
             click.echo(visible(log_figures.terminal_picture(part, min(size.columns, 120), min(size.lines - 2, 25))))
@@ -243,7 +241,7 @@ def plot(log_file: Path, output: Path | None, whole: bool, from_s: float, to_s: 
 @click.argument("b", type=click.Path(path_type=Path))
 @click.option(
     "--within",
-    type=click.FloatRange(0.0),
+    type=Number(0.0),
     metavar="DEG",
     help="Exit status 1 when an angle (the output of a rig with a channel map, in its unit) differs by more than this "
     "anywhere, or a record has no counterpart.",

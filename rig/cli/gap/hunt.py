@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rig.app.terminal import console, visible
-from rig.cli.common import emit, json_option
+from rig.cli.common import Number, emit, json_option
 from rig.cli.gap.options import baseline_option, reference_option
 from rig.cli.outputs import Command, output_option
 from rig.cli.service.daemon import socket_option
@@ -27,7 +27,7 @@ _path = click.Path(path_type=Path)
 @reference_option()
 @click.option(
     "--minutes",
-    type=click.FloatRange(0.5, 600.0),
+    type=Number(0.5, 600.0),
     default=10.0,
     show_default=True,
     help="How much of the rig's time may be used.",

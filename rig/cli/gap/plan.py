@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import click
 
 from rig.app.terminal import console, listing, progress
-from rig.cli.common import emit, json_option
+from rig.cli.common import Number, emit, json_option
 from rig.cli.gap.options import baseline_option, reference_option
 from rig.cli.outputs import Command, output_option
 from rig.outputs import Kind
@@ -98,7 +98,7 @@ def _show(name: str, one: "Capability", channels: "Channels", json_to: str | Non
 @click.argument("model", type=_path)
 @click.option(
     "--minutes",
-    type=click.FloatRange(0.25, 120.0),
+    type=Number(0.25, 120.0),
     default=2.5,
     show_default=True,
     help="How long the session may take on the rig.",

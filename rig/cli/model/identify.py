@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 import click
 
 from rig.app.terminal import console
-from rig.cli.common import emit, json_option
+from rig.cli.common import Number, emit, json_option
 from rig.cli.outputs import Command, Output, output_option
 from rig.outputs import Kind
 
@@ -35,7 +35,7 @@ def _shared(command: Any) -> Any:
         ),
         click.option(
             "--amplitude",
-            type=click.FloatRange(0.001, 1.0),
+            type=Number(0.001, 1.0),
             help="Largest pressure difference, MPa, that it has to bear bounded; default: the records' own.",
         ),
         click.option("--resample", is_flag=True, help="Put records of another sampling period onto the model's."),
@@ -43,6 +43,7 @@ def _shared(command: Any) -> Any:
         click.option(
             "--skip",
             "skip_s",
+            type=Number(0.0),
             default=0.0,
             show_default=True,
             help="Seconds at the start of each record that are simulated but not scored.",
@@ -50,7 +51,7 @@ def _shared(command: Any) -> Any:
         click.option(
             "--until",
             "until_s",
-            type=click.FloatRange(0.1),
+            type=Number(0.1),
             help="Ignore each record after so many seconds.",
         ),
         click.option("--figures", type=Output(Kind.FOLDER), metavar="DIR", help="Folder for figures and tables."),
@@ -132,25 +133,23 @@ def _shared(command: Any) -> Any:
 )
 @click.option(
     "--mean-exponent",
-    type=click.FloatRange(0.0, 2.0),
+    type=Number(0.0, 2.0),
     help="Exponent n of (2 P0 / (p1 + p2))^n, by which the mean pressure scales the drive; default: identified where "
     "it varies.",
 )
-@click.option(
-    "--p0", "p0_mpa", type=click.FloatRange(0.0, 0.5), help="Pressure at rest in MPa; default: what the records say."
-)
+@click.option("--p0", "p0_mpa", type=Number(0.0, 0.5), help="Pressure at rest in MPa; default: what the records say.")
 @click.option(
     "--u-unit",
     "u_unit_mpa",
     default=0.2,
     show_default=True,
-    type=click.FloatRange(0.001, 1.0),
+    type=Number(0.001, 1.0),
     help="Unit of u in MPa.",
 )
 @click.option(
     "--sample-time",
     "sample_time_s",
-    type=click.FloatRange(1e-4, 1.0),
+    type=Number(1e-4, 1.0),
     help="Sample time of the model in s; default: the records' own, or 0.005 with --resample.",
 )
 @_shared

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rig.app.terminal import console, listing, progress, styled
-from rig.cli.common import emit, json_option
+from rig.cli.common import Number, emit, json_option
 from rig.cli.outputs import Command
 
 if TYPE_CHECKING:
@@ -25,9 +25,7 @@ BENCH_NAMES = (
 @click.argument("names", nargs=-1)
 @click.option("--list", "only_listed", is_flag=True, help="Only say what would be done.")
 @click.option("--closed-loop", is_flag=True, help="While the rig follows an angle in closed loop.")
-@click.option(
-    "--soak", "soak_hours", type=click.FloatRange(0.01, 1000), help="Instead: so many hours of sweeps in virtual time."
-)
+@click.option("--soak", "soak_hours", type=Number(0.01, 1000), help="Instead: so many hours of sweeps in virtual time.")
 @click.option("--real", is_flag=True, help="With --soak: in real time, with a witness for stalls of the machine.")
 @click.option(
     "--keep", type=click.Path(path_type=Path), help="With --soak: new folder for the records; default: temporary."

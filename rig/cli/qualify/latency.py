@@ -5,14 +5,14 @@ from pathlib import Path
 import click
 
 from rig.app.terminal import console, listing
-from rig.cli.common import emit, json_option
+from rig.cli.common import Number, emit, json_option
 from rig.cli.outputs import Command
 
 
 @click.command(cls=Command)
 @click.option(
     "--seconds",
-    type=click.FloatRange(1, 86400),
+    type=Number(1, 86400),
     default=10.0,
     show_default=True,
     help="How long to measure each of the two.",

@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from rig.app.terminal import console
-from rig.cli.common import emit, json_option
+from rig.cli.common import Number, emit, json_option
 from rig.cli.outputs import Command, Output, output_option
 from rig.outputs import Kind
 
@@ -27,9 +27,7 @@ from rig.outputs import Kind
 @click.option(
     "--seed", type=click.IntRange(0), help="Seed of the simulated rig's noise; default: that of the recording."
 )
-@click.option(
-    "--p0", "p0_mpa", type=click.FloatRange(0.0, 1.0), help="Rest pressure in MPa, for logs that hold only p1 - p2."
-)
+@click.option("--p0", "p0_mpa", type=Number(0.0, 1.0), help="Rest pressure in MPa, for logs that hold only p1 - p2.")
 @click.option(
     "--resample", is_flag=True, help="Hold each recorded command on the rig's grid when its period is another."
 )

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rig.app.terminal import console, listing, visible
-from rig.cli.common import emit, json_option
+from rig.cli.common import Number, emit, json_option
 from rig.cli.outputs import Command, Output, output_option
 from rig.outputs import Kind
 
@@ -106,23 +106,23 @@ def track(
 @click.option(
     "--p0",
     "p0_mpa",
-    type=click.FloatRange(0.01, 1.0),
+    type=Number(0.01, 1.0),
     help="Rest pressure in MPa; default: all of REFERENCE, else the model's.",
 )
 @click.option(
     "--sensitivity",
-    type=click.FloatRange(1.05, 4.0),
+    type=Number(1.05, 4.0),
     help="Upper bound of the maximum sensitivity Ms, 1.2 (careful) to 2 (brisk); default 1.6.",
 )
 @click.option(
     "--off",
-    type=click.FloatRange(0.0, 1.0),
+    type=Number(0.0, 1.0),
     help="Relative error of the model's gain and lag to be robust against; default 0.2.",
 )
 @click.option(
     "--later",
     "later_s",
-    type=click.FloatRange(0.0, 1.0),
+    type=Number(0.0, 1.0),
     help="Delay, s, beyond the model's to be robust against; default 0.04.",
 )
 @click.option(

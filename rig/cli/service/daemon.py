@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rig.app.terminal import console, visible
-from rig.cli.common import F, emit, json_option
+from rig.cli.common import F, Number, emit, json_option
 from rig.cli.outputs import Command
 
 if TYPE_CHECKING:
@@ -186,7 +186,7 @@ def arm(client: Any) -> None:
 @click.option(
     "--pause",
     "pause_s",
-    type=click.FloatRange(0),
+    type=Number(0),
     default=0.0,
     show_default=True,
     help="Seconds of rest after each sweep.",

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from rig.cli.common import Number
 from rig.cli.outputs import Command
 from rig.cli.service.daemon import socket_option
 
@@ -144,9 +145,7 @@ def keys() -> Iterator[Any]:
 
 
 @click.command(cls=Command)
-@click.option(
-    "--rate", "rate_hz", type=click.FloatRange(0.5, 20), default=5.0, show_default=True, help="Pictures a second."
-)
+@click.option("--rate", "rate_hz", type=Number(0.5, 20), default=5.0, show_default=True, help="Pictures a second.")
 @socket_option
 def watch(rate_hz: float, socket: Path | None) -> None:
     """Watch the daemon: state, fault and hint, pressures, angle, lateness. In a pipe: one picture of now."""
