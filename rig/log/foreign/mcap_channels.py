@@ -25,8 +25,8 @@ TIME_COLUMN = "log_time"
 
 
 def read_foreign(path: Path, topic: str) -> RawTable:
-    """The channel `topic` of an MCAP file. RecordError when it is not there, or its encoding is not JSON or
-    Protobuf."""
+    """The channel `topic` of an MCAP file; the time of its first message is the fact `started_ns`. RecordError when it
+    is not there, or its encoding is not JSON or Protobuf."""
     data = map_file(path)
     try:
         contents = walk(data)
@@ -44,7 +44,8 @@ def read_foreign(path: Path, topic: str) -> RawTable:
     columns = {name: np.array([row[name] for row in rows], dtype=np.float64) for name in names if name != TIME_COLUMN}
     times = np.array([row[TIME_COLUMN] for row in rows], dtype=np.int64)
     raw = {name: RawColumn(values) for name, values in columns.items()}
-    return RawTable(path, raw | {TIME_COLUMN: RawColumn((times - times[0]) / 1e9, "s")})
+    facts = {"started_ns": int(times[0])} if times[0] else {}
+    return RawTable(path, raw | {TIME_COLUMN: RawColumn((times - times[0]) / 1e9, "s")}, facts)
 
 
 def _messages(data: memoryview, contents: Contents, topic: str) -> Iterator[tuple[Channel, int, bytes]]:

@@ -7,7 +7,7 @@ import struct
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
@@ -24,6 +24,8 @@ _UNIT_PROPERTIES = ("unit_string", "NI_UnitDescription", "Unit", "unit")
 """Where LabVIEW and DIAdem write a channel's unit."""
 TIME_NAME = "t_s"
 TDMS_MAGIC: Final = b"TDSm"
+_SAME_START: Final = 0.2
+"""Share of a period by which channels may start apart and still count as read at once."""
 _LEAD_IN = struct.Struct("<4sIIQQ")
 """Tag, contents, version, distance to the next segment, distance to the raw data (NI's "TDMS File Format Internal
 Structure")."""
@@ -89,9 +91,11 @@ def _converted(raw: RawTable, key: str, name: str) -> Array:
 
 
 def read_tdms(path: Path) -> RawTable:
-    """The numeric channels of a TDMS file as group/channel; waveforms without a time channel get one named t_s.
+    """The numeric channels of a TDMS file as group/channel, and those of time stamps in seconds since their first;
+    waveforms without a time channel get one named t_s. When the first row was measured is the fact `started_ns`, where
+    the file says it.
 
-    RecordError when the file is broken, or its channels differ in length or rate.
+    RecordError when the file is broken, or its channels differ in length, rate or start.
     """
     try:
         from nptdms import TdmsFile
@@ -101,21 +105,35 @@ def read_tdms(path: Path) -> RawTable:
     try:
         with TdmsFile.open(path) as file:
             _require_possible(path, file)
-            channels = [
-                channel for group in file.groups() for channel in group.channels() if channel.dtype.kind in "iuf"
-            ]
-            columns = {f"{c.group_name}/{c.name}": RawColumn(c[:].astype(np.float64), _unit(c)) for c in channels}
-            time = _waveform_time(path, channels)
-            facts = {"tdms": {str(key): _plain(value) for key, value in file.properties.items()}}
+            channels = _of_kind(file, "iuf")
+            columns = {_name(c): RawColumn(c[:].astype(np.float64), _unit(c)) for c in channels}
+            grid = _waveform_grid(path, channels)
+            stamps = {_name(c): c[:] for c in _of_kind(file, "M") if channels and 0 < len(c) == len(channels[0])}
+            facts: dict[str, Any] = {"tdms": {str(key): _plain(value) for key, value in file.properties.items()}}
     except RecordError:
         raise
     except Exception as error:  # noqa: BLE001 - npTDMS raises whatever its parser stumbles over
         raise RecordError(f"{path}: not a whole TDMS file ({type(error).__name__})") from None
     if not columns:
         raise RecordError(f"{path}: holds no channel of numbers")
-    if time is not None and not any(key.rpartition("/")[2] in (TIME_NAME, "t") for key in columns):
-        columns[TIME_NAME] = RawColumn(time, "s")
+    columns |= {name: RawColumn((times - times[0]) / np.timedelta64(1, "s"), "s") for name, times in stamps.items()}
+    if grid is not None and not any(key.rpartition("/")[2] in (TIME_NAME, "t") for key in columns):
+        columns[TIME_NAME] = RawColumn(grid.offset_s + grid.step_s * np.arange(len(channels[0])), "s")
+    starts = {_unix_ns(times[0]) for times in stamps.values()}
+    if grid is not None and grid.start is not None:
+        starts = {grid.first_ns}
+    if len(starts) == 1 and (start_ns := starts.pop()) > 0:  # where nobody set the clock, LabVIEW writes 1904
+        facts["started_ns"] = start_ns
     return RawTable(path, columns, facts)
+
+
+def _of_kind(file: "TdmsFile", kinds: str) -> "list[TdmsChannel]":
+    """The channels whose numpy type is of one of these kinds, in the order of the file."""
+    return [channel for group in file.groups() for channel in group.channels() if channel.dtype.kind in kinds]
+
+
+def _name(channel: "TdmsChannel") -> str:
+    return f"{channel.group_name}/{channel.name}"
 
 
 def _require_whole_tdms(path: Path) -> None:
@@ -134,9 +152,7 @@ def _require_whole_tdms(path: Path) -> None:
 
 def _require_possible(path: Path, file: "TdmsFile") -> None:
     """RecordError when the channels claim more bytes than the file has, or are of different length."""
-    lengths = {
-        f"{c.group_name}/{c.name}": len(c) for group in file.groups() for c in group.channels() if c.dtype.kind in "iuf"
-    }
+    lengths = {_name(channel): len(channel) for channel in _of_kind(file, "iuf")}
     sizes = sum(len(c) * c.dtype.itemsize for group in file.groups() for c in group.channels())
     if sizes > path.stat().st_size:
         raise RecordError(f"{path}: its channels claim {sizes} bytes, more than the file has")
@@ -146,19 +162,55 @@ def _require_possible(path: Path, file: "TdmsFile") -> None:
         )
 
 
-def _waveform_time(path: Path, channels: "list[TdmsChannel]") -> Array | None:
-    """Seconds by the waveform properties of LabVIEW; None when no channel has them."""
-    grids = {
-        (c.properties.get("wf_start_offset", 0.0), c.properties["wf_increment"])
-        for c in channels
-        if "wf_increment" in c.properties
-    }
-    if len(grids) > 1:
-        raise RecordError(f"{path}: channels of different rate: {', '.join(f'{step} s' for _, step in sorted(grids))}")
+class _Grid(NamedTuple):
+    """When the rows of LabVIEW's waveforms were measured."""
+
+    start: np.datetime64 | None
+    offset_s: float
+    """Of the first row behind the start."""
+    step_s: float
+
+    @property
+    def first_ns(self) -> int:
+        """Of the first row, since the Unix epoch; 0 where no start is said."""
+        return 0 if self.start is None else _unix_ns(self.start) + round(self.offset_s * 1e9)
+
+
+def _waveform_grid(path: Path, channels: "list[TdmsChannel]") -> _Grid | None:
+    """The one grid that the waveform properties of all channels say; None when no channel has them."""
+    grids = {_name(c): _grid(c) for c in channels if "wf_increment" in c.properties}
     if not grids:
         return None
-    offset, step = grids.pop()
-    return float(offset) + float(step) * np.arange(len(channels[0]))
+    first = next(iter(grids.values()))
+    if any(grid.step_s != first.step_s for grid in grids.values()):
+        steps = sorted({grid.step_s for grid in grids.values()})
+        raise RecordError(f"{path}: channels of different rate: {', '.join(f'{step:g} s' for step in steps)}")
+    late = {name: _late_s(grid, first) for name, grid in grids.items()}
+    farthest = max(late, key=lambda name: abs(late[name]))
+    if abs(late[farthest]) > _SAME_START * abs(first.step_s):
+        raise RecordError(
+            f"{path}: channels of different start: {farthest} begins {late[farthest]:g} s after {next(iter(grids))}"
+        )
+    return first
+
+
+def _late_s(grid: _Grid, other: _Grid) -> float:
+    """By how much later a grid begins than another, as far as both say it."""
+    known = grid.start is not None and other.start is not None
+    return 1e-9 * (grid.first_ns - other.first_ns) if known else grid.offset_s - other.offset_s
+
+
+def _grid(channel: "TdmsChannel") -> _Grid:
+    start = channel.properties.get("wf_start_time")
+    return _Grid(
+        start if isinstance(start, np.datetime64) else None,
+        float(channel.properties.get("wf_start_offset", 0.0)),
+        float(channel.properties["wf_increment"]),
+    )
+
+
+def _unix_ns(time: np.datetime64) -> int:
+    return int(time.astype("datetime64[us]").astype(np.int64)) * 1000
 
 
 def _unit(channel: "TdmsChannel") -> str | None:

@@ -14,12 +14,13 @@ from support.records.made_logs import assert_same_content, made_content
 
 from rig.app.records.logs import import_content
 from rig.errors import ConfigError, RecordError
+from rig.log.convert import write_content
 from rig.log.exchange import SUFFIXES, export, read_exported
 from rig.log.foreign.mapping import load_mapping, read_mapped
 from rig.log.foreign.units import conversion
 from rig.log.mcap import schema
 from rig.log.mcap.columns import Array
-from rig.log.reader import read
+from rig.log.reader import read, read_samples
 
 TIME = {"t_s": {"source": "t", "unit": "s"}}
 
@@ -220,6 +221,47 @@ def test_tdms_waveforms_carry_their_time(tmp_path: Path) -> None:
     assert read(path)[0].t_s.tolist() == [0, 0.005]
 
 
+BEGUN = np.datetime64("2026-03-04T10:11:12.345678")
+BEGUN_NS = int(BEGUN.astype(np.int64)) * 1000
+
+
+@pytest.mark.parametrize(
+    ("offset_s", "begun", "started_ns"),
+    [(0.0, BEGUN, BEGUN_NS), (0.25, BEGUN, BEGUN_NS + 250_000_000), (0.0, np.datetime64("1904-01-01", "us"), None)],
+)
+def test_when_a_waveform_began_is_kept(
+    tmp_path: Path, offset_s: float, begun: np.datetime64, started_ns: int | None
+) -> None:
+    """It was lost, and the log said 1970; a clock that nobody set says 1904, which is no time of a record."""
+    wave = {"wf_increment": 0.005, "wf_start_offset": offset_s, "wf_start_time": begun}
+    path = tdms(tmp_path / "run.tdms", {"dp_cmd_mpa": ([0.0, 0.1], wave), "angle_deg": ([0.0, 1.0], wave)})
+    assert read(path)[0].facts.get("started_ns") == started_ns
+    log = write_content(import_content(path, None)[0], tmp_path / "run.mcap")
+    assert read_samples(log).log_time_ns.tolist() == [started_ns or 0, (started_ns or 0) + 5_000_000]
+
+
+def test_a_channel_of_time_stamps_is_a_time(tmp_path: Path) -> None:
+    stamps = BEGUN + np.array([0, 5000, 10_100]).astype("timedelta64[us]")
+    columns = {"t": stamps, "dp_cmd_mpa": np.zeros(3), "angle_deg": np.arange(3.0)}
+    nptdms = pytest.importorskip("nptdms")
+    with nptdms.TdmsWriter(tmp_path / "run.tdms") as file:
+        file.write_segment([nptdms.ChannelObject("DAQ", name, values) for name, values in columns.items()])
+    (record,) = read(tmp_path / "run.tdms")
+    assert record.t_s.tolist() == [0, 0.005, 0.0101]
+    assert record.facts["started_ns"] == BEGUN_NS
+
+
+@pytest.mark.parametrize(("later_us", "refused"), [(2000, True), (100, False)])
+def test_channels_that_begin_at_other_times_are_no_table(tmp_path: Path, later_us: int, refused: bool) -> None:
+    first, later = ({"wf_increment": 0.005, "wf_start_time": BEGUN + np.timedelta64(us, "us")} for us in (0, later_us))
+    path = tdms(tmp_path / "run.tdms", {"dp_cmd_mpa": ([0.0, 0.1], first), "angle_deg": ([0.0, 1.0], later)})
+    if not refused:
+        assert read(path)[0].t_s.tolist() == [0, 0.005]
+        return
+    with pytest.raises(RecordError, match=r"different start: run0/angle_deg begins 0\.002 s after run0/dp_cmd_mpa"):
+        read(path)
+
+
 @pytest.mark.parametrize(
     ("channels", "groups", "message"),
     [
@@ -276,6 +318,17 @@ def test_another_programs_json_channel(tmp_path: Path) -> None:
     )
     assert columns["t_s"].tolist() == [0, 0.005, 0.01]
     assert columns["dp_cmd_mpa"].tolist() == [0, 0.01, 0.02]
+
+
+def test_when_another_programs_channel_began_is_kept(tmp_path: Path) -> None:
+    path = json_mcap(tmp_path / "f.mcap", [json.dumps({"cmd": k, "angle": k}).encode() for k in range(3)])
+    columns = {"t_s": "log_time", "dp_cmd_mpa": "cmd", "angle_deg": "angle"}
+    units = {"t_s": "s", "dp_cmd_mpa": "kPa", "angle_deg": "deg"}
+    (tmp_path / "m.yaml").write_text(
+        json.dumps({"topic": "/joint", "columns": {k: {"source": v, "unit": units[k]} for k, v in columns.items()}})
+    )
+    log = write_content(import_content(path, tmp_path / "m.yaml")[0], tmp_path / "run.mcap")
+    assert read_samples(log).log_time_ns.tolist() == [1_000_000_000, 1_005_000_000, 1_010_000_000]
 
 
 def test_another_programs_protobuf_channel(tmp_path: Path) -> None:
