@@ -113,15 +113,16 @@ def write_record(record: Record, path: Path, facts: Mapping[str, Any]) -> Path:
 
 
 def content_of_record(record: Record, facts: Mapping[str, Any]) -> LogContent:
-    """A record as the log it would be; `facts` are added to its own."""
+    """A record as the log it would be; `facts` are added to its own. It is `valid` or not where they say so, else
+    nothing is said of it."""
     given = {"name": record.name} | dict(record.facts) | dict(facts)
     if not given.get("t0_s"):
         given.pop("t0_s", None)  # the log's own time says as much
     samples = samples_of(record, schema.count_of(given, "started_ns"))
-    valid = bool(given.pop("valid", True))
-    return LogContent(
-        samples, given, {"ticks": len(record), "missed": int(samples["missed"].sum()), "dropped": 0, "valid": valid}
-    )
+    result: dict[str, Any] = {"ticks": len(record), "missed": int(samples["missed"].sum()), "dropped": 0}
+    if "valid" in given:
+        result["valid"] = bool(given.pop("valid"))
+    return LogContent(samples, given, result)
 
 
 def samples_of(record: Record, started_ns: int) -> Samples:

@@ -106,7 +106,7 @@ def simulate_all(commands: Path, simulator: Simulator, output: Path) -> Iterator
     for record, file in zip(records, files, strict=True):
         simulated = simulator.answer(record)
         file.parent.mkdir(parents=True, exist_ok=True)
-        write_record(simulated, file, {"simulated": True, **simulator.facts})
+        write_record(simulated, file, {"simulated": True, "valid": True, **simulator.facts})
         yield Simulated(file, simulated, _rmse_deg(record, simulated))
 
 

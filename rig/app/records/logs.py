@@ -26,6 +26,8 @@ from rig.outputs import file_name, make_folder, targets_in
 from rig.record import Record
 from rig.sample import Phase
 
+IMPORTED: Final = "imported_from"
+"""The run fact of a log that was made of another tool's file, of whose run nothing is known: that file's name."""
 UNFINISHED: Final = "not finished: still being written, or cut; `pamrig log recover` saves what it holds"
 
 
@@ -90,13 +92,20 @@ def _describe_mcap(path: Path) -> dict[str, Any]:
             "samples": len(samples),
             "seconds": seconds,
             "bytes_a_record": path.stat().st_size / max(len(samples), 1),
-            "ended": str(ended_of(opened.result_facts) or "not said"),
+            "ended": _ended(opened),
             "phases": phases,
             "facts": opened.run_facts | opened.result_facts,
             "attachments": {name: len(data) for name, data in opened.attachments.items()},
             "channels": opened.contents.describe_channels(),
             "log": [((line.time_ns - start_ns) / 1e9, line.level, line.message) for line in lines],
         }
+
+
+def _ended(opened: McapLog) -> str:
+    """How the run of a log ended, or why that is not known."""
+    source = opened.run_facts.get(IMPORTED)
+    unknown = "not said" if source is None else f"not known: imported from {source}"
+    return str(ended_of(opened.result_facts) or unknown)
 
 
 def _describe_record(record: Record) -> dict[str, Any]:
@@ -129,7 +138,7 @@ def import_content(path: Path, mapping_path: Path | None) -> tuple[LogContent, l
         unused = left_out(raw, mapping)
         columns, facts = mapped(raw, mapping)
         record = reader.record_from_columns(columns, facts, path)
-    return content_of_record(record, {"imported_from": path.name}), unused + unkept_columns(record)
+    return content_of_record(record, {IMPORTED: path.name}), unused + unkept_columns(record)
 
 
 def proposed_mapping(path: Path) -> tuple[Guess, str]:

@@ -153,10 +153,12 @@ class RunWriter:
     def finish(self, facts: Mapping[str, Any]) -> Path:
         """Write `facts` (as `pamrig.result`) and the index, and give the file its name, which is returned.
 
-        Adds `records`; samples dropped here add to `dropped` and make `valid` false.
+        Adds `records`; samples dropped here add to `dropped` and make `valid` false. Where `facts` say nothing of
+        `valid`, nobody watched the run, and the file says nothing of it either (docs/decisions/0431).
         """
         result = dict(facts) | {"records": self.records, "dropped": schema.count_of(facts, "dropped") + self.dropped}
-        result["valid"] = bool(facts.get("valid", True)) and not self.dropped
+        if "valid" in facts or self.dropped:
+            result["valid"] = bool(facts.get("valid")) and not self.dropped
         try:
             self._writer.close_chunk()
             self._writer.add_metadata(schema.RESULT_METADATA, schema.facts_to_text(result))

@@ -146,3 +146,19 @@ def test_wrong_calls(
     assert status == 2
     assert message in err
     assert "Traceback" not in err
+
+
+def test_an_import_does_not_say_valid_for_nobody_saw_its_run(call, tmp_path: Path) -> None:
+    table, log = tmp_path / "sine.csv", tmp_path / "sine.mcap"
+    table.write_text("t_s,dp_cmd_mpa,angle_deg\n0,0,0\n0.005,0.1,1\n0.010,0.2,3\n")
+    assert call("log", "import", table, "-o", log)[0] == 0
+    assert "valid" not in read_content(log).result_facts
+    assert "ended: not known: imported from sine.csv" in call("log", "info", log)[1]
+    assert call("log", "check", log)[:2] == (0, f"{log}: ok\n")
+    assert [record.name for record in read(tmp_path)] == ["sine"]
+    (tmp_path / "seen.yaml").write_text(
+        "columns: {t_s: {source: t_s}, dp_cmd_mpa: {source: dp_cmd_mpa}, angle_deg: {source: angle_deg}}\n"
+        "facts: {valid: true}\n"
+    )
+    call("log", "import", table, "--mapping", tmp_path / "seen.yaml", "-o", tmp_path / "seen.mcap")
+    assert read_content(tmp_path / "seen.mcap").result_facts["valid"] is True

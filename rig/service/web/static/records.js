@@ -53,13 +53,17 @@ async function sessions() {
   }
 }
 
+function judged(valid) {
+  return valid ? "✔ valid" : valid === false ? "✖ not valid" : "nobody saw its run";
+}
+
 async function list() {
   const session = by("session").value;
   try {
     const { records } = await ask(`/api/sessions/${encodeURIComponent(session)}`);
     fill("record-list", ...records.map((record) => make("tr", {},
       make("th", { scope: "row" }, make("button", { type: "button", onclick: () => choose({ session, name: record.name }) }, record.name)),
-      make("td", {}, record.problem ? "✖ cannot be read" : record.valid ? "✔ valid" : "✖ not valid"),
+      make("td", {}, record.problem ? "✖ cannot be read" : judged(record.valid)),
       make("td", {}, record.problem || record.ended || "–"),
       make("td", { class: "n" }, record.missed === null || record.missed === undefined ? "–" : String(record.missed)))));
   } catch (error) {
@@ -79,7 +83,7 @@ export async function choose(record) {
     const found = await ask(path(record));
     if (chosen !== record) return;
     if (found.problem) throw new Error(found.problem);
-    put("record-said", `${found.valid ? "✔ Valid" : "✖ Not valid"}, ${shown(found.seconds, 1)} s, ${found.missed} missed, ${found.dropped} dropped${found.fault ? `, fault ${found.fault}` : ""}`);
+    put("record-said", `${judged(found.valid)}, ${shown(found.seconds, 1)} s, ${found.missed} missed, ${found.dropped} dropped${found.fault ? `, fault ${found.fault}` : ""}`);
     fill("record-lines", ...found.lines.map((one) => make("tr", {}, make("td", { class: "n" }, shown(one.t_s, 3, "s")), make("td", {}, one.level), make("td", {}, one.text))));
     show("record-seen", true);
     plotsFor(found.units);
