@@ -235,6 +235,15 @@ def best_of(abilities: Sequence[Ability]) -> list[Ability]:
     return list(first.values())
 
 
+def rivals_of(pairs: Sequence[tuple[str, str]]) -> dict[str, list[str]]:
+    """Each effect that stands in a pair, in the order of the pairs, with all that it stands beside."""
+    found: dict[str, list[str]] = {first: [] for first in dict.fromkeys(name for pair in pairs for name in pair)}
+    for first, second in pairs:
+        found[first].append(second)
+        found[second].append(first)
+    return found
+
+
 def sheet_of(ability: Ability, channels: Channels) -> Allowed | None:
     """What a data sheet of the paper's parts allows; other rigs are made of other parts."""
     return ALLOWED.get(ability.effect) if channels.has_valves else None

@@ -79,7 +79,7 @@ def capability(
 
 
 def _show(name: str, one: "Capability", channels: "Channels", json_to: str | None) -> None:
-    from rig.app.gap.planning import beside_sheet, best_of, told_size
+    from rig.app.gap.planning import beside_sheet, best_of, rivals_of, told_size
 
     out = console(json_to)
     out.print(f"Records of the sweep {name}, at a false-alarm rate of 1 %:", style="bold")
@@ -90,8 +90,14 @@ def _show(name: str, one: "Capability", channels: "Channels", json_to: str | Non
         sheet = [beside_sheet(ability, channels)] if sheets else []
         table.add_row(ability.effect, *sizes, ability.rival or "-", *sheet)
     out.print(table)
-    pairs = ", ".join(f"{first} and {second}" for first, second in one.confusable)
-    out.print(f"not told apart at usual sizes: {pairs or 'none'}")
+    rivals = rivals_of(one.confusable)
+    if not rivals:
+        out.print("all are told apart at usual sizes")
+        return
+    apart = listing("not told apart at usual sizes", "from")
+    for effect, others in rivals.items():
+        apart.add_row(effect, ", ".join(others))
+    out.print(apart)
 
 
 @click.command(cls=Command, short_help="The session of records that tells most.")

@@ -29,7 +29,9 @@ def test_capability_says_sizes_units_and_what_cannot_be_told_apart(tmp_path: Pat
         "-o", f"{tmp_path / 'matrix.svg'}",
     )  # fmt: skip
     assert code == 0, text
-    rows = {line.split()[0]: line for line in text.splitlines() if line.strip()}
+    sizes, _, apart = text.partition("Records of the sweep quick")[0].partition("not told apart at usual sizes")
+    rows = {line.split()[0]: line for line in sizes.splitlines() if line.strip()}
+    rivals = {line.split()[0]: line for line in apart.splitlines()[1:] if line.strip()}
     assert re.search(r"^valve_gain +\S+ % +\S+ % .* 1.0 %, seen", rows["valve_gain"])
     assert re.search(r"^delay +\S+ ms ", rows["delay"])
     assert re.search(r"^fill_exhaust_asym.* times ", rows["fill_exhaust_asymmetry"])
@@ -40,6 +42,8 @@ def test_capability_says_sizes_units_and_what_cannot_be_told_apart(tmp_path: Pat
     assert said["effects"]["delay"]["unit"] == "s"
     assert all(len(pair) == 2 for pair in said["confusable"])
     assert said["sweeps"]["quick"]["effects"]["delay"]["detectable"] > said["effects"]["delay"]["detectable"]
+    assert said["confusable"]
+    assert all(second in rivals[first] and first in rivals[second] for first, second in said["confusable"])
     assert "<svg" in (tmp_path / "matrix.svg").read_text()[:2000]
 
 
