@@ -12,6 +12,8 @@ from rig.outputs import Kind, file_name, write_text
 
 FILE = "hunt.json"
 VERSION = 1
+MODEL_TEXT = "model_sha256"
+"""Among what was asked: the digest of the model's file, which somebody may write anew between two calls."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,7 @@ class Campaign:
 
     folder: Path
     asked: Mapping[str, Any] = field(default_factory=dict)
-    """Rig, model, reference and baselines: a hunt goes on with the same only."""
+    """Rig, model, reference, baselines and what begins it: a hunt goes on with the same only."""
     steps: tuple[Step, ...] = ()
     ended: str = ""
 
@@ -85,10 +87,20 @@ def open_campaign(folder: Path, asked: Mapping[str, Any]) -> Campaign:
         raise ConfigError(f"{place}: not a hunt's file: {error}") from None
     if plain.get("version") != VERSION:
         raise ConfigError(f"{place}: of version {plain.get('version')}; this pamrig reads version {VERSION}")
-    for key, value in asked.items():
-        if before.get(key) != value:
-            raise ConfigError(f"{folder}: holds a hunt with {key} {before.get(key)}, not {value}; name another folder")
+    _check_same(folder, before, asked)
     return Campaign(folder, asked, steps, plain.get("ended", ""))
+
+
+def _check_same(folder: Path, before: Mapping[str, Any], asked: Mapping[str, Any]) -> None:
+    """ConfigError when a hunt began with something else, as far as its file says with what."""
+    changed = next((key for key, value in asked.items() if key in before and before[key] != value), None)
+    if changed == MODEL_TEXT:
+        raise ConfigError(f"{folder}: {asked['model']} has been changed since this hunt began; name another folder")
+    if changed is not None:
+        raise ConfigError(
+            f"{folder}: holds a hunt with {changed} {before[changed]}, not {asked[changed]}; ask the same, or name "
+            "another folder"
+        )
 
 
 def _step(plain: Mapping[str, Any]) -> Step:

@@ -4,10 +4,12 @@ evidence, until one name is left, nothing is found, nothing parts the rest, or t
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import cached_property
+from hashlib import sha256
 from pathlib import Path
 
 from rig.app import shipped
-from rig.app.gap.campaign import FILE, Campaign, Step, open_campaign
+from rig.app.gap.campaign import FILE, MODEL_TEXT, Campaign, Step, open_campaign
 from rig.app.gap.daemon_jobs import at_hand, check_free, last_job, taken
 from rig.app.gap.planning import resting, room_of
 from rig.app.runs.outcome import Outcome
@@ -61,6 +63,19 @@ class HuntOptions:
     force: bool = False
     daemon: Client | None = None
     """The daemon whose jobs the sweeps are to be; None: they run here."""
+
+    @cached_property
+    def asked(self) -> dict[str, object]:
+        """What a hunt goes on with only, by the names of the options: as it was when it was first looked at."""
+        return {
+            "rig": self.rig.name,
+            "model": str(self.model),
+            MODEL_TEXT: sha256(shipped.find_config(self.model, "models").read_bytes()).hexdigest(),
+            "reference": self.reference,
+            "baselines": list(self.day_names),
+            "every_day": self.every_day,
+            "sweep": str(self.first),
+        }
 
 
 @dataclass(frozen=True)
@@ -119,7 +134,7 @@ def hunt(
     takes longer than the hunt may."""
     model = load_model(shipped.find_config(options.model, "models"))
     choose(options.reference, model, len(options.days))
-    campaign = open_campaign(options.folder, _asked(options))
+    campaign = open_campaign(options.folder, options.asked)
     thought: Thought | None = None
     if not campaign.steps:
         campaign = _first(campaign, options)
@@ -268,15 +283,6 @@ def _ended(campaign: Campaign, thought: Thought | None, how: str) -> Hunted:
     return Hunted(campaign, thought)
 
 
-def _asked(options: HuntOptions) -> dict[str, object]:
-    return {
-        "rig": options.rig.name,
-        "model": str(options.model),
-        "reference": options.reference,
-        "baselines": list(options.day_names),
-    }
-
-
 def hunt_and_tell(
     options: HuntOptions,
     allowed: Callable[[Step], bool],
@@ -308,7 +314,7 @@ def _tell_cut(
     what it ended by."""
     if not (options.folder / FILE).exists():
         return
-    campaign = open_campaign(options.folder, _asked(options))
+    campaign = open_campaign(options.folder, options.asked)
     why = str(error) or "interrupted"
     cut = Hunted(replace(campaign, ended=f"cut short: {why}"), learnt[-1] if learnt else None)
     with suppress(RigError, OSError):

@@ -114,6 +114,41 @@ def test_where_nothing_is_found_nothing_is_said_to_be_named(healthy: Hunted) -> 
 
 
 @pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ({"every_day": True}, "a hunt with every_day False, not True; ask the same"),
+        ({"first": Path("gap")}, "a hunt with sweep quick, not gap; ask the same"),
+        ({"reference": "simulator"}, "a hunt with reference auto, not simulator"),
+    ],
+)
+def test_a_hunt_goes_on_as_it_began_only(tmp_path: Path, more: dict[str, object], said: str) -> None:
+    begun = hunt(options(tmp_path / "hunt"), allowed=lambda step: False)
+    assert [step.done for step in begun.campaign.steps] == [False]
+    with pytest.raises(ConfigError, match=said):
+        hunt(options(tmp_path / "hunt", **more), allowed=lambda step: pytest.fail("something would have moved"))
+
+
+def test_a_hunt_does_not_go_on_with_another_model_of_that_name(tmp_path: Path) -> None:
+    model = tmp_path / "model.yaml"
+    model.write_bytes(MODEL.read_bytes())
+    hunt(options(tmp_path / "hunt", model=model), allowed=lambda step: False)
+    model.write_text(f"{MODEL.read_text()}# written anew\n")
+    with pytest.raises(ConfigError, match=r"model\.yaml has been changed since this hunt began"):
+        hunt(options(tmp_path / "hunt", model=model), allowed=lambda step: False)
+
+
+def test_a_hunt_whose_file_is_from_before_goes_on(tmp_path: Path) -> None:
+    hunt(options(tmp_path / "hunt"), allowed=lambda step: False)
+    place = tmp_path / "hunt" / FILE
+    told = json.loads(place.read_text())
+    for key in ("every_day", "sweep", "model_sha256"):
+        del told["asked"][key]
+    place.write_text(json.dumps(told))
+    assert hunt(options(tmp_path / "hunt"), allowed=lambda step: False).campaign.ended == "not confirmed"
+    assert json.loads(place.read_text())["asked"]["sweep"] == "quick"
+
+
+@pytest.mark.parametrize(
     ("chances", "said"),
     [
         ({NONE: 0.01, UNKNOWN: 0.97, "delay": 0.02}, NO_NAME),
