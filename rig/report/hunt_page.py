@@ -10,6 +10,7 @@ import jinja2
 from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.words import headline
 from rig.outputs import Kind, write_text
+from rig.own_units import own_text
 
 _PAGE: Final = """<!doctype html>
 <html lang="en">
@@ -80,7 +81,7 @@ def write_hunt(
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
     page = environment.from_string(_PAGE).render(
         rig=rig,
-        lines=headline(diagnosis) if diagnosis is not None else [],
+        lines=[] if diagnosis is None else [own_text(line, diagnosis.channels) for line in headline(diagnosis)],
         steps=steps,
         minutes=f"{minutes:.1f}",
         ended=ended or "before its end",

@@ -15,6 +15,7 @@ from rig.app.gap.planning import resting, room_of
 from rig.app.runs.outcome import Outcome
 from rig.app.runs.sweeping import SweepOptions, run_sweep
 from rig.app.terminal import progress
+from rig.channels import Channels
 from rig.errors import ConfigError, Interrupted, RigError
 from rig.excite.envelope import check_run
 from rig.excite.experiment import expand, load_sweep
@@ -160,7 +161,7 @@ def hunt(
             more = planned or _next(options, thought, 3600.0)
         if planned is None:
             return _ended(campaign, thought, NOTHING if more is None else TIME)
-        campaign = _with_step(campaign, planned)
+        campaign = _with_step(campaign, planned, options.rig.channels)
 
 
 def think(options: HuntOptions, model: Model, campaign: Campaign) -> Thought:
@@ -204,9 +205,9 @@ def _first(campaign: Campaign, options: HuntOptions) -> Campaign:
     )
 
 
-def _with_step(campaign: Campaign, planned: Experiment) -> Campaign:
-    number = len(campaign.steps) + 1
-    why = f"to tell {' from '.join(planned.separates)}: {planned.why}, {planned.weakest:.1f} standard deviations apart"
+def _with_step(campaign: Campaign, planned: Experiment, channels: Channels) -> Campaign:
+    number, what = len(campaign.steps) + 1, planned.why(channels)
+    why = f"to tell {' from '.join(planned.separates)}: {what}, {planned.weakest:.1f} standard deviations apart"
     return _planned(campaign, planned.sweep(f"step_{number}"), why, planned.seconds / 60.0)
 
 

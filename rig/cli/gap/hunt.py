@@ -134,8 +134,11 @@ def _daemon(socket: Path | None, rig: str) -> "Client":
 def _show(found: "Hunted", json_to: str | None) -> None:
     """The end of it for a person."""
     from rig.gap.answer.words import headline
+    from rig.own_units import own_text
 
     out, campaign = console(json_to), found.campaign
-    for line in [] if found.thought is None else headline(found.thought.diagnosis):
-        out.print(line)
+    if found.thought is not None:
+        diagnosis = found.thought.diagnosis
+        for line in headline(diagnosis):
+            out.print(own_text(line, diagnosis.channels))
     out.print(f"ended: {campaign.ended}; {campaign.minutes:.1f} min on the rig; {campaign.folder / 'hunt.html'}")

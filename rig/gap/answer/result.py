@@ -164,7 +164,7 @@ class Diagnosis:
             "causes": [cause.to_json() for cause in self.causes],
             "observations": [one.to_json() for one in self.observations],
             "ranking": [line.to_json() for line in self.ranking],
-            "next_experiment": None if self.next_experiment is None else self.next_experiment.to_json(),
+            "next_experiment": None if self.next_experiment is None else self.next_experiment.to_json(self.channels),
             "evidence": self.evidence.to_json(),
             "notes": list(self.notes),
         }

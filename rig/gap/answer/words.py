@@ -20,7 +20,6 @@ from rig.gap.plan.experiment import Experiment
 from rig.gap.raw_tests.signature import MONITOR
 from rig.gap.reference.kinds import Kind
 from rig.gap.settings import EVEN_CHANCE
-from rig.own_units import own_label
 
 SURE = 0.9
 """From here on nobody asks what the rest is given to."""
@@ -319,9 +318,8 @@ def _next(diagnosis: Diagnosis, experiment: Experiment) -> str:
     start = f"to tell {names} apart"
     if not heard.issuperset(experiment.separates):
         start = f"{names} leave these records alike; to tell them apart"
-    labels, _, time = experiment.why.rpartition(" in ")
-    what = ", ".join(own_label(label, diagnosis.channels) for label in labels.split(", "))
-    return f"{start}, record {what} in {time}: they differ by {experiment.weakest:.1f} standard deviations there."
+    what = experiment.why(diagnosis.channels)
+    return f"{start}, record {what}: they differ by {experiment.weakest:.1f} standard deviations there."
 
 
 def why_no_next(diagnosis: Diagnosis) -> str:

@@ -3,8 +3,10 @@
 from dataclasses import dataclass
 from typing import Any
 
+from rig.channels import PNEUMATIC, Channels
 from rig.excite.experiment import Entry
 from rig.gap.plan.candidates import lasting_s, sweep_text
+from rig.own_units import own_label
 
 
 @dataclass(frozen=True)
@@ -30,10 +32,10 @@ class Experiment:
 
     def sweep(self, name: str = "next") -> str:
         """It as the text of a sweep."""
-        return sweep_text(name, self.entries, self.why)
+        return sweep_text(name, self.entries, self.why())
 
-    def to_json(self) -> dict[str, Any]:
-        """The `next_experiment` of a diagnosis."""
+    def to_json(self, channels: Channels = PNEUMATIC) -> dict[str, Any]:
+        """The `next_experiment` of a diagnosis of a rig with these channels."""
         return {
             "config": self.sweep(),
             "separates": list(self.separates),
@@ -43,11 +45,10 @@ class Experiment:
             "open_nats": self.entropy,
             "minutes": self.seconds / 60.0,
             "needs_reference": False,
-            "why": self.why,
+            "why": self.why(channels),
         }
 
-    @property
-    def why(self) -> str:
-        """In one sentence."""
-        kinds = ", ".join(dict.fromkeys(entry.signal.label for entry in self.entries))
+    def why(self, channels: Channels = PNEUMATIC) -> str:
+        """In one sentence, the amplitudes in the rig's own unit."""
+        kinds = ", ".join(dict.fromkeys(own_label(entry.signal.label, channels) for entry in self.entries))
         return f"{kinds} in {self.seconds / 60:.1f} min"

@@ -280,10 +280,11 @@ def test_what_comes_next_is_tied_to_what_the_answer_names(separates: tuple[str, 
 
 
 def test_the_records_to_come_are_called_in_the_rig_s_own_unit() -> None:
-    sine = Entry(Sine(frequency_hz=0.5, amplitude_mpa=0.1), Timing(duration_s=10.0))
+    sine = Entry(Sine(frequency_hz=0.5, amplitude_mpa=0.1), Timing(duration_s=10.0), (0.2,))
     made = replace(told(cause("creep", "angle", ("delay",))), channels=MOTOR)
-    said = answers(replace(made, next_experiment=Experiment((sine,), 0.5, 0.7, 0.9, ("creep", "delay"), 4.0)))["Next:"]
-    assert "record sine_0.5hz_0.5rad in" in said
+    made = replace(made, next_experiment=Experiment((sine,), 0.5, 0.7, 0.9, ("creep", "delay"), 4.0))
+    assert "record sine_0.5hz_0.5rad in" in answers(made)["Next:"]
+    assert made.to_json()["next_experiment"]["why"].startswith("sine_0.5hz_0.5rad in")
 
 
 def test_retuning_that_closes_nothing_says_so_and_leaves_the_effect_what_it_closes() -> None:
