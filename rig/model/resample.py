@@ -14,6 +14,8 @@ from rig.excite.setpoints import around
 from rig.record import MOST_ROWS, Column, Record
 from rig.smoothing import thinned
 
+_ROUNDING = 1e-3
+"""Share of a period by which the grid's last row may stand behind the record's: what sums of periods are off by."""
 _JITTER = 0.2
 """Distances of rows may differ from the sample time by this share and still count as regular."""
 
@@ -27,14 +29,15 @@ def is_regular(record: Record, dt_s: float) -> bool:
 
 
 def on_grid(record: Record, dt_s: float, further: Collection[str] = ()) -> Record:
-    """The record on a regular grid from its first row on: commands hold their last value, as the outputs did; what was
-    measured is interpolated. Of its other columns it keeps those that `further` names, as measured.
+    """The record on a regular grid from its first row on, as far as it lasts: commands hold their last value, as the
+    outputs did; what was measured is interpolated. Of its other columns it keeps those that `further` names, as
+    measured.
 
     On a longer period than its own a command is the mean over the time that it is in force, and what was measured is
     first rid of what is too fast for the grid, without delay (docs/decisions/0110). RecordError when it would have more
     than MOST_ROWS rows.
     """
-    rows = round((record.t_s[-1] - record.t_s[0]) / dt_s) + 1
+    rows = math.floor((record.t_s[-1] - record.t_s[0]) / dt_s + _ROUNDING) + 1
     thin = max(1, math.ceil(dt_s / record.period_s - _JITTER)) if record.period_s > 0 else 1
     if rows * thin > MOST_ROWS:
         raise RecordError(

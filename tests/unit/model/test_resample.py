@@ -66,6 +66,14 @@ def test_its_own_period_changes_nothing() -> None:
     assert np.array_equal(same.dp_cmd_mpa, one.dp_cmd_mpa)
 
 
+@pytest.mark.parametrize(("dt_s", "rows"), [(0.005, 101), (0.0035, 143), (0.008, 63), (0.3, 2), (0.1, 6)])
+def test_no_row_stands_behind_the_record(dt_s: float, rows: int) -> None:
+    """The last row stood up to half a period behind the last that was measured, with that one's values."""
+    resampled = on_grid(record(tone(0.5, 101)), dt_s)
+    assert len(resampled) == rows
+    assert resampled.t_s[-1] <= 100 * OWN_S + 1e-9
+
+
 @given(seed=st.integers(0, 10**6), rows=st.integers(2, 400), times=st.floats(1.3, 30.0), level=st.floats(-1e3, 1e3))
 def test_a_level_stays_and_a_command_keeps_its_mean(seed: int, rows: int, times: float, level: float) -> None:
     dp = np.random.default_rng(seed).uniform(-0.2, 0.2, rows)
