@@ -9,7 +9,7 @@ Whether a run fits the rig is envelope.py; carrying it out tick by tick is rig.r
 import itertools
 import math
 from array import array
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, cast
@@ -153,6 +153,7 @@ def load_sweep(path: Path) -> Sweep:
             f"{MOST_RECORDS}"
         )
     shared = {f.name: keys[f.name] for f in fields(Timing) if f.name in keys}
+    records = with_files(records, lambda file: path.parent / file)
     angles = head.closed_loop is not None or any(_is_reference(record) for record in records)
     entries = tuple(
         entry
@@ -160,6 +161,21 @@ def load_sweep(path: Path) -> Sweep:
         for entry in _record(record, shared, path, f"records[{index}]", angles)
     )
     return Sweep(head.name or path.stem, entries, head.p0_mpa, head.repeats, head.closed_loop)
+
+
+def with_files(records: list[Any], place: Callable[[Path], Path]) -> list[Any]:
+    """The `records` of a sweep's YAML, each table's `file` where `place` puts it; an absolute one stays. Whatever else
+    stands there is as it was."""
+    return [_with_file(record, place) for record in records]
+
+
+def _with_file(record: Any, place: Callable[[Path], Path]) -> Any:
+    settings = record.get("waveform") if isinstance(record, dict) else None
+    if not isinstance(settings, dict) or "file" not in settings:
+        return record
+    files = settings["file"] if isinstance(settings["file"], list) else [settings["file"]]
+    placed = [str(file if Path(str(file)).is_absolute() else place(Path(str(file)))) for file in files]
+    return record | {"waveform": settings | {"file": placed if isinstance(settings["file"], list) else placed[0]}}
 
 
 def _is_reference(record: object) -> bool:
@@ -182,8 +198,6 @@ def _record(raw: object, shared: Mapping[str, Any], path: Path, where: str, angl
         raise ConfigError(f"{path}: {where}: expected one signal; {suggest(str(shown), list(SIGNALS))}")
     own = {key: value for key, value in raw.items() if key != names[0]}
     settings = raw[names[0]]
-    if names[0] == "waveform" and isinstance(settings, dict) and "file" in settings:
-        settings = settings | {"file": str(path.parent / str(settings["file"]))}
     for chosen in _product(settings):
         make = _reference if angles else _signal
         signal: Any = make(chosen, names[0], f"{path}: {where}.{names[0]}")

@@ -13,7 +13,7 @@ from rig.app.gap.campaign import FILE, MODEL_TEXT, Campaign, Step, open_campaign
 from rig.app.gap.daemon_jobs import at_hand, check_free, last_job, taken
 from rig.app.gap.planning import resting, room_of
 from rig.app.runs.outcome import Outcome
-from rig.app.runs.sweeping import SweepOptions, run_sweep
+from rig.app.runs.sweeping import SweepOptions, run_sweep, text_from
 from rig.app.terminal import progress
 from rig.channels import Channels
 from rig.errors import ConfigError, Interrupted, RigError
@@ -201,7 +201,7 @@ def _first(campaign: Campaign, options: HuntOptions) -> Campaign:
             "allow as many, or name a shorter one by --sweep"
         )
     return _planned(
-        campaign, path.read_text(encoding="utf-8"), f"the session that a hunt begins with ({path.stem})", minutes
+        campaign, text_from(path, campaign.folder), f"the session that a hunt begins with ({path.stem})", minutes
     )
 
 

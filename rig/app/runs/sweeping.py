@@ -1,15 +1,19 @@
 """What `pamrig run` does: a sweep expanded, checked against the rig's envelope, and carried out."""
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
+
+import yaml
 
 from rig.app import compose, shipped
 from rig.app.runs import runner
 from rig.app.runs.outcome import Outcome
+from rig.config import read_yaml
 from rig.excite.envelope import check_run
-from rig.excite.experiment import expand, load_sweep
+from rig.excite.experiment import expand, load_sweep, with_files
 from rig.rig_config import RigConfig
 from rig.service.session.run_setup import program_of
 
@@ -26,6 +30,24 @@ class SweepOptions:
     facts: Mapping[str, Any] = field(default_factory=dict)
     device_options: Mapping[str, Any] = field(default_factory=dict)
     """Settings of devices to override (effects of the simulated rig)."""
+
+
+def read_from(sweep: Path, folder: Path) -> dict[str, Any]:
+    """The YAML of the sweep at `sweep` for a file in another folder, from where its tables are found as well."""
+    raw = cast(dict[str, Any], read_yaml(sweep))
+
+    def seen(file: Path) -> Path:
+        return Path(os.path.relpath((sweep.parent / file).resolve(), folder.resolve()))
+
+    return raw | {"records": with_files(raw["records"], seen)}
+
+
+def text_from(sweep: Path, folder: Path) -> str:
+    """The same as text: word for word where no table is moved."""
+    read = read_from(sweep, folder)
+    if read == read_yaml(sweep):
+        return sweep.read_text(encoding="utf-8")
+    return yaml.safe_dump(read, sort_keys=False)
 
 
 def run_sweep(sweep: Path, rig: RigConfig, options: SweepOptions) -> Outcome:

@@ -4,14 +4,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import yaml
 
 from rig.app import shipped
 from rig.app.runs import runner
 from rig.app.runs.outcome import Outcome
-from rig.config import read_yaml
+from rig.app.runs.sweeping import read_from
 from rig.errors import ConfigError, RigError
 from rig.excite.envelope import check_run
 from rig.excite.experiment import RunPlan, Sweep, expand, load_sweep
@@ -245,12 +245,13 @@ def _followed(reference: Path) -> Sweep:
 
 
 def write_gains(reference: Path, gains: ClosedLoop, output: Path) -> None:
-    """The reference's YAML with these gains in place of its own, its limits kept; ConfigError when it is none."""
+    """The reference's YAML with these gains in place of its own, its limits kept, and its tables found from where
+    `output` lies; ConfigError when it is none."""
     from rig.outputs import Kind as FileKind
     from rig.outputs import write_text
 
     _followed(reference)
-    raw = dict(cast(dict[str, Any], read_yaml(reference)))
+    raw = read_from(reference, output.parent)
     own = raw.get("closed_loop")
     found = {name: getattr(gains, name) for name in ("kp_mpa_per_deg", "ki_mpa_per_deg_s", "kd_mpa_s_per_deg")}
     raw["closed_loop"] = (own if isinstance(own, dict) else {}) | found

@@ -83,6 +83,13 @@ def test_a_number_gives_no_name_that_another_record_has(tmp_path: Path) -> None:
     assert names == ["waveform_w", "waveform_w_3", "waveform_w_2", "waveform_w_4"]
 
 
+def test_tables_may_be_a_list_as_any_parameter(tmp_path: Path) -> None:
+    for name in ("v", "w"):
+        (tmp_path / f"{name}.csv").write_text("t_s,dp_mpa\n0,0\n1,0.1\n2,0\n")
+    names = [plan.name for plan in plans(tmp_path, "records: [{waveform: {file: [v.csv, w.csv]}}]")]
+    assert names == ["waveform_v", "waveform_w"]
+
+
 def test_a_waveform_is_found_beside_its_sweep_and_lasts_as_long_as_its_table(tmp_path: Path) -> None:
     (tmp_path / "w.csv").write_text("t_s,dp_mpa\n0,0\n3,0.1\n")
     (run,) = plans(tmp_path, "duration_s: 7\nrecords: [{waveform: {file: w.csv}}]")

@@ -137,6 +137,15 @@ def test_a_hunt_does_not_go_on_with_another_model_of_that_name(tmp_path: Path) -
         hunt(options(tmp_path / "hunt", model=model), allowed=lambda step: False)
 
 
+def test_a_hunt_that_begins_with_a_table_finds_it(tmp_path: Path) -> None:
+    (tmp_path / "w.csv").write_text("t_s,dp_mpa\n0,0\n1,0.1\n2,0\n")
+    sweep = tmp_path / "tables.yaml"
+    sweep.write_text("records: [{waveform: {file: w.csv}}]\n")
+    hunt(options(tmp_path / "hunt", first=sweep), allowed=lambda step: False)
+    (entry,) = load_sweep(tmp_path / "hunt" / "step_1.yaml").entries
+    assert entry.timing.duration_s == 2.0
+
+
 def test_a_hunt_whose_file_is_from_before_goes_on(tmp_path: Path) -> None:
     hunt(options(tmp_path / "hunt"), allowed=lambda step: False)
     place = tmp_path / "hunt" / FILE

@@ -161,6 +161,21 @@ def test_tune_writes_the_reference_with_its_gains(tmp_path: Path, wave: Path) ->
     assert slower["ki_mpa_per_deg_s"] < gains.ki_mpa_per_deg_s
 
 
+def test_a_tuned_reference_finds_its_table_from_where_it_lies(tmp_path: Path) -> None:
+    (tmp_path / "a" / "tables").mkdir(parents=True)
+    (tmp_path / "b").mkdir()
+    for name in ("way", "back"):
+        (tmp_path / "a" / "tables" / f"{name}.csv").write_text("t_s,angle_deg\n0,0\n1,10\n2,0\n", encoding="utf-8")
+    far = (tmp_path / "a" / "tables" / "back.csv").resolve()
+    records = f"records: [{{waveform: {{file: tables/way.csv}}}}, {{waveform: {{file: {far}}}}}]\n"
+    (tmp_path / "a" / "r.yaml").write_text(GAINS + TIMES + records, encoding="utf-8")
+    words = [MODEL, "--reference", f"{tmp_path}/a/r.yaml", "-o", f"{tmp_path}/b/tuned.yaml"]
+    assert CliRunner().invoke(tune, words, catch_exceptions=False).exit_code == 0
+    tables = [entry.signal.signal.file for entry in load_sweep(tmp_path / "b" / "tuned.yaml").entries]
+    assert [table.resolve() for table in tables] == [far.with_name("way.csv"), far]
+    assert "file: ../a/tables/way.csv" in (tmp_path / "b" / "tuned.yaml").read_text()
+
+
 def test_tune_with_only_one_of_reference_and_output_is_refused(wave: Path) -> None:
     done = CliRunner().invoke(tune, [MODEL, "--reference", str(wave)])
     assert done.exit_code == 2
