@@ -136,7 +136,8 @@ class Multisine:
 
     @property
     def label(self) -> str:
-        return f"multisine_{self.low_hz:g}-{self.high_hz:g}hz_{amount(self.amplitude_mpa)}mpa_seed{self.seed}"
+        lines = f"{self.low_hz:g}-{self.high_hz:g}hz_{self.period_s:g}s"
+        return f"multisine_{lines}_{amount(self.amplitude_mpa)}mpa_seed{self.seed}"
 
     @property
     def highest_hz(self) -> float:
@@ -180,7 +181,7 @@ class Chirp:
 
     @property
     def label(self) -> str:
-        return f"chirp_{self.low_hz:g}-{self.high_hz:g}hz_{amount(self.amplitude_mpa)}mpa"
+        return f"chirp_{self.low_hz:g}-{self.high_hz:g}hz_{self.length_s:g}s_{amount(self.amplitude_mpa)}mpa"
 
     @property
     def highest_hz(self) -> float:

@@ -83,6 +83,18 @@ def test_a_number_gives_no_name_that_another_record_has(tmp_path: Path) -> None:
     assert names == ["waveform_w", "waveform_w_3", "waveform_w_2", "waveform_w_4"]
 
 
+def test_a_name_says_the_length_that_makes_the_waveform(tmp_path: Path) -> None:
+    """Two sweeps with chirps of 10 and of 20 s had records of one name, which then had to pair and could not."""
+    chirps = "{chirp: {amplitude_mpa: 0.1, length_s: [10, 20]}}"
+    multisines = "{multisine: {amplitude_mpa: 0.1, period_s: [5, 10]}}"
+    assert [plan.name for plan in plans(tmp_path, f"records: [{chirps}, {multisines}]")] == [
+        "chirp_0.1-2hz_10s_0.10mpa",
+        "chirp_0.1-2hz_20s_0.10mpa",
+        "multisine_0.1-2hz_5s_0.10mpa_seed1",
+        "multisine_0.1-2hz_10s_0.10mpa_seed1",
+    ]
+
+
 def test_tables_may_be_a_list_as_any_parameter(tmp_path: Path) -> None:
     for name in ("v", "w"):
         (tmp_path / f"{name}.csv").write_text("t_s,dp_mpa\n0,0\n1,0.1\n2,0\n")

@@ -33,7 +33,7 @@ def test_sentences(told: str, own: str) -> None:
 
 def test_an_excitation_is_called_by_its_amplitude_in_mm() -> None:
     assert own_label("sine_0.5hz_0.20mpa_r2", MOTOR) == "sine_0.5hz_50mm_r2"
-    assert own_label("chirp_0.1-4hz_0.08mpa", MOTOR) == "chirp_0.1-4hz_20mm"
+    assert own_label("chirp_0.1-4hz_20s_0.08mpa", MOTOR) == "chirp_0.1-4hz_20s_20mm"
     assert own_label("sine_0.5hz_0.20mpa", PNEUMATIC) == "sine_0.5hz_0.20mpa"
 
 
