@@ -26,7 +26,8 @@ REST_MPA: Final = 0.2
 """Mean pressure that stands for a rig without pressures on the working range: the paper's."""
 BEYOND: Final = 2.0
 """Values further from the middle than this many halves of the range are in another unit."""
-_LONGEST_WORD: Final = 40
+LONGEST_NAME: Final = 40
+"""Of a channel, and of its unit."""
 
 
 @dataclass(frozen=True)
@@ -122,13 +123,13 @@ def unit_word(unit: str) -> str:
 def check_channels(channels: Channels, where: str) -> Channels:
     """The channel map itself; ConfigError when a name, a unit or a range cannot be one."""
     for slot, one in (("input", channels.input), ("output", channels.output)):
-        if not one.name.isidentifier() or len(one.name) > _LONGEST_WORD:
+        if not one.name.isidentifier() or len(one.name) > LONGEST_NAME:
             raise ConfigError(
-                f"{where}: {slot}.name: {one.name[:_LONGEST_WORD]!r} is no name; letters, digits and _ are allowed, "
-                f"at most {_LONGEST_WORD}"
+                f"{where}: {slot}.name: {one.name[:LONGEST_NAME]!r} is no name; letters, digits and _ are allowed, "
+                f"at most {LONGEST_NAME}"
             )
-        if not one.unit.strip() or len(one.unit) > _LONGEST_WORD or not one.unit.isprintable():
-            shown = one.unit[:_LONGEST_WORD]
+        if not one.unit.strip() or len(one.unit) > LONGEST_NAME or not one.unit.isprintable():
+            shown = one.unit[:LONGEST_NAME]
             raise ConfigError(f"{where}: {slot}.unit: {shown!r} is no unit; write '1' where there is none")
         if not one.half > 0.0 or not math.isfinite(one.half):
             low, high = one.range

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-from rig.channels import Channels
+from rig.channels import LONGEST_NAME, Channels
 from rig.config import structure
 from rig.errors import ConfigError
 from rig.fields import bounded
@@ -23,7 +23,6 @@ RESERVED: Final = (
 )
 """Columns that records and exports have beside the fields of samples: a further channel of that name would stand in
 their place."""
-_LONGEST_WORD: Final = 40
 
 
 @dataclass(frozen=True)
@@ -63,10 +62,10 @@ def check_furthers(further: Sequence[Further], where: str, taken: Sequence[str] 
         raise ConfigError(f"{where}: {len(further)} further channels; a sample has place for {len(PLACES)}")
     names = [one.name for one in further]
     for name in names:
-        if not name.isidentifier() or len(name) > _LONGEST_WORD:
+        if not name.isidentifier() or len(name) > LONGEST_NAME:
             raise ConfigError(
-                f"{where}: {name[:_LONGEST_WORD]!r} is no name of a column; letters, digits and _ are allowed, at most "
-                f"{_LONGEST_WORD}"
+                f"{where}: {name[:LONGEST_NAME]!r} is no name of a column; letters, digits and _ are allowed, at most "
+                f"{LONGEST_NAME}"
             )
         if name in taken or names.count(name) > 1:
             raise ConfigError(f"{where}: the column {name!r} is there already; give the channel another name")

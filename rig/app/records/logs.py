@@ -16,7 +16,8 @@ from rig.log.convert import LogContent, content_of_record, read_content, unkept_
 from rig.log.exchange import SUFFIXES, read_exported
 from rig.log.foreign.guess import Guess, guess
 from rig.log.foreign.kinds import Kind, kind_of
-from rig.log.foreign.mapping import left_out, load_mapping, mapped, raw_table
+from rig.log.foreign.mapping import Mapping as ColumnMapping
+from rig.log.foreign.mapping import left_out, load_mapping, mapped, mapping_of, raw_table
 from rig.log.foreign.tables import foreign_columns, read_tdms
 from rig.log.mcap.reader import McapLog
 from rig.log.mcap.schema import ended_of, unsound
@@ -133,18 +134,22 @@ def import_content(path: Path, mapping_path: Path | None) -> tuple[LogContent, l
         (record,) = reader.read(path, phases=None)
         unused = foreign_columns(read_tdms(path)) if kind_of(path) is Kind.TDMS else []
     else:
-        mapping = load_mapping(mapping_path)
-        raw = raw_table(path, mapping)
-        unused = left_out(raw, mapping)
-        columns, facts = mapped(raw, mapping)
-        record = reader.record_from_columns(columns, facts, path)
+        record, unused = _import_by(load_mapping(mapping_path), path)
     return content_of_record(record, {IMPORTED: path.name}), unused + unkept_columns(record)
 
 
+def _import_by(mapping: ColumnMapping, path: Path) -> tuple[Record, list[str]]:
+    """The table at `path` as a record, and the columns that the mapping has no use for."""
+    raw = raw_table(path, mapping)
+    columns, facts = mapped(raw, mapping)
+    return reader.record_from_columns(columns, facts, path), left_out(raw, mapping)
+
+
 def proposed_mapping(path: Path) -> tuple[Guess, str]:
-    """What a mapping for FILE may be, and its YAML; RecordError when it holds no table that could be one."""
+    """What a mapping for FILE may be, and its YAML, by which FILE can be imported; RecordError when there is none."""
     found = guess(path)
     text = yaml.safe_dump(found.mapping, sort_keys=False, allow_unicode=True, default_flow_style=None, width=110)
+    _import_by(mapping_of(yaml.safe_load(text), path), path)
     return found, f"# proposed for {path.name}; look it through before it is used\n{text}"
 
 

@@ -1,24 +1,28 @@
 """A proposed mapping for a table that nobody has described: by names, units in names, sizes, and what follows what.
 
 It is a proposal: every entry says what it rests on, and what was only likely is said as a doubt. Nothing is imported by
-it.
+it, but by what it proposes the table can be.
 """
 
+import itertools
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
+from rig.channels import LONGEST_NAME, Channel
 from rig.errors import RecordError
+from rig.further import PLACES, RESERVED
 from rig.log.foreign.delimited import Style, read_table
 from rig.log.foreign.kinds import Kind, kind_of
 from rig.log.foreign.sniff import sniff
 from rig.log.foreign.tables import RawColumn, RawTable, read_tdms
-from rig.log.foreign.units import UNITS
+from rig.log.foreign.units import UNITS, converted
 from rig.log.mcap.columns import Array
+from rig.sample import WIRES
 
 _TIME: Final = ("t", "time", "zeit", "temps", "timestamp", "stamp", "log_time", "seconds", "ms")
 _COMMAND: Final = (
@@ -44,6 +48,10 @@ _UNIT_WORDS: Final = {unit.lower(): unit for unit in UNITS if unit not in ("in",
 }  # fmt: skip
 
 
+OTHER: Final = "something else"
+"""What a unit measures that we do not know."""
+
+
 @dataclass
 class Guess:
     """A proposal."""
@@ -64,6 +72,13 @@ class _Seen:
     values: Array
     words: tuple[str, ...]
     unit: str | None
+    """That the file states, known to us or not, or else its name."""
+    stated: bool = False
+
+    @property
+    def quantity(self) -> str | None:
+        """What its unit measures; None without a unit."""
+        return None if self.unit is None else UNITS[self.unit].quantity if self.unit in UNITS else OTHER
 
     def has(self, words: Sequence[str]) -> bool:
         return any(word in words for word in self.words)
@@ -109,9 +124,8 @@ def _seen(name: str, column: RawColumn) -> _Seen:
     plain = name.rpartition("/")[2]
     words = tuple(word for word in re.split(r"[^0-9a-z%\u00b0\u00b5]+", plain.lower()) if word)
     split = tuple(part for word in words for part in re.findall(r"[a-z]+|\d+", word) if part != word)
-    stated = column.unit if column.unit in UNITS else None
-    unit = stated or next((_UNIT_WORDS[word] for word in reversed(words[1:]) if word in _UNIT_WORDS), None)
-    return _Seen(name, column.values, words + split, unit)
+    unit = column.unit or next((_UNIT_WORDS[word] for word in reversed(words[1:]) if word in _UNIT_WORDS), None)
+    return _Seen(name, column.values, words + split, unit, column.unit is not None)
 
 
 def _known(one: _Seen) -> Array:
@@ -119,14 +133,15 @@ def _known(one: _Seen) -> Array:
 
 
 def _time(seen: Sequence[_Seen], found: Guess, path: Path) -> _Seen:
-    rising = [one for one in seen if np.isfinite(one.values).all() and (np.diff(one.values) > 0).all()]
+    possible = [one for one in seen if not one.stated or one.quantity == "time"]
+    rising = [one for one in possible if np.isfinite(one.values).all() and (np.diff(one.values) > 0).all()]
     if not rising:
         raise RecordError(f"{path}: no column rises from row to row as a time does")
     named = [one for one in rising if one.has(_TIME)]
     time = (named or rising)[0]
     step = float(np.median(np.diff(time.values)))
     by_size = next(unit for most, unit in _STEP_SIZES if step <= most)
-    stated = time.unit if time.unit is not None and UNITS[time.unit].quantity == "time" else None
+    stated = time.unit if time.quantity == "time" else None
     unit = stated or by_size
     period_s = step * UNITS[unit].times / UNITS[unit].by
     found.mapping["columns"] = {"t_s": {"source": time.name, "unit": unit}}
@@ -143,18 +158,15 @@ def _time(seen: Sequence[_Seen], found: Guess, path: Path) -> _Seen:
 
 def _roles(rest: Sequence[_Seen]) -> tuple[list[_Seen], _Seen | None, list[_Seen]]:
     """Commanded pressures, the angle, measured pressures."""
-    angles = [one for one in rest if (one.has(_ANGLE) or _quantity(one) == "angle") and not one.has(_COMMAND)]
-    pressures = [one for one in rest if one.has(_PRESSURE) or _quantity(one) == "pressure"]
-    pressures = [one for one in pressures if one not in angles and _quantity(one) in (None, "pressure")]
+    angles = [one for one in rest if one.has(_ANGLE) or one.quantity == "angle"]
+    angles = [one for one in angles if one.quantity in (None, "angle") and not one.has(_COMMAND)]
+    pressures = [one for one in rest if one.has(_PRESSURE) or one.quantity == "pressure"]
+    pressures = [one for one in pressures if one not in angles and one.quantity in (None, "pressure")]
     commands = [one for one in pressures if one.has(_COMMAND) and not one.has(_MEASURED)]
     measured = [one for one in pressures if one not in commands]
     if not commands:  # a set-point without a word for pressure
-        commands = [one for one in rest if one.has(_COMMAND) and _quantity(one) is None and one not in angles]
+        commands = [one for one in rest if one.has(_COMMAND) and one.quantity is None and one not in angles]
     return commands, angles[0] if len(angles) == 1 else None, measured
-
-
-def _quantity(one: _Seen) -> str | None:
-    return None if one.unit is None else UNITS[one.unit].quantity
 
 
 def _pneumatic(found: Guess, commands: list[_Seen], angle: _Seen, measured: list[_Seen]) -> None:
@@ -192,12 +204,26 @@ def _single_command(found: Guess, one: _Seen, measured: Sequence[_Seen]) -> Arra
             )
         return one.values
     _add(found, f"p{side}_cmd_mpa", one, _pressure_unit(one))
-    found.doubts.append(
-        f"{one.name!r} is the set-point of muscle {side} and there is none of the other; nothing is imported without "
-        f"p{3 - side}_cmd_mpa: about P0 it is the same source with `scale: -1` and `offset:` 2 P0, at rest with "
-        "`scale: 0` and its pressure as the offset"
-    )
+    _add_other_muscle(found, one, 3 - side, measured)
     return one.values if side == 1 else -one.values
+
+
+def _add_other_muscle(found: Guess, one: _Seen, side: int, measured: Sequence[_Seen]) -> None:
+    """The set-point of muscle `side`, of which the table has none: as its measured pressure shows it, else about P0."""
+    name, unit = f"p{side}_cmd_mpa", _pressure_unit(one)[0]
+    scale, about, why = -1.0, float(_known(one).min() + _known(one).max()), "as usual; nothing here shows it"
+    if len(measured) >= 2:
+        other = _sides(measured, Guess(), "")[side - 1]
+        theirs = converted(other.values, _pressure_unit(other)[0], unit, other.name)
+        scale = -1.0 if _correlation(theirs, one.values) < _AGAINST else 0.0
+        about, why = float(np.nanmedian(theirs - scale * one.values)), f"as {other.name!r} does"
+    offset = float(f"{about:.4g}")
+    found.mapping["columns"][name] = {"source": one.name, "unit": unit, "scale": scale, "offset": offset}
+    moves = f"goes against it about {offset / 2:.4g} {unit}" if scale else f"rests at {offset:.4g} {unit}"
+    found.doubts.append(
+        f"{one.name!r} is the set-point of muscle {3 - side} and there is none of the other: {name} {moves} ({why}); "
+        "`scale: -1` with 2 P0 as the `offset` is about P0, `scale: 0` at rest"
+    )
 
 
 def _side(one: _Seen) -> int:
@@ -244,7 +270,7 @@ def _unswapped(first: _Seen, second: _Seen, command: Array, found: Guess) -> tup
 def _pressure_unit(one: _Seen) -> tuple[str, str]:
     largest = float(np.max(np.abs(_known(one))))
     by_size = next(unit for most, unit in _PRESSURE_SIZES if largest <= most)
-    if one.unit is not None and UNITS[one.unit].quantity == "pressure":
+    if one.unit is not None and one.quantity == "pressure":
         return one.unit, "its name says"
     return by_size, f"its largest value is {largest:.3g}"
 
@@ -279,14 +305,14 @@ def _one_in_one_out(found: Guess, rest: Sequence[_Seen]) -> None:
     found.doubts.append(
         "the ranges are those of this record; state what the rig moves in, the same for all its records"
     )
-    if channels["input"]["name"] == channels["output"]["name"]:
-        channels["output"]["name"] += "_out"
+    if len(set(_own_columns(found))) < 2:
+        channels["output"]["name"] = f"{channels['output']['name'][: LONGEST_NAME - 4]}_out"
 
 
 def _channel_name(one: _Seen, slot: str) -> str:
     words = re.split(r"[^0-9a-z]+", one.name.rpartition("/")[2].lower())
     kept = [word for word in words if word and _UNIT_WORDS.get(word) != one.unit]
-    name = "_".join(kept)
+    name = "_".join(kept)[:LONGEST_NAME]
     return name if name.isidentifier() else slot
 
 
@@ -296,24 +322,40 @@ def _range(values: Array) -> tuple[float, float]:
     if low < 0.0 < high and min(-low, high) > 0.5 * max(-low, high):
         low, high = -max(-low, high), max(-low, high)
     step = 10.0 ** (np.floor(np.log10(max(high - low, 1e-12))) - 1)
-    return float(f"{np.floor(low / step) * step:.6g}"), float(f"{np.ceil(high / step) * step:.6g}")
+    ends = np.floor(low / step) * step, np.ceil(high / step) * step
+    return float(f"{ends[0]:.12g}"), float(f"{ends[1]:.12g}")
 
 
 def _further(found: Guess, rest: Sequence[_Seen]) -> None:
     """What has found no role is kept as a further channel, as far as there are places."""
     used = {entry["source"] for entry in found.mapping["columns"].values()}
     left = [one for one in rest if one.name not in used]
+    taken = {*WIRES, *RESERVED, *_own_columns(found)}
     kept: dict[str, Mapping[str, str]] = {}
-    for one in left[:4]:
-        name = re.sub(r"\W+", "_", one.name.rpartition("/")[2].lower()).strip("_")
-        if name.isidentifier() and name not in kept:
-            kept[name] = {"source": one.name} | ({"unit": one.unit} if one.unit else {})
-            found.meaning.append(f"further channel {name}: {one.name!r}{f' in {one.unit}' if one.unit else ''}")
+    for one in left[: len(PLACES)]:
+        name = _free_name(one.name, taken)
+        taken.add(name)
+        kept[name] = {"source": one.name} | ({"unit": one.unit} if one.unit else {})
+        found.meaning.append(f"further channel {name}: {one.name!r}{f' in {one.unit}' if one.unit else ''}")
     if kept:
         found.mapping["further"] = kept
     if len(left) > len(kept):
-        lost = ", ".join(repr(one.name) for one in left if one.name not in {entry["source"] for entry in kept.values()})
+        lost = ", ".join(repr(one.name) for one in left[len(PLACES) :])
         found.doubts.append(f"no place for {lost}")
+
+
+def _own_columns(found: Guess) -> list[str]:
+    """The columns that the proposed channel map makes."""
+    slots = found.mapping.get("channels", {}).values()
+    return [Channel(slot["name"], slot["unit"], tuple(slot["range"])).column for slot in slots]
+
+
+def _free_name(source: str, taken: Collection[str]) -> str:
+    """A name of a column for what the file calls `source`, that nothing else has."""
+    word = re.sub(r"\W+", "_", source.rpartition("/")[2].lower()).strip("_")
+    word = (word if word.isidentifier() else f"column_{word}").strip("_")[: LONGEST_NAME - 3]
+    numbered = (f"{word}_{number}" for number in itertools.count(2))
+    return next(name for name in itertools.chain([word], numbered) if name not in taken)
 
 
 def _add(found: Guess, name: str, one: _Seen, unit: tuple[str, str]) -> None:

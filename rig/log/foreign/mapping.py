@@ -74,7 +74,11 @@ class Mapping:
 
 def load_mapping(path: Path) -> Mapping:
     """The mapping at `path`; ConfigError when it does not fit."""
-    raw = read_yaml(path)
+    return mapping_of(read_yaml(path), path)
+
+
+def mapping_of(raw: object, path: Path) -> Mapping:
+    """The mapping that plain data from `path` say; ConfigError when they say none."""
     if not isinstance(raw, dict) or not isinstance(raw.get("columns"), dict) or not raw["columns"]:
         raise ConfigError(f"{path}: expected `columns:`, a mapping of our columns to their sources")
     mapping = structure(raw, Mapping, str(path))

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 
 from rig.errors import RecordError
-from rig.log.foreign.units import conversion, unit_in_name
+from rig.log.foreign.units import conversion, spelt, unit_in_name
 from rig.log.mcap.columns import Array
 from rig.log.mcap.contents import map_file
 from rig.record import MAIN_COLUMNS
@@ -215,7 +215,7 @@ def _unix_ns(time: np.datetime64) -> int:
 
 def _unit(channel: "TdmsChannel") -> str | None:
     stated = (str(channel.properties[key]).strip() for key in _UNIT_PROPERTIES if key in channel.properties)
-    return next((unit for unit in stated if unit), None)
+    return next((spelt(unit) for unit in stated if unit), None)
 
 
 def _plain(value: Any) -> Any:

@@ -52,12 +52,24 @@ UNITS: Final = {
     "mA": Unit("current", 1, 1000),
 }
 
+_SPELT: Final = {
+    "bar": "bar", "bars": "bar", "psi": "psi",
+    "deg": "deg", "degs": "deg", "degree": "deg", "degrees": "deg", "rad": "rad", "radian": "rad", "radians": "rad",
+    "sec": "s", "second": "s", "seconds": "s", "msec": "ms",
+    "volt": "V", "volts": "V", "ampere": "A", "amperes": "A", "amps": "A", "newton": "N", "newtons": "N",
+}  # fmt: skip
+"""How LabVIEW and DIAdem spell units, whatever their case: words that no other unit is written with."""
 _SUFFIXES = {"_mpa": "MPa", "_deg": "deg", "_s": "s"}
 
 
 def unit_in_name(column: str) -> str | None:
     """The unit that one of our column names ends in: p1_mpa -> MPa; None when it ends in none."""
     return next((unit for suffix, unit in _SUFFIXES.items() if column.endswith(suffix)), None)
+
+
+def spelt(unit: str) -> str:
+    """The unit by our spelling where it is known by another (Bar, Volts); as it stands where it is not."""
+    return unit if unit in UNITS else _SPELT.get(unit.casefold(), unit)
 
 
 def conversion(column: str, unit: str, where: str) -> Unit:

@@ -1,17 +1,22 @@
 """A mapping guessed for a table that nobody described: names, units, signs, time in ms; and what it does not guess."""
 
+import csv
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
 import yaml
 from click.testing import CliRunner
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from rig.app.records.logs import import_content, proposed_mapping
 from rig.errors import RecordError
 from rig.log.convert import write_content
 from rig.log.foreign.guess import guess
 from rig.log.reader import read
+from rig.record import Record
 
 T = np.arange(0, 400)
 SINE = np.sin(2 * np.pi * 0.5 * 0.005 * T)
@@ -20,7 +25,9 @@ SINE = np.sin(2 * np.pi * 0.5 * 0.005 * T)
 def table(
     folder: Path, head: str, *columns: np.ndarray, separator: str = ",", decimal: str = ".", before: str = ""
 ) -> Path:
-    rows = [separator.join(f"{value:.6g}" for value in row).replace(".", decimal) for row in zip(*columns, strict=True)]
+    rows = [
+        separator.join(f"{value:.12g}" for value in row).replace(".", decimal) for row in zip(*columns, strict=True)
+    ]
     path = folder / "unknown.csv"
     path.write_text(before + head + "\n" + "\n".join(rows) + "\n", encoding="utf-8")
     return path
@@ -110,19 +117,101 @@ def test_the_set_point_of_one_muscle_is_not_the_difference(
     lift = 0.125 if name == "cmd" and values.mean() > 0.22 else 0.0
     p1, p2 = 0.2 + 0.1 * SINE + lift, 0.2 - 0.1 * SINE - lift
     found = guess(table(tmp_path, f"time,{name},ist_p1,ist_p2,angle", 0.005 * T, values, p1, p2, 20 * SINE))
-    wanted = f"p{side}_cmd_mpa" if side else "dp_cmd_mpa"
-    assert {key for key in found.mapping["columns"] if "cmd" in key} == {wanted}
-    assert any(f"without p{3 - side}_cmd_mpa" in line for line in found.doubts) == bool(side)
+    wanted = {f"p{side}_cmd_mpa": 1.0, f"p{3 - side}_cmd_mpa": -1.0} if side else {"dp_cmd_mpa": 1.0}
+    columns = found.mapping["columns"]
+    assert {key: entry.get("scale", 1.0) for key, entry in columns.items() if "cmd" in key} == wanted
+    assert any("there is none of the other" in line for line in found.doubts) == bool(side)
+    if side:
+        assert columns[f"p{3 - side}_cmd_mpa"]["offset"] == pytest.approx(0.4 + 0 * lift)
 
 
-def test_a_muscle_about_p0_is_imported_as_the_doubt_says(tmp_path: Path) -> None:
-    path = table(tmp_path, "time,p1_set,angle", 0.005 * T, 0.2 + 0.1 * SINE, 20 * SINE)
-    found, _ = proposed_mapping(path)
-    columns = found.mapping["columns"] | {"p2_cmd_mpa": {"source": "p1_set", "unit": "MPa", "scale": -1, "offset": 0.4}}
-    mapping = tmp_path / "mapping.yaml"
-    mapping.write_text(yaml.safe_dump(found.mapping | {"columns": columns}), encoding="utf-8")
-    (record,) = read(write_content(import_content(path, mapping)[0], tmp_path / "made.mcap"))
-    assert record.dp_cmd_mpa == pytest.approx(0.2 * SINE, abs=1e-5)
+def imported(path: Path) -> Record:
+    """The table by its own proposal."""
+    mapping = path.with_name("mapping.yaml")
+    mapping.write_text(proposed_mapping(path)[1], encoding="utf-8")
+    (record,) = read(write_content(import_content(path, mapping)[0], path.with_name("made.mcap")))
+    return record
+
+
+def test_a_muscle_alone_is_imported_about_p0_or_with_the_other_at_rest(tmp_path: Path) -> None:
+    """Nothing was imported by such a proposal: the other muscle's set-point was left to whoever read it."""
+    (tmp_path / "alone").mkdir()
+    alone = table(tmp_path / "alone", "time,p1_set,angle", 0.005 * T, 0.2 + 0.1 * SINE, 20 * SINE)
+    assert imported(alone).dp_cmd_mpa == pytest.approx(0.2 * SINE, abs=1e-5)
+    still = 0.15 + 0.001 * np.cos(T)
+    columns = (2 + SINE, 0.2 + 0.1 * SINE, still, 20 * SINE)
+    beside = table(tmp_path, "time,p1_set (bar),ist_p1,ist_p2,angle", 0.005 * T, *columns)
+    record = imported(beside)
+    assert record.p2_cmd_mpa == pytest.approx(np.full(len(T), 0.15), abs=1e-3)
+    assert record.p1_cmd_mpa == pytest.approx(0.2 + 0.1 * SINE, abs=1e-5)
+
+
+def test_names_that_nothing_can_be_called_by_are_replaced(tmp_path: Path) -> None:
+    """Such further channels, and such a channel map, were proposed and then refused."""
+    long = "a very long name of a channel that goes on and on"
+    head = f"time,cmd,angle,tick,2nd load,t_s_,{long}"
+    path = table(tmp_path, head, 0.005 * T, 0.1 * SINE, 20 * SINE, SINE, 2 * SINE, 3 * SINE, 4 * SINE)
+    assert set(imported(path).extra) >= {"tick_2", "column_2nd_load", "t_s_2", "a_very_long_name_of_a_channel_that_go"}
+    (tmp_path / "servo").mkdir()
+    servo = table(tmp_path / "servo", f"time,{long} goal V,{long} V,x_mpa", 0.005 * T, SINE, SINE + 1e9, SINE)
+    assert imported(servo).channels.output.range[0] == pytest.approx(1e9 - 1.0)
+
+
+def test_a_unit_that_is_no_angle_s_makes_no_angle(tmp_path: Path) -> None:
+    path = table(tmp_path, "time,cmd_V,pot_V", 0.005 * T, SINE, 2.5 + SINE)
+    assert imported(path).channels.output.unit == "V"
+
+
+@pytest.mark.parametrize(("stated", "kept"), [("Bar", "MPa"), ("Degrees C", "own")])
+def test_what_a_tdms_states_is_kept_to(tmp_path: Path, stated: str, kept: str) -> None:
+    """A unit that the file states in another spelling is that unit; one that is none of ours stays what it is."""
+    nptdms = pytest.importorskip("nptdms")
+    path = tmp_path / "unknown.tdms"
+    with nptdms.TdmsWriter(path) as writer:
+        for name, values, unit in (("zeit", 5.0 * T, "ms"), ("soll", SINE, stated), ("winkel", 20 * SINE, "Deg")):
+            writer.write_segment([nptdms.ChannelObject("g", name, values, properties={"unit_string": unit})])
+    record = imported(path)
+    if kept == "MPa":
+        assert record.dp_cmd_mpa == pytest.approx(0.1 * SINE)
+    else:
+        assert record.channels.input.unit == stated
+
+
+def test_what_no_mapping_can_import_is_not_proposed(tmp_path: Path) -> None:
+    holed = np.where(T == 7, np.nan, SINE)
+    path = table(tmp_path, "time,cmd,angle", 0.005 * T, holed, 20 * SINE)
+    with pytest.raises(RecordError, match=r"dp_cmd_mpa is nan at row 8 of the data; it must be a number"):
+        proposed_mapping(path)
+
+
+NAMES = st.text("abdpt_ /%12.,;äµ°()", min_size=1, max_size=50) | st.sampled_from(
+    ["t", "cmd", "p1", "p2", "angle", "winkel [V]", "tick", "phase", "_x", "time (ms)", "soll bar", "flags", "units"]
+)
+
+
+@given(
+    names=st.lists(NAMES, min_size=3, max_size=9, unique_by=lambda name: name.strip()),
+    sizes=st.lists(st.sampled_from([0.0, 1e-9, 0.1, 30.0, 1e7]), min_size=9, max_size=9),
+    middles=st.lists(st.sampled_from([0.0, 0.2, -5.0, 1e9]), min_size=9, max_size=9),
+)
+@settings(max_examples=150, deadline=None)
+def test_whatever_is_proposed_imports(names: list[str], sizes: list[float], middles: list[float]) -> None:
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "odd.csv"
+        columns = [
+            middle + size * np.sin(0.1 * k * T[:60])
+            for k, (size, middle) in enumerate(zip(sizes, middles, strict=True))
+        ]
+        rows = np.column_stack([0.005 * T[:60], *columns])[:, : len(names)]
+        with path.open("w", encoding="utf-8", newline="") as file:
+            writer = csv.writer(file)
+            writer.writerow(names)
+            writer.writerows(rows.tolist())
+        try:
+            guess(path)
+        except RecordError:
+            return
+        imported(path)
 
 
 def test_a_second_muscle_that_stands_still_has_its_set_point(tmp_path: Path) -> None:
