@@ -7,7 +7,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from rig.gap.hypotheses.fit import Fit, Scene, fit_effect, settled, with_law
+from rig.gap.hypotheses.fit import Fit, Scene, fit_effect, settled
+from rig.gap.hypotheses.law_errors import with_law
 from rig.gap.hypotheses.library import NONE, UNKNOWN, Effect
 from rig.gap.hypotheses.scenes import Stand
 from rig.gap.likelihood.gaussian import Gaussian

@@ -11,9 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rig.gap.hypotheses.law_errors import with_law
 from rig.gap.hypotheses.library import Effect, Law
-from rig.gap.likelihood.gaussian import Gaussian
-from rig.gap.likelihood.lines import Lines
 from rig.gap.reference.expectation import Factor
 from rig.gap.response.propagate import (
     Applied,
@@ -151,6 +150,8 @@ class Fit:
     """(n,) what it changes."""
     scene: Scene
     """On which it was judged."""
+    roughness: float = 0.0
+    """Share of what it changes by which its law is likely wrong, by what it leaves: root mean square."""
 
 
 def pressure_change(tracks: Sequence[Track], response: ResponseModel) -> Change:
@@ -328,6 +329,7 @@ class _Trial:
             for each, times in rough.items()
         ]
         log_density = float(np.logaddexp.reduce(logs))
+        roughness = float(np.sqrt(np.exp(np.array(logs) - log_density) @ np.square(list(rough))))
         stiff = (healthy.degrees + healthy.effective) / (healthy.degrees + cost)
         hessian = stiff * (jacobian.T @ jacobian)
         log_prior, precision = self._log_prior(x, change)
@@ -337,8 +339,9 @@ class _Trial:
         laplace = 0.5 * len(x) * np.log(2 * np.pi) - 0.5 * log_det if sign > 0 else 0.0
         evidence = log_density + log_prior + laplace
         return Fit(
-            effect, self.law, self.applied(x, fixed), x, spread, float(evidence), log_density, change, self.scene
-        )
+            effect, self.law, self.applied(x, fixed), x, spread, float(evidence), log_density, change, self.scene,
+            roughness,
+        )  # fmt: skip
 
     def _log_prior(self, x: Column, change: Column) -> tuple[float, Column]:
         """Log-normal in what the effect does, flat in its shapes; and the precision that holds each number within its
@@ -369,30 +372,4 @@ def number_spreads(fit: Fit, prior: Prior) -> Column:
 def _widths(values: Column, bounds: Column) -> Column:
     """(k,) range over which a law's further numbers are flat."""
     out: Column = np.minimum(bounds, np.maximum(WIDTH_SHARES[0] * np.abs(values), WIDTH_SHARES[1] * bounds))
-    return out
-
-
-def with_law(
-    healthy: Gaussian, lines: Lines, moved: Column, rho: float, prior: Prior, power: Column | None = None
-) -> Gaussian:
-    """What is expected of what a law leaves when it is as rough as a share `rho` of what it changes; `power` is the
-    envelope of that, where it is known."""
-    if rho <= 0.0:
-        return healthy
-    power = lines.envelope(moved, ENVELOPE_HZ, ENVELOPE_EVEN) if power is None else power
-    rough = (prior.rho_lines * rho) ** 2 * power
-    return healthy.with_patterns(law_patterns(moved, lines, rho)).with_variance(rough)
-
-
-def law_patterns(moved: Column, lines: Lines, rho: float) -> Column:
-    """(l, k) how a law may be wrong: its change in each record a little larger or smaller, and a little earlier or
-    later."""
-    record, frequency = lines.record, lines.frequency_hz
-    count = int(record.max()) + 1
-    out = np.zeros((len(moved), count + 1))
-    out[np.arange(len(moved)), record] = rho * moved
-    turned = moved * frequency
-    # in proportion to what moves: with a constant's power in the scale, the monitors' noise on top of it would be free
-    norm = np.sqrt(np.sum(moved[frequency > 0.0] ** 2) / max(np.sum(turned**2), 1e-30))
-    out[:, count] = rho * norm * turned
     return out

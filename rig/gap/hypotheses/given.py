@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from rig.gap.hypotheses.fit import Fit, Scene, number_spreads, with_law
+from rig.gap.hypotheses.fit import Fit, Scene, number_spreads
+from rig.gap.hypotheses.law_errors import with_law
 from rig.gap.hypotheses.scenes import Stand
 from rig.gap.response.propagate import Applied, ready
 from rig.gap.settings import FIRST_LAW_SHARE

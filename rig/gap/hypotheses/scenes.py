@@ -6,7 +6,8 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from rig.gap.hypotheses.fit import Scene, angle_change, pressure_change, settled, with_law
+from rig.gap.hypotheses.fit import Scene, angle_change, pressure_change, settled
+from rig.gap.hypotheses.law_errors import with_law
 from rig.gap.hypotheses.library import Law
 from rig.gap.hypotheses.retuned import unsure_regulators
 from rig.gap.hypotheses.scales import law_scales

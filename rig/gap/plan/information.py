@@ -36,11 +36,13 @@ class Information:
     seconds: Column
     """(r,) length of each record."""
     prior: Prior
+    beside_s: float = 0.0
+    """Length of the records that are judged together with these: lines of many records are fewer independent ones."""
 
     def of(self, chosen: Sequence[int]) -> Column:
         """(m, m) information that these records hold together about the directions, in their own sizes."""
         total = self.gram[list(chosen)].sum(axis=0)
-        seconds = float(self.seconds[list(chosen)].sum())
+        seconds = self.beside_s + float(self.seconds[list(chosen)].sum())
         total = total * min(1.0, SESSION_S / max(seconds, 1e-9))
         split = total.shape[0] - self.directions
         patterns, mixed, directions = total[:split, :split], total[:split, split:], total[split:, split:]
@@ -70,8 +72,9 @@ class Information:
         return replace(self, gram=self.gram[:, rows][:, :, rows], directions=len(kept))
 
 
-def inform(stand: Stand, moved: Column) -> Information:
-    """The information of every record of a factor about directions (l, m) of its lines."""
+def inform(stand: Stand, moved: Column, anew: Column | None = None, beside_s: float = 0.0) -> Information:
+    """The information of every record of a factor about directions (l, m) of its lines; `anew` (l, q) are patterns
+    whose sizes are others in each record and monitor, at one standard deviation. `beside_s`: see `Information`."""
     factor, prior = stand.scene.factor, stand.scene.prior
     lines, healthy = factor.lines, factor.healthy
     records = _records(stand)
@@ -81,11 +84,18 @@ def inform(stand: Stand, moved: Column) -> Information:
     scale, owner = np.sqrt(density / healthy.variance)[:, None], np.array(records)[lines.record]
     own = _own_record(healthy.patterns, owner, len(seconds))
     common = np.hstack([healthy.patterns[:, own < 0], moved]) * scale
-    gram = [
-        _of_record(common[owner == k], healthy.patterns[owner == k][:, own == k] * scale[owner == k])
-        for k in range(len(seconds))
-    ]
-    return Information(np.array(gram), moved.shape[1], seconds, prior)
+    anew = np.zeros((len(scale), 0)) if anew is None else anew
+    gram = []
+    for k in range(len(seconds)):
+        here = owner == k
+        alone = np.hstack([healthy.patterns[here][:, own == k], *_by_block(anew[here], lines.record[here])])
+        gram.append(_of_record(common[here], alone * scale[here]))
+    return Information(np.array(gram), moved.shape[1], seconds, prior, beside_s)
+
+
+def _by_block(patterns: Column, blocks: Places) -> list[Column]:
+    """Patterns (l, q) whose sizes are others in each block of lines (l,): each monitor's are a block of their own."""
+    return [patterns * (blocks == block)[:, None] for block in np.unique(blocks)]
 
 
 def _own_record(patterns: Column, owner: Places, records: int) -> Places:

@@ -6,7 +6,7 @@ are refitted within what is known of their numbers (Chen and Asprey, Ind. Eng. C
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import combinations
 
@@ -15,6 +15,7 @@ import numpy as np
 from rig.excite.experiment import Entry, RunPlan
 from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.fit import Fit
+from rig.gap.hypotheses.law_errors import later_pattern, rough_lines
 from rig.gap.hypotheses.scenes import Stand
 from rig.gap.plan.candidates import Room, candidates, lasts_s, planned, room_within
 from rig.gap.plan.experiment import Experiment
@@ -58,6 +59,8 @@ class Hypothesis:
     """The first of two effects on this factor, where this may be the second."""
     effect: str = ""
     """Its name where that is not its stage's: effects may share one."""
+    roughness: float = 0.0
+    """Share of what it changes by which its law is likely wrong."""
 
     @property
     def name(self) -> str:
@@ -68,11 +71,16 @@ class Hypothesis:
 def hypotheses_of(posteriors: Sequence[Posterior]) -> list[Hypothesis]:
     """What is still possible on every factor that leaves a choice, the likeliest first."""
     return [
-        Hypothesis(posterior.stand.name, fit.applied, posterior.probability[name], spreads(fit), posterior.given, name)
+        _possible(posterior, name, fit)
         for posterior in posteriors
         if posterior.found and sum(one in posterior.fits for one in posterior.names) > 1
         for name, fit in sorted(posterior.fits.items(), key=lambda item: -posterior.probability[item[0]])
     ]
+
+
+def _possible(posterior: Posterior, name: str, fit: Fit) -> Hypothesis:
+    chance, factor = posterior.probability[name], posterior.stand.name
+    return Hypothesis(factor, fit.applied, chance, spreads(fit), posterior.given, name, fit.roughness)
 
 
 def spreads(fit: Fit) -> dict[str, float]:
@@ -91,7 +99,9 @@ def what_next(
     """The experiment that tells most of what a diagnosis leaves open: at the amplitudes and rest pressures of its
     records, within what the rig allows (`room`; careful bounds where that is not known), by the `simulator` too."""
     room, settings = room_within(expected.tracks, room or Room()), settings or fitted()
-    return next_experiment(hypotheses_of(posteriors), known_rig(expected), room, settings, seconds, simulator)
+    lasted_s = sum(len(pair) * pair.dt_s for pair in expected.pairs)
+    rig, rivals = known_rig(expected), hypotheses_of(posteriors)
+    return next_experiment(rivals, rig, room, settings, seconds, simulator, lasted_s)
 
 
 def next_experiment(
@@ -101,9 +111,10 @@ def next_experiment(
     settings: Fitted,
     seconds: float = TIME_S,
     simulator: Model | None = None,
+    lasted_s: float = 0.0,
 ) -> Experiment | None:
-    """The records that tell most of these hypotheses within `seconds`; None when nothing is open, or none tells any
-    more."""
+    """The records that tell most of these hypotheses within `seconds`, beside records that `lasted_s`; None when
+    nothing is open, or none tells any more."""
     open_ones = [one for one in hypotheses if one.probability >= LEAST_PROBABILITY]
     places = dict.fromkeys((one.factor, one.given) for one in open_ones)
     rivals = [[one for one in open_ones if (one.factor, one.given) == place][:MOST] for place in places]
@@ -114,7 +125,7 @@ def next_experiment(
     expected = rehearse(rig, plans)
     asked = {those[0].factor for those in rivals}
     stands = {stand.name: stand for stand in factors_of(expected, settings, asked)}
-    known = [_weigh(stands[those[0].factor], those) for those in rivals if those[0].factor in stands]
+    known = [_weigh(stands[those[0].factor], those, lasted_s) for those in rivals if those[0].factor in stands]
     allowed = within(expected, room.angle_deg, simulator)
     chosen = _chosen(known, [lasts_s(entry) for entry in pool], allowed, seconds)
     return _described(known, pool, chosen) if chosen else None
@@ -138,6 +149,8 @@ class _Open:
     """About their changes, then about their numbers."""
     owner: tuple[int, ...]
     """(m,) which hypothesis each number belongs to."""
+    mass: float
+    """Probability that it is one of them at all."""
 
     def distances(self, chosen: Sequence[int]) -> Column:
         """(h, h) squared, in variances: between hypotheses whose numbers are known within their spreads only."""
@@ -162,9 +175,16 @@ class _Open:
         overlap = np.exp(-self.distances(chosen) / 8.0) @ self.probability
         return float(-np.sum(self.probability * np.log(overlap)))
 
+    def confidence(self, chosen: Sequence[int]) -> float:
+        """Probability that the truth is expected to have after these records. They part the hypotheses from each
+        other; that it is none of them stays as likely as it was."""
+        return self.mass**2 * expected_confidence(self.probability, self.distances(chosen)) + (1.0 - self.mass) ** 2
 
-def _weigh(stand: Stand, rivals: Sequence[Hypothesis]) -> _Open:
-    chance = np.array([one.probability for one in rivals])
+
+def _weigh(stand: Stand, rivals: Sequence[Hypothesis], lasted_s: float) -> _Open:
+    probability = np.array([one.probability for one in rivals])
+    mass = min(float(probability.sum()), 1.0)
+    chance = probability / probability.sum()
     changes = [stand.scene.changed_by(one.applied) for one in rivals]
     slopes, owner = [], []
     for k, one in enumerate(rivals):
@@ -173,9 +193,20 @@ def _weigh(stand: Stand, rivals: Sequence[Hypothesis]) -> _Open:
             slopes.append(stand.scene.changed_by(moved) - changes[k])
             owner.append(k)
     lines = stand.scene.factor.lines
-    information = inform(stand, np.column_stack([lines.of(np.nan_to_num(one)) for one in (*changes, *slopes)]))
-    names = tuple(one.name for one in rivals)
-    return _Open(names, chance / chance.sum(), information, tuple(owner))
+    directions = np.column_stack([lines.of(np.nan_to_num(one)) for one in (*changes, *slopes)])
+    wrong = directions[:, : len(rivals)] * np.sqrt(chance) * np.array([one.roughness for one in rivals])
+    information = inform(as_rough(stand, wrong), directions, wrong, lasted_s)
+    return _Open(tuple(one.name for one in rivals), chance, information, tuple(owner), mass)
+
+
+def as_rough(stand: Stand, wrong: Column) -> Stand:
+    """The factor where the change of each hypothesis is wrong by so much (l, h): by the mean over the hypotheses, for
+    the bound is that of one covariance."""
+    scene, factor = stand.scene, stand.scene.factor
+    variance = np.sum([rough_lines(factor.lines, one, 1.0, scene.prior) for one in wrong.T], axis=0)
+    later = np.column_stack([later_pattern(one, factor.lines, 1.0) for one in wrong.T])
+    healthy = factor.healthy.with_patterns(later).with_variance(variance)
+    return replace(stand, scene=replace(scene, factor=replace(factor, healthy=healthy)))
 
 
 def _chosen(known: Sequence[_Open], times: Sequence[float], allowed: Sequence[int], seconds: float) -> list[int]:
@@ -201,7 +232,7 @@ def _described(known: Sequence[_Open], pool: Sequence[Entry], chosen: Sequence[i
     apart = np.sqrt(first.distances(chosen))
     kept = _parted(apart)
     weakest = min((apart[i, j] for i, j in combinations(kept, 2)), default=0.0)
-    surely = np.prod([expected_confidence(one.probability, one.distances(chosen)) for one in known])
+    surely = np.prod([one.confidence(chosen) for one in known])
     return Experiment(
         tuple(pool[k] for k in chosen),
         sum(one.gain(chosen) for one in known),

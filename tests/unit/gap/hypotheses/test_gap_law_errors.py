@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rig.gap.hypotheses.fit import law_patterns
+from rig.gap.hypotheses.law_errors import law_patterns
 from rig.gap.likelihood.lines import lines_of
 
 ROWS, DT_S = 2000, 0.01

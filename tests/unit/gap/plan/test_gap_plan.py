@@ -14,6 +14,7 @@ from rig.app.gap.known_rigs import Asked, known_by_call
 from rig.excite.envelope import check
 from rig.excite.experiment import expand, load_sweep
 from rig.gap.evidence.posterior import judge
+from rig.gap.hypotheses.law_errors import with_law
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.hypotheses.scenes import ANGLE, PRESSURES, Stand
 from rig.gap.plan.candidates import Room, candidates, lasts_s, planned, sweep_text
@@ -21,11 +22,11 @@ from rig.gap.plan.capability import Ability, capability, seen_separation
 from rig.gap.plan.design import design
 from rig.gap.plan.directions import columns, sized, usual_directions
 from rig.gap.plan.information import inform, log_odds, needed_separation, separations
-from rig.gap.plan.next_experiment import Hypothesis, expected_confidence, next_experiment
+from rig.gap.plan.next_experiment import Hypothesis, as_rough, expected_confidence, next_experiment
 from rig.gap.plan.rehearse import Rig, factors_of, rehearse, within
 from rig.gap.records.usable import usable
 from rig.gap.response.propagate import Applied
-from rig.gap.settings import Odds, fitted
+from rig.gap.settings import SESSION_S, Odds, fitted
 from rig.model.kernels import simulate
 from rig.model.parameters import load_model
 from rig.record import Column
@@ -69,6 +70,28 @@ def test_information_of_all_records_is_the_likelihood_s_own(usual: list[Stand], 
 def test_a_record_beside_others_tells_what_they_tell_together(usual: list[Stand]) -> None:
     known = inform(usual[1], columns(usual_directions(FEW, usual[1], 0.05)))
     np.testing.assert_array_equal(known.beside([2, 0]).of([5]), known.of([2, 0, 5]))
+
+
+@pytest.mark.parametrize("factor", [0, 1])
+def test_information_where_laws_are_rough_is_the_likelihood_s_own(usual: list[Stand], factor: int) -> None:
+    """A law is off by another share in each record and by one lateness in all, as a diagnosis judges it."""
+    stand, rho = usual[factor], 0.3
+    moved = usual_directions(FEW, stand, 0.05)[0].moved
+    scene = stand.scene
+    rough = with_law(scene.factor.healthy, scene.factor.lines, moved, rho, scene.prior)
+    known = inform(as_rough(stand, rho * moved[:, None]), moved[:, None], rho * moved[:, None])
+    assert known.of(range(len(known.seconds)))[0, 0] == pytest.approx(rough.chi_square(moved), rel=1e-6)
+    assert rough.chi_square(moved) < 0.5 * scene.factor.healthy.chi_square(moved)
+
+
+def test_records_beside_a_whole_session_tell_less_than_alone(usual: list[Stand]) -> None:
+    """Of so many records the likelihood counts no more independent lines than of a session (`Parts.factor`)."""
+    moved = columns(usual_directions(FEW, usual[1], 0.05))
+    known = inform(usual[1], moved)
+    alone, beside = (np.diag(one.of([0])) for one in (known, replace(known, beside_s=SESSION_S)))
+    share = SESSION_S / (SESSION_S + known.seconds[0])
+    assert np.all(beside < alone)
+    assert np.all(beside >= share * alone), "patterns take less of weaker lines"
 
 
 def test_more_records_never_tell_less(usual: list[Stand]) -> None:
@@ -210,6 +233,25 @@ def test_a_delay_and_a_lag_are_parted_by_something_fast(rig: Rig) -> None:
     assert found.confidence > 0.5
     assert max(entry.signal.highest_hz for entry in found.entries) >= 1.5
     assert found.to_json()["needs_reference"] is False
+
+
+def test_what_is_not_among_the_rivals_stays_as_likely_as_it_was(rig: Rig) -> None:
+    """Something unknown of 0.3 was left out of the promise, which was 0.99."""
+    rivals = [late("delay", 0.02, 0.35), late("valve_lag", 0.02, 0.35)]
+    found = next_experiment(rivals, rig, ROOM, fitted())
+    assert found is not None
+    assert found.confidence == pytest.approx(0.7**2 + 0.3**2, abs=0.02)
+
+
+def test_rough_laws_and_a_long_session_promise_less(rig: Rig) -> None:
+    rivals = [late("delay", 0.002, 0.5), late("valve_lag", 0.002, 0.5)]
+    rough = [replace(one, roughness=0.5) for one in rivals]
+    promised = [
+        found.nats
+        for some, lasted_s in ((rivals, 0.0), (rivals, SESSION_S), (rough, 0.0))
+        if (found := next_experiment(some, rig, ROOM, fitted(), lasted_s=lasted_s)) is not None
+    ]
+    assert promised[0] > max(promised[1:])
 
 
 @pytest.mark.parametrize("seconds", [0.001, 0.0015, 0.002])

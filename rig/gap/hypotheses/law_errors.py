@@ -1,0 +1,46 @@
+"""How a law may be wrong: what is expected of what it leaves of a change that is really its own."""
+
+import numpy as np
+
+from rig.gap.likelihood.gaussian import Gaussian
+from rig.gap.likelihood.lines import Lines
+from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, Prior
+from rig.record import Column
+
+
+def with_law(
+    healthy: Gaussian, lines: Lines, moved: Column, rho: float, prior: Prior, power: Column | None = None
+) -> Gaussian:
+    """What is expected of what a law leaves when it is as rough as a share `rho` of what it changes; `power` is the
+    envelope of that, where it is known."""
+    if rho <= 0.0:
+        return healthy
+    rough = rough_lines(lines, moved, rho, prior, power)
+    return healthy.with_patterns(law_patterns(moved, lines, rho)).with_variance(rough)
+
+
+def rough_lines(lines: Lines, moved: Column, rho: float, prior: Prior, power: Column | None = None) -> Column:
+    """(l,) variance of the lines of what so rough a law leaves."""
+    power = lines.envelope(moved, ENVELOPE_HZ, ENVELOPE_EVEN) if power is None else power
+    out: Column = (prior.rho_lines * rho) ** 2 * power
+    return out
+
+
+def law_patterns(moved: Column, lines: Lines, rho: float) -> Column:
+    """(l, k) how a law may be wrong: its change in each record a little larger or smaller, and a little earlier or
+    later."""
+    count = int(lines.record.max()) + 1
+    out = np.zeros((len(moved), count + 1))
+    out[np.arange(len(moved)), lines.record] = rho * moved
+    out[:, count] = later_pattern(moved, lines, rho)
+    return out
+
+
+def later_pattern(moved: Column, lines: Lines, rho: float) -> Column:
+    """(l,) the last of them: a little earlier or later in all records."""
+    frequency = lines.frequency_hz
+    turned = moved * frequency
+    # in proportion to what moves: with a constant's power in the scale, the monitors' noise on top of it would be free
+    norm = np.sqrt(np.sum(moved[frequency > 0.0] ** 2) / max(np.sum(turned**2), 1e-30))
+    out: Column = rho * norm * turned
+    return out
