@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from pamrig._models import _model, save_model
 from pamrig._picture import Picture, html_table
-from pamrig._places import Logs, records_of
+from pamrig._places import Logs, place_of, records_of
 from rig.app.gap.baselines import Session, agreeing, check_apart, read_sessions
 from rig.app.gap.effects import check_effects
-from rig.errors import ModelError
+from rig.errors import ConfigError, ModelError
 from rig.gap.answer.result import Cause
 from rig.gap.answer.result import Diagnosis as Answer
 from rig.gap.answer.words import answers
@@ -65,7 +65,7 @@ class Diagnosis:
         """The report as one HTML page; ModelError without a simulator."""
         from rig.report.page import write_page
 
-        write_page(Path(place), self._answer, self._grounds, self._simulator("a page"))
+        write_page(place_of(place, "save_page"), self._answer, self._grounds, self._simulator("a page"))
 
     def save_augmented(self, place: str | Path) -> None:
         """The simulator with the named causes added, as YAML; ModelError without a simulator."""
@@ -110,6 +110,8 @@ def diagnose(
     """
     check_effects(list(effects or ()))
     simulator = None if model is None else _model(model)
+    if isinstance(baselines, Record | str | Path) or not isinstance(baselines, Iterable):
+        raise ConfigError(f"baselines: expected a list with one entry an earlier day, got {baselines!r:.60}")
     days = _days(logs, list(baselines), every=every_day)
     library = list(effects) if effects else None
     answer, grounds = diagnose_with_grounds(

@@ -6,6 +6,8 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pamrig._places import place_of
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
@@ -26,7 +28,7 @@ class Picture:
         """Write it as PNG, SVG or PDF by the suffix; `pamrig.Error` when that fails."""
         from rig.report.log_figures import save
 
-        save(self.figure, Path(place))
+        save(self.figure, place_of(place, "save"))
 
     def _repr_png_(self) -> bytes:
         from rig.report.figure_texts import as_written

@@ -68,13 +68,17 @@ def sweep_file(sweep: str | Path | dict[str, Any]) -> Iterator[Path]:
         yield path
 
 
+def _whole(file: Any) -> Any:
+    if isinstance(file, list | tuple):
+        return [_whole(one) for one in file]
+    return str(Path(file).absolute()) if isinstance(file, str | Path) else plain(file)
+
+
 def plain(value: Any) -> Any:
-    """Values of numpy, tuples and paths as YAML has them; the file of a waveform by its whole path."""
+    """Values of numpy, tuples and paths as YAML has them; the file of a waveform, or each of several, by its whole
+    path."""
     if isinstance(value, dict):
-        return {
-            key: str(Path(item).absolute()) if key == "file" and isinstance(item, str | Path) else plain(item)
-            for key, item in value.items()
-        }
+        return {key: _whole(item) if key == "file" else plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
         return [plain(item) for item in value]
     if hasattr(value, "tolist"):

@@ -150,7 +150,7 @@ def run(
     _check_clock(clock)
     virtual = clock == "virtual" if clock else chosen.simulated
     facts = {"effects": unstructure(chosen.options["effects"])} if chosen.options.get("effects") else {}
-    folder = None if out is None else Path(out)
+    folder = None if out is None else place_of(out, "out")
     with sweep_file(sweep) as path:
         options = SweepOptions(folder, virtual, chosen.seed, force, facts, chosen.options)
         runs = Runs(run_sweep(path, chosen.config, options))
@@ -218,7 +218,7 @@ def replay(
     config, simulator = None if rig is None else chosen.config, None if model is None else place_of(model, "model")
     job = replaying.prepare(place_of(log, "replay"), config, simulator, None, resample)
     job = replace(job, device_options={**chosen.options, **job.device_options})
-    folder = Path(out) if out is not None else runner.new_folder("replay")
+    folder = place_of(out, "out") if out is not None else runner.new_folder("replay")
     options = replaying.ReplayOptions(folder, clock, chosen.seed, force, None, tolerances)
     done = replaying.replay_all(job, options)
     for item in done:

@@ -44,6 +44,14 @@ def test_a_mapping_takes_numbers_of_numpy_and_finds_its_waveform_from_here(
     assert pamrig.simulated_rig({"delay": {"delay_s": np.float32(0.02)}}, seed=np.int64(3)).seed == 3
 
 
+def test_a_mapping_finds_each_of_several_waveforms_from_here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("v", "w"):
+        (tmp_path / f"{name}.csv").write_text("t_s,dp_mpa\n0,0\n1,0.1\n")
+    monkeypatch.chdir(tmp_path)
+    said = pamrig.simulate("simulated", {"records": [{"waveform": {"file": ["v.csv", Path("w.csv")]}}]})
+    assert [record.name for record in said] == ["waveform_v", "waveform_w"]
+
+
 SHORT = pamrig.Record("short", np.arange(3) * 0.005, np.zeros(3), np.zeros(3))
 WRONG: list[tuple[Callable[[], Any], type[Exception], str]] = [
     (lambda: pamrig.read("x", phases="swep"), pamrig.ConfigError, "phases: 'swep' is unknown; allowed: sweep, all"),
@@ -67,6 +75,14 @@ WRONG: list[tuple[Callable[[], Any], type[Exception], str]] = [
     (lambda: pamrig.simulated_rig({"delay": {"delay_s": "a"}}), pamrig.ConfigError, "delay_s: expected a number"),
     (lambda: pamrig.simulated_rig(["delay"]), pamrig.ConfigError, "effects: expected a mapping"),
     (lambda: pamrig.run(SWEEP, clock="vitual"), pamrig.ConfigError, "clock: 'vitual' is unknown; allowed: real, virt"),
+    (lambda: pamrig.run(SWEEP, out=3), pamrig.ConfigError, "out: expected a path as text or Path, got 3"),
+    (
+        lambda: pamrig.diagnose("simulated", SHORT, "monday"),
+        pamrig.ConfigError,
+        "baselines: .* got 'monday'",
+    ),
+    (lambda: pamrig.diagnose("simulated", SHORT, SHORT), pamrig.ConfigError, "baselines: expected a list with one"),
+    (lambda: pamrig.diagnose("simulated", SHORT, 3), pamrig.ConfigError, "baselines: expected a list .* got 3"),
     (lambda: pamrig.replay("x", clock="fast"), pamrig.ConfigError, "clock: 'fast' is unknown"),
     (lambda: pamrig.save_model("simulated", "x.yaml"), pamrig.ModelError, "save_model: expected a Model"),
 ]
