@@ -75,13 +75,16 @@ def _in_columns(records: Sequence[Record], name: str) -> list[list[Dropouts]]:
     seen = {id(read): _seen(read, passed) for read in measured}
     rails = _rails(list(seen.values()))
     found = [
-        list(_in_column(name, seen[id(read)], max(1, int(LONGEST_BURST_S / record.period_s)), rails, passed))
-        if id(read) in seen
-        else []
+        list(_in_column(name, seen[id(read)], _longest_rows(record), rails, passed)) if id(read) in seen else []
         for record, read in zip(records, columns, strict=True)
     ]
     clear = _often_enough(found)
     return [[one for one in mine if one.rail in clear] for mine in found]
+
+
+def _longest_rows(record: Record) -> int:
+    """Rows that samples may fall for; one in a record that has no period."""
+    return max(1, int(LONGEST_BURST_S / record.period_s)) if len(record) > 1 else 1
 
 
 @dataclass(frozen=True)
