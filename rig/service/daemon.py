@@ -28,6 +28,7 @@ from rig.service.queue.queue_runner import QueueRunner
 from rig.service.queue.starting import Starting
 from rig.service.records.blackbox import Owner
 from rig.service.records.ledger import Ledger
+from rig.service.records.operating_time import OperatingTime
 from rig.service.records.orders import Mark
 from rig.service.records.retention import Retention
 from rig.service.session.session import ending_signals
@@ -73,8 +74,9 @@ class Daemon:
         self._owner = Owner.of(settings.state, parts.rig.name)
         self._monitor = SessionMonitor(parts, settings.force, str(self._owner))
         self._queue = Queue(settings.state / "queue.json")
-        self._ledger = Ledger(settings.ledger)
-        self._retention = Retention(self._ledger, settings.retention)
+        self._operating = OperatingTime(settings.operating_time)
+        self._ledger = Ledger(settings.ledger, self._operating.s)
+        self._retention = Retention(self._ledger, settings.retention, self._operating)
         self._runner = QueueRunner(self._monitor, self._queue, parts.rig, settings, self._ledger)
         self._checker = Planner(parts.rig)
         self._starting = Starting(self._monitor, self._queue, self._runner, self._checker)
@@ -164,6 +166,7 @@ class Daemon:
         await asyncio.to_thread(self._live.close)
         await asyncio.to_thread(self._page.close)
         left = await asyncio.get_running_loop().run_in_executor(self._starter, self._monitor.close, self._wait_on)
+        await asyncio.to_thread(self._retention.remember)
         await self._server.close()
         self._starter.shutdown()
         self._notifier.close()

@@ -82,7 +82,7 @@ class DaemonSettings:
     """When the daemon's own records are more, its oldest go, announced a day before (retention.py); None: they all
     stay."""
     keep_days: float | None = bounded(0.01, 36500.0, "d", default=None)
-    """The daemon's own records that are older go, announced a day before; None: they all stay."""
+    """The daemon's own records go once it has run for longer since, announced a day before; None: they all stay."""
     spare_gb: float = bounded(0.0, 1e6, "GB", default=0.2)
     """With less free space than this no sweep is started."""
     metrics: Path | None = None
@@ -98,6 +98,11 @@ class DaemonSettings:
     def ledger(self) -> Path:
         """Where the daemon writes down which records it made."""
         return self.state / "records.jsonl"
+
+    @property
+    def operating_time(self) -> Path:
+        """Where the daemon keeps how long it has run."""
+        return self.state / "operating_time.json"
 
     @property
     def retention(self) -> Policy:

@@ -121,22 +121,21 @@ def _logging() -> Iterator[None]:
 def _say_what_would_go(settings: "DaemonSettings") -> None:
     from datetime import UTC, datetime
 
-    from rig.service.records.ages import moment
     from rig.service.records.ledger import Ledger
+    from rig.service.records.operating_time import OperatingTime
 
     say = console().print
     if settings.retention.off:
         say("retention is off: no record is ever removed (set keep_gb or keep_days in the daemon's settings)")
         return
-    entries, now = Ledger(settings.ledger).entries, moment()
-    due = settings.retention.due(entries, now)
+    entries, operating_s = Ledger(settings.ledger).entries, OperatingTime(settings.operating_time).s()
+    due = settings.retention.due(entries, operating_s)
     for entry in due:
         say(
             f"would go: {entry.path}  {entry.size} bytes, of "
-            f"{datetime.fromtimestamp(entry.recorded_s, UTC):%Y-%m-%d %H:%M} UTC",
+            f"{datetime.fromtimestamp(entry.recorded_s, UTC):%Y-%m-%d %H:%M} UTC, "
+            f"{(operating_s - entry.operating_s) / 86400:.1f} days of the daemon's running ago",
         )
-    for one in settings.retention.doubted(entries, now):
-        say(f"stays: {one.entry.path}  its date is not believed: {one.why}")
     say(
         f"{len(due)} of {len(entries)} records of this daemon, {sum(entry.size for entry in due) / 1e9:.3f} GB; "
         "nothing was removed"

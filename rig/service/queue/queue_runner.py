@@ -18,7 +18,6 @@ from rig.service.door.protocol import Code, Refused
 from rig.service.processes import DISK_PATIENCE_S
 from rig.service.queue.job_queue import Job, JobState, Queue
 from rig.service.queue.planner import Planner, Published, Summary
-from rig.service.records.ages import moment
 from rig.service.records.ledger import Ledger
 from rig.service.records.orders import RunResult
 from rig.service.records.record_names import aside, free, vacated
@@ -197,7 +196,7 @@ class QueueRunner:
         """Write down that the daemon made it. A record that cannot be written down stays for ever, which is no reason
         to stop."""
         try:
-            await asyncio.to_thread(self._ledger.add, file, moment())
+            await asyncio.to_thread(self._ledger.add, file)
         except RigError as error:
             _LOG.error("%s", error)
 

@@ -1,31 +1,28 @@
 """Which records this daemon made: a line each, kept in its state folder. Retention takes nothing that does not stand
 here.
 
-A record is known by its path and by its file's identity (device, inode, size), so that what somebody renamed, replaced,
-restored from a copy or reached through a link of his own is not ours any more. A ledger that is broken is put aside:
-then nothing is ours.
+A record is known by its path and by its file's identity (device, inode, size, time of the last write), so that what
+somebody renamed, replaced, wrote to, restored from a copy or reached through a link of his own is not ours any more.
+A ledger that is broken is put aside: then nothing is ours.
 """
 
 import json
+import math
 import os
 import threading
+import time
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from rig.errors import RigError
 
-
-@dataclass(frozen=True)
-class Moment:
-    """A time, by two clocks: one that can be set, and one that only goes on."""
-
-    wall_s: float
-    boot: str = ""
-    """Name of the machine's boot; empty when it is not known."""
-    up_s: float = 0.0
-    """Time since that boot."""
+_ROUNDED_NS: Final = 2_000_000_000
+"""FAT keeps the time of a write to 2 s, and forgets the rest once the file has left the cache."""
+_NO_MORE: Final = frozenset({"boot", "up_s"})
+"""Clocks that entries had once, beside the wall clock; nothing goes by them now."""
 
 
 @dataclass(frozen=True)
@@ -38,11 +35,11 @@ class Entry:
     inode: int
     size: int
     recorded_s: float
-    """Wall clock at its end; whether that was right is asked in ages.py."""
-    boot: str = ""
-    """The machine's boot in which it was recorded; empty where that has no name."""
-    up_s: float = 0.0
-    """Time since that boot."""
+    """Wall clock at its end, for a person; nothing goes by it, for it may have been wrong."""
+    operating_s: float = 0.0
+    """How long the daemon had run by then, over all its starts (operating_time.py); 0: before that was counted."""
+    modified_ns: int = 0
+    """The file's own time of its last write; 0: not known."""
 
     @property
     def session(self) -> str:
@@ -55,7 +52,8 @@ class Entry:
         with suppress(OSError):
             now = os.lstat(self.path)
             same = (now.st_dev, now.st_ino, now.st_size) == (self.device, self.inode, self.size)
-            return same and os.path.realpath(self.path) == self.path
+            untouched = not self.modified_ns or abs(now.st_mtime_ns - self.modified_ns) <= _ROUNDED_NS
+            return same and untouched and os.path.realpath(self.path) == self.path
         return False
 
 
@@ -65,8 +63,9 @@ class Ledger:
     Nothing is held in memory: a daemon that records for a month needs no more of it than one that has just begun.
     """
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
+    def __init__(self, path: Path, operating_s: Callable[[], float] = lambda: 0.0) -> None:
+        """`operating_s`: how long the daemon has run, over all its starts; who only reads needs none."""
+        self._path, self._operating_s = path, operating_s
         self._writing = threading.Lock()
         self._broken = False
         self._read()
@@ -78,13 +77,15 @@ class Ledger:
         with self._writing:
             return list(self._read().values())
 
-    def add(self, file: Path, at: Moment) -> None:
+    def add(self, file: Path) -> None:
         """Remember a record that is finished; one that is not there is no record. RigError when it cannot be written
         down."""
         with suppress(FileNotFoundError):
             path = file.resolve(strict=True)
             seen = path.stat()
-            entry = Entry(str(path), seen.st_dev, seen.st_ino, seen.st_size, at.wall_s, at.boot, at.up_s)
+            entry = Entry(
+                str(path), seen.st_dev, seen.st_ino, seen.st_size, time.time(), self._operating_s(), seen.st_mtime_ns
+            )
             with self._writing:
                 self._append(_line(entry))
 
@@ -138,11 +139,13 @@ def _line(entry: Entry) -> str:
     return json.dumps(asdict(entry)) + "\n"
 
 
-def _entry(raw: dict[str, Any]) -> Entry:
-    entry = Entry(**raw)
-    numbers = (entry.device, entry.inode, entry.size, entry.recorded_s, entry.up_s)
-    if not isinstance(entry.path, str) or not isinstance(entry.boot, str):
+def _entry(raw: Any) -> Entry:
+    if not isinstance(raw, dict):
         raise TypeError("an entry of another kind")
-    if not all(isinstance(number, int | float) for number in numbers):
+    entry = Entry(**{key: value for key, value in raw.items() if key not in _NO_MORE})
+    numbers = (entry.device, entry.inode, entry.size, entry.recorded_s, entry.operating_s, entry.modified_ns)
+    if not isinstance(entry.path, str) or not all(isinstance(number, int | float) for number in numbers):
         raise TypeError("an entry of another kind")
+    if not (math.isfinite(entry.operating_s) and entry.operating_s >= 0.0):
+        raise ValueError("a time that no daemon has run")  # it would be older than anything can be
     return entry

@@ -2,20 +2,19 @@
 
 Only records of this daemon's own ledger may go, never the newest of a session (the folder of a sweep), never one that
 somebody renamed or replaced, and never a folder. Everything else under the logs is somebody's and is not even looked
-at.
+at. No wall clock is asked: a record is as old as the daemon has run since.
 """
 
 import asyncio
 import logging
 import os
-import time
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Final
 
 from rig.errors import RigError
-from rig.service.records.ages import Doubt, doubts, moment
-from rig.service.records.ledger import Entry, Ledger, Moment
+from rig.service.records.ledger import Entry, Ledger
+from rig.service.records.operating_time import OperatingTime
 
 NOTICE_S: Final = 86400.0
 """From the announcement of a record to its end. Counted while the daemon runs: a restart announces anew, and a wall
@@ -30,40 +29,28 @@ class Policy:
 
     keep_bytes: int | None = None
     keep_s: float | None = None
+    """Of the daemon's operating time."""
 
     @property
     def off(self) -> bool:
         """Nothing ever goes."""
         return self.keep_bytes is None and self.keep_s is None
 
-    def due(self, entries: Iterable[Entry], now: Moment) -> list[Entry]:
-        """The records that may go, in the order of recording: too old, or the first of too many bytes. The newest of
-        each session stays; a date that is not believed makes none old."""
-        present = self._present(entries)
-        newest, doubted = _newest(present), doubts(present, now)
+    def due(self, entries: Iterable[Entry], operating_s: float) -> list[Entry]:
+        """The records that may go, in the order of recording, of a daemon that has run for `operating_s`: too old, or
+        the first of too many bytes. The newest of each session stays."""
+        present = [] if self.off else [entry for entry in entries if entry.ours]
+        newest = _newest(present)
         surplus = sum(entry.size for entry in present) - (
             self.keep_bytes if self.keep_bytes is not None else float("inf")
         )
         due = []
         for entry in present:
-            too_old = self._dated_too_old(entry, now) and entry.path not in doubted
+            too_old = self.keep_s is not None and operating_s - entry.operating_s > self.keep_s
             if entry is not newest[entry.session] and (too_old or surplus > 0):
                 due.append(entry)
                 surplus -= entry.size
         return due
-
-    def doubted(self, entries: Iterable[Entry], now: Moment) -> list[Doubt]:
-        """The records that are kept although their date makes them too old, because it is not believed."""
-        present = self._present(entries)
-        due = {entry.path for entry in self.due(present, now)}
-        found = doubts(present, now).values()
-        return [one for one in found if self._dated_too_old(one.entry, now) and one.entry.path not in due]
-
-    def _present(self, entries: Iterable[Entry]) -> list[Entry]:
-        return [] if self.off else [entry for entry in entries if entry.ours]
-
-    def _dated_too_old(self, entry: Entry, now: Moment) -> bool:
-        return self.keep_s is not None and entry.recorded_s < now.wall_s - self.keep_s
 
 
 def _newest(present: Iterable[Entry]) -> dict[str, Entry]:
@@ -74,26 +61,28 @@ def _newest(present: Iterable[Entry]) -> dict[str, Entry]:
 class Retention:
     """Announces what is due and removes what has been announced for a day."""
 
-    def __init__(
-        self,
-        ledger: Ledger,
-        policy: Policy,
-        *,
-        now: Callable[[], Moment] = moment,
-        clock_s: Callable[[], float] = time.monotonic,
-    ) -> None:
-        self._ledger, self._policy, self._now, self._clock_s = ledger, policy, now, clock_s
-        self._said: set[str] = set()
+    def __init__(self, ledger: Ledger, policy: Policy, operating: OperatingTime) -> None:
+        self._ledger, self._policy, self._operating = ledger, policy, operating
         self._announced: dict[str, float] = {}
+        """Path -> operating time of the announcement (s)."""
 
     async def run(self) -> None:
         """A turn every ten minutes, for ever; each removal stands in the log, a day ahead and once it is done."""
         while True:
+            await asyncio.to_thread(self.remember)
             try:
                 await asyncio.to_thread(self.turn)
             except RigError as error:
                 _LOG.error("retention: %s", error)
             await asyncio.sleep(_TURN_S)
+
+    def remember(self) -> None:
+        """Keep how long the daemon has run; where that cannot be written, records grow old later, and the log says
+        so."""
+        try:
+            self._operating.save()
+        except RigError as error:
+            _LOG.error("retention: %s", error)
 
     def turn(self) -> tuple[list[Entry], list[Entry]]:
         """What is announced now, and what has been removed now; the log has each before anything else can fail.
@@ -102,9 +91,8 @@ class Retention:
         """
         if self._policy.off:
             return [], []
-        entries, moment_now = self._ledger.entries, self._now()
-        self._say_doubts(self._policy.doubted(entries, moment_now))
-        now, due = self._clock_s(), self._policy.due(entries, moment_now)
+        now = self._operating.s()
+        due = self._policy.due(self._ledger.entries, now)
         fresh = [entry for entry in due if entry.path not in self._announced]
         for entry in fresh:
             _LOG.warning(
@@ -119,13 +107,6 @@ class Retention:
             self._ledger.forget([entry.path for entry in removed])
         return fresh, removed
 
-    def _say_doubts(self, doubted: Iterable[Doubt]) -> None:
-        """Once each."""
-        for one in doubted:
-            if one.entry.path not in self._said:
-                self._said.add(one.entry.path)
-                _LOG.warning("retention: %s stays, its date is not believed: %s", one.entry.path, one.why)
-
     def to_json(self) -> dict[str, Any] | None:
         """For the status: how many records are announced and when the first of them goes; None while nothing is."""
         announced = self._announced  # replaced as a whole by the thread that turns
@@ -133,7 +114,7 @@ class Retention:
             return None
         return {
             "announced": len(announced),
-            "first_in_s": max(min(announced.values()) + NOTICE_S - self._clock_s(), 0.0),
+            "first_in_s": max(min(announced.values()) + NOTICE_S - self._operating.s(), 0.0),
         }
 
 

@@ -2,7 +2,9 @@
 
 import errno
 import gc
+import json
 import os
+import time
 import tracemalloc
 from pathlib import Path
 from typing import Any
@@ -13,43 +15,38 @@ from click.testing import CliRunner
 from rig.app import shipped
 from rig.cli.service.daemon import daemon
 from rig.errors import RigError
-from rig.service.records.ages import doubts, moment
-from rig.service.records.ledger import Ledger, Moment
+from rig.service.records.ledger import Ledger
+from rig.service.records.operating_time import OperatingTime
 from rig.service.records.retention import NOTICE_S, Policy, Retention
 from rig.service.settings import DaemonSettings, load_settings
 
 DAY_S = 86400.0
-NOW_S = 20_500 * DAY_S
+RUN_S = 4000 * DAY_S
+"""The daemon has run for so long."""
 
 
 class Desk:
-    """A folder of logs, a ledger and two clocks that are turned by hand."""
+    """A folder of logs, a ledger and a clock that is turned by hand."""
 
     def __init__(self, folder: Path) -> None:
-        self.logs, self.ledger = folder / "logs", Ledger(folder / "records.jsonl")
-        self.wall_s, self.clock_s = NOW_S, 0.0
-        self.boot, self.up_s = "today's", DAY_S
+        self.logs, self.clock_s, self._recorded_s = folder / "logs", 0.0, 0.0
+        self.operating = OperatingTime(folder / "operating_time.json", lambda: self.clock_s)
+        self.clock_s = RUN_S
+        self.ledger = Ledger(folder / "records.jsonl", lambda: self._recorded_s)
 
-    def record(
-        self, name: str, age_days: float = 1.0, size: int = 100, *, own: bool = True, boot: str = "", up_s: float = 0.0
-    ) -> Path:
+    def record(self, name: str, age_days: float = 1.0, size: int = 100, *, own: bool = True) -> Path:
         """A record under the logs, in the ledger when it is the daemon's `own`."""
         path = self.logs / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(bytes(size))
-        os.utime(path, (NOW_S - age_days * DAY_S,) * 2)
+        self._recorded_s = RUN_S - age_days * DAY_S
         if own:
-            self.ledger.add(path, Moment(NOW_S - age_days * DAY_S, boot, up_s))
+            self.ledger.add(path)
         return path
 
     def retention(self, keep_bytes: int | None = None, keep_days: float | None = None) -> Retention:
         keep_s = None if keep_days is None else keep_days * DAY_S
-        return Retention(
-            self.ledger,
-            Policy(keep_bytes, keep_s),
-            now=lambda: Moment(self.wall_s, self.boot, self.up_s),
-            clock_s=lambda: self.clock_s,
-        )
+        return Retention(self.ledger, Policy(keep_bytes, keep_s), self.operating)
 
     def gone(self, retention: Retention) -> list[str]:
         """What goes once everything has been announced for long enough."""
@@ -144,84 +141,105 @@ def test_what_somebody_renamed_replaced_or_restored_is_his(desk: Desk) -> None:
 
 
 def test_a_notice_is_withdrawn_with_its_reason_and_begins_anew(desk: Desk) -> None:
-    old = desk.record("a/old.mcap", 50.0)
+    old, other = desk.record("a/old.mcap", 50.0), desk.record("a/other.mcap", 40.0)
     desk.record("a/new.mcap", 1.0)
-    retention = desk.retention(keep_days=30.0)
-    desk.wall_s += 1e9  # a clock that runs wild, and is put right
-    retention.turn()
-    desk.wall_s = NOW_S - 40 * DAY_S
-    retention.turn()
-    desk.wall_s, desk.clock_s = NOW_S, NOTICE_S
-    assert retention.turn()[1] == []
-    assert old.exists()
-
-
-# dates of a clock that was wrong
-
-
-def stays(desk: Desk, caplog: pytest.LogCaptureFixture, old: Path, why: str) -> None:
-    """The record `old` is kept by a rule of 30 days although it is dated older, and the log says once why."""
+    retention = desk.retention(keep_bytes=250)
+    assert [Path(entry.path) for entry in retention.turn()[0]] == [old]
+    other.unlink()
+    desk.clock_s += NOTICE_S
+    assert retention.turn() == ([], [])
     desk.record("a/newest.mcap", 0.0)
-    retention = desk.retention(keep_days=30.0)
-    assert desk.gone(retention) == []
+    announced, removed = retention.turn()
+    assert ([Path(entry.path) for entry in announced], removed) == ([old], [])
     assert old.exists()
-    said = [line for line in caplog.messages if str(old) in line]
-    assert len(said) == 1, said
-    assert said[0].startswith(f"retention: {old} stays, its date is not believed: {why}")
 
 
-def test_a_record_of_1970_is_not_old(desk: Desk, caplog: pytest.LogCaptureFixture) -> None:
-    stays(desk, caplog, desk.record("a/before-ntp.mcap", 20_500.0), "there was no pamrig on 1970-01-01")
+# how old a record is
 
 
-def test_a_record_of_this_boot_is_no_older_than_the_boot(desk: Desk, caplog: pytest.LogCaptureFixture) -> None:
-    old = desk.record("a/before-ntp.mcap", 200.0, boot=desk.boot, up_s=60.0)
-    stays(desk, caplog, old, "the clock has been set since")
+def test_a_wall_clock_that_is_years_ahead_makes_nothing_old(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    records = [desk.record(f"a/{number}.mcap", 1.0) for number in (1, 2)]
+    ahead_s = time.time() + 12 * 365 * DAY_S
+    monkeypatch.setattr("time.time", lambda: ahead_s)
+    records.append(desk.record("a/3.mcap", 0.5))
+    assert desk.gone(desk.retention(keep_days=30.0)) == []
+    assert all(path.exists() for path in records)
 
 
-def test_a_clock_that_was_set_in_an_earlier_boot_is_seen_by_what_was_recorded_after(
-    desk: Desk, caplog: pytest.LogCaptureFixture
+def test_a_record_is_as_old_as_the_daemon_has_run_since_whatever_the_wall_clock_says(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    old = desk.record("a/before-ntp.mcap", 200.0, boot="earlier", up_s=60.0)
-    desk.record("a/after-ntp.mcap", 2.0, boot="earlier", up_s=600.0)
-    stays(desk, caplog, old, "the clock has been set since")
+    monkeypatch.setattr("time.time", lambda: 20_500.0)  # 1970, as on a small machine before it has a network
+    old = desk.record("a/old.mcap", 0.0)
+    desk.record("a/new.mcap", 0.0)
+    retention = desk.retention(keep_days=30.0)
+    desk.clock_s += 30 * DAY_S
+    assert retention.turn() == ([], [])
+    desk.clock_s += 1.0
+    assert [Path(entry.path) for entry in retention.turn()[0]] == [old]
 
 
-def test_a_record_that_is_dated_before_an_earlier_one_is_not_old(desk: Desk, caplog: pytest.LogCaptureFixture) -> None:
-    desk.record("a/first.mcap", 20.0)
-    stays(desk, caplog, desk.record("a/second.mcap", 200.0), "it was recorded after one of 2026-01-27")
+def test_operating_time_is_that_of_all_starts_and_nothing_between_them(tmp_path: Path) -> None:
+    path, clock = tmp_path / "operating_time.json", [5000.0]
+    for expected_s in (100.0, 200.0):
+        operating = OperatingTime(path, lambda: clock[0])
+        clock[0] += 100.0
+        operating.save()
+        assert operating.s() == expected_s
+        clock[0] += 9e6  # the machine is off
 
 
-def test_a_record_of_a_clock_that_was_years_ahead_makes_no_other_one_doubtful(desk: Desk) -> None:
-    ahead = desk.record("a/ahead.mcap", -9_000.0)
-    old = desk.record("a/old.mcap", 50.0)
-    desk.record("a/new.mcap", 1.0)
-    assert desk.gone(desk.retention(keep_days=30.0)) == [old.name]
-    assert ahead.exists()
-
-
-def test_a_file_that_was_written_later_than_its_entry_says_is_not_old(
-    desk: Desk, caplog: pytest.LogCaptureFixture
-) -> None:
-    old = desk.record("a/old.mcap", 50.0)
-    os.utime(old, (NOW_S, NOW_S))
-    stays(desk, caplog, old, "its file has another date")
-
-
-def test_too_many_bytes_go_in_the_order_of_recording_whatever_the_clock_said(desk: Desk) -> None:
-    desk.record("a/first.mcap", 3.0)
-    desk.record("a/second.mcap", 20_500.0)
-    desk.record("a/third.mcap", 1.0)
-    assert desk.gone(desk.retention(keep_bytes=250)) == ["first.mcap"]
-
-
-def test_real_records_of_this_boot_are_believed(tmp_path: Path) -> None:
-    ledger = Ledger(tmp_path / "records.jsonl")
+@pytest.mark.parametrize("text", ["", "nonsense", "[]", "{}", '{"operating_s": NaN}', '{"operating_s": -1}'])
+def test_a_broken_operating_time_begins_anew_and_makes_nothing_old(tmp_path: Path, text: str) -> None:
+    (tmp_path / "operating_time.json").write_text(text)
+    assert OperatingTime(tmp_path / "operating_time.json", lambda: 7.0).s() == 0.0
+    ledger = Ledger(tmp_path / "records.jsonl", lambda: 400 * DAY_S)
     for name in ("a.mcap", "b.mcap"):
         (tmp_path / name).write_bytes(b"x")
-        ledger.add(tmp_path / name, moment())
-    assert moment().boot
-    assert doubts(ledger.entries, moment()) == {}
+        ledger.add(tmp_path / name)
+    assert Policy(keep_s=DAY_S).due(ledger.entries, 0.0) == []
+
+
+def test_an_operating_time_that_cannot_be_written_says_so_and_rooms_are_made_all_the_same(
+    desk: Desk, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    with pytest.raises(RigError, match=r"operating_time.json: cannot be written: No such file"):
+        OperatingTime(tmp_path / "none" / "operating_time.json").save()
+    retention = Retention(desk.ledger, Policy(), OperatingTime(tmp_path / "none" / "operating_time.json"))
+    retention.remember()
+    assert "operating_time.json: cannot be written" in caplog.text
+
+
+def test_records_of_a_ledger_without_operating_times_grow_old_from_now_on(tmp_path: Path) -> None:
+    lines = []
+    for name in ("a.mcap", "b.mcap"):
+        (tmp_path / name).write_bytes(b"x")
+        seen = (tmp_path / name).stat()
+        known = {"path": str(tmp_path / name), "device": seen.st_dev, "inode": seen.st_ino, "size": 1}
+        lines.append(json.dumps(known | {"recorded_s": 1.7e9, "boot": "of before", "up_s": 60.0}) + "\n")
+    (tmp_path / "records.jsonl").write_text("".join(lines))
+    entries, policy = Ledger(tmp_path / "records.jsonl").entries, Policy(keep_s=30 * DAY_S)
+    assert len(entries) == 2
+    assert policy.due(entries, 30 * DAY_S) == []
+    assert [Path(entry.path).name for entry in policy.due(entries, 30 * DAY_S + 1.0)] == ["a.mcap"]
+
+
+def test_a_file_that_somebody_wrote_to_is_his(desk: Desk) -> None:
+    old = desk.record("a/old.mcap", 50.0)
+    desk.record("a/new.mcap", 1.0)
+    then = old.stat().st_mtime
+    os.utime(old, (then + 1.9,) * 2)  # what FAT makes of it
+    assert desk.ledger.entries[0].ours
+    os.utime(old, (then + 60.0,) * 2)
+    assert desk.gone(desk.retention(keep_bytes=0, keep_days=30.0)) == []
+    assert old.exists()
+
+
+def test_too_many_bytes_go_in_the_order_of_recording(desk: Desk) -> None:
+    desk.record("a/first.mcap", 3.0)
+    desk.record("a/second.mcap", 3000.0)
+    desk.record("a/third.mcap", 1.0)
+    assert desk.gone(desk.retention(keep_bytes=250)) == ["first.mcap"]
 
 
 def test_the_ledger_survives_a_restart_and_a_restart_announces_anew(desk: Desk, tmp_path: Path) -> None:
@@ -258,7 +276,14 @@ def test_what_went_stands_in_the_log_though_the_ledger_cannot_be_written(
 
 
 @pytest.mark.parametrize(
-    "text", ["nonsense", '{"path": 1}\n', "[]\n", '{"path": 1, "device": 1, "inode": 1, "size": 1, "recorded_s": 1}']
+    "text",
+    [
+        "nonsense",
+        '{"path": 1}\n',
+        "[]\n",
+        '{"path": 1, "device": 1, "inode": 1, "size": 1, "recorded_s": 1}',
+        '{"path": "a", "device": 1, "inode": 1, "size": 1, "recorded_s": 1, "operating_s": -Infinity}',
+    ],
 )
 def test_a_broken_ledger_is_put_aside_and_nothing_is_ours(tmp_path: Path, text: str) -> None:
     (tmp_path / "records.jsonl").write_text(text)
@@ -266,7 +291,7 @@ def test_a_broken_ledger_is_put_aside_and_nothing_is_ours(tmp_path: Path, text: 
     assert ledger.entries == []
     assert (tmp_path / "records.jsonl").read_text() == text
     (tmp_path / "a.mcap").write_bytes(b"x")
-    ledger.add(tmp_path / "a.mcap", Moment(NOW_S))
+    ledger.add(tmp_path / "a.mcap")
     assert (tmp_path / "records.broken").read_text() == text
     assert [entry.path for entry in Ledger(tmp_path / "records.jsonl").entries] == [str(tmp_path / "a.mcap")]
 
@@ -274,29 +299,27 @@ def test_a_broken_ledger_is_put_aside_and_nothing_is_ours(tmp_path: Path, text: 
 def test_a_ledger_that_cannot_be_written_says_so(tmp_path: Path) -> None:
     (tmp_path / "a.mcap").write_bytes(b"x")
     with pytest.raises(RigError, match=r"records.jsonl: cannot be written: No such file"):
-        Ledger(tmp_path / "none" / "records.jsonl").add(tmp_path / "a.mcap", Moment(NOW_S))
+        Ledger(tmp_path / "none" / "records.jsonl").add(tmp_path / "a.mcap")
 
 
 def test_a_record_that_is_not_there_is_not_written_down(tmp_path: Path) -> None:
     ledger = Ledger(tmp_path / "records.jsonl")
-    ledger.add(tmp_path / "none.mcap", Moment(NOW_S))
+    ledger.add(tmp_path / "none.mcap")
     assert ledger.entries == []
 
 
 def test_a_dry_run_says_what_would_go_and_removes_nothing(desk: Desk, tmp_path: Path) -> None:
     for name in ("a/1.mcap", "a/2.mcap"):
         desk.record(name, 400.0)
-    desk.record("a/3.mcap", 20_500.0)
+    desk.record("a/3.mcap", 20.0)
     desk.record("a/4.mcap", 1.0)
+    desk.operating.save()
     (tmp_path / "d.yaml").write_text(f"state: {tmp_path}\nkeep_days: 30\n")
     done = CliRunner().invoke(daemon, ["--config", str(tmp_path / "d.yaml"), "--dry-run"])
     assert done.exit_code == 0, done.output
     assert f"would go: {desk.logs / 'a' / '1.mcap'}  100 bytes" in done.output
     assert "2 of 4 records of this daemon, 0.000 GB; nothing was removed" in done.output
-    assert (
-        f"stays: {desk.logs / 'a' / '3.mcap'}  its date is not believed: there was no pamrig on 1970-01-01"
-        in done.output
-    )
+    assert "400.0 days of the daemon's running ago" in done.output
     assert (desk.logs / "a" / "1.mcap").exists()
     done = CliRunner().invoke(daemon, ["--state", str(tmp_path), "--dry-run"])
     assert "retention is off" in done.output
@@ -307,14 +330,14 @@ def test_a_month_of_records_costs_the_ledger_no_memory(tmp_path: Path) -> None:
     for file in files:
         file.touch()
     for file in files[:100]:
-        ledger.add(file, Moment(1.0))
+        ledger.add(file)
     tracemalloc.start()
     grown = []
     for start in (100, 300, 500):  # what others in this process keep now and then is not in all of them
         gc.collect()
         before = tracemalloc.get_traced_memory()[0]
         for file in files[start : start + 200]:
-            ledger.add(file, Moment(1.0))
+            ledger.add(file)
         gc.collect()
         grown.append(tracemalloc.get_traced_memory()[0] - before)
     tracemalloc.stop()
@@ -326,7 +349,7 @@ def test_a_full_disk_leaves_no_half_line_in_the_ledger(tmp_path: Path, monkeypat
     ledger = Ledger(tmp_path / "records.jsonl")
     for name in ("a.mcap", "b.mcap"):
         (tmp_path / name).write_bytes(b"x")
-    ledger.add(tmp_path / "a.mcap", Moment(NOW_S))
+    ledger.add(tmp_path / "a.mcap")
     opened = Path.open
 
     class Full:
@@ -346,7 +369,7 @@ def test_a_full_disk_leaves_no_half_line_in_the_ledger(tmp_path: Path, monkeypat
     with monkeypatch.context() as patch:
         patch.setattr(Path, "open", lambda path, *more, **named: Full(opened(path, *more, **named)))
         with pytest.raises(RigError, match="No space left"):
-            ledger.add(tmp_path / "b.mcap", Moment(NOW_S))
+            ledger.add(tmp_path / "b.mcap")
     assert [entry.path for entry in ledger.entries] == [str(tmp_path / "a.mcap")]
-    ledger.add(tmp_path / "b.mcap", Moment(NOW_S))
+    ledger.add(tmp_path / "b.mcap")
     assert len(ledger.entries) == 2

@@ -1,0 +1,49 @@
+"""How long the daemon has run, over all its starts: the one measure by which its records grow old.
+
+It is counted on the monotonic clock, which nobody can set. A wall clock that is years ahead (a dead battery, no
+network) or that jumps makes nothing older; what the machine was switched off is not counted either.
+"""
+
+import json
+import math
+import os
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from rig.errors import RigError
+
+
+class OperatingTime:
+    """An operating-hours counter, kept in a file of the daemon's state folder. Only the daemon `save`s."""
+
+    def __init__(self, path: Path, clock_s: Callable[[], float] = time.monotonic) -> None:
+        """Begins where the file ends; at 0 when there is none, or it cannot be read: then nothing is old."""
+        self._path, self._clock_s = path, clock_s
+        self._began_s = clock_s()
+        self._before_s = _read(path)
+
+    def s(self) -> float:
+        """Seconds so far. Any thread may ask."""
+        return self._before_s + self._clock_s() - self._began_s
+
+    def save(self) -> None:
+        """Onto the disk, whole or not at all. RigError when the folder takes nothing."""
+        fresh = self._path.with_suffix(".new")
+        try:
+            with fresh.open("w", encoding="utf-8") as file:
+                json.dump({"operating_s": self.s()}, file)
+                file.flush()
+                os.fsync(file.fileno())
+            fresh.replace(self._path)
+        except OSError as error:
+            raise RigError(f"{self._path}: cannot be written: {error.strerror}") from None
+
+
+def _read(path: Path) -> float:
+    """Seconds by the file; 0 for one that is missing or holds something else."""
+    try:
+        said = float(json.loads(path.read_text(encoding="utf-8"))["operating_s"])
+    except (OSError, ValueError, TypeError, KeyError, RecursionError):
+        return 0.0
+    return said if math.isfinite(said) and said > 0.0 else 0.0
