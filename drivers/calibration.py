@@ -21,11 +21,14 @@ from rig.interfaces import DeviceContext, Role
 
 Knots = Sequence[tuple[float, float]]
 
-VALVE_SLOPES: Final = (0.8, 1.25)
-"""Pressure by command of a regulator that works. SMC's ITV: linearity 1 %, hysteresis and repeatability 0.5 % of full
-scale, zero and span within a few per cent. One beyond these had no supply, or was measured in another order."""
+SLOPES: Final = (0.8, 1.25)
+"""Pressure by command of a regulator that works, and by nominal reading of a monitor. SMC's ITV: linearity 1 %,
+hysteresis and repeatability 0.5 % of full scale, zero and span within a few per cent, a monitor up to 6 %. One beyond
+these had no supply, is of another range, or was measured in another order."""
 VALVE_OFF_MPA: Final = 0.05
 """10 % of the ITV's 0.5 MPa: so far may a regulator's pressure be from its command."""
+MONITOR_OFF: Final = 0.1
+"""Of the monitor's span: the ITV's 6 % of full scale, and what gauge and regulator add."""
 MAX_AGE_DAYS: Final = 365
 """A calibration older than this is warned about."""
 
@@ -174,20 +177,48 @@ def check_knots(knots: Knots) -> None:
 def check_valve(knots: Knots) -> None:
     """ValueError for a regulator's (command, pressure), in MPa, that no working regulator has: by its inverse a safe
     set-point would be written as anything."""
-    for command, pressure in knots:
-        if abs(pressure - command) > VALVE_OFF_MPA:
-            raise ValueError(
-                f"a command of {command:g} MPa gave {pressure:g} MPa; a regulator is at most {VALVE_OFF_MPA:g} MPa "
-                "off: is the supply on and high enough, and are the gauges in the order of the commands?"
-            )
-    low, high = VALVE_SLOPES
-    for (command_0, pressure_0), (command_1, pressure_1) in pairwise(knots):
-        slope = (pressure_1 - pressure_0) / (command_1 - command_0)
-        if not low <= slope <= high:
-            raise ValueError(
-                f"from {command_0:g} to {command_1:g} MPa the pressure changes by {slope:.2f} of the command; allowed: "
-                f"{low:g} .. {high:g}. Is the supply high enough, or do the points lie too close to each other?"
-            )
+    if far := _too_far(knots, VALVE_OFF_MPA):
+        raise ValueError(
+            f"a command of {far[0]:g} MPa gave {far[1]:g} MPa; a regulator is at most {VALVE_OFF_MPA:g} MPa "
+            "off: is the supply on and high enough, and are the gauges in the order of the commands?"
+        )
+    if steep := _too_steep(knots):
+        raise ValueError(
+            f"from {steep[0]:g} to {steep[1]:g} MPa the pressure changes by {steep[2]:.2f} of the command; allowed: "
+            f"{SLOPES[0]:g} .. {SLOPES[1]:g}. Is the supply high enough, or do the points lie too close to each other?"
+        )
+
+
+def check_monitor(knots: Knots, nominally: Calibration) -> None:
+    """ValueError for a monitor's (reading, MPa) that no monitor has whose signal and span are those of `nominally`: the
+    guard would take a muscle under full pressure for one that is empty."""
+    to_nominal, to_reading, unit = curve(nominally.knots), inverse(nominally.knots), nominally.raw_unit
+    pairs = [(to_nominal(reading), pressure) for reading, pressure in knots]
+    off_mpa = MONITOR_OFF * abs(nominally.knots[-1][1] - nominally.knots[0][1])
+    asked = "are signal, low_mpa and high_mpa of the rig's YAML those of what is wired"
+    if far := _too_far(pairs, off_mpa):
+        raise ValueError(
+            f"a reading of {to_reading(far[0]):.4g} {unit}, nominally {far[0]:.4g} MPa, is calibrated as {far[1]:.4g} "
+            f"MPa; a monitor is at most {off_mpa:g} MPa off: {asked}, and the gauges in the order of the readings?"
+        )
+    if steep := _too_steep(pairs):
+        raise ValueError(
+            f"from {to_reading(steep[0]):.4g} to {to_reading(steep[1]):.4g} {unit} the pressure changes by "
+            f"{steep[2]:.2f} of what is nominal; allowed: {SLOPES[0]:g} .. {SLOPES[1]:g}: {asked}, or do the points "
+            "lie too close to each other?"
+        )
+
+
+def _too_far(pairs: Knots, off_mpa: float) -> tuple[float, float] | None:
+    """The first (nominal, measured) pressure that is more than `off_mpa` off."""
+    return next((pair for pair in pairs if abs(pair[1] - pair[0]) > off_mpa), None)
+
+
+def _too_steep(pairs: Knots) -> tuple[float, float, float] | None:
+    """The first two nominal pressures between which the measured one changes too much or too little, and by how much of
+    the nominal one."""
+    slopes = ((n0, n1, (p1 - p0) / (n1 - n0)) for (n0, p0), (n1, p1) in pairwise(pairs))
+    return next((found for found in slopes if not SLOPES[0] <= found[2] <= SLOPES[1]), None)
 
 
 def nominal(span: Span) -> Calibration:
@@ -201,7 +232,8 @@ C = TypeVar("C", Calibration, Potentiometer)
 
 
 def for_role(context: DeviceContext, role: Role, default: C) -> C:
-    """The rig's calibration of a channel in the units of `default`, or the default; ConfigError when it does not fit.
+    """The rig's calibration of a channel in the units of `default`, or the default; ConfigError when it does not fit,
+    or is one that no working regulator or monitor has.
 
     A valve is calibrated from command to pressure (raw_unit MPa), whatever its device; here it becomes signal to
     pressure. A monitor is calibrated in what its device gives, and keeps the default's limits where it names none.
@@ -222,8 +254,7 @@ def _fitted(found: Calibration, default: Calibration, is_valve: bool, where: str
         raise ConfigError(
             f"{where}: raw_unit: calibrated in {found.raw_unit!r}; allowed for this device: {' or '.join(allowed)}"
         )
-    if is_valve:
-        _check_valve(found, default, where)
+    _check(found, default, is_valve, where)
     if found.raw_unit in ("", default.raw_unit):
         broken = default.broken_below if found.broken_below is None else found.broken_below
         suspect = default.suspect_above if found.suspect_above is None else found.suspect_above
@@ -234,11 +265,14 @@ def _fitted(found: Calibration, default: Calibration, is_valve: bool, where: str
     )
 
 
-def _check_valve(found: Calibration, default: Calibration, where: str) -> None:
-    """On the scale of commands, whatever it was calibrated in."""
+def _check(found: Calibration, default: Calibration, is_valve: bool, where: str) -> None:
+    """A valve on the scale of commands, whatever it was calibrated in."""
     command = (lambda raw: raw) if found.raw_unit == "MPa" else curve(default.knots)
     try:
-        check_valve([(command(raw), pressure) for raw, pressure in found.knots])
+        if is_valve:
+            check_valve([(command(raw), pressure) for raw, pressure in found.knots])
+        else:
+            check_monitor(found.knots, default)
     except ValueError as error:
         raise ConfigError(f"{where}: {error}") from None
 

@@ -143,17 +143,17 @@ def calibrate(
     )
     calibrating.kept_in(output)
     if points is not None:
+        rig = compose.load(rig_path) if rig_path else None
         measured = calibrating.read_points(points)
     elif what == "angle":
-        measured = calibrating.guided_angle(compose.load(rig_path), options)
+        measured = calibrating.guided_angle(rig := compose.load(rig_path), options)
     else:
-        rig = compose.load(rig_path)
-        visits = calibrating.parse_levels(levels, rig)
+        visits = calibrating.parse_levels(levels, rig := compose.load(rig_path))
         if not yes:
             inventory.ask_to_move(rig, f"brings both muscles to {max(visits):g} MPa")
         measured = calibrating.guided_pressures(rig, visits, options)
     try:
-        result = calibrating.write(output, measured, str(points or "the points"))
+        result = calibrating.write(output, measured, str(points or "the points"), rig)
     except ConfigError as error:
         if points is None and any(channel.points for channel in measured.values()):
             raise RigError(f"{error}; the points are kept in {calibrating.keep_points(output, measured)}") from None

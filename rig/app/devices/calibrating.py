@@ -158,12 +158,16 @@ def _points_place(out: Path, number: int) -> Path:
     return out.with_name(f"{out.stem}.points{'' if number == 1 else f'_{number}'}.yaml")
 
 
-def write(out: Path, measured: Mapping[Role, Measured], where: str) -> dict[str, Any]:
-    """Fit, merge into the calibration file `out`, and say what came of it. Nothing is written when a fit fails."""
+def write(out: Path, measured: Mapping[Role, Measured], where: str, rig: RigConfig | None = None) -> dict[str, Any]:
+    """Fit, merge into the calibration file `out`, and say what came of it. Nothing is written when a fit fails, or when
+    the devices of the `rig` it is for, where that is known, refuse it."""
     import yaml
 
     today = datetime.datetime.now().astimezone().date().isoformat()
     fresh = {role: calibrate(role, points, today, where) for role, points in measured.items()}
+    if rig is not None:
+        asked = {role.value: one for role, one in fresh.items()}
+        compose.make_device(dataclasses.replace(rig, calibration=asked), MonotonicClock())
     kept = kept_in(out)
     merged = {role: (kept | fresh)[role] for role in Role if role in kept | fresh}
     text = yaml.safe_dump(

@@ -267,6 +267,16 @@ def test_bad_points_write_nothing(tmp_path: Path, text: str, says: str) -> None:
     assert not out.exists()
 
 
+def test_points_that_the_rig_s_devices_refuse_write_nothing(tmp_path: Path) -> None:
+    """A monitor of 0.3 MPa on a rig whose YAML says 0.5: without a rig nobody can know, and it is taken."""
+    points, out = tmp_path / "points.yaml", tmp_path / "cal.yaml"
+    points.write_text("monitor_1: {points: [[1.0, 0.0], [5.0, 0.3]]}\n")
+    with_rig = ("calibrate", "--points", str(points), "-o", str(out), "--rig", str(RIGS / "all_modbus.yaml"))
+    assert "monitor_1: a reading of 5 V, nominally 0.5 MPa, is calibrated as 0.3 MPa" in refusal(*with_rig)
+    assert not out.exists()
+    assert call("calibrate", "--points", str(points), "-o", str(out)).exit_code == 0
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [

@@ -182,7 +182,43 @@ def test_what_no_working_regulator_does_is_no_calibration(points: list[tuple[flo
     stored = {"knots": [list(point) for point in points], "raw_unit": "MPa"}
     with pytest.raises(ConfigError, match=says):
         for_role(context(valve_1=stored), Role.VALVE_1, nominal(Span(Signal.V_0_5)))
-    calibrate(Role.MONITOR_1, Measured([(1.0, 0.0), (5.0, 0.3)]), "2026-11-21", "a monitor may be of another range")
+
+
+@pytest.mark.parametrize(
+    ("knots", "says"),
+    [
+        (
+            [(1.0, 0.0), (5.0, 0.3)],
+            r"a reading of 5 V, nominally 0.5 MPa, is calibrated as 0.3 MPa",
+        ),
+        ([(1.0, 0.5), (5.0, 0.0)], "and the gauges in the order of the readings"),
+        ([(1.0, 0.2), (5.0, 0.2001)], "are signal, low_mpa and high_mpa of the rig's YAML those of what is wired"),
+        ([(2.6, 0.2), (3.0, 0.22)], r"from 2.6 to 3 V the pressure changes by 0.40 of what is nominal; allowed: 0.8"),
+        ([(2.6, 0.2), (2.7, 0.22)], "changes by 1.60 of what is nominal"),
+    ],
+)
+def test_what_no_monitor_of_that_span_does_is_no_calibration(knots: list[tuple[float, float]], says: str) -> None:
+    """By points of another range the guard took 0.5 MPa in a muscle for 0.3 MPa."""
+    with pytest.raises(ConfigError, match=f"calibration: monitor_1: .*{says}"):
+        for_role(
+            context(monitor_1={"knots": [list(knot) for knot in knots]}), Role.MONITOR_1, nominal(Span(Signal.V_1_5))
+        )
+
+
+@pytest.mark.parametrize(("span_mpa", "off_mpa"), [(0.5, 0.049), (1.0, 0.099)])
+def test_a_monitor_may_be_off_by_a_tenth_of_its_span(span_mpa: float, off_mpa: float) -> None:
+    stored = {"knots": [[1.0, off_mpa], [5.0, span_mpa + off_mpa]], "raw_unit": "V"}
+    found = for_role(context(monitor_1=stored), Role.MONITOR_1, nominal(Span(Signal.V_1_5, high_mpa=span_mpa)))
+    assert curve(found.knots)(1.0) == off_mpa
+    stored = {"knots": [[1.0, off_mpa + 0.002], [5.0, span_mpa + off_mpa + 0.002]], "raw_unit": "V"}
+    with pytest.raises(ConfigError, match="a monitor is at most"):
+        for_role(context(monitor_1=stored), Role.MONITOR_1, nominal(Span(Signal.V_1_5, high_mpa=span_mpa)))
+
+
+def test_a_serial_monitor_is_held_to_its_counts() -> None:
+    scale = Calibration([(0.0, 0.0), (1023.0, 0.5)], raw_unit="counts")
+    with pytest.raises(ConfigError, match=r"a reading of 1023 counts, nominally 0\.5 MPa, is calibrated as 0\.05 MPa"):
+        for_role(context(monitor_2={"knots": [[0.0, 0.0], [1023.0, 0.05]]}), Role.MONITOR_2, scale)
 
 
 def test_a_regulator_calibrated_in_its_signal_is_held_to_the_same() -> None:
