@@ -33,7 +33,10 @@ def _text(registers: Sequence[int]) -> str:
 def arm(
     session: Session, module: ModuleMap, unit: int, watchdog_s: float, safe_numbers: Mapping[int, float]
 ) -> Mapping[str, str]:
-    """Arm the watchdog where there is one; facts for the log, with a warning where there is none."""
+    """Arm the watchdog where there is one; facts for the log, with a warning where there is none.
+
+    `safe_numbers`: output channel -> counts of its safe set-point, of those that are ours.
+    """
     failsafe = module.failsafe
     if failsafe is None:
         return {
@@ -42,8 +45,8 @@ def arm(
         }
     ticks = max(1, round(watchdog_s / failsafe.tick_s))
     for step in failsafe.arm:
-        if step.safe is not None and step.safe - 1 not in safe_numbers:
-            continue  # that valve is somebody else's, and so is what the module falls back to there
+        if step.safe_channel is not None and step.safe_channel not in safe_numbers:
+            continue  # that channel is somebody else's, and so is what the module falls back to there
         session.write(step.address, _registers(module, step, ticks, safe_numbers), unit)
     outcome = "0" if failsafe.safe_is is SafeIs.ZERO else "the safe set-points"
     takes_s = f"{ticks * failsafe.tick_s:g}"
@@ -53,9 +56,9 @@ def arm(
 def _registers(module: ModuleMap, step: Step, ticks: int, safe_numbers: Mapping[int, float]) -> list[int]:
     """What a step writes. A safe set-point has the form of the module's outputs: their type, and the order of their
     bytes and words."""
-    if step.safe is None or module.outputs is None:
+    if step.safe_channel is None or module.outputs is None:
         return [ticks if step.timeout else step.value]
-    return encode(module.outputs, [safe_numbers[step.safe - 1]])
+    return encode(module.outputs, [safe_numbers[step.safe_channel]])
 
 
 def disarm(session: Session, failsafe: Failsafe | None, unit: int) -> None:

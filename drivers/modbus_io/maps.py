@@ -102,13 +102,14 @@ class Identity:
 
 @dataclass(frozen=True)
 class Step:
-    """One register write: a fixed value, the timeout in ticks, or the counts of a safe set-point."""
+    """One register write: a fixed value, the timeout in ticks, or the counts of a channel's safe set-point."""
 
     address: int = bounded(0, 0xFFFF)
     value: int = bounded(0, 0xFFFF, default=0)
     timeout: bool = False
-    safe: int | None = bounded(1, 2, default=None)
-    """Of valve 1 or valve 2."""
+    safe_channel: int | None = bounded(0, 59, default=None)
+    """Output channel to whose safe value this register belongs, from 0 as in a rig's YAML: it is given the safe
+    set-point of the valve that is wired there, and left alone where none is."""
 
 
 class SafeIs(StrEnum):
@@ -162,9 +163,16 @@ class ModuleMap:
         self._check_safe_registers()
 
     def _check_safe_registers(self) -> None:
-        """A safe set-point takes as many registers as an output does."""
-        width = self.outputs.type.registers if self.outputs else 1
-        places = sorted(step.address for step in self.failsafe.arm if step.safe) if self.failsafe else []
+        """A safe set-point takes as many registers as an output does, and belongs to one."""
+        steps = [step for step in self.failsafe.arm if step.safe_channel is not None] if self.failsafe else []
+        channels, width = (self.outputs.channels, self.outputs.type.registers) if self.outputs else (0, 1)
+        for step in steps:
+            if step.safe_channel is not None and step.safe_channel >= channels:
+                raise ValueError(
+                    f"failsafe.arm: safe_channel {step.safe_channel} at {step.address}: the module has no such output "
+                    f"channel, but {channels}, counted from 0"
+                )
+        places = sorted(step.address for step in steps)
         for before, after in pairwise(places):
             if 0 < after - before < width:
                 raise ValueError(

@@ -1,12 +1,12 @@
 """Which registers of which unit a tick reads and writes, worked out once from the settings, the maps and the wanted
 roles."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 from drivers.modbus_io.codec import decode, encode, rtu_exchange_s
-from drivers.modbus_io.maps import Block, ModuleMap, load_map
+from drivers.modbus_io.maps import Block, ModuleMap, SafeIs, load_map
 from drivers.modbus_io.session import Session
 from drivers.modbus_io.settings import ModbusSettings, SerialLine
 from rig.errors import ConfigError
@@ -37,8 +37,8 @@ class Plan:
     input_module: ModuleMap
     unit: int
     input_unit: int
-    driven: tuple[int, ...]
-    """Of the set-points 0 and 1, those that this device writes."""
+    driven: dict[int, int]
+    """Of the set-points 0 and 1, those that this device writes -> the output channel of each."""
     writes: tuple[Write, ...]
     first_register: int
     registers: int
@@ -127,9 +127,10 @@ def make_plan(settings: ModbusSettings, roles: frozenset[Role], *, looking: bool
     """ConfigError, one line, when a role is not wired, or wired to what the module does not have."""
     module = load_map(settings.map)
     input_module = load_map(settings.input_map) if settings.input_map else module
-    driven = tuple(place for place, role in enumerate(VALVES) if role in roles)
     for role in roles:
         _check(role, settings, module, input_module)
+    driven = {place: getattr(settings, role.value).channel for place, role in enumerate(VALVES) if role in roles}
+    _check_fallback(driven, module)
     inputs = input_module.inputs
     for name, one in settings.further.items():
         if inputs is None or one.channel >= inputs.channels:
@@ -146,7 +147,7 @@ def make_plan(settings: ModbusSettings, roles: frozenset[Role], *, looking: bool
         unit,
         unit if one_station else own_unit,
         driven,
-        _runs(settings, module, driven),
+        _runs(module, driven),
         (inputs.address if inputs else 0) + first * width,
         (max(channels.values()) - first + 1) * width if channels else 0,
         {place: channel - first for place, channel in channels.items()},
@@ -171,6 +172,19 @@ def _check(role: Role, settings: ModbusSettings, module: ModuleMap, input_module
         raise ConfigError(f"modbus_io: {role.value} on {owner.name}: {complaint}")
 
 
+def _check_fallback(driven: Mapping[int, int], module: ModuleMap) -> None:
+    """ConfigError when the module's own fail-safe would take a valve to a value that nobody has set."""
+    if module.failsafe is None or module.failsafe.safe_is is not SafeIs.REGISTERS:
+        return
+    known = {step.safe_channel for step in module.failsafe.arm}
+    for place, channel in driven.items():
+        if channel not in known:
+            raise ConfigError(
+                f"modbus_io: {VALVES[place].value} on output channel {channel} of {module.name}: failsafe.arm of its "
+                f"map has no step with safe_channel: {channel}, so its fail-safe would set whatever stands there"
+            )
+
+
 def _input_channels(settings: ModbusSettings, roles: frozenset[Role]) -> dict[int, int]:
     channels = {place: getattr(settings, role.value).channel for place, role in enumerate(MONITORS) if role in roles}
     if Role.ANGLE in roles and settings.angle:
@@ -180,13 +194,13 @@ def _input_channels(settings: ModbusSettings, roles: frozenset[Role]) -> dict[in
     return channels | {place: one.channel for place, one in enumerate(settings.further.values(), FIRST_FURTHER)}
 
 
-def _runs(settings: ModbusSettings, module: ModuleMap, driven: tuple[int, ...]) -> tuple[Write, ...]:
+def _runs(module: ModuleMap, driven: Mapping[int, int]) -> tuple[Write, ...]:
     """Outputs side by side go in one write; a gap belongs to somebody else and is never written."""
     if not driven:
         return ()
     assert module.outputs is not None
     block = module.outputs
-    at = sorted((getattr(settings, VALVES[place].value).channel, place) for place in driven)
+    at = sorted((channel, place) for place, channel in driven.items())
     if len({channel for channel, _ in at}) < len(at):
         raise ConfigError(f"modbus_io: both valves on output channel {at[0][0]} of {module.name}: each needs its own")
 

@@ -59,10 +59,11 @@ class Stations:
         return facts
 
     def arm(self, watchdog_s: float, safe_numbers: Mapping[int, float]) -> Mapping[str, str]:
-        """Arm the output module's fail-safe, where it has one. Outputs stay."""
+        """Arm the output module's fail-safe, where it has one. Outputs stay. Numbers are counts by place."""
         if not self.plan.writes or self.plan.looking:
             return {}
-        return failsafe.arm(self.outputs, self.plan.module, self.plan.unit, watchdog_s, safe_numbers)
+        by_channel = {channel: safe_numbers[place] for place, channel in self.plan.driven.items()}
+        return failsafe.arm(self.outputs, self.plan.module, self.plan.unit, watchdog_s, by_channel)
 
     def prove_and_arm(self, watchdog_s: float, safe_numbers: Mapping[int, float]) -> dict[str, str]:
         """Both, and one reading: the map's inputs are there. A fail-safe that has tripped may refuse it until it is
@@ -112,7 +113,7 @@ class Stations:
         except DeviceError:
             if self.plan.module.failsafe is None:
                 raise
-            failsafe.arm(self.outputs, self.plan.module, self.plan.unit, watchdog_s, numbers)
+            self.arm(watchdog_s, numbers)
             self.write(numbers)
 
     def hold(self, numbers: Numbers) -> bool | None:

@@ -358,7 +358,7 @@ REGISTERS = (
     "inputs: {function: 4, address: 0, channels: 4, counts: [0, 4000], signal: [0, 10]}\n"
     "outputs: {address: 100, channels: 5, counts: [0, 4000], signal: [0, 10]}\n"
     "failsafe:\n  safe_is: registers\n  tick_s: 0.5\n"
-    "  arm: [{address: 102, safe: 1}, {address: 103, safe: 2}, {address: 104, timeout: true}]\n"
+    "  arm: [{address: 102, safe_channel: 0}, {address: 103, safe_channel: 1}, {address: 104, timeout: true}]\n"
 )
 
 

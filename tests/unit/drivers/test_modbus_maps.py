@@ -16,6 +16,7 @@ from drivers.modbus_io.device import ModbusIo
 from drivers.modbus_io.maps import Block, ModuleMap, Type, load_map
 from drivers.modbus_io.plan import Write, make_plan
 from drivers.modbus_io.settings import AngleChannel, ModbusSettings, Mode, PressureChannel, SerialLine
+from drivers.modbus_io.stations import Stations
 from drivers.serial_port import SerialPort
 from drivers.signals import Signal
 from rig.config import structure
@@ -65,6 +66,7 @@ def test_the_wago_750_559(volts: float, register: int) -> None:
     assert module.failsafe.tick_s == 0.1
 
 
+OUTPUTS = {"address": 100, "channels": 4}
 MAP: dict[str, Any] = {"name": "m", "source": "s", "inputs": {"address": 0, "channels": 4, "function": 4}}
 
 
@@ -85,10 +87,15 @@ MAP: dict[str, Any] = {"name": "m", "source": "s", "inputs": {"address": 0, "cha
         (
             {
                 "outputs": {"address": 0, "channels": 2, "type": "float32", "counts": [0, 10]},
-                "failsafe": {"arm": [{"address": 200, "safe": 1}, {"address": 201, "safe": 2}]},
+                "failsafe": {"arm": [{"address": 200, "safe_channel": 0}, {"address": 201, "safe_channel": 1}]},
             },
             "the safe set-point at 200 takes 2 registers, and the next one is at 201",
         ),
+        (
+            {"outputs": OUTPUTS, "failsafe": {"arm": [{"address": 200, "safe_channel": 4}]}},
+            "safe_channel 4 at 200: the module has no such output channel, but 4, counted from 0",
+        ),
+        ({"failsafe": {"arm": [{"address": 200, "safe": 1}]}}, "unknown key 'safe'"),
         ({"unit": 250}, "outside 0 .. 247"),
         ({"adress": 3}, "unknown key 'adress'"),
     ],
@@ -115,8 +122,9 @@ FLOATS = {"address": 0, "channels": 2, "type": "float32", "word_order": "little"
 
 def test_the_safe_registers_of_a_fail_safe_have_the_form_of_the_outputs() -> None:
     """Type, bytes and words: a module that takes floats would have gone to 0 V or nowhere."""
-    arm_steps = [{"address": 200, "safe": 1}, {"address": 202, "safe": 2}, {"address": 204, "timeout": True}]
-    module = structure({**MAP, "outputs": FLOATS, "failsafe": {"arm": arm_steps}}, ModuleMap, "map.yaml")
+    steps = [{"address": 200, "safe_channel": 0}, {"address": 202, "safe_channel": 1}]
+    arm = [*steps, {"address": 204, "timeout": True}]
+    module = structure({**MAP, "outputs": FLOATS, "failsafe": {"arm": arm}}, ModuleMap, "map.yaml")
     bus, block = Written(), module.outputs
     assert block
     failsafe.arm(cast(Any, bus), module, 1, 0.5, {0: 3.75, 1: 0.25})
@@ -130,6 +138,37 @@ def test_a_module_that_takes_volts_is_given_more_than_whole_ones(tmp_path: Path)
     valves = dataclasses.replace(rigs.context(), roles=frozenset({Role.VALVE_1, Role.VALVE_2}))
     device = ModbusIo(settings(map=place), valves)
     assert device.numbers(0.2, 0.2125) == pytest.approx({0: 4.0, 1: 4.25})
+
+
+SAFE_REGISTERS = {
+    "safe_is": "registers",
+    "arm": [{"address": 200 + channel, "safe_channel": channel} for channel in (0, 1, 2)],
+}
+SAFE_MAP = {**MAP, "outputs": OUTPUTS, "failsafe": SAFE_REGISTERS}
+
+
+def test_a_safe_register_gets_the_set_point_of_the_valve_that_is_wired_to_its_channel(tmp_path: Path) -> None:
+    """Valve 1 on channel 2 and valve 2 on channel 0: by the valves' numbers channel 0 fell back to valve 1's value, and
+    channel 2 to whatever stood there."""
+    place = tmp_path / "map.yaml"
+    place.write_text(json.dumps(SAFE_MAP), encoding="utf-8")
+    wired = settings(map=place, valve_1=PressureChannel(2), valve_2=PressureChannel(0))
+    bus = Written()
+    session = cast(Any, bus)
+    Stations(session, session, make_plan(wired, frozenset({Role.VALVE_1, Role.VALVE_2}))).arm(0.5, {0: 11.0, 1: 22.0})
+    assert bus.writes == [(200, [22]), (202, [11])]
+
+
+def test_a_valve_whose_channel_has_no_safe_register_is_refused(tmp_path: Path) -> None:
+    place = tmp_path / "map.yaml"
+    place.write_text(json.dumps(SAFE_MAP), encoding="utf-8")
+    wired = settings(map=place, valve_2=PressureChannel(3))
+    with pytest.raises(
+        ConfigError, match=r"valve_2 on output channel 3 of .*: failsafe\.arm of its map has no step with"
+    ):
+        make_plan(wired, frozenset({Role.VALVE_2}))
+    place.write_text(json.dumps({**SAFE_MAP, "failsafe": SAFE_REGISTERS | {"safe_is": "zero"}}), encoding="utf-8")
+    assert make_plan(wired, frozenset({Role.VALVE_2})).driven == {1: 3}
 
 
 def settings(**changes: Any) -> ModbusSettings:
@@ -188,7 +227,7 @@ def test_only_the_wanted_inputs_are_read() -> None:
     assert (plan.first_register, plan.registers, plan.picks) == (1, 3, {1: 0, 2: 1, 3: 2})
     assert plan.pick([10, 20, 30]) == {1: 10.0, 2: 20.0, 3: 30.0}
     nothing = make_plan(settings(), frozenset({Role.VALVE_1}))
-    assert (nothing.registers, nothing.driven) == (0, (0,))
+    assert (nothing.registers, nothing.driven) == (0, {0: 0})
 
 
 def test_two_registers_a_channel_keep_their_places(tmp_path: Path) -> None:
