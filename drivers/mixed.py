@@ -1,8 +1,9 @@
 """A rig made of several devices: each role is filled by one of them, and the whole is again one device."""
 
 import math
+import threading
 from collections.abc import Callable, Mapping, Sequence
-from typing import Final
+from typing import Final, TypeVar
 
 from rig.errors import ConfigError, DeviceError, DeviceLost
 from rig.interfaces import Clock, Device, Measurement, Role
@@ -23,6 +24,7 @@ _ABSENT: Final = {
 _FURTHER: Final = tuple(Measurement._fields.index(f"further_{place}") for place in (1, 2, 3, 4))
 _EMPTY: Final = tuple(Measurement())
 _FLAGS: Final = Measurement._fields.index("flags")
+T = TypeVar("T")
 
 
 class MixedRig:
@@ -31,6 +33,10 @@ class MixedRig:
     Set-points go to the devices one after the other, so the two valves change together only within the slower device's
     time. Every call reaches every device, also when one of them fails; then the worst error is raised, with the others'
     beside it.
+
+    Of an instance that is not open, which is somebody's way past the loop, every device is made safe and looked at in a
+    thread of its own: one that has to be found first does not keep the next one waiting. A loop has one thread, and
+    devices that never wait.
     """
 
     def __init__(self, parts: Sequence[Device], clock: Clock, period_ns: int = 5_000_000) -> None:
@@ -46,6 +52,7 @@ class MixedRig:
         self._writers = [part for part in parts if part.roles & {Role.VALVE_1, Role.VALVE_2}]
         self._readers = [_reader(part) for part in parts if part.roles & set(_FIELDS) or _reads_further(part)]
         self._absent = sum(flag for role, flag in _ABSENT.items() if role not in self.roles)
+        self._is_open = False
 
     @property
     def second_path(self) -> bool:
@@ -55,6 +62,7 @@ class MixedRig:
     def open(self) -> Mapping[str, str]:
         """Open all; when one cannot be opened, none stays open."""
         facts: dict[str, str] = {}
+        self._is_open = True
         try:
             for index, part in enumerate(self._parts, 1):
                 facts |= {f"{index}.{key}": value for key, value in part.open().items()}
@@ -103,11 +111,13 @@ class MixedRig:
 
     def safe(self) -> None:
         """Every device's own safe state, whatever happens to the others."""
-        self._every(self._writers, lambda part: part.safe())
+        self._every(self._writers, lambda part: part.safe(), at_once=not self._is_open)
 
     def holds_safe(self) -> bool | None:
         """Whether every valve's device holds its safe set-point; None when one of them cannot tell."""
-        held = [getattr(part, "holds_safe", lambda: None)() for part in self._writers]
+        held = self._every(
+            self._writers, lambda part: getattr(part, "holds_safe", lambda: None)(), at_once=not self._is_open
+        )
         return False if False in held else None if None in held else True
 
     def keep(self) -> None:
@@ -128,6 +138,7 @@ class MixedRig:
 
     def close(self) -> None:
         """Let go of all."""
+        self._is_open = False
         self._every(self._parts, lambda part: part.close())
 
     def _check_time(self, began_ns: int, ended_ns: int, doing: str) -> None:
@@ -138,20 +149,32 @@ class MixedRig:
             )
 
     @staticmethod
-    def _every(parts: Sequence[Device], call: Callable[[Device], None]) -> None:
-        """A bug of one part's driver is raised as it is, when all have been called."""
-        errors: list[DeviceError] = []
-        bug: Exception | None = None
-        for part in parts:
+    def _every(parts: Sequence[Device], call: Callable[[Device], T], *, at_once: bool = False) -> list[T]:
+        """What each part answered, in their order. A bug of one part's driver is raised as it is, when all have been
+        called."""
+        answers: dict[int, T] = {}
+        errors: dict[int, Exception] = {}
+
+        def one(place: int) -> None:
             try:
-                call(part)
-            except DeviceError as error:
-                errors.append(error)
+                answers[place] = call(parts[place])
             except Exception as error:  # noqa: BLE001  # the other valve's pressure must not stand for it
-                bug = bug or error
-        if bug is not None:
-            raise bug
-        _raise_worst(errors)
+                errors[place] = error
+
+        if at_once and len(parts) > 1:
+            threads = [threading.Thread(target=one, args=(place,), daemon=True) for place in range(len(parts))]
+            for thread in threads:
+                thread.start()
+            for thread in threads:
+                thread.join()
+        else:
+            for place in range(len(parts)):
+                one(place)
+        for bug in errors.values():
+            if not isinstance(bug, DeviceError):
+                raise bug
+        _raise_worst([error for _, error in sorted(errors.items()) if isinstance(error, DeviceError)])
+        return [answers[place] for place in range(len(parts))]
 
 
 def _reads_further(part: Device) -> bool:

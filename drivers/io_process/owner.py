@@ -54,11 +54,11 @@ class IoProcess:
         """Start the process, with another `job` where one is given, and wait until it has the wire; its facts.
         DeviceLost says in one line why not."""
         self.begin(job)
-        return self._await_start()
+        return self.await_start()
 
     def begin(self, other: Job | None = None) -> None:
-        """Start the process without waiting for it, which takes milliseconds; `safe` may be ordered at once. With
-        another job, where one is given, this time."""
+        """Start the process without waiting for it, which takes milliseconds; `safe` may be ordered at once, or
+        `await_start` follow. With another job, where one is given, this time."""
         descriptor = create(self._path)
         if descriptor is None:
             raise DeviceLost(
@@ -95,7 +95,8 @@ class IoProcess:
         self.begin(job)
         self.safe(0.0)
 
-    def _await_start(self) -> Mapping[str, str]:
+    def await_start(self) -> Mapping[str, str]:
+        """Wait until a process that was begun has the wire; its facts. DeviceLost says in one line why not."""
         assert self._process
         assert self._mailbox
         deadline = time.monotonic() + _START_S

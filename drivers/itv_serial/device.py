@@ -177,18 +177,21 @@ class ItvSerial:
         this.
         """
         problems: list[DeviceError] = []
-        for valve in self._used():
-            if valve.drives:
-                with contextlib.suppress(DeviceError):  # every wire is told before the first is waited for
-                    valve.io.safe(0.0) if valve.io.running else alarm(valve.device, 0.0)
-        for valve in self._used():
-            if valve.drives:
-                try:
-                    self._make_safe(valve)
-                except DeviceError as error:
-                    problems.append(error)
+        driven = [valve for valve in self._used() if valve.drives]
+        begun = [_tell(valve) for valve in driven]  # every wire, before the first is waited for
+        for valve, is_begun in zip(driven, begun, strict=True):
+            try:
+                self._await_rescue(valve) if is_begun else self._make_safe(valve)
+            except DeviceError as error:
+                problems.append(error)
         if problems:
             raise problems[0]
+
+    @staticmethod
+    def _await_rescue(valve: _Valve) -> None:
+        """By an I/O process that was begun for it, which stays until `close`: others who come meanwhile find it."""
+        valve.io.await_start()
+        valve.io.safe(2 * valve.safe_bound_s + 1.0)
 
     def _make_safe(self, valve: _Valve) -> None:
         patience_s = self._period_ns / 2e9 / len(self._used())
@@ -201,9 +204,8 @@ class ItvSerial:
                 return valve.io.restart_safe(patience_s, valve.rescue)  # the loop must not wait for it, but call again
         elif alarm(valve.device, patience_s):
             return None
-        valve.io.start(valve.rescue)  # it stays until `close`: others who come meanwhile find it
-        valve.io.safe(2 * valve.safe_bound_s + 1.0)
-        return None
+        valve.io.begin(valve.rescue)
+        return self._await_rescue(valve)
 
     def holds_safe(self) -> bool | None:
         """Whether every regulator has confirmed its safe set-point by a reply that repeats it; None where that cannot
@@ -215,3 +217,15 @@ class ItvSerial:
         """End the I/O processes; the valves keep their set-points. A safe order on its way is finished first."""
         for valve in self._used():
             valve.io.stop()
+
+
+def _tell(valve: _Valve) -> bool:
+    """Ask for the safe set-point by whoever holds the port, without waiting; True: nobody does, and an I/O process was
+    begun for it."""
+    with contextlib.suppress(DeviceError):
+        if valve.io.running:
+            valve.io.safe(0.0)
+        elif not alarm(valve.device, 0.0):
+            valve.io.begin(valve.rescue)
+            return True
+    return False

@@ -28,7 +28,7 @@ from rig.qualify.faults.held import (
     RunOverModbus,
     RunOverSerial,
 )
-from rig.qualify.faults.wired import ModbusFaultBench, RtuFaultBench, SerialFaultBench
+from rig.qualify.faults.wired import MixedFaultBench, ModbusFaultBench, RtuFaultBench, SerialFaultBench
 
 _SIGNALS: Final = (signal.SIGKILL, signal.SIGSTOP)
 _APART_S: Final = 0.5
@@ -76,6 +76,7 @@ BENCHES: Final[dict[str, Callable[[Path], FaultBench]]] = {
     "modbus-long-watchdog": lambda folder: ModbusFaultBench(folder, _LONG_WATCHDOG_S),
     "rtu": RtuFaultBench,
     "serial": SerialFaultBench,
+    "mixed": MixedFaultBench,
     "run": RunBench,
     "run-modbus": RunOverModbus,
     "run-serial": RunOverSerial,

@@ -35,10 +35,10 @@ class WiredFaultBench(FaultBench):
     """A fault bench whose rig's devices are those of a lab's YAML, on emulated hardware."""
 
     def __init__(
-        self, folder: Path, lab: str, settings: Mapping[str, Mapping[str, Any]], limits: Mapping[str, Any]
+        self, folder: Path, lab: Mapping[str, Any], settings: Mapping[str, Mapping[str, Any]], limits: Mapping[str, Any]
     ) -> None:
-        """`lab`: one of pamrig's own rigs; `settings`: device -> settings that replace the lab's."""
-        raw: Any = read_yaml(shipped.configs() / "rigs" / f"{lab}.yaml")
+        """`lab`: a rig's YAML; `settings`: device -> settings that replace the lab's."""
+        raw = lab
         devices = {name: _found(device) | dict(settings.get(name, {})) for name, device in raw["devices"].items()}
         terminals = folder / "terminals"
         Terminals.at(terminals)
@@ -79,7 +79,7 @@ class ModbusFaultBench(WiredFaultBench):
 
     def __init__(self, folder: Path, watchdog_s: float = 0.5) -> None:
         """With a `watchdog_s` beyond the bound the daemon is forced: then it is software alone that makes safe."""
-        super().__init__(folder, "all_modbus", {"wago": {"watchdog_s": watchdog_s}}, {"misses_per_s": 1000})
+        super().__init__(folder, _lab("all_modbus"), {"wago": {"watchdog_s": watchdog_s}}, {"misses_per_s": 1000})
 
 
 class RtuFaultBench(WiredFaultBench):
@@ -90,7 +90,7 @@ class RtuFaultBench(WiredFaultBench):
     def __init__(self, folder: Path) -> None:
         line = {"device": "rtu", "baud": _RTU_BAUD, "parity": "N"}
         settings = {"serial": line, "host": "", "watchdog_s": 60.0, "patience_s": 0.1}
-        super().__init__(folder, "all_modbus", {"wago": settings}, {"misses_per_s": 1000, "max_age_s": 0.5})
+        super().__init__(folder, _lab("all_modbus"), {"wago": settings}, {"misses_per_s": 1000, "max_age_s": 0.5})
 
 
 class SerialFaultBench(WiredFaultBench):
@@ -103,10 +103,32 @@ class SerialFaultBench(WiredFaultBench):
         angle = {"mode": "separate"}  # by itself it would give a slow machine's module an I/O process as well
         super().__init__(
             folder,
-            "serial_modbus",
+            _lab("serial_modbus"),
             {"valves": ports, "potentiometer": angle},
             {"misses_per_s": 1000, "max_age_s": 0.5, "follow_s": 2.0},
         )
+
+
+class MixedFaultBench(WiredFaultBench):
+    """Valve 1 on a serial line, which an I/O process holds, the rest on a Modbus TCP module whose own watchdog is of no
+    help."""
+
+    struck = (*FaultBench.struck, "io process 1")
+
+    def __init__(self, folder: Path) -> None:
+        lab = _lab("all_modbus")
+        valve = {"kind": "itv_serial", "valve_1": {"device": "valve_1", "baud": _SERIAL_BAUD}}
+        lab["devices"]["valve"] = valve
+        lab["roles"] |= {"valve_1": "valve", "monitor_1": "valve"}
+        module = {"watchdog_s": 60.0, "valve_1": None, "monitor_1": None, "mode": "separate"}
+        limits = {"misses_per_s": 1000, "max_age_s": 0.5, "follow_s": 2.0}
+        super().__init__(folder, lab, {"wago": module}, limits)
+
+
+def _lab(name: str) -> dict[str, Any]:
+    """One of pamrig's own rigs, as its YAML has it."""
+    raw: dict[str, Any] = read_yaml(shipped.configs() / "rigs" / f"{name}.yaml")  # type: ignore[assignment]
+    return raw
 
 
 def _found(device: Mapping[str, Any]) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """A rig of several devices, one of which fails: every call reaches the others."""
 
+import threading
 from collections.abc import Mapping
 
 import pytest
@@ -47,3 +48,48 @@ def test_one_that_fails_keeps_no_call_from_the_other(failure: Exception) -> None
         with pytest.raises(type(failure)):
             call()
     assert good.reached == bad.reached == ["write", "safe", "close"]
+
+
+class MetValve(Valve):
+    """Made safe only while the other one is, too."""
+
+    def __init__(self, role: Role, meeting: threading.Barrier) -> None:
+        super().__init__(role)
+        self._meeting = meeting
+        self.threads: list[int] = []
+
+    def safe(self) -> None:
+        self.threads.append(threading.get_ident())
+        self._meeting.wait(5.0)
+
+    def holds_safe(self) -> bool:
+        self._meeting.wait(5.0)
+        return True
+
+
+def test_past_the_loop_all_devices_are_made_safe_and_looked_at_at_once() -> None:
+    """One after the other, the second valve waited for the first one's wire to be opened: 0.3 s and more."""
+    meeting = threading.Barrier(2)
+    rig = MixedRig([MetValve(Role.VALVE_1, meeting), MetValve(Role.VALVE_2, meeting)], VirtualClock())
+    rig.safe()
+    assert rig.holds_safe() is True
+
+
+def test_a_loop_that_makes_safe_has_one_thread() -> None:
+    valves = [MetValve(role, threading.Barrier(1)) for role in (Role.VALVE_1, Role.VALVE_2)]
+    rig = MixedRig(valves, VirtualClock())
+    rig.open()
+    rig.safe()
+    assert [valve.threads for valve in valves] == [[threading.get_ident()]] * 2
+
+
+@pytest.mark.parametrize("failure", [DeviceError("late"), DeviceLost("gone"), OSError("a bug")])
+def test_one_that_fails_past_the_loop_keeps_no_call_from_the_other(failure: Exception) -> None:
+    for parts in (
+        [Valve(Role.VALVE_1, failure), Valve(Role.VALVE_2)],
+        [Valve(Role.VALVE_1), Valve(Role.VALVE_2, failure)],
+    ):
+        rig = MixedRig(parts, VirtualClock())
+        with pytest.raises(type(failure)):
+            rig.safe()
+        assert [valve.reached for valve in parts] == [["safe"]] * 2
