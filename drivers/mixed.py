@@ -5,7 +5,7 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from typing import Final, TypeVar
 
-from rig.errors import ConfigError, DeviceError, DeviceLost
+from rig.errors import ConfigError, DeviceError, DeviceLost, DevicePending
 from rig.interfaces import Clock, Device, Measurement, Role
 from rig.sample import Flag
 
@@ -192,9 +192,12 @@ def _reader(part: Device) -> tuple[Device, tuple[int, ...], list[tuple[int, int]
 
 
 def _raise_worst(errors: Sequence[DeviceError]) -> None:
-    """One error for all: lost when any device is lost."""
+    """One error for all: lost when any device is lost, pending when all of them are."""
     if not errors:
         return
-    lost = any(isinstance(error, DeviceLost) for error in errors)
-    text = "; ".join(str(error) for error in errors)
-    raise (DeviceLost if lost else DeviceError)(text) from None
+    kind: type[DeviceError] = DeviceError
+    if any(isinstance(error, DeviceLost) for error in errors):
+        kind = DeviceLost
+    elif all(isinstance(error, DevicePending) for error in errors):
+        kind = DevicePending
+    raise kind("; ".join(str(error) for error in errors)) from None

@@ -42,5 +42,9 @@ class DeviceError(RigError):
     """One exchange with a device failed and the next may work: a time-out, a garbled reply. Fills the leaky bucket."""
 
 
+class DevicePending(DeviceError):
+    """The device was told to be safe and has not said yet that it is: it lives, and somebody sees to it. Ask again."""
+
+
 class DeviceLost(DeviceError):
     """The device is gone until somebody acts: port closed, session lost, wrong signature. Faults at once."""

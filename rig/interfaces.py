@@ -110,8 +110,9 @@ class Device(Protocol):
     def safe(self) -> None:
         """Bring the outputs to the safe set-points at once, by every means left.
 
-        Idempotent; legal in any state, after any error, and before `open` (then it opens for just this). Raises only
-        when the device could not be reached.
+        Idempotent; legal in any state, after any error, and before `open` (then it opens for just this). Returns when
+        the device has taken them, and waits for less than a period where it is open. DevicePending: they are on their
+        way by somebody who outlives the caller, ask again. Any other error: the device could not be reached.
         """
 
     def close(self) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from drivers.io_process.mailbox import LinkState, Mailbox, attach, path_for
-from rig.errors import DeviceError, DeviceLost
+from rig.errors import DeviceLost, DevicePending
 
 LOOK_S: Final = 0.0005
 NOT_YET: Final = "the safe set-points are not confirmed yet"
@@ -21,7 +21,7 @@ _GONE_S: Final = 0.1
 def alarm(resource: str, patience_s: float) -> bool:
     """Tell the I/O process behind `resource`, whoever owns it, to write its safe outputs and to keep to them.
 
-    True: it lives and the device has confirmed them. DeviceError when it lives and they are not confirmed yet: ask
+    True: it lives and the device has confirmed them. DevicePending when it lives and they are not confirmed yet: ask
     again; DeviceLost when it cannot reach the device. False: there is no such process, or there was one that could not
     be moved any more and was ended, so the caller has to open the wire itself. One that somebody stopped goes on.
     """
@@ -50,7 +50,7 @@ def _alarmed(mailbox: Mailbox, resource: str, patience_s: float) -> bool:
         _end(mailbox.pid, path_for(resource))
         return False
     if report.state is LinkState.UP:
-        raise DeviceError(f"{resource}: {NOT_YET}")
+        raise DevicePending(f"{resource}: {NOT_YET}")
     raise DeviceLost(f"{resource}: the safe set-points could not be written: {report.text}")
 
 

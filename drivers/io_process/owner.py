@@ -15,7 +15,7 @@ from typing import Final
 from drivers.io_process.alarm import LOOK_S, NOT_YET, is_stopped, let_go_on
 from drivers.io_process.mailbox import LinkState, Mailbox, Mode, Report, Trip, create, mapped, path_for, remove
 from drivers.io_process.worker import Job
-from rig.errors import DeviceError, DeviceLost
+from rig.errors import DeviceError, DeviceLost, DevicePending
 
 _START_S: Final = 10.0
 _RESTART_NS: Final = 500_000_000
@@ -87,7 +87,7 @@ class IoProcess:
         """Replace a process that is dead or stuck, without waiting, by one that writes the safe outputs, with another
         `job` where one is given.
 
-        DeviceError: not confirmed yet, look again with `safe`. Not more often than twice a second.
+        DevicePending: not confirmed yet, look again with `safe`. Not more often than twice a second.
         """
         if time.monotonic_ns() - self._began_ns < _RESTART_NS:
             raise DeviceLost(f"{self.resource}: its I/O process ended; another one is started in a moment")
@@ -176,14 +176,15 @@ class IoProcess:
     def safe(self, patience_s: float) -> None:
         """Order the safe outputs and wait up to `patience_s` for the device to confirm them.
 
-        A living I/O process with its line up finishes the order even if the owner dies now, so that is success as well;
-        one that was stopped goes on, and is asked again. DeviceLost when nobody is there to write them.
+        DevicePending while they are on their way: a living I/O process finishes the order even if the owner dies now,
+        and one that was stopped goes on. DeviceError when an exchange failed meanwhile, DeviceLost when nobody is there
+        to write them.
         """
         if self._mailbox is None or self._process is None:
             raise DeviceLost(f"{self.resource}: not open")
         before = self._mailbox.report()
         number = self._order_safe(before)
-        stopped = self._go_on()
+        self._go_on()
         deadline = time.monotonic() + patience_s
         while (report := self._mailbox.report()).order_done < number and time.monotonic() < deadline:
             if self._process.poll() is not None:
@@ -193,8 +194,9 @@ class IoProcess:
             return
         if report.state is LinkState.DOWN or not self.alive:
             raise DeviceLost(f"{self.resource}: the safe set-points could not be written: {report.text}")
-        if stopped or report.errors != before.errors or report.state is LinkState.STARTING:
-            raise DeviceError(f"{self.resource}: {NOT_YET}{': ' if report.text else ''}{report.text}")
+        if report.errors != before.errors:
+            raise DeviceError(f"{self.resource}: {NOT_YET}: {report.text}")
+        raise DevicePending(f"{self.resource}: {NOT_YET}")
 
     def _order_safe(self, report: Report) -> int:
         """An order that stands is not given anew: on a slow wire it would never be done. On a lost one it makes it try
@@ -204,24 +206,22 @@ class IoProcess:
             return self._mailbox.order().number
         return self._order(Mode.SAFE, self._job.safe)
 
-    def _go_on(self) -> bool:
-        """Let the process go on if somebody stopped it; whether it was."""
+    def _go_on(self) -> None:
+        """Let the process go on if somebody stopped it."""
         assert self._process
-        stopped = is_stopped(self._process.pid)
-        if stopped:
+        if is_stopped(self._process.pid):
             self._woken_ns = time.monotonic_ns()
             let_go_on(self._process.pid)
-        return stopped
 
     def confirmed(self) -> bool:
-        """Whether the device has confirmed the safe outputs, and nothing else was ordered since; DeviceError while that
-        may still come, DeviceLost when nobody is there to write them."""
+        """Whether the device has confirmed the safe outputs, and nothing else was ordered since; DevicePending while
+        that may still come, DeviceLost when nobody is there to write them."""
         if self._mailbox is None or not self.alive:
             raise DeviceLost(
                 f"{self.resource}: the safe set-points could not be written: its I/O process does not move"
             )
         if self._mode is Mode.SAFE and not self._mailbox.confirmed:
-            raise DeviceError(f"{self.resource}: {NOT_YET}")
+            raise DevicePending(f"{self.resource}: {NOT_YET}")
         return self._mode is Mode.SAFE
 
     def stop(self, patience_s: float = 3.0) -> None:

@@ -16,7 +16,7 @@ from drivers.io_process.worker import Job
 from drivers.itv_serial.codec import Codec, Dialect, Pace, pace
 from drivers.itv_serial.link import LinkSettings
 from drivers.serial_port import SerialPort
-from rig.errors import ConfigError, DeviceError, DeviceLost
+from rig.errors import ConfigError, DeviceError, DeviceLost, DevicePending
 from rig.fields import bounded
 from rig.interfaces import NAN, DeviceContext, Measurement, Role
 from rig.sample import ANGLE_ABSENT, P1_ABSENT, P2_ABSENT, STALE
@@ -171,7 +171,8 @@ class ItvSerial:
                 valve.io.drive((valve.counts(pressure_mpa),))
 
     def safe(self) -> None:
-        """Order the safe set-points on every valve; returns within a period, the wire takes `safe_within_s`.
+        """Order the safe set-points on every valve; DevicePending within a period while the wire carries them, which
+        takes `safe_within_s`.
 
         Through its own I/O processes when open, else through those of whoever is, else by opening the port for just
         this.
@@ -185,7 +186,7 @@ class ItvSerial:
             except DeviceError as error:
                 problems.append(error)
         if problems:
-            raise problems[0]
+            raise max(problems, key=_gravity)
 
     @staticmethod
     def _await_rescue(valve: _Valve) -> None:
@@ -209,7 +210,7 @@ class ItvSerial:
 
     def holds_safe(self) -> bool | None:
         """Whether every regulator has confirmed its safe set-point by a reply that repeats it; None where that cannot
-        be told. DeviceError while it may still come."""
+        be told. DevicePending while it may still come."""
         held = [valve.holds_safe() for valve in self._used() if valve.drives]
         return False if False in held else None if None in held else True
 
@@ -217,6 +218,11 @@ class ItvSerial:
         """End the I/O processes; the valves keep their set-points. A safe order on its way is finished first."""
         for valve in self._used():
             valve.io.stop()
+
+
+def _gravity(error: DeviceError) -> int:
+    """Of several errors the gravest counts: what is only on its way comes last."""
+    return 0 if isinstance(error, DevicePending) else 1
 
 
 def _tell(valve: _Valve) -> bool:

@@ -11,7 +11,7 @@ from drivers.modbus_io.routes import Direct, Process, Route, round_trip
 from drivers.modbus_io.session import set_reply_time
 from drivers.modbus_io.settings import ModbusSettings, Mode
 from drivers.modbus_io.stations import Numbers, Stations, set_point_numbers
-from rig.errors import DeviceError, DeviceLost
+from rig.errors import DeviceError, DeviceLost, DevicePending
 from rig.interfaces import DeviceContext, Measurement
 from rig.sample import STALE
 
@@ -135,6 +135,8 @@ class ModbusIo:
             try:
                 self._route.safe(self._safe)
                 return
+            except DevicePending:
+                raise  # its I/O process writes them
             except DeviceLost:
                 if isinstance(self._route, Process) and self._route.io.alive:
                     raise  # its line is down: it writes the safe set-points as soon as it is back

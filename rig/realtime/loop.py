@@ -8,7 +8,7 @@ import contextlib
 import math
 from dataclasses import dataclass, field
 
-from rig.errors import DeviceError, DeviceLost, StateError
+from rig.errors import DeviceError, DeviceLost, DevicePending, StateError
 from rig.interfaces import NAN, Clock, Device, Measurement, Role
 from rig.realtime.commands import Answer, Commands, Request
 from rig.realtime.faults import Fault
@@ -40,6 +40,8 @@ _NO_MEASUREMENT = Measurement(flags=P1_ABSENT | P2_ABSENT | ANGLE_ABSENT | READ_
 
 LOOKS = 3
 """Ticks in which the safe state is read back from the device, as long as it does not answer."""
+_LAST_WAITS = 200
+"""On the way out, for a wire that carries the safe state: of half a period each, longer than 1200 baud take."""
 LEAVING_NS = 1_000_000_000
 """How long the way out may take on a slow device before the supervisor takes over."""
 
@@ -69,7 +71,7 @@ class Loop:
         self._terminated = Fault.NONE
         self._quit = False
         self._device_gone = False
-        self._safe_owed = True
+        self._safe_owed, self._safe_comes = True, False
         self._holds_safe = getattr(device, "holds_safe", None)
         self._keep = getattr(device, "keep", lambda: None)
         self._looks_owed = 0
@@ -80,14 +82,12 @@ class Loop:
         """Tick, due, woken (ns) and missed periods of the tick that is being carried out."""
         self._command = (settings.safe_p1_mpa, settings.safe_p2_mpa)
         self._program: Program | None = None
-        self._started_tick = 0
-        self._from = self._command
+        self._started_tick, self._from = 0, self._command
         self._reference_deg = NAN
         self._way_out_tick: int | None = None
         self._resting = True
         self._zero_deg = self._zero_sum = 0.0
-        self._zero_count = 0
-        self._zeroed = False
+        self._zero_count, self._zeroed = 0, False
 
     def _forgive(self) -> None:
         """Begin to count errors, misses and repetitions anew."""
@@ -359,9 +359,11 @@ class Loop:
         self._resting = True
         try:
             self._device.safe()
-        except DeviceError:
-            return WRITE_ERROR  # still owed: tried again next tick
-        self._safe_owed = False
+        except DeviceError as error:  # still owed: tried again next tick
+            self._safe_comes = isinstance(error, DevicePending)
+            self.ring.safe_coming(self._safe_comes)
+            return 0 if self._safe_comes else WRITE_ERROR
+        self._safe_owed = self._safe_comes = False
         self._command = self._settings.safe_p1_mpa, self._settings.safe_p2_mpa
         self.ring.made_safe()
         self._seen_safe = False
@@ -387,14 +389,12 @@ class Loop:
     def leave(self) -> None:
         """Safe state, then let go; an unreachable device is left to its own watchdog and to the supervisor."""
         self.ring.beat(LEAVING_NS)
+        self._safe_owed, attempts = True, 3
         try:
-            for _ in range(3):
-                with contextlib.suppress(DeviceError):
-                    self._device.safe()
-                    self._safe_owed = False
-                    self.ring.made_safe()
-                    self._look()
-                    if not self._safe_owed:
-                        break
+            for _ in range(_LAST_WAITS):
+                self._write_safe()
+                attempts -= not self._safe_comes
+                if not (self._safe_owed and attempts):
+                    break
         finally:
             self._device.close()

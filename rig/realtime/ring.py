@@ -16,8 +16,10 @@ from rig.sample import SAMPLE_BYTES, Sample, pack_into, unpack
 
 CAPACITY: Final = 8192
 _SLOT: Final = 8 + (SAMPLE_BYTES + 7) // 8 * 8  # sequence number, then the packed sample
-_HEAD, _HEARTBEAT, _RECORDER, _CAPACITY, _PRODUCER, _TELLINGS, _SAFE, _SAFE_SEEN = range(HEADER_WORDS, HEADER_WORDS + 8)
-_WORDS: Final = 8
+_WORDS: Final = 9
+_HEAD, _HEARTBEAT, _RECORDER, _CAPACITY, _PRODUCER, _TELLINGS, _SAFE, _SAFE_SEEN, _SAFE_COMING = range(
+    HEADER_WORDS, HEADER_WORDS + _WORDS
+)
 _TEXT: Final = (HEADER_WORDS + _WORDS) * 8
 _TEXT_BYTES: Final = 512
 _START: Final = _TEXT + _TEXT_BYTES
@@ -83,6 +85,11 @@ class Ring:
     def safe_seen_ns(self) -> int:
         """Monotonic time at which the loop read that safe state back from the device; 0 when it did not."""
         return self._words[_SAFE_SEEN]
+
+    @property
+    def safe_is_coming(self) -> bool:
+        """The loop has told the device to be safe, which is on its way and has not been taken yet."""
+        return self._words[_SAFE_COMING] != 0
 
     @property
     def producer_pid(self) -> int:
@@ -159,11 +166,16 @@ class RingWriter:
 
     def not_safe(self) -> None:
         """Other set-points than the safe ones may stand from now on."""
-        self._words[_SAFE] = self._words[_SAFE_SEEN] = 0
+        self._words[_SAFE] = self._words[_SAFE_SEEN] = self._words[_SAFE_COMING] = 0
 
     def made_safe(self) -> None:
         """The device has taken the safe state."""
         self._words[_SAFE] = time.monotonic_ns()
+        self._words[_SAFE_COMING] = 0
+
+    def safe_coming(self, comes: bool) -> None:
+        """Whether the safe state is on its way to the device, by somebody who outlives the loop."""
+        self._words[_SAFE_COMING] = comes
 
     def saw_safe(self) -> None:
         """The device says that the safe state stands at its outputs."""

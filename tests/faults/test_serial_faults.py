@@ -9,7 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import closing, suppress
 from pathlib import Path
 
 import pytest
@@ -20,7 +20,7 @@ from drivers.io_process.mailbox import attach, path_for
 from drivers.itv_serial.device import ItvSerial, ItvSettings
 from drivers.serial_port import SerialPort
 from hil.emulators.emulation import Emulation
-from rig.errors import ConfigError, DeviceError, DeviceLost
+from rig.errors import ConfigError, DeviceError, DeviceLost, DevicePending
 from rig.interfaces import Measurement, Role
 from rig.sample import Flag
 
@@ -298,6 +298,26 @@ def test_the_supervisors_instance_reaches_the_ports_that_the_loop_holds(
     assert rigs.soon(lambda: told(running) == SAFE_COUNTS)
     time.sleep(0.1)
     assert told(running) == SAFE_COUNTS, "the loop that still drives is not obeyed any more"
+
+
+def test_safe_returns_when_the_wires_have_carried_it() -> None:
+    """It returned at once, and a status right after a stop said "safe" of what stood in a queue."""
+    running = rigs.valves("slow_valves", 9600)
+    context = rigs.context(*rigs.VALVE_ROLES, period_ns=5_000_000)
+    with closing(ItvSerial(rigs.valve_settings(running, 9600), context)) as device:
+        device.open()
+        device.write(0.3, 0.3)
+        assert rigs.soon(lambda: running.state()["commands_mpa"] == pytest.approx([0.3, 0.3], abs=0.001))
+        waits = 0
+        while True:
+            try:
+                device.safe()
+                break
+            except DevicePending:
+                waits += 1
+        assert told(running) == SAFE_COUNTS
+        assert waits
+        assert device.holds_safe() is True
 
 
 def test_roles_without_a_port_and_one_port_for_two_are_config_errors() -> None:

@@ -142,6 +142,9 @@ class ListRing:
     def made_safe(self) -> None:
         self.safe.append("made")
 
+    def safe_coming(self, comes: bool) -> None:
+        self.safe.append("coming" if comes else "failed")
+
     def saw_safe(self) -> None:
         self.safe.append("seen")
 

@@ -115,8 +115,8 @@ class ProcessWatch:
         return self._silence.too_long(self._ring.heartbeat_ns)
 
     def _deaf(self) -> bool:
-        """The loop has not done what was demanded, though it had the time."""
-        return not self._taken and self._deafness.too_long(self._demanded_ns)
+        """The loop has not done what was demanded, though it had the time; a slow wire may still be carrying it."""
+        return not (self._taken or self._ring.safe_is_coming) and self._deafness.too_long(self._demanded_ns)
 
     def _recorder_stands(self) -> str:
         """Why the recorder, which does not take what there is to read, is given up; empty while it is not.

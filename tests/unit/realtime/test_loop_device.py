@@ -13,7 +13,7 @@ from support.scripted import (
     run_loop,
 )
 
-from rig.errors import DeviceError, DeviceLost
+from rig.errors import DeviceError, DeviceLost, DevicePending
 from rig.realtime.commands import Answer, Request
 from rig.realtime.faults import Fault
 from rig.realtime.loop import Loop, LoopSettings
@@ -101,6 +101,16 @@ def test_a_safe_state_that_could_not_be_written_is_owed_until_it_is() -> None:
     assert [a for t, a in operator.answers if t in (45, 55)] == [Answer.NOT_READY, Answer.DONE]
 
 
+def test_a_safe_state_that_is_on_its_way_is_owed_and_is_no_error() -> None:
+    """A slow wire carries it for some ticks; it was said to stand there at once."""
+    device = ScriptedDevice(safes={call: DevicePending("on its way") for call in range(1, 9)})
+    operator = armed_and_running({45: Request.RESET, 55: Request.RESET}, estop=range(40, 46))
+    samples, loop = run_loop(device, operator, 60)
+    assert not any(sample.flags & Flag.WRITE_ERROR for sample in samples)
+    assert loop.ring.safe == ["made", "not", *["coming"] * 8, "made", "made"]  # the last: on the way out
+    assert [a for t, a in operator.answers if t in (45, 55)] == [Answer.NOT_READY, Answer.DONE]
+
+
 class ReadsBack(ScriptedDevice):
     """One that tells what stands at its outputs, unless it was told not to."""
 
@@ -141,3 +151,13 @@ def test_leaving_tries_the_safe_state_again() -> None:
     run_loop(device, ScriptedOperator({}), 5)
     assert device.outputs == ["safe", "safe"]
     assert device.closed == 1
+
+
+def test_leaving_waits_for_a_safe_state_that_is_on_its_way_but_not_for_ever() -> None:
+    device = ScriptedDevice(safes={call: DevicePending("on its way") for call in range(1, 100)})
+    _, loop = run_loop(device, ScriptedOperator({}), 5)
+    assert (device.outputs, device.closed) == (["safe", "safe"], 1)
+    device = ScriptedDevice(safes={call: DevicePending("on its way") for call in range(1, 1000)})
+    _, loop = run_loop(device, ScriptedOperator({}), 5)
+    assert (device.outputs, device.closed) == (["safe"], 1)
+    assert loop.ring.safe[-1] == "coming"

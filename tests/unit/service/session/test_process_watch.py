@@ -164,6 +164,25 @@ def test_a_loop_that_beats_but_does_not_take_the_demand_is_ended_too(bench: Benc
     assert bench.wrote_while_alive[-1] is False
 
 
+def test_a_loop_whose_safe_state_is_on_its_way_over_a_slow_wire_is_not_ended(bench: Bench) -> None:
+    watch = bench.watch()
+    watch.demand(Fault.ESTOP)
+    bench.writer.safe_coming(True)
+    until_s = time.monotonic() + 3 * LOOP_PATIENCE_S
+
+    def carried() -> bool:
+        bench.writer.beat()
+        assert not watch.answer.safe, "nobody has seen it"
+        return time.monotonic() > until_s
+
+    until(watch, carried)
+    assert bench.loop.is_alive()
+    assert bench.wrote_while_alive == []
+    bench.writer.made_safe()
+    bench.writer.beat()
+    assert watch.answer.writer is Writer.LOOP
+
+
 def test_nobody_is_lost_because_the_machine_stood_still(bench: Bench) -> None:
     """This process runs again first: the loop has neither beaten nor done what was demanded."""
     watch = bench.watch()
