@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 from typing import Final
 
-from drivers.io_process.mailbox import LinkState, Mailbox, attach, path_for
+from drivers.io_process.mailbox import LinkState, Mailbox, attach, find
 from rig.errors import DeviceLost, DevicePending
 
 LOOK_S: Final = 0.0005
@@ -22,19 +22,21 @@ def alarm(resource: str, patience_s: float) -> bool:
     """Tell the I/O process behind `resource`, whoever owns it, to write its safe outputs and to keep to them.
 
     True: it lives and the device has confirmed them. DevicePending when it lives and they are not confirmed yet: ask
-    again; DeviceLost when it cannot reach the device. False: there is no such process, or there was one that could not
-    be moved any more and was ended, so the caller has to open the wire itself. One that somebody stopped goes on.
+    again; DeviceLost when it cannot reach the device, or takes no orders from this user. False: there is no such
+    process, or there was one that could not be moved any more and was ended, so the caller has to open the wire itself.
+    One that somebody stopped goes on.
     """
-    mailbox = attach(path_for(resource))
-    if mailbox is None:
+    found = find(resource)
+    if found is None:
         return False
+    path, mailbox = found
     try:
-        return _alarmed(mailbox, resource, patience_s)
+        return _alarmed(mailbox, path, resource, patience_s)
     finally:
         mailbox.close()
 
 
-def _alarmed(mailbox: Mailbox, resource: str, patience_s: float) -> bool:
+def _alarmed(mailbox: Mailbox, path: Path, resource: str, patience_s: float) -> bool:
     """An alarm that is not done yet is not raised anew: on a slow wire it would never be done."""
     under_way = mailbox.report().alarm_done < mailbox.alarm
     count = mailbox.alarm if under_way else mailbox.raise_alarm()
@@ -47,7 +49,7 @@ def _alarmed(mailbox: Mailbox, resource: str, patience_s: float) -> bool:
     if report.state is LinkState.ENDED:
         return False
     if mailbox.stuck:  # it was told, and to go on, and does not
-        _end(mailbox.pid, path_for(resource))
+        _end(mailbox.pid, path)
         return False
     if report.state is LinkState.UP:
         raise DevicePending(f"{resource}: {NOT_YET}")
@@ -56,10 +58,11 @@ def _alarmed(mailbox: Mailbox, resource: str, patience_s: float) -> bool:
 
 def confirmed(resource: str) -> bool | None:
     """Whether the device has confirmed the safe outputs that were asked for last, by an alarm or by the owner; None
-    when there is no I/O process to ask."""
-    mailbox = attach(path_for(resource))
-    if mailbox is None:
+    when there is no I/O process to ask. DeviceLost when it is another user's."""
+    found = find(resource)
+    if found is None:
         return None
+    mailbox = found[1]
     try:
         return mailbox.confirmed
     finally:

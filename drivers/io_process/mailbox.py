@@ -4,6 +4,8 @@ The owner (the loop) leaves an `Order`, the I/O process leaves a `Report`; each 
 replaces the one before, and neither side ever waits for the other. A third process (the supervisor) may raise the
 alarm. Nothing here knows a wire or a device. Linux: the file lies in /dev/shm and lives as long as somebody holds its
 lock.
+
+A mailbox takes orders from its own user and from root. Every other user sees that somebody serves the wire, and who.
 """
 
 import contextlib
@@ -11,6 +13,7 @@ import fcntl
 import hashlib
 import mmap
 import os
+import pwd
 import struct
 import tempfile
 import time
@@ -18,6 +21,8 @@ import zlib
 from enum import IntEnum
 from pathlib import Path
 from typing import Final, NamedTuple
+
+from rig.errors import DeviceLost
 
 MAX_OUTPUTS: Final = 4
 MAX_VALUES: Final = 8
@@ -134,6 +139,8 @@ _REPORT_AT: Final = 512
 _ALARM_AT: Final = 16
 _SERVED_AT: Final = 24
 _SIZE: Final = 4096
+_SEEN_BY_ALL: Final = 0o644
+"""Who may not write may still see that the lock is held."""
 
 
 class Mailbox:
@@ -237,17 +244,73 @@ def _int(value: object) -> int:
 
 
 def path_for(resource: str) -> Path:
-    """Where the mailbox of a wire lies: one file a user and a wire, so that a second process finds it."""
-    folder = Path("/dev/shm") if os.path.isdir("/dev/shm") else Path(tempfile.gettempdir())
-    name = hashlib.sha256(resource.encode()).hexdigest()[:16]
-    return folder / f"pamrigio-{os.getuid()}-{name}"
+    """Where this user's mailbox of a wire lies: a file that a dead process of another user left is in nobody's way."""
+    return _folder() / f"pamrigio-{os.getuid()}-{_named(resource)}"
+
+
+def _folder() -> Path:
+    return Path("/dev/shm") if os.path.isdir("/dev/shm") else Path(tempfile.gettempdir())
+
+
+def _named(resource: str) -> str:
+    return hashlib.sha256(resource.encode()).hexdigest()[:16]
+
+
+def find(resource: str) -> tuple[Path, Mailbox] | None:
+    """The mailbox of the living I/O process that serves a wire, whoever started it; None when there is none. DeviceLost
+    when it takes no orders from us, because it is another user's."""
+    for path in sorted(_folder().glob(f"pamrigio-*-{_named(resource)}")):
+        try:
+            mailbox = attach(path)
+        except PermissionError:
+            if _is_held(path):
+                raise DeviceLost(
+                    f"{resource}: served by an I/O process of {user_of(path)}, which takes no orders from "
+                    f"{_user(os.getuid())}: ask that user's pamrig (`pamrig estop`), or call this as root"
+                ) from None
+            continue
+        if mailbox is not None:
+            return path, mailbox
+    return None
+
+
+def user_of(path: Path) -> str:
+    """Whose a file is, in words."""
+    try:
+        return _user(path.stat().st_uid)
+    except OSError:
+        return "another user"
+
+
+def _user(uid: int) -> str:
+    with contextlib.suppress(KeyError):
+        return f"user {pwd.getpwuid(uid).pw_name}"
+    return f"user {uid}"
+
+
+def _is_held(path: Path) -> bool:
+    """Whether somebody lives behind another user's mailbox, which may be looked at."""
+    try:
+        descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NOFOLLOW)
+    except OSError:
+        return False
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    finally:
+        os.close(descriptor)
+    return False
 
 
 def create(path: Path) -> int | None:
     """A fresh, locked mailbox file; returns its descriptor, which carries the lock to whoever inherits it. None: the
-    wire is in use."""
+    wire is in use. DeviceLost when the file cannot be made."""
     while True:
-        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
+        try:
+            descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, _SEEN_BY_ALL)
+        except OSError as error:
+            raise DeviceLost(f"{path}: the mailbox of an I/O process cannot be made: {error.strerror}") from None
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
@@ -256,6 +319,7 @@ def create(path: Path) -> int | None:
         if _is_at(descriptor, path):
             break
         os.close(descriptor)  # removed between open and lock
+    os.fchmod(descriptor, _SEEN_BY_ALL)  # past the umask
     os.ftruncate(descriptor, 0)
     os.ftruncate(descriptor, _SIZE)
     os.pwrite(descriptor, struct.pack(f"<8s{_SERVED_AT - 8}xQ", _MAGIC, os.getpid()), 0)
@@ -273,7 +337,7 @@ def mapped(path: Path) -> Mailbox:
 
 
 def attach(path: Path) -> Mailbox | None:
-    """The mailbox of a living I/O process; None when there is none."""
+    """The mailbox of a living I/O process; None when there is none. PermissionError for another user's."""
     try:
         descriptor = os.open(path, os.O_RDWR | os.O_CLOEXEC | os.O_NOFOLLOW)
     except FileNotFoundError:

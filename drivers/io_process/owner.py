@@ -13,7 +13,19 @@ from pathlib import Path
 from typing import Final
 
 from drivers.io_process.alarm import LOOK_S, NOT_YET, is_stopped, let_go_on
-from drivers.io_process.mailbox import LinkState, Mailbox, Mode, Report, Trip, create, mapped, path_for, remove
+from drivers.io_process.mailbox import (
+    LinkState,
+    Mailbox,
+    Mode,
+    Report,
+    Trip,
+    create,
+    find,
+    mapped,
+    path_for,
+    remove,
+    user_of,
+)
 from drivers.io_process.worker import Job
 from rig.errors import DeviceError, DeviceLost, DevicePending
 
@@ -59,11 +71,14 @@ class IoProcess:
     def begin(self, other: Job | None = None) -> None:
         """Start the process without waiting for it, which takes milliseconds; `safe` may be ordered at once, or
         `await_start` follow. With another job, where one is given, this time."""
+        if (found := find(self.resource)) is not None:
+            found[1].close()
+            raise DeviceLost(
+                f"{self.resource}: in use by another I/O process of {user_of(found[0])}; stop the other pamrig first"
+            )
         descriptor = create(self._path)
         if descriptor is None:
-            raise DeviceLost(
-                f"{self.resource}: in use by another I/O process of this user; stop the other pamrig first"
-            )
+            raise DeviceLost(f"{self.resource}: in use by another I/O process; stop the other pamrig first")
         job, self._wake = os.pipe2(os.O_CLOEXEC)
         try:
             self._mailbox = mapped(self._path)
