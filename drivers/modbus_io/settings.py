@@ -101,6 +101,9 @@ class ModbusSettings:
     """RTU instead of TCP."""
     unit: int | None = bounded(0, 247, default=None)
     """Unit id; the map's when not set."""
+    gateway: bool = False
+    """Behind `host` are several modules, told apart by their unit ids, and other processes may drive the others.
+    Without it one process drives all of the host: many a module answers to every unit id."""
     input_map: Path | None = None
     """YAML of a second module that has the inputs."""
     input_host: str = ""
@@ -133,6 +136,8 @@ class ModbusSettings:
             raise ValueError(f"mode {self.mode.value} is not possible on RTU; allowed: auto, process")
         if self.serial and (self.input_host or self.input_port):
             raise ValueError("input_host and input_port are for TCP; on RTU set input_unit")
+        if self.serial and self.gateway:
+            raise ValueError("gateway is for TCP: one process drives all of a serial line")
         if not self.input_map and (self.input_host or self.input_port or self.input_unit is not None):
             raise ValueError("input_host, input_port and input_unit need input_map")
 
@@ -148,12 +153,13 @@ class ModbusSettings:
 
     @property
     def wires(self) -> tuple[str, ...]:
-        """What is driven: the line on RTU; on TCP the module, of which a gateway may have many, by the host's name and
-        by its address. ConfigError for a map that cannot be read."""
+        """What is driven: the line on RTU, on TCP the host and the module, by the host's name and by its address; of a
+        gateway the module alone. ConfigError for a map that cannot be read."""
         if self.serial is not None:
             return self.serial.wires
         unit = load_map(self.map).unit if self.unit is None else self.unit
-        return tuple(f"{host}:{self.port} unit {unit}" for host in _names_of(self.host))
+        hosts = [f"{host}:{self.port}" for host in _names_of(self.host)]
+        return (*([] if self.gateway else hosts), *(f"{host} unit {unit}" for host in hosts))
 
 
 def _names_of(host: str) -> list[str]:

@@ -8,10 +8,12 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from rig.app import compose, supervise, wires
+from drivers.modbus_io.settings import ModbusSettings, SerialLine
+from rig.app import compose, shipped, supervise, wires
 from rig.errors import DeviceLost, RigError
 
 HOLD = "import sys; from rig.app import wires; wires.hold(sys.argv[1:]); print('held', flush=True); sys.stdin.read()"
@@ -106,9 +108,33 @@ def test_a_rig_s_wires_are_those_that_carry_set_points() -> None:
     rigs = compose.load(None).path.parent
     modbus = compose.wires_of(compose.load(rigs / "all_modbus.yaml"))
     assert modbus, "a module"
-    assert all(wire.endswith(" unit 1") for wire in modbus), modbus
+    assert modbus == ["192.168.1.17:502", "192.168.1.17:502 unit 1"]
     serial = compose.load(rigs / "serial_modbus.yaml")
     assert all("/" in wire for wire in compose.wires_of(serial)), "its potentiometer's module is only read"
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "apart"),
+    [
+        ({"unit": 1}, {"unit": 255}, False),
+        ({"unit": 1, "gateway": True}, {"unit": 2, "gateway": True}, True),
+        ({"unit": 1, "gateway": True}, {"unit": 1, "gateway": True}, False),
+        ({"unit": 1, "gateway": True}, {"unit": 1}, False),
+        ({"unit": 1}, {"unit": 1, "port": 503}, True),
+    ],
+)
+def test_unit_ids_part_two_modules_behind_a_gateway_only(
+    first: dict[str, Any], second: dict[str, Any], apart: bool
+) -> None:
+    """A module that ignores them was driven by two processes, each by an id of its own."""
+    table = shipped.configs() / "modbus" / "wago_750.yaml"
+    held = [set(ModbusSettings(map=table, host="10.0.0.1", **one).wires) for one in (first, second)]
+    assert held[0].isdisjoint(held[1]) is apart
+
+
+def test_a_gateway_has_no_serial_line() -> None:
+    with pytest.raises(ValueError, match="gateway is for TCP"):
+        ModbusSettings(map=Path("map.yaml"), serial=SerialLine("/dev/ttyS0"), gateway=True)
 
 
 def test_a_safe_state_that_nobody_could_write_is_not_said_to_be_written(tmp_path: Path) -> None:
