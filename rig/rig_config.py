@@ -53,6 +53,8 @@ class DeviceEntry:
     kind: str
     settings: dict[str, Any]
     roles: frozenset[Role]
+    read: dict[str, Any] = field(default_factory=dict)
+    """Settings that its driver has read from files which the YAML names, once: nobody reads those again."""
 
 
 PERIODS_MS = (1.0, 100.0)

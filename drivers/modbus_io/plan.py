@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from drivers.modbus_io.codec import decode, encode, rtu_exchange_s
-from drivers.modbus_io.maps import Block, ModuleMap, SafeIs, load_map
+from drivers.modbus_io.maps import Block, ModuleMap, SafeIs
 from drivers.modbus_io.session import Session
 from drivers.modbus_io.settings import ModbusSettings, SerialLine
 from rig.errors import ConfigError
@@ -125,8 +125,7 @@ class Plan:
 
 def make_plan(settings: ModbusSettings, roles: frozenset[Role], *, looking: bool = False) -> Plan:
     """ConfigError, one line, when a role is not wired, or wired to what the module does not have."""
-    module = load_map(settings.map)
-    input_module = load_map(settings.input_map) if settings.input_map else module
+    module, input_module = settings.module, settings.input_module
     for role in roles:
         _check(role, settings, module, input_module)
     driven = {place: getattr(settings, role.value).channel for place, role in enumerate(VALVES) if role in roles}

@@ -6,10 +6,12 @@ import socket
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
+from typing import Any
 
-from drivers.modbus_io.maps import Block, load_map
+from drivers.modbus_io.maps import Block, ModuleMap, load_map
 from drivers.serial_port import SerialPort
 from drivers.signals import Signal, Span
+from rig.config import unstructure
 from rig.fields import bounded
 from rig.interfaces import Role
 
@@ -126,6 +128,8 @@ class ModbusSettings:
     outside."""
     reply_s: float | None = bounded(0.0002, 10.0, "s", default=None)
     """How long a reply may take in the loop (modes separate and combined); 40 % of the period when not set."""
+    maps: dict[str, ModuleMap] = field(default_factory=dict)
+    """What `map` and `input_map` held when the rig was loaded, by these names; else they are read where needed."""
     silence_periods: int = bounded(2, 1000, "periods", default=5)
     """In process mode: an owner that drives and makes no call for this many periods is taken for dead."""
 
@@ -140,6 +144,22 @@ class ModbusSettings:
             raise ValueError("gateway is for TCP: one process drives all of a serial line")
         if not self.input_map and (self.input_host or self.input_port or self.input_unit is not None):
             raise ValueError("input_host, input_port and input_unit need input_map")
+
+    @property
+    def module(self) -> ModuleMap:
+        """The module, or the one with the outputs; ConfigError for a map that cannot be read."""
+        return self.maps.get("map") or load_map(self.map)
+
+    @property
+    def input_module(self) -> ModuleMap:
+        """The module with the inputs, which may be the same one; ConfigError as above."""
+        return self.maps.get("input_map") or load_map(self.input_map) if self.input_map else self.module
+
+    def read_now(self) -> dict[str, Any]:
+        """`maps`, as plain settings: loop, watchers and I/O process then have what was read once, whatever becomes of
+        the files. ConfigError as above."""
+        both = {"map": self.module} | ({"input_map": self.input_module} if self.input_map else {})
+        return {"maps": unstructure(both)}
 
     @property
     def resource(self) -> str:
@@ -157,7 +177,7 @@ class ModbusSettings:
         gateway the module alone. ConfigError for a map that cannot be read."""
         if self.serial is not None:
             return self.serial.wires
-        unit = load_map(self.map).unit if self.unit is None else self.unit
+        unit = self.module.unit if self.unit is None else self.unit
         hosts = [f"{host}:{self.port}" for host in _names_of(self.host)]
         return (*([] if self.gateway else hosts), *(f"{host} unit {unit}" for host in hosts))
 

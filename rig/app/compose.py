@@ -64,7 +64,7 @@ def device_settings(entry: DeviceEntry, rig: RigConfig, options: Mapping[str, An
     own = {f.name for f in dataclasses.fields(kind.Settings)}
     overrides = {key: value for key, value in options.items() if key in own}
     plain = {key: value for key, value in overrides.items() if not isinstance(value, Path | list)}
-    settings = structure({**entry.settings, **plain}, kind.Settings, where)
+    settings = structure({**entry.settings, **entry.read, **plain}, kind.Settings, where)
     files = {name: _own_or(place, name) for name, place in resolve_paths(settings, rig.path.parent).items()}
     return kind, dataclasses.replace(settings, **files | overrides)
 
@@ -219,7 +219,8 @@ def outlives_the_loop(rig: RigConfig) -> bool:
 
 
 def load(path: Path | None) -> RigConfig:
-    """The rig's config at `path`, or the simulated rig's; settings of all devices are checked too."""
+    """The rig's config at `path`, or the simulated rig's; settings of all devices are checked too, and the maps that
+    they name are read: whoever makes safe later must not depend on a disk."""
     rig = load_rig(find_config(path, "rigs") if path else default_rig())
     files = dict(rig.files)
     settings = {entry.name: device_settings(entry, rig, {})[1] for entry in rig.devices}
@@ -231,7 +232,10 @@ def load(path: Path | None) -> RigConfig:
         files |= {path.name: path.read_bytes() for path in _paths(own)}
         if entry.kind == "emulated":
             files |= {name: data for name, data in load(own.rig).files.items() if name != "rig.yaml"}
-    return dataclasses.replace(rig, files=files)
+    devices = tuple(
+        dataclasses.replace(entry, read=getattr(settings[entry.name], "read_now", dict)()) for entry in rig.devices
+    )
+    return dataclasses.replace(rig, files=files, devices=devices)
 
 
 def _check_further(rig: RigConfig, settings: Mapping[str, Any]) -> None:

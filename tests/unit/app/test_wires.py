@@ -13,8 +13,11 @@ from typing import Any
 import pytest
 
 from drivers.modbus_io.settings import ModbusSettings, SerialLine
+from drivers.modbus_io.stations import rebuild
 from rig.app import compose, shipped, supervise, wires
+from rig.config import unstructure
 from rig.errors import DeviceLost, RigError
+from rig.realtime.clock import MonotonicClock
 
 HOLD = "import sys; from rig.app import wires; wires.hold(sys.argv[1:]); print('held', flush=True); sys.stdin.read()"
 
@@ -130,6 +133,23 @@ def test_unit_ids_part_two_modules_behind_a_gateway_only(
     table = shipped.configs() / "modbus" / "wago_750.yaml"
     held = [set(ModbusSettings(map=table, host="10.0.0.1", **one).wires) for one in (first, second)]
     assert held[0].isdisjoint(held[1]) is apart
+
+
+def test_a_rig_that_is_loaded_needs_the_map_of_its_module_no_more(tmp_path: Path) -> None:
+    """Whoever was left to make safe read it again: a folder that is gone, or a map edited meanwhile, is in his way."""
+    rigs = shipped.configs() / "rigs"
+    table = tmp_path / "own_map.yaml"
+    table.write_text((rigs.parent / "modbus" / "wago_750.yaml").read_text())
+    text = (rigs / "all_modbus.yaml").read_text().replace("../modbus/wago_750.yaml", str(table))
+    (tmp_path / "rig.yaml").write_text(text)
+    rig = compose.load(tmp_path / "rig.yaml")
+    before = compose.device_settings(rig.devices[0], rig, {})[1].module
+    table.unlink()
+    assert compose.device_settings(rig.devices[0], rig, {})[1].module == before
+    compose.make_device(rig, MonotonicClock())
+    assert compose.wires_of(rig) == ["192.168.1.17:502", "192.168.1.17:502 unit 1"]
+    settings = compose.device_settings(rig.devices[0], rig, {})[1]
+    assert rebuild(unstructure(settings)).module == before, "as the I/O process is told"
 
 
 def test_a_gateway_has_no_serial_line() -> None:
