@@ -32,6 +32,8 @@ ANSWER_PATIENCE_S: Final = 1.0
 ESTOP_PATIENCE_S: Final = 3.0
 """Until an emergency stop that nobody could carry out is answered; the attempts go on after it."""
 _ANSWER_POLL_S: Final = 0.002
+_SHOWN_S: Final = 0.05
+"""For a loop that was made safe by itself to say so in a sample; one that is gone says nothing more."""
 
 
 @dataclass(frozen=True)
@@ -273,8 +275,19 @@ class SessionMonitor:
                 raise Refused(Code.REFUSED, f"emergency stop not carried out: {watch.safe.words}; {_BY_HAND}")
             watch.follow_up()
             await asyncio.sleep(_ANSWER_POLL_S)
+        await self._see_the_stop()
         self._refuse_if_overruled()
         return report
+
+    async def _see_the_stop(self) -> None:
+        """Whoever is answered and asks on is to find the fault, which the loop tells at the end of the tick that made
+        safe."""
+        deadline = time.monotonic() + _SHOWN_S
+        while self.telemetry is not None and time.monotonic() < deadline:
+            self.telemetry.update()
+            if self.state is State.FAULT:
+                return
+            await asyncio.sleep(_ANSWER_POLL_S)
 
     def _refuse_if_overruled(self) -> None:
         """The safe state was written, and another process writes its own set-points over it."""

@@ -17,10 +17,12 @@ from rig.realtime.commands import Mailbox
 from rig.realtime.faults import Fault
 from rig.realtime.ring import Ring, RingWriter
 from rig.realtime.safe_state import Outcome, SafeBlock, SafeReport, SecondPath, Verdict, Writer
+from rig.realtime.state import State
 from rig.sample import Sample
 from rig.service.door.protocol import Refused
 from rig.service.session.process_watch import LOOP_PATIENCE_S, Loss, ProcessWatch
 from rig.service.session.session_monitor import SessionMonitor
+from rig.service.session.telemetry import Telemetry
 
 pytestmark = pytest.mark.real_time
 PERIOD_NS = 5_000_000
@@ -223,6 +225,29 @@ def test_an_emergency_stop_that_the_device_did_not_take_is_refused(
         asyncio.run(monitor.estop())
     bench.unreachable = False
     assert asyncio.run(monitor.estop()).writer is Writer.CONTROL
+
+
+def test_who_was_answered_an_emergency_stop_finds_its_fault(bench: Bench) -> None:
+    """The status still said what was before it, and a reset that followed at once was refused."""
+    bench.writer.put(Sample(**dict.fromkeys(Sample._fields, 0))._replace(state=State.ARMED))  # type: ignore[arg-type]
+    monitor = SessionMonitor(cast(Any, SimpleNamespace(driver=str)))
+    monitor.session = cast(Any, SimpleNamespace(watch=bench.watch(), loop_alive=True, ring=bench.ring))
+    monitor.telemetry = Telemetry(bench.ring)
+    monitor.telemetry.update()
+
+    async def stopped() -> State:
+        asked = asyncio.create_task(monitor.estop())
+        await asyncio.sleep(0.002)
+        bench.writer.beat()
+        bench.writer.made_safe()
+        bench.writer.saw_safe()
+        await asyncio.sleep(0.006)  # the sample of that tick comes last
+        fault = Sample(**dict.fromkeys(Sample._fields, 0))._replace(state=State.FAULT, fault=Fault.ESTOP)  # type: ignore[arg-type]
+        bench.writer.put(fault)
+        await asked
+        return monitor.state
+
+    assert asyncio.run(stopped()) is State.FAULT
 
 
 def test_what_the_loop_wrote_and_cannot_read_back_is_looked_at_from_here(bench: Bench) -> None:
