@@ -121,10 +121,15 @@ class Queue:
         return next(iter(self.left(only)), None)
 
     def clear(self) -> list[int]:
-        """Drop what is neither running nor done; returns the ids."""
-        dropped = [job.id for job in self.jobs if job.state not in (JobState.RUNNING, JobState.DONE)]
-        self.jobs = [job for job in self.jobs if job.id not in dropped]
-        self.save()
+        """Drop what is neither running nor done; returns the ids. RigError when that cannot be saved: all stay."""
+        before = self.jobs
+        dropped = [job.id for job in before if job.state not in (JobState.RUNNING, JobState.DONE)]
+        self.jobs = [job for job in before if job.id not in dropped]
+        try:
+            self.save()
+        except RigError:
+            self.jobs = before  # the caller was refused: after a restart they would be there again
+            raise
         return dropped
 
     def seconds_left(self, only: Collection[int] | None = None) -> float:

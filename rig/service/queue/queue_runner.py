@@ -134,7 +134,7 @@ class QueueRunner:
 
     async def _job(self, job: Job) -> None:
         job.state, job.error = JobState.RUNNING, ""
-        await asyncio.to_thread(self._queue.save)
+        await self._keep()
         try:
             sweep = await self._planned(self.planner.open(Path(job.sweep)))
             if sweep.records != job.total:
@@ -151,7 +151,7 @@ class QueueRunner:
             self._give_up(job, JobState.FAILED, str(error))
         if job.state is JobState.RUNNING:
             job.state = JobState.DONE if job.done == job.total else JobState.STOPPED
-        await asyncio.to_thread(self._queue.save)
+        await self._keep()
 
     async def _planned(self, asked: Coroutine[Any, Any, T]) -> T:
         """What the planner answers, which may take minutes; _Held as soon as nothing is to be begun any more, for a
@@ -190,7 +190,15 @@ class QueueRunner:
                 self._give_up(job, JobState.STOPPED, f"{result.file.name}: {lost}: the sweep is not whole")
                 return
             job.done += 1
+            await self._keep()
+
+    async def _keep(self) -> None:
+        """The queue onto the disk. One that takes nothing is told, and is no end of the daemon: the queue goes on in
+        memory, and is kept by the next change that can be."""
+        try:
             await asyncio.to_thread(self._queue.save)
+        except RigError as error:
+            _LOG.error("%s; after a restart the daemon knows the queue as it was kept last", error)
 
     async def _remember(self, file: Path) -> None:
         """Write down that the daemon made it. A record that cannot be written down stays for ever, which is no reason

@@ -1,5 +1,6 @@
 """The queue of sweeps over restarts: what was done is remembered, nothing is resumed, nothing is lost."""
 
+import errno
 from pathlib import Path
 
 import pytest
@@ -88,6 +89,21 @@ def test_a_queue_that_cannot_be_saved_says_so(tmp_path: Path) -> None:
     with pytest.raises(RigError, match="the queue cannot be saved: No such file"):
         jobs.add(Path("/a.yaml"), "a", 1, 1.0, 0.0)
     assert jobs.next() is None
+
+
+def test_what_cannot_be_dropped_from_the_file_stays_in_the_queue(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    jobs = queue(tmp_path)
+    jobs.add(Path("a.yaml"), "a", 1, 10.0, 0.0)
+
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(Path, "replace", full)
+    with pytest.raises(RigError, match="cannot be saved: No space left"):
+        jobs.clear()
+    assert [job.name for job in jobs.jobs] == ["a"]
 
 
 def test_records_that_are_not_valid_are_counted_over_a_restart(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 import pytest
 
 from rig.app import compose, shipped
+from rig.errors import RigError
 from rig.realtime.commands import program_path
 from rig.service.queue.job_queue import Job, JobState, Queue
 from rig.service.queue.planner import Planner, Published, Summary
@@ -55,6 +56,34 @@ def test_a_sweep_that_is_gone_fails(tmp_path: Path) -> None:
     job = worked_on(tmp_path, tmp_path / "gone.yaml", spare_gb=0.0)
     assert job.state is JobState.FAILED
     assert "no such file" in job.error
+
+
+def test_a_queue_that_cannot_be_saved_is_no_end_of_the_daemon(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """A full disk ended it, as an error in the daemon itself."""
+    (tmp_path / "logs").mkdir()
+
+    def full() -> None:
+        raise RigError("queue.json: the queue cannot be saved: No space left on device")
+
+    async def look() -> tuple[Job, bool]:
+        work, queue = runner(tmp_path, 0.0)
+        job = queue.add(tmp_path / "gone.yaml", "gone", 1, 10.0, 0.0)
+        monkeypatch.setattr(queue, "save", full)
+        work.go_on()
+        task = asyncio.create_task(work.run())
+        while work.working and not task.done():
+            await asyncio.sleep(0.01)
+        await asyncio.sleep(0.02)  # for what it keeps last
+        ended = task.done()
+        task.cancel()
+        work.planner.close()
+        return job, ended
+
+    job, ended = asyncio.run(asyncio.wait_for(look(), 30.0))
+    assert (job.state, ended) == (JobState.FAILED, False)
+    assert "No space left on device; after a restart the daemon knows the queue as it was kept last" in caplog.text
 
 
 def test_a_full_disk_is_said_before_a_sweep_is_queued(tmp_path: Path) -> None:
