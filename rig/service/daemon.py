@@ -46,6 +46,8 @@ _SWITCH_S: Final = 0.0002
 _NICE: Final = -10
 """Where it is allowed: the loop stops when this process does not get to its heartbeat for a second."""
 _HOUSEKEEPING_S: Final = 10.0
+_DOOR_S: Final = 0.5
+"""How often the socket is looked for."""
 _END_US: Final = 20_000_000
 """What systemd is asked for while a recorder is waited for, again and again; the unit's TimeoutStopSec."""
 _MOST_MARKS: Final = 8
@@ -147,7 +149,7 @@ class Daemon:
 
     def _own_work(self) -> Iterator[Coroutine[Any, Any, None]]:
         yield from (self._turn(), self._runner.run(), self._house(), self._retention.run(), self._page.watch())
-        yield self._live.watch(self._starter)
+        yield from (self._live.watch(self._starter), self._stay_reachable())
 
     def _task_ended(self, task: "asyncio.Task[None]") -> None:
         """A task of the daemon ends only at the end; otherwise it is a bug, and the rig is not to go on with it."""
@@ -210,6 +212,19 @@ class Daemon:
                 with contextlib.suppress(OSError, RigError):
                     await asyncio.to_thread(metrics.write, self._settings.metrics, self.status(None))
             await asyncio.sleep(_HOUSEKEEPING_S)
+
+    async def _stay_reachable(self) -> None:
+        """Somebody may clean up where the socket lies; who wants to stop the rig must find it."""
+        said = ""
+        while True:
+            await asyncio.sleep(_DOOR_S)
+            try:
+                found = "was removed, and is there again" if self._server.stay_reachable() else ""
+            except RigError as error:
+                found = f"was removed, and cannot be made anew: {error}"
+            if found and found != said:
+                _LOG.warning("%s %s", self._settings.socket, found)
+            said = found
 
     # commands
 

@@ -65,18 +65,26 @@ class Server:
         if len(str(path).encode()) > _SUN_PATH:
             raise ConfigError(f"{path}: a socket's path has at most {_SUN_PATH} bytes")
         self._group = group
-        places.check_folder(path.parent, make=True)
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise StateError(f"{path}: cannot be made: {error.strerror}") from None
+        _make_folder(path)
         lock = path.with_name(path.name + ".lock")
         self._lock = places.take_lock(lock, f"{path}: another daemon is running; see `pamrig status`")
+        self._open(path)
+
+    def _open(self, path: Path) -> None:
         places.make_way(path)
         self._listeners.append(Listener(_unix_socket(path), self._serve_local, self._ration, self._stopped_at_once))
         self._path = path
-        if group:
-            _give_to(path, group)
+        if self._group:
+            _give_to(path, self._group)
+
+    def stay_reachable(self) -> bool:
+        """Make the socket anew where somebody has removed it, for nobody could stop the rig by it any more; whether it
+        was. StateError when it cannot be made. Who is connected stays so."""
+        if self._path is None or os.path.lexists(self._path):
+            return False
+        _make_folder(self._path)
+        self._open(self._path)
+        return True
 
     async def listen_for_viewers(self, host: str, port: int, token: str) -> int:
         """TCP, only for looking and only with `token`; returns the port."""
@@ -188,6 +196,15 @@ class Server:
     def snapshot(self, cursor: int | None) -> dict[str, Any]:
         """Make a status for a subscriber."""
         return self._snapshot(cursor)
+
+
+def _make_folder(path: Path) -> None:
+    """Of the socket at `path`; StateError when it may not be trusted, or cannot be made."""
+    places.check_folder(path.parent, make=True)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StateError(f"{path}: cannot be made: {error.strerror}") from None
 
 
 def _unix_socket(path: Path) -> socket.socket:

@@ -60,6 +60,28 @@ def test_answers_come_in_order_and_refusals_are_answers(tmp_path: Path) -> None:
     with_server(talk)
 
 
+def test_a_socket_that_somebody_removed_is_made_again(tmp_path: Path) -> None:
+    """Its daemon ran on, and nobody could stop the rig by it."""
+    path = tmp_path / "folder" / "s"
+
+    async def talk(server: Server) -> None:
+        await server.listen(path, "")
+        reader, writer = await asyncio.open_unix_connection(path)
+        assert not server.stay_reachable()
+        path.unlink()
+        path.with_name("s.lock").unlink()
+        path.parent.rmdir()
+        assert server.stay_reachable()
+        assert [answer["ok"] for answer in await ask(path, {"id": 1, "command": "reset"})] == [True]
+        writer.write(protocol.encode({"id": 2, "command": "reset"}))
+        assert json.loads(await reader.readline())["ok"], "who was connected still is"
+        writer.close()
+        assert not server.stay_reachable()
+
+    with_server(talk)
+    assert not path.exists()
+
+
 def test_the_group_of_the_settings_may_command_and_nobody_else(tmp_path: Path) -> None:
     async def talk(server: Server) -> None:
         await server.listen(tmp_path / "s", grp.getgrgid(os.getgid()).gr_name)
