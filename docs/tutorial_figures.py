@@ -13,7 +13,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from rig.gap.answer.words import answers
+from rig.gap.answer.words.sentences import answers
 from rig.gap.diagnosis import diagnose_with_grounds
 from rig.log.reader import read
 from rig.model.parameters import Model, load_model

@@ -133,7 +133,7 @@ def diagnosed(
 ) -> dict[str, Any]:
     """The diagnosis in one mode as plain data, and what it adds to the simulator; `experiments` that followed count
     too."""
-    from rig.gap.answer.augment import augmented
+    from rig.gap.answer.how_far.augment import augmented
     from rig.gap.diagnosis import diagnose_with_grounds
     from rig.gap.hypotheses.library import LIBRARY
     from rig.gap.settings import fitted

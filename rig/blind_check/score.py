@@ -153,7 +153,7 @@ def _model_change(
 ) -> Column:
     """What the added effects (and another law of the mean pressure with them) change in the simulated angle (deg),
     shape (n,); nothing when either simulation fails."""
-    from rig.gap.answer.augment import with_mean_exponent
+    from rig.gap.answer.how_far.augment import with_mean_exponent
     from rig.model.kernels import simulate
     from rig.model.parameters import AddedEffect
 

@@ -10,11 +10,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from rig.errors import RecordError
-from rig.gap.answer.held_out import HowFar, how_far
+from rig.gap.answer.findings import Findings
+from rig.gap.answer.how_far.held_out import HowFar, how_far
+from rig.gap.answer.how_far.retuning import retune
 from rig.gap.answer.result import Diagnosis
-from rig.gap.answer.retuning import retune
 from rig.gap.answer.tell import tell
-from rig.gap.answer.told import Told
 from rig.gap.evidence.posterior import Posterior, judge
 from rig.gap.evidence.second import with_second
 from rig.gap.hypotheses.fit import Fit
@@ -97,10 +97,10 @@ def answer(question: Question) -> tuple[Diagnosis, Grounds]:
         return how_far(causes, expected, simulator, settings)
 
     retuning = None if refit is None else refit.told
-    heard = Told(
+    findings = Findings(
         expected, simulator, posteriors, marks, retuning, settings, missed, bool(question.withheld), question.room
     )
-    return tell(heard, after), grounds
+    return tell(findings, after), grounds
 
 
 def weigh(question: Question) -> tuple[list[Signature], Expected, tuple[Posterior, ...]]:

@@ -241,7 +241,7 @@ class Prior:
 
 @dataclass(frozen=True)
 class Spread:
-    """How unsure it is what is left of a gap on further records (`rig.gap.answer.further`); fitted on cases of
+    """How unsure it is what is left of a gap on further records (`rig.gap.answer.how_far.further`); fitted on cases of
     development, by `pamrig gap check further`."""
 
     floor: float
@@ -257,8 +257,8 @@ class Spread:
 
 @dataclass(frozen=True)
 class Reach:
-    """How far a fitted size may be off (`rig.gap.answer.size_intervals`); fitted on cases of development, by `pamrig
-    gap check further`."""
+    """How far a fitted size may be off (`rig.gap.answer.how_far.size_intervals`); fitted on cases of development, by
+    `pamrig gap check further`."""
 
     law: float = 0.0
     """Share of a law's usual error (`Prior.laws`) that a size may miss. More: wider for rough laws."""

@@ -8,7 +8,7 @@ from typing import Final
 import jinja2
 
 from rig.gap.answer.result import Diagnosis
-from rig.gap.answer.words import headline
+from rig.gap.answer.words.sentences import headline
 from rig.outputs import Kind, write_text
 from rig.own_units import own_text
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import jinja2
 
-from rig.gap.answer.compared import SOURCES, from_model
 from rig.gap.answer.result import Diagnosis
-from rig.gap.answer.words import answers, chain_rows, percent, stage_name
+from rig.gap.answer.words.compared import SOURCES, from_model
+from rig.gap.answer.words.sentences import answers, chain_rows, percent, stage_name
 from rig.gap.pipeline import Grounds
 from rig.gap.reference.kinds import Kind as Reference
 from rig.identify.provenance import tuned_to

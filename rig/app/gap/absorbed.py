@@ -14,7 +14,7 @@ from hil.reference.families import family
 from rig.app.gap.levels import known_families
 from rig.blind_check.generate import nominal_model, without_fingerprint
 from rig.blind_check.source import records_of
-from rig.gap.answer.retuning import retune
+from rig.gap.answer.how_far.retuning import retune
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.records.pairs import pair_up
 from rig.model.parameters import Model

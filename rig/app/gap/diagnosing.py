@@ -118,8 +118,8 @@ def _with_worth(
 ) -> "Diagnosis":
     """The diagnosis with what its causes are worth to a feed-forward, in the evidence and in a note."""
     from rig.control.worth import worth
-    from rig.gap.answer.augment import augmented
     from rig.gap.answer.facts import Tracking
+    from rig.gap.answer.how_far.augment import augmented
 
     if not any(cause.applied for cause in diagnosis.causes):
         nothing = "no cause with a course of its own was found: the feed-forward stays as it is"
@@ -202,12 +202,12 @@ def _write(
 
         write_page(place(options.html_to), diagnosis, grounds, model, origin)
     if options.augmented_to:
-        from rig.gap.answer.augment import augmented
+        from rig.gap.answer.how_far.augment import augmented
         from rig.model.parameters import save_model
 
         save_model(augmented(model, diagnosis, grounds.expected), place(options.augmented_to))
     if options.retuned_to:
-        from rig.gap.answer.retuning import retuned_model
+        from rig.gap.answer.how_far.retuning import retuned_model
         from rig.model.parameters import save_model
 
         save_model(retuned_model(model, grounds.expected), place(options.retuned_to))
@@ -234,7 +234,7 @@ def write_overview(
 
 def without_next(options: DiagnosisOptions, results: "Mapping[str | None, Diagnosis]") -> Iterator[str]:
     """A line for each case that `--next-experiment` was asked for and that has none, with why."""
-    from rig.gap.answer.words import why_no_next
+    from rig.gap.answer.words.sentences import why_no_next
 
     for name, diagnosis in results.items():
         if options.next_to is not None and not diagnosis.next_experiment:

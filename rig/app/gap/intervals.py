@@ -14,8 +14,8 @@ from rig.blind_check.folder import CheckFolder, read_truth
 from rig.blind_check.row import CaseKind, EffectFact, Row, facts_of
 from rig.errors import RecordError
 from rig.gap.answer.facts import RAW
-from rig.gap.answer.further import Shrunk, fit_spread
-from rig.gap.answer.size_intervals import Sized, deviation_of, fit_reach, reference_of
+from rig.gap.answer.how_far.further import Shrunk, fit_spread
+from rig.gap.answer.how_far.size_intervals import Sized, deviation_of, fit_reach, reference_of
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.reference.kinds import Kind
 from rig.gap.settings import Fitted, Prior, Reach

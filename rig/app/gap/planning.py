@@ -15,7 +15,7 @@ from rig.errors import ConfigError, EnvelopeError, RecordError
 from rig.excite.envelope import check_run
 from rig.excite.experiment import Entry, RunPlan, Sweep, expand, load_sweep
 from rig.gap.answer.result import Interval
-from rig.gap.answer.sizes import size
+from rig.gap.answer.words.sizes import size
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.plan.candidates import Room, candidates, lasting_s, planned, sweep_text
 from rig.gap.plan.capability import FALSE_ALARM_RATE, Ability, Capability, capability

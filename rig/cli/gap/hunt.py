@@ -133,7 +133,7 @@ def _daemon(socket: Path | None, rig: str) -> "Client":
 
 def _show(found: "Hunted", json_to: str | None) -> None:
     """The end of it for a person."""
-    from rig.gap.answer.words import headline
+    from rig.gap.answer.words.sentences import headline
     from rig.own_units import own_text
 
     out, campaign = console(json_to), found.campaign

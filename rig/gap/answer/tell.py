@@ -1,4 +1,4 @@
-"""From the posterior to the answer: verdict, causes, where, how far, what cannot be told."""
+"""From the posterior to the answer: verdict, causes, where, how far, what cannot be findings."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -6,16 +6,16 @@ from functools import cache
 
 import numpy as np
 
-from rig.gap.answer.augment import remaining_gap
 from rig.gap.answer.chain import chain
 from rig.gap.answer.facts import RAW_DATA, Gap, Verdict, Where
+from rig.gap.answer.findings import Findings, Kept, evidence_of
 from rig.gap.answer.floor import floor_of, floor_source
-from rig.gap.answer.further import Shrunk, further
-from rig.gap.answer.held_out import HowFar
+from rig.gap.answer.how_far.augment import remaining_gap
+from rig.gap.answer.how_far.further import Shrunk, further
+from rig.gap.answer.how_far.held_out import HowFar
+from rig.gap.answer.how_far.size_intervals import intervals, reference_of
 from rig.gap.answer.observations import told_apart
 from rig.gap.answer.result import Cause, Diagnosis, Ranked
-from rig.gap.answer.size_intervals import intervals, reference_of
-from rig.gap.answer.told import Kept, Told, evidence_of
 from rig.gap.answer.where import frequency_shares, over_time, phase_shares, region_shares
 from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.fit import Fit
@@ -31,27 +31,27 @@ from rig.model.effect_stages import EFFECT_STAGES
 from rig.record import Column
 
 
-def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Diagnosis:
+def tell(findings: Findings, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Diagnosis:
     """The diagnosis; `after` says how far the gap shrinks with some causes in the simulator."""
-    pairs = told.expected.pairs
-    gaps = commanded_gaps(told.expected)
-    before, known = rms_of(gaps, pairs), floor_of(told.expected, told.settings)
+    pairs = findings.expected.pairs
+    gaps = commanded_gaps(findings.expected)
+    before, known = rms_of(gaps, pairs), floor_of(findings.expected, findings.settings)
     floor = known.deg
-    kept = _helping(told, before)
+    kept = _helping(findings, before)
     far = after([(one.posterior.stand.name, one.fit) for one in kept])
     if far.after_deg > before and all(one.posterior.stand.name != PRESSURES for one in kept):
         kept, far = [], after([])  # of records that the fit has not seen they explain nothing
     added = bool(kept) and far.after_deg <= before
     left = far.after_deg if added else before
-    unknowns, small = _unknown_beside(told, kept, before, left, floor)
-    found = told_apart(told.marks, told.expected, before, bool(kept or unknowns))
+    unknowns, small = _unknown_beside(findings, kept, before, left, floor)
+    found = told_apart(findings.marks, findings.expected, before, bool(kept or unknowns))
     marks = found.causes
-    causes = [*_causes(told, kept, before, far, added), *marks, *unknowns]
+    causes = [*_causes(findings, kept, before, far, added), *marks, *unknowns]
     strange = Cause(UNKNOWN, "sensor", RAW_DATA, None, {}, before, before, 0.0, (), EITHER_CHANCE)
-    causes += [strange for _ in _strange(told)]
-    if told.expected.pairing.clipped:
+    causes += [strange for _ in _strange(findings)]
+    if findings.expected.pairing.clipped:
         causes = [replace(cause, confidence=min(cause.confidence, EITHER_CHANCE)) for cause in causes]
-    low, high = _further(kept, before, floor, far, told.settings) if added else (before, before)
+    low, high = _further(kept, before, floor, far, findings.settings) if added else (before, before)
     named = any(cause.is_named for cause in causes)
     gap = Gap(
         rms_deg=before,
@@ -61,38 +61,44 @@ def tell(told: Told, after: Callable[[Sequence[tuple[str, Fit]]], HowFar]) -> Di
         after_deg=left,
         after_low_deg=low,
         after_high_deg=high,
-        floor_source=floor_source(told.expected),
+        floor_source=floor_source(findings.expected),
     )
     return Diagnosis(
         _verdict(causes),
-        _confidence(told, kept, marks, small),
+        _confidence(findings, kept, marks, small),
         gap,
-        _where(told, causes, gaps, left, floor),
+        _where(findings, causes, gaps, left, floor),
         causes,
-        _ranking(told, marks),
-        what_next(told.expected, told.posteriors, told.room, settings=told.settings, simulator=told.simulator),
-        evidence_of(told, gaps, far, added),
-        _notes(told, kept, [*known.notes, *small]),
-        reference=told.expected.kind,
-        retuning=told.retuning,
+        _ranking(findings, marks),
+        what_next(
+            findings.expected,
+            findings.posteriors,
+            findings.room,
+            settings=findings.settings,
+            simulator=findings.simulator,
+        ),
+        evidence_of(findings, gaps, far, added),
+        _notes(findings, kept, [*known.notes, *small]),
+        reference=findings.expected.kind,
+        retuning=findings.retuning,
         observations=found.observations,
     )
 
 
 def _unknown_beside(
-    told: Told, kept: Sequence[Kept], before: float, left: float, floor: float
+    findings: Findings, kept: Sequence[Kept], before: float, left: float, floor: float
 ) -> tuple[list[Cause], list[str]]:
     """Something unknown, as causes or as notes. It is a note where nothing stands above the floor that it could be the
     cause of: where the named causes leave no gap (rms in deg: `before` and `left`), or where there was none, and none
     in what it was found on. It is a cause at any rate where those close less of a gap than they leave, and where
     nothing is named and it may be an effect that was not asked about."""
-    suspected = _unknowns(told, kept, before)
+    suspected = _unknowns(findings, kept, before)
     above = ABOVE_FLOOR * floor
     if not suspected and above < left < before and closes_little(before, left, floor):
         return [_rest(kept, before)], []
-    if told.limited and not kept:
+    if findings.limited and not kept:
         return suspected, []
-    small = [one for one in suspected if left <= above and (above < before or not _stands_out(told, one.side))]
+    small = [one for one in suspected if left <= above and (above < before or not _stands_out(findings, one.side))]
     why = "with what is named nothing is left" if above < before else "nothing stands"
     notes = (
         f"something small that is not in the library may act{' as well' if kept else ''}, at the {one.stage} "
@@ -102,22 +108,22 @@ def _unknown_beside(
     return [one for one in suspected if one not in small], list(notes)
 
 
-def _stands_out(told: Told, name: str) -> bool:
+def _stands_out(findings: Findings, name: str) -> bool:
     """Whether the gap of one factor is above its own floor."""
-    factors = (one.plain.factor for one in told.posteriors if one.stand.name == name)
+    factors = (one.plain.factor for one in findings.posteriors if one.stand.name == name)
     return any(factor.rms(factor.gap) > ABOVE_FLOOR * factor.floor for factor in factors)
 
 
-def _notes(told: Told, kept: Sequence[Kept], said: Sequence[str]) -> list[str]:
+def _notes(findings: Findings, kept: Sequence[Kept], said: Sequence[str]) -> list[str]:
     """What was `said` on the way, the marks that have no name, and the names that were dropped; each line once."""
-    nameless = (f"{mark.text}: no effect of the library does that" for mark in _strange(told))
+    nameless = (f"{mark.text}: no effect of the library does that" for mark in _strange(findings))
     dropped = (
         f"{fit.effect.name} explains {100.0 * share_closed(posterior, fit):.0f} % of what the "
         f"{'pressures show' if posterior.stand.name == PRESSURES else 'angle shows'}, but with it the simulator "
         "follows these records no better: it may act, and the simulator miss more than that by itself"
-        for posterior, fit in _dropped(told, kept)
+        for posterior, fit in _dropped(findings, kept)
     )
-    return list(dict.fromkeys([*told.expected.pairing.notes, *said, *nameless, *dropped]))
+    return list(dict.fromkeys([*findings.expected.pairing.notes, *said, *nameless, *dropped]))
 
 
 def _further(kept: Sequence[Kept], before: float, floor: float, far: HowFar, settings: Fitted) -> tuple[float, float]:
@@ -126,28 +132,28 @@ def _further(kept: Sequence[Kept], before: float, floor: float, far: HowFar, set
     return further(Shrunk(before, floor, far.per_record_deg2, rho), settings.further)
 
 
-def _strange(told: Told) -> list[Signature]:
+def _strange(findings: Findings) -> list[Signature]:
     """Marks of something in the angle that the library has no name for."""
-    return [mark for mark in told.marks if mark.found and mark.effect is None and mark.variance_deg2 > 0.0]
+    return [mark for mark in findings.marks if mark.found and mark.effect is None and mark.variance_deg2 > 0.0]
 
 
-def _helping(told: Told, before: float) -> list[Kept]:
+def _helping(findings: Findings, before: float) -> list[Kept]:
     """The named effects that close something, without any that makes the simulator, with the others in it, follow these
     records worse."""
-    named = [(posterior, fit) for posterior, fit in told.named if share_closed(posterior, fit) > LEAST_CLOSED]
-    left = cache(lambda *some: _left(told, [named[k][1] for k in some], before))
+    named = [(posterior, fit) for posterior, fit in findings.named if share_closed(posterior, fit) > LEAST_CLOSED]
+    left = cache(lambda *some: _left(findings, [named[k][1] for k in some], before))
     kept = tuple(range(len(named)))
     while (spoiler := _spoiler(kept, named, left)) is not None:
         kept = _but(kept, spoiler)
     return [Kept(*named[k], left(k)) for k in kept]
 
 
-def _dropped(told: Told, kept: Sequence[Kept]) -> list[tuple[Posterior, Fit]]:
+def _dropped(findings: Findings, kept: Sequence[Kept]) -> list[tuple[Posterior, Fit]]:
     """The effects that are the likeliest of their factor and close something of it, and are not named because the
     simulator is no better with them."""
     return [
         (posterior, fit)
-        for posterior, fit in told.named
+        for posterior, fit in findings.named
         if share_closed(posterior, fit) > LEAST_CLOSED and not any(fit is one.fit for one in kept)
     ]
 
@@ -165,14 +171,16 @@ def _but(kept: tuple[int, ...], one: int) -> tuple[int, ...]:
     return tuple(k for k in kept if k != one)
 
 
-def _left(told: Told, fits: Sequence[Fit], before: float) -> float:
+def _left(findings: Findings, fits: Sequence[Fit], before: float) -> float:
     """Rms of the simulator's error, deg, with these effects in it."""
     if not fits:
         return before
-    return rms_of(remaining_gap(told.simulator, [fit.applied for fit in fits], told.expected), told.expected.pairs)
+    return rms_of(
+        remaining_gap(findings.simulator, [fit.applied for fit in fits], findings.expected), findings.expected.pairs
+    )
 
 
-def _causes(told: Told, kept: Sequence[Kept], before: float, far: HowFar, added: bool) -> list[Cause]:
+def _causes(findings: Findings, kept: Sequence[Kept], before: float, far: HowFar, added: bool) -> list[Cause]:
     """The named effects, the one that closes most first; where not `added`, none goes into the simulator."""
     found = []
     for one in kept:
@@ -184,13 +192,13 @@ def _causes(told: Told, kept: Sequence[Kept], before: float, far: HowFar, added:
                 fit.effect.name,
                 EFFECT_STAGES[fit.applied.stage].lies_in,
                 posterior.stand.name,
-                Applied(fit.applied.stage, full_numbers(fit.applied, told.expected.response)) if added else None,
-                intervals(fit, told.settings.reach_of(reference_of(told.expected.kind))),
+                Applied(fit.applied.stage, full_numbers(fit.applied, findings.expected.response)) if added else None,
+                intervals(fit, findings.settings.reach_of(reference_of(findings.expected.kind))),
                 before,
                 min(left, before) if added else before,
                 share_closed(posterior, fit),
                 others,
-                posterior.probability[fit.effect.name] * trust(told.expected.pairing, fit.effect.name),
+                posterior.probability[fit.effect.name] * trust(findings.expected.pairing, fit.effect.name),
             )
         )
     return sorted(found, key=lambda cause: cause.gap_after_deg)
@@ -203,12 +211,12 @@ def trust(pairing: Pairing, name: str) -> float:
     return EITHER_CHANCE if name in LIBRARY and (pairing.clipped or elsewhere) else 1.0
 
 
-def _unknowns(told: Told, kept: Sequence[Kept], before: float) -> list[Cause]:
+def _unknowns(findings: Findings, kept: Sequence[Kept], before: float) -> list[Cause]:
     """Something unknown for each factor where that is the likeliest, or stands beside the effect."""
     found = []
-    spoilt = [posterior for posterior, fit in told.named if not any(fit is one.fit for one in kept)]
-    doubted = [posterior for posterior, _ in _dropped(told, kept)]
-    for posterior in told.posteriors:
+    spoilt = [posterior for posterior, fit in findings.named if not any(fit is one.fit for one in kept)]
+    doubted = [posterior for posterior, _ in _dropped(findings, kept)]
+    for posterior in findings.posteriors:
         useless = any(posterior is one for one in spoilt)
         if posterior.found and (posterior.fit is None or posterior.beside > EVEN_CHANCE or useless):
             near = sorted(posterior.fits, key=lambda name: -posterior.probability[name])[:2]
@@ -265,22 +273,24 @@ def _verdict(causes: Sequence[Cause]) -> Verdict:
     return Verdict.PARTLY_EXPLAINED if unknown else Verdict.EXPLAINED
 
 
-def _confidence(told: Told, kept: Sequence[Kept], marks: Sequence[Cause], small: Sequence[str]) -> float:
+def _confidence(findings: Findings, kept: Sequence[Kept], marks: Sequence[Cause], small: Sequence[str]) -> float:
     """Probability that what is said of every factor is right; one of two for each effect that was dropped, or where
     none was and something `small` is only noted in place of a finding."""
-    pairing = told.expected.pairing
-    chances = [one.probability[one.best] * trust(pairing, one.best) for one in told.posteriors]
+    pairing = findings.expected.pairing
+    chances = [one.probability[one.best] * trust(pairing, one.best) for one in findings.posteriors]
     noted = [] if kept else small
-    chances += [EITHER_CHANCE for _ in _dropped(told, kept) or noted]
+    chances += [EITHER_CHANCE for _ in _dropped(findings, kept) or noted]
     return float(np.prod([*chances, *(mark.confidence for mark in marks)]))
 
 
-def _where(told: Told, causes: Sequence[Cause], gaps: Sequence[Column], left_deg: float, floor_deg: float) -> Where:
-    pairs = told.expected.pairs
-    healthy = [track.reference.angle_deg for track in told.expected.tracks]
+def _where(
+    findings: Findings, causes: Sequence[Cause], gaps: Sequence[Column], left_deg: float, floor_deg: float
+) -> Where:
+    pairs = findings.expected.pairs
+    healthy = [track.reference.angle_deg for track in findings.expected.tracks]
     return Where(
         causes[0].stage if causes else None,
-        shares=_shares(told),
+        shares=_shares(findings),
         chain=chain(causes, left_deg, floor_deg),
         frequency=frequency_shares(pairs, gaps),
         phase=phase_shares(pairs, healthy, gaps),
@@ -289,22 +299,22 @@ def _where(told: Told, causes: Sequence[Cause], gaps: Sequence[Column], left_deg
     )
 
 
-def _shares(told: Told) -> dict[str, float]:
+def _shares(findings: Findings) -> dict[str, float]:
     """Shares of the angle gap's mean square that come through the pressures and from behind them; empty from the angle
     alone."""
-    if told.pressures is None:
+    if findings.pressures is None:
         return {}
-    pairs, expected = told.expected.pairs, told.expected
+    pairs, expected = findings.expected.pairs, findings.expected
     through = [base - track.reference.angle_deg for base, track in zip(expected.base, expected.tracks, strict=True)]
     behind = [pair.case.angle_deg - base for pair, base in zip(pairs, expected.base, strict=True)]
     ahead, after = rms_of(through, pairs) ** 2, rms_of(behind, pairs) ** 2
     return {"valve": ahead / max(ahead + after, 1e-12), "downstream": after / max(ahead + after, 1e-12)}
 
 
-def _ranking(told: Told, marks: Sequence[Cause]) -> list[Ranked]:
+def _ranking(findings: Findings, marks: Sequence[Cause]) -> list[Ranked]:
     """What the raw samples show and all effects of both factors, by probability."""
     lines = [Ranked(one.effect, one.stage, one.side, one.explained_fraction, one.confidence, 0.0) for one in marks]
-    for posterior in told.posteriors:
+    for posterior in findings.posteriors:
         for name, fit in posterior.fits.items():
             lies_in = EFFECT_STAGES[fit.applied.stage].lies_in
             closed = share_closed(posterior, fit)

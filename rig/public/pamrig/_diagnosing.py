@@ -13,7 +13,7 @@ from rig.app.gap.effects import check_effects
 from rig.errors import ConfigError, ModelError
 from rig.gap.answer.result import Cause
 from rig.gap.answer.result import Diagnosis as Answer
-from rig.gap.answer.words import answers
+from rig.gap.answer.words.sentences import answers
 from rig.gap.diagnosis import diagnose_with_grounds
 from rig.model.parameters import Model
 from rig.own_units import own_text
@@ -69,7 +69,7 @@ class Diagnosis:
 
     def save_augmented(self, place: str | Path) -> None:
         """The simulator with the named causes added, as YAML; ModelError without a simulator."""
-        from rig.gap.answer.augment import augmented
+        from rig.gap.answer.how_far.augment import augmented
 
         save_model(augmented(self._simulator("an augmented model"), self._answer, self._grounds.expected), place)
 

@@ -12,7 +12,7 @@ from rig.channels import FACT, Channel, Channels
 from rig.cli.model.shown import identified_json, validation_json
 from rig.errors import RecordError
 from rig.gap.answer.result import Diagnosis
-from rig.gap.answer.words import answers
+from rig.gap.answer.words.sentences import answers
 from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.history import day_of
 from rig.gap.hypotheses.library import LIBRARY

@@ -12,7 +12,7 @@ from support.plants.gap_rigs import asked, baselines, model, names, session
 from rig.cli.common import plain
 from rig.errors import ModelError, RecordError
 from rig.gap import diagnose
-from rig.gap.answer.words import answers
+from rig.gap.answer.words.sentences import answers
 from rig.model.kernels import simulate
 from rig.model.parameters import AddedEffect
 from rig.record import Column, Record

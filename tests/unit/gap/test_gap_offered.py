@@ -8,7 +8,7 @@ from support.plants.gap_rigs import baselines, model, names, session
 
 from rig.channels import EFFECTS_FACT, PNEUMATIC, Channel, Channels
 from rig.errors import ConfigError
-from rig.gap.answer.words import answers
+from rig.gap.answer.words.sentences import answers
 from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.offered import possible

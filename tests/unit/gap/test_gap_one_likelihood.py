@@ -11,8 +11,8 @@ from support.plants.gap_rigs import identified, model, session
 from rig.gap import pipeline
 from rig.gap.answer import tell
 from rig.gap.answer.consistency import contradictions
-from rig.gap.answer.held_out import HowFar, how_far
-from rig.gap.answer.retuning import retune
+from rig.gap.answer.how_far.held_out import HowFar, how_far
+from rig.gap.answer.how_far.retuning import retune
 from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.library import NONE, UNKNOWN

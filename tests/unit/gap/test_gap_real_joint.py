@@ -11,7 +11,7 @@ from conftest import ROOT
 from rig.gap import diagnose
 from rig.gap.answer.consistency import contradictions
 from rig.gap.answer.result import Diagnosis
-from rig.gap.answer.sizes import size
+from rig.gap.answer.words.sizes import size
 from rig.log.reader import read
 from rig.model.parameters import load_model
 

@@ -5,7 +5,7 @@ import pytest
 from support.plants.gap_rigs import session
 
 from rig.gap import diagnose
-from rig.gap.answer.words import headline
+from rig.gap.answer.words.sentences import headline
 from rig.model.parameters import AddedEffect
 
 WARMS = AddedEffect("one_muscle_warms", {"rate_per_min": -0.6, "muscle": 2.0})

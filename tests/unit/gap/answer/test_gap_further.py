@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rig.gap.answer.further import LEVEL, Shrunk, conformal, fit_spread, further, scale_deg2
+from rig.gap.answer.how_far.further import LEVEL, Shrunk, conformal, fit_spread, further, scale_deg2
 from rig.gap.settings import Spread
 
 SPREAD = Spread(floor=0.2, law=0.2, below=1.0, above=3.0, cases=100)

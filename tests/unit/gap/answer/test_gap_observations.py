@@ -7,7 +7,7 @@ import pytest
 from support.plants.gap_rigs import asked, baselines, names, session
 
 from rig.gap.answer.observations import LEAST_SHARE, Marks, told_apart
-from rig.gap.answer.words import answers
+from rig.gap.answer.words.sentences import answers
 from rig.gap.raw_tests.signature import Signature, Size
 from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import Expected, Kind

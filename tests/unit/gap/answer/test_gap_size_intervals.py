@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rig.gap.answer.size_intervals import LEVEL, Sized, deviation_of, fit_reach, half_width, reference_of
+from rig.gap.answer.how_far.size_intervals import LEVEL, Sized, deviation_of, fit_reach, half_width, reference_of
 from rig.gap.reference.kinds import Kind
 from rig.gap.settings import Reach, fitted
 

@@ -23,10 +23,10 @@ from rig.gap.answer.facts import (
     Verdict,
     Where,
 )
-from rig.gap.answer.on_the_rig import ON_THE_RIG
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Ranked
-from rig.gap.answer.sizes import rounded, size
-from rig.gap.answer.words import answers, chain_rows, headline
+from rig.gap.answer.words.on_the_rig import ON_THE_RIG
+from rig.gap.answer.words.sentences import answers, chain_rows, headline
+from rig.gap.answer.words.sizes import rounded, size
 from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.offered import possible
 from rig.gap.plan.experiment import Experiment

@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.plants.gap_rigs import model, session
 
-from rig.gap.answer import held_out
-from rig.gap.answer.halves import in_halves
-from rig.gap.answer.held_out import how_far
+from rig.gap.answer.how_far import held_out
+from rig.gap.answer.how_far.halves import in_halves
+from rig.gap.answer.how_far.held_out import how_far
 from rig.gap.diagnosis import diagnose_with_grounds
 from rig.gap.hypotheses.fit import Fit, Scene, refit
 from rig.gap.response.propagate import Applied

@@ -1,4 +1,4 @@
-"""The words of `rig.gap.answer.on_the_rig` for a rig that says by its channel map that it has no valves: a motor, a servo, a damper.
+"""The words of `rig.gap.answer.words.on_the_rig` for a rig that says by its channel map that it has no valves: a motor, a servo, a damper.
 
 What it is built of nobody says: its words are an actuator, a joint, a sensor.
 """
@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from rig.channels import Channels
-from rig.gap.answer.on_the_rig import ON_THE_RIG, Numbers, OnTheRig, value
-from rig.gap.answer.sizes import size
+from rig.gap.answer.words.on_the_rig import ON_THE_RIG, Numbers, OnTheRig, value
+from rig.gap.answer.words.sizes import size
 
 
 def _creep(numbers: Numbers) -> str:

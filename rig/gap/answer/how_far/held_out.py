@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rig.gap.answer.augment import remaining_gap
-from rig.gap.answer.halves import in_halves
+from rig.gap.answer.how_far.augment import remaining_gap
+from rig.gap.answer.how_far.halves import in_halves
 from rig.gap.hypotheses.fit import Fit, refit
 from rig.gap.hypotheses.given import scene_given
 from rig.gap.hypotheses.scenes import PRESSURES, angle_scene, on_records, pressure_scene

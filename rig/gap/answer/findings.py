@@ -7,7 +7,7 @@ import numpy as np
 
 from rig.gap.answer.chain import STAGES
 from rig.gap.answer.facts import Evidence, Judged, RecordGap, Retuning
-from rig.gap.answer.held_out import HowFar
+from rig.gap.answer.how_far.held_out import HowFar
 from rig.gap.evidence.posterior import Posterior
 from rig.gap.hypotheses.fit import Fit
 from rig.gap.hypotheses.scenes import PRESSURES
@@ -21,7 +21,7 @@ from rig.record import Column
 
 
 @dataclass(frozen=True)
-class Told:
+class Findings:
     """Everything that an answer is made of."""
 
     expected: Expected
@@ -67,19 +67,19 @@ class Kept:
     """Rms of the simulator's error with this effect alone in it."""
 
 
-def evidence_of(told: Told, gaps: Sequence[Column], far: HowFar, added: bool) -> Evidence:
-    pairs = told.expected.pairs
+def evidence_of(findings: Findings, gaps: Sequence[Column], far: HowFar, added: bool) -> Evidence:
+    pairs = findings.expected.pairs
     before = [rms_of([gap], [pair]) for gap, pair in zip(gaps, pairs, strict=True)]
     after = [float(np.sqrt(value)) for value in far.per_record_deg2] if added else before
     return Evidence(
-        factors={_judged_on(posterior): _judged(posterior) for posterior in told.posteriors},
-        signatures=told.marks,
+        factors={_judged_on(posterior): _judged(posterior) for posterior in findings.posteriors},
+        signatures=findings.marks,
         records=[RecordGap(pair.name, one, other) for pair, one, other in zip(pairs, before, after, strict=True)],
         sessions=len(pairs[0].sessions),
-        pressures_used=told.expected.driven,
-        unpaired=told.expected.pairing.unpaired,
-        model_misfit_deg=told.misfit_deg,
-        pairing=told.expected.pairing.matches,
+        pressures_used=findings.expected.driven,
+        unpaired=findings.expected.pairing.unpaired,
+        model_misfit_deg=findings.misfit_deg,
+        pairing=findings.expected.pairing.matches,
     )
 
 

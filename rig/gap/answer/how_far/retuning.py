@@ -12,7 +12,7 @@ import numpy as np
 from rig.columns import NORMAL_95
 from rig.errors import ModelError, RigError
 from rig.gap.answer.facts import ParameterMove, Retuning
-from rig.gap.answer.halves import in_halves
+from rig.gap.answer.how_far.halves import in_halves
 from rig.gap.records.pairs import Pair
 from rig.gap.reference.build import Expected
 from rig.gap.reference.simulated import at_rest

@@ -1,7 +1,7 @@
 """What an answer is compared with, in sentences, and that nothing stands out beside it. No number is computed here."""
 
 from rig.gap.answer.result import Diagnosis
-from rig.gap.answer.sizes import degrees
+from rig.gap.answer.words.sizes import degrees
 from rig.gap.raw_tests.signature import MONITOR
 from rig.gap.reference.kinds import Kind
 from rig.gap.settings import ABOVE_FLOOR

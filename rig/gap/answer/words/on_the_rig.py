@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from rig.gap.answer.result import Interval
-from rig.gap.answer.sizes import share, size, sizes
+from rig.gap.answer.words.sizes import share, size, sizes
 
 Numbers = Mapping[str, Interval]
 Say = Callable[[Numbers], str]

@@ -1,19 +1,19 @@
 """The answer in sentences for somebody at the rig, for the terminal and the page. No number is computed here.
 
-What each effect is called and means on the rig stands in `rig.gap.answer.on_the_rig`; what may not be said together in
-`rig.gap.answer.consistency`.
+What each effect is called and means on the rig stands in `rig.gap.answer.words.on_the_rig`; what may not be said
+together in `rig.gap.answer.consistency`.
 """
 
 from collections.abc import Sequence
 
 from rig.channels import Channels
 from rig.gap.answer.chain import NAMES
-from rig.gap.answer.compared import FAR, FEW, SOURCES, error, from_model, no_effect, nothing, reference, than
 from rig.gap.answer.facts import RAW, SWALLOWED, Link, ParameterMove, Verdict
-from rig.gap.answer.on_any_rig import on_the_rig
-from rig.gap.answer.on_the_rig import ON_THE_RIG, OnTheRig
 from rig.gap.answer.result import Cause, Diagnosis, Interval, Observation
-from rig.gap.answer.sizes import degrees, size
+from rig.gap.answer.words.compared import FAR, FEW, SOURCES, error, from_model, no_effect, nothing, reference, than
+from rig.gap.answer.words.on_any_rig import on_the_rig
+from rig.gap.answer.words.on_the_rig import ON_THE_RIG, OnTheRig
+from rig.gap.answer.words.sizes import degrees, size
 from rig.gap.hypotheses.library import NONE, UNKNOWN
 from rig.gap.offered import VALVES
 from rig.gap.plan.experiment import Experiment
@@ -156,7 +156,7 @@ def _how_far(diagnosis: Diagnosis) -> str:
 
 
 def _judged_on(diagnosis: Diagnosis) -> str:
-    """What a fit is judged on, see `rig.gap.answer.halves`."""
+    """What a fit is judged on, see `rig.gap.answer.how_far.halves`."""
     return "records" if len(diagnosis.evidence.records) > 1 else "the half of the record"
 
 
