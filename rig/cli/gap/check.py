@@ -56,7 +56,7 @@ def check(
     import time
     from functools import partial
 
-    from rig.app.gap.blind_checking import new_folder, spread
+    from rig.app.gap.check.blind_checking import new_folder, spread
     from rig.blind_check.check import make_answer_score, result_of
     from rig.blind_check.folder import CheckFolder
     from rig.blind_check.generate import units
@@ -80,7 +80,7 @@ def make(folder: Path, drawn: Drawn) -> None:
 
     Whoever answers gets sealed.json and the folder questions; labels and key stay in the folder maker.
     """
-    from rig.app.gap.blind_checking import spread
+    from rig.app.gap.check.blind_checking import spread
     from rig.blind_check.folder import CheckFolder
     from rig.blind_check.generate import make_unit, units
 
@@ -101,7 +101,7 @@ def answer(folder: Path, dask: str | None, workers: int | None) -> None:
     """
     from functools import partial
 
-    from rig.app.gap.blind_checking import questions_in, spread
+    from rig.app.gap.check.blind_checking import questions_in, spread
     from rig.blind_check.check import CHUNK, answer_chunk
     from rig.blind_check.folder import CheckFolder
 
@@ -132,7 +132,7 @@ def score(
     """Open the labels of FOLDER and score its answers; recommended experiments are carried out first."""
     from functools import partial
 
-    from rig.app.gap.blind_checking import source_and_modes, spread
+    from rig.app.gap.check.blind_checking import source_and_modes, spread
     from rig.blind_check.check import result_of, score_unit
     from rig.blind_check.folder import CheckFolder
     from rig.blind_check.generate import units
@@ -190,7 +190,7 @@ def compare(first: Path, other: Path, html_to: Path | None, json_to: str | None)
 
 def _sealed(folder: "CheckFolder", drawn: Drawn, json_to: str | None) -> Any:
     """The generator of the cases; the hash of their labels is printed before anything is computed."""
-    from rig.app.gap.blind_checking import seal, source_and_modes
+    from rig.app.gap.check.blind_checking import seal, source_and_modes
 
     source, modes = source_and_modes(drawn.records, drawn.development, drawn.families, drawn.modes, drawn.sweep)
     sha256 = seal(source, folder, drawn.cases, drawn.seed, modes, not drawn.no_angle, drawn.priors)

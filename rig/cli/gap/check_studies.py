@@ -38,8 +38,8 @@ def sizes(
     from dataclasses import asdict
     from datetime import date
 
+    from rig.app.gap.check.smallest_sizes import compare_sizes, rows_of, sizes_page
     from rig.app.gap.levels import known_families
-    from rig.app.gap.smallest_sizes import compare_sizes, rows_of, sizes_page
     from rig.app.terminal import progress
     from rig.outputs import write_text
 
@@ -67,7 +67,7 @@ def absorbed(units: int, seed: int, workers: int | None, json_to: str | None) ->
     """
     from rich.table import Table
 
-    from rig.app.gap.absorbed import swallowed, table
+    from rig.app.gap.check.absorbed import swallowed, table
     from rig.app.gap.levels import known_families
     from rig.app.terminal import progress
     from rig.blind_check.score import ABSORBED
@@ -100,9 +100,9 @@ def sensitivity(
     """
     from dataclasses import asdict
 
-    from rig.app.gap import sensitivity as numbers
+    from rig.app.gap.check import sensitivity as numbers
+    from rig.app.gap.check.sensitivity_page import as_markdown
     from rig.app.gap.levels import known_families
-    from rig.app.gap.sensitivity_page import as_markdown
     from rig.app.terminal import progress
     from rig.outputs import write_text
 
@@ -150,8 +150,8 @@ def further(
 
     The checks must have been answered by the same priors: those shipped, or of --priors.
     """
-    from rig.app.gap.fitted_checks import checks_of
-    from rig.app.gap.intervals import with_intervals
+    from rig.app.gap.check.fitted_checks import checks_of
+    from rig.app.gap.check.intervals import with_intervals
     from rig.app.gap.levels import known_families, write
     from rig.config import unstructure
     from rig.gap.settings import fitted
@@ -182,9 +182,9 @@ def odds(
 
     The checks must have been answered by the same odds: those shipped, or of --priors.
     """
-    from rig.app.gap.fitted_checks import checks_of
+    from rig.app.gap.check.fitted_checks import checks_of
+    from rig.app.gap.check.odds import with_odds
     from rig.app.gap.levels import known_families, write
-    from rig.app.gap.odds import with_odds
     from rig.config import unstructure
     from rig.gap.settings import fitted
 

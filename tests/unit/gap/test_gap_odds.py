@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from rig.app.gap.odds import with_odds
+from rig.app.gap.check.odds import with_odds
 from rig.blind_check.folder import CheckFolder
 from rig.cli.gap.check_studies import odds
 from rig.errors import RecordError

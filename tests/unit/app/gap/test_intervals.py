@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rig.app.gap.fitted_checks import checks_of
-from rig.app.gap.intervals import LEAST_CASES, with_intervals
+from rig.app.gap.check.fitted_checks import checks_of
+from rig.app.gap.check.intervals import LEAST_CASES, with_intervals
 from rig.blind_check.folder import CheckFolder, write_json, write_truth
 from rig.blind_check.row import CaseKind, Row, Scored
 from rig.errors import RecordError

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from rig.app.gap import sensitivity
-from rig.app.gap.sensitivity import Asked, Moved, Number, Said, deciding, moved_priors, numbers
-from rig.app.gap.sensitivity_page import as_markdown
+from rig.app.gap.check import sensitivity
+from rig.app.gap.check.sensitivity import Asked, Moved, Number, Said, deciding, moved_priors, numbers
+from rig.app.gap.check.sensitivity_page import as_markdown
 from rig.gap import settings
 from rig.gap.answer.facts import Verdict
 from rig.gap.reference import expectation

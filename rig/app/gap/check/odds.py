@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from rig.app.gap.fitted_checks import answers_of
+from rig.app.gap.check.fitted_checks import answers_of
 from rig.blind_check.folder import CheckFolder
 from rig.blind_check.modes import MODES
 from rig.blind_check.row import Row, facts_of

@@ -4,7 +4,7 @@ many numbers decide at all."""
 from collections.abc import Mapping, Sequence
 from datetime import date
 
-from rig.app.gap.sensitivity import FACTORS, PRIORS, Asked, Moved, Number, Said
+from rig.app.gap.check.sensitivity import FACTORS, PRIORS, Asked, Moved, Number, Said
 
 LIBRARY = "hypotheses/library.py"
 """Bounds and grids of the effects: physics, not judgement; counted apart."""

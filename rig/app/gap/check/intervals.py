@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from rig.app.gap.fitted_checks import answers_of
+from rig.app.gap.check.fitted_checks import answers_of
 from rig.blind_check.folder import CheckFolder, read_truth
 from rig.blind_check.row import CaseKind, EffectFact, Row, facts_of
 from rig.errors import RecordError
