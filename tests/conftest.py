@@ -141,7 +141,8 @@ def shuffled(items: list[pytest.Item], seed: int) -> list[pytest.Item]:
 
 def reads_the_clock(item: pytest.Item) -> bool:
     """It runs real processes, or against the real clock."""
-    return item.path.parent.name in REAL_PROCESSES or item.get_closest_marker("real_time") is not None
+    real = any(item.path.is_relative_to(ROOT / "tests" / room) for room in REAL_PROCESSES)
+    return real or item.get_closest_marker("real_time") is not None
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -17,6 +17,7 @@ from pathlib import Path
 import psutil
 import pytest
 import yaml
+from conftest import ROOT
 
 from hil.emulators.nifpga.bitfile import personality
 from hil.emulators.nifpga.board import Wiring
@@ -26,7 +27,7 @@ from rig.model.chain import Chain
 from rig.model.parameters import load_model
 from rig.realtime.clock import MonotonicClock
 
-CONFIGS = Path(__file__).resolve().parents[2] / "configs"
+CONFIGS = ROOT / "configs"
 SAFE = (0.2, 0.2)
 RESOURCE = f"RIO{os.getpid()}"
 """One process of the machine drives a RIO: tests beside these have one of their own."""
