@@ -3,12 +3,13 @@ moves the rig."""
 
 import dataclasses
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from pymodbus.client import ModbusTcpClient
 from support.rigs import fieldbus_rigs as rigs
+from support.rigs.faulty_modbus import HEALTHY, error_of, made, told
 
 from drivers.modbus_io.device import ModbusIo
 from drivers.modbus_io.settings import AngleChannel, Mode
@@ -18,34 +19,7 @@ from rig.errors import DeviceError, DeviceLost
 from rig.interfaces import Role
 from rig.sample import Flag
 
-HEALTHY = {"silence": False, "exception": 0, "late_s": 0.0, "cut": 0, "garble": -1, "only_unit": -1}
-WHOLE = {"cut": [], "swapped_valves": False, "not_a_number": False}
-
-
-@pytest.fixture(params=["tcp", "rtu"])
-def running(request: pytest.FixtureRequest) -> Iterator[Emulation]:
-    running = rigs.wago(f"faulty_{request.param}", rigs.BAUD if request.param == "rtu" else None)
-    yield running
-    _heal(running)
-
-
-@pytest.fixture
-def tcp() -> Iterator[Emulation]:
-    running = rigs.wago("faulty_tcp")
-    yield running
-    _heal(running)
-
-
-def _heal(running: Emulation) -> None:
-    running.plug("io")
-    running.trouble("io", **HEALTHY)
-    running.damage("io", **WHOLE)
-
-
-def made(running: Emulation, **changes: object) -> ModbusIo:
-    """Quick to lose patience: the faults are waited for."""
-    mode = Mode.SEPARATE if isinstance(running.places["io"], int) else Mode.AUTO
-    return rigs.modbus(running, mode, **{"patience_s": 0.05, **changes})
+pytest_plugins = "support.rigs.faulty_modbus_rig"
 
 
 @pytest.fixture
@@ -55,33 +29,12 @@ def device(running: Emulation) -> Iterator[ModbusIo]:
     device.close()
 
 
-def told(running: Emulation) -> tuple[float, float]:
-    first, second = running.state()["commands_mpa"]
-    return round(first, 3), round(second, 3)
-
-
 def refusal(device: ModbusIo) -> str:
     with pytest.raises(DeviceLost if "tty" in str(device) else DeviceError) as caught:
         device.open()
     assert "\n" not in str(caught.value)
     device.close()
     return str(caught.value)
-
-
-def error_of(call: Callable[[], object]) -> DeviceError:
-    """What it says when it fails, within seconds."""
-    found: list[DeviceError] = []
-
-    def failed() -> bool:
-        try:
-            call()
-        except DeviceError as error:
-            found.append(error)
-        return bool(found)
-
-    assert rigs.soon(failed), "no error"
-    assert "\n" not in str(found[0])
-    return found[0]
 
 
 def healed(device: ModbusIo) -> bool:
@@ -249,142 +202,6 @@ def test_nobody_at_the_address_is_named() -> None:
 def test_an_unknown_serial_port_is_named() -> None:
     text = refusal(rigs.ModbusIo(rigs.modbus_settings("/dev/ttyNO8"), rigs.context()))
     assert "/dev/ttyNO8: cannot be opened" in text
-
-
-def test_the_watchdog_of_the_module_acts_when_nobody_asks_any_more(tcp: Emulation) -> None:
-    """Third layer: host gone, supervisor gone. The coupler goes to 0 V by itself; safe() arms it anew and gets
-    through."""
-    device = made(tcp, watchdog_s=0.3)
-    assert "outputs to 0 after 0.3 s" in device.open()["failsafe"]
-    device.write(0.3, 0.3)
-    assert told(tcp) == (0.3, 0.3)
-    assert rigs.soon(lambda: told(tcp) == (0.0, 0.0))
-    assert "its watchdog may have tripped" in str(error_of(device.read))
-    device.safe()
-    assert told(tcp) == rigs.SAFE
-    device.close()
-    time.sleep(0.5)
-    assert told(tcp) == rigs.SAFE, "close stops the watchdog, so outputs stay"
-
-
-def test_a_module_whose_watchdog_has_tripped_can_be_opened_by_somebody_new(tcp: Emulation) -> None:
-    lost = made(tcp, watchdog_s=0.3)
-    lost.open()
-    lost.write(0.3, 0.1)
-    assert rigs.soon(lambda: told(tcp) == (0.0, 0.0)), "nobody closed it"
-    device = made(tcp, watchdog_s=0.3)
-    device.open()
-    device.read()
-    device.write(0.3, 0.1)
-    assert rigs.soon(lambda: told(tcp) == (0.3, 0.1))
-    device.close()
-    lost.close()
-
-
-def test_who_leaves_without_having_made_safe_leaves_the_watchdog_on(tcp: Emulation) -> None:
-    """A module that refuses what it is written, and then its stop is the first thing that gets through."""
-    device = made(tcp, watchdog_s=0.5)
-    device.open()
-    device.write(0.3, 0.1)
-    tcp.trouble("io", exception=6)
-    with pytest.raises(DeviceError):
-        device.safe()
-    tcp.trouble("io", exception=0)
-    device.close()
-    assert rigs.soon(lambda: told(tcp) == (0.0, 0.0)), "nobody is there, and nothing was made safe"
-
-
-def test_a_safe_state_written_past_a_line_that_was_lost_stays(tcp: Emulation) -> None:
-    """Nobody feeds the watchdog then: it took the safe set-points away again, under "seen at the device"."""
-    device = made(tcp, watchdog_s=0.5)
-    device.open()
-    device.write(0.3, 0.1)
-    tcp.unplug("io")
-    tcp.plug("io")
-
-    def made_safe() -> bool:
-        try:
-            device.safe()
-        except DeviceError:
-            return False
-        return True
-
-    assert rigs.soon(made_safe)
-    assert not rigs.soon(lambda: told(tcp) != rigs.SAFE, 1.5)
-    device.close()
-
-
-@pytest.mark.parametrize("mode", [Mode.SEPARATE, Mode.PROCESS])
-def test_who_only_looks_leaves_the_watchdog_of_whoever_drives(tcp: Emulation, mode: Mode) -> None:
-    """`pamrig devices probe` beside a daemon: when the daemon then dies, its module still lets go."""
-    driving = made(tcp, watchdog_s=0.5)
-    driving.open()
-    driving.write(0.25, 0.15)
-    settings = rigs.modbus_settings(tcp.places["io"], mode)
-    looking = ModbusIo(settings, dataclasses.replace(rigs.context(), looking=True))
-    looking.open()
-    assert looking.read().p1_mpa == pytest.approx(0.25, abs=0.2)
-    looking.close()
-    assert told(tcp) == (0.25, 0.15)
-    assert rigs.soon(lambda: told(tcp) == (0.0, 0.0)), "nobody asks any more"
-    driving.close()
-
-
-def test_reading_keeps_the_watchdog_content(tcp: Emulation) -> None:
-    device = made(tcp, watchdog_s=0.3)
-    device.open()
-    device.write(0.3, 0.3)
-
-    def read() -> bool:
-        device.read()
-        return False
-
-    rigs.soon(read, 0.8)
-    assert told(tcp) == (0.3, 0.3)
-    device.close()
-
-
-def test_a_module_without_fail_safe_is_warned_about(tmp_path: Path) -> None:
-    with rigs.served(rigs.MAPS / "adam_6024.yaml", tmp_path) as modules:
-        device = ModbusIo(
-            rigs.modbus_settings(modules.settings["port"], map=rigs.MAPS / "adam_6024.yaml"), rigs.context()
-        )
-        assert "holds its outputs when the host is gone" in device.open()["warning"]
-        device.close()
-
-
-REGISTERS = (
-    "name: module with safe registers\nsource: made for this test\n"
-    "inputs: {function: 4, address: 0, channels: 4, counts: [0, 4000], signal: [0, 10]}\n"
-    "outputs: {address: 100, channels: 5, counts: [0, 4000], signal: [0, 10]}\n"
-    "failsafe:\n  safe_is: registers\n  tick_s: 0.5\n"
-    "  arm: [{address: 102, safe_channel: 0}, {address: 103, safe_channel: 1}, {address: 104, timeout: true}]\n"
-)
-
-
-def test_fail_safe_registers_get_the_safe_set_points(tmp_path: Path) -> None:
-    """A module whose safe values are registers: what `arm` writes there are the counts of the safe pressures."""
-    table = tmp_path / "registers.yaml"
-    table.write_text(REGISTERS)
-    with rigs.served(table, tmp_path) as modules:
-        device = ModbusIo(rigs.modbus_settings(modules.settings["port"], Mode.SEPARATE, map=table), rigs.context())
-        assert "outputs to the safe set-points after 30 s" in device.open()["failsafe"]
-        assert modules.modules[0][1].output_registers()[2:] == [1680, 1520, 60]
-        device.close()
-
-
-def test_two_devices_on_one_module_keep_each_other_s_fail_safe_register(tmp_path: Path) -> None:
-    """The second to be opened wrote 0 for the valve that it does not drive."""
-    table = tmp_path / "registers.yaml"
-    table.write_text(REGISTERS)
-    with rigs.served(table, tmp_path) as modules:
-        settings = rigs.modbus_settings(modules.settings["port"], Mode.SEPARATE, map=table)
-        devices = [ModbusIo(settings, rigs.context(role)) for role in (Role.VALVE_1, Role.VALVE_2)]
-        for device in devices:
-            device.open()
-        assert modules.modules[0][1].output_registers()[2:] == [1680, 1520, 60]
-        for device in devices:
-            device.close()
 
 
 def test_a_bug_while_opening_leaves_no_line_open(tcp: Emulation, monkeypatch: pytest.MonkeyPatch) -> None:
