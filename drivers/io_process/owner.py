@@ -44,10 +44,11 @@ _WHY: Final = {
 class IoProcess:
     """One wire served by a process of its own. `resource` names the wire (a device file, or host:port)."""
 
-    def __init__(self, resource: str, job: Job, hang_ns: int) -> None:
-        """`hang_ns`: an I/O process that has not moved for this long is stuck in the kernel, or starved."""
+    def __init__(self, resource: str, job: Job, rescue: Job, hang_ns: int) -> None:
+        """`rescue`: its job where only the safe outputs are wanted. `hang_ns`: an I/O process that has not moved for
+        this long is stuck in the kernel, or starved."""
         self.resource = resource
-        self._job, self._hang_ns = job, hang_ns
+        self._job, self._rescue, self._hang_ns = job, rescue, hang_ns
         self._path: Path = path_for(resource)
         self._process: subprocess.Popen[bytes] | None = None
         self._mailbox: Mailbox | None = None
@@ -62,15 +63,33 @@ class IoProcess:
         """Whether `start` succeeded and `stop` was not called."""
         return self._process is not None
 
-    def start(self, job: Job | None = None) -> Mapping[str, str]:
-        """Start the process, with another `job` where one is given, and wait until it has the wire; its facts.
-        DeviceLost says in one line why not."""
-        self.begin(job)
+    def start(self) -> Mapping[str, str]:
+        """Start the process and wait until it has the wire; its facts. DeviceLost says in one line why not."""
+        self._begin(self._job)
         return self.await_start()
 
-    def begin(self, other: Job | None = None) -> None:
-        """Start the process without waiting for it, which takes milliseconds; `safe` may be ordered at once, or
-        `await_start` follow. With another job, where one is given, this time."""
+    def start_rescue(self) -> None:
+        """The same for the safe outputs alone; `safe` orders them."""
+        self.begin_rescue()
+        self.await_start()
+
+    def begin_rescue(self) -> None:
+        """The same without waiting: `safe` may be ordered at once, or `await_start` follow."""
+        self._begin(self._rescue)
+
+    def restart_safe(self, patience_s: float) -> None:
+        """Replace a process that is dead or stuck, without waiting, by one that writes the safe outputs.
+
+        DevicePending: not confirmed yet, look again with `safe`. Not more often than twice a second.
+        """
+        if time.monotonic_ns() - self._began_ns < _RESTART_NS:
+            raise DeviceLost(f"{self.resource}: its I/O process ended; another one is started in a moment")
+        self.stop(patience_s)
+        self._begin(self._rescue)
+        self.safe(0.0)
+
+    def _begin(self, job: Job) -> None:
+        """Start the process without waiting for it, which takes milliseconds."""
         if (found := find(self.resource)) is not None:
             found[1].close()
             raise DeviceLost(
@@ -79,36 +98,22 @@ class IoProcess:
         descriptor = create(self._path)
         if descriptor is None:
             raise DeviceLost(f"{self.resource}: in use by another I/O process; stop the other pamrig first")
-        job, self._wake = os.pipe2(os.O_CLOEXEC)
+        its_end, self._wake = os.pipe2(os.O_CLOEXEC)
         try:
             self._mailbox = mapped(self._path)
             self._mode, self._seen_errors = Mode.NONE, 0
             self._began_ns = time.monotonic_ns()
-            os.write(
-                self._wake, json.dumps((other or self._job)._asdict()).encode() + b"\n"
-            )  # before: it needs nobody any more then
+            os.write(self._wake, json.dumps(job._asdict()).encode() + b"\n")  # before: it needs nobody any more then
             self._process = subprocess.Popen(
                 [sys.executable, "-P", "-m", "drivers.io_process", str(descriptor)],
-                stdin=job, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, pass_fds=[descriptor],
+                stdin=its_end, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, pass_fds=[descriptor],
                 env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}, start_new_session=True,
             )  # fmt: skip
         finally:
             os.close(descriptor)  # the child holds the lock now
-            os.close(job)
+            os.close(its_end)
         self._mailbox.served_by(self._process.pid, self._hang_ns)
         os.set_blocking(self._wake, False)
-
-    def restart_safe(self, patience_s: float, job: Job | None = None) -> None:
-        """Replace a process that is dead or stuck, without waiting, by one that writes the safe outputs, with another
-        `job` where one is given.
-
-        DevicePending: not confirmed yet, look again with `safe`. Not more often than twice a second.
-        """
-        if time.monotonic_ns() - self._began_ns < _RESTART_NS:
-            raise DeviceLost(f"{self.resource}: its I/O process ended; another one is started in a moment")
-        self.stop(patience_s)
-        self.begin(job)
-        self.safe(0.0)
 
     def await_start(self) -> Mapping[str, str]:
         """Wait until a process that was begun has the wire; its facts. DeviceLost says in one line why not."""

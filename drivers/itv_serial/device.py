@@ -70,12 +70,12 @@ class _Valve:
         job = Job(
             "drivers.itv_serial.link", dataclasses.asdict(link), safe, settings.silence_periods * context.period_ns
         )
-        self.rescue = job._replace(settings=job.settings | {"rescue": True})
+        rescue = job._replace(settings=job.settings | {"rescue": True})
         worst_s = self.pace.set_s + self.pace.monitor_s + 2 * settings.patience_s
         self.safe_bound_s = self.pace.set_s + max(self.pace.set_s, self.pace.monitor_s)
         """From the alarm to the last byte of the reply: the exchange under way, then the safe set-point. C."""
         self.max_age_ns = int(4e9 * worst_s)
-        self.io = IoProcess(port.device, job, hang_ns=int(4e9 * worst_s) + 100_000_000)
+        self.io = IoProcess(port.device, job, rescue, hang_ns=int(4e9 * worst_s) + 100_000_000)
 
     def holds_safe(self) -> bool | None:
         """Whether the regulator has confirmed the safe set-point; None where its reply does not repeat it, or nobody
@@ -202,10 +202,10 @@ class ItvSerial:
             except DeviceLost:
                 if valve.io.alive:
                     raise  # its line is down: it writes the safe set-point as soon as it is back
-                return valve.io.restart_safe(patience_s, valve.rescue)  # the loop must not wait for it, but call again
+                return valve.io.restart_safe(patience_s)  # the loop must not wait for it, but call again
         elif alarm(valve.device, patience_s):
             return None
-        valve.io.begin(valve.rescue)
+        valve.io.begin_rescue()
         return self._await_rescue(valve)
 
     def holds_safe(self) -> bool | None:
@@ -232,6 +232,6 @@ def _tell(valve: _Valve) -> bool:
         if valve.io.running:
             valve.io.safe(0.0)
         elif not alarm(valve.device, 0.0):
-            valve.io.begin(valve.rescue)
+            valve.io.begin_rescue()
             return True
     return False

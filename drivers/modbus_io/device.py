@@ -66,7 +66,7 @@ class ModbusIo:
             if self._route is not None:
                 return facts
         process = Process(self._settings, self._context, self._safe)
-        facts |= {**process.start(), "mode": Mode.PROCESS.value}
+        facts |= {**process.io.start(), "mode": Mode.PROCESS.value}
         if line := self._settings.serial:
             facts["round_wire_s"] = f"{self._plan.round_s(line):.5f}"
             facts["rate_hz"] = f"{1 / self._plan.round_s(line):.1f} at best"
@@ -169,7 +169,7 @@ class ModbusIo:
 
     def _rescue_by_process(self) -> None:
         process = Process(self._settings, self._context, self._safe)
-        process.start_rescue()
+        process.io.start_rescue()
         self._route = process  # it stays until `close`: others who come meanwhile find it, and what it has confirmed
         process.io.safe(1.0)
 

@@ -2,7 +2,6 @@
 itself."""
 
 import time
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final, Protocol
 
@@ -123,17 +122,9 @@ class Process:
         self._max_age_ns = 4 * worst_ns
         self._patience_s = context.period_ns / 2e9
         outputs = {"device": unstructure(replace(settings, further={})), "roles": sorted(context.roles & set(VALVES))}
-        self._rescue = job._replace(settings=job.settings | outputs)
-        """For the outputs alone: whether there are inputs to be had does not matter."""
-        self.io = IoProcess(settings.resource, job, hang_ns=4 * worst_ns + 100_000_000)
-
-    def start(self) -> Mapping[str, str]:
-        """Start the process; its facts."""
-        return self.io.start()
-
-    def start_rescue(self) -> None:
-        """Start a process that has the outputs alone."""
-        self.io.start(self._rescue)
+        # the rescue is for the outputs alone: whether there are inputs to be had does not matter
+        rescue = job._replace(settings=job.settings | outputs)
+        self.io = IoProcess(settings.resource, job, rescue, hang_ns=4 * worst_ns + 100_000_000)
 
     def read(self) -> tuple[Numbers, int]:
         self.io.touch()
@@ -157,7 +148,7 @@ class Process:
 
     def restart_safe(self) -> None:
         """The process is dead or stuck: another one, for which the loop must not wait, but call again."""
-        self.io.restart_safe(self._patience_s, self._rescue)
+        self.io.restart_safe(self._patience_s)
 
     def hold(self, numbers: Numbers) -> bool | None:
         return self.io.confirmed() if self._plan.module.read_back is not None else None

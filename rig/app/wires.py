@@ -5,6 +5,10 @@ The process that writes set-points holds a lock for each of them, which the kern
 however it ends. Whoever makes safe needs none: that must succeed beside a process that holds it, and says so then.
 The lock files lie in /dev/shm, which a service with a temporary folder of its own shares with everybody else, and stay
 there: a file that is removed is a lock that two can hold.
+
+The other two locks here share only the call of the kernel with these, and nothing would be simpler for one function: a
+mailbox (`drivers.io_process.mailbox`) is of one user, carried over to a child and removed with it; a daemon's
+(`rig.service.door.places`) is of the owner of its folder, or the folder itself.
 """
 
 import errno
