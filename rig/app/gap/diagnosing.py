@@ -198,7 +198,7 @@ def _write(
         return place_of(path, case.name)
 
     if options.html_to:
-        from rig.report.page import write_page
+        from rig.report.gap_page import write_page
 
         write_page(place(options.html_to), diagnosis, grounds, model, origin)
     if options.augmented_to:
@@ -226,10 +226,10 @@ def write_overview(
     """The page of a whole campaign, at the name that was asked for; each day has its own beside it."""
     named = {name: diagnosis for name, diagnosis in results.items() if name is not None}
     if options.html_to is not None and named:
-        from rig.report import overview
+        from rig.report import campaign_page
 
         pages = {name: place_of(options.html_to, name) for name in named}
-        overview.write_overview(options.html_to, named, pages, [str(day.path) for day in days])
+        campaign_page.write_page(options.html_to, named, pages, [str(day.path) for day in days])
 
 
 def without_next(options: DiagnosisOptions, results: "Mapping[str | None, Diagnosis]") -> Iterator[str]:

@@ -33,8 +33,8 @@ from rig.model.parameters import Model, load_model
 from rig.outputs import Kind as Output
 from rig.outputs import write_text
 from rig.record import Record
+from rig.report.gap_page import write_page
 from rig.report.hunt_page import ToldStep, write_hunt
-from rig.report.page import write_page
 from rig.rig_config import RigConfig
 from rig.service.client import Client
 

@@ -63,7 +63,7 @@ class Diagnosis:
 
     def save_page(self, place: str | Path) -> None:
         """The report as one HTML page; ModelError without a simulator."""
-        from rig.report.page import write_page
+        from rig.report.gap_page import write_page
 
         write_page(place_of(place, "save_page"), self._answer, self._grounds, self._simulator("a page"))
 

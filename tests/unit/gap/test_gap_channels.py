@@ -22,7 +22,7 @@ from rig.identify.records.data import Options
 from rig.identify.validate import validate
 from rig.own_units import own_text
 from rig.record import Record
-from rig.report.page import page
+from rig.report.gap_page import page
 
 MOTOR = Channels(Channel("set_point", "mm", (-50.0, 50.0)), Channel("position", "mm", (-50.0, 50.0)))
 PERIOD_S = 0.0073

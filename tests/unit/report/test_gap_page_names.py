@@ -19,7 +19,7 @@ def test_a_signature_is_read_by_the_names_that_it_has() -> None:
     assert used <= {field.name for field in fields(Signature)}
 
 
-@pytest.mark.parametrize("name", ["gap_page.html.jinja", "overview.py"])
+@pytest.mark.parametrize("name", ["gap_page.html.jinja", "campaign_page.py"])
 def test_on_a_phone_a_row_of_many_cells_is_laid_out_as_lines_that_say_what_they_are(name: str) -> None:
     page = ROOM.joinpath(name).read_text(encoding="utf-8")
     tables = re.findall(r"<table([^>]*)>(.*?)</table>", page, re.DOTALL)

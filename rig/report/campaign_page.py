@@ -1,4 +1,4 @@
-"""The overview of a campaign: one page with a line a day, each leading to that day's own page."""
+"""The page of a campaign of days: one overview with a line a day, each leading to that day's own page."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -52,9 +52,7 @@ td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }
 """
 
 
-def write_overview(
-    path: Path, diagnoses: Mapping[str, Diagnosis], pages: Mapping[str, Path], sessions: list[str]
-) -> None:
+def write_page(path: Path, diagnoses: Mapping[str, Diagnosis], pages: Mapping[str, Path], sessions: list[str]) -> None:
     """Write the page; `pages` has each day's own, in the same folder. RigError when the file cannot be written."""
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
     days = [_line(name, diagnosis, pages[name]) for name, diagnosis in diagnoses.items()]
