@@ -20,6 +20,8 @@ FOLLOWS: Final = 0.3
 """A column that follows at all correlates by more than this with what drives it, at some lag up to LONGEST_LAG_S."""
 _LEAST_ROWS: Final = 50
 """Fewer rows show no response."""
+_STILL: Final = 1e-10
+"""A stretch whose variance is below this share of the whole column's stands still: what rounding leaves of a sum."""
 
 
 def dead_monitor(record: Record) -> str | None:
@@ -55,8 +57,22 @@ def correlations(record: Record, column: Column, command: Column) -> Column:
     heard, said = (
         np.interp(t, record.t_s[known], one[known]) for one in (column, command) for known in (np.isfinite(one),)
     )
-    lags = range(max(min(int(LONGEST_LAG_S / FOLLOWED_S), len(t) // 2), 1))
-    return np.array([correlation(said[: len(t) - lag], heard[lag:]) for lag in lags])
+    return _at_lags(said, heard, max(min(int(LONGEST_LAG_S / FOLLOWED_S), len(t) // 2), 1))
+
+
+def _at_lags(said: Column, heard: Column, count: int) -> Column:
+    """`correlation` of the rows of `heard` (n,) that are 0, 1, ... rows later with those of `said` (n,): (count,).
+
+    Means and squares of all these stretches are differences of one sum each; only the products are formed anew.
+    """
+    rows = len(said) - np.arange(count)
+    one, other = said - said.mean(), heard - heard.mean()
+    ones, squares = np.cumsum(one)[rows - 1], np.cumsum(one**2)[rows - 1]
+    others, other_squares = (np.cumsum(column[::-1])[rows - 1] for column in (other, other**2))
+    together = np.array([one[:k] @ other[len(other) - k :] for k in rows]) - ones * others / rows
+    left, right = squares - ones**2 / rows, other_squares - others**2 / rows
+    moves = (left > _STILL * squares[0]) & (right > _STILL * other_squares[0])
+    return np.where(moves, together / np.sqrt(np.where(moves, left * right, 1.0)), 0.0)
 
 
 def correlation(one: Column, other: Column) -> float:
