@@ -34,6 +34,10 @@ SECONDS = 15.0
 """Of each turn of the loop's work."""
 TURNS = 3
 HEALTHY_DAYS = 3
+SWEEP: str | Path = "gap"
+"""Of a day."""
+REFERENCE: str | Path = "tracking"
+"""What is followed."""
 _VIRTUAL = ("--clock", "virtual")
 Errors = dict[tuple[str, str], float]
 """(reference, feed-forward) -> RMSE in degrees."""
@@ -109,9 +113,9 @@ def _healthy(place: Path, rig: str) -> tuple[Path, Errors]:
     """Days on the healthy rig, the model from the first, gains from that, and how well it then follows."""
     place.mkdir()
     for day in range(1, HEALTHY_DAYS + 1):
-        _pamrig("run", "gap", "--rig", _rig(place, rig, day, {}), *_VIRTUAL, "-o", place / f"day_{day}")
+        _pamrig("run", SWEEP, "--rig", _rig(place, rig, day, {}), *_VIRTUAL, "-o", place / f"day_{day}")
     _pamrig("identify", place / "day_1", "--early-stop", "100", "-o", place / "model.yaml")
-    _pamrig("tune", place / "model.yaml", "--reference", "tracking", "-o", place / "reference.yaml")
+    _pamrig("tune", place / "model.yaml", "--reference", REFERENCE, "-o", place / "reference.yaml")
     followed = _track(place, _rig(place, rig, HEALTHY_DAYS + 1, {}), "healthy", ("none", "model"))
     return place, followed
 
@@ -124,7 +128,7 @@ def _changed(place: Path, case: Case) -> Errors:
         place / f"{name}_log",
         place / f"{name}_augmented.yaml",
     )
-    _pamrig("run", "gap", "--rig", rig, *_VIRTUAL, "-o", log)
+    _pamrig("run", SWEEP, "--rig", rig, *_VIRTUAL, "-o", log)
     days = [word for day in range(1, HEALTHY_DAYS + 1) for word in ("--baseline", place / f"day_{day}")]
     _pamrig("gap", "diagnose", "--model", place / "model.yaml", "--log", log, *days, "--augmented-model", augmented)
     more = ("--augmented", augmented)

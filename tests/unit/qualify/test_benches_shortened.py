@@ -37,6 +37,7 @@ duration_s: 2.0
 ramp_out_s: 0.2
 records: [{sine: {frequency_hz: 0.5, amplitude_mpa: 0.2}}]
 """
+GAINS = "closed_loop: {kp_mpa_per_deg: 0.002, ki_mpa_per_deg_s: 0.04, limit_mpa: 0.2}\n"
 LISTED: Mapping[str, list[str]] = yaml.safe_load(
     (Path(__file__).parent / "figures_of_benches.yaml").read_text(encoding="utf-8")
 )
@@ -132,8 +133,10 @@ def test_gap(
     assert_drawn("gap", gap.bench_gap(), capsys)
 
 
-def test_tracking(short: Callable[..., None], capsys: pytest.CaptureFixture[str]) -> None:
-    short(tracking, CASES=tracking.CASES[:1], HEALTHY_DAYS=1, SECONDS=0.5, TURNS=1)
+def test_tracking(short: Callable[..., None], capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    reference = tmp_path / "brief.yaml"
+    reference.write_text(BRIEF.replace("0.2}", "25}").replace("amplitude_mpa", "amplitude_deg") + GAINS)
+    short(tracking, CASES=tracking.CASES[:1], HEALTHY_DAYS=1, SECONDS=0.5, TURNS=1, SWEEP="quick", REFERENCE=reference)
     assert_drawn("tracking", tracking.bench_tracking(), capsys)
 
 
