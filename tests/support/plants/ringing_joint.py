@@ -8,12 +8,18 @@ from rig.gap.evidence.posterior import Posterior
 from rig.gap.pipeline import Question, weigh
 from rig.gap.reference.build import Kind
 
+RIVALS = (
+    *("inertia", "viscous_friction", "coulomb_friction", "stiffness", "creep", "sensor_gain", "sensor_lag"),
+    *("delay", "valve_lag", "valve_gain", "valve_slew", "supply_droop", "leak"),
+)
+
 
 @lru_cache
 def weighed() -> tuple[Posterior, ...]:
-    """What competes beside its healthy days, the regulators first."""
+    """What competes beside three healthy days, the regulators first: effects of either that might stand for a mass."""
     case = draw_sheet(Purpose.DEVELOPMENT, 994001, 60, "mckibben")[58]
     assert case.effects == ("inertia",)
     bench = bench_of(case)
-    days = [records_of(day) for day in bench.baselines[: case.baselines]]
-    return weigh(Question(None, records_of(realise(case, bench).records), days, Kind.SESSIONS))[2]
+    days = [records_of(day) for day in bench.baselines[:3]]
+    records = records_of(realise(case, bench).records)
+    return weigh(Question(None, records, days, Kind.SESSIONS, library=RIVALS))[2]

@@ -170,11 +170,11 @@ def test_candidates_stay_inside_the_room(low: float, high: float, slew: float) -
         assert 0.5 * np.abs(np.diff(dp)).max() <= slew * PERIOD_NS * 1e-9 + 1e-6
 
 
-@pytest.mark.parametrize("slew", [0.5, 1.0, 2.0])
+@pytest.mark.parametrize("slew", [0.5, 2.0])
 def test_candidates_stay_inside_the_room_at_the_period_of_the_loop_too(slew: float) -> None:
     for swing in (0.2, 0.4):
         room = Room(slew_mpa_s=slew, swing_mpa=swing, rests_mpa=(0.2, 0.2503))
-        pool = candidates(room, (10.0,), PERIOD_NS)
+        pool = candidates(room, (5.0,), PERIOD_NS)
         assert len(pool) > 10
         for period_ns in (5_000_000, 1_000_000):
             for plan in planned(pool, period_ns):
