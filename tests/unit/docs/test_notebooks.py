@@ -9,8 +9,6 @@ import nbformat
 import pytest
 from conftest import ROOT
 
-pytestmark = pytest.mark.real_time
-
 NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))
 
 

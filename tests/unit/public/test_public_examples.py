@@ -7,8 +7,6 @@ from pathlib import Path
 import pamrig
 import pytest
 
-pytestmark = pytest.mark.real_time
-
 MODULES = ["pamrig", *(f"pamrig.{path.stem}" for path in sorted(Path(pamrig.__file__).parent.glob("_[a-z]*.py")))]
 
 

@@ -7,8 +7,6 @@ from typing import Any
 import pamrig
 import pytest
 
-pytestmark = pytest.mark.real_time
-
 SWEEP = {"settle_s": 0.5, "duration_s": 1.0, "records": [{"sine": {"frequency_hz": 1.0, "amplitude_mpa": 0.1}}]}
 
 

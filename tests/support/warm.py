@@ -1,0 +1,92 @@
+"""Commands and programs that need no process from scratch: a process that has imported the packages is forked for each,
+which then does what `pamrig WORDS`, or `python -c TEXT`, does in that folder.
+
+Two seconds of the processor a call are imports. What is about starting, streams or signals needs the real thing
+(`support.run_command`).
+"""
+
+import importlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+IMPORTED = (
+    *("rig.cli.main", "rig.cli.commands", "rig.app.runs.sweeping", "rig.app.runs.tracking", "rig.app.runs.replaying"),
+    *("rig.app.records.logs", "rig.identify.fit", "rig.gap.diagnosis", "rig.report.gap_page", "rig.report.log_figures"),
+    *("hil.bench", "pamrig._diagnosing", "pamrig._models", "pamrig._rigs", "pamrig._comparing"),
+)
+PATIENCE_S = 240.0
+"""A process that takes longer is ended."""
+
+
+class Warm:
+    """The process that is forked; it ends with its input."""
+
+    def __init__(self) -> None:
+        environment = os.environ | {"MPLBACKEND": "Agg", "OPENBLAS_NUM_THREADS": "1"}
+        pipe = subprocess.PIPE
+        self._process = subprocess.Popen(
+            [sys.executable, __file__], stdin=pipe, stdout=pipe, env=environment, text=True, bufsize=1
+        )
+
+    def run(self, call: list[str], folder: Path) -> tuple[int, str]:
+        """Exit status, as `subprocess` has it, and all that was written to stdout and stderr."""
+        assert self._process.stdin
+        assert self._process.stdout
+        print(json.dumps([call, str(folder)]), file=self._process.stdin)
+        status, written = json.loads(self._process.stdout.readline())
+        return status, written
+
+    def close(self) -> None:
+        assert self._process.stdin
+        assert self._process.stdout
+        self._process.stdin.close()
+        self._process.wait()
+        self._process.stdout.close()
+
+
+def carry_out(call: list[str]) -> None:
+    """`pamrig WORDS`, or `python -c TEXT` where the first word is -c."""
+    program, *words = call
+    if program == "-c":
+        sys.argv = call[:1]
+        exec(compile(words[0], "<text>", "exec"), {"__name__": "__main__"})
+    else:
+        assert program == "pamrig", f"{program}: only pamrig and python are known here"
+        sys.argv = call
+        sys.modules["rig.cli.main"].main()
+
+
+def forked(call: list[str], folder: str, output: int) -> int:
+    """The status of a process of its own that carries it out; in that process it does not return."""
+    if pid := os.fork():
+        return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+    signal.setitimer(signal.ITIMER_REAL, PATIENCE_S)
+    os.chdir(folder)
+    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+    for stream in (1, 2):
+        os.dup2(output, stream)
+    carry_out(call)
+    sys.exit(0)  # what it raised ends this process as it ends any
+
+
+def serve() -> None:
+    """Fork for every line of the input, until there is none."""
+    sys.path[0] = ""
+    for name in IMPORTED:
+        importlib.import_module(name)
+    answers = os.fdopen(os.dup(1), "w", buffering=1)
+    for line in iter(sys.stdin.readline, ""):
+        call, folder = json.loads(line)
+        with tempfile.TemporaryFile() as output:
+            status = forked(call, folder, output.fileno())
+            output.seek(0)
+            answers.write(json.dumps([status, output.read().decode("utf-8", "replace")]) + "\n")
+
+
+if __name__ == "__main__":
+    serve()
