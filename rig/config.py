@@ -7,10 +7,8 @@ is wrong ends in one ConfigError line: the file, the path of the key, what stand
 import dataclasses
 import difflib
 import errno
-import itertools
 import math
 import os
-import re
 import sys
 from collections.abc import Mapping
 from enum import Enum
@@ -22,6 +20,7 @@ import yaml
 from cattrs.errors import ClassValidationError, ForbiddenExtraKeysError, IterableValidationError
 from cattrs.gen import make_dict_structure_fn
 
+from rig import strict_yaml
 from rig.errors import ConfigError
 from rig.fields import bounded
 
@@ -33,8 +32,6 @@ __all__ = [
 T = TypeVar("T")
 MOST_BYTES = 4 * 1024 * 1024
 """No config is longer; what is, was meant for another program."""
-MOST_VALUES = 500_000
-"""Nor does any hold more values; anchors and aliases that multiply count as often as they stand for something."""
 _SHOWN_CHARACTERS = 200
 _LONG_NUMBER = 10**20
 
@@ -60,11 +57,11 @@ def read_yaml(path: Path, most_bytes: int = MOST_BYTES) -> object:
     is built."""
     text = read_text(path, most_bytes)
     try:
-        return _built(text)
+        return strict_yaml.built(text)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark
         line = f", line {mark.line + 1}" if mark else ""
-        raise ConfigError(f"{path}{line}: not valid YAML: {error.problem}") from None
+        raise ConfigError(f"{path}{line}: not valid YAML: {strict_yaml.problem(error)}") from None
     except (yaml.YAMLError, ValueError) as error:
         raise ConfigError(f"{path}: not valid YAML: {' '.join(str(error).split())}") from None
     except RecursionError:
@@ -106,30 +103,6 @@ def finite(value: Any) -> float:
     return number
 
 
-def _built(text: str) -> object:
-    loader = StrictLoader(text)
-    try:
-        root = loader.get_single_node()
-        if root is None:
-            return None
-        if _values(root, {}) > MOST_VALUES:
-            raise yaml.YAMLError(f"it stands for more than {MOST_VALUES} values, written out")
-        return loader.construct_document(root)
-    finally:
-        loader.dispose()
-
-
-def _values(node: yaml.Node, known: dict[int, int]) -> int:
-    """How many values a part of a document stands for when each alias is written out."""
-    if isinstance(node, yaml.ScalarNode):
-        return 1
-    if id(node) not in known:
-        known[id(node)] = MOST_VALUES  # a list that holds itself has no end
-        parts = itertools.chain(*node.value) if isinstance(node, yaml.MappingNode) else node.value
-        known[id(node)] = 1 + sum(_values(part, known) for part in parts)
-    return known[id(node)]
-
-
 def unstructure(value: object) -> Any:
     """A config as plain data for YAML or JSON; paths and enums become text."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
@@ -145,45 +118,8 @@ def unstructure(value: object) -> Any:
 
 def suggest(name: str, allowed: list[str]) -> str:
     """The end of a message about an unknown name: the nearest known one, or all of them."""
-    near = difflib.get_close_matches(name, allowed, n=1, cutoff=0.6) if len(name) <= _SHOWN_CHARACTERS else []
+    near = difflib.get_close_matches(name, allowed, n=1, cutoff=0.65) if len(name) <= _SHOWN_CHARACTERS else []
     return f"did you mean {near[0]!r}?" if near else f"allowed: {', '.join(sorted(allowed))}"
-
-
-class StrictLoader(yaml.SafeLoader):
-    """SafeLoader that refuses duplicate keys, and whose numbers are what they look like.
-
-    YAML 1.1 reads 010 as 8, 1:30 as 90 and 1e-3 as text; here the first two are text, which no number field takes, and
-    the third is a number. A date is text as well.
-    """
-
-
-def _mapping_without_duplicates(loader: StrictLoader, node: yaml.MappingNode) -> dict[Any, Any]:
-    seen: set[str] = set()
-    for key, _ in node.value:
-        if not isinstance(key, yaml.ScalarNode):
-            raise yaml.constructor.ConstructorError(None, None, "a key must be a single word", key.start_mark)
-        if key.value in seen:
-            raise yaml.constructor.ConstructorError(None, None, f"the key {key.value!r} stands twice", key.start_mark)
-        seen.add(key.value)
-    loader.flatten_mapping(node)
-    return loader.construct_mapping(node, deep=True)
-
-
-StrictLoader.add_constructor(yaml.resolver.BaseResolver.DEFAULT_MAPPING_TAG, _mapping_without_duplicates)
-StrictLoader.yaml_implicit_resolvers = {
-    first: [(tag, pattern) for tag, pattern in resolvers if tag.rpartition(":")[2] not in ("int", "float", "timestamp")]
-    for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
-}
-StrictLoader.add_implicit_resolver(
-    "tag:yaml.org,2002:int", re.compile(r"^[-+]?(0|[1-9][0-9]*)$|^0x[0-9a-fA-F]+$"), list("-+0123456789")
-)
-StrictLoader.add_implicit_resolver(
-    "tag:yaml.org,2002:float",
-    re.compile(
-        r"^[-+]?([0-9]+\.[0-9]*|\.[0-9]+|[0-9]+(?=[eE]))([eE][-+]?[0-9]+)?$|^[-+]?\.(inf|Inf|INF)$|^\.(nan|NaN|NAN)$"
-    ),
-    list("-+0123456789."),
-)
 
 
 def _structure_float(raw: object, _: type) -> float:
@@ -239,6 +175,17 @@ def _structure_enum(raw: object, kind: type[Enum]) -> Enum:
         raise ValueError(f"unknown value {shown(raw)}; {suggest(str(raw), [str(m.value) for m in kind])}") from None
 
 
+def _structure_mapping(raw: object, kind: Any) -> Any:
+    if not isinstance(raw, dict):
+        raise ValueError(f"expected a mapping, got {shown(raw)}")
+    key_type, item_type = get_args(kind)
+    return {_below(str(key), key, key_type): _below(str(key), item, item_type) for key, item in raw.items()}
+
+
+def _is_mapping(kind: Any) -> bool:
+    return get_origin(kind) is dict
+
+
 def _is_sequence(kind: Any) -> bool:
     return get_origin(kind) in (list, tuple)
 
@@ -253,14 +200,17 @@ def _structure_sequence(raw: object, kind: Any) -> Any:
         types = list(args)
         if len(raw) != len(types):
             raise ValueError(f"expected {len(types)} values, got {len(raw)}")
-    items = []
-    for index, (item, item_type) in enumerate(zip(raw, types, strict=True)):
-        try:
-            items.append(_CONVERTER.structure(item, item_type))
-        except Exception as error:
-            error.__notes__ = [*getattr(error, "__notes__", []), _Step(f"[{index}]")]
-            raise
+    items = [_below(f"[{index}]", *pair) for index, pair in enumerate(zip(raw, types, strict=True))]
     return items if get_origin(kind) is list else tuple(items)
+
+
+def _below(step: str, item: object, kind: Any) -> Any:
+    """An item of a list or a mapping; its error carries the step to it."""
+    try:
+        return _CONVERTER.structure(item, kind)
+    except Exception as error:
+        error.__notes__ = [*getattr(error, "__notes__", []), _Step(step)]
+        raise
 
 
 class _Step(str):
@@ -285,6 +235,7 @@ _CONVERTER.register_structure_hook(int, _structure_int)
 _CONVERTER.register_structure_hook(bool, _structure_bool)
 _CONVERTER.register_structure_hook(str, _structure_str)
 _CONVERTER.register_structure_hook(Path, _structure_path)
+_CONVERTER.register_structure_hook_func(_is_mapping, _structure_mapping)
 _CONVERTER.register_structure_hook_func(_is_sequence, _structure_sequence)
 _CONVERTER.register_structure_hook_func(lambda kind: isinstance(kind, type) and issubclass(kind, Enum), _structure_enum)
 _CONVERTER.register_structure_hook_factory(
@@ -323,7 +274,9 @@ def _join(path: list[str]) -> str:
 
 def _explain(error: BaseException) -> str:
     if isinstance(error, ForbiddenExtraKeysError):
-        unknown = min(error.extra_fields, key=str)
+        unknown: object = min(error.extra_fields, key=str)
+        if _is_number(unknown):
+            return f"a number, {unknown}, stands where a key should; decimals have a point, not a comma"
         return (
             f"unknown key {unknown!r}; "
             f"{suggest(str(unknown), [f.name for f in dataclasses.fields(cast(Any, error.cl))])}"
@@ -349,7 +302,27 @@ def _check_range(given: object, allowed: Mapping[str, Any]) -> None:
     unit = f" {allowed['unit']}" if allowed["unit"] else ""
     for number in given if isinstance(given, list) else (given,):
         if _is_number(number) and not allowed["low"] <= number <= allowed["high"]:
-            raise ValueError(f"{_amount(number)}{unit} is outside {allowed['low']:g} .. {allowed['high']:g}{unit}")
+            meant = _in_another_unit(number, allowed)
+            raise ValueError(
+                f"{_amount(number)}{unit} is outside {allowed['low']:g} .. {allowed['high']:g}{unit}{meant}"
+            )
+
+
+_OTHER_UNITS: Mapping[str, tuple[tuple[str, float, float, float], ...]] = {
+    "MPa": (("bar", 0.1, 1.0, 10.0), ("kPa", 1e-3, 10.0, 1000.0)),
+    "MPa/s": (("bar/s", 0.1, 1.0, 1e3), ("kPa/s", 1e-3, 10.0, 1e5)),
+    "s": (("ms", 1e-3, 50.0, 1e5),),
+    "ms": (("s", 1e3, 1e-4, 0.5),),
+}
+"""Unit of a key -> units in which people think: how much of the key's one is, and which numbers it usually has."""
+
+
+def _in_another_unit(number: float, allowed: Mapping[str, Any]) -> str:
+    """The end of a message: what the number is where another unit was meant."""
+    for unit, times, least, most in _OTHER_UNITS.get(allowed["unit"], ()):
+        if least <= number <= most and allowed["low"] <= number * times <= allowed["high"]:
+            return f"; {number:g} {unit} are {number * times:g} {allowed['unit']}"
+    return ""
 
 
 def _is_number(given: Any) -> TypeGuard[int | float]:

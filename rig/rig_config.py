@@ -13,7 +13,7 @@ What stands under a device beside `kind` belongs to the driver, which has the sc
 """
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -184,12 +184,13 @@ def _device(name: str, raw: object, roles: dict[str, str], path: Path) -> Device
     return DeviceEntry(name, raw["kind"], settings, mine)
 
 
-def require_file(place: Path, where: str, written: object) -> None:
-    """ConfigError when a file that a rig's YAML names is not there: the YAML and its key, what it says, and where that
-    was looked for."""
+def require_file(place: Path, where: str, written: object, own: Sequence[str] = ()) -> None:
+    """ConfigError when a file that a rig's YAML names is not there: the YAML and its key, what it says, where that was
+    looked for, and the names of files of `own` that may stand there."""
     if not os.path.isfile(place):
         near = nearest_file(place) if os.path.isdir(place.parent) else ""
-        raise ConfigError(f"{where}: {written}: no such file{near}; looked for at {place.resolve()}")
+        ours = f"; {suggest(str(written), list(own))}" if own and not near else near
+        raise ConfigError(f"{where}: {written}: no such file; looked for at {place.resolve()}{ours}")
 
 
 def resolve_paths(settings: Any, base: Path) -> dict[str, Path]:

@@ -105,11 +105,12 @@ class ItvSerial:
     def __init__(self, settings: ItvSettings, context: DeviceContext) -> None:
         ports = settings.valve_1, settings.valve_2
         offered = {role for pair, port in zip(_VALVES, ports, strict=True) if port for role in pair}
+        where = context.where or "itv_serial"
         if wrong := sorted(context.roles - offered):
-            raise ConfigError(f"itv_serial: the role {wrong[0].value!r} needs the port of its valve, or another device")
+            raise ConfigError(f"{where}: the role {wrong[0].value!r} needs the port of its valve, or another device")
         if settings.valve_1 and settings.valve_2 and settings.valve_1.device == settings.valve_2.device:
             raise ConfigError(
-                f"itv_serial: both valves on {settings.valve_1.device}: RS-232C joins two ends, so each valve needs "
+                f"{where}: both valves on {settings.valve_1.device}: RS-232C joins two ends, so each valve needs "
                 "its own port"
             )
         self.roles = context.roles

@@ -41,7 +41,7 @@ class ModbusIo:
         self.roles = context.roles
         self.further = tuple(settings.further)
         self._settings, self._context = settings, context
-        self._plan = make_plan(settings, context.roles, looking=context.looking)
+        self._plan = make_plan(settings, context.roles, looking=context.looking, where=context.where or "modbus_io")
         self._inputs = Inputs(settings, context, self._plan)
         self._signals = set_point_signals(settings, context)
         self._safe = self.numbers(context.safe_p1_mpa, context.safe_p2_mpa) if self._plan.driven else {}

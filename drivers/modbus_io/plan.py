@@ -19,6 +19,8 @@ EXCITATION: Final = 3
 """Places in the list of input numbers: monitor 1, monitor 2, wiper, excitation; then the further channels in the order
 of the settings."""
 FIRST_FURTHER: Final = 4
+_INPUTS: Final = ("monitor_1", "monitor_2", "angle.wiper", "angle.excitation")
+"""Places -> what they are called in the settings."""
 
 
 @dataclass(frozen=True)
@@ -123,17 +125,23 @@ class Plan:
         )
 
 
-def make_plan(settings: ModbusSettings, roles: frozenset[Role], *, looking: bool = False) -> Plan:
-    """ConfigError, one line, when a role is not wired, or wired to what the module does not have."""
+def make_plan(
+    settings: ModbusSettings, roles: frozenset[Role], *, looking: bool = False, where: str = "modbus_io"
+) -> Plan:
+    """ConfigError, one line that begins with `where` the settings stand, when a role is not wired, or wired to what the
+    module does not have or to what another role is wired to."""
     module, input_module = settings.module, settings.input_module
-    for role in roles:
-        _check(role, settings, module, input_module)
-    driven = {place: getattr(settings, role.value).channel for place, role in enumerate(VALVES) if role in roles}
-    _check_fallback(driven, module)
+    try:
+        for role in sorted(roles):
+            _check(role, settings, module, input_module)
+        for name, one in settings.further.items():
+            _check_input(f"further.{name}", one.channel, input_module)
+        _check_apart(settings, roles, module)
+        driven = {place: getattr(settings, role.value).channel for place, role in enumerate(VALVES) if role in roles}
+        _check_fallback(driven, module)
+    except ValueError as error:
+        raise ConfigError(f"{where}: {error}") from None
     inputs = input_module.inputs
-    for name, one in settings.further.items():
-        if inputs is None or one.channel >= inputs.channels:
-            raise ConfigError(f"modbus_io: further.{name}: {input_module.name} has no input channel {one.channel}")
     channels = _input_channels(settings, roles)
     first = min(channels.values(), default=0)
     width = inputs.type.registers if inputs else 1
@@ -156,30 +164,53 @@ def make_plan(settings: ModbusSettings, roles: frozenset[Role], *, looking: bool
 
 
 def _check(role: Role, settings: ModbusSettings, module: ModuleMap, input_module: ModuleMap) -> None:
+    """ValueError for a role that is not wired, or to what is not there."""
     wired = getattr(settings, role.value)
     if wired is None:
-        raise ConfigError(f"modbus_io: {role.value} is wanted from {settings.resource}, but its channel is not set")
+        raise ValueError(f"{role.value} is wanted from {settings.resource}, but its channel is not set")
     if role is Role.ANGLE:
-        inputs = input_module.inputs
-        for channel in (wired.wiper, wired.excitation):
-            if channel is not None and (inputs is None or channel >= inputs.channels):
-                raise ConfigError(f"modbus_io: angle: {input_module.name} has no input channel {channel}")
+        _check_input("angle.wiper", wired.wiper, input_module)
+        if wired.excitation is not None:
+            _check_input("angle.excitation", wired.excitation, input_module)
         return
     output = role in VALVES
     owner = module if output else input_module
     if complaint := wired.complaint(owner.outputs if output else owner.inputs, output):
-        raise ConfigError(f"modbus_io: {role.value} on {owner.name}: {complaint}")
+        raise ValueError(f"{role.value} on {owner.name}: {complaint}")
+
+
+def _check_input(key: str, channel: int, module: ModuleMap) -> None:
+    if module.inputs is None:
+        raise ValueError(f"{key}: {module.name} has no inputs")
+    if channel >= module.inputs.channels:
+        raise ValueError(
+            f"{key}: {module.name} has no input channel {channel}; allowed: 0 .. {module.inputs.channels - 1}"
+        )
+
+
+def _check_apart(settings: ModbusSettings, roles: frozenset[Role], module: ModuleMap) -> None:
+    """ValueError for two that are wired to one channel: a line was copied and not changed."""
+    outputs = {role.value: getattr(settings, role.value).channel for role in VALVES if role in roles}
+    if len(outputs) > len(set(outputs.values())):
+        raise ValueError(f"both valves on output channel {outputs[Role.VALVE_1]} of {module.name}: each needs its own")
+    taken: dict[int, str] = {}
+    for place, channel in _input_channels(settings, roles).items():
+        if place >= FIRST_FURTHER:
+            break  # what is looked at beside them may be the supply of one of them
+        if channel in taken:
+            raise ValueError(f"{taken[channel]} and {_INPUTS[place]} are both on input channel {channel}")
+        taken[channel] = _INPUTS[place]
 
 
 def _check_fallback(driven: Mapping[int, int], module: ModuleMap) -> None:
-    """ConfigError when the module's own fail-safe would take a valve to a value that nobody has set."""
+    """ValueError when the module's own fail-safe would take a valve to a value that nobody has set."""
     if module.failsafe is None or module.failsafe.safe_is is not SafeIs.REGISTERS:
         return
     known = {step.safe_channel for step in module.failsafe.arm}
     for place, channel in driven.items():
         if channel not in known:
-            raise ConfigError(
-                f"modbus_io: {VALVES[place].value} on output channel {channel} of {module.name}: failsafe.arm of its "
+            raise ValueError(
+                f"{VALVES[place].value} on output channel {channel} of {module.name}: failsafe.arm of its "
                 f"map has no step with safe_channel: {channel}, so its fail-safe would set whatever stands there"
             )
 
@@ -200,8 +231,6 @@ def _runs(module: ModuleMap, driven: Mapping[int, int]) -> tuple[Write, ...]:
     assert module.outputs is not None
     block = module.outputs
     at = sorted((channel, place) for place, channel in driven.items())
-    if len({channel for channel, _ in at}) < len(at):
-        raise ConfigError(f"modbus_io: both valves on output channel {at[0][0]} of {module.name}: each needs its own")
 
     def run(*members: tuple[int, int]) -> Write:
         return Write(block.address + members[0][0] * block.type.registers, tuple(place for _, place in members))

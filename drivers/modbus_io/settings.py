@@ -1,12 +1,14 @@
 """What a rig's YAML says about its Modbus module: where it is, its map, and which channel is wired to what. Nothing is
 opened."""
 
+import ipaddress
 import math
+import re
 import socket
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from drivers.modbus_io.maps import Block, ModuleMap, load_map
 from drivers.serial_port import SerialPort
@@ -14,6 +16,9 @@ from drivers.signals import Signal, Span
 from rig.config import unstructure
 from rig.fields import bounded
 from rig.interfaces import Role
+
+_NUMBERS: Final = re.compile(r"[\d.]+")
+"""What is meant for an address, and not for a name."""
 
 
 class Mode(StrEnum):
@@ -136,6 +141,8 @@ class ModbusSettings:
     def __post_init__(self) -> None:
         if bool(self.host) == (self.serial is not None):
             raise ValueError("set either host (TCP) or serial (RTU)")
+        _check_host("host", self.host, "port")
+        _check_host("input_host", self.input_host, "input_port")
         if self.serial and self.mode not in (Mode.AUTO, Mode.PROCESS):
             raise ValueError(f"mode {self.mode.value} is not possible on RTU; allowed: auto, process")
         if self.serial and (self.input_host or self.input_port):
@@ -180,6 +187,23 @@ class ModbusSettings:
         unit = self.module.unit if self.unit is None else self.unit
         hosts = [f"{host}:{self.port}" for host in _names_of(self.host)]
         return (*([] if self.gateway else hosts), *(f"{host} unit {unit}" for host in hosts))
+
+
+def _check_host(key: str, host: str, port_key: str) -> None:
+    """ValueError for a port in the host, and for an address that lacks a number: the system would take 192.168.1 for
+    192.168.0.1."""
+    if host.count(":") == 1:
+        raise ValueError(f"{key}: {host!r}: the port has a key of its own, {port_key}")
+    if _NUMBERS.fullmatch(host) and not _is_address(host):
+        raise ValueError(f"{key}: {host!r} is no address; expected four numbers of 0 .. 255, such as 192.168.1.17")
+
+
+def _is_address(host: str) -> bool:
+    try:
+        ipaddress.IPv4Address(host)
+    except ValueError:
+        return False
+    return True
 
 
 def _names_of(host: str) -> list[str]:

@@ -4,10 +4,18 @@ opened."""
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from drivers.myrio.codec import converter
+from drivers.myrio.codec import Converter, converter
 from drivers.signals import Signal, Span
 from rig.fields import bounded
 from rig.interfaces import Role
+
+
+def _terminal(key: str, register: str, output: bool) -> Converter:
+    """The converter behind a register; ValueError, with the key, for a name that is none of the myRIO's."""
+    try:
+        return converter(register, output)
+    except ValueError as error:
+        raise ValueError(f"{key}: {error}") from None
 
 
 @dataclass(frozen=True)
@@ -35,7 +43,7 @@ class PressureLine:
     def check(self, key: str, output: bool) -> None:
         """ValueError unless the signal fits the terminal's range (half a volt-count over is the converter's last
         step)."""
-        terminal = converter(self.register, output)
+        terminal = _terminal(f"{key}.register", self.register, output)
         if self.units_per_volt <= 0.0:
             return  # out of its bounds, which are checked after this, with a better message
         low_v, high_v = self.signal.low / self.units_per_volt, self.signal.high / self.units_per_volt
@@ -59,9 +67,9 @@ class AngleInput:
     def __post_init__(self) -> None:
         if (self.excitation is None) == (self.reference_v is None):
             raise ValueError("set either excitation (the register that reads it) or reference_v (a fixed voltage)")
-        converter(self.wiper, output=False)
+        _terminal("wiper", self.wiper, output=False)
         if self.excitation is not None:
-            converter(self.excitation, output=False)
+            _terminal("excitation", self.excitation, output=False)
 
 
 @dataclass(frozen=True)
@@ -74,7 +82,7 @@ class FurtherInput:
     offset: float = bounded(-1e9, 1e9, default=0.0)
 
     def __post_init__(self) -> None:
-        converter(self.register, output=False)
+        _terminal("register", self.register, output=False)
 
 
 @dataclass(frozen=True)
@@ -108,8 +116,8 @@ class MyRioSettings:
         for key in ("valve_1", "valve_2", "monitor_1", "monitor_2"):
             line: PressureLine = getattr(self, key)
             line.check(key, output=key.startswith("valve"))
-        if not self.resource:
-            raise ValueError("resource: expected RIO0 or rio://HOST/RIO0")
+        if not self.resource or (not self.is_remote and set(self.resource) & set("./:")):
+            raise ValueError(f"resource: expected RIO0 or rio://HOST/RIO0, got {self.resource!r}")
 
     def range_mpa(self, role: Role) -> tuple[float, float]:
         """Pressures that a valve can be given."""

@@ -8,6 +8,7 @@ from drivers.calibration import Potentiometer, for_role, nominal
 from drivers.myrio.channels import AngleChannel, FurtherInputChannel, PressureInput, PressureOutput
 from drivers.myrio.session import FpgaSession
 from drivers.myrio.settings import MyRioSettings
+from rig.errors import ConfigError
 from rig.interfaces import DeviceContext, Role
 from rig.sample import Flag
 
@@ -50,6 +51,21 @@ class Wiring:
         }
         """Role -> the settings of its line, and its calibration."""
         self._potentiometer = for_role(context, Role.ANGLE, Potentiometer())
+        self._check_apart()
+
+    def _check_apart(self) -> None:
+        """ConfigError for two that are wired to one terminal: a line was copied and not changed."""
+        roles = self._context.roles
+        wired = {role.value: line.register for role, (line, _) in self.lines.items() if role in roles}
+        if Role.ANGLE in roles:
+            angle = self._settings.angle
+            wired |= {"angle.wiper": angle.wiper} | ({"angle.excitation": angle.excitation} if angle.excitation else {})
+        taken: dict[str, str] = {}
+        for name, register in wired.items():
+            if register in taken:
+                where = self._context.where or "myrio"
+                raise ConfigError(f"{where}: {taken[register]} and {name} are both on {register}: each needs its own")
+            taken[register] = name
 
     def find(self, session: FpgaSession) -> Channels:
         """Every register that the rig's roles need; ConfigError when the bitfile has none of that name."""

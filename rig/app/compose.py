@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from rig.app import wires
-from rig.app.shipped import default_rig, find_config, own_file
+from rig.app.shipped import default_rig, find_config, own_file, own_names
 from rig.config import structure, suggest
 from rig.errors import ConfigError, DeviceError, RigError
 from rig.interfaces import Clock, Device, DeviceContext, Role
@@ -96,6 +96,12 @@ def make_device(
     from drivers.mixed import MixedRig
 
     return MixedRig(parts, clock, rig.period_ns)
+
+
+def check_wiring(rig: RigConfig) -> None:
+    """ConfigError when a device of the rig cannot be made as it is wired and calibrated: a channel that its module has
+    not, two roles on one channel. Nothing is opened."""
+    make_device(rig, VirtualClock(), looking=True)
 
 
 def loop_settings(rig: RigConfig) -> LoopSettings:
@@ -272,12 +278,14 @@ def _check_ranges(rig: RigConfig, settings: Mapping[str, Any]) -> None:
 
 
 def _require_files(entry: DeviceEntry, settings: Any, path: Path) -> None:
-    """ConfigError when a YAML file that a device's settings name is not there. What else they name, the device looks
-    for itself."""
+    """ConfigError when a YAML file that a device's settings name is not there, or one of pamrig's own by its name. What
+    else they name, the device looks for itself."""
     for field in dataclasses.fields(settings):
         place, written = getattr(settings, field.name), entry.settings.get(field.name)
-        if isinstance(place, Path) and place.suffix in (".yaml", ".yml") and written is not None:
-            require_file(place, f"{path}: devices.{entry.name}.{field.name}", written)
+        own = own_names(field.name)
+        if isinstance(place, Path) and written is not None and (own or place.suffix in (".yaml", ".yml")):
+            bare = os.sep not in str(written)
+            require_file(place, f"{path}: devices.{entry.name}.{field.name}", written, own if bare else ())
 
 
 def _paths(settings: Any) -> list[Path]:

@@ -1,7 +1,9 @@
 """What a rig consists of, read from its config alone, and the question before anything moves."""
 
 import datetime
+import os
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Any
 
 import click
@@ -40,7 +42,9 @@ def warnings(rig: RigConfig, today: datetime.date | None = None) -> list[str]:
 
 
 def inventory(rig: RigConfig) -> dict[str, Any]:
-    """Devices, roles and calibrations, for JSON and for `table`."""
+    """Devices, roles and calibrations, for JSON and for `table`; ConfigError where they are wired to what is not
+    there."""
+    compose.check_wiring(rig)
     rows = [
         {
             "name": entry.name,
@@ -58,8 +62,19 @@ def inventory(rig: RigConfig) -> dict[str, Any]:
         "devices": rows,
         "calibration": summary(calibrations(rig)),
         "kinds": sorted([*kinds(), *compose.STAND_INS]),
-        "warnings": warnings(rig),
+        "warnings": [*warnings(rig), *_absent(rig)],
     }
+
+
+def _absent(rig: RigConfig) -> Iterator[str]:
+    """A line for every file that a device looks for when it is opened, and that is not on this machine: the rig may
+    live on another."""
+    for entry in rig.devices:
+        _, settings = compose.device_settings(entry, rig, {})
+        for name, place in vars(settings).items():
+            if isinstance(place, Path) and name in entry.settings and not os.path.exists(place):
+                written = entry.settings[name]
+                yield f"devices.{entry.name}.{name}: {written}: no such file yet; looked for at {place.resolve()}"
 
 
 def _flat(settings: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:

@@ -7,7 +7,7 @@ from rig.config import suggest
 from rig.errors import ConfigError
 from rig.model.external import is_external
 
-OWN_FOLDERS = {"model": "models", "rig": "rigs", "map": "modbus"}
+OWN_FOLDERS = {"model": "models", "rig": "rigs", "map": "modbus", "input_map": "modbus"}
 """Setting of a device that names a file -> folder of pamrig's own files that may be named without path and suffix."""
 
 
@@ -37,6 +37,12 @@ def find_config(path: Path, folder: str) -> Path:
             return found
         raise ConfigError(f"{path}: no such file, nor one of pamrig's own {folder}; {suggest(path.stem, list(ours))}")
     return path
+
+
+def own_names(setting: str) -> list[str]:
+    """The names of pamrig's own files that a device's setting may mean; none where it means no file of ours."""
+    folder = OWN_FOLDERS.get(setting)
+    return [] if folder is None else sorted(place.stem for place in (configs() / folder).glob("*.yaml"))
 
 
 def own_file(setting: str, name: str) -> Path:

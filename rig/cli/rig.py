@@ -63,7 +63,7 @@ def new(like: str | None, given: tuple[str, ...], yes: bool, output: Path, json_
 @click.argument("rig_path", metavar="RIG.yaml", type=click.Path(path_type=Path))
 @json_option
 def check(rig_path: Path, json_to: str | None) -> None:
-    """Is RIG.yaml a rig: keys, ranges, roles, devices' settings, files it names? Nothing is opened.
+    """Is RIG.yaml a rig: keys, ranges, roles, devices' settings and wiring, files it names? Nothing is opened.
 
     Exit status 2 with one line when it is not; what an operator should know is said as a warning.
     """
@@ -71,10 +71,14 @@ def check(rig_path: Path, json_to: str | None) -> None:
 
     found = inventory.inventory(compose.load(rig_path))
     screen = console(json_to)
-    screen.print(f"{rig_path}: ok: {found['rig']}, {found['period_ms']:g} ms, {len(found['devices'])} devices")
+    screen.print(f"{rig_path}: ok: {found['rig']}, {found['period_ms']:g} ms, {_counted(len(found['devices']))}")
     for warning in found["warnings"]:
         screen.print(styled(("warning:", "yellow"), f" {warning}"))
     emit({"file": str(rig_path), "ok": True, "rig": found["rig"], "warnings": found["warnings"]}, json_to)
+
+
+def _counted(devices: int) -> str:
+    return "1 device" if devices == 1 else f"{devices} devices"
 
 
 def _chosen(patterns: dict[str, str]) -> str:

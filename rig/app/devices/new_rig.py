@@ -92,7 +92,7 @@ def write_rig(raw: Mapping[str, Any], target: Path) -> RigConfig:
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         trial.write_text(text, encoding="utf-8")
-        compose.load(trial)
+        compose.check_wiring(compose.load(trial))
     except OSError as error:
         raise ConfigError(f"{target}: cannot be written: {error.strerror}") from None
     except ConfigError as error:

@@ -77,6 +77,80 @@ def test_an_answer_that_makes_no_rig_writes_nothing(tmp_path: Path, words: list[
     assert list(tmp_path.iterdir()) == []
 
 
+MODBUS = """
+name: mine
+devices:
+  io:
+    kind: modbus_io
+    map: wago_750
+    host: 192.168.1.17
+    valve_1: {channel: 0, signal: 0-10 V}
+    valve_2: {channel: 1, signal: 0-10 V}
+    monitor_1: {channel: 0, signal: 1-5 V}
+    monitor_2: {channel: 1, signal: 1-5 V}
+    angle: {wiper: 2, reference_v: 5.0}
+roles: {valve_1: io, valve_2: io, monitor_1: io, monitor_2: io, angle: io}
+"""
+MYRIO = """
+name: mine
+devices:
+  io:
+    kind: myrio
+    bitfile: mine.lvbitx
+    valve_1: {register: AO.A_0.VAL, signal: 0-5 V}
+    valve_2: {register: AO.A_1.VAL, signal: 0-5 V}
+roles: {valve_1: io, valve_2: io, monitor_1: io, monitor_2: io, angle: io}
+"""
+SERIAL = """
+name: mine
+devices:
+  valves: {kind: itv_serial, valve_1: {device: /dev/a}, valve_2: {device: /dev/b}}
+  io: {kind: modbus_io, map: moxa_e1240, host: 192.168.1.18, angle: {wiper: 0, excitation: 1}}
+roles: {valve_1: valves, valve_2: valves, monitor_1: valves, monitor_2: valves, angle: io}
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "old", "new", "said"),
+    [
+        (MODBUS, "valve_2: {channel: 1", "valve_2: {channel: 0", "devices.io: both valves on output channel 0"),
+        (MODBUS, "valve_2: {channel: 1", "valve_2: {channel: 4", "does not exist; allowed: 0 .. 3"),
+        (MODBUS, "wiper: 2", "wiper: 1", "devices.io: monitor_2 and angle.wiper are both on input channel 1"),
+        (MODBUS, "1.17", "1.17:502", "devices.io: host: '192.168.1.17:502': the port has a key of its own, port"),
+        (MODBUS, "192.168.1.17", "192.168.1", "devices.io: host: '192.168.1' is no address; expected four numbers"),
+        (MODBUS, "wago_750", "wago_75", "devices.io.map: wago_75: no such file; .*; did you mean 'wago_750'"),
+        (MODBUS, "reference_v: 5.0", "reference_v: 5,0", "angle: a number, 0, stands where a key should; decimals"),
+        (MODBUS, "  io:", "\tio:", r"line 4: not valid YAML: a tab; indent by spaces"),
+        (MODBUS, "    host", "      host", "line 7: not valid YAML: a colon where none can stand"),
+        (MODBUS, "    host", "   host", "line 7: not valid YAML: it is indented otherwise than the lines before it"),
+        (MODBUS, "  io:\n    kind", "  - io:\n    kind", "devices: expected a mapping, got a list"),
+        (MODBUS, "roles:", "safe: {p1_mpa: 200}\nroles:", "200 MPa is outside 0 .. 1 MPa; 200 kPa are 0.2 MPa"),
+        (MYRIO, "AO.A_1", "AO.A_0", "devices.io: valve_1 and valve_2 are both on AO.A_0.VAL: each needs its own"),
+        (MYRIO, "AO.A_1", "AI.A_1", "devices.io: valve_2.register: 'AI.A_1.VAL' is not an analog output"),
+        (MYRIO, "mine.lvbitx", "mine.lvbitx\n    resource: 172.22.11.2", "resource: expected RIO0 or rio://HOST/RIO0"),
+        (SERIAL, "/dev/b", "/dev/a", "devices.valves: both valves on /dev/a"),
+        (SERIAL, "device: /dev/a", "port: /dev/a", "unknown key 'port'; allowed: baud, data_bits, device"),
+        (SERIAL, "moxa_e1240", "moxa_e1241", "devices.io: angle.wiper: Moxa ioLogik E1241 has no inputs"),
+    ],
+)
+def test_what_people_mistake_is_one_line_of_the_check(tmp_path: Path, text: str, old: str, new: str, said: str) -> None:
+    assert old in text
+    place = tmp_path / "mine.yaml"
+    place.write_text(text)
+    assert called("rig", "check", place)["ok"] is True
+    place.write_text(text.replace(old, new))
+    with pytest.raises(ConfigError, match=said) as caught:
+        cli.main(["rig", "check", str(place)], standalone_mode=False)
+    assert str(caught.value).startswith(str(place))
+
+
+def test_a_bitfile_that_is_not_there_yet_is_a_warning(tmp_path: Path) -> None:
+    place = tmp_path / "mine.yaml"
+    place.write_text(MYRIO)
+    said = f"devices.io.bitfile: mine.lvbitx: no such file yet; looked for at {tmp_path / 'mine.lvbitx'}"
+    assert said in str(called("rig", "check", place)["warnings"])
+
+
 def completed(line: str, folder: Path) -> set[str]:
     words = line.split(" ")
     asked = {"COMP_WORDS": line, "COMP_CWORD": str(len(words) - 1), "_PAMRIG_COMPLETE": "bash_complete"}

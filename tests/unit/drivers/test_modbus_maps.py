@@ -182,8 +182,10 @@ def settings(**changes: Any) -> ModbusSettings:
         ({"valve_2": PressureChannel(4)}, "output channel 4 does not exist; allowed: 0 .. 3"),
         ({"valve_2": PressureChannel(0)}, "both valves on output channel 0"),
         ({"valve_1": PressureChannel(0, Signal.MA_4_20)}, "a signal of 4-20 mA does not fit an output of 0 .. 10 V"),
-        ({"angle": AngleChannel(7, reference_v=5.0)}, "no input channel 7"),
-        ({"map": rigs.MAPS / "moxa_e1241.yaml"}, "the module has no inputs|no input channel"),
+        ({"angle": AngleChannel(7, reference_v=5.0)}, "angle.wiper: .* has no input channel 7; allowed: 0 .. 3"),
+        ({"angle": AngleChannel(1, reference_v=5.0)}, "monitor_2 and angle.wiper are both on input channel 1"),
+        ({"monitor_2": PressureChannel(0, Signal.V_1_5)}, "monitor_1 and monitor_2 are both on input channel 0"),
+        ({"map": rigs.MAPS / "moxa_e1241.yaml"}, "angle.wiper: Moxa ioLogik E1241 has no inputs"),
         ({"map": rigs.MAPS / "nothing.yaml"}, "no such file"),
     ],
 )
