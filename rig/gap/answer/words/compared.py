@@ -93,6 +93,8 @@ def _nothing(diagnosis: Diagnosis) -> str:
         rest += " Something smaller than that is likely there all the same: it takes another course."
     elif gap.rms_deg > gap.floor_deg:
         rest += " What is above that is of the kind that may differ anyhow: offset, gain, lag and width of the loop."
+    elif from_model(diagnosis):
+        rest += " A cause that moves the angle by much less than that need not show."
     return f"{start}; {rest}"
 
 

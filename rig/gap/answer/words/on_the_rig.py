@@ -79,7 +79,8 @@ def _times(ratio: Interval) -> str:
 def _ceiling(numbers: Numbers) -> str:
     if "supply_mpa" in numbers:
         return f"The supply stands at {size(numbers['supply_mpa'])} only, and the closer the pressures come to it the more slowly the muscles fill"
-    return f"The pressures do not rise above {size(numbers['ceiling_mpa'])}"
+    level = numbers["ceiling_mpa"].value  # read off the cut peaks; the interval is that of a law's share of the level
+    return f"The pressures do not rise above {size(Interval(level, level, level, 'MPa'))}"
 
 
 def _supply_droop(numbers: Numbers) -> str:
@@ -160,7 +161,7 @@ ON_THE_RIG: Mapping[str, OnTheRig] = {
     "lost_samples": OnTheRig("lost samples", lambda n: f"{share(n['probability'])} of the samples are lost and repeat the one before",
         "an overloaded bus or controller; a loose connector", "the counters of the bus; the load of the controller"),
     "valve_gain": OnTheRig("another gain of the valves", lambda n: f"{_valves(n, 'Both pressures come', 'The pressure of valve {} comes')} out {size(n['gain'])} {_more(n, 'gain', 'higher', 'lower')} {{than}}",
-        "the regulators' or the output's scaling; a regulator that ages", "the regulators' calibration (pamrig calibrate) against a reference gauge"),
+        "the regulators' or the output's scaling; a regulator that ages", "the regulators against a reference gauge (pamrig devices calibrate pressures)"),
     "valve_offset": OnTheRig("another zero of the valves", _valve_offset,
         "the regulator's zero; the zero of the analogue output or of the monitor", "both monitors with the air vented: they should read 0"),
     "valve_lag": OnTheRig("slower or quicker regulators", lambda n: f"{_valves(n, 'The regulators answer', 'Regulator {} answers')} {size(n['tau_s'])} {_more(n, 'tau_s', 'later', 'sooner')} {{than}}",

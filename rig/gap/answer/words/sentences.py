@@ -40,8 +40,8 @@ STAGES = {
 def answers(diagnosis: Diagnosis) -> dict[str, str]:
     """Question -> answer: what it is, how far, re-tuning, what stays, what to look at; then where and how sure."""
     told, said_first = {"Answer:": " ".join(headline(diagnosis))}, diagnosis.verdict is Verdict.NONE
-    told["Why:"] = "; ".join(one.reasons for one in _known(diagnosis))
-    told["Look at:"] = "; ".join(one.look_at for one in _known(diagnosis))
+    told["Why:"] = _of_each([(one.noun, one.reasons) for one in _known(diagnosis)])
+    told["Look at:"] = _of_each([(one.noun, one.look_at) for one in _known(diagnosis)])
     if diagnosis.retuning and (diagnosis.verdict is not Verdict.NONE or _swallowed(diagnosis)):
         told["Re-tuning:"] = _retuning(diagnosis)
     if _named(diagnosis) or diagnosis.verdict is Verdict.UNKNOWN:
@@ -71,9 +71,18 @@ def headline(diagnosis: Diagnosis) -> list[str]:
     named = _named(diagnosis)
     if not named:
         return [_unknown(diagnosis)]
-    said = [f"{_sentence(cause, diagnosis)}{_rest(diagnosis) if cause is named[-1] else ''}." for cause in named]
-    said += [text for text in (_alike(cause) for cause in named) if text]
-    return [*said, _how_far(diagnosis)]
+    said = []
+    for cause in named:  # what looks like it stands right behind it: a cause behind that would be meant
+        said += [f"{_sentence(cause, diagnosis)}{_rest(diagnosis) if cause is named[-1] else ''}.", _alike(cause)]
+    if diagnosis.confidence < EVEN_CHANCE:
+        said[0] = f"Likeliest, but not sure ({percent(diagnosis.confidence)}): {said[0][:1].lower()}{said[0][1:]}"
+    return [text for text in (*said, _how_far(diagnosis)) if text]
+
+
+def _of_each(told: Sequence[tuple[str, str]]) -> str:
+    """What is told of each cause; of several, behind what it is called."""
+    named = len(told) > 1
+    return ". ".join(f"{noun[:1].upper()}{noun[1:]}: {text}" if named else text for noun, text in told)
 
 
 def _named(diagnosis: Diagnosis) -> list[Cause]:
@@ -146,12 +155,12 @@ def _how_far(diagnosis: Diagnosis) -> str:
         return f"It lies in the single samples: the smoothed angle, {degrees(before)} deg off, is not helped by it."
     left, between = _after(diagnosis) if after < before else (degrees(before), "")
     if left == degrees(before):
-        shows = any(_side(cause) == "the pressures" for cause in _named(diagnosis))
-        start = "It shows in the pressures;" if shows else f"With {with_it} in it"
+        start = "It shows in the pressures;" if _in_pressures(diagnosis) else f"With {with_it} in it"
         return f"{start} {error(diagnosis)} in the angle, {degrees(before)} deg, hardly changes."
+    further = f"; under other sweeps {between} deg are likely (90 %)" if between else ""
     return (
-        f"With {with_it} in it {error(diagnosis)} falls from {degrees(before)} to {left} deg{between}, "
-        f"on {_judged_on(diagnosis)} that the fit has not seen."
+        f"With {with_it} in it {error(diagnosis)} falls from {degrees(before)} to {left} deg "
+        f"on {_judged_on(diagnosis)} that the fit has not seen{further}."
     )
 
 
@@ -161,7 +170,7 @@ def _judged_on(diagnosis: Diagnosis) -> str:
 
 
 def _after(diagnosis: Diagnosis) -> tuple[str, str]:
-    """What is left, and its interval in brackets where there is one, to the same digit: that of the interval, or of how
+    """What is left, and the ends of its interval where there is one, to the same digit: that of the interval, or of how
     far the gap falls, or of a quarter of what is left."""
     gap = diagnosis.gap
     low, high = gap.after_low_deg, gap.after_high_deg
@@ -170,7 +179,7 @@ def _after(diagnosis: Diagnosis) -> tuple[str, str]:
     # a digit fewer, and 1.8 would fall to 2, or 25 be told as 20
     width = min(high - low, gap.rms_deg - gap.after_deg, 0.25 * gap.after_deg)
     left, least, most = (degrees(value, width) for value in (gap.after_deg, low, high))
-    return left, f" ({least} to {most})" if least != most else ""
+    return left, f"{least} to {most}" if least != most else ""
 
 
 def _unknown(diagnosis: Diagnosis) -> str:
@@ -221,7 +230,7 @@ def _retuning(diagnosis: Diagnosis) -> str:
         if moved
         else f"; no {'valve, ' if diagnosis.channels.has_valves else ''}joint or sensor parameter moves plainly."
     )
-    if _swallowed(diagnosis) and tuning.looks_like:
+    if _swallowed(diagnosis) and tuning.looks_like and not _in_pressures(diagnosis):
         said += f" In these records any of these would look the same: {_first_of(tuning.looks_like)}."
     return f"{said} {_beyond(diagnosis)}".rstrip() if not diagnosis.reference.by_days and _helps(diagnosis) else said
 
@@ -230,6 +239,11 @@ def _first_of(effects: Sequence[str]) -> str:
     """The first effects of a list by name, and how many more there are."""
     more = f" and {len(effects) - FEW} more" if len(effects) > FEW else ""
     return f"{', '.join(map(_noun, effects[:FEW]))}{more}"
+
+
+def _in_pressures(diagnosis: Diagnosis) -> bool:
+    """A cause was told from others by the measured pressures, whatever the angle alone could be taken for."""
+    return any(cause.side == "pressures" for cause in _named(diagnosis))
 
 
 def _swallowed(diagnosis: Diagnosis) -> bool:
@@ -268,7 +282,8 @@ def _beyond(diagnosis: Diagnosis) -> str:
     if abs(more) < AS_MUCH:
         if tuning.closes_fraction < AS_MUCH:
             return ""
-        return f"That is as much as {what} {closes}: in these records the one looks like the other."
+        where = "the angle" if _in_pressures(diagnosis) else "these records"
+        return f"That is as much as {what} {closes}: in {where} the one looks like the other."
     if more < 0.0:
         return f"That closes more than {what} alone: the simulator is also off in what it has."
     return f"Beyond that, {what} {closes} another {100 * more:.0f} %."

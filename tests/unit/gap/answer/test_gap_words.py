@@ -76,15 +76,15 @@ def judged(factor: str, found: bool) -> Evidence:
 def test_the_first_lines_are_understood_at_once() -> None:
     assert headline(told(LAG)) == [
         "The regulators answer 10 ms later than the simulator says; nothing else is needed to explain these records.",
-        "With that in it the simulator's error falls from 0.75 to 0.08 deg (0.07 to 0.09), "
-        "on records that the fit has not seen.",
+        "With that in it the simulator's error falls from 0.75 to 0.08 deg on records that the fit has not seen; "
+        "under other sweeps 0.07 to 0.09 deg are likely (90 %).",
     ]
 
 
 def test_a_single_record_is_not_told_as_others_that_the_fit_has_not_seen() -> None:
     made = told(LAG)
     alone = replace(made, evidence=replace(made.evidence, records=made.evidence.records[:1]))
-    assert headline(alone)[-1].endswith(", on the half of the record that the fit has not seen.")
+    assert " on the half of the record that the fit has not seen; under other sweeps" in headline(alone)[-1]
 
 
 @pytest.mark.parametrize(
@@ -92,11 +92,11 @@ def test_a_single_record_is_not_told_as_others_that_the_fit_has_not_seen() -> No
     [
         (
             {"rms_deg": 1.8, "after_deg": 1.6, "after_low_deg": 1.1, "after_high_deg": 2.3},
-            "from 1.8 to 1.6 deg (1.1 to",
+            "from 1.8 to 1.6 deg on records that the fit has not seen; under other sweeps 1.1 to",
         ),
         (
             {"rms_deg": 41.0, "after_deg": 24.8, "after_low_deg": 0.0, "after_high_deg": 80.0},
-            "from 41 to 25 deg (0 to 80)",
+            "from 41 to 25 deg on records that the fit has not seen; under other sweeps 0 to 80 deg",
         ),
         ({"rms_deg": 1.84, "after_deg": 1.79, "after_low_deg": 1.5, "after_high_deg": 2.0}, "1.8 deg, hardly changes"),
     ],
@@ -178,7 +178,8 @@ def test_none_says_what_is_usual() -> None:
     said = answers(told(verdict="none", rms_deg=0.09))["Answer:"]
     assert said == (
         "The simulator says what these records show; it is 0.090 deg off (rms), and 0.10 deg is "
-        "what a simulator usually misses of the rig that it was identified on."
+        "what a simulator usually misses of the rig that it was identified on. "
+        "A cause that moves the angle by much less than that need not show."
     )
     above = answers(told(verdict="none", rms_deg=0.2, reference="session", floor_source="session"))
     assert "above that is of the kind that may differ anyhow" in above["Answer:"]
@@ -219,6 +220,35 @@ def test_what_looks_alike_is_said() -> None:
     assert "It may as well be a dead time (delay): these records do not tell them apart." in said
 
 
+PLAY = cause("backlash", "angle", ("coulomb_friction",), width_deg=(0.8, 0.7, 0.9, "deg"))
+
+
+def test_of_two_causes_each_has_beside_it_what_looks_like_it() -> None:
+    said = headline(told(PLAY, LAG))
+    assert said[0].startswith("There are 1.6 deg of play")
+    assert said[1].startswith("It may as well be dry friction")
+    assert said[2].startswith("The regulators answer 10 ms later")
+
+
+def test_of_two_causes_reasons_and_remedies_stand_behind_each_ones_name() -> None:
+    said = answers(told(PLAY, LAG))
+    assert said["Why:"].startswith("Play: a loose coupling")
+    assert ". Slower or quicker regulators: a low supply" in said["Why:"]
+    assert ". Slower or quicker regulators: the supply while" in said["Look at:"]
+    assert answers(told(LAG))["Why:"].startswith("a low supply")
+
+
+def test_the_first_line_says_that_it_is_not_sure() -> None:
+    said = headline(replace(told(PLAY), confidence=0.26))
+    assert said[0].startswith("Likeliest, but not sure (26 %): there are 1.6 deg of play")
+
+
+def test_nothing_beside_a_model_alone_is_not_told_as_no_fault_at_all() -> None:
+    said = answers(told(verdict="none", rms_deg=0.09))["Answer:"]
+    assert said.endswith("A cause that moves the angle by much less than that need not show.")
+    assert "need not show" not in answers(told(verdict="none", rms_deg=0.09, reference="sessions"))["Answer:"]
+
+
 @pytest.mark.parametrize(
     ("after", "words"),
     [(0.0804, "the one looks like the other"), (0.4, "closes another 27 %"), (0.01, "the one looks like the other")],
@@ -253,9 +283,20 @@ def test_a_cause_has_no_0_percent_of_a_gap() -> None:
     assert [share for _, share, _ in rows] == ["more than 99 %", "less than 1 %", "none of it", "-"]
 
 
+def test_a_cause_that_the_pressures_show_looks_like_nothing_behind_them() -> None:
+    said = answers(replace(told(LAG), retuning=replace(TUNING, looks_like=("backlash",))))["Re-tuning:"]
+    assert "backlash" not in said
+    assert "in the angle the one looks like the other" in said
+
+
+def test_a_ceiling_is_told_in_two_digits_however_wide_its_interval() -> None:
+    made = told(cause("pressure_ceiling", ceiling_mpa=(0.2594, 0.02, 0.595, "MPa")))
+    assert headline(made)[0].startswith("The pressures do not rise above 0.26 MPa")
+
+
 def test_a_long_list_of_what_looks_the_same_is_cut() -> None:
     many = ("delay", "creep", "backlash", "inertia", "stiffness", "sensor_gain")
-    said = answers(replace(told(LAG), retuning=replace(TUNING, looks_like=many)))["Re-tuning:"]
+    said = answers(replace(told(PLAY), retuning=replace(TUNING, looks_like=many)))["Re-tuning:"]
     assert "play (backlash), inertia (inertia) and 2 more." in said
     assert "sensor_gain" not in said
 
