@@ -230,8 +230,9 @@ def _retuning(diagnosis: Diagnosis) -> str:
         if moved
         else f"; no {'valve, ' if diagnosis.channels.has_valves else ''}joint or sensor parameter moves plainly."
     )
-    if _swallowed(diagnosis) and tuning.looks_like and not _in_pressures(diagnosis):
-        said += f" In these records any of these would look the same: {_first_of(tuning.looks_like)}."
+    others = [name for name in tuning.looks_like if name not in {cause.effect for cause in diagnosis.causes}]
+    if _swallowed(diagnosis) and others and not _in_pressures(diagnosis):
+        said += f" In these records any of these would look the same: {_first_of(others)}."
     return f"{said} {_beyond(diagnosis)}".rstrip() if not diagnosis.reference.by_days and _helps(diagnosis) else said
 
 
@@ -330,9 +331,8 @@ def _next(diagnosis: Diagnosis, experiment: Experiment) -> str:
     """What to record, and what it tells apart; that these are open where the answer has not said so."""
     heard = {name for cause in diagnosis.causes for name in (cause.effect, *cause.ambiguous_with)}
     names = " and ".join(map(_noun, experiment.separates))
-    start = f"to tell {names} apart"
-    if not heard.issuperset(experiment.separates):
-        start = f"{names} leave these records alike; to tell them apart"
+    known = heard.issuperset(experiment.separates)
+    start = f"to tell {names} apart" if known else f"{names} leave these records alike; to tell them apart"
     what = experiment.why(diagnosis.channels)
     return f"{start}, record {what}: they differ by {experiment.weakest:.1f} standard deviations there."
 

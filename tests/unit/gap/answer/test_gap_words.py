@@ -289,6 +289,12 @@ def test_a_cause_that_the_pressures_show_looks_like_nothing_behind_them() -> Non
     assert "in the angle the one looks like the other" in said
 
 
+def test_a_cause_does_not_look_like_itself() -> None:
+    alike = replace(TUNING, looks_like=("backlash", "creep"))
+    said = answers(replace(told(PLAY), retuning=alike))["Re-tuning:"]
+    assert "would look the same: creep (creep)." in said
+
+
 def test_a_ceiling_is_told_in_two_digits_however_wide_its_interval() -> None:
     made = told(cause("pressure_ceiling", ceiling_mpa=(0.2594, 0.02, 0.595, "MPa")))
     assert headline(made)[0].startswith("The pressures do not rise above 0.26 MPa")
@@ -297,7 +303,10 @@ def test_a_ceiling_is_told_in_two_digits_however_wide_its_interval() -> None:
 def test_a_long_list_of_what_looks_the_same_is_cut() -> None:
     many = ("delay", "creep", "backlash", "inertia", "stiffness", "sensor_gain")
     said = answers(replace(told(PLAY), retuning=replace(TUNING, looks_like=many)))["Re-tuning:"]
-    assert "play (backlash), inertia (inertia) and 2 more." in said
+    assert (
+        "a dead time (delay), creep (creep), inertia (inertia), another stiffness or loop gain (stiffness) and 1 more."
+        in said
+    )
     assert "sensor_gain" not in said
 
 
