@@ -10,7 +10,11 @@ from rig.cli.outputs import Group, output_option
 from rig.outputs import Kind
 
 _RIG = click.option(
-    "--rig", "rig_path", type=click.Path(path_type=Path), help="Rig to look at; default: the simulated rig."
+    "--rig",
+    "rig_path",
+    type=click.Path(path_type=Path),
+    metavar="RIG.yaml",
+    help="Rig to look at; default: the simulated rig.",
 )
 
 _FORCE = click.option(
@@ -81,7 +85,10 @@ def probe(
 @click.argument("what", type=click.Choice(["angle", "pressures"]), required=False)
 @_RIG
 @click.option(
-    "--points", type=click.Path(path_type=Path), help="Take the points from this YAML file; nothing is opened."
+    "--points",
+    type=click.Path(path_type=Path),
+    metavar="POINTS.yaml",
+    help="Take the points from this YAML file; nothing is opened.",
 )
 @output_option(
     Kind.CALIBRATION, "Calibration file to write; other roles in it stay.", required=True, metavar="FILE.yaml"

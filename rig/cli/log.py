@@ -12,7 +12,7 @@ from rig.cli.common import Number, emit, json_option
 from rig.cli.outputs import Group, output_option
 from rig.outputs import Kind, targets_in, write_text
 
-_FILES = click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path))
+_FILES = click.argument("logs", nargs=-1, required=True, metavar="LOG...", type=click.Path(path_type=Path))
 _FILE = click.argument("log_file", metavar="LOG", type=click.Path(path_type=Path))
 
 
@@ -25,7 +25,7 @@ def log() -> None:
 @_FILES
 @json_option
 def info(logs: tuple[Path, ...], json_to: str | None) -> None:
-    """What LOGS hold: records, duration, rate, columns, run facts, log lines."""
+    """What LOGs hold: records, duration, rate, columns, run facts, log lines."""
     from rig.app.records.logs import describe, found_files, plain_lines
 
     descriptions = [describe(file) for file in found_files(logs)]
@@ -43,7 +43,7 @@ def info(logs: tuple[Path, ...], json_to: str | None) -> None:
 @_FILES
 @json_option
 def check(logs: tuple[Path, ...], json_to: str | None) -> None:
-    """Are LOGS complete and consistent: CRCs, schema, ticks, time, values, `valid`? One line a finding; exit status 1
+    """Are LOGs complete and consistent: CRCs, schema, ticks, time, values, `valid`? One line a finding; exit status 1
     if there is any."""
     from rig.app.records.logs import UNFINISHED, found_or_unfinished
     from rig.errors import CheckFailed
@@ -104,7 +104,11 @@ def _recovery_json(result: Any) -> dict[str, Any]:
 @log.command("import", short_help="Make a log of another tool's file.")
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option(
-    "--mapping", "mapping_path", type=click.Path(path_type=Path), help="YAML: which column is which, in which unit."
+    "--mapping",
+    "mapping_path",
+    type=click.Path(path_type=Path),
+    metavar="MAPPING.yaml",
+    help="YAML: which column is which, in which unit.",
 )
 @click.option(
     "--guess", "guessing", is_flag=True, help="Import nothing: propose a mapping for FILE and say what it would mean."
@@ -187,7 +191,7 @@ def _guess(file: Path, output: Path | None, json_to: str | None) -> None:
 )
 @json_option
 def export(logs: tuple[Path, ...], kind: str, output: Path | None, period_s: float | None, json_to: str | None) -> None:
-    """Write LOGS for other tools, with units and run facts; every tick and field, unless --resample is given."""
+    """Write LOGs for other tools, with units and run facts; every tick and field, unless --resample is given."""
     from rig.app.records.logs import exports, found_files
     from rig.log.exchange import export as write
 

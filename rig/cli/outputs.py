@@ -46,6 +46,10 @@ class Group(Command, click.Group):
     command_class = Command
     group_class = type
 
+    def list_commands(self, _: click.Context) -> list[str]:
+        """In the order in which they were defined: what is needed first comes first."""
+        return list(self.commands)
+
 
 def options_behind_the_step(ctx: click.Context) -> None:
     """UsageError for an option of a group that stands before one of its steps, which have options of their own and

@@ -115,7 +115,10 @@ def answer(folder: Path, dask: str | None, workers: int | None) -> None:
 @check.command(short_help="Open the labels and score the answers.")
 @folder_argument
 @click.option(
-    "--labels", type=click.Path(path_type=Path), help="Labels of your own records as JSON, in place of sealed ones."
+    "--labels",
+    type=click.Path(path_type=Path),
+    metavar="LABELS.json",
+    help="Labels of your own records as JSON, in place of sealed ones.",
 )
 @development_option
 @experiments_option

@@ -16,5 +16,5 @@ def gap() -> None:
     """Where the gap between simulator and rig lies, which effect causes it, how far it shrinks."""
 
 
-for _command in (calibrate, capability, check, design, diagnose, effects, history, hunt):
+for _command in (diagnose, history, effects, capability, design, hunt, check, calibrate):
     gap.add_command(_command)

@@ -38,6 +38,7 @@ _path = click.Path(path_type=Path)
     type=_path,
     default=Path("gap"),
     show_default=True,
+    metavar="SWEEP.yaml",
     help="The session that the hunt begins with.",
 )
 @click.option(

@@ -23,7 +23,7 @@ _no_pressures = click.option("--no-pressures", is_flag=True, help="As if the reg
 
 
 @click.command(cls=Command, short_help="How small an effect this rig would show, and name.")
-@click.argument("model", type=_path)
+@click.argument("model", type=_path, metavar="MODEL.yaml")
 @_baseline
 @click.option(
     "--sweep",
@@ -101,7 +101,7 @@ def _show(name: str, one: "Capability", channels: "Channels", json_to: str | Non
 
 
 @click.command(cls=Command, short_help="The session of records that tells most.")
-@click.argument("model", type=_path)
+@click.argument("model", type=_path, metavar="MODEL.yaml")
 @click.option(
     "--minutes",
     type=Number(0.25, 120.0),

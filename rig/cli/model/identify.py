@@ -25,7 +25,7 @@ _LOGS = click.argument("logs", nargs=-1, required=True, metavar="LOG...", type=c
 
 def _shared(command: Any) -> Any:
     """Options that both commands have."""
-    for option in (
+    options = (
         click.option(
             "--sweep-range",
             default="0.2-0.8",
@@ -56,7 +56,8 @@ def _shared(command: Any) -> Any:
         ),
         click.option("--figures", type=Output(Kind.FOLDER), metavar="DIR", help="Folder for figures and tables."),
         json_option,
-    ):
+    )
+    for option in reversed(options):  # the last one applied stands first in the help
         command = option(command)
     return command
 

@@ -28,7 +28,10 @@ BENCH_NAMES = (
 @click.option("--soak", "soak_hours", type=Number(0.01, 1000), help="Instead: so many hours of sweeps in virtual time.")
 @click.option("--real", is_flag=True, help="With --soak: in real time, with a witness for stalls of the machine.")
 @click.option(
-    "--keep", type=click.Path(path_type=Path), help="With --soak: new folder for the records; default: temporary."
+    "--keep",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="With --soak: new folder for the records; default: temporary.",
 )
 @click.option(
     "--together", type=click.IntRange(1, 100_000), help="Instead: so many random losses of 2 or 3 processes at once."

@@ -21,6 +21,7 @@ from rig.cli.outputs import Command
     "--rig",
     "rig_path",
     type=click.Path(path_type=Path),
+    metavar="RIG.yaml",
     help="Rig whose period and priority to use; default: the simulated rig.",
 )
 @json_option

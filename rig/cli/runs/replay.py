@@ -13,10 +13,18 @@ from rig.outputs import Kind
 @click.command(cls=Command)
 @click.argument("log", type=click.Path(path_type=Path))
 @click.option(
-    "--model", "model_path", type=click.Path(path_type=Path), help="Model of the simulated rig, instead of its own."
+    "--model",
+    "model_path",
+    type=click.Path(path_type=Path),
+    metavar="MODEL.yaml",
+    help="Model of the simulated rig, instead of its own.",
 )
 @click.option(
-    "--rig", "rig_path", type=click.Path(path_type=Path), help="Rig to replay on; default: the simulated rig."
+    "--rig",
+    "rig_path",
+    type=click.Path(path_type=Path),
+    metavar="RIG.yaml",
+    help="Rig to replay on; default: the simulated rig.",
 )
 @output_option(
     Kind.RECORDING, "OUT.mcap, or a folder; default: a new folder under logs/.", or_folder=True, metavar="OUT"
@@ -34,6 +42,7 @@ from rig.outputs import Kind
 @click.option(
     "--gate",
     type=click.Path(path_type=Path),
+    metavar="GATE.yaml",
     help="YAML of tolerances, one a field; exit status 1 when one is exceeded.",
 )
 @click.option(

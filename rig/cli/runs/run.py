@@ -12,7 +12,13 @@ from rig.outputs import Kind
 
 @click.command(cls=Command)
 @click.argument("sweep", type=click.Path(path_type=Path))
-@click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig to run on; default: the simulated rig.")
+@click.option(
+    "--rig",
+    "rig_path",
+    type=click.Path(path_type=Path),
+    metavar="RIG.yaml",
+    help="Rig to run on; default: the simulated rig.",
+)
 @output_option(Kind.FOLDER, "Folder for the records; default: a new one under logs/.", metavar="DIR")
 @click.option(
     "--clock",

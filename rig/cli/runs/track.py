@@ -19,7 +19,7 @@ _path = click.Path(path_type=Path)
 
 @click.command(cls=Command)
 @click.argument("reference", type=_path)
-@click.option("--rig", "rig_path", type=_path, help="Rig to run on; default: the simulated rig.")
+@click.option("--rig", "rig_path", type=_path, metavar="RIG.yaml", help="Rig to run on; default: the simulated rig.")
 @click.option("--model", "model", type=_path, metavar="MODEL.yaml", help="The simulator, for feed-forward and gains.")
 @click.option(
     "--augmented",
@@ -101,8 +101,14 @@ def track(
 
 
 @click.command(cls=Command)
-@click.argument("model", type=_path)
-@click.option("--rig", "rig_path", type=_path, help="Rig whose period and envelope hold; default: the simulated rig.")
+@click.argument("model", type=_path, metavar="MODEL.yaml")
+@click.option(
+    "--rig",
+    "rig_path",
+    type=_path,
+    metavar="RIG.yaml",
+    help="Rig whose period and envelope hold; default: the simulated rig.",
+)
 @click.option(
     "--p0",
     "p0_mpa",

@@ -24,11 +24,27 @@ def socket_option(command: F) -> F:
 
 
 @click.command(cls=Command)
-@click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig to serve; default: the simulated rig.")
-@click.option("--config", type=click.Path(path_type=Path), help="The daemon's own YAML: logs, group, live view, ...")
-@click.option("--logs", type=click.Path(path_type=Path), help="Folder for the records; overrides the config.")
 @click.option(
-    "--state", type=click.Path(path_type=Path), help="Folder for queue and black boxes; overrides the config."
+    "--rig",
+    "rig_path",
+    type=click.Path(path_type=Path),
+    metavar="RIG.yaml",
+    help="Rig to serve; default: the simulated rig.",
+)
+@click.option(
+    "--config",
+    type=click.Path(path_type=Path),
+    metavar="DAEMON.yaml",
+    help="The daemon's own YAML: logs, group, live view, ...",
+)
+@click.option(
+    "--logs", type=click.Path(path_type=Path), metavar="DIR", help="Folder for the records; overrides the config."
+)
+@click.option(
+    "--state",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Folder for queue and black boxes; overrides the config.",
 )
 @click.option(
     "--clock",

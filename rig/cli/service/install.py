@@ -21,12 +21,19 @@ def _init_option(command: F) -> F:
 
 
 @service.command(short_help="Install and start the daemon as a service.")
-@click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig to serve; default: the simulated rig.")
+@click.option(
+    "--rig",
+    "rig_path",
+    type=click.Path(path_type=Path),
+    metavar="RIG.yaml",
+    help="Rig to serve; default: the simulated rig.",
+)
 @_init_option
 @click.option(
     "--root",
     type=click.Path(path_type=Path),
     default=Path("/"),
+    metavar="DIR",
     help="Install below another root, without starting anything.",
 )
 @click.option("--dry-run", is_flag=True, help="Only say what would be done.")
@@ -59,7 +66,9 @@ def install(rig_path: Path | None, init: str | None, root: Path, dry_run: bool) 
 
 @service.command(short_help="Take the service away.")
 @_init_option
-@click.option("--root", type=click.Path(path_type=Path), default=Path("/"), help="Take it away below another root.")
+@click.option(
+    "--root", type=click.Path(path_type=Path), default=Path("/"), metavar="DIR", help="Take it away below another root."
+)
 def uninstall(init: str | None, root: Path) -> None:
     """Stop the service and take it away; settings, logs and black boxes stay."""
     from rig.app import installing
@@ -75,7 +84,9 @@ def uninstall(init: str | None, root: Path) -> None:
 
 
 @service.command(short_help="Write the safe state from here.")
-@click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Default: the simulated rig.")
+@click.option(
+    "--rig", "rig_path", type=click.Path(path_type=Path), metavar="RIG.yaml", help="Default: the simulated rig."
+)
 def safe(rig_path: Path | None) -> None:
     """Write the safe state to the rig's device from here, whoever else has it. What systemd does after the daemon has
     ended."""

@@ -7,7 +7,16 @@ import click
 import pytest
 
 from rig.cli.commands import cli
+from rig.gap.answer.on_the_rig import ON_THE_RIG
 
+CALLED = {
+    "--rig": "RIG.yaml",
+    "--model": "MODEL.yaml",
+    "--sweep": "SWEEP.yaml",
+    "model": "MODEL.yaml",
+    "logs": "LOG...",
+}
+"""Option or argument that takes a file -> what it is called in the help."""
 OUTPUT = {"-o", "--output", "--out"}
 BEGINS_LIKE_A_SENTENCE = re.compile(r"[A-Z0-9]")
 ENDS_LIKE_ONE = re.compile(r"[.:](\s*\[[^]]*\])?$")
@@ -52,6 +61,27 @@ def test_output_has_the_same_names_everywhere(name: str) -> None:
     for param in ALL[name].params:
         named = OUTPUT & set(param.opts)
         assert not named or named == OUTPUT
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_a_file_is_called_the_same_in_every_command(name: str) -> None:
+    files = [param for param in ALL[name].params if isinstance(param.type, click.Path) and param.opts[0] in CALLED]
+    assert {param.opts[0]: param.metavar for param in files} == {
+        param.opts[0]: CALLED[param.opts[0]] for param in files
+    }
+
+
+def test_what_a_group_is_for_stands_first() -> None:
+    gap = ALL["pamrig gap"]
+    assert isinstance(gap, click.Group)
+    assert gap.list_commands(click.Context(gap))[0] == "diagnose"
+
+
+def test_what_an_answer_tells_to_call_is_a_command() -> None:
+    told = [text for one in ON_THE_RIG.values() for text in (one.reasons, one.look_at)]
+    named = {found for text in told for found in re.findall(r"pamrig (?:[a-z]+ ?){1,2}", text)}
+    assert named
+    assert {found.strip() for found in named} <= set(ALL)
 
 
 @pytest.mark.parametrize("text", [None, "", "no capital.", "No end"])

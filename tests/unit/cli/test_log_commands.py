@@ -133,7 +133,7 @@ def test_a_picture_in_the_terminal(call, tmp_path: Path) -> None:
         (("plot", "RUN", "-o", "x.gif"), "x.gif: a figure is written as .png, .svg, .pdf"),
         (("plot", "RUN", "--from", "99"), "has 0 rows from 99 s on; it lasts"),
         (("export", "RUN", "--to", "xlsx"), "Invalid value for '--to'"),
-        (("check",), "Missing argument 'LOGS...'"),
+        (("check",), "Missing argument 'LOG...'"),
         (("import", "RUN", "--mapping", "no.yaml"), "no.yaml: no such file"),
     ],
 )
