@@ -16,13 +16,13 @@ NOTEBOOKS = ("first_sweep", "identify_and_validate", "find_a_gap", "campaign")
 
 
 def on_config(config: MkDocsConfig) -> MkDocsConfig:
-    """Sections and pages in the order of docs/README.md, then the notebooks."""
+    """Sections and pages in the order of docs/README.md, then the notebooks and the decisions."""
     index = _index()
     sections: list[Any] = [{"Contents": "README.md"}]
-    for folder, heading in index.SECTIONS.items():
-        pages = sorted((DOCS / folder).glob("*.md"), key=lambda page: (index.place(page.stem), page.name))
-        sections.append({heading: [f"{folder}/{page.name}" for page in pages]})
+    for folder, (heading, _) in index.SECTIONS.items():
+        sections.append({heading: [line for about, pages in index.groups(folder) for line in _lines(about, pages)]})
     sections.insert(2, {"Notebooks": [f"notebooks/{name}.ipynb" for name in NOTEBOOKS]})
+    sections.append({"Decisions, and why": _lines("", [index.DECISIONS, *index.decisions()])})
     config.nav = [*sections, {"Contributing": "contributing.md"}]
     return config
 
@@ -36,7 +36,15 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 def on_page_markdown(markdown: str, **_: object) -> str:
     """Links to it lead to its page."""
-    return markdown.replace("](../../CONTRIBUTING.md)", "](../contributing.md)")
+    return markdown.replace("](../../CONTRIBUTING.md)", "](../contributing.md)").replace(
+        "](../CONTRIBUTING.md)", "](contributing.md)"
+    )
+
+
+def _lines(about: str, pages: list[Path]) -> list[Any]:
+    """Pages of the menu, under what they are about."""
+    places = [page.relative_to(DOCS).as_posix() for page in pages]
+    return [{about: places}] if about else places
 
 
 def _index() -> ModuleType:

@@ -11,6 +11,7 @@ import shlex
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import pytest
@@ -71,15 +72,28 @@ def test_a_page_has_one_title(page: Path) -> None:
     assert len(re.findall(r"^# ", text, re.MULTILINE)) == 1
 
 
-def test_the_index_holds_every_page() -> None:
+@pytest.fixture(scope="module")
+def index() -> ModuleType:
+    """docs/index.py, which is no package."""
     spec = importlib.util.spec_from_file_location("index", ROOT / "docs" / "index.py")
     assert spec
     assert spec.loader
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
+    return module
+
+
+def test_the_indexes_hold_every_page(index: ModuleType) -> None:
+    found = index.indexes()
+    assert all(page.read_text(encoding="utf-8") == text for page, text in found.items()), "run `python docs/index.py`"
+    listed = {(page.parent / link).resolve() for page, text in found.items() for link in LINK.findall(text)}
+    assert not [name(page) for page in PAGES[1:] if page.name != "README.md" and page not in listed]
+
+
+def test_decisions_stand_in_an_index_of_their_own(index: ModuleType) -> None:
+    """One link away: among them a newcomer found nothing else."""
     text = (ROOT / "docs" / "README.md").read_text(encoding="utf-8")
-    assert module.filled(text) == text, "run `python docs/index.py`"
-    assert all(f"({name(page).removeprefix('docs/')})" in text for page in PAGES[1:] if page.name != "README.md")
+    assert [link for link in LINK.findall(text) if link.startswith("decisions/")] == ["decisions/README.md"]
 
 
 def test_pages_name_only_files_that_exist() -> None:
