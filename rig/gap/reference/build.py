@@ -43,6 +43,9 @@ an older file."""
 SISTER = "sister"
 """Levels of a simulator that was made for another rig of the build, or from data sheets."""
 
+ZERO_FACT = "angle_zero_deg"
+"""Fact of a record by pamrig's own loop: what the sensor showed at rest, and was taken for zero; 0 where it was not."""
+
 
 @dataclass(frozen=True)
 class Expected:
@@ -77,7 +80,8 @@ class Expected:
     mean_unseen: bool = False
     """The records lie at a mean pressure that the reference has never seen."""
     other_zero: bool = False
-    """The reference is another rig's simulator that has a zero of its sensor among its parameters."""
+    """The zero of the angle is not the simulator's: it is another rig's that has one among its parameters, or each
+    record took its own."""
 
     @property
     def pairs(self) -> list[Pair]:
@@ -275,7 +279,7 @@ def _from_simulator(levels: str, model: Model, pairing: Pairing) -> Expected:
     lag_s, coarse = _unsure_lag_s(model, pairing)
     judged = replace(pairing, pressures=driven).noting(*coarse)
     made = Expected(Kind.SIMULATOR, levels, judged, tracks, response, tuple(base))
-    other_zero = levels == SISTER and zero is not None
+    other_zero = (levels == SISTER and zero is not None) or _zeroed(pairing)
     return replace(
         made,
         missed_mpa=_missed_mpa(model.fingerprint),
@@ -283,6 +287,12 @@ def _from_simulator(levels: str, model: Model, pairing: Pairing) -> Expected:
         unsure_lag_s=lag_s,
         other_zero=other_zero,
     )
+
+
+def _zeroed(pairing: Pairing) -> bool:
+    """The angle at rest was taken for zero at the start of each record: whatever moves the joint there, a fault of the
+    valves or a play, is not in the records, and the simulator knows nothing of that."""
+    return all(pair.raw.facts.get(ZERO_FACT) for pair in pairing.pairs)
 
 
 def read_right(expected: Expected, wrong: Misread) -> Expected:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import pytest
-from support.plants.gap_rigs import baselines, session
+from support.plants.gap_rigs import baselines, model, session
 
 from rig.gap import diagnose
 from rig.gap.answer.result import Diagnosis
@@ -43,3 +43,25 @@ def test_another_zero_changes_no_answer(change: str) -> None:
         for name, number in one.parameters.items():
             at = moved if name == "high_deg" else 0.0
             assert other.parameters[name].value == pytest.approx(number.value + at, rel=0.02, abs=1e-3)
+
+
+GAIN = AddedEffect("valve_gain", {"gain": 0.05, "balance": 1.0})
+SHIFT_DEG = 2.1
+"""By which 5 % more of p1 = P0 turn the joint at rest."""
+
+
+def zeroed(record: Record) -> Record:
+    """As pamrig's own loop records it: the angle at rest is taken for zero."""
+    assert record.angle_deg is not None
+    return replace(record, angle_deg=record.angle_deg - SHIFT_DEG, facts={"angle_zero_deg": SHIFT_DEG})
+
+
+def test_a_zero_that_each_record_took_at_rest_is_no_second_cause() -> None:
+    found = diagnose(model(), session(72, GAIN, after=zeroed))
+    assert [cause.effect for cause in found.causes] == ["valve_gain"]
+    assert found.causes[0].parameters["gain"].value == pytest.approx(0.05, rel=0.15)
+
+
+def test_a_zero_that_nobody_took_is_a_finding() -> None:
+    found = diagnose(model(), session(72, after=lambda record: turned([record], 3.0)[0]))
+    assert [cause.effect for cause in found.causes] == ["sensor_offset"]
