@@ -12,9 +12,9 @@ SECTIONS: dict[str, tuple[str, dict[str, tuple[str, ...]]]] = {
                 "first_sweep",
                 "what_the_simulator_lacks",
                 "diagnose_practice",
+                "close_the_loop",
                 "real_joint",
                 "diagnose_real_joint",
-                "close_the_loop",
             )
         },
     ),
