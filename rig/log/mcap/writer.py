@@ -154,7 +154,7 @@ class RunWriter:
         """Write `facts` (as `pamrig.result`) and the index, and give the file its name, which is returned.
 
         Adds `records`; samples dropped here add to `dropped` and make `valid` false. Where `facts` say nothing of
-        `valid`, nobody watched the run, and the file says nothing of it either (docs/decisions/0431).
+        `valid`, nobody watched the run, and the file says nothing of it either (docs/decisions/0215).
         """
         result = dict(facts) | {"records": self.records, "dropped": schema.count_of(facts, "dropped") + self.dropped}
         if "valid" in facts or self.dropped:

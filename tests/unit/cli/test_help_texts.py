@@ -7,7 +7,7 @@ import click
 import pytest
 
 from rig.cli.commands import cli
-from rig.gap.answer.on_the_rig import ON_THE_RIG
+from rig.gap.answer.words.on_the_rig import ON_THE_RIG
 
 CALLED = {
     "--rig": "RIG.yaml",
