@@ -70,8 +70,9 @@ UNSEEN_MEAN_LAW = 0.5
 muscles and the plants here lie between 0 (only the difference counts) and 1 (the difference over the mean). Smaller:
 another P0 looks like another gain."""
 ZERO_BY_HAND = 0.05
-"""Standard deviation, as a share of the angle's span, of where the zero of another rig of the build lies: it is
-set when the sensor is mounted, to some degrees. Smaller: every sister's simulator lacks an offset."""
+"""Standard deviation, as a share of the angle's span, of where the zero of another rig of the build lies, which is set
+when the sensor is mounted, to some degrees; and of each record's where the loop took the angle at rest for it. Smaller:
+every sister's simulator lacks an offset, and what turns the joint at rest brings a second cause."""
 MOST_MISSED, MISSED_STEPS = 3.0, 31
 """Logarithm of the largest share of the usual by which a simulator's class may miss a build, and how many are tried up
 to there. Less: a build that is missed by more is given a cause."""

@@ -24,7 +24,7 @@ from rig.gap.hypotheses.scenes import PRESSURES
 from rig.gap.plan.next_experiment import what_next
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.records.pairs import Pairing
-from rig.gap.reference.build import commanded_gaps, rms_of
+from rig.gap.reference.build import commanded_gaps, from_own_zeros, rms_of
 from rig.gap.response.propagate import Applied, full_numbers
 from rig.gap.settings import ABOVE_FLOOR, EITHER_CHANCE, EVEN_CHANCE, LEAST_CLOSED, LEAST_EXPLAINED, SPOILT, Fitted
 from rig.model.effect_stages import EFFECT_STAGES
@@ -307,7 +307,7 @@ def _shares(findings: Findings) -> dict[str, float]:
     pairs, expected = findings.expected.pairs, findings.expected
     through = [base - track.reference.angle_deg for base, track in zip(expected.base, expected.tracks, strict=True)]
     behind = [pair.case.angle_deg - base for pair, base in zip(pairs, expected.base, strict=True)]
-    ahead, after = rms_of(through, pairs) ** 2, rms_of(behind, pairs) ** 2
+    ahead, after = (rms_of(from_own_zeros(some, expected), pairs) ** 2 for some in (through, behind))
     return {"valve": ahead / max(ahead + after, 1e-12), "downstream": after / max(ahead + after, 1e-12)}
 
 

@@ -19,7 +19,7 @@ from rig.gap.reference.own_days import angle_days, own_factor, pressure_days
 from rig.gap.reference.unrepeated import shown_by, with_unrepeated
 from rig.gap.response.lateness import displaced
 from rig.gap.response.propagate import Track, as_late_as_measured
-from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, Fitted, Prior
+from rig.gap.settings import ENVELOPE_EVEN, ENVELOPE_HZ, ZERO_BY_HAND, Fitted, Prior
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.slots import AHEAD
 from rig.record import Column
@@ -121,6 +121,8 @@ def angle_scene(expected: Expected, settings: Fitted, whole: Expected | None = N
         levels = levels.of_any_zero()
     parts, days = parts_of_angle(expected)
     factor = own_factor(parts, days, levels, settings.prior).of_any_build(known.builds)
+    if expected.zeroed:
+        factor = factor.standing_off(ZERO_BY_HAND * parts.span)
     if expected.driven:
         factor = factor.doubting(mean_doubt(tracks, base, response))
     if expected.driven and expected.kind is not Kind.SIMULATOR:  # a simulator is asked itself under these pressures

@@ -80,8 +80,13 @@ class Expected:
     mean_unseen: bool = False
     """The records lie at a mean pressure that the reference has never seen."""
     other_zero: bool = False
-    """The zero of the angle is not the simulator's: it is another rig's that has one among its parameters, or each
-    record took its own."""
+    """The reference is another rig's simulator that has a zero of its sensor among its parameters."""
+
+    @property
+    def zeroed(self) -> bool:
+        """The angle at rest was taken for zero at the start of each record: whatever turns the joint there, a fault of
+        the valves or a play, is not in the records, and no reference knows by how much."""
+        return all(pair.raw.facts.get(ZERO_FACT) for pair in self.pairs)
 
     @property
     def pairs(self) -> list[Pair]:
@@ -105,10 +110,17 @@ def commanded_gaps(expected: Expected, causes: Sequence[Applied] = ()) -> list[C
     causes, holes 0."""
     course = Course(tuple(expected.tracks))
     _, _, angles = response_with(ready(causes, expected.response), course, expected.response)
-    return [
-        (track.pair.case.angle_deg - angle) * track.pair.used
-        for track, angle in zip(expected.tracks, course.split(angles), strict=True)
+    gaps = [
+        track.pair.case.angle_deg - angle for track, angle in zip(expected.tracks, course.split(angles), strict=True)
     ]
+    return from_own_zeros(gaps, expected)
+
+
+def from_own_zeros(gaps: Sequence[Column], expected: Expected) -> list[Column]:
+    """Gaps of the angle (n,) for each record, holes 0; without its mean where each record took its own zero."""
+    used = [pair.used for pair in expected.pairs]
+    zeros = [float(gap @ rows) / max(float(rows.sum()), 1.0) for gap, rows in zip(gaps, used, strict=True)]
+    return [(gap - zero * expected.zeroed) * rows for gap, zero, rows in zip(gaps, zeros, used, strict=True)]
 
 
 def choose(asked: str, model: Model | None, sessions: int) -> Kind:
@@ -279,7 +291,7 @@ def _from_simulator(levels: str, model: Model, pairing: Pairing) -> Expected:
     lag_s, coarse = _unsure_lag_s(model, pairing)
     judged = replace(pairing, pressures=driven).noting(*coarse)
     made = Expected(Kind.SIMULATOR, levels, judged, tracks, response, tuple(base))
-    other_zero = (levels == SISTER and zero is not None) or _zeroed(pairing)
+    other_zero = levels == SISTER and zero is not None
     return replace(
         made,
         missed_mpa=_missed_mpa(model.fingerprint),
@@ -287,12 +299,6 @@ def _from_simulator(levels: str, model: Model, pairing: Pairing) -> Expected:
         unsure_lag_s=lag_s,
         other_zero=other_zero,
     )
-
-
-def _zeroed(pairing: Pairing) -> bool:
-    """The angle at rest was taken for zero at the start of each record: whatever moves the joint there, a fault of the
-    valves or a play, is not in the records, and the simulator knows nothing of that."""
-    return all(pair.raw.facts.get(ZERO_FACT) for pair in pairing.pairs)
 
 
 def read_right(expected: Expected, wrong: Misread) -> Expected:

@@ -133,9 +133,9 @@ class Factor:
         return self if spread is None else replace(self, healthy=replace(self.healthy, pattern_degrees=spread.degrees))
 
     def standing_off(self, rms: float) -> "Factor":
-        """The same for a reference that misses the records it was fitted to by `rms`: by so much each record may stand
-        off as a whole. Where a joint with hysteresis rests is a matter of what came before, and the first that a model
-        of it gets wrong."""
+        """The same where each record may stand off as a whole by `rms`: for a reference that misses the records it was
+        fitted to by so much, because where a joint with hysteresis rests is a matter of what came before, and the first
+        that a model of it gets wrong; and for records that each took their own zero."""
         if rms == 0.0:
             return self
         off = self.lines.of(np.full(sum(self.lines.rows), rms))[:, None]

@@ -56,12 +56,23 @@ def zeroed(record: Record) -> Record:
     return replace(record, angle_deg=record.angle_deg - SHIFT_DEG, facts={"angle_zero_deg": SHIFT_DEG})
 
 
-def test_a_zero_that_each_record_took_at_rest_is_no_second_cause() -> None:
-    found = diagnose(model(), session(72, GAIN, after=zeroed))
+@pytest.mark.parametrize("days", [0, 1, 3])
+def test_a_zero_that_each_record_took_at_rest_is_no_second_cause(days: int) -> None:
+    earlier = [[replace(record, facts={"angle_zero_deg": 0.1}) for record in day] for day in baselines()[:days]]
+    found = diagnose(model(), session(72, GAIN, after=zeroed), earlier)
     assert [cause.effect for cause in found.causes] == ["valve_gain"]
     assert found.causes[0].parameters["gain"].value == pytest.approx(0.05, rel=0.15)
+    if days:  # it counts from each record's own zero, and so does the simulator's angle
+        assert found.gap.rms_deg < 0.2 * SHIFT_DEG
+        assert found.gap.after_deg < found.gap.floor_deg
 
 
 def test_a_zero_that_nobody_took_is_a_finding() -> None:
-    found = diagnose(model(), session(72, after=lambda record: turned([record], 3.0)[0]))
-    assert [cause.effect for cause in found.causes] == ["sensor_offset"]
+    """Beside a simulator alone what turns the joint by a constant is not told from a sensor's zero; earlier days do."""
+    moved = session(72, after=lambda record: turned([record], 3.0)[0])
+    alone = diagnose(model(), moved)
+    assert alone.causes
+    assert alone.retuning
+    assert "sensor_offset" in alone.retuning.looks_like
+    beside = diagnose(model(), moved, [list(day) for day in baselines()])
+    assert [cause.effect for cause in beside.causes] == ["sensor_offset"]

@@ -12,7 +12,7 @@ import numpy as np
 
 from rig.errors import RigError
 from rig.gap.answer.result import Diagnosis
-from rig.gap.reference.build import Expected, commanded_gaps
+from rig.gap.reference.build import Expected, commanded_gaps, from_own_zeros
 from rig.gap.response.propagate import Applied, full_numbers
 from rig.identify.response.descent import square_sum
 from rig.model.kernels import simulate
@@ -84,10 +84,11 @@ def _less(
     a simulator runs away."""
     if before is None or after is None:
         return None
-    return [
-        gap - np.interp(pair.t_s, pair.raw.t_s - pair.raw.t_s[0], now - then) * pair.used
+    left = [
+        gap - np.interp(pair.t_s, pair.raw.t_s - pair.raw.t_s[0], now - then)
         for pair, gap, then, now in zip(expected.pairs, gaps, before, after, strict=True)
     ]
+    return from_own_zeros(left, expected)
 
 
 def remaining_gap(model: Model | None, causes: Sequence[Applied], expected: Expected) -> list[Column]:
