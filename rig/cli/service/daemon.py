@@ -124,13 +124,15 @@ def _logging() -> Iterator[None]:
     lines: queue.SimpleQueue[logging.LogRecord] = queue.SimpleQueue()
     writer = logging.StreamHandler()
     writer.setFormatter(Visible("%(asctime)s %(levelname)s %(message)s"))
-    logging.getLogger().addHandler(logging.handlers.QueueHandler(lines))
+    handler = logging.handlers.QueueHandler(lines)
+    logging.getLogger().addHandler(handler)
     logging.getLogger("pamrig").setLevel(logging.INFO)
     listener = logging.handlers.QueueListener(lines, writer)
     listener.start()
     try:
         yield
     finally:
+        logging.getLogger().removeHandler(handler)
         listener.stop()
 
 

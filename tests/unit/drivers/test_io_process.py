@@ -174,7 +174,7 @@ def test_root_reaches_the_io_process_of_any_user(served_by_another: tuple[str, P
     assert found[0] == path
     found[1].close()
     with pytest.raises(DeviceLost, match="in use by another I/O process of user "):
-        IoProcess(resource, Job("m", {}, (), 0), 1).begin()
+        IoProcess(resource, Job("m", {}, (), 0), Job("m", {}, (), 0), 1).start()
     os.close(descriptor)
     assert mailboxes.find(resource) is None
 
@@ -195,7 +195,7 @@ def test_another_users_io_process_is_named_and_takes_no_orders(
     for call in (
         lambda: alarm(resource, 0.0),
         lambda: confirmed(resource),
-        lambda: IoProcess(resource, Job("m", {}, (), 0), 1).begin(),
+        lambda: IoProcess(resource, Job("m", {}, (), 0), Job("m", {}, (), 0), 1).start(),
     ):
         with pytest.raises(DeviceLost, match=r"served by an I/O process of user .*, which takes no orders from user "):
             call()

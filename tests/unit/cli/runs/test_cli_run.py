@@ -87,9 +87,9 @@ def test_impossible_sweeps_are_one_line(sweep: Path, tmp_path: Path, old: str, n
 
 def test_a_model_that_is_missing_is_one_line(sweep: Path, rig: Path, tmp_path: Path) -> None:
     rig.write_text(rig.read_text().replace("simulated.yaml", "simulatd.yaml"))
-    assert "simulatd.yaml: no such file; did you mean" in refused(
-        pamrig("run", sweep, "--rig", rig, "--out", tmp_path / "out")
-    )
+    said = refused(pamrig("run", sweep, "--rig", rig, "--out", tmp_path / "out"))
+    assert "devices.main.model: " in said
+    assert "simulatd.yaml; did you mean " in said
 
 
 def test_nothing_is_ever_overwritten(sweep: Path, tmp_path: Path) -> None:

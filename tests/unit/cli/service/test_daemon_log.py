@@ -23,8 +23,10 @@ class Talking:
 
 def test_a_rig_s_name_is_spelled_out_in_the_log(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr("rig.service.daemon.Daemon", Talking)
+    monkeypatch.setattr(logging.getLogger(), "handlers", [])  # a library may have left one that writes elsewhere
     done = CliRunner().invoke(daemon, ["--state", str(tmp_path), "--web", "off"])
     assert done.exit_code == 0, done.output
     said = [line for line in done.stderr.splitlines() if "WARNING" in line]
     assert len(said) == len(done.stderr.splitlines()) == 1
     assert said[0].endswith(r" WARNING rig \x1b[31mred\nINFO armed")
+    assert logging.getLogger().handlers == [], "it leaves none behind"
