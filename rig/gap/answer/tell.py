@@ -1,4 +1,4 @@
-"""From the posterior to the answer: verdict, causes, where, how far, what cannot be findings."""
+"""From the posterior to the answer: verdict, causes, where, how far, what cannot be told."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace

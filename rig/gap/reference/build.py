@@ -119,8 +119,11 @@ def commanded_gaps(expected: Expected, causes: Sequence[Applied] = ()) -> list[C
 def from_own_zeros(gaps: Sequence[Column], expected: Expected) -> list[Column]:
     """Gaps of the angle (n,) for each record, holes 0; without its mean where each record took its own zero."""
     used = [pair.used for pair in expected.pairs]
-    zeros = [float(gap @ rows) / max(float(rows.sum()), 1.0) for gap, rows in zip(gaps, used, strict=True)]
-    return [(gap - zero * expected.zeroed) * rows for gap, zero, rows in zip(gaps, zeros, used, strict=True)]
+    if not expected.zeroed:
+        return [gap * rows for gap, rows in zip(gaps, used, strict=True)]
+    return [
+        (gap - float(gap @ rows) / max(float(rows.sum()), 1.0)) * rows for gap, rows in zip(gaps, used, strict=True)
+    ]
 
 
 def choose(asked: str, model: Model | None, sessions: int) -> Kind:

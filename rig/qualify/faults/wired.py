@@ -38,16 +38,15 @@ class WiredFaultBench(FaultBench):
         self, folder: Path, lab: Mapping[str, Any], settings: Mapping[str, Mapping[str, Any]], limits: Mapping[str, Any]
     ) -> None:
         """`lab`: a rig's YAML; `settings`: device -> settings that replace the lab's."""
-        raw = lab
-        devices = {name: _found(device) | dict(settings.get(name, {})) for name, device in raw["devices"].items()}
+        devices = {name: _found(device) | dict(settings.get(name, {})) for name, device in lab["devices"].items()}
         terminals = folder / "terminals"
         Terminals.at(terminals)
-        self._hardware = _serve(terminals, devices, raw["roles"])
+        self._hardware = _serve(terminals, devices, lab["roles"])
         found = self._found_at()
         rig = _HEAD | {
             "limits": dict(limits),
             "devices": {name: device | found[name] for name, device in devices.items()},
-            "roles": raw["roles"],
+            "roles": lab["roles"],
         }
         (folder / "daemon.yaml").write_text("force: true\n", encoding="utf-8")
         text = json.dumps(rig).replace("{", "{{").replace("}", "}}")  # which is YAML, for a format string

@@ -2,7 +2,6 @@
 nothing."""
 
 import json
-import os
 import threading
 from collections.abc import Collection, Iterator
 from dataclasses import asdict, dataclass, field, fields
@@ -11,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from rig.errors import RigError
+from rig.service.records.kept_file import keep
 
 MOST_OPEN = 200
 """So many sweeps may wait: each stands in every status."""
@@ -159,15 +159,7 @@ class Queue:
         for job in over[: max(len(over) - KEPT_DONE, 0)]:
             self.jobs.remove(job)
         text = json.dumps({"last_id": self._last_id, "jobs": list(self.to_json())}, indent=1)
-        fresh = self._path.with_suffix(".new")
-        try:
-            with fresh.open("w", encoding="utf-8") as file:
-                file.write(text)
-                file.flush()
-                os.fsync(file.fileno())
-            fresh.replace(self._path)
-        except OSError as error:
-            raise RigError(f"{self._path}: the queue cannot be saved: {error.strerror}") from None
+        keep(self._path, text, "the queue cannot be saved")
 
     def to_json(self) -> Iterator[dict[str, Any]]:
         """Every job as plain data."""

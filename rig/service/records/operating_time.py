@@ -6,12 +6,11 @@ network) or that jumps makes nothing older; what the machine was switched off is
 
 import json
 import math
-import os
 import time
 from collections.abc import Callable
 from pathlib import Path
 
-from rig.errors import RigError
+from rig.service.records.kept_file import keep
 
 
 class OperatingTime:
@@ -29,15 +28,7 @@ class OperatingTime:
 
     def save(self) -> None:
         """Onto the disk, whole or not at all. RigError when the folder takes nothing."""
-        fresh = self._path.with_suffix(".new")
-        try:
-            with fresh.open("w", encoding="utf-8") as file:
-                json.dump({"operating_s": self.s()}, file)
-                file.flush()
-                os.fsync(file.fileno())
-            fresh.replace(self._path)
-        except OSError as error:
-            raise RigError(f"{self._path}: cannot be written: {error.strerror}") from None
+        keep(self._path, json.dumps({"operating_s": self.s()}))
 
 
 def _read(path: Path) -> float:
