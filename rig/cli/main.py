@@ -6,11 +6,12 @@ import os
 import signal
 import sys
 import threading
+import time
 from typing import Any, Final
 
 INTERRUPTED: Final = 130
 _SOON_S: Final = 0.01
-"""Until Ctrl-C strikes once more where it was not heard: longer than a destructor takes."""
+"""Until Ctrl-C strikes once more where it was not heard, and again as long as it would be lost once more."""
 
 
 def main() -> None:
@@ -40,9 +41,21 @@ def _heard_again(lost: Any) -> None:
     if not issubclass(lost.exc_type, KeyboardInterrupt):
         sys.__unraisablehook__(lost)
         return
+    threading.Thread(target=_strike, daemon=True).start()
+
+
+def _strike() -> None:
+    """SIGINT for the main thread, when it has left the hook: on a machine that stood still it may be there yet."""
     main_thread = threading.main_thread().ident
-    if main_thread is not None:
-        threading.Timer(_SOON_S, signal.pthread_kill, (main_thread, signal.SIGINT)).start()
+    assert main_thread is not None
+    while True:
+        time.sleep(_SOON_S)
+        frame = sys._current_frames().get(main_thread)  # noqa: SLF001 - documented, in spite of its name
+        while frame is not None and frame.f_code is not _heard_again.__code__:
+            frame = frame.f_back
+        if frame is None:
+            signal.pthread_kill(main_thread, signal.SIGINT)
+            return
 
 
 if __name__ == "__main__":

@@ -86,6 +86,22 @@ STRIKES = {
     while True:
         pass
 """,
+    "in a destructor, on a machine that then stands still": """
+    started = threading.Thread.start
+
+    def slowly(thread):
+        started(thread)
+        time.sleep(0.05)
+
+    threading.Thread.start = slowly
+
+    class Dying:
+        def __del__(self):
+            raise KeyboardInterrupt
+    Dying()
+    while True:
+        pass
+""",
     "in code made from text": """
     exec("raise KeyboardInterrupt")
 """,
@@ -95,7 +111,7 @@ STRIKES = {
 @pytest.mark.parametrize("where", list(STRIKES))
 def test_ctrl_c_is_heard_wherever_it_strikes(where: str, tmp_path: Path) -> None:
     (tmp_path / "struck.py").write_text(f"""
-import sys
+import sys, threading, time
 from rig.cli.completion import completion
 from rig.cli.main import main
 
