@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rig.gap.raw_tests.levels import Measure, angles_of, filled, level_deg
+from rig.gap.raw_tests.levels import angles_of, filled, level_beside_deg
 from rig.gap.raw_tests.settings import (
     COARSER,
     LEAST_GAP,
@@ -26,13 +26,12 @@ def quantisation_step(
     cases: Sequence[Record],
     sessions: Sequence[Sequence[Record]],
     described_deg: float | None = None,
-    level_of: Measure = level_deg,
 ) -> Signature:
     """The test for a step coarser than the baselines'; `described_deg` is the noise that a fingerprint knows of, for
     want of them: a step makes a noise of step / sqrt(12), so a healthy day's was no larger than that allows."""
     step, spread = step_deg(angles_of(cases))
     base = max((step_deg(angles_of(session))[0] for session in sessions), default=0.0)
-    plain = step > STEP_OVER_NOISE * level_of(angles_of(cases))
+    plain = step > STEP_OVER_NOISE * level_beside_deg(step, angles_of(cases))
     known = bool(sessions) or (described_deg is not None and step > COARSER * math.sqrt(12.0) * described_deg)
     found = step > COARSER * base and step > LEAST_STEP_DEG and (known or plain)
     text = (

@@ -26,7 +26,7 @@ def read_signatures(pairs: Sequence[Pair], described_noise_deg: float | None = N
     count = min((len(pair.raw_baselines) for pair in pairs), default=0)
     sessions = [[pair.raw_baselines[k] for pair in pairs] for k in range(count)]
     level_of = once(level_deg)
-    step = quantisation_step(cases, sessions, described_noise_deg, level_of)
+    step = quantisation_step(cases, sessions, described_noise_deg)
     coarsest = max(step.value, step.baseline)
     repeats = repeated_samples(cases, sessions, coarsest, not step.found, level_of)
     fast, usual = fast_spectra(cases), [fast_spectra(session) for session in sessions]

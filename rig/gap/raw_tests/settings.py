@@ -23,8 +23,9 @@ COARSER = 1.6
 uneven codes count."""
 LEAST_STEP_DEG = 1e-3
 """Below, a step is how the file was written."""
-STEP_OVER_NOISE = 3.0
-"""Without baselines a step must exceed the noise by so much: below, noise hides it, and every converter has one."""
+STEP_OVER_NOISE = 6.0
+"""Without baselines a step must exceed the noise beside it by so much: every converter has one, and is chosen so
+that it is of about the noise. Lower: the step of a usual converter is a finding."""
 UNEVEN = 1.3
 """What rounding leaves is larger than an even converter's by this factor: codes differ in width (development: 1.1 to
 1.3)."""

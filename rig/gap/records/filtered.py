@@ -26,7 +26,8 @@ def _shares_left(column: Column) -> Column:
     steps = np.diff(column[np.isfinite(column)])
     if len(steps) < 2:
         return np.zeros(0)
-    abrupt = np.abs(steps) > ABRUPT * np.median(np.abs(steps))
+    moving = np.abs(steps[steps != 0.0])  # on a coarse converter most steps are none, and the others no falls
+    abrupt = np.abs(steps) > ABRUPT * np.median(moving) if len(moving) else np.zeros(len(steps), dtype=bool)
     first, second = steps[:-1], steps[1:]
     same_way = np.sign(first) == np.sign(second)
     dying = abrupt[:-1] & abrupt[1:] & same_way & (np.abs(second) < np.abs(first))

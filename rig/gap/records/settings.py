@@ -47,7 +47,8 @@ there."""
 MOST_FALLEN = 0.3
 """Share of a record's rows from which on they are no falls: a square wave is at either end for half of its time."""
 ABRUPT = 6.0
-"""Steps of more than so many times the usual (median) one are abrupt; a joint on a sine takes 1.4 times that."""
+"""Steps of more than so many times the usual one (median of those that are any) are abrupt; a joint on a sine takes 1.4
+times that."""
 FEWEST_ABRUPT, MOST_UNLIKE = 8, 0.05
 """How many of them must die away before a filter is believed, and how unlike their shares may be (quartiles apart): a
 filter's are alike within 0.03, a joint's own way after a step of the command is of more than one time constant."""

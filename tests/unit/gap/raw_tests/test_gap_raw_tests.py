@@ -212,6 +212,21 @@ def test_a_step_is_a_finding_from_its_threshold_on(factor: float, is_found: bool
     assert quantisation_step(on(0.3 * factor), [on(0.3)]).found is is_found
 
 
+@pytest.mark.parametrize(("noise_steps", "is_plain"), [(0.0, True), (0.12, True), (0.25, False)])
+def test_without_an_earlier_day_a_step_is_plain_that_the_noise_beside_it_does_not_hide(
+    noise_steps: float, is_plain: bool
+) -> None:
+    step, random = 0.6, np.random.default_rng(8)
+    records = [
+        replace(one, angle_deg=step * np.round(one.angle_deg / step + noise_steps * random.standard_normal(len(one))))
+        for one in day(7)
+        if one.angle_deg is not None
+    ]
+    found = quantisation_step(records, [])
+    assert found.found is is_plain
+    assert found.value == pytest.approx(step)
+
+
 def test_what_is_stated_comes_from_the_samples() -> None:
     assert wilson(5, 1000)[0] < 0.005 < wilson(5, 1000)[1]
     assert wilson(5, 1000, run=3.0)[1] > wilson(5, 1000)[1], "bursts are fewer independent samples"

@@ -80,3 +80,12 @@ def test_what_moves_or_disturbs_a_filtered_angle_falls_to_no_rail(angle: Column,
 def test_a_healthy_angle_shows_no_filter() -> None:
     assert passed_in_a_row([np.asarray(read(fallen(0.0, 0.0, 1), passed).angle_deg) for passed in (0.2, 1.0)]) == 1.0
     assert passed_in_a_row([]) == passed_in_a_row([np.zeros(1)]) == 1.0
+
+
+@pytest.mark.parametrize("step_deg", [0.2, 0.548, 2.0])
+def test_the_steps_of_a_coarse_converter_are_no_falls_behind_a_filter(step_deg: float) -> None:
+    angles = [25.0 * np.sin(2 * np.pi * hz * T) + 3.0 for hz in (0.2, 0.5, 0.8)]
+    written = [np.round(step_deg * np.round(angle / step_deg), 3) for angle in angles]  # neighbours differ by 0.001 deg
+    assert passed_in_a_row(written) == 1.0
+    cleaned, _ = without_dropouts([Record("sine", T, angle / 100.0, angle_deg=angle) for angle in written])
+    assert all(np.isfinite(np.asarray(record.angle_deg)).all() for record in cleaned)
