@@ -3,6 +3,7 @@
 A record that fails is named with its reason, so that a wrong unit is never taken for an effect.
 """
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -118,16 +119,30 @@ def _runs_against(record: Record) -> bool:
     return bool(at[first] < AGAINST)
 
 
-def check_reach(name: str, said: Column, measured: Column, pressure_ratio: float = 1.0) -> None:
-    """ModelError when a model moves so much more or less than the record of this name that it must be another's.
-    `pressure_ratio`: how many times as far as the rig's its pressures move, see `farther`; a regulator that hardly
-    fills is an effect."""
-    times, usual = float(np.ptp(said) / max(np.ptp(measured), 1e-9)), max(pressure_ratio, 1.0)
+def check_reach(said: Sequence[Column], measured: Sequence[Column], pressure_ratio: float = 1.0) -> None:
+    """ModelError when a model moves (deg, (n,) a record) so much more or less than all records together that it must be
+    another rig's. One record alone says nothing: friction stops a joint where it is pushed little, a wrong unit is the
+    same in each. `pressure_ratio`: how many times as far as the rig's its pressures move, see `farther`; a regulator
+    that hardly fills is an effect."""
+    ranges = [math.hypot(*(float(np.ptp(column)) for column in columns)) for columns in (said, measured)]
+    times, usual = ranges[0] / max(ranges[1], 1e-9), max(pressure_ratio, 1.0)
     if not usual / STRANGE < times < usual * STRANGE:
         raise ModelError(
-            f"{name}: the model moves {times:.3g} times as far as the rig: other units, or outside its range; "
+            f"the model moves {times:.3g} times as far as the rig: other units, or outside its range; "
             f"allowed without a baseline: {usual / STRANGE:.2g} .. {usual * STRANGE:.3g} times"
         )
+
+
+def beyond_reach(name: str, said: Column, farthest_deg: float, pressure_ratio: float = 1.0) -> str:
+    """Why what a model says (deg, (n,)) of a record of this name is left out, in words: it moves much farther than the
+    rig does in any of the records; else empty."""
+    moves_deg = float(np.ptp(said))
+    if moves_deg < STRANGE * max(pressure_ratio, 1.0) * farthest_deg:
+        return ""
+    return (
+        f"{name}: the model moves by {moves_deg:.3g} deg, the rig by {farthest_deg:.3g} deg in any record: outside its "
+        "range"
+    )
 
 
 def farther(

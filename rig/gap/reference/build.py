@@ -22,7 +22,7 @@ from rig.gap.records.usable import check_direction
 from rig.gap.reference.expectation import driving
 from rig.gap.reference.kinds import Kind as Kind
 from rig.gap.reference.monitors import Misread
-from rig.gap.reference.simulated import at_rest, check_motion, modelled
+from rig.gap.reference.simulated import Modelled, at_rest, followed, modelled
 from rig.gap.response.nominal import Reference, describe, mean_session, references_of
 from rig.gap.response.propagate import Applied, Course, Track, angle_under, lay_tracks, ready, response_with
 from rig.gap.settings import LAG_SAID, OUTSIDE_SEEN, RUNS_OFF
@@ -33,8 +33,6 @@ from rig.model.parameters import Input, Model
 from rig.model.response import ResponseModel, response_of
 from rig.record import Column
 
-Modelled = tuple[Column | None, Column | None, Column]
-"""Both pressures (MPa), where the simulator says anything of them, and the angle (deg) of one record; each (n,)."""
 AUTO = "auto"
 MEAN = "mean pressure"
 UNCORRECTED = "uncorrected"
@@ -198,12 +196,11 @@ def _from_fingerprint(model: Model, pairing: Pairing) -> Expected:
             "alone is judged"
         )
     made = from_response(response, replace(pairing, pressures=driven))
-    for track in made.tracks:
-        said = track.reference
-        check_motion(track.pair, (said.p1_mpa, said.p2_mpa), said.angle_deg)
+    expected = [track.reference for track in made.tracks]
+    followed(pairing.pairs, [(one.p1_mpa, one.p2_mpa, one.angle_deg) for one in expected])
     check_direction(
         [track.pair.case.angle_deg for track in made.tracks],
-        [track.reference.angle_deg for track in made.tracks],
+        [one.angle_deg for one in expected],
         "what the model's fingerprint expects",
     )
     seen = [driving(track, driven) for track in made.tracks]
@@ -320,17 +317,22 @@ def read_right(expected: Expected, wrong: Misread) -> Expected:
 
 def _followed(model: Model, pairing: Pairing) -> tuple[Pairing, list[Modelled]]:
     """The records that the simulator can follow at all, and what it says of them; ModelError when it follows less than
-    half of them."""
-    kept, said, refused = [], [], []
+    half of them, or is another rig's."""
+    said: list[tuple[Pair, Modelled]] = []
+    refused = []
     for pair in pairing.pairs:
         try:
-            said.append(modelled(model, pair))
-            kept.append(pair)
+            said.append((pair, modelled(model, pair)))
         except ModelError as error:
             refused.append(str(error))
-    if len(kept) <= len(refused):
+    if said:
+        why = followed([pair for pair, _ in said], [one for _, one in said])
+        refused += filter(None, why)
+        said = [one for one, reason in zip(said, why, strict=True) if not reason]
+    if len(said) <= len(refused):
         raise ModelError(refused[0])
-    return replace(pairing, pairs=kept).noting(*(f"{why}; left out" for why in refused)), said
+    kept = replace(pairing, pairs=[pair for pair, _ in said])
+    return kept.noting(*(f"{reason}; left out" for reason in refused)), [one for _, one in said]
 
 
 def _under_case(track: Track, response: ResponseModel) -> Column:

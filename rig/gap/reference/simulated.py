@@ -8,7 +8,7 @@ import numpy as np
 from rig.columns import rms
 from rig.errors import RigError
 from rig.gap.records.pairs import Pair, Pairing
-from rig.gap.records.usable import check_reach, farther
+from rig.gap.records.usable import beyond_reach, check_reach, farther
 from rig.model.kernels import simulate
 from rig.model.parameters import Model
 from rig.record import Column
@@ -21,13 +21,16 @@ def at_rest(model: Model, pairing: Pairing) -> Model:
     return model if commanded else replace(model, p0_mpa=pairing.p0_mpa)
 
 
-def modelled(model: Model, pair: Pair) -> tuple[Column | None, Column | None, Column]:
+Modelled = tuple[Column | None, Column | None, Column]
+"""What a model says of one record: p1 and p2 (MPa), where it has regulators, and the angle (deg), (n,) each."""
+
+
+def modelled(model: Model, pair: Pair) -> Modelled:
     """What the model says under the pair's command, on its grid, from where the healthy rig, or else the record,
     starts."""
     start = [session.angle_deg[0] for session in pair.sessions] or [pair.case.angle_deg[0]]
     said = simulate(model, pair.raw, start_deg=float(np.mean(start)))
     assert said.angle_deg is not None
-    check_motion(pair, (said.p1_mpa, said.p2_mpa), said.angle_deg)
     own = said.t_s - said.t_s[0]
 
     def on_grid(column: Column | None) -> Column | None:
@@ -36,11 +39,23 @@ def modelled(model: Model, pair: Pair) -> tuple[Column | None, Column | None, Co
     return on_grid(said.p1_mpa), on_grid(said.p2_mpa), np.interp(pair.t_s, own, said.angle_deg)
 
 
-def check_motion(pair: Pair, pressures: tuple[Column | None, Column | None], angle_deg: Column) -> None:
-    """ModelError when a model that says these columns (n,) of a record must be of another rig, by how far they move."""
-    case = pair.case
+def followed(pairs: Sequence[Pair], said: Sequence[Modelled]) -> list[str]:
+    """Why the model follows each of the records not at all, empty where it does. ModelError when it must be of another
+    rig, by how far it moves in those that it follows."""
+    farthest_deg = max(float(np.ptp(pair.case.angle_deg)) for pair in pairs)
+    ratios = [_farther(pair, one) for pair, one in zip(pairs, said, strict=True)]
+    why = [
+        beyond_reach(pair.name, one[2], farthest_deg, ratio)
+        for pair, one, ratio in zip(pairs, said, ratios, strict=True)
+    ]
+    kept = [k for k, reason in enumerate(why) if not reason] or list(range(len(pairs)))
+    check_reach([said[k][2] for k in kept], [pairs[k].case.angle_deg for k in kept], max(ratios[k] for k in kept))
+    return why
+
+
+def _farther(pair: Pair, said: Modelled) -> float:
     least_set_mpa = float(min(np.min(pair.u1_mpa), np.min(pair.u2_mpa)))
-    check_reach(pair.name, angle_deg, case.angle_deg, farther(pressures, (case.p1_mpa, case.p2_mpa), least_set_mpa))
+    return farther(said[:2], (pair.case.p1_mpa, pair.case.p2_mpa), least_set_mpa)
 
 
 def misfit_deg(model: Model, pairs: Sequence[Pair], healthy: Sequence[Column]) -> float | None:
@@ -50,8 +65,9 @@ def misfit_deg(model: Model, pairs: Sequence[Pair], healthy: Sequence[Column]) -
     No part of the gap: the diagnosis works on differences. The augmented model inherits it.
     """
     try:
-        said = [modelled(model, pair)[2] for pair in pairs]
+        said = [modelled(model, pair) for pair in pairs]
+        followed(pairs, said)
     except RigError:
         return None
-    missed = [(angle - expected)[pair.used > 0] for angle, expected, pair in zip(said, healthy, pairs, strict=True)]
+    missed = [(one[2] - expected)[pair.used > 0] for one, expected, pair in zip(said, healthy, pairs, strict=True)]
     return rms(np.concatenate(missed))

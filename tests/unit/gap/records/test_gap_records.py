@@ -16,7 +16,7 @@ from rig.gap.records.pairs import pair_up
 from rig.gap.records.partners import find_partner
 from rig.gap.records.periods import period_rows, whole_periods
 from rig.gap.records.settings import ANGLE_AGAINST, FARTHEST, MOST_SHIFT_S, SAME_COMMAND
-from rig.gap.records.usable import check_direction, check_reach, check_scale, farther, usable
+from rig.gap.records.usable import beyond_reach, check_direction, check_reach, check_scale, farther, usable
 from rig.record import Column, Record
 
 T = np.arange(0.0, 10.0, 0.005)
@@ -197,10 +197,26 @@ def test_an_angle_that_moves_much_farther_than_the_earlier_days_is_another_rigs(
 def test_a_model_that_moves_otherwise_by_a_factor_of_four_is_no_model_of_this_rig(times: float, refused: bool) -> None:
     angle = np.sin(T)
     if not refused:
-        check_reach("sine", times * angle, angle)
+        check_reach([times * angle], [angle])
         return
-    with pytest.raises(ModelError, match=r"sine: the model moves .* times as far as the rig"):
-        check_reach("sine", times * angle, angle)
+    with pytest.raises(ModelError, match=r"the model moves .* times as far as the rig"):
+        check_reach([times * angle], [angle])
+
+
+def test_a_joint_that_friction_stops_in_small_sweeps_is_this_rigs() -> None:
+    """A unit is the same in every record, friction is not."""
+    said = [30.0 * np.sin(T), 8.0 * np.sin(T), 5.0 * np.sin(T)]
+    check_reach(said, [16.0 * np.sin(T), 1.0 * np.sin(T), 0.2 * np.sin(T)])
+    with pytest.raises(ModelError, match=r"the model moves 5 times as far as the rig"):
+        check_reach(said, [column / 5.0 for column in said])
+
+
+@pytest.mark.parametrize(("times", "ratio", "beyond"), [(3.9, 1.0, False), (4.1, 1.0, True), (4.1, 1.2, False)])
+def test_a_record_in_which_a_model_moves_far_beyond_the_rig_is_outside_its_range(
+    times: float, ratio: float, beyond: bool
+) -> None:
+    reason = beyond_reach("sine", times * np.sin(T), float(np.ptp(np.sin(T))), ratio)
+    assert ("outside its range" in reason) is beyond
 
 
 @pytest.mark.parametrize(("moved", "refused"), [(1.0, True), (0.1, False), (3.0, True)])
@@ -212,15 +228,15 @@ def test_a_rig_whose_pressures_hardly_move_moves_less_and_is_no_other_rig(moved:
     assert farther(said, (None, own[1]), 0.1) == 1.0
     assert farther(said, (own[0], own[1]), -0.1) == 1.0, "set-points in another unit"
     if not refused:
-        check_reach("sine", angle, angle / 8.0, ratio)
+        check_reach([angle], [angle / 8.0], ratio)
         return
     with pytest.raises(ModelError, match="8 times as far"):
-        check_reach("sine", angle, angle / 8.0, ratio)
+        check_reach([angle], [angle / 8.0], ratio)
 
 
 def test_the_share_that_is_refused_is_told_with_what_is_allowed_there() -> None:
     with pytest.raises(ModelError, match=r"moves 9 times .* allowed without a baseline: 0\.5 \.\. 8 times"):
-        check_reach("sine", 9.0 * np.sin(T), np.sin(T), pressure_ratio=2.0)
+        check_reach([9.0 * np.sin(T)], [np.sin(T)], pressure_ratio=2.0)
 
 
 def test_sessions_of_different_sweeps_stand_for_one_earlier_day() -> None:
