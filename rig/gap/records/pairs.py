@@ -3,7 +3,7 @@
 No effect and no verdict is known here.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,15 +11,15 @@ import numpy as np
 from rig.errors import RecordError
 from rig.gap.records.alignment import align
 from rig.gap.records.conditions import difference
-from rig.gap.records.dropouts import Dropouts, without_dropouts
+from rig.gap.records.dropouts import Dropouts, Rows, without_dropouts
 from rig.gap.records.grid import Pair, Session, on_grid
 from rig.gap.records.outliers import without_outliers
 from rig.gap.records.partners import Match, Partner, find_partner, named_session, require_partners
 from rig.gap.records.rest import rest_pressure, say_shift
-from rig.gap.records.settings import CLIPPED
+from rig.gap.records.settings import CLIPPED, CLIPPED_OVER_NEXT
 from rig.gap.records.usable import check_direction, check_scale, hole, reasons, runs_against, usable
 from rig.identify.records.monitors import dead_monitor
-from rig.record import Record
+from rig.record import Column, Record
 
 __all__ = ["Pair", "Pairing", "Session", "pair_up"]
 
@@ -214,18 +214,28 @@ def _clipped(pairs: Sequence[Pair], notes: list[str]) -> bool:
     """Whether a sensor repeats its end value while the command moves on."""
     before = len(notes)
     for pair in pairs:
+        moves = np.gradient(pair.raw.dp_cmd_mpa) != 0.0
         for what, unit, column in (
             ("the angle", "deg", pair.raw.angle_deg),
             ("the monitor of p1", "MPa", pair.raw.p1_mpa),
             ("the monitor of p2", "MPa", pair.raw.p2_mpa),
         ):
-            known = column[np.isfinite(column)] if column is not None else np.zeros(0)
-            if not len(known) or np.ptp(known) == 0.0:
-                continue
-            for end, word in ((known.max(), "upper"), (known.min(), "lower")):
-                if (share := np.mean(known == end)) > CLIPPED:
-                    notes.append(
-                        f"{pair.name}: {what} stays at its {word} end {end:.4g} {unit} for {100 * share:.0f} % of "
-                        "the time: clipped?"
-                    )
+            known = np.isfinite(column) if column is not None else np.zeros(0, dtype=bool)
+            for word, end, share in _stays(column[known], moves[known]) if column is not None else ():
+                notes.append(
+                    f"{pair.name}: {what} stays at its {word} end {end:.4g} {unit} for {100 * share:.0f} % of "
+                    "the time: clipped?"
+                )
     return len(notes) > before
+
+
+def _stays(column: Column, moves: Rows) -> Iterator[tuple[str, float, float]]:
+    """The ends at which a column (n,) stays for too much of the time while it should move (n,): upper or lower, the
+    value, and the share. A sine on a coarse converter's steps is at its end 2.4 times as long as beside it."""
+    values = np.unique(column)
+    if len(values) < 2:
+        return
+    for word, end, beside in (("upper", values[-1], values[-2]), ("lower", values[0], values[1])):
+        share, next_to_it = (float(np.mean(moves & (column == value))) for value in (end, beside))
+        if share > max(CLIPPED, CLIPPED_OVER_NEXT * next_to_it):
+            yield word, float(end), share

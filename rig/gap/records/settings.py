@@ -5,6 +5,9 @@ import math
 
 CLIPPED = 0.1
 """A column that stands at its end for more than this share of the time is said to be clipped."""
+CLIPPED_OVER_NEXT = 4.0
+"""... if it does so this many times as long as at the value next to it. Less: turning points on the steps of a coarse
+converter count; more: a clipped sensor with such steps does not."""
 
 LONGEST_BURST_S = 0.25
 """Samples at a rail for longer are no drop-out but a sensor that is cut off or gone, s. Longer: an end stop of a fast

@@ -1,5 +1,6 @@
 """What pairs with what: each rule on both sides of its limit; the start, the input and the periods of a sweep."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -170,6 +171,28 @@ def test_a_short_record_is_told_with_its_duration() -> None:
     notes: list[str] = []
     assert not usable(record().rows(T < 1.5), notes)
     assert "300 rows in 1.495 s; needed: at least 50 rows and 2 s" in notes[0]
+
+
+HELD = np.where(T % 2.0 < 0.5, 0.05, 0.05 * np.cos(2 * np.pi * (T % 2.0 - 0.5) / 1.5))
+
+
+@pytest.mark.parametrize(
+    ("command", "change", "clipped"),
+    [
+        (0.1 * np.sin(2 * np.pi * 0.5 * T), lambda angle: np.minimum(angle, 7.0), True),
+        (0.1 * np.sin(2 * np.pi * 0.5 * T), lambda angle: np.minimum(0.5 * np.round(angle / 0.5), 7.0), True),
+        (0.1 * np.sin(2 * np.pi * 0.5 * T), lambda angle: 0.55 * np.round(angle / 0.55), False),
+        (HELD, lambda angle: angle, False),
+    ],
+    ids=["cut off", "cut off on a coarse converter's steps", "a coarse converter's steps", "where the command holds"],
+)
+def test_a_sensor_is_clipped_that_stays_at_its_end_where_it_should_move(
+    command: Column, change: Callable[[Column], Column], clipped: bool
+) -> None:
+    swept = replace(record(), dp_cmd_mpa=command, angle_deg=change(100.0 * command))
+    pairing = pair_up([swept], [], 0.2)
+    assert pairing.clipped is clipped
+    assert any("clipped?" in note for note in pairing.notes) is clipped
 
 
 @pytest.mark.parametrize(("correlation", "refused"), [(ANGLE_AGAINST - 0.02, True), (ANGLE_AGAINST + 0.02, False)])
