@@ -37,8 +37,9 @@ class Driver(Protocol):
 
     Settings: type[Any]
     """A dataclass (see rig.config). It may have `wires`, the names of what the device drives, the same for every
-    process of the machine: one at a time is let to them; and `range_mpa(role)`, the pressures that a valve can be given
-    (low, high), which the rig's limits have to keep to."""
+    process of the machine: one at a time is let to them; `range_mpa(role)`, the pressures that a valve can be given
+    (low, high), which the rig's limits have to keep to; and `wired_to(role)`, the names of what a role is wired to,
+    which no role of another device may share."""
 
     def __call__(self, settings: Any, context: DeviceContext) -> Device:
         """A closed device; nothing is opened and nothing moves."""

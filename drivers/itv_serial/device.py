@@ -47,6 +47,11 @@ class ItvSettings:
         """Both ports."""
         return tuple(wire for port in (self.valve_1, self.valve_2) if port is not None for wire in port.wires)
 
+    def wired_to(self, role: Role) -> tuple[str, ...]:
+        """The port that a role is wired to: RS-232C joins two ends."""
+        port = self.valve_1 if role in (Role.VALVE_1, Role.MONITOR_1) else self.valve_2
+        return port.wires if port is not None else ()
+
 
 class _Valve:
     """One regulator: its process, and counts <-> MPa."""

@@ -188,6 +188,39 @@ class ModbusSettings:
         hosts = [f"{host}:{self.port}" for host in _names_of(self.host)]
         return (*([] if self.gateway else hosts), *(f"{host} unit {unit}" for host in hosts))
 
+    def wired_to(self, role: Role) -> tuple[str, ...]:
+        """The channels that a role is wired to, by names which another device on the same module has as well: of a host
+        that is no gateway, whatever the unit. Hosts as they are written; ConfigError as above."""
+        wired: PressureChannel | AngleChannel | None = getattr(self, role.value)
+        if wired is None:
+            return ()
+        if isinstance(wired, AngleChannel):
+            channels = [channel for channel in (wired.wiper, wired.excitation) if channel is not None]
+        else:
+            channels = [wired.channel]
+        output = role in (Role.VALVE_1, Role.VALVE_2)
+        kind, modules = ("output", self._output_module()) if output else ("input", self._input_module())
+        return tuple(f"{module}, {kind} channel {channel}" for module in modules for channel in channels)
+
+    def _output_module(self) -> list[str]:
+        unit = self.module.unit if self.unit is None else self.unit
+        line = self.serial.device if self.serial else f"{self.host.lower()}:{self.port}"
+        return _called(line, unit, one_of_many=self.gateway or self.serial is not None)
+
+    def _input_module(self) -> list[str]:
+        if not self.input_map:
+            return self._output_module()
+        unit = self.input_module.unit if self.input_unit is None else self.input_unit
+        host, port = self.input_host or self.host, self.input_port or self.port
+        line = self.serial.device if self.serial else f"{host.lower()}:{port}"
+        own_line = bool(self.input_host or self.input_port)
+        return _called(line, unit, one_of_many=self.gateway or not own_line)
+
+
+def _called(line: str, unit: int, *, one_of_many: bool) -> list[str]:
+    """Names of a module: many a one that is alone answers to every unit id."""
+    return [*([] if one_of_many else [f"{line} (no gateway)"]), f"{line} unit {unit}"]
+
 
 def _check_host(key: str, host: str, port_key: str) -> None:
     """ValueError for a port in the host, and for an address that lacks a number: the system would take 192.168.1 for

@@ -129,6 +129,12 @@ class MyRioSettings:
         """The RIO device, whose outputs every session of it writes."""
         return (self.resource,)
 
+    def wired_to(self, role: Role) -> tuple[str, ...]:
+        """What a role is wired to."""
+        wired: PressureLine | AngleInput = getattr(self, role.value)
+        registers = [wired.wiper, wired.excitation] if isinstance(wired, AngleInput) else [wired.register]
+        return tuple(f"{self.resource} {register}" for register in registers if register)
+
     @property
     def is_remote(self) -> bool:
         """Every call is a round trip over the network."""

@@ -238,6 +238,7 @@ def load(path: Path | None) -> RigConfig:
         files |= {path.name: path.read_bytes() for path in _paths(own)}
         if entry.kind == "emulated":
             files |= {name: data for name, data in load(own.rig).files.items() if name != "rig.yaml"}
+    _check_apart(rig, settings)
     devices = tuple(
         dataclasses.replace(entry, read=getattr(settings[entry.name], "read_now", dict)()) for entry in rig.devices
     )
@@ -275,6 +276,22 @@ def _check_ranges(rig: RigConfig, settings: Mapping[str, Any]) -> None:
                     f"devices.{entry.name} can be given, {low:g} .. {high:g} MPa; narrow the limits, or mend the "
                     "valve's range"
                 )
+
+
+def _check_apart(rig: RigConfig, settings: Mapping[str, Any]) -> None:
+    """ConfigError when roles of two devices are wired to one terminal: the set-points of both valves would go to one of
+    them, or one pressure be taken for both. What one device is wired to, it looks at itself."""
+    taken: dict[str, tuple[str, Role]] = {}
+    for entry in rig.devices:
+        wired_to = getattr(settings[entry.name], "wired_to", lambda _: ())
+        for role in sorted(entry.roles):
+            for terminal in wired_to(role):
+                other, its_role = taken.setdefault(terminal, (entry.name, role))
+                if other != entry.name:
+                    raise ConfigError(
+                        f"{rig.path}: devices.{other}: {its_role.value} and devices.{entry.name}: {role.value} are "
+                        f"both on {terminal}: each needs its own"
+                    )
 
 
 def _require_files(entry: DeviceEntry, settings: Any, path: Path) -> None:

@@ -109,10 +109,62 @@ devices:
 roles: {valve_1: valves, valve_2: valves, monitor_1: valves, monitor_2: valves, angle: io}
 """
 
+APART = """
+name: mine
+devices:
+  one: {kind: modbus_io, map: wago_750, host: wago.lab, unit: 1, valve_1: {channel: 0}, monitor_1: {channel: 0}}
+  two: {kind: modbus_io, map: wago_750, host: wago.lab, unit: 2, valve_2: {channel: 1}, monitor_2: {channel: 1}}
+  pot: {kind: modbus_io, map: moxa_e1240, host: 192.168.1.18, angle: {wiper: 0, excitation: 1}}
+roles: {valve_1: one, valve_2: two, monitor_1: one, monitor_2: two, angle: pot}
+"""
+TWO_PORTS = """
+name: mine
+devices:
+  one: {kind: itv_serial, valve_1: {device: /dev/a}}
+  two: {kind: itv_serial, valve_2: {device: /dev/b}}
+  io: {kind: modbus_io, map: moxa_e1240, host: 192.168.1.18, angle: {wiper: 0, excitation: 1}}
+roles: {valve_1: one, valve_2: two, monitor_1: one, monitor_2: two, angle: io}
+"""
+TWO_MYRIOS = """
+name: mine
+devices:
+  one: {kind: myrio, bitfile: mine.lvbitx, resource: RIO0}
+  two: {kind: myrio, bitfile: mine.lvbitx, resource: RIO0}
+roles: {valve_1: one, valve_2: two, monitor_1: one, monitor_2: two, angle: two}
+"""
+
 
 @pytest.mark.parametrize(
     ("text", "old", "new", "said"),
     [
+        (
+            APART,
+            "valve_2: {channel: 1",
+            "valve_2: {channel: 0",
+            r"devices.one: valve_1 and devices.two: valve_2 are both on wago.lab:502 \(no gateway\), output channel 0: "
+            "each needs its own",
+        ),
+        (APART, "unit: 2, valve_2: {channel: 1", "unit: 1, valve_2: {channel: 0", "are both on wago.lab:502"),
+        (
+            APART.replace("unit:", "gateway: true, unit:").replace("channel: 1", "channel: 0"),
+            "unit: 2",
+            "unit: 1",
+            "both on wago.lab:502 unit 1, input channel 0",
+        ),
+        (APART, "monitor_2: {channel: 1", "monitor_2: {channel: 0", "monitor_1 and .* monitor_2 .* input channel 0"),
+        (
+            APART,
+            "192.168.1.18, angle: {wiper: 0",
+            "Wago.lab, angle: {wiper: 1, reference_v: 5.0}}\n#",
+            "monitor_2 and devices.pot: angle are both on wago.lab:502 .*, input channel 1",
+        ),
+        (TWO_PORTS, "/dev/b", "/dev/a", "devices.one: .* and devices.two: .* are both on /dev/a: each needs its own"),
+        (
+            TWO_MYRIOS,
+            "resource: RIO0}\nroles",
+            "resource: RIO0, valve_2: {register: AO.A_0.VAL, signal: 0-5 V}}\nroles",
+            "devices.one: valve_1 and devices.two: valve_2 are both on RIO0 AO.A_0.VAL",
+        ),
         (MODBUS, "valve_2: {channel: 1", "valve_2: {channel: 0", "devices.io: both valves on output channel 0"),
         (MODBUS, "valve_2: {channel: 1", "valve_2: {channel: 4", "does not exist; allowed: 0 .. 3"),
         (MODBUS, "wiper: 2", "wiper: 1", "devices.io: monitor_2 and angle.wiper are both on input channel 1"),
