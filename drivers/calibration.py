@@ -29,6 +29,9 @@ VALVE_OFF_MPA: Final = 0.05
 """10 % of the ITV's 0.5 MPa: so far may a regulator's pressure be from its command."""
 MONITOR_OFF: Final = 0.1
 """Of the monitor's span: the ITV's 6 % of full scale, and what gauge and regulator add."""
+LEAST_BROKEN: Final = 0.2
+"""Of a live zero: a limit below this lets a broken wire pass for a pressure. An open input reads zero within the
+converter's offset; 50 mV at the myRIO's (NI's specification), a twentieth of 1 V, and leakage comes on top."""
 MAX_AGE_DAYS: Final = 365
 """A calibration older than this is warned about."""
 
@@ -70,7 +73,8 @@ class Calibration:
     """V, mA, counts; empty: as the device gives it. MPa for a regulator: the command that was given, on the nominal
     scale."""
     broken_below: float | None = None
-    """A raw value below this is a broken wire (live zero of 1-5 V and 4-20 mA), not a pressure."""
+    """A raw value below this is a broken wire (live zero of 1-5 V and 4-20 mA), not a pressure; None: half of the live
+    zero. Less than `LEAST_BROKEN` of it is refused."""
     suspect_above: float | None = None
     """A raw value above this cannot come from a healthy monitor."""
     taken: Taken = field(default_factory=Taken)
@@ -97,10 +101,11 @@ class Potentiometer:
     load_ohm: float = bounded(1.0, 1e12, "Ohm", default=500_000.0)
     """Input resistance of the converter at the wiper; bends the reading by up to 4/27 of pot_ohm / load_ohm of full
     scale."""
-    dead_below: float = bounded(0.0, 0.5, default=0.01)
-    dead_above: float = bounded(0.5, 1.0, default=0.99)
-    """Positions outside these are the gap between the track's ends, or an open wire: there is no angle."""
-    min_excitation_v: float = bounded(0.0, 30.0, "V", default=1.0)
+    dead_below: float = bounded(0.002, 0.5, default=0.01)
+    dead_above: float = bounded(0.5, 0.998, default=0.99)
+    """Positions outside these are the gap between the track's ends, or an open wire: there is no angle. At 0 and 1 an
+    open wire would be an angle; the bounds are 10 mV of 5 V from there, eight counts of the myRIO's 12 bits."""
+    min_excitation_v: float = bounded(0.1, 30.0, "V", default=1.0)
     """Less excitation than this means that the supply of the potentiometer is off or its wire open."""
     taken: Taken = field(default_factory=Taken)
 
@@ -273,8 +278,21 @@ def _check(found: Calibration, default: Calibration, is_valve: bool, where: str)
             check_valve([(command(raw), pressure) for raw, pressure in found.knots])
         else:
             check_monitor(found.knots, default)
+            _check_broken(found, default)
     except ValueError as error:
         raise ConfigError(f"{where}: {error}") from None
+
+
+def _check_broken(found: Calibration, default: Calibration) -> None:
+    """ValueError for a limit that no broken wire of a signal with a live zero would fall below."""
+    if found.broken_below is None or default.broken_below is None:
+        return
+    zero = default.knots[0][0]
+    if found.broken_below < LEAST_BROKEN * zero:
+        raise ValueError(
+            f"broken_below: {found.broken_below:g} {default.raw_unit} would let a broken wire pass for a pressure; at "
+            f"least {LEAST_BROKEN * zero:g} {default.raw_unit}, or leave it out ({default.broken_below:g})"
+        )
 
 
 def complaint(role: str, taken: Taken, today: datetime.date, max_age_days: int = MAX_AGE_DAYS) -> str | None:

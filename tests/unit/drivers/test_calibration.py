@@ -242,6 +242,46 @@ def test_a_calibrated_monitor_keeps_its_live_zero() -> None:
 
 
 @pytest.mark.parametrize(
+    ("signal", "broken_below", "least"),
+    [(Signal.V_1_5, 0.2, "0.2 V"), (Signal.MA_4_20, 0.8, "0.8 mA"), (Signal.V_0_5, None, "")],
+)
+def test_a_calibration_cannot_switch_off_what_tells_a_broken_wire(
+    signal: Signal, broken_below: float | None, least: str
+) -> None:
+    """Zero did, without a word. A signal that starts at zero has no such limit, whatever is given."""
+    knots = [list(knot) for knot in Span(signal).knots()]
+
+    def kept(limit: float) -> Calibration:
+        calibration = context(monitor_1={"knots": knots, "broken_below": limit})
+        return for_role(calibration, Role.MONITOR_1, nominal(Span(signal)))
+
+    if broken_below is None:
+        assert not kept(0.0).is_broken(0.0)
+        return
+    assert kept(broken_below).is_broken(0.0)
+    for limit in (broken_below - 0.001, 0.0, -1.0):
+        with pytest.raises(
+            ConfigError, match=f"monitor_1: broken_below: {limit:g} .*at least {least}, or leave it out"
+        ):
+            kept(limit)
+
+
+@pytest.mark.parametrize(
+    ("key", "allowed", "refused"),
+    [("dead_below", 0.002, 0.0), ("dead_above", 0.998, 1.0), ("min_excitation_v", 0.1, 0.0)],
+)
+def test_an_open_wire_of_the_potentiometer_is_no_angle_whatever_is_calibrated(
+    key: str, allowed: float, refused: float
+) -> None:
+    """Without excitation and its limit, the angle was divided by zero."""
+    found = for_role(context(angle={key: allowed}), Role.ANGLE, Potentiometer())
+    assert found.is_dead(0.0)
+    assert found.is_dead(1.0)
+    with pytest.raises(ConfigError, match=f"calibration: angle: {key}: {refused:g} .*is outside"):
+        for_role(context(angle={key: refused}), Role.ANGLE, Potentiometer())
+
+
+@pytest.mark.parametrize(
     ("stored", "says"),
     [
         ({"knots": [[0.0, 0.0], [20.0, 0.5]], "raw_unit": "mA"}, "calibrated in 'mA'; allowed for this device: V"),
