@@ -4,8 +4,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
+from drivers.myrio.bitfile import KeptBitfile
 from drivers.myrio.rescue import Rescue
-from drivers.myrio.session import VENDOR_ERRORS, FpgaSession, explain, load_bitfile
+from drivers.myrio.session import VENDOR_ERRORS, FpgaSession, explain
 from drivers.myrio.settings import MyRioSettings
 from drivers.myrio.wiring import ABSENT, Channels, Wiring
 from rig.errors import DeviceError, DeviceLost
@@ -41,6 +42,7 @@ class MyRio:
         self._clock, self._now = context.clock, context.clock.now_ns
         self._period_ns = context.period_ns
         self._wiring = Wiring(settings, context)
+        self._bitfile = KeptBitfile(settings.bitfile, context.where)
         self._absent = sum(flag for role, flag in ABSENT.items() if role not in self.roles)
         self._open: Channels | None = None
         self._rescue: Rescue | None = None
@@ -53,6 +55,7 @@ class MyRio:
         Raises ConfigError for a wrong bitfile or a missing register, DeviceLost when there is no session to be had.
         """
         self.close()
+        self._bitfile.forget()
         channels = self._connect()
         session = channels.session
         facts = {
@@ -208,8 +211,8 @@ class MyRio:
         return self._open
 
     def _connect(self) -> Channels:
-        settings = self._settings
-        session = FpgaSession(settings, self._clock, load_bitfile(settings.bitfile, self._context.where))
+        with self._bitfile.at_hand() as bitfile:
+            session = FpgaSession(self._settings, self._clock, bitfile)
         try:
             channels = self._wiring.find(session)
         except BaseException:

@@ -2,9 +2,7 @@
 
 import warnings
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, Final
-from xml.etree.ElementTree import ParseError
 
 import nifpga
 from nifpga.statuscheckedlibrary import LibraryNotFoundError
@@ -28,6 +26,7 @@ _HINTS: Final = {
     -63042: "the network to the myRIO failed",
     -63043: "the remote session is lost",
     -63044: "no NI-RIO server on that host",
+    -63101: "the bitfile cannot be read",
     -63106: "the bitfile is not the one that was compiled for this interface; give the .lvbitx that runs on the FPGA",
     -63107: "the bitfile was made for another target",
     -63150: "hardware fault",
@@ -43,23 +42,6 @@ def explain(error: Any, resource: str, doing: str) -> DeviceError:
     hint = _HINTS.get(code, "")
     line = f"myRIO {resource}: {doing} failed: {error.get_code_string()} ({code}){': ' + hint if hint else ''}"
     return DeviceError(line) if code in _TRANSIENT else DeviceLost(line)
-
-
-def load_bitfile(path: Path, where: str = "") -> nifpga.Bitfile:
-    """The bitfile at `path`, which the settings that stand at `where` name; ConfigError when it is missing or is
-    none."""
-    named = f"{where}.bitfile: " if where else ""
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter(
-                "ignore"
-            )  # registers of types that nifpga cannot read are skipped, and looked up by name below
-            return nifpga.Bitfile(str(path))
-    except OSError as error:
-        hint = "; it comes with your FPGA project, not with pamrig" if isinstance(error, FileNotFoundError) else ""
-        raise ConfigError(f"{named}{path.resolve()}: the bitfile cannot be read: {error.strerror}{hint}") from None
-    except (ParseError, AttributeError, TypeError, ValueError, AssertionError):
-        raise ConfigError(f"{named}{path}: not a bitfile of an FPGA (.lvbitx)") from None
 
 
 class FpgaSession:

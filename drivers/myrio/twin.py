@@ -12,8 +12,9 @@ import nifpga
 from nifpga.session import _Register  # nifpga makes registers for open sessions only, and this one has none
 from nifpga.statuscheckedlibrary import FunctionInfo, StatusCheckedFunctions
 
+from drivers.myrio.bitfile import load_bitfile
 from drivers.myrio.channels import AngleChannel
-from drivers.myrio.session import FpgaSession, load_bitfile
+from drivers.myrio.session import FpgaSession
 from drivers.myrio.settings import MyRioSettings
 from drivers.myrio.wiring import Channels, Wiring
 from rig.interfaces import DeviceContext, Role

@@ -23,8 +23,8 @@
 #define MAX_OUTPUTS 32
 
 /* Status codes: nifpga/status.py */
-enum { OK = 0, ALREADY_RUNNING = 61003, INVALID_PARAMETER = -52005, RPC_CONNECTION = -63040, SIGNATURE_MISMATCH = -63106,
-       INVALID_RESOURCE = -63192, INVALID_SESSION = -63195, OUT_OF_HANDLES = -63198 };
+enum { OK = 0, ALREADY_RUNNING = 61003, INVALID_PARAMETER = -52005, RPC_CONNECTION = -63040, BITFILE_READ = -63101,
+       SIGNATURE_MISMATCH = -63106, INVALID_RESOURCE = -63192, INVALID_SESSION = -63195, OUT_OF_HANDLES = -63198 };
 /* Groups of functions, for fault_mask */
 enum { OPEN = 1, CLOSE = 2, CONTROL = 4, READ = 8, WRITE = 16 };
 /* Properties of a register */
@@ -122,10 +122,27 @@ static struct fpga *map(const char *key)
     return fpga;
 }
 
+/* The library reads the bitfile itself, by its path, and wants to find in it the signature that it is told. */
+static int32_t check(const char *bitfile, const char *signature)
+{
+    FILE *file = fopen(bitfile, "r");
+    if (!file)
+        return BITFILE_READ;
+    char line[4096];
+    int32_t status = SIGNATURE_MISMATCH;
+    while (status != OK && fgets(line, sizeof line, file))
+        if (strstr(line, signature))
+            status = OK;
+    fclose(file);
+    return status;
+}
+
 int32_t NiFpgaDll_Open(const char *bitfile, const char *signature, const char *resource, uint32_t attribute, uint32_t *session)
 {
     uint32_t free_slot = 0;
-    (void)bitfile;
+    int32_t status = check(bitfile, signature);
+    if (status != OK)
+        return status;
     while (free_slot < MAX_SESSIONS && sessions[free_slot].fpga)
         free_slot++;
     if (free_slot == MAX_SESSIONS)
@@ -138,7 +155,7 @@ int32_t NiFpgaDll_Open(const char *bitfile, const char *signature, const char *r
     struct fpga *fpga = map(key);
     if (!fpga)
         return strncmp(resource, "rio://", 6) == 0 ? RPC_CONNECTION : INVALID_RESOURCE;
-    int32_t status = enter(fpga, key, OPEN);
+    status = enter(fpga, key, OPEN);
     if (status == OK && strncmp(fpga->signature, signature, sizeof fpga->signature) != 0)
         status = SIGNATURE_MISMATCH;
     if (status < OK) {

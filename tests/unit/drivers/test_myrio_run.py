@@ -4,6 +4,7 @@ import math
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,9 +13,9 @@ from support.rigs.myrio_lab import COMMUNICATION_TIMEOUT, FPGA_BUSY, INVALID_SES
 
 from drivers.myrio.settings import AngleInput, FurtherInput, PressureLine
 from drivers.signals import Signal
-from hil.emulators.nifpga.bitfile import guarded_personality, personality
+from hil.emulators.nifpga.bitfile import guarded_personality, numbered, personality, write_bitfile
 from hil.emulators.nifpga.shared import CONTROL, OPEN, READ, WRITE
-from rig.errors import DeviceError, DeviceLost
+from rig.errors import ConfigError, DeviceError, DeviceLost
 from rig.sample import Flag
 
 pytestmark = pytest.mark.real_time
@@ -246,6 +247,28 @@ def test_safe_never_keeps_a_ticking_loop_waiting(lab: Lab) -> None:
     assert 0 < refusals < 1999
     assert lab.stand_in.board.commands_mpa() == pytest.approx((0.2, 0.2), abs=1e-4)
     device.close()
+
+
+@pytest.mark.parametrize("becomes", ["gone", "no bitfile", "another design"])
+def test_safe_opens_what_it_was_armed_with_whatever_becomes_of_the_bitfile(lab: Lab, becomes: str) -> None:
+    """A project compiled anew meanwhile: its bitfile is another one than the FPGA runs, or is being written."""
+    device = lab.device()
+    device.open()
+    device.write(0.4, 0.05)
+    bitfile = lab.settings.bitfile
+    if becomes == "gone":
+        bitfile.unlink()
+    elif becomes == "no bitfile":
+        bitfile.write_bytes(bitfile.read_bytes()[:100])
+    else:
+        write_bitfile(bitfile, numbered(personality(), first=1002), "0" * 32)
+    lab.fpga.lose_sessions()
+    with suppress(DeviceError):  # not yet
+        device.safe()
+    device.close()
+    assert lab.stand_in.board.commands_mpa() == pytest.approx((0.2, 0.2), abs=1e-4)
+    with pytest.raises((ConfigError, DeviceLost)):  # who opens anew takes what is there
+        device.open()
 
 
 def test_what_keeps_a_new_session_from_opening_is_said(lab: Lab) -> None:
