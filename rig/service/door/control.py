@@ -14,6 +14,7 @@ import os
 import socket
 from collections import deque
 from collections.abc import AsyncIterator, Awaitable, Callable
+from os.path import samestat
 from pathlib import Path
 from typing import Any, Final
 
@@ -51,6 +52,10 @@ class Server:
         self._heard_once: deque[asyncio.Task[Any]] = deque()
         self._group = ""
         self._path: Path | None = None
+        self._made: os.stat_result | None = None
+        """The socket at `_path`, as it was made."""
+        self._reachable: Listener | None = None
+        """Who listens there."""
         self._token = b""
         self._tasks: set[asyncio.Task[Any]] = set()
         self.dropped_events = 0
@@ -72,15 +77,28 @@ class Server:
 
     def _open(self, path: Path) -> None:
         places.make_way(path)
-        self._listeners.append(Listener(_unix_socket(path), self._serve_local, self._ration, self._stopped_at_once))
-        self._path = path
+        fresh = Listener(_unix_socket(path), self._serve_local, self._ration, self._stopped_at_once)
+        self._listeners.append(fresh)
+        if self._reachable is not None:
+            self._reachable.retire()
+        self._path, self._made, self._reachable = path, os.lstat(path), fresh
         if self._group:
             _give_to(path, self._group)
 
+    @property
+    def _is_found(self) -> bool:
+        """What lies at the path is the socket that was made there."""
+        with contextlib.suppress(OSError):
+            return self._path is not None and self._made is not None and samestat(os.lstat(self._path), self._made)
+        return False
+
     def stay_reachable(self) -> bool:
         """Make the socket anew where somebody has removed it, for nobody could stop the rig by it any more; whether it
-        was. StateError when it cannot be made. Who is connected stays so."""
-        if self._path is None or os.path.lexists(self._path):
+        was. StateError when it cannot be made. Who is connected stays so, and nothing else is left of the old one."""
+        for listener in [each for each in self._listeners if each.over]:
+            listener.close()
+            self._listeners.remove(listener)
+        if self._path is None or self._is_found:
             return False
         _make_folder(self._path)
         self._open(self._path)
@@ -106,9 +124,9 @@ class Server:
         for task in list(self._tasks):
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
-        if self._path is not None:
+        if self._path is not None and self._is_found:
             self._path.unlink(missing_ok=True)
-            self._path = None
+        self._path = None
         if self._lock is not None:
             os.close(self._lock)
             self._lock = None

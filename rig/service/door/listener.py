@@ -56,18 +56,34 @@ class Listener:
         self._loop = asyncio.get_running_loop()
         self._hall: deque[socket.socket] = deque()
         self._came = asyncio.Event()
-        self._tasks = {self._loop.create_task(self._usher())}
+        self._ushering = self._loop.create_task(self._usher())
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._retiring = False
         listening.setblocking(False)
         self._loop.add_reader(listening, self._accept)
 
     def close(self) -> None:
         """Let nobody in any more."""
-        self._loop.remove_reader(self._listening)
-        self._listening.close()
-        for task in self._tasks:
+        self._stop_listening()
+        for task in (self._ushering, *self._tasks):
             task.cancel()
         while self._hall:
             self._leave(self._hall[0]).close()
+
+    def retire(self) -> None:
+        """Give the socket back, which nobody can find any more, once whoever has called at it is in the hall."""
+        self._retiring = True
+        self._accept()
+
+    @property
+    def over(self) -> bool:
+        """Retired, and its last client has gone."""
+        return self._listening.fileno() < 0 and not self._hall and not self._tasks
+
+    def _stop_listening(self) -> None:
+        if self._listening.fileno() >= 0:
+            self._loop.remove_reader(self._listening)
+            self._listening.close()
 
     def _accept(self) -> None:
         for _ in range(_AT_ONCE):
@@ -76,6 +92,8 @@ class Listener:
             except OSError as error:
                 if error.errno in (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM):
                     self._pause()
+                elif self._retiring and isinstance(error, BlockingIOError):
+                    self._stop_listening()
                 break
             client.setblocking(False)
             self._receive(client)

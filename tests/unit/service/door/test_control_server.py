@@ -12,42 +12,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from support.control_server import ask, handle, with_server
 
 from rig.errors import ConfigError, StateError
 from rig.service.door import connection, protocol
 from rig.service.door.control import MAX_CLIENTS, MAX_VIEWERS, Server
-from rig.service.door.protocol import Code, Refused, Request
+from rig.service.door.protocol import Request
 
-Talk = Callable[[Server], Awaitable[None]]
 Streams = tuple[asyncio.StreamReader, asyncio.StreamWriter]
 TOKEN = "0123456789abcdef"
-
-
-async def handle(request: Request) -> Any:
-    if request.command == "arm":
-        raise Refused(Code.WRONG_STATE, "not now")
-    return {"command": request.command}
-
-
-def with_server(talk: Talk) -> None:
-    async def run() -> None:
-        server = Server(handle, lambda cursor: {"state": "armed", "cursor": cursor})
-        try:
-            await talk(server)
-        finally:
-            await server.close()
-
-    asyncio.run(run())
-
-
-async def ask(path: Path, *messages: dict[str, Any]) -> list[dict[str, Any]]:
-    reader, writer = await asyncio.open_unix_connection(path)
-    answers = []
-    for message in messages:
-        writer.write(protocol.encode(message))
-        answers.append(json.loads(await reader.readline()))
-    writer.close()
-    return answers
 
 
 def test_answers_come_in_order_and_refusals_are_answers(tmp_path: Path) -> None:
@@ -58,28 +31,6 @@ def test_answers_come_in_order_and_refusals_are_answers(tmp_path: Path) -> None:
         assert refused == {"v": 1, "id": "b", "ok": False, "error": {"code": "wrong_state", "message": "not now"}}
 
     with_server(talk)
-
-
-def test_a_socket_that_somebody_removed_is_made_again(tmp_path: Path) -> None:
-    """Its daemon ran on, and nobody could stop the rig by it."""
-    path = tmp_path / "folder" / "s"
-
-    async def talk(server: Server) -> None:
-        await server.listen(path, "")
-        reader, writer = await asyncio.open_unix_connection(path)
-        assert not server.stay_reachable()
-        path.unlink()
-        path.with_name("s.lock").unlink()
-        path.parent.rmdir()
-        assert server.stay_reachable()
-        assert [answer["ok"] for answer in await ask(path, {"id": 1, "command": "reset"})] == [True]
-        writer.write(protocol.encode({"id": 2, "command": "reset"}))
-        assert json.loads(await reader.readline())["ok"], "who was connected still is"
-        writer.close()
-        assert not server.stay_reachable()
-
-    with_server(talk)
-    assert not path.exists()
 
 
 def test_the_group_of_the_settings_may_command_and_nobody_else(tmp_path: Path) -> None:
