@@ -5,6 +5,7 @@ the rig runs, so that a test or `pamrig faults` can time what follows. What the 
 needs no device.
 """
 
+import os
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -58,6 +59,11 @@ class FaultySettings(SimulatedSettings):
     """The simulated rig's settings, and where its terminals are."""
 
     terminals: Path
+
+    @property
+    def wires(self) -> tuple[str, ...]:
+        """The terminals, by whichever name: what is written there stands for every process."""
+        return (os.path.realpath(self.terminals),)
 
 
 class FaultyRig:

@@ -197,10 +197,10 @@ def rehearse_for(loop: Loop, clock: Clock) -> None:
 
 
 def wires_of(rig: RigConfig) -> list[str]:
-    """The names of what carries the rig's set-points, the same for every process of this machine; none for a stand-in.
-    Whoever only reads disturbs nobody."""
-    real = [entry for entry in _driving(rig) if entry.kind not in STAND_INS]
-    return sorted({name for entry in real for name in getattr(device_settings(entry, rig, {})[1], "wires", ())})
+    """The names of what carries the rig's set-points, the same for every process of this machine; none for a stand-in
+    that keeps them in its own process. Whoever only reads disturbs nobody."""
+    settings = [device_settings(entry, rig, {})[1] for entry in _driving(rig)]
+    return sorted({name for own in settings for name in getattr(own, "wires", ())})
 
 
 def _driving(rig: RigConfig) -> list[DeviceEntry]:

@@ -116,6 +116,14 @@ def test_a_rig_s_wires_are_those_that_carry_set_points() -> None:
     assert all("/" in wire for wire in compose.wires_of(serial)), "its potentiometer's module is only read"
 
 
+def test_a_stand_in_that_others_can_write_to_is_a_wire(tmp_path: Path) -> None:
+    """Two processes drove it; one that keeps its plant to itself is no wire."""
+    text = compose.load(None).path.read_text().replace("../models/simulated.yaml", "simulated")
+    faulty = text.replace("kind: simulated", f"kind: simulated_faulty, terminals: {tmp_path}/t")
+    (tmp_path / "rig.yaml").write_text(faulty)
+    assert compose.wires_of(compose.load(tmp_path / "rig.yaml")) == [str((tmp_path / "t").resolve())]
+
+
 @pytest.mark.parametrize(
     ("first", "second", "apart"),
     [
