@@ -9,7 +9,8 @@ import time
 from pathlib import Path
 from typing import Final
 
-from drivers.io_process.mailbox import LinkState, Mailbox, attach, find
+from drivers.io_process.lookup import find
+from drivers.io_process.mailbox import LinkState, Mailbox, attach
 from rig.errors import DeviceLost, DevicePending
 
 LOOK_S: Final = 0.0005
@@ -40,7 +41,7 @@ def _alarmed(mailbox: Mailbox, path: Path, resource: str, patience_s: float) -> 
     """An alarm that is not done yet is not raised anew: on a slow wire it would never be done."""
     under_way = mailbox.report().alarm_done < mailbox.alarm
     count = mailbox.alarm if under_way else mailbox.raise_alarm()
-    let_go_on(mailbox.pid)
+    _let_go_on(mailbox)
     deadline = time.monotonic() + patience_s
     while (report := mailbox.report()).alarm_done < count and time.monotonic() < deadline:
         time.sleep(LOOK_S)
@@ -49,7 +50,7 @@ def _alarmed(mailbox: Mailbox, path: Path, resource: str, patience_s: float) -> 
     if report.state is LinkState.ENDED:
         return False
     if mailbox.stuck:  # it was told, and to go on, and does not
-        _end(mailbox.pid, path)
+        _end(mailbox, path)
         return False
     if report.state is LinkState.UP:
         raise DevicePending(f"{resource}: {NOT_YET}")
@@ -83,14 +84,25 @@ def let_go_on(pid: int) -> None:
             os.kill(pid, signal.SIGCONT)
 
 
-def _end(pid: int, path: Path) -> None:
-    """Kill the I/O process that holds the lock of the mailbox at `path`, and wait until it has let go."""
-    with contextlib.suppress(OSError):
-        descriptor = os.pidfd_open(pid)
+def _let_go_on(mailbox: Mailbox) -> None:
+    """The same to the process behind a mailbox, which may be another user's."""
+    if (descriptor := mailbox.process()) is not None:
         try:
+            with contextlib.suppress(OSError):
+                signal.pidfd_send_signal(descriptor, signal.SIGCONT)
+        finally:
+            os.close(descriptor)
+
+
+def _end(mailbox: Mailbox, path: Path) -> None:
+    """Kill the I/O process that holds the lock of the mailbox at `path`, and wait until it has let go."""
+    if (descriptor := mailbox.process()) is None:
+        return
+    try:
+        with contextlib.suppress(OSError):
             if (held := attach(path)) is not None:  # it is still the one that was written down, and no later pid
                 held.close()
                 signal.pidfd_send_signal(descriptor, signal.SIGKILL)
                 select.select([descriptor], [], [], _GONE_S)
-        finally:
-            os.close(descriptor)
+    finally:
+        os.close(descriptor)

@@ -5,17 +5,16 @@ replaces the one before, and neither side ever waits for the other. A third proc
 alarm. Nothing here knows a wire or a device. Linux: the file lies in /dev/shm and lives as long as somebody holds its
 lock.
 
-A mailbox takes orders from its own user and from root. Every other user sees that somebody serves the wire, and who.
+A mailbox takes orders from its own user and from root. Every other user sees that somebody serves the wire, and who
+(lookup.py).
 """
 
 import contextlib
 import fcntl
-import hashlib
 import mmap
 import os
-import pwd
+import stat
 import struct
-import tempfile
 import time
 import zlib
 from enum import IntEnum
@@ -150,6 +149,7 @@ class Mailbox:
         """Maps an open file. The mapping keeps a copy of the descriptor, and with it whatever lock that descriptor
         carries."""
         self._map = mmap.mmap(descriptor, _SIZE)
+        self._uid = os.fstat(descriptor).st_uid
         self.view = memoryview(self._map)
         self._alarm = self.view[_ALARM_AT : _ALARM_AT + 8].cast("Q")
         self._served = self.view[_SERVED_AT : _SERVED_AT + 32].cast("Q")
@@ -172,7 +172,8 @@ class Mailbox:
         """The newest whole order."""
         if found := self.order_note.get():
             number, (stamp_ns, mode, count, *outputs) = found
-            self._last_order = Order(number, _int(stamp_ns), Mode(_int(mode)), tuple(outputs[: _int(count)]))  # type: ignore[arg-type]
+            with contextlib.suppress(ValueError):  # a mode that no process of ours writes
+                self._last_order = Order(number, _int(stamp_ns), Mode(_int(mode)), tuple(outputs[: _int(count)]))  # type: ignore[arg-type]
         return self._last_order
 
     def post_report(self, report: Report) -> None:
@@ -190,9 +191,10 @@ class Mailbox:
             assert isinstance(text, bytes)
             trouble = text[:length].decode("utf-8", "replace")
             holds_safe = bool(fields[-3])
-            self._last_report = Report(
-                head[0], LinkState(head[1]), Trip(head[2]), *head[3:], values, stamps, holds_safe, trouble  # type: ignore[arg-type, call-arg]
-            )  # fmt: skip
+            with contextlib.suppress(ValueError):  # as above
+                self._last_report = Report(
+                    head[0], LinkState(head[1]), Trip(head[2]), *head[3:], values, stamps, holds_safe, trouble  # type: ignore[arg-type, call-arg]
+                )  # fmt: skip
         return self._last_report
 
     def raise_alarm(self) -> int:
@@ -216,6 +218,16 @@ class Mailbox:
         """The I/O process; before there is one, the process that is about to start it."""
         return self._served[0]
 
+    def process(self) -> int | None:
+        """A descriptor (pidfd_open(2)) of the process that is written down, which the caller closes; None when it has
+        gone, or is not the mailbox's user's: a number that somebody forged is nobody to send signals to."""
+        with contextlib.suppress(OSError):
+            descriptor = os.pidfd_open(self.pid)
+            if _uid_of(self.pid) == self._uid:
+                return descriptor
+            os.close(descriptor)
+        return None
+
     @property
     def stuck(self) -> bool:
         """The I/O process has not moved for too long since it was started or told of an alarm."""
@@ -238,69 +250,17 @@ class Mailbox:
             part.close() if isinstance(part, mmap.mmap) else part.release()
 
 
-def _int(value: object) -> int:
-    assert isinstance(value, int)
-    return value
-
-
-def path_for(resource: str) -> Path:
-    """Where this user's mailbox of a wire lies: a file that a dead process of another user left is in nobody's way."""
-    return _folder() / f"pamrigio-{os.getuid()}-{_named(resource)}"
-
-
-def _folder() -> Path:
-    return Path("/dev/shm") if os.path.isdir("/dev/shm") else Path(tempfile.gettempdir())
-
-
-def _named(resource: str) -> str:
-    return hashlib.sha256(resource.encode()).hexdigest()[:16]
-
-
-def find(resource: str) -> tuple[Path, Mailbox] | None:
-    """The mailbox of the living I/O process that serves a wire, whoever started it; None when there is none. DeviceLost
-    when it takes no orders from us, because it is another user's."""
-    for path in sorted(_folder().glob(f"pamrigio-*-{_named(resource)}")):
-        try:
-            mailbox = attach(path)
-        except PermissionError:
-            if _is_held(path):
-                raise DeviceLost(
-                    f"{resource}: served by an I/O process of {user_of(path)}, which takes no orders from "
-                    f"{_user(os.getuid())}: ask that user's pamrig (`pamrig estop`), or call this as root"
-                ) from None
-            continue
-        if mailbox is not None:
-            return path, mailbox
+def _uid_of(pid: int) -> int | None:
+    """The user as whom a process acts; None when it has gone."""
+    with contextlib.suppress(OSError):
+        status = Path(f"/proc/{pid}/status").read_text(encoding="utf-8", errors="replace")
+        return int(status.partition("\nUid:")[2].split()[1])
     return None
 
 
-def user_of(path: Path) -> str:
-    """Whose a file is, in words."""
-    try:
-        return _user(path.stat().st_uid)
-    except OSError:
-        return "another user"
-
-
-def _user(uid: int) -> str:
-    with contextlib.suppress(KeyError):
-        return f"user {pwd.getpwuid(uid).pw_name}"
-    return f"user {uid}"
-
-
-def _is_held(path: Path) -> bool:
-    """Whether somebody lives behind another user's mailbox, which may be looked at."""
-    try:
-        descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NOFOLLOW)
-    except OSError:
-        return False
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return True
-    finally:
-        os.close(descriptor)
-    return False
+def _int(value: object) -> int:
+    assert isinstance(value, int)
+    return value
 
 
 def create(path: Path) -> int | None:
@@ -311,6 +271,9 @@ def create(path: Path) -> int | None:
             descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, _SEEN_BY_ALL)
         except OSError as error:
             raise DeviceLost(f"{path}: the mailbox of an I/O process cannot be made: {error.strerror}") from None
+        if os.fstat(descriptor).st_uid != os.geteuid():
+            os.close(descriptor)
+            raise DeviceLost(f"{path}: the mailbox of an I/O process cannot be made: another user's file is there")
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
@@ -339,18 +302,29 @@ def mapped(path: Path) -> Mailbox:
 def attach(path: Path) -> Mailbox | None:
     """The mailbox of a living I/O process; None when there is none. PermissionError for another user's."""
     try:
-        descriptor = os.open(path, os.O_RDWR | os.O_CLOEXEC | os.O_NOFOLLOW)
-    except FileNotFoundError:
+        descriptor = os.open(path, os.O_RDWR | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK)
+    except PermissionError:
+        raise
+    except OSError:  # none, or something that is no file
         return None
     try:
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
-        except BlockingIOError:
-            mailbox = Mailbox(descriptor) if os.fstat(descriptor).st_size == _SIZE else None
-            return mailbox if mailbox and mailbox.valid else None
-        return None
+        if not is_held(descriptor) or os.fstat(descriptor).st_size != _SIZE:
+            return None
+        mailbox = Mailbox(descriptor)
+        return mailbox if mailbox.valid else None
     finally:
         os.close(descriptor)
+
+
+def is_held(descriptor: int) -> bool:
+    """Whether somebody lives behind an open mailbox file."""
+    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        return False
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    return False
 
 
 def remove_own(descriptor: int) -> None:

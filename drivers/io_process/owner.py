@@ -13,19 +13,8 @@ from pathlib import Path
 from typing import Final
 
 from drivers.io_process.alarm import LOOK_S, NOT_YET, is_stopped, let_go_on
-from drivers.io_process.mailbox import (
-    LinkState,
-    Mailbox,
-    Mode,
-    Report,
-    Trip,
-    create,
-    find,
-    mapped,
-    path_for,
-    remove,
-    user_of,
-)
+from drivers.io_process.lookup import find, path_for, user_of
+from drivers.io_process.mailbox import LinkState, Mailbox, Mode, Report, Trip, create, mapped, remove
 from drivers.io_process.worker import Job
 from rig.errors import DeviceError, DeviceLost, DevicePending
 

@@ -8,7 +8,8 @@ from collections.abc import Callable, Iterator
 import pytest
 from support.rigs import fieldbus_rigs as rigs
 
-from drivers.io_process.mailbox import attach, path_for
+from drivers.io_process.lookup import path_for
+from drivers.io_process.mailbox import attach
 from drivers.mixed import MixedRig
 from drivers.modbus_io.device import ModbusIo
 from drivers.modbus_io.settings import Mode

@@ -16,7 +16,8 @@ import pytest
 import serial
 from support.rigs import fieldbus_rigs as rigs
 
-from drivers.io_process.mailbox import attach, path_for
+from drivers.io_process.lookup import path_for
+from drivers.io_process.mailbox import attach
 from drivers.itv_serial.device import ItvSerial, ItvSettings
 from drivers.serial_port import SerialPort
 from hil.emulators.emulation import Emulation
@@ -247,7 +248,8 @@ def _io_processes() -> list[int]:
 
 OWNER = """
 import json, sys, time
-from drivers.io_process.mailbox import attach, path_for
+from drivers.io_process.lookup import path_for
+from drivers.io_process.mailbox import attach
 from drivers.itv_serial.device import ItvSerial, ItvSettings
 from drivers.serial_port import SerialPort
 from rig.interfaces import DeviceContext, Role

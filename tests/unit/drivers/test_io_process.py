@@ -1,20 +1,16 @@
 """The I/O process and its mailbox without a wire and without a second process: a link that does as told, and a clock
 that is turned."""
 
-import errno
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import pytest
 
 from drivers.io_process import mailbox as mailboxes
 from drivers.io_process import worker as workers
-from drivers.io_process.alarm import alarm, confirmed
 from drivers.io_process.mailbox import LinkState, Mailbox, Mode, Report, Trip
-from drivers.io_process.owner import IoProcess
 from drivers.io_process.worker import Exchange, Job, Worker
 from rig.errors import DeviceError, DeviceLost
 
@@ -152,55 +148,6 @@ def test_one_owner_at_a_time_and_others_find_it(tmp_path: Path) -> None:
     assert mailboxes.attach(path) is None, "its owner is gone"
     mailboxes.remove(path)
     assert not path.exists()
-
-
-@pytest.fixture
-def served_by_another() -> Iterator[tuple[str, Path, int]]:
-    """A wire, the mailbox that another user's I/O process has for it, and the descriptor by which that one lives."""
-    resource = f"a wire of process {os.getpid()}"
-    own = mailboxes.path_for(resource)
-    path = own.with_name(own.name.replace(f"-{os.getuid()}-", f"-{os.getuid() + 1}-"))
-    descriptor = mailboxes.create(path)
-    assert descriptor is not None
-    yield resource, path, descriptor
-    path.unlink()
-
-
-def test_root_reaches_the_io_process_of_any_user(served_by_another: tuple[str, Path, int]) -> None:
-    """By its own name alone root found none, opened the port beside it, and both wrote."""
-    resource, path, descriptor = served_by_another
-    found = mailboxes.find(resource)
-    assert found is not None
-    assert found[0] == path
-    found[1].close()
-    with pytest.raises(DeviceLost, match="in use by another I/O process of user "):
-        IoProcess(resource, Job("m", {}, (), 0), Job("m", {}, (), 0), 1).start()
-    os.close(descriptor)
-    assert mailboxes.find(resource) is None
-
-
-def test_another_users_io_process_is_named_and_takes_no_orders(
-    served_by_another: tuple[str, Path, int], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    resource, path, descriptor = served_by_another
-    opened = os.open
-
-    def guarded(place: Any, flags: int, *more: Any) -> int:
-        if place == path and flags & os.O_RDWR:
-            raise PermissionError(errno.EACCES, "Permission denied")
-        return opened(place, flags, *more)
-
-    monkeypatch.setattr(os, "open", guarded)
-    assert path.stat().st_mode & 0o777 == 0o644
-    for call in (
-        lambda: alarm(resource, 0.0),
-        lambda: confirmed(resource),
-        lambda: IoProcess(resource, Job("m", {}, (), 0), Job("m", {}, (), 0), 1).start(),
-    ):
-        with pytest.raises(DeviceLost, match=r"served by an I/O process of user .*, which takes no orders from user "):
-            call()
-    os.close(descriptor)
-    assert alarm(resource, 0.0) is False, "it is gone"
 
 
 def test_a_mailbox_that_cannot_be_made_is_one_line(tmp_path: Path) -> None:
