@@ -235,10 +235,22 @@ def _finish(part: Path, target: Path, kind: Kind) -> None:
             check_place(target, kind)
             part.chmod(stat.S_IMODE(target.stat().st_mode))
             part.replace(target)
+        keep_names(target.parent)
     except RigError as error:
         kept = target.with_name(f"{target.stem}{part.stem.removesuffix('.writing')}{part.suffix}")
         part.rename(kept)
         raise RigError(f"{error}; it came while this was at work, whose result is {kept}") from None
+
+
+def keep_names(folder: Path) -> None:
+    """The names of a folder onto the disk, too, after a file there has taken one: what was on it then is not found
+    under another, or none, when the power fails. Not every file system can (OSError is let pass)."""
+    with contextlib.suppress(OSError):
+        descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
 
 
 def _took_free_name(part: Path, target: Path) -> bool:

@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 
 from rig.errors import RigError
+from rig.outputs import keep_names
 
 
 def keep(path: Path, text: str, problem: str = "cannot be written") -> None:
@@ -16,5 +17,6 @@ def keep(path: Path, text: str, problem: str = "cannot be written") -> None:
             file.flush()
             os.fsync(file.fileno())
         fresh.replace(path)
+        keep_names(path.parent)
     except OSError as error:
         raise RigError(f"{path}: {problem}: {error.strerror}") from None

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from rig.errors import RigError
+from rig.service.records.kept_file import keep
 
 _ROUNDED_NS: Final = 2_000_000_000
 """FAT keeps the time of a write to 2 s, and forgets the rest once the file has left the cache."""
@@ -93,33 +94,31 @@ class Ledger:
         """Leave out entries whose files are gone, and write the rest anew. RigError when that cannot be written."""
         with self._writing:
             kept = [entry for path, entry in self._read().items() if path not in set(paths)]
-            fresh = self._path.with_suffix(".new")
-            self._write("".join(map(_line, kept)), "w", fresh)
-            try:
-                fresh.replace(self._path)
-            except OSError as error:
-                raise RigError(f"{self._path}: cannot be written: {error.strerror}") from None
+            self._put_aside()
+            keep(self._path, "".join(map(_line, kept)))
 
     def _append(self, line: str) -> None:
         """The whole line or nothing of it: half a line, on a disk that was full, would make all of it unreadable."""
         whole = self._path.stat().st_size if self._path.exists() and not self._broken else 0
+        self._put_aside()
         try:
-            self._write(line, "a", self._path)
-        except RigError:
-            if not self._broken:  # else nothing was written: the broken one could not be put aside
-                with suppress(OSError):
-                    os.truncate(self._path, whole)
-            raise
-
-    def _write(self, text: str, mode: str, path: Path) -> None:
-        try:
-            if self._broken:  # only now: who merely looks changes nothing
-                self._path.replace(self._path.with_suffix(".broken"))
-                self._broken = False
-            with path.open(mode, encoding="utf-8") as file:
-                file.write(text)
+            with self._path.open("a", encoding="utf-8") as file:
+                file.write(line)
+                file.flush()
+                os.fsync(file.fileno())
         except OSError as error:
+            with suppress(OSError):
+                os.truncate(self._path, whole)
             raise RigError(f"{self._path}: cannot be written: {error.strerror}") from None
+
+    def _put_aside(self) -> None:
+        """A broken ledger, only now that something is written: who merely looks changes nothing."""
+        if self._broken:
+            try:
+                self._path.replace(self._path.with_suffix(".broken"))
+            except OSError as error:
+                raise RigError(f"{self._path}: cannot be written: {error.strerror}") from None
+            self._broken = False
 
     def _read(self) -> dict[str, Entry]:
         """By path, the last entry of each; none of a file that is not there, or is broken."""

@@ -13,6 +13,7 @@ from typing import Any, Final
 from rig.config import load
 from rig.errors import RigError
 from rig.rig_config import RigConfig
+from rig.service.records.kept_file import keep
 
 Seen = Callable[[dict[str, Any]], str]
 """What of a step can be seen in a status; empty when it cannot be seen to be done."""
@@ -82,12 +83,7 @@ class BringUp:
         confirmed.pop(name, None)
         if done:
             confirmed[name] = {"at_s": time.time(), "by": by}
-        fresh = self._kept.with_suffix(".new")
-        try:
-            fresh.write_text(json.dumps(confirmed), encoding="utf-8")
-            fresh.replace(self._kept)
-        except OSError as error:
-            raise RigError(f"{self._kept}: cannot be written: {error.strerror}") from None
+        keep(self._kept, json.dumps(confirmed))
 
     def _step(self, step: Step, status: dict[str, Any], confirmed: Any) -> dict[str, Any]:
         seen = SEEN[step.seen](status)
