@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
 _WIDTH = 150
 BENCH_NAMES = (
-    "simulated", "modbus", "modbus-long-watchdog", "rtu", "serial", "mixed", "run", "run-modbus", "run-serial",
-    "replay", "calibrate", "calibrate-modbus", "calibrate-serial", "probe", "probe-modbus",
+    "simulated", "modbus", "modbus-long-watchdog", "rtu", "serial", "mixed", "myrio", "run", "run-modbus",
+    "run-serial", "replay", "calibrate", "calibrate-modbus", "calibrate-serial", "probe", "probe-modbus",
 )  # fmt: skip
 """As rig.qualify.faults.losses has them, which is not imported for a help text."""
 

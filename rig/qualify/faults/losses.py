@@ -28,7 +28,13 @@ from rig.qualify.faults.held import (
     RunOverModbus,
     RunOverSerial,
 )
-from rig.qualify.faults.wired import MixedFaultBench, ModbusFaultBench, RtuFaultBench, SerialFaultBench
+from rig.qualify.faults.wired import (
+    MixedFaultBench,
+    ModbusFaultBench,
+    MyRioFaultBench,
+    RtuFaultBench,
+    SerialFaultBench,
+)
 
 _SIGNALS: Final = (signal.SIGKILL, signal.SIGSTOP)
 _APART_S: Final = 0.5
@@ -77,6 +83,7 @@ BENCHES: Final[dict[str, Callable[[Path], FaultBench]]] = {
     "rtu": RtuFaultBench,
     "serial": SerialFaultBench,
     "mixed": MixedFaultBench,
+    "myrio": MyRioFaultBench,
     "run": RunBench,
     "run-modbus": RunOverModbus,
     "run-serial": RunOverSerial,

@@ -7,6 +7,8 @@ roles; it prints, as JSON, what must stand in each device's settings to be found
 
 import contextlib
 import json
+import os
+import select
 import subprocess
 import sys
 import tempfile
@@ -22,8 +24,10 @@ from rig.qualify.faults.bench import SAFE_MPA, FaultBench
 
 _SERIAL_BAUD: Final = 9600
 _RTU_BAUD: Final = 115_200
-_PLACES: Final = ("host", "port", "serial", "valve_1", "valve_2")
+_PLACES: Final = ("host", "port", "serial", "valve_1", "valve_2", "bitfile")
 """Of what an emulator says: where it is found. The driver is to work as it would in the lab."""
+_POLL_S: Final = 0.0005
+"""How often an emulated FPGA looks at what others have written to its registers."""
 _HEAD: Final[dict[str, Any]] = {
     "name": "faulty, wired",
     "period_ms": 5,
@@ -124,6 +128,21 @@ class MixedFaultBench(WiredFaultBench):
         super().__init__(folder, lab, {"wago": module}, limits)
 
 
+class MyRioFaultBench(WiredFaultBench):
+    """The paper's rig on a myRIO whose FPGA has no watchdog: it is software alone that makes safe."""
+
+    def __init__(self, folder: Path) -> None:
+        resource = f"RIO{os.getpid()}"  # one process of the machine drives a RIO: benches beside this have their own
+        super().__init__(folder, _lab("paper_myrio"), {"myrio": {"resource": resource}}, {"misses_per_s": 1000})
+
+    def _found_at(self) -> dict[str, dict[str, Any]]:
+        from hil.emulators.nifpga.library import load
+
+        found = super()._found_at()
+        load().serve(Path(found["myrio"]["bitfile"]).parent)
+        return found
+
+
 def _lab(name: str) -> dict[str, Any]:
     """One of pamrig's own rigs, as its YAML has it."""
     raw: dict[str, Any] = read_yaml(shipped.configs() / "rigs" / f"{name}.yaml")  # type: ignore[assignment]
@@ -197,7 +216,10 @@ def serve(terminals_path: Path, devices: Mapping[str, Any]) -> None:
             for name, device in devices.items()
         }
         print(json.dumps({name: _place(emulator.settings) for name, emulator in running.items()}), flush=True)
-        sys.stdin.read()
+        polls = [board.poll for emulator in running.values() if (board := getattr(emulator, "board", None))]
+        while not select.select([sys.stdin], [], [], _POLL_S if polls else None)[0]:
+            for poll in polls:
+                poll()
         for emulator in running.values():
             emulator.close()
 

@@ -17,7 +17,13 @@ from rig.cli.qualify.faults import BENCH_NAMES
 from rig.qualify.faults.bench import FaultBench
 from rig.qualify.faults.held import Calibration, Probe, RunBench
 from rig.qualify.faults.losses import BENCHES, Blow, draw, trials, try_losses
-from rig.qualify.faults.wired import ModbusFaultBench, RtuFaultBench, SerialFaultBench, WiredFaultBench
+from rig.qualify.faults.wired import (
+    ModbusFaultBench,
+    MyRioFaultBench,
+    RtuFaultBench,
+    SerialFaultBench,
+    WiredFaultBench,
+)
 
 
 @pytest.fixture(scope="module")
@@ -38,6 +44,12 @@ def test_pairs_and_triples_on_the_simulated_rig(bench: FaultBench) -> None:
 
 def test_pairs_and_triples_over_modbus(modbus: ModbusFaultBench) -> None:
     assert [f"{trial}: {trial.problem}" for trial in trials(modbus, 4, seed=4) if trial.problem] == []
+
+
+def test_pairs_and_triples_over_a_myrio(tmp_path: Path) -> None:
+    """Its FPGA has no watchdog, and whoever is left needs a session of his own."""
+    with MyRioFaultBench(tmp_path) as bench:
+        assert [f"{trial}: {trial.problem}" for trial in trials(bench, 4, seed=9) if trial.problem] == []
 
 
 @pytest.mark.parametrize("make", [SerialFaultBench, RtuFaultBench])
