@@ -1,37 +1,28 @@
 """Who drives what a rig is wired to: one process at a time on this machine holds a Modbus module, a RIO session or a
 serial port, whatever rig's YAML it came by.
 
-The process that writes set-points holds a lock for each of them, which the kernel lets go when that process is gone,
-however it ends. Whoever makes safe needs none: that must succeed beside a process that holds it, and says so then.
-The lock files lie in /dev/shm, which a service with a temporary folder of its own shares with everybody else, and stay
-there: a file that is removed is a lock that two can hold.
-
-The other two locks here share only the call of the kernel with these, and nothing would be simpler for one function: a
-mailbox (`drivers.io_process.mailbox`) is of one user, carried over to a child and removed with it; a daemon's
-(`rig.service.door.places`) is of the owner of its folder, or the folder itself.
+The process that writes set-points holds a name for each of them in the kernel's table of Unix sockets (unix(7),
+abstract), which goes with that process, however it ends, and which nobody can remove or replace, as a file that
+carries a lock can be. Whoever makes safe needs none: that must succeed beside a process that holds it, and says so
+then.
 """
 
 import errno
-import fcntl
 import hashlib
 import os
-import stat
-import time
+import socket
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Final
 
 from rig.errors import DeviceLost
-from rig.realtime.shared import folder
 
-_EVERYBODY: Final = 0o666
-"""Other users of this machine hold the same wire's lock."""
-_MOST_BYTES: Final = 300
-"""Of a holder's name; what somebody else wrote there is not trusted further."""
-_LOOKED_AT_S: Final = 0.1
-_AGAIN_S: Final = 0.001
-_FLAGS: Final = os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
+TABLE = "pamrigwire"
+"""What the names begin with: of one table each wire is held once."""
+_NAMES: Final = Path("/proc/net/unix")
+_MOST_BYTES: Final = 260
+"""Of a holder's command line; a person wants to know it again."""
 
 
 def hold(wires: Iterable[str], holder: int | None = None) -> list[int]:
@@ -39,7 +30,10 @@ def hold(wires: Iterable[str], holder: int | None = None) -> list[int]:
     drives one of them. `holder`: the process to name to others, if it is not this one."""
     taken: list[int] = []
     try:
-        taken.extend(_take(wire, os.getpid() if holder is None else holder) for wire in wires)
+        for wire in wires:
+            taken.append(_take(wire))
+            with suppress(OSError):  # a name for others to read, no more
+                taken.append(_bind(f"{_name_of(wire)} {os.getpid() if holder is None else holder}"))
     except BaseException:
         _let_go(taken)
         raise
@@ -62,84 +56,59 @@ def _let_go(taken: Iterable[int]) -> None:
 
 
 def driver(wires: Iterable[str], but: int | None = None) -> str:
-    """Who drives one of the wires now, in words; empty when nobody does. `but`: a process that is not meant."""
+    """Who drives one of the wires now, in words; empty when nobody does. `but`: a process that is not meant. Looking
+    takes nothing from anybody."""
+    names = _names()
     for wire in wires:
-        try:
-            descriptor = os.open(_path(wire), _FLAGS)
-        except OSError:
-            continue
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
-        except BlockingIOError:
-            holder = _holder(descriptor)
-            if but is None or holder.partition(" (")[0] != f"process {but}":
-                return f"{wire} is driven by {holder}"
-        finally:
-            os.close(descriptor)
+        name = _name_of(wire)
+        if name in names and ((holder := _holder(name, names)) is None or holder != but):
+            return f"{wire} is driven by {_introduced(holder)}"
     return ""
 
 
-def _path(wire: str) -> Path:
-    return folder() / f"pamrigwire-{hashlib.sha256(wire.encode()).hexdigest()[:16]}"
-
-
-def _take(wire: str, holder: int) -> int:
-    path = _path(wire)
+def _take(wire: str) -> int:
     try:
-        descriptor = _open(path)
+        return _bind(_name_of(wire))
     except OSError as error:
-        raise DeviceLost(f"{wire}: its lock {path} cannot be opened: {error.strerror}") from None
-    try:
-        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-            raise DeviceLost(f"{wire}: its lock {path} is no regular file")
-        _lock(descriptor)
-        os.ftruncate(descriptor, 0)
-        os.pwrite(descriptor, _introduced(holder), 0)
-    except BlockingIOError:
-        words = f"{wire}: driven by {_holder(descriptor)}; end that first"
-        os.close(descriptor)
-        raise DeviceLost(words) from None
-    except BaseException:
-        os.close(descriptor)
-        raise
-    return descriptor
+        if error.errno == errno.EADDRINUSE:
+            who = _introduced(_holder(_name_of(wire), _names()))
+            raise DeviceLost(f"{wire}: driven by {who}; end that first") from None
+        raise DeviceLost(f"{wire}: cannot be held for this process alone: {error.strerror}") from None
 
 
-def _lock(descriptor: int) -> None:
-    """BlockingIOError when another process drives. Who only looks has the lock as well, for microseconds: he is waited
-    for."""
-    until = time.monotonic() + _LOOKED_AT_S
-    while True:
-        try:
-            return fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            if time.monotonic() > until:
-                raise
-        time.sleep(_AGAIN_S)
+def _name_of(wire: str) -> str:
+    return f"{TABLE}-{hashlib.sha256(wire.encode()).hexdigest()[:16]}"
 
 
-def _open(path: Path) -> int:
-    """Made where it is missing. A file of another user in a sticky folder may not be opened as if to be made
-    (fs.protected_regular)."""
-    with suppress(FileNotFoundError):
-        return os.open(path, _FLAGS)
-    try:
-        descriptor = os.open(path, _FLAGS | os.O_CREAT | os.O_EXCL, _EVERYBODY)
-    except OSError as error:
-        if error.errno != errno.EEXIST:
-            raise
-        return os.open(path, _FLAGS)  # made by another meanwhile
-    os.fchmod(descriptor, _EVERYBODY)  # past the umask
-    return descriptor
+def _bind(name: str) -> int:
+    """A descriptor that holds the name; OSError, EADDRINUSE, when somebody has it."""
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as bound:
+        bound.bind(f"\0{name}")
+        return bound.detach()
 
 
-def _introduced(pid: int) -> bytes:
+def _names() -> set[str]:
+    """Every name of the table that is held now; none where the kernel does not tell, for looking is never in the way of
+    making safe."""
     with suppress(OSError):
-        command = Path(f"/proc/{pid}/cmdline").read_bytes().replace(b"\0", b" ").strip()
-        return f"process {pid} (".encode() + command[: _MOST_BYTES - 40] + b")"
-    return f"process {pid}".encode()
+        found = (line.partition(" @")[2] for line in _NAMES.read_text("utf-8", errors="replace").splitlines())
+        return {name for name in found if name.startswith(f"{TABLE}-")}
+    return set()
 
 
-def _holder(descriptor: int) -> str:
-    said = os.pread(descriptor, _MOST_BYTES, 0).decode("utf-8", "replace")
-    return "".join(character if character.isprintable() else "?" for character in said) or "another process"
+def _holder(name: str, names: Iterable[str]) -> int | None:
+    """The process that holds the wire of that name; None where it has not said so yet."""
+    said = (each.partition(f"{name} ")[2] for each in names)
+    return next((int(pid) for pid in said if pid.isascii() and pid.isdigit()), None)
+
+
+def _introduced(pid: int | None) -> str:
+    """What a process is, in one line of printable characters."""
+    if pid is None:
+        return "another process"
+    try:
+        command = Path(f"/proc/{pid}/cmdline").read_bytes().replace(b"\0", b" ").strip()[:_MOST_BYTES]
+    except OSError:
+        return f"process {pid}"
+    plain = "".join(one if one.isprintable() else "?" for one in command.decode("utf-8", "replace"))
+    return f"process {pid} ({plain})"

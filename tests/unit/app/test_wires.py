@@ -17,22 +17,21 @@ from drivers.modbus_io.stations import rebuild
 from rig.app import compose, shipped, supervise, wires
 from rig.config import unstructure
 from rig.errors import DeviceLost, RigError
+from rig.realtime import shared
 from rig.realtime.clock import MonotonicClock
 
 HOLD = "import sys; from rig.app import wires; wires.hold(sys.argv[1:]); print('held', flush=True); sys.stdin.read()"
 
 
 @pytest.fixture(autouse=True)
-def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(wires, "folder", lambda: tmp_path)
+def own_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(wires, "TABLE", f"pamrigwire-{os.getpid()}-{tmp_path.name}")
 
 
 @contextmanager
-def another(folder: Path, *names: str) -> Iterator["subprocess.Popen[str]"]:
+def another(*names: str) -> Iterator["subprocess.Popen[str]"]:
     """A process that holds these wires."""
-    patched = HOLD.replace(
-        "; wires.hold", f"; from pathlib import Path; wires.folder = lambda: Path({str(folder)!r}); wires.hold"
-    )
+    patched = HOLD.replace("; wires.hold", f"; wires.TABLE = {wires.TABLE!r}; wires.hold")
     process = subprocess.Popen(
         [sys.executable, "-c", patched, *names], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     )
@@ -45,8 +44,8 @@ def another(folder: Path, *names: str) -> Iterator["subprocess.Popen[str]"]:
         process.communicate()
 
 
-def test_a_wire_is_one_process_s_and_its_name_is_said(tmp_path: Path) -> None:
-    with another(tmp_path, "10.0.0.1:502 unit 1") as other:
+def test_a_wire_is_one_process_s_and_its_name_is_said() -> None:
+    with another("10.0.0.1:502 unit 1") as other:
         assert wires.driver(["10.0.0.2:502 unit 1"]) == ""
         assert f"process {other.pid} (" in wires.driver(["10.0.0.1:502 unit 1"])
         assert wires.driver(["10.0.0.1:502 unit 1"], other.pid) == ""
@@ -56,16 +55,16 @@ def test_a_wire_is_one_process_s_and_its_name_is_said(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
-def test_a_process_that_ends_lets_go_however_it_ends(tmp_path: Path, number: int) -> None:
-    with another(tmp_path, "RIO0") as other:
+def test_a_process_that_ends_lets_go_however_it_ends(number: int) -> None:
+    with another("RIO0") as other:
         other.send_signal(number)
         other.wait()
         with wires.held(["RIO0"]):
             assert f"process {os.getpid()} " in wires.driver(["RIO0"])
 
 
-def test_one_wire_in_use_takes_none(tmp_path: Path) -> None:
-    with another(tmp_path, "b"):
+def test_one_wire_in_use_takes_none() -> None:
+    with another("b"):
         with pytest.raises(DeviceLost, match=r"^b: driven by"):
             wires.hold(["a", "b"])
         assert wires.driver(["a"]) == ""
@@ -81,29 +80,30 @@ def test_what_was_held_is_free_afterwards_and_looking_takes_nothing() -> None:
         pass
 
 
-def test_a_fifo_and_a_link_in_the_place_of_a_lock_neither_hang_nor_lead_elsewhere(tmp_path: Path) -> None:
+def test_nothing_lies_about_that_somebody_could_remove() -> None:
+    """The lock was a file in /dev/shm: whoever cleaned up there (systemd-logind does, when a user logs out for the last
+    time) let a second process drive the wire."""
+    before = set(shared.folder().iterdir())
     with wires.held(["a"]):
-        (lock,) = tmp_path.iterdir()
-    lock.unlink()
-    os.mkfifo(lock)
-    with pytest.raises(DeviceLost, match="no regular file"):
-        wires.hold(["a"])
-    lock.unlink()
-    elsewhere = tmp_path / "precious"
-    elsewhere.write_text("kept")
-    lock.symlink_to(elsewhere)
-    with pytest.raises(DeviceLost, match="cannot be opened"):
-        wires.hold(["a"])
-    assert elsewhere.read_text() == "kept"
+        assert {path.name for path in set(shared.folder().iterdir()) - before if "wire" in path.name} == set()
+        with pytest.raises(DeviceLost):
+            wires.hold(["a"])
 
 
-def test_a_holder_s_name_cannot_write_to_the_terminal(tmp_path: Path) -> None:
-    with another(tmp_path, "a", "b"):
-        (lock, _) = sorted(tmp_path.iterdir())
-        lock.write_bytes(b"\x1b[2Jprocess 1\n")
-        said = wires.driver(["a"]) + wires.driver(["b"])
-    assert "\x1b" not in said
-    assert "\n" not in said
+def test_a_holder_s_command_line_cannot_write_to_the_terminal() -> None:
+    wire = "a\x1b[2Jprocess 1\n\u202e"
+    with another(wire) as other:
+        said = wires.driver([wire]).removeprefix(wire)
+    assert f"process {other.pid} (" in said
+    assert said.isprintable()
+
+
+def test_a_wire_whose_holder_says_nothing_of_itself_is_driven_all_the_same() -> None:
+    held = wires.hold(["a"])
+    os.close(held.pop())
+    assert wires.driver(["a"]) == wires.driver(["a"], os.getpid()) == "a is driven by another process"
+    os.close(held.pop())
+    assert wires.driver(["a"]) == ""
 
 
 def test_a_rig_s_wires_are_those_that_carry_set_points() -> None:
@@ -171,7 +171,7 @@ def test_a_safe_state_that_nobody_could_write_is_not_said_to_be_written(tmp_path
     text = (rigs / "all_modbus.yaml").read_text().replace("192.168.1.17", "127.0.0.1\n    port: 1")
     (tmp_path / "rig.yaml").write_text(text.replace("../modbus", str(rigs.parent / "modbus")))
     rig = compose.load(tmp_path / "rig.yaml")
-    with another(tmp_path, *compose.wires_of(rig)), pytest.raises(RigError, match="NOT SAFE") as said:
+    with another(*compose.wires_of(rig)), pytest.raises(RigError, match="NOT SAFE") as said:
         supervise.make_safe(rig)
     assert "was written" not in str(said.value)
 
