@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from rig.errors import RigError
-from rig.service.records.kept_file import keep
+from rig.service.records.kept_file import keep, put_aside
 
 MOST_OPEN = 200
 """So many sweeps may wait: each stands in every status."""
@@ -92,7 +92,7 @@ class Queue:
             self.jobs = [_job({key: value for key, value in job.items() if key in known}) for job in raw["jobs"]]
             self._last_id = int(raw["last_id"])
         except (OSError, ValueError, TypeError, LookupError, AttributeError, OverflowError, RecursionError):
-            self._path.replace(self._path.with_suffix(".broken"))
+            put_aside(self._path)
             self.jobs = []
         for job in self.jobs:
             if job.state is JobState.RUNNING:

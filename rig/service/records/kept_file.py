@@ -1,10 +1,15 @@
 """A file of the daemon's state folder that is written again and again, and must outlive a loss of power."""
 
+import itertools
+import logging
 import os
 from pathlib import Path
+from typing import Final
 
 from rig.errors import RigError
 from rig.outputs import keep_names
+
+_LOG: Final = logging.getLogger("pamrig")
 
 
 def keep(path: Path, text: str, problem: str = "cannot be written") -> None:
@@ -20,3 +25,15 @@ def keep(path: Path, text: str, problem: str = "cannot be written") -> None:
         keep_names(path.parent)
     except OSError as error:
         raise RigError(f"{path}: {problem}: {error.strerror}") from None
+
+
+def put_aside(path: Path) -> None:
+    """A file that cannot be read gives up its name, beside those that did before it, and the log says so. RigError when
+    it cannot."""
+    places = itertools.chain([".broken"], (f".broken{number}" for number in itertools.count(2)))
+    place = next(free for suffix in places if not os.path.lexists(free := path.with_suffix(suffix)))
+    try:
+        path.rename(place)
+    except OSError as error:
+        raise RigError(f"{path}: cannot be read, nor put aside: {error.strerror}") from None
+    _LOG.error("%s: cannot be read; it is kept as %s, and a new one begun", path, place.name)

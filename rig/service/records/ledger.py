@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from rig.errors import RigError
-from rig.service.records.kept_file import keep
+from rig.service.records.kept_file import keep, put_aside
 
 _ROUNDED_NS: Final = 2_000_000_000
 """FAT keeps the time of a write to 2 s, and forgets the rest once the file has left the cache."""
@@ -114,10 +114,7 @@ class Ledger:
     def _put_aside(self) -> None:
         """A broken ledger, only now that something is written: who merely looks changes nothing."""
         if self._broken:
-            try:
-                self._path.replace(self._path.with_suffix(".broken"))
-            except OSError as error:
-                raise RigError(f"{self._path}: cannot be written: {error.strerror}") from None
+            put_aside(self._path)
             self._broken = False
 
     def _read(self) -> dict[str, Entry]:

@@ -8,7 +8,9 @@ from pathlib import Path
 import pytest
 
 from rig.app import compose
+from rig.errors import RigError
 from rig.outputs import Kind, write_text
+from rig.service.queue.job_queue import Queue
 from rig.service.records.kept_file import keep
 from rig.service.records.ledger import Ledger
 from rig.service.web.files.bringup import BringUp
@@ -78,3 +80,35 @@ def test_a_folder_that_cannot_be_synced_is_no_failure(tmp_path: Path, monkeypatc
     monkeypatch.setattr(os, "open", refused)
     keep(tmp_path / "kept.json", "{}")
     assert (tmp_path / "kept.json").read_text() == "{}"
+
+
+@pytest.mark.parametrize("name", ["queue.json", "records.jsonl"])
+def test_what_cannot_be_read_is_kept_beside_what_could_not_before(
+    name: str, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """The second took the place of the first, and nobody was told of either."""
+    path = tmp_path / name
+    (tmp_path / "record").touch()
+    for text in ("first", "second", "third"):
+        path.write_text(text)
+        if name == "queue.json":
+            assert Queue(path).left() == []
+        else:
+            Ledger(path).add(tmp_path / "record")
+    kept = {place.name: place.read_text() for place in tmp_path.glob("*.broken*")}
+    assert kept == {
+        f"{path.stem}.broken": "first",
+        f"{path.stem}.broken2": "second",
+        f"{path.stem}.broken3": "third",
+    }
+    assert f"{path}: cannot be read; it is kept as {path.stem}.broken3, and a new one begun" in caplog.text
+
+
+def test_a_file_that_cannot_be_put_aside_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(*_: object) -> None:
+        raise OSError(30, "Read-only file system")
+
+    (tmp_path / "queue.json").write_text("x")
+    monkeypatch.setattr(Path, "rename", refused)
+    with pytest.raises(RigError, match=r"queue\.json: cannot be read, nor put aside: Read-only file system"):
+        Queue(tmp_path / "queue.json")
