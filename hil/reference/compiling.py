@@ -1,11 +1,12 @@
-"""The one place that names the compiler, so that the plant's equations read as plain Python and are typed as such."""
+"""How the plants' equations are compiled, so that they read as plain Python and are typed as such."""
 
 from collections.abc import Callable, MutableSequence
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from rig.model.machine_code import kernel
 
 Array = NDArray[np.float64]
 State = MutableSequence[float]
@@ -14,5 +15,5 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def compiled(function: F) -> F:
-    """Compile at the first call and keep the result on disk."""
-    return cast(F, numba.njit(cache=True, error_model="numpy")(function))
+    """Compile at the first call and keep the result on the disk: `rig.model.machine_code`."""
+    return kernel(error_model="numpy")(function)

@@ -8,12 +8,10 @@ import importlib
 from collections.abc import Iterable
 from dataclasses import replace
 from functools import cache
-from hashlib import blake2b
 from pathlib import Path
 from types import FunctionType
 from typing import Any, cast
 
-import numba
 import numpy as np
 from numba.np import linalg as numba_linalg
 from numpy.typing import NDArray
@@ -24,6 +22,7 @@ from rig.model.drive import drives
 from rig.model.driving import driving_pressures
 from rig.model.external import External
 from rig.model.joint_balance import NOTHING_ADDED, STATE_SIZE, balanced_angles
+from rig.model.machine_code import kept
 from rig.model.parameters import Input, Model, StageKind
 from rig.model.resample import on_clock
 from rig.model.slots import Placed, Row, Slot, StageFunction
@@ -57,12 +56,12 @@ def compiled(function: StageFunction | FunctionType) -> Any:
     numba calls only what is compiled itself: the functions that this one names are compiled with it.
     """
     plain = cast(FunctionType, function)
-    named = _named(plain).items()
-    called = {name: compiled(one) for name, one in named if isinstance(one, FunctionType)}
-    rows = {name: np.array(one) for name, one in named if isinstance(one, Row)}
+    named = {name: plain.__globals__.get(name) for name in plain.__code__.co_names}
+    called = {name: compiled(one) for name, one in named.items() if isinstance(one, FunctionType)}
+    rows = {name: np.array(one) for name, one in named.items() if isinstance(one, Row)}
     copy = FunctionType(plain.__code__, plain.__globals__ | called | rows, plain.__name__, plain.__defaults__)
-    copy.__qualname__, copy.__module__ = f"{plain.__qualname__}.{made_of(plain)}", plain.__module__
-    return numba.njit(cache=True, nogil=True, forceinline=INLINED)(copy)
+    copy.__qualname__, copy.__module__ = plain.__qualname__, plain.__module__
+    return kept(copy, nogil=True, forceinline=INLINED)
 
 
 def is_machine_code_kept() -> bool:
@@ -93,26 +92,6 @@ def over_records(function: StageFunction | FunctionType) -> Any:
     plain = FunctionType(each_record.__code__, {**each_record.__globals__, "run": function}, "each_record")
     plain.__module__ = each_record.__module__
     return compiled(plain)
-
-
-def made_of(function: FunctionType) -> str:
-    """What a function's machine code depends on, as a word: its own code, the numbers that it names and the functions
-    that it calls. numba looks at the one file that the function stands in, and would go on with what it kept when
-    another one has changed."""
-    constants = [one for one in function.__code__.co_consts if not isinstance(one, str)]
-    parts = [repr(INLINED), function.__code__.co_code, repr(constants)]
-    for name, value in sorted(_named(function).items()):
-        parts.append(f"{name}={made_of(value) if isinstance(value, FunctionType) else _number(value)}")
-    return blake2b(repr(parts).encode(), digest_size=6).hexdigest()
-
-
-def _named(function: FunctionType) -> dict[str, object]:
-    """What a function names from outside of itself."""
-    return {name: function.__globals__.get(name) for name in function.__code__.co_names}
-
-
-def _number(value: object) -> str:
-    return repr(value) if isinstance(value, (int, float, tuple)) else ""
 
 
 def drive(p1_mpa: Column, p2_mpa: Column, p0_mpa: float, exponent: float) -> Column:

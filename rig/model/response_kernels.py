@@ -4,10 +4,10 @@ element."""
 from math import exp, floor
 
 import numpy as np
-from numba import njit
 
 from rig.model.drive import mean_pressure_factor
 from rig.model.kernels import compiled
+from rig.model.machine_code import kernel
 from rig.record import Column
 
 LAGS_S = (0.02, 0.05, 0.12, 0.3, 1.0, 4.0)
@@ -22,13 +22,13 @@ are farther apart are gone between in as many steps as that takes, straight from
 _factor = compiled(mean_pressure_factor)
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _steps(dt_s: float) -> int:  # pragma: no cover
     """Steps from one row to the next."""
     return max(1, int(floor(dt_s / STEP_S + 0.5)))  # noqa: RUF046 (numba's floor gives a float)
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def regulated(u: Column, dead_s: float, fill_s: float, exhaust_s: float, dt_s: float) -> Column:  # pragma: no cover
     """A regulator's pressure under set-points u (n,): dead time, then a first-order lag, apart for filling and
     exhausting."""
@@ -53,7 +53,7 @@ def regulated(u: Column, dead_s: float, fill_s: float, exhaust_s: float, dt_s: f
     return out
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _bank(d: float, first: bool, keep: Column, row: Column) -> None:  # pragma: no cover
     """The bank one step later under the drive d: `row` (RESPONSE_TERMS,) holds its terms, which are its state as
     well."""
@@ -69,7 +69,7 @@ def _bank(d: float, first: bool, keep: Column, row: Column) -> None:  # pragma: 
         row[12 + j] = min(max(row[12 + j], slow - PLAYS_MPA[j]), slow + PLAYS_MPA[j])
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _keeps(dt_s: float) -> Column:  # pragma: no cover
     """The bank's low-passes for one step."""
     keep = np.empty(6)
@@ -78,14 +78,14 @@ def _keeps(dt_s: float) -> Column:  # pragma: no cover
     return keep
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _drive(p1: float, p2: float, p0: float, exponent: float) -> float:  # pragma: no cover
     """The drive of one row; the usual exponent apart, since a power takes as long as the rest of the bank."""
     factor: float = _factor(p1, p2, p0, 1.0) if exponent == 1.0 else _factor(p1, p2, p0, exponent)
     return (p1 - p2) * factor
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _to_next(last: float, d: float, first: bool, steps: int, keep: Column, row: Column) -> None:  # pragma: no cover
     """The bank one row later, as the drive goes from `last` to d."""
     for k in range(1, steps):
@@ -94,7 +94,7 @@ def _to_next(last: float, d: float, first: bool, steps: int, keep: Column, row: 
     _bank(d, first, keep, row)
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def response_terms(
     p1: Column, p2: Column, p0: float, exponent: float, dt_s: float, out: Column
 ) -> None:  # pragma: no cover
@@ -106,7 +106,7 @@ def response_terms(
         out[i], last = row, d
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def propagated(
     p1: Column, p2: Column, p0: float, exponent: float, dt_s: float, weights: Column
 ) -> Column:  # pragma: no cover
@@ -124,7 +124,7 @@ def propagated(
     return out
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def stops(y: Column, radii: Column, shares: Column) -> Column:  # pragma: no cover
     """The deflection (n,) of a Maxwell-slip element whose parts, of these `shares` (k,), slip after `radii` (k,), moved
     along by y."""

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from rig.model.lanes import any_below, difference, fused, larger, load, magnitude, negative, product, spread, store
+from rig.model.machine_code import kernel
 from rig.record import Column
 
 Table = NDArray[np.float64]
@@ -59,7 +59,7 @@ def lay_inputs(u: Sequence[Column], y: Sequence[Column], divisor_s: float, skip:
     return Inputs(np.concatenate(u) / divisor_s, np.concatenate(nu), np.concatenate(y), ends, start)
 
 
-@numba.njit(inline="always")
+@kernel(inline="always")
 def _read_law(table: Any, stride: Any, at: Any) -> Any:
     """The eight parameters of eight particles; those that (11) subtracts come negated."""
     return (
@@ -74,7 +74,7 @@ def _read_law(table: Any, stride: Any, at: Any) -> Any:
     )
 
 
-@numba.njit(inline="always")
+@kernel(inline="always")
 def _advance(y: Any, law: Any, u_now: Any, u_last: Any, nu: Any) -> Any:
     """One step of (11) for eight particles."""
     theta = fused(law[1], u_last, u_now)
@@ -84,7 +84,7 @@ def _advance(y: Any, law: Any, u_now: Any, u_last: Any, nu: Any) -> Any:
     return fused(lean, magnitude(y), fused(keep, y, push))
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _errors(
     table: Any, stride: Any, first: Any, last: Any, u: Any, nu: Any, y: Any, ends: Any, scored_from: Any, out: Any
 ) -> None:
@@ -120,7 +120,7 @@ def _errors(
             store(out, record * stride + b, sum_b)
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _peaks(table: Any, stride: Any, first: Any, last: Any, u: Any, nu: Any, ends: Any, out: Any) -> None:
     """Largest |y| of the particles first .. last from rest, into out[record * stride + particle]."""
     hopeless = spread(HOPELESS)
@@ -145,7 +145,7 @@ def _peaks(table: Any, stride: Any, first: Any, last: Any, u: Any, nu: Any, ends
             store(out, record * stride + b, peak_b)
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _courses(
     table: Any, stride: Any, first: Any, last: Any, u: Any, nu: Any, y: Any, ends: Any, kept: Any, out: Any
 ) -> None:

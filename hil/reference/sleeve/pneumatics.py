@@ -54,22 +54,23 @@ def ideal(ratio: float) -> float:
 
 
 @compiled
+def sharp_edge_at(ratio: float) -> float:
+    """Flow of a sharp-edged orifice against its flow into a vacuum, below LAMINAR: discharge coefficient times the
+    nozzle's flow."""
+    discharge = 0.0
+    for k in range(5, -1, -1):
+        discharge = discharge * ratio + PERRY[k]
+    return discharge / PERRY[0] * (1.0 if ratio <= CRITICAL else ideal(ratio) / CHOKED_FLOW)
+
+
+@compiled
 def sharp_edge(ratio: float) -> float:
-    """Flow of a sharp-edged orifice against its flow into a vacuum."""
+    """The same at any ratio, into no vacuum too."""
     if ratio >= 1.0:
         return 0.0
     if ratio > LAMINAR:
         return sharp_edge_at(LAMINAR) * (1.0 - ratio) / (1.0 - LAMINAR)
     return sharp_edge_at(ratio)
-
-
-@compiled
-def sharp_edge_at(ratio: float) -> float:
-    """The same below LAMINAR: discharge coefficient times the nozzle's flow."""
-    discharge = 0.0
-    for k in range(5, -1, -1):
-        discharge = discharge * ratio + PERRY[k]
-    return discharge / PERRY[0] * (1.0 if ratio <= CRITICAL else ideal(ratio) / CHOKED_FLOW)
 
 
 @compiled

@@ -5,16 +5,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from rig.model.machine_code import kernel
 from rig.record import Column
 
 STANDS = 1e-4
 """A descent is over when a step betters the sum of squares by less than this share of it."""
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def square_sum(column: Column) -> float:  # pragma: no cover
     """Sum of squares. Not numpy's: a threaded BLAS costs more than it gives on columns of this length."""
     total = 0.0
@@ -23,7 +23,7 @@ def square_sum(column: Column) -> float:  # pragma: no cover
     return total
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def normal(
     slopes: Column, residual: Column, parts: Column, count: int
 ) -> tuple[Column, Column, Column]:  # pragma: no cover

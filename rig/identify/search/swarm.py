@@ -5,11 +5,11 @@ It knows neither models nor records; `rig.identify.search.one_search` brings it 
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from rig.fields import bounded
+from rig.model.machine_code import kernel
 
 Table = NDArray[np.float64]
 
@@ -84,7 +84,7 @@ class Swarm:
         self._iteration += 1
 
 
-@numba.njit(cache=True)
+@kernel()
 def _remember(at: Table, scores: Table, own_best: Table, own_score: Table) -> int:
     """Where and how well each particle has been best so far, in place; the best of them all. Compiled as `_move` is."""
     first = 0
@@ -97,7 +97,7 @@ def _remember(at: Table, scores: Table, own_best: Table, own_score: Table) -> in
     return first
 
 
-@numba.njit(cache=True)
+@kernel()
 def _move(
     at: Table,
     speed: Table,
