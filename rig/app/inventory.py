@@ -9,7 +9,7 @@ from typing import Any
 import click
 from rich.table import Table
 
-from drivers.calibration import Calibration, Potentiometer, complaint, parse_all
+from drivers.calibration import Calibration, Potentiometer, Taken, complaint, parse_all
 from drivers.catalog import kinds, summary_of
 from drivers.fitting import summary
 from rig.app import compose
@@ -25,20 +25,15 @@ def calibrations(rig: RigConfig) -> dict[Role, Calibration | Potentiometer]:
 
 
 def warnings(rig: RigConfig, today: datetime.date | None = None) -> list[str]:
-    """A line for every role of real hardware whose calibration is missing or old."""
+    """A line for every role of real hardware whose calibration is old; one for all that were never calibrated."""
     found = calibrations(rig)
     today = today or datetime.datetime.now().astimezone().date()
     real = [role for entry in rig.devices if entry.kind not in compose.STAND_INS for role in sorted(entry.roles)]
-    lines = []
-    for role in real:
-        line = (
-            complaint(role.value, found[role].taken, today)
-            if role in found
-            else complaint(role.value, Potentiometer().taken, today)
-        )
-        if line:
-            lines.append(line)
-    return lines
+    taken = {role.value: found[role].taken if role in found else Taken() for role in real}
+    never = [role for role, one in taken.items() if one.age_days(today) is None]
+    lines = [complaint(", ".join(never), Taken(), today)] if never else []
+    lines += [complaint(role, one, today) for role, one in taken.items() if role not in never]
+    return [line for line in lines if line]
 
 
 def inventory(rig: RigConfig) -> dict[str, Any]:
