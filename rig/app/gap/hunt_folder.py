@@ -26,7 +26,7 @@ class Step:
     minutes: float
     """On the rig."""
     records: str = ""
-    """Their folder within the campaign's, once they are whole."""
+    """Their folder within the hunt's, once they are whole."""
     set: tuple[tuple[str, float], ...] = ()
     """The names that hold the credible mass after it, with their probabilities."""
     since: int | None = None
@@ -43,7 +43,7 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Campaign:
+class Hunt:
     """What a hunt did so far."""
 
     folder: Path
@@ -57,7 +57,7 @@ class Campaign:
         """Of the rig's time, used."""
         return sum(step.minutes for step in self.steps if step.done)
 
-    def with_last(self, step: Step) -> "Campaign":
+    def with_last(self, step: Step) -> "Hunt":
         """The same, its last step replaced."""
         return replace(self, steps=(*self.steps[:-1], step))
 
@@ -73,11 +73,11 @@ class Campaign:
         write_text(self.folder / FILE, json.dumps(plain, indent=1) + "\n", Kind.HUNT)
 
 
-def open_campaign(folder: Path, asked: Mapping[str, Any]) -> Campaign:
-    """The campaign of a folder: as it was left, or a new one. ConfigError when the folder's is of something else."""
+def open_hunt(folder: Path, asked: Mapping[str, Any]) -> Hunt:
+    """The hunt of a folder: as it was left, or a new one. ConfigError when the folder's is of something else."""
     place = folder / FILE
     if not place.exists():
-        return Campaign(folder, asked)
+        return Hunt(folder, asked)
     text = read_text(place)
     try:
         plain = json.loads(text)
@@ -88,7 +88,7 @@ def open_campaign(folder: Path, asked: Mapping[str, Any]) -> Campaign:
     if plain.get("version") != VERSION:
         raise ConfigError(f"{place}: of version {plain.get('version')}; this pamrig reads version {VERSION}")
     _check_same(folder, before, asked)
-    return Campaign(folder, asked, steps, plain.get("ended", ""))
+    return Hunt(folder, asked, steps, plain.get("ended", ""))
 
 
 def _check_same(folder: Path, before: Mapping[str, Any], asked: Mapping[str, Any]) -> None:

@@ -9,8 +9,8 @@ from hashlib import sha256
 from pathlib import Path
 
 from rig.app import shipped
-from rig.app.gap.campaign import FILE, MODEL_TEXT, Campaign, Step, open_campaign
 from rig.app.gap.daemon_jobs import at_hand, check_free, last_job, taken
+from rig.app.gap.hunt_folder import FILE, MODEL_TEXT, Hunt, Step, open_hunt
 from rig.app.gap.planning import resting, room_of
 from rig.app.runs.outcome import Outcome
 from rig.app.runs.sweeping import SweepOptions, run_sweep, text_from
@@ -110,17 +110,17 @@ class Thought:
 class Hunted:
     """What came of it."""
 
-    campaign: Campaign
+    hunt: Hunt
     thought: Thought | None
 
     def to_json(self) -> dict[str, object]:
         """The JSON of the command."""
         return {
-            "steps": [step.to_json() for step in self.campaign.steps],
+            "steps": [step.to_json() for step in self.hunt.steps],
             "diagnosis": None if self.thought is None else self.thought.diagnosis.to_json(),
-            "minutes": self.campaign.minutes,
-            "ended": self.campaign.ended,
-            "folder": str(self.campaign.folder),
+            "minutes": self.hunt.minutes,
+            "ended": self.hunt.ended,
+            "folder": str(self.hunt.folder),
         }
 
 
@@ -135,38 +135,38 @@ def hunt(
     takes longer than the hunt may."""
     model = load_model(shipped.find_config(options.model, "models"))
     choose(options.reference, model, len(options.days))
-    campaign = open_campaign(options.folder, options.asked)
+    so_far = open_hunt(options.folder, options.asked)
     thought: Thought | None = None
-    if not campaign.steps:
-        campaign = _first(campaign, options)
-    elif len(campaign.steps) > 1 and not campaign.steps[-1].done:
-        thought = think(options, model, campaign)
-        report(campaign.steps[-2], thought)
-    campaign = replace(campaign, ended="")
+    if not so_far.steps:
+        so_far = _first(so_far, options)
+    elif len(so_far.steps) > 1 and not so_far.steps[-1].done:
+        thought = think(options, model, so_far)
+        report(so_far.steps[-2], thought)
+    so_far = replace(so_far, ended="")
     while True:
-        if not campaign.steps[-1].done:
-            if why := _barred(options, campaign, allowed):
-                return _ended(campaign, thought, why)
-            campaign = _recorded(campaign, options)
-        with progress(f"diagnosing after step {len(campaign.steps)}"):
-            thought = think(options, model, campaign)
-        campaign = campaign.with_last(replace(campaign.steps[-1], set=thought.names))
-        campaign.save()
-        report(campaign.steps[-1], thought)
+        if not so_far.steps[-1].done:
+            if why := _barred(options, so_far, allowed):
+                return _ended(so_far, thought, why)
+            so_far = _recorded(so_far, options)
+        with progress(f"diagnosing after step {len(so_far.steps)}"):
+            thought = think(options, model, so_far)
+        so_far = so_far.with_last(replace(so_far.steps[-1], set=thought.names))
+        so_far.save()
+        report(so_far.steps[-1], thought)
         if thought.settled:
-            return _ended(campaign, thought, thought.settled)
-        left_s = 60.0 * (options.minutes - campaign.minutes)
+            return _ended(so_far, thought, thought.settled)
+        left_s = 60.0 * (options.minutes - so_far.minutes)
         with progress("planning what tells more"):
             planned = _next(options, thought, left_s)
             more = planned or _next(options, thought, 3600.0)
         if planned is None:
-            return _ended(campaign, thought, NOTHING if more is None else TIME)
-        campaign = _with_step(campaign, planned, options.rig.channels)
+            return _ended(so_far, thought, NOTHING if more is None else TIME)
+        so_far = _with_step(so_far, planned, options.rig.channels)
 
 
-def think(options: HuntOptions, model: Model, campaign: Campaign) -> Thought:
+def think(options: HuntOptions, model: Model, so_far: Hunt) -> Thought:
     """The diagnosis of all records so far."""
-    first, *later = [read(campaign.folder / step.records) for step in campaign.steps if step.done]
+    first, *later = [read(so_far.folder / step.records) for step in so_far.steps if step.done]
     kind = choose(options.reference, model, len(options.days))
     diagnosis, grounds = diagnose_with_grounds(
         model,
@@ -189,8 +189,8 @@ def _next(options: HuntOptions, thought: Thought, seconds: float) -> Experiment 
     return what_next(known.expected, known.posteriors, room, seconds, simulator=known.simulator)
 
 
-def _first(campaign: Campaign, options: HuntOptions) -> Campaign:
-    """The campaign with the session that it begins with."""
+def _first(so_far: Hunt, options: HuntOptions) -> Hunt:
+    """The hunt with the session that it begins with."""
     path = shipped.find_config(options.first, "sweeps")
     for plan in expand(load_sweep(path), options.rig.period_ns):
         check_run(plan, options.rig.limits, options.rig.period_ns)
@@ -201,57 +201,57 @@ def _first(campaign: Campaign, options: HuntOptions) -> Campaign:
             "allow as many, or name a shorter one by --sweep"
         )
     return _planned(
-        campaign, text_from(path, campaign.folder), f"the session that a hunt begins with ({path.stem})", minutes
+        so_far, text_from(path, so_far.folder), f"the session that a hunt begins with ({path.stem})", minutes
     )
 
 
-def _with_step(campaign: Campaign, planned: Experiment, channels: Channels) -> Campaign:
-    number, what = len(campaign.steps) + 1, planned.why(channels)
+def _with_step(so_far: Hunt, planned: Experiment, channels: Channels) -> Hunt:
+    number, what = len(so_far.steps) + 1, planned.why(channels)
     why = f"to tell {' from '.join(planned.separates)}: {what}, {planned.weakest:.1f} standard deviations apart"
-    return _planned(campaign, planned.sweep(f"step_{number}"), why, planned.seconds / 60.0)
+    return _planned(so_far, planned.sweep(f"step_{number}"), why, planned.seconds / 60.0)
 
 
-def _planned(campaign: Campaign, sweep: str, why: str, minutes: float) -> Campaign:
-    """The campaign with one more step, its sweep written, nothing recorded yet."""
-    name = f"step_{len(campaign.steps) + 1}.yaml"
-    campaign.folder.mkdir(parents=True, exist_ok=True)
-    write_text(campaign.folder / name, sweep, Output.SWEEP)
-    campaign = replace(campaign, steps=(*campaign.steps, Step(name, why, minutes)))
-    campaign.save()
-    return campaign
+def _planned(so_far: Hunt, sweep: str, why: str, minutes: float) -> Hunt:
+    """The hunt with one more step, its sweep written, nothing recorded yet."""
+    name = f"step_{len(so_far.steps) + 1}.yaml"
+    so_far.folder.mkdir(parents=True, exist_ok=True)
+    write_text(so_far.folder / name, sweep, Output.SWEEP)
+    so_far = replace(so_far, steps=(*so_far.steps, Step(name, why, minutes)))
+    so_far.save()
+    return so_far
 
 
-def _barred(options: HuntOptions, campaign: Campaign, allowed: Callable[[Step], bool]) -> str:
+def _barred(options: HuntOptions, so_far: Hunt, allowed: Callable[[Step], bool]) -> str:
     """Why the last step is not to be recorded; empty where it may be, or the daemon records it already."""
-    step = campaign.steps[-1]
-    if _at_hand(options, campaign):
+    step = so_far.steps[-1]
+    if _at_hand(options, so_far):
         return ""
-    if not campaign.minutes + step.minutes <= options.minutes + ROUNDING_MIN:
+    if not so_far.minutes + step.minutes <= options.minutes + ROUNDING_MIN:
         return TIME
     return "" if allowed(step) else "not confirmed"
 
 
-def _at_hand(options: HuntOptions, campaign: Campaign) -> bool:
+def _at_hand(options: HuntOptions, so_far: Hunt) -> bool:
     """The daemon records the last step already, or has: a hunt before this one asked it to."""
-    step, daemon = campaign.steps[-1], options.daemon
+    step, daemon = so_far.steps[-1], options.daemon
     if daemon is None or step.since is None:
         return False
-    return at_hand(daemon.status(), campaign.folder / step.sweep, step.since)
+    return at_hand(daemon.status(), so_far.folder / step.sweep, step.since)
 
 
-def _recorded(campaign: Campaign, options: HuntOptions) -> Campaign:
-    """The campaign with the records of its last step; what an earlier try left stays in a folder of its own.
+def _recorded(so_far: Hunt, options: HuntOptions) -> Hunt:
+    """The hunt with the records of its last step; what an earlier try left stays in a folder of its own.
     CheckFailed when they are not all valid."""
-    number = len(campaign.steps)
-    tries = sum(1 for place in campaign.folder.glob(f"step_{number}_records*"))
+    number = len(so_far.steps)
+    tries = sum(1 for place in so_far.folder.glob(f"step_{number}_records*"))
     folder = f"step_{number}_records" + (f"_again{tries}" if tries else "")
     if options.daemon is not None:
-        campaign = _by_daemon(options.daemon, campaign, options, folder)
+        so_far = _by_daemon(options.daemon, so_far, options, folder)
     else:
-        _here(options, campaign.folder / campaign.steps[-1].sweep, campaign.folder / folder, number)
-    campaign = campaign.with_last(replace(campaign.steps[-1], records=folder))
-    campaign.save()
-    return campaign
+        _here(options, so_far.folder / so_far.steps[-1].sweep, so_far.folder / folder, number)
+    so_far = so_far.with_last(replace(so_far.steps[-1], records=folder))
+    so_far.save()
+    return so_far
 
 
 def _here(options: HuntOptions, sweep: Path, out: Path, number: int) -> None:
@@ -261,27 +261,27 @@ def _here(options: HuntOptions, sweep: Path, out: Path, number: int) -> None:
     outcome.judge()
 
 
-def _by_daemon(daemon: Client, campaign: Campaign, options: HuntOptions, folder: str) -> Campaign:
+def _by_daemon(daemon: Client, so_far: Hunt, options: HuntOptions, folder: str) -> Hunt:
     """One sweep as a job of the daemon, which must be armed and have nothing else to do. From when on a job may be this
     step's is on the disk before the daemon hears of it, so that a kill at any moment leaves no record unknown."""
-    step = campaign.steps[-1]
-    sweep = campaign.folder / step.sweep
-    if not _at_hand(options, campaign):
+    step = so_far.steps[-1]
+    sweep = so_far.folder / step.sweep
+    if not _at_hand(options, so_far):
         status = daemon.status()
         check_free(status)
         step = replace(step, since=last_job(status))
-        campaign = campaign.with_last(step)
-        campaign.save()
+        so_far = so_far.with_last(step)
+        so_far.save()
         daemon.start(sweep, before="leave")
     assert step.since is not None
-    taken(daemon, sweep, step.since, campaign.folder / folder)
-    return campaign
+    taken(daemon, sweep, step.since, so_far.folder / folder)
+    return so_far
 
 
-def _ended(campaign: Campaign, thought: Thought | None, how: str) -> Hunted:
-    campaign = replace(campaign, ended=how)
-    campaign.save()
-    return Hunted(campaign, thought)
+def _ended(so_far: Hunt, thought: Thought | None, how: str) -> Hunted:
+    so_far = replace(so_far, ended=how)
+    so_far.save()
+    return Hunted(so_far, thought)
 
 
 def hunt_and_tell(
@@ -315,9 +315,9 @@ def _tell_cut(
     what it ended by."""
     if not (options.folder / FILE).exists():
         return
-    campaign = open_campaign(options.folder, options.asked)
+    so_far = open_hunt(options.folder, options.asked)
     why = str(error) or "interrupted"
-    cut = Hunted(replace(campaign, ended=f"cut short: {why}"), learnt[-1] if learnt else None)
+    cut = Hunted(replace(so_far, ended=f"cut short: {why}"), learnt[-1] if learnt else None)
     with suppress(RigError, OSError):
         _write_pages(options, cut)
     emit(cut)
@@ -333,14 +333,14 @@ def _write_pages(options: HuntOptions, found: Hunted) -> None:
         write_page(folder / "report.html", thought.diagnosis, thought.grounds, model, {"Rig": options.rig.name})
     steps = [
         ToldStep(step.sweep, step.why, f"{step.minutes:.1f}", step.set if step.done else ())
-        for step in found.campaign.steps
+        for step in found.hunt.steps
     ]
     write_hunt(
         folder / "hunt.html",
         options.rig.name,
         steps,
-        found.campaign.minutes,
-        found.campaign.ended,
+        found.hunt.minutes,
+        found.hunt.ended,
         None if thought is None else thought.diagnosis,
         "report.html" if thought is not None else "",
     )

@@ -13,7 +13,7 @@ from rig.cli.service.daemon import socket_option
 from rig.outputs import Kind
 
 if TYPE_CHECKING:
-    from rig.app.gap.campaign import Step
+    from rig.app.gap.hunt_folder import Step
     from rig.app.gap.hunting import Hunted
     from rig.service.client import Client
 
@@ -137,9 +137,9 @@ def _show(found: "Hunted", json_to: str | None) -> None:
     from rig.gap.answer.words.sentences import headline
     from rig.own_units import own_text
 
-    out, campaign = console(json_to), found.campaign
+    out, so_far = console(json_to), found.hunt
     if found.thought is not None:
         diagnosis = found.thought.diagnosis
         for line in headline(diagnosis):
             out.print(own_text(line, diagnosis.channels))
-    out.print(f"ended: {campaign.ended}; {campaign.minutes:.1f} min on the rig; {campaign.folder / 'hunt.html'}")
+    out.print(f"ended: {so_far.ended}; {so_far.minutes:.1f} min on the rig; {so_far.folder / 'hunt.html'}")

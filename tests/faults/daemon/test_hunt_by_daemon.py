@@ -100,16 +100,16 @@ def test_cut_short_by_a_fault_it_says_so_and_goes_on_as_a_job_like_any_other(
     watcher.stops = 1
     with pytest.raises(CheckFailed, match="step_1"):
         hunt_and_tell(options, lambda step: True, lambda step: None, told.append)
-    assert [step.done for step in told[0].campaign.steps] == [False]
-    assert told[0].campaign.ended.startswith("cut short: ")
+    assert [step.done for step in told[0].hunt.steps] == [False]
+    assert told[0].hunt.ended.startswith("cut short: ")
     watcher.stops = 0  # a machine that stood still may have been quicker
     back_to_armed(bench, watcher)
     found = first_step(bench, watcher, options)
-    assert found.campaign.steps[0].done
+    assert found.hunt.steps[0].done
     assert any(line.startswith("record ") and "s left" in line for line in watcher.seen)
     assert any("step_1: running, 0 of 1 records" in line for line in watcher.seen)
     job = [one for one in watcher.status()["queue"] if one["name"] == "step_1"][-1]
     assert job["state"] == "done"
-    (record,) = read(options.folder / found.campaign.steps[0].records)
+    (record,) = read(options.folder / found.hunt.steps[0].records)
     assert record.angle_deg is not None
     assert all(Path(file).exists() for file in job["files"]), "the daemon's own file stays"

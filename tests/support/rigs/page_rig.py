@@ -12,7 +12,7 @@ from typing import Any
 import psutil
 import pytest
 
-from rig.app.gap.campaign import Campaign, Step
+from rig.app.gap.hunt_folder import Hunt, Step
 from rig.qualify.faults.bench import FaultBench
 from support import browsers
 from support.rigs.patient_rig import BY_THE_MACHINE, PATIENT
@@ -71,7 +71,7 @@ def a_past(diagnoses: Path, logs: Path) -> None:
     last = Step("step_2.yaml", f"parts delay from {MARKUP}", 1.2, "step_2", (("delay", 0.97),))
     for name, steps, ended in (("hunt_a", (first, last), "named"), ("hunt_b", (first, Step("s.yaml", "y", 4.0)), "")):
         (logs / name).mkdir(parents=True)
-        Campaign(logs / name, {}, steps, ended).save()
+        Hunt(logs / name, {}, steps, ended).save()
 
 
 def found(day: int) -> dict[str, Any]:

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from rig.app import compose
-from rig.app.gap.campaign import FILE, Campaign, Step, open_campaign
 from rig.app.gap.diagnosing import Case, DiagnosisOptions, diagnose_case
+from rig.app.gap.hunt_folder import FILE, Hunt, Step, open_hunt
 from rig.app.gap.hunting import NAMED, NO_GAP, NO_NAME, TIME, Hunted, HuntOptions, hunt, hunt_and_tell
 from rig.errors import CheckFailed, ConfigError
 from rig.excite.envelope import check_run
@@ -30,8 +30,8 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A hunt that was stopped before its second sweep, then went on."""
     folder = tmp_path_factory.mktemp("hunt") / "worn"
     first = hunt(options(folder), allowed=lambda step: step.sweep == "step_1.yaml")
-    assert first.campaign.ended == "not confirmed"
-    assert [step.done for step in first.campaign.steps] == [True, False]
+    assert first.hunt.ended == "not confirmed"
+    assert [step.done for step in first.hunt.steps] == [True, False]
     hunt_and_tell(options(folder), lambda step: True, lambda step: None, lambda result: None)
     return folder
 
@@ -72,7 +72,7 @@ def test_everything_it_ran_is_kept_and_the_page_tells_the_story(found: Path) -> 
 def test_a_hunt_that_is_over_says_so_again_and_runs_nothing(found: Path) -> None:
     before = sorted(found.iterdir())
     again = hunt(options(found), allowed=lambda step: pytest.fail("something would have moved"))
-    assert again.campaign.ended == NAMED
+    assert again.hunt.ended == NAMED
     assert sorted(found.iterdir()) == before
 
 
@@ -83,9 +83,9 @@ def test_a_hunt_of_something_else_is_refused(found: Path) -> None:
 
 def test_the_time_ends_it(tmp_path: Path) -> None:
     ended = hunt(options(tmp_path / "short", minutes=0.25))
-    assert ended.campaign.ended == TIME
-    assert len(ended.campaign.steps) == 1
-    assert len(ended.campaign.steps[0].set) == 2
+    assert ended.hunt.ended == TIME
+    assert len(ended.hunt.steps) == 1
+    assert len(ended.hunt.steps[0].set) == 2
 
 
 def test_a_first_session_longer_than_the_hunt_may_take_is_refused_before_anything_moves(tmp_path: Path) -> None:
@@ -109,8 +109,8 @@ def healthy(tmp_path_factory: pytest.TempPathFactory) -> Hunted:
 
 
 def test_where_nothing_is_found_nothing_is_said_to_be_named(healthy: Hunted) -> None:
-    assert [name for name, _ in healthy.campaign.steps[-1].set] == [NONE]
-    assert healthy.campaign.ended == healthy.to_json()["ended"] == NO_GAP
+    assert [name for name, _ in healthy.hunt.steps[-1].set] == [NONE]
+    assert healthy.hunt.ended == healthy.to_json()["ended"] == NO_GAP
 
 
 @pytest.mark.parametrize(
@@ -123,7 +123,7 @@ def test_where_nothing_is_found_nothing_is_said_to_be_named(healthy: Hunted) -> 
 )
 def test_a_hunt_goes_on_as_it_began_only(tmp_path: Path, more: dict[str, object], said: str) -> None:
     begun = hunt(options(tmp_path / "hunt"), allowed=lambda step: False)
-    assert [step.done for step in begun.campaign.steps] == [False]
+    assert [step.done for step in begun.hunt.steps] == [False]
     with pytest.raises(ConfigError, match=said):
         hunt(options(tmp_path / "hunt", **more), allowed=lambda step: pytest.fail("something would have moved"))
 
@@ -153,7 +153,7 @@ def test_a_hunt_whose_file_is_from_before_goes_on(tmp_path: Path) -> None:
     for key in ("every_day", "sweep", "model_sha256"):
         del told["asked"][key]
     place.write_text(json.dumps(told))
-    assert hunt(options(tmp_path / "hunt"), allowed=lambda step: False).campaign.ended == "not confirmed"
+    assert hunt(options(tmp_path / "hunt"), allowed=lambda step: False).hunt.ended == "not confirmed"
     assert json.loads(place.read_text())["asked"]["sweep"] == "quick"
 
 
@@ -179,22 +179,22 @@ def test_with_an_earlier_day_what_later_sweeps_say_counts_too(tmp_path: Path) ->
     run_sweep(Path("gap"), healthy, SweepOptions(tmp_path / "day", virtual=True, seed=1)).judge()
     day = read(tmp_path / "day")
     found = hunt(options(tmp_path / "hunt", days=[day], day_names=("day",), first=Path("gap")))
-    assert found.campaign.ended == NAMED
+    assert found.hunt.ended == NAMED
     assert found.thought is not None
     assert found.thought.diagnosis.reference == "session"
-    assert [name for name, _ in found.campaign.steps[-1].set] == ["valve_lag"]
+    assert [name for name, _ in found.hunt.steps[-1].set] == ["valve_lag"]
 
 
 def test_a_rig_that_faults_loses_nothing_of_what_was_learnt(tmp_path: Path) -> None:
     folder = tmp_path / "faulty"
-    assert hunt(options(folder), allowed=lambda step: step.sweep == "step_1.yaml").campaign.ended
+    assert hunt(options(folder), allowed=lambda step: step.sweep == "step_1.yaml").hunt.ended
     rig = options(folder).rig
     broken = replace(rig, limits=replace(rig.limits, angle_deg=(-2.0, 2.0)))
     told: list[object] = []
     with pytest.raises(CheckFailed):
         hunt_and_tell(options(folder, rig=broken), lambda step: True, lambda step: None, told.append)
     assert len(told) == 1
-    kept = open_campaign(folder, {})
+    kept = open_hunt(folder, {})
     assert [step.done for step in kept.steps] == [True, False]
     assert kept.steps[0].set
     assert (folder / "hunt.html").exists()
@@ -204,13 +204,13 @@ def test_a_rig_that_faults_loses_nothing_of_what_was_learnt(tmp_path: Path) -> N
 def test_a_file_that_is_no_hunt_s_is_one_line(tmp_path: Path, text: str) -> None:
     (tmp_path / FILE).write_text(text)
     with pytest.raises(ConfigError) as error:
-        open_campaign(tmp_path, {})
+        open_hunt(tmp_path, {})
     assert "\n" not in str(error.value)
 
 
-def test_a_campaign_comes_back_as_it_was_saved(tmp_path: Path) -> None:
+def test_a_hunt_comes_back_as_it_was_saved(tmp_path: Path) -> None:
     step = Step("step_1.yaml", "why", 1.5, "step_1_records", (("delay", 0.7), ("valve_lag", 0.3)))
-    campaign = Campaign(tmp_path / "new", {"rig": "a"}, (step, Step("step_2.yaml", "more", 0.5)), "time")
-    campaign.save()
-    assert open_campaign(tmp_path / "new", {"rig": "a"}) == campaign
-    assert campaign.minutes == 1.5
+    so_far = Hunt(tmp_path / "new", {"rig": "a"}, (step, Step("step_2.yaml", "more", 0.5)), "time")
+    so_far.save()
+    assert open_hunt(tmp_path / "new", {"rig": "a"}) == so_far
+    assert so_far.minutes == 1.5

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from rig.app import compose, shipped
-from rig.app.gap.campaign import FILE
+from rig.app.gap.hunt_folder import FILE
 from rig.app.gap.hunting import Hunted, HuntOptions, Thought, hunt, hunt_and_tell
 from rig.app.runs.sweeping import SweepOptions, run_sweep
 from rig.errors import CheckFailed, Interrupted, StateError
@@ -96,7 +96,7 @@ def test_killed_while_the_daemon_records_the_same_call_takes_its_records(
     meanwhile(daemon)
     found = first_only(options)
     assert len(daemon.queue) == 1, "it was made once"
-    step = found.campaign.steps[0]
+    step = found.hunt.steps[0]
     assert (options.folder / step.records / record.name).read_bytes() == record.read_bytes()
     assert {name for name, _ in step.set} == {"delay", "valve_lag"}
 
@@ -115,7 +115,7 @@ def test_killed_while_it_copies_the_record_is_taken_again_and_none_is_half(
     found = first_only(options)
     assert len(daemon.queue) == 1
     assert {file.read_bytes() for file in options.folder.rglob("*.mcap")} == {record.read_bytes()}
-    assert found.campaign.steps[0].done
+    assert found.hunt.steps[0].done
 
 
 def test_what_the_daemon_could_not_make_whole_is_asked_about_and_made_again(
@@ -123,7 +123,7 @@ def test_what_the_daemon_could_not_make_whole_is_asked_about_and_made_again(
 ) -> None:
     killed(options, daemon)
     daemon.queue[-1].update(state="stopped", error="the operator")
-    assert first_only(options).campaign.ended == "not confirmed"
+    assert first_only(options).hunt.ended == "not confirmed"
     hunt(options, allowed=lambda step: step.sweep == "step_1.yaml")
     assert [job["state"] for job in daemon.queue] == ["stopped", "done"]
 
@@ -132,7 +132,7 @@ def test_a_job_of_an_earlier_hunt_in_a_folder_of_that_name_is_not_taken(options:
     killed(options, daemon)
     daemon.go_on()
     shutil.rmtree(options.folder)
-    assert first_only(options).campaign.ended == "not confirmed"
+    assert first_only(options).hunt.ended == "not confirmed"
 
 
 def test_a_job_that_somebody_took_out_of_the_queue_is_one_line(options: HuntOptions, daemon: Daemon) -> None:
@@ -156,7 +156,7 @@ def test_ctrl_c_leaves_the_sweep_to_the_daemon_and_says_so(options: HuntOptions,
     with pytest.raises(Interrupted, match="the daemon has step_1"):
         hunt_and_tell(options, lambda step: True, lambda step: None, told.append)
     assert daemon.working
-    assert told[0].campaign.ended.startswith("cut short: interrupted")
+    assert told[0].hunt.ended.startswith("cut short: interrupted")
 
 
 def test_ctrl_c_while_it_thinks_says_what_was_learnt(
@@ -169,7 +169,7 @@ def test_ctrl_c_while_it_thinks_says_what_was_learnt(
     monkeypatch.setattr("rig.app.gap.hunting.what_next", interrupted)
     with pytest.raises(KeyboardInterrupt):
         hunt_and_tell(options, lambda step: True, lambda step: None, told.append)
-    assert {name for name, _ in told[0].campaign.steps[0].set} == {"delay", "valve_lag"}
-    assert told[0].campaign.ended == "cut short: interrupted"
+    assert {name for name, _ in told[0].hunt.steps[0].set} == {"delay", "valve_lag"}
+    assert told[0].hunt.ended == "cut short: interrupted"
     assert "valve_lag" in (options.folder / "hunt.html").read_text()
     assert json.loads((options.folder / FILE).read_text())["steps"][0]["records"]

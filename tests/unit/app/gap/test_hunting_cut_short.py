@@ -17,7 +17,7 @@ import pytest
 from click.testing import CliRunner
 
 from rig.app import compose
-from rig.app.gap.campaign import FILE, open_campaign
+from rig.app.gap.hunt_folder import FILE, open_hunt
 from rig.app.gap.hunting import NAMED, TIME, Hunted, HuntOptions, hunt, hunt_and_tell
 from rig.cli.commands import cli
 from rig.errors import EnvelopeError, RigError, StateError
@@ -45,7 +45,7 @@ def tell(asked: HuntOptions) -> tuple[list[Hunted], RigError]:
 def begun(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A hunt that has one step behind it and the next one planned."""
     folder = tmp_path_factory.mktemp("hunts") / "begun"
-    assert hunt(options(folder), allowed=lambda step: step.sweep == "step_1.yaml").campaign.ended == "not confirmed"
+    assert hunt(options(folder), allowed=lambda step: step.sweep == "step_1.yaml").hunt.ended == "not confirmed"
     return folder
 
 
@@ -84,7 +84,7 @@ def test_killed_at_any_moment_it_goes_on_to_the_same_end(begun: Path, tmp_path: 
     assert told["steps"][0]["set"] == first["set"], "as the hunt that nobody killed"
     assert told["ended"] == NAMED
     assert [name for name, _ in told["steps"][-1]["set"]] == ["valve_lag"]
-    kept = open_campaign(folder, {})
+    kept = open_hunt(folder, {})
     assert all(read(folder / step.records) for step in kept.steps)
 
 
@@ -106,10 +106,10 @@ def test_a_planned_sweep_that_the_limits_no_longer_allow_is_refused_and_the_rest
     assert isinstance(error, EnvelopeError)
     assert "\n" not in str(error)
     (cut,) = told
-    assert cut.campaign.ended.startswith("cut short: ")
-    assert {name for name, _ in cut.campaign.steps[0].set} == {"delay", "valve_lag"}
+    assert cut.hunt.ended.startswith("cut short: ")
+    assert {name for name, _ in cut.hunt.steps[0].set} == {"delay", "valve_lag"}
     assert "valve_lag" in (left / "hunt.html").read_text()
-    assert open_campaign(left, {}).ended == "not confirmed", "it can go on"
+    assert open_hunt(left, {}).ended == "not confirmed", "it can go on"
 
 
 class Busy:
@@ -123,7 +123,7 @@ def test_a_busy_daemon_is_waited_for_by_the_operator(left: Path) -> None:
     told, error = tell(options(left, daemon=Busy()))
     assert isinstance(error, StateError)
     assert "queue" in str(error)
-    assert len(told[0].campaign.steps[0].set) == 2
+    assert len(told[0].hunt.steps[0].set) == 2
     assert not list(left.glob("step_2_records*"))
 
 
@@ -138,7 +138,7 @@ def test_a_record_that_was_damaged_since_is_said_with_its_name(left: Path) -> No
 
 def test_gone_on_with_less_time_than_the_planned_sweep_takes_it_runs_nothing(left: Path) -> None:
     found = hunt(options(left, minutes=0.2), allowed=lambda step: pytest.fail("something would have moved"))
-    assert found.campaign.ended == TIME
+    assert found.hunt.ended == TIME
     assert not list(left.glob("step_2_records*"))
 
 

@@ -22,7 +22,7 @@ SESSION = SimpleNamespace(
     text=lambda _: "records: []\n", design=SimpleNamespace(told=TOLD, seconds=60.0), usual=TOLD, usual_s=60.0, rigs=1
 )
 ABLE = SimpleNamespace(kind=SimpleNamespace(value="sessions"), sweeps={}, channels=PNEUMATIC, notes=())
-HUNTED = SimpleNamespace(thought=None, campaign=SimpleNamespace(ended="named", minutes=1.0, folder=Path()))
+HUNTED = SimpleNamespace(thought=None, hunt=SimpleNamespace(ended="named", minutes=1.0, folder=Path()))
 PAST = SimpleNamespace(days=[], channels=PNEUMATIC)
 Work = tuple[Any, str, Any]
 COMMANDS: dict[str, tuple[list[str], list[Work]]] = {

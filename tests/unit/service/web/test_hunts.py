@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from rig.app.gap.campaign import FILE, Campaign, Step, open_campaign
+from rig.app.gap.hunt_folder import FILE, Hunt, Step, open_hunt
 from rig.errors import ConfigError
 from rig.service.web.files.hunts import hunts
 
 
 def test_a_hunt_is_told_step_by_step(tmp_path: Path) -> None:
     done = Step("step_1.yaml", "parts delay from friction", 2.5, "step_1", (("delay", 0.7), ("friction", 0.2)))
-    Campaign(tmp_path / "hunt_a", {}, (done, Step("step_2.yaml", "slower", 4.0)), "").save()
+    Hunt(tmp_path / "hunt_a", {}, (done, Step("step_2.yaml", "slower", 4.0)), "").save()
     (told,) = hunts(tmp_path)
     assert (told["name"], told["ended"]) == ("hunt_a", "")
     assert told["steps"][0]["possible"][0] == {"name": "delay", "probability": 0.7}
@@ -44,7 +44,7 @@ HOSTILE = [
 def test_one_that_was_made_to_break_the_page_is_left_out_of_it(tmp_path: Path, text: str) -> None:
     (tmp_path / "bad").mkdir()
     (tmp_path / "bad" / FILE).write_text(text)
-    Campaign(tmp_path / "good", {}, (), "time").save()
+    Hunt(tmp_path / "good", {}, (), "time").save()
     assert [hunt["name"] for hunt in hunts(tmp_path)] == ["good"]
 
 
@@ -62,10 +62,10 @@ def test_one_that_was_made_to_break_the_page_is_left_out_of_it(tmp_path: Path, t
 def test_nor_is_it_gone_on_with(tmp_path: Path, text: str) -> None:
     (tmp_path / FILE).write_text(text)
     with pytest.raises(ConfigError, match=r"hunt\.json: not a hunt's file"):
-        open_campaign(tmp_path, {})
+        open_hunt(tmp_path, {})
 
 
 def test_a_pipe_in_its_place_is_not_waited_for(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / FILE)
     with pytest.raises(ConfigError, match="not a regular file"):
-        open_campaign(tmp_path, {})
+        open_hunt(tmp_path, {})
