@@ -23,7 +23,6 @@ from rig.sample import WIRES, Phase
 
 PERIOD_TOLERANCE: Final = 0.01
 """Share by which a rig's period may differ from a recording's."""
-LISTED_DIFFERENCES: Final = 20
 
 
 @dataclass(frozen=True)
