@@ -201,7 +201,7 @@ def targets_in(folder: Path, names: Iterable[str], suffix: str) -> list[Path]:
 
 def _check_replaceable(path: Path, kind: Kind) -> None:
     if kind is Kind.RECORDING:
-        raise RigError(f"{path}: exists already; a recording is never overwritten")
+        raise RigError(f"{path}: exists already and is not overwritten; give another name")
     try:
         with path.open("rb") as file:
             head = file.read(_HEAD_BYTES)

@@ -23,6 +23,8 @@ GZIP_MAGIC: Final = b"\x1f\x8b"
 _MOST_BYTES: Final = 2 << 30
 """A day at 200 Hz with a hundred characters a row is 1.7 GB."""
 
+LONGEST_HEADER: Final = 65536
+"""Characters of a header that are looked at."""
 _COLUMNS_LIMIT = 1000
 _SEPARATOR_HINT = "; decimal commas? import it with `separator` and `decimal` in a mapping"
 _POINT_HINT = "; a point beside decimal commas may part thousands: take it out, or give `decimal: '.'`"
@@ -37,6 +39,8 @@ class Style:
     decimal: str = "."
     skip_rows: int = 0
     """Lines before the header."""
+    units_row: bool = False
+    """Whether the line below the header says in which units the columns are."""
 
 
 def read_table(
@@ -57,6 +61,7 @@ def read_table(
     text = read_text(path)
     lines = text.split("\n")
     names, first = _header(path, lines, style)
+    first += style.units_row
     if require is not None:
         require(names)
     body = lines[first:]
@@ -69,6 +74,37 @@ def read_table(
         looked_at = [number for number, name in enumerate(names) if wanted is None or name in wanted]
         table = _careful(path, body, names, style, first + 1, looked_at)
     return {name: np.ascontiguousarray(table[:, number]) for number, name in enumerate(names)}
+
+
+def numeric_columns(path: Path, style: Style) -> list[str]:
+    """The columns of numbers, in the order of the file: not those most of whose filled cells are none (a date, a
+    remark).
+
+    RecordError as for `read_table`, but for cells that are no numbers.
+    """
+    lines = read_text(path).split("\n")
+    names, first = _header(path, lines, style)
+    first += style.units_row
+    body = [line for line in lines[first:] if line.strip()]
+    if _quick(body, style, len(names)) is not None:
+        return names
+    surplus = [0] * len(names)
+    for cells in _rows(path, body, style, first + 1):
+        for column, cell in enumerate(cells[: len(names)]):
+            if cell.strip():
+                surplus[column] += -1 if is_number(cell, style.decimal) else 1
+    return [name for name, more in zip(names, surplus, strict=True) if more <= 0]
+
+
+def stated_units(path: Path, style: Style) -> dict[str, str]:
+    """Column -> its unit as the line below the header says it, without brackets; nothing for a file without such a
+    line. RecordError as for `read_table`."""
+    if not style.units_row:
+        return {}
+    lines = read_text(path).split("\n")
+    names, first = _header(path, lines, style)
+    cells = next(csv.reader(lines[first : first + 1], delimiter=style.separator), [])
+    return {name: cell.strip(" []()") for name, cell in zip(names, cells, strict=False) if cell.strip(" []()")}
 
 
 def read_text(path: Path) -> str:
@@ -110,7 +146,7 @@ def _header(path: Path, lines: list[str], style: Style) -> tuple[list[str], int]
         first += 1
     if first >= len(lines):
         raise RecordError(f"{path}: no header line")
-    names = [name.strip() for name in next(csv.reader([lines[first][:65536]], delimiter=style.separator))]
+    names = [name.strip() for name in next(csv.reader([lines[first][:LONGEST_HEADER]], delimiter=style.separator))]
     if len(names) > _COLUMNS_LIMIT:
         raise RecordError(f"{path}: {len(names)} columns in the header, at most {_COLUMNS_LIMIT} are allowed")
     twice = next((name for number, name in enumerate(names) if name in names[:number]), None)
@@ -137,7 +173,7 @@ def _careful(
     not looked at are NaN."""
     table = np.full((len(body), len(names)), np.nan)
     for number, cells in enumerate(_rows(path, body, style, first_row)):
-        where = f"{path}, row {first_row + number}"
+        where, cells = f"{path}, row {first_row + number}", filled(cells, names)
         if len(cells) != len(names):
             hint = _SEPARATOR_HINT if len(cells) == 2 * len(names) and style.separator == "," else ""
             raise RecordError(f"{where}: {len(cells)} cells where the header names {len(names)} columns{hint}")
@@ -158,6 +194,20 @@ def _number(cell: str, decimal: str) -> float:
     if "_" in cell or (decimal != "." and "." in cell):
         raise ValueError
     return float(cell.replace(decimal, ".")) if cell.strip() else math.nan
+
+
+def is_number(cell: str, decimal: str) -> bool:
+    """Whether a cell is a number by that decimal mark, or empty."""
+    try:
+        _number(cell, decimal)
+    except ValueError:
+        return False
+    return True
+
+
+def filled(cells: list[str], names: list[str]) -> list[str]:
+    """The cells of a row; LabVIEW writes the one of its last column, Comment, only where there is a comment."""
+    return [*cells, ""] if len(cells) == len(names) - 1 and names[-1].strip() == "Comment" else cells
 
 
 def _rows(path: Path, body: list[str], style: Style, first_row: int) -> Iterator[list[str]]:

@@ -7,7 +7,7 @@ it, but by what it proposes the table can be.
 import itertools
 import re
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -16,10 +16,10 @@ import numpy as np
 from rig.channels import LONGEST_NAME, Channel
 from rig.errors import RecordError
 from rig.further import PLACES, RESERVED
-from rig.log.foreign.delimited import Style, read_table
+from rig.log.foreign.delimited import Style, numeric_columns
 from rig.log.foreign.kinds import Kind, kind_of
 from rig.log.foreign.sniff import sniff
-from rig.log.foreign.tables import RawColumn, RawTable, read_tdms
+from rig.log.foreign.tables import RawColumn, RawTable, read_delimited, read_tdms
 from rig.log.foreign.units import UNITS, converted
 from rig.log.mcap.columns import Array
 from rig.sample import WIRES
@@ -114,10 +114,14 @@ def _table(path: Path, found: Guess) -> RawTable:
         raise RecordError(f"{path}: a mapping for MCAP is not guessed; `pamrig log info` lists its channels")
     style = sniff(path)
     usual = Style()
-    for key in ("separator", "decimal", "skip_rows"):
+    for key in ("separator", "decimal", "skip_rows", "units_row"):
         if getattr(style, key) != getattr(usual, key):
             found.mapping[key] = getattr(style, key)
-    return RawTable(path, {name: RawColumn(values) for name, values in read_table(path, style).items()})
+    numeric = numeric_columns(path, style)
+    table = read_delimited(path, style, wanted=numeric)
+    if text := [repr(name) for name in table.columns if name not in numeric]:
+        found.meaning.append(f"not imported, as they hold text: {', '.join(text)}")
+    return replace(table, columns={name: table.columns[name] for name in numeric})
 
 
 def _seen(name: str, column: RawColumn) -> _Seen:
@@ -133,10 +137,13 @@ def _known(one: _Seen) -> Array:
 
 
 def _time(seen: Sequence[_Seen], found: Guess, path: Path) -> _Seen:
-    possible = [one for one in seen if not one.stated or one.quantity == "time"]
+    possible = [one for one in seen if one.quantity in (None, "time") or (one.has(_TIME) and not one.stated)]
     rising = [one for one in possible if np.isfinite(one.values).all() and (np.diff(one.values) > 0).all()]
     if not rising:
-        raise RecordError(f"{path}: no column rises from row to row as a time does")
+        raise RecordError(
+            f"{path}: no column of numbers rises from row to row as a time does (a time of day is not read); for rows "
+            "that are evenly apart a mapping says it: `period_s: 0.005`"
+        )
     named = [one for one in rising if one.has(_TIME)]
     time = (named or rising)[0]
     step = float(np.median(np.diff(time.values)))

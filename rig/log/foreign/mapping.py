@@ -16,10 +16,10 @@ from rig.errors import ConfigError, RecordError
 from rig.fields import bounded
 from rig.further import FACT as FURTHER_FACT
 from rig.further import Further, check_new, plain
-from rig.log.foreign.delimited import Style, read_table
+from rig.log.foreign.delimited import Style
 from rig.log.foreign.kinds import Kind, kind_of
 from rig.log.foreign.mcap_channels import TIME_COLUMN, read_foreign
-from rig.log.foreign.tables import RawColumn, RawTable, read_tdms
+from rig.log.foreign.tables import RawTable, read_delimited, read_tdms
 from rig.log.foreign.units import conversion, converted, unit_in_name
 from rig.log.mcap.columns import Array
 from rig.record import MAIN_COLUMNS
@@ -64,6 +64,8 @@ class Mapping:
     decimal: str = "."
     skip_rows: int = bounded(0, 10_000, default=0)
     """CSV: lines before the header."""
+    units_row: bool = False
+    """CSV: the line below the header says the units."""
     topic: str = ""
     """MCAP of another program: the channel to read."""
     period_s: float = bounded(0.0, 60.0, "s", default=0.0)
@@ -163,8 +165,8 @@ def raw_table(path: Path, mapping: Mapping) -> RawTable:
         case Kind.MCAP:
             return read_foreign(path, mapping.topic)
     sources = {one.source for one in (*mapping.columns.values(), *mapping.further.values())}
-    table = read_table(path, Style(mapping.separator, mapping.decimal, mapping.skip_rows), wanted=sources)
-    return RawTable(path, {name: RawColumn(values) for name, values in table.items()})
+    style = Style(mapping.separator, mapping.decimal, mapping.skip_rows, mapping.units_row)
+    return read_delimited(path, style, wanted=sources)
 
 
 def _column(raw: RawTable, name: str, source: Source) -> Array:

@@ -1,44 +1,57 @@
-"""How an unknown text table writes its numbers: separator, decimal mark, and the lines before its header."""
+"""How an unknown text table writes its numbers: separator, decimal mark, and the lines before its header. Columns of
+text may stand among those of numbers."""
 
+import csv
 from pathlib import Path
 from typing import Final
 
 from rig.errors import RecordError
-from rig.log.foreign.delimited import Style, read_text
+from rig.log.foreign.delimited import LONGEST_HEADER, Style, filled, is_number, read_text
+from rig.log.foreign.units import UNITS, spelt
 
 MOST_SKIPPED: Final = 40
 """Lines before the header that are looked at."""
 LEAST_ROWS: Final = 3
-"""Rows of numbers below a header."""
+"""Rows of numbers below a header, where the file has no more."""
+_ROWS: Final = 10
+"""Rows below a header that are looked at: what is said before a table may look like a short one (LabVIEW's .lvm)."""
 _STYLES: Final = ((",", "."), (";", ","), (";", "."), ("\t", "."), ("\t", ","))
 
 
 def sniff(path: Path) -> Style:
-    """The style under which most columns are numbers; RecordError when there is none."""
+    """The style under which most columns are numbers, and of these the one with the fewest that are not; RecordError
+    when none has two of them."""
     lines = read_text(path).split("\n")
-    best: tuple[int, Style] | None = None
+    most, best = (1, 0), Style()
     for separator, decimal in _STYLES:
         for skip in range(min(MOST_SKIPPED, max(len(lines) - LEAST_ROWS, 0))):
-            width = len(lines[skip].split(separator))
-            rows = [line.split(separator) for line in lines[skip + 1 : skip + 1 + LEAST_ROWS]]
-            numbers = all(len(row) == width and all(_is_number(cell, decimal) for cell in row) for row in rows)
-            if width > 1 and numbers and not all(_is_number(cell, decimal) for cell in lines[skip].split(separator)):
-                if best is None or width > best[0]:
-                    best = width, Style(separator, decimal, skip)
+            style = Style(separator, decimal, skip, _has_units(lines[skip : skip + 2], separator))
+            below = skip + 1 + style.units_row
+            numbers, others = _columns([lines[skip], *lines[below : below + _ROWS]], separator, decimal)
+            if (numbers, -others) > most:
+                most, best = (numbers, -others), style
+            if numbers > 1:
                 break
-    if best is None:
+    if most[0] == 1:
         raise RecordError(f"{path}: no header with rows of numbers below it in the first {MOST_SKIPPED} lines")
-    return best[1]
+    return best
 
 
-def _is_number(cell: str, decimal: str) -> bool:
-    text = cell.strip()
-    if decimal != ".":
-        if "." in text:
-            return False
-        text = text.replace(decimal, ".")
-    try:
-        float(text or "nan")
-    except ValueError:
-        return False
-    return True
+def _has_units(lines: list[str], separator: str) -> bool:
+    """Whether the second line says the units of the columns that the first one names."""
+    header, *below = csv.reader([line[:LONGEST_HEADER] for line in lines], delimiter=separator)
+    cells = [] if len(below) != 1 or len(below[0]) != len(header) else [cell.strip(" []()") for cell in below[0]]
+    return any(spelt(cell) in UNITS for cell in cells)
+
+
+def _columns(lines: list[str], separator: str, decimal: str) -> tuple[int, int]:
+    """How many columns of numbers and how many others these lines have, the first being their header; none of numbers
+    where it cannot be that: rows of another length, or numbers above all the numbers."""
+    header, *rows = csv.reader([line[:LONGEST_HEADER] for line in lines], delimiter=separator)
+    rows = [filled(row, header) for row in rows if row]
+    if len(rows) < LEAST_ROWS or any(len(row) != len(header) for row in rows):
+        return 0, 0
+    numbers = [all(is_number(row[column], decimal) for row in rows) for column in range(len(header))]
+    if all(is_number(name, decimal) for name, number in zip(header, numbers, strict=True) if number):
+        return 0, 0
+    return sum(numbers), len(numbers) - sum(numbers)

@@ -4,7 +4,7 @@ Only what is there; which column means what is decided in rig.log.foreign.mappin
 """
 
 import struct
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 
 from rig.errors import RecordError
+from rig.log.foreign.delimited import Style, read_table, stated_units
 from rig.log.foreign.units import conversion, spelt, unit_in_name
 from rig.log.mcap.columns import Array
 from rig.log.mcap.contents import map_file
@@ -88,6 +89,13 @@ def _converted(raw: RawTable, key: str, name: str) -> Array:
         )
     times, by = conversion(name, column.unit, f"{raw.path}: {key}")[1:]
     return column.values * times / by
+
+
+def read_delimited(path: Path, style: Style, wanted: Collection[str]) -> RawTable:
+    """A text table, of which the columns `wanted` are numbers; RecordError as for `read_table`."""
+    units = {name: spelt(unit) for name, unit in stated_units(path, style).items()}
+    table = read_table(path, style, wanted=wanted)
+    return RawTable(path, {name: RawColumn(values, units.get(name)) for name, values in table.items()})
 
 
 def read_tdms(path: Path) -> RawTable:

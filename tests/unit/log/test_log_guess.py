@@ -231,6 +231,68 @@ def test_without_set_points_both_measured_pressures_stand_for_them(tmp_path: Pat
     assert any("no set-point was found; 'p1' and 'p2'" in line for line in found.doubts)
 
 
+def _lvm(tail: str) -> str:
+    """A file as LabVIEW's Write To Measurement File makes it: two heads, then the table; `tail` ends each row."""
+    head = (
+        "LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t.\nX_Columns\tOne\nDate\t2026/03/01\n"
+        "Time\t10:00:00\n"
+        "***End_of_Header***\t\n\t\nChannels\t3\t\t\nSamples\t400\t400\t400\nDate\t2026/03/01\t2026/03/01\t2026/03/01\n"
+        "X_Dimension\tTime\tTime\tTime\nX0\t0\t0\t0\nDelta_X\t0.005\t0.005\t0.005\n***End_of_Header***\t\t\t\n"
+    )
+    rows = (
+        f"{0.005 * k:.6f}\t{0.2 + 0.1 * SINE[k]:.6f}\t{0.2 - 0.1 * SINE[k]:.6f}\t{20 * SINE[k]:.6f}{tail}" for k in T
+    )
+    return head + "X_Value\tp1 set (MPa)\tp2 set (MPa)\tangle (deg)\tComment\n" + "\n".join(rows) + "\n"
+
+
+@pytest.mark.parametrize("tail", ["", "\t"])
+def test_a_measurement_file_of_labview(tmp_path: Path, tail: str) -> None:
+    path = tmp_path / "run.lvm"
+    path.write_text(_lvm(tail), encoding="utf-8")
+    assert imported(path).angle_deg == pytest.approx(20 * SINE, abs=1e-5)
+
+
+def test_columns_of_text_are_named_and_left_out(tmp_path: Path) -> None:
+    rows = [
+        f"2026-03-01;{5 * k},0;{value:.6f};{20 * value:.6f};{'start' if k == 9 else ''}".replace(".", ",")
+        for k, value in enumerate(0.2 * SINE)
+    ]
+    path = tmp_path / "unknown.csv"
+    path.write_text("Datum;Zeit;Soll (MPa);Winkel;Bemerkung\n" + "\n".join(rows) + "\n", encoding="utf-8")
+    assert "not imported, as they hold text: 'Datum', 'Bemerkung'" in guess(path).meaning
+    assert imported(path).dp_cmd_mpa == pytest.approx(0.2 * SINE, abs=1e-6)
+
+
+def test_a_cell_that_is_no_number_among_numbers_is_named(tmp_path: Path) -> None:
+    path = table(tmp_path, "time,cmd,angle", 0.005 * T, SINE, 20 * SINE)
+    lines = path.read_text().split("\n")
+    lines[7] = lines[7].rpartition(",")[0] + ",#NV"
+    path.write_text("\n".join(lines))
+    with pytest.raises(RecordError, match=r"row 8: angle: '#NV' is not a number"):
+        guess(path)
+
+
+def test_a_line_of_units_below_the_header_is_read(tmp_path: Path) -> None:
+    path = table(
+        tmp_path, "T,Soll,P A,P B,Phi\n[ms],[bar],kPa,kPa,mrad", 5.0 * T, 2 * SINE, 200 + 99 * SINE, 200 - 99 * SINE,
+        350 * SINE,
+    )  # fmt: skip
+    found = guess(path)
+    assert found.mapping["units_row"] is True
+    assert {name: one["unit"] for name, one in found.mapping["columns"].items()} == {
+        "t_s": "ms", "dp_cmd_mpa": "bar", "p1_mpa": "kPa", "p2_mpa": "kPa", "angle_deg": "mrad"
+    }  # fmt: skip
+    record = imported(path)
+    assert record.angle_deg == pytest.approx(np.degrees(0.35 * SINE))
+    assert record.period_s == pytest.approx(0.005)
+
+
+def test_a_pressure_that_rises_is_no_time(tmp_path: Path) -> None:
+    path = table(tmp_path, "cmd [bar],angle [deg],p1 [bar]", 0.01 * T, 20 * SINE, SINE)
+    with pytest.raises(RecordError, match=r"no column of numbers rises from row to row .* `period_s: 0.005`"):
+        guess(path)
+
+
 @pytest.mark.parametrize("words", [["--mapping", "m.yaml"], ["--tag", "load=2"], ["--note", "why", "--mapping", "m"]])
 def test_a_guess_takes_nothing_of_an_import(tmp_path: Path, words: list[str]) -> None:
     from rig.cli.log import import_
@@ -260,7 +322,7 @@ def test_the_real_records_are_guessed_right(shared: Path) -> None:
     ("text", "said"),
     [
         ("only words\nand more\n", "no header with rows of numbers"),
-        ("a,b,c\n3,1,1\n2,2,2\n1,3,3\n1,3,3\n", "no column rises"),
+        ("a,b,c\n3,1,1\n2,2,2\n1,3,3\n1,3,3\n", "no column of numbers rises"),
         ("t,a,b\n0,1,1\n1,1,1\n2,1,1\n3,1,2\n", "a command and an answer are needed"),
     ],
 )
