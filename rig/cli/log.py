@@ -101,8 +101,8 @@ def _recovery_json(result: Any) -> dict[str, Any]:
     }
 
 
-@log.command("import", short_help="Make a log of another tool's file.")
-@click.argument("file", type=click.Path(path_type=Path))
+@log.command("import", short_help="Make logs of another tool's files.")
+@click.argument("files", nargs=-1, required=True, metavar="FILE...", type=click.Path(path_type=Path))
 @click.option(
     "--mapping",
     "mapping_path",
@@ -115,10 +115,15 @@ def _recovery_json(result: Any) -> dict[str, Any]:
 )
 @click.option("--tag", "tags", multiple=True, metavar="NAME=VALUE", help="Goes into the record: muscle, load, who.")
 @click.option("--note", metavar="TEXT", help="Why it was taken: goes into the record.")
-@output_option(Kind.RECORDING, "Default: NAME.mcap in the current folder.", metavar="FILE")
+@output_option(
+    Kind.RECORDING,
+    "A file, or a folder for several; default: NAME.mcap in the current folder.",
+    or_folder=True,
+    metavar="OUT",
+)
 @json_option
 def import_(
-    file: Path,
+    files: tuple[Path, ...],
     mapping_path: Path | None,
     guessing: bool,
     tags: tuple[str, ...],
@@ -126,7 +131,7 @@ def import_(
     output: Path | None,
     json_to: str | None,
 ) -> None:
-    """Make an MCAP log of FILE: CSV, TDMS from LabVIEW, another program's MCAP, or what `export` wrote.
+    """Make an MCAP log of each FILE: CSV, LVM and TDMS from LabVIEW, another program's MCAP, or what `export` wrote.
 
     Columns with our names and units need no mapping; anything ambiguous is refused. With --guess, -o is where the
     proposed mapping goes; --mapping, --tag and --note belong to an import.
@@ -134,22 +139,24 @@ def import_(
     if guessing:
         if given := [name for name, one in (("--mapping", mapping_path), ("--tag", tags), ("--note", note)) if one]:
             raise click.UsageError(f"--guess imports nothing and takes no {' and no '.join(given)}")
-        _guess(file, output, json_to)
+        if len(files) > 1:
+            raise click.UsageError(f"--guess looks at one FILE; {len(files)} are given, and one mapping may do for all")
+        _guess(files[0], output, json_to)
         return
-    from rig.app.records.logs import import_content
+    from rig.app.records.logs import imports
     from rig.log.convert import write_content
-    from rig.log.reader import stem
     from rig.tags import check_note, parse_tags, tagged
 
-    content, unkept = import_content(file, mapping_path)
-    facts = tagged(content.run_facts, parse_tags(tags, "--tag"), check_note(note, "--note"))
-    content = replace(content, run_facts=facts)
-    target = write_content(content, output or Path(f"{stem(file)}.mcap"))
-    terminal = console(json_to)
-    terminal.print(f"{target}: {len(content.samples)} rows")
-    if unkept:
-        terminal.print(f"  not kept, by the mapping or for want of a field: {', '.join(unkept)}")
-    emit({"file": str(target), "records": len(content.samples), "not_kept": unkept}, json_to)
+    own, said, terminal = parse_tags(tags, "--tag"), check_note(note, "--note"), console(json_to)
+    made: list[dict[str, Any]] = []
+    for one in imports(files, mapping_path, output):
+        content = replace(one.content, run_facts=tagged(one.content.run_facts, own, said))
+        target = write_content(content, one.target)
+        terminal.print(f"{target}: {len(content.samples)} rows")
+        if one.not_kept and one.not_kept != (made[-1]["not_kept"] if made else []):
+            terminal.print(f"  not kept, by the mapping or for want of a field: {', '.join(one.not_kept)}")
+        made.append({"file": str(target), "records": len(content.samples), "not_kept": one.not_kept})
+    emit((made[0] if len(made) == 1 else {}) | {"files": made}, json_to)
 
 
 def _guess(file: Path, output: Path | None, json_to: str | None) -> None:

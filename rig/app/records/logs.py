@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import yaml
 
@@ -136,6 +136,34 @@ def import_content(path: Path, mapping_path: Path | None) -> tuple[LogContent, l
     else:
         record, unused = _import_by(load_mapping(mapping_path), path)
     return content_of_record(record, {IMPORTED: path.name}), unused + unkept_columns(record)
+
+
+class Imported(NamedTuple):
+    """A foreign file on its way to a log."""
+
+    source: Path
+    target: Path
+    content: LogContent
+    not_kept: list[str]
+    """Its columns that found no place in the log."""
+
+
+def imports(files: Sequence[Path], mapping_path: Path | None, out: Path | None) -> Iterator[Imported]:
+    """Each foreign file as a log, one in memory at a time, with where it goes: `out`, or by its own name into that
+    folder, by default the current one. All are read once before the first is given, so that one that cannot be
+    imported leaves no half of a folder behind; RecordError, RigError as for `import_content`, and where a log is in
+    the way."""
+    if len(files) == 1 and out is not None and out.suffix and not out.is_dir():
+        targets = [out]
+    else:
+        targets = targets_in(out or Path(), map(reader.stem, files), ".mcap")
+    if len(files) > 1:
+        if there := next((target for target in targets if target.exists()), None):
+            raise RecordError(f"{there}: exists already; a log is never overwritten")
+        for file in files:
+            import_content(file, mapping_path)
+    for file, target in zip(files, targets, strict=True):
+        yield Imported(file, target, *import_content(file, mapping_path))
 
 
 def _import_by(mapping: ColumnMapping, path: Path) -> tuple[Record, list[str]]:

@@ -106,6 +106,32 @@ def test_import_says_what_it_leaves_out_and_what_it_cannot_take(call, tmp_path: 
     assert "importing MCAP needs a --mapping; it has /rig/sample (protobuf, pamrig.Sample)" in err
 
 
+def test_a_folder_of_files_is_imported_by_one_call_or_not_at_all(call, tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.csv").write_text("t_s,dp_cmd_mpa,load_n\n0,0,1\n1,1,2\n")
+    files, out = sorted(tmp_path.glob("*.csv")), tmp_path / "day"
+    status, said, _ = call("log", "import", *files, "-o", out)
+    assert (status, said.count("not kept"), sorted(file.name for file in out.iterdir())) == (
+        0, 1, ["a.mcap", "b.mcap"]
+    )  # fmt: skip
+    assert "day/a.mcap: exists already" in call("log", "import", *files, "-o", out)[2]
+    (tmp_path / "c.csv").write_text("t_s,load_n\n0,0\n")
+    status, _, err = call("log", "import", *files, tmp_path / "c.csv", "-o", tmp_path / "next")
+    assert (status, "c.csv: no column dp_cmd_mpa" in err, (tmp_path / "next").exists()) == (2, True, False)
+
+
+def test_several_imports_say_as_json_what_one_says(call, tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.csv").write_text("t_s,dp_cmd_mpa\n0,0\n1,1\n")
+    one = {"file": str(tmp_path / "one.mcap"), "records": 2, "not_kept": []}
+    call("log", "import", tmp_path / "a.csv", "-o", tmp_path / "one.mcap", "--json", tmp_path / "one.json")
+    assert json.loads((tmp_path / "one.json").read_text()) == one | {"files": [one]}
+    call("log", "import", tmp_path / "a.csv", tmp_path / "b.csv", "-o", tmp_path, "--json", tmp_path / "two.json")
+    assert [each["file"] for each in json.loads((tmp_path / "two.json").read_text())["files"]] == [
+        str(tmp_path / "a.mcap"), str(tmp_path / "b.mcap")
+    ]  # fmt: skip
+
+
 @pytest.mark.parametrize("suffix", log_figures.FORMATS)
 def test_plots(call, tmp_path: Path, suffix: str) -> None:
     made_log(tmp_path / "run.mcap", 600, missed_at=300)
@@ -135,6 +161,7 @@ def test_a_picture_in_the_terminal(call, tmp_path: Path) -> None:
         (("export", "RUN", "--to", "xlsx"), "Invalid value for '--to'"),
         (("check",), "Missing argument 'LOG...'"),
         (("import", "RUN", "--mapping", "no.yaml"), "no.yaml: no such file"),
+        (("import", "RUN", "RUN", "--guess"), "--guess looks at one FILE; 2 are given"),
     ],
 )
 def test_wrong_calls(
