@@ -308,10 +308,10 @@ def _stays(diagnosis: Diagnosis) -> str:
 
 
 def _where(diagnosis: Diagnosis) -> str:
-    stages = dict.fromkeys([diagnosis.where.stage, *(cause.stage for cause in _named(diagnosis))])
-    called = (stage_name(stage, diagnosis.channels) for stage in stages if stage)
-    text = " and ".join(STAGES[stage] for stage in called if stage in STAGES) or "somewhere in the chain"
-    return f"{text}{_pressures(diagnosis)}."
+    """The stages at which something was found, the one with the largest share of the gap first."""
+    found = sorted((one for one in diagnosis.where.chain if one.effects), key=lambda one: -one.share)
+    text = " and ".join(STAGES[stage_name(one.stage, diagnosis.channels)] for one in found)
+    return f"{text or 'somewhere in the chain'}{_pressures(diagnosis)}."
 
 
 def _pressures(diagnosis: Diagnosis) -> str:

@@ -81,6 +81,12 @@ def test_the_first_lines_are_understood_at_once() -> None:
     ]
 
 
+def test_where_begins_with_what_holds_most_of_the_gap_named_or_not() -> None:
+    made = told(LAG, NOTHING_KNOWN, verdict="partly_explained")
+    links = (Link("valve", ("valve_lag",), 0.13), Link("muscle", (), 0.0), Link("joint", ("unknown",), 0.87))
+    assert answers(replace(made, where=replace(made.where, chain=links)))["Where:"] == "in the joint and in the valves."
+
+
 def test_a_single_record_is_not_told_as_others_that_the_fit_has_not_seen() -> None:
     made = told(LAG)
     alone = replace(made, evidence=replace(made.evidence, records=made.evidence.records[:1]))
