@@ -211,9 +211,9 @@ def pairing_name(facts: Mapping[str, Any], path: Path) -> str:
 
 
 def stem(path: Path) -> str:
-    """The file's name without the suffixes of logs."""
+    """The file's name without the suffixes of logs and of tables."""
     name = path.name
-    while (shorter := re.sub(r"\.(partial|mcap|csv|gz|tdms|parquet|mat)$", "", name)) != name:
+    while (shorter := re.sub(r"\.(partial|mcap|csv|gz|tdms|parquet|mat|lvm|txt)$", "", name)) != name:
         name = shorter
     return name
 

@@ -3,9 +3,12 @@
 It knows nothing of what the columns mean; rig.log.reader and rig.log.foreign.mapping do.
 """
 
+import contextlib
 import csv
 import gzip
+import io
 import math
+import re
 import zlib
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
@@ -26,6 +29,8 @@ _MOST_BYTES: Final = 2 << 30
 LONGEST_HEADER: Final = 65536
 """Characters of a header that are looked at."""
 _COLUMNS_LIMIT = 1000
+_NO_TEXT: Final = re.compile(r"[\x00-\x08\x0e-\x1f]")
+"""Control characters that no table holds."""
 _SEPARATOR_HINT = "; decimal commas? import it with `separator` and `decimal` in a mapping"
 _POINT_HINT = "; a point beside decimal commas may part thousands: take it out, or give `decimal: '.'`"
 _DECIMAL_HINT = "; decimal comma? import it with `decimal: ','` in a mapping"
@@ -112,25 +117,32 @@ def read_text(path: Path) -> str:
     try:
         check_regular(path, _MOST_BYTES)
         raw = path.read_bytes()
-        data = _gunzip(path, raw) if raw[:2] == GZIP_MAGIC else raw
-        text = data.decode("utf-8-sig")
     except OSError as error:
         raise RecordError(f"{path}: cannot be read: {error.strerror or error}") from None
-    except UnicodeDecodeError:
+    text = _decoded(_gunzip(path, raw) if raw[:2] == GZIP_MAGIC else raw)
+    if text is None:
         raise RecordError(
-            f"{path}: neither MCAP, TDMS nor text in UTF-8; a log is .mcap, .csv, .csv.gz or .tdms"
-        ) from None
+            f"{path}: neither MCAP, TDMS nor text in UTF-8 or Windows-1252; a log is .mcap, .csv, .csv.gz or .tdms"
+        )
     if not text.strip():
         raise RecordError(f"{path}: the file is empty")
-    if "\0" in text:
-        raise RecordError(f"{path}: neither MCAP, TDMS nor text: it holds zero bytes")
     return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _decoded(data: bytes) -> str | None:
+    """The text of the bytes, None where they are none. What is no UTF-8 is read as Windows writes it in the West, which
+    moves no number: a degree sign in a header is all that it is about."""
+    for encoding in ("utf-8-sig", "cp1252"):
+        with contextlib.suppress(UnicodeDecodeError):
+            text = data.decode(encoding)
+            return None if _NO_TEXT.search(text) else text
+    return None
 
 
 def _gunzip(path: Path, raw: bytes) -> bytes:
     limit = unpacked_limit(len(raw))
     try:
-        with gzip.open(path) as file:
+        with gzip.open(io.BytesIO(raw)) as file:
             data = file.read(limit + 1)
     except (EOFError, zlib.error, gzip.BadGzipFile):
         raise RecordError(f"{path}: the gzip data are cut or broken") from None

@@ -196,6 +196,10 @@ def _pneumatic(found: Guess, commands: list[_Seen], angle: _Seen, measured: list
     largest = float(np.max(np.abs(_known(angle))))
     unit = angle.unit or ("rad" if largest <= _MOST_RADIANS else "deg")
     _add(found, "angle_deg", angle, (unit, "its name says" if angle.unit else f"its largest value is {largest:.3g}"))
+    if unit == "rad" and not angle.unit:
+        found.doubts.append(
+            f"{angle.name!r} is taken for radians because it stays within {largest:.3g}; is it in degrees?"
+        )
     _say_sign(found, angle, command)
 
 

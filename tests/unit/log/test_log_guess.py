@@ -15,7 +15,7 @@ from rig.app.records.logs import import_content, proposed_mapping
 from rig.errors import RecordError
 from rig.log.convert import write_content
 from rig.log.foreign.guess import guess
-from rig.log.reader import read
+from rig.log.reader import read, stem
 from rig.record import Record
 
 T = np.arange(0, 400)
@@ -249,7 +249,9 @@ def _lvm(tail: str) -> str:
 def test_a_measurement_file_of_labview(tmp_path: Path, tail: str) -> None:
     path = tmp_path / "run.lvm"
     path.write_text(_lvm(tail), encoding="utf-8")
-    assert imported(path).angle_deg == pytest.approx(20 * SINE, abs=1e-5)
+    record = imported(path)
+    assert record.angle_deg == pytest.approx(20 * SINE, abs=1e-5)
+    assert stem(path) == "run"
 
 
 def test_columns_of_text_are_named_and_left_out(tmp_path: Path) -> None:
@@ -285,6 +287,20 @@ def test_a_line_of_units_below_the_header_is_read(tmp_path: Path) -> None:
     record = imported(path)
     assert record.angle_deg == pytest.approx(np.degrees(0.35 * SINE))
     assert record.period_s == pytest.approx(0.005)
+
+
+def test_an_angle_that_is_small_is_told_as_doubtful(tmp_path: Path) -> None:
+    small = guess(table(tmp_path, "time,cmd,angle", 0.005 * T, SINE, 2 * SINE))
+    assert "'angle' is taken for radians because it stays within 2; is it in degrees?" in small.doubts
+    stated = guess(table(tmp_path, "time,cmd,angle [rad]", 0.005 * T, SINE, 2 * SINE))
+    assert not any("radians" in line for line in stated.doubts)
+
+
+def test_a_table_as_windows_writes_it(tmp_path: Path) -> None:
+    path = table(tmp_path, "Zeit [s],Soll [bar],Gelenk [\N{DEGREE SIGN}]", 0.005 * T, SINE, 20 * SINE)
+    path.write_bytes(path.read_text(encoding="utf-8").encode("cp1252"))
+    assert guess(path).mapping["columns"]["angle_deg"]["unit"] == "\N{DEGREE SIGN}"
+    assert imported(path).angle_deg == pytest.approx(20 * SINE)
 
 
 def test_a_pressure_that_rises_is_no_time(tmp_path: Path) -> None:
