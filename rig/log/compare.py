@@ -160,7 +160,9 @@ def compare(a: Sequence[Record], b: Sequence[Record]) -> Comparison:
 def beside(a: Record, b: Record) -> Pair:
     """B brought to the times of A by their commands."""
     if a.angle_deg is None or b.angle_deg is None:
-        raise RecordError(f"{(a if a.angle_deg is None else b).name}: it has no angle; needed: a column angle_deg")
+        raise RecordError(
+            f"{(a if a.angle_deg is None else b).name}: it has no angle; needed: a column angle_deg with numbers"
+        )
     short = next((record for record in (a, b) if len(record) < 2), None)
     if short is not None:
         raise RecordError(

@@ -55,6 +55,7 @@ def test_the_pressures_drive_where_every_record_has_them() -> None:
     ("other", "reason"),
     [
         (BARE, "the pressures were not measured"),
+        (replace(ONE, p2_mpa=None), "p2_mpa was not measured"),
         (STILL, "the monitor of p1 does not move (a broken wire?)"),
         (DEAD, "the monitor of p1 does not move (a broken wire?)"),
         (AT_A_RAIL, "the monitor of p2 does not follow its command (a broken wire?)"),
