@@ -199,15 +199,17 @@ def _all_have_pressures(records: Sequence[Record], others: Mapping[int, Sequence
         notes.append(f"{silent}; broken wire? the angle alone is used")
         return False
     days = [other for record in records for other in others[id(record)]]
-    case, base = (all(record.has_pressures for record in those) for those in (records, days))
-    if case != base and days:
-        lacking = next(record for record in (days if case else records) if not record.has_pressures)
-        missing = [name for name in ("p1_mpa", "p2_mpa") if getattr(lacking, name) is None]
+    without = ((record, where) for where, some in (("the case", records), ("the baselines", days)) for record in some)
+    lacking, where = next(((record, where) for record, where in without if not record.has_pressures), (None, ""))
+    if lacking is None:
+        return True
+    missing = [name for name in ("p1_mpa", "p2_mpa") if getattr(lacking, name) is None]
+    if any(record.p1_mpa is not None or record.p2_mpa is not None for record in (*records, *days)):
         notes.append(
-            f"{' and '.join(missing)} {'was' if len(missing) == 1 else 'were'} not measured in "
-            f"{'the baselines' if case else 'the case'} ({lacking.name}): the angle alone is used"
+            f"{' and '.join(missing)} {'was' if len(missing) == 1 else 'were'} not measured in {where} "
+            f"({lacking.name}): the angle alone is used"
         )
-    return case and base
+    return False
 
 
 def _clipped(pairs: Sequence[Pair], notes: list[str]) -> bool:

@@ -315,6 +315,12 @@ def test_which_pressure_was_not_measured_and_where_is_said(missing: str, where: 
     assert pairing.notes[-1] == f"p2_mpa was not measured in {where} (sine): the angle alone is used"
 
 
+def test_without_earlier_days_a_pressure_that_stands_alone_is_said_to_be_unused() -> None:
+    alone = pair_up([replace(regulated(), p2_mpa=None)], [], 0.2)
+    assert list(alone.notes) == ["p2_mpa was not measured in the case (sine): the angle alone is used"]
+    assert not pair_up([replace(regulated(), p1_mpa=None, p2_mpa=None)], [], 0.2).notes
+
+
 def test_an_earlier_day_that_runs_against_the_case_is_named() -> None:
     turned = [replace(record(), angle_deg=-np.asarray(record().angle_deg), name="sine")]
     with pytest.raises(RecordError, match="runs against that of baseline session 2"):
