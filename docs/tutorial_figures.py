@@ -1,13 +1,14 @@
-"""The figures of the two tutorials on diagnosis: `python docs/tutorial_figures.py FOLDER` makes them anew and prints
-what was found.
+"""The figures of the two tutorials on diagnosis: `python docs/tutorial_figures.py` makes those of the practice case,
+`python docs/tutorial_figures.py FOLDER` those of the real joint; both print what was found.
 
 `python docs/tutorial_figures.py FOLDER HERE` makes no figures and leaves the files of the real joint, quiet.csv and
-sweep.csv, in HERE. FOLDER holds `practice` and `real`, records that are no part of this project. What it does for the
+sweep.csv, in HERE. FOLDER holds `real`, records that are no part of this project. What it does for the
 real joint is what docs/tutorial/diagnose_real_joint.md tells: two files of clean rows, a model from the quiet one, a
 diagnosis of the other.
 """
 
 import csv
+import re
 import subprocess
 import sys
 import tempfile
@@ -28,11 +29,21 @@ PARTS = {"quiet": (0.5, 8.0), "sweep": (8.0, 16.4)}
 """Seconds of the chirp: up to 2.1 Hz; from there to where the swing jumps down."""
 
 
-def practice(folder: Path) -> None:
-    """unit_b/case_04: a delay and a backlash."""
-    unit = folder / "practice" / "unit_b"
-    days = [read(day) for day in sorted(unit.glob("baseline_*"))]
-    draw("practice", load_model(ROOT / "configs/models/simulated.yaml"), read(unit / "case_04"), days)
+def practice_records(place: Path) -> None:
+    """What the page of the practice case records, by its own file and lines, in the folder `place`."""
+    page = (ROOT / "docs/tutorial/diagnose_practice.md").read_text(encoding="utf-8")
+    (rig,) = re.findall(r"```yaml file=bad_day.yaml\n(.*?)```", page, re.DOTALL)
+    (place / "bad_day.yaml").write_text(rig, encoding="utf-8")
+    for line in re.findall(r"^pamrig (run .*)$", page, re.MULTILINE):
+        subprocess.run([sys.executable, "-m", "rig.cli.main", *line.split()], cwd=place, check=True)
+
+
+def practice() -> None:
+    """A delay and a backlash on the simulated rig."""
+    with tempfile.TemporaryDirectory() as place:
+        practice_records(Path(place))
+        days = [read(day) for day in sorted(Path(place).glob("healthy/*"))]
+        draw("practice", load_model(ROOT / "configs/models/simulated.yaml"), read(Path(place) / "bad_day"), days)
 
 
 def real(folder: Path) -> None:
@@ -76,6 +87,7 @@ def draw(name: str, model: Model, records: list[Record], days: list[list[Record]
 if __name__ == "__main__":
     if len(sys.argv) > 2:
         write_parts(Path(sys.argv[1]), Path(sys.argv[2]))
-    else:
-        practice(Path(sys.argv[1]))
+    elif len(sys.argv) > 1:
         real(Path(sys.argv[1]))
+    else:
+        practice()
