@@ -21,6 +21,10 @@ TOP_HZ = 6.0
 evidence."""
 ENVELOPE_HZ = 0.5
 """Width over which a response's power is blurred for the remainder's variance, Hz. Narrower: single lines decide."""
+LOUDER_BELOW = 3.0
+"""A monitor's noise below TOP_HZ has at most this many times the power of that in the octave above. More: what a
+description misses of a rig is taken for noise where there is little; less: noise that falls with frequency stays, and
+filters fit better than delays by smoothing it."""
 ENVELOPE_EVEN = 0.1
 """Share of that power that is spread evenly over all lines. Less: effects between the excited lines count for more."""
 SESSION_S = 140.0

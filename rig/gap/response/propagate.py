@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from rig.gap.records.pairs import Pair
 from rig.gap.response.lateness import IN_TIME, Lateness, delayed, displaced
 from rig.gap.response.nominal import Reference
+from rig.gap.response.quiet import without_noise
 from rig.model.drive import LEAST_SHARE
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.kernels import over_records
@@ -49,6 +50,8 @@ class Track:
     reference: Reference
     regulated: tuple[Column, Column]
     propagated: Column
+    quiet: tuple[Column, Column]
+    """The reference's pressures without the noise of their monitors: what changes a measured pressure changes these."""
 
 
 @dataclass(frozen=True)
@@ -84,6 +87,12 @@ class Course:
         return np.concatenate(first), np.concatenate(second)
 
     @cached_property
+    def quiet(self) -> tuple[Column, Column]:
+        """Both pressures of the healthy rig (n,) without the noise of their monitors."""
+        first, second = ([track.quiet[k] for track in self.tracks] for k in (0, 1))
+        return np.concatenate(first), np.concatenate(second)
+
+    @cached_property
     def measured(self) -> tuple[Column, Column] | None:
         """Both monitors (n,), where all cases have them."""
         cases = [track.pair.case for track in self.tracks]
@@ -98,15 +107,15 @@ class Course:
 
 def lay_tracks(pairs: Sequence[Pair], references: Sequence[Reference], nominal: ResponseModel) -> list[Track]:
     """A track for each pair."""
-    return [
-        Track(
-            pair,
-            reference,
-            nominal.pressures(pair.u1_mpa, pair.u2_mpa, pair.dt_s),
-            nominal.angle(reference.p1_mpa, reference.p2_mpa, pair.dt_s),
-        )
-        for pair, reference in zip(pairs, references, strict=True)
-    ]
+    return [_laid(pair, reference, nominal) for pair, reference in zip(pairs, references, strict=True)]
+
+
+def _laid(pair: Pair, reference: Reference, nominal: ResponseModel) -> Track:
+    dt_s = pair.dt_s
+    q1, q2 = nominal.pressures(pair.u1_mpa, pair.u2_mpa, dt_s)
+    quiet = without_noise(reference.p1_mpa, q1, dt_s), without_noise(reference.p2_mpa, q2, dt_s)
+    propagated = nominal.angle(reference.p1_mpa, reference.p2_mpa, dt_s)
+    return Track(pair, reference, (q1, q2), propagated, quiet)
 
 
 def full_numbers(applied: Applied, nominal: ResponseModel) -> dict[str, float]:
@@ -146,10 +155,14 @@ def ready(causes: Sequence[Applied], nominal: ResponseModel) -> list[Ready]:
 
 
 def pressures_with(causes: Sequence[Ready], course: Course, nominal: ResponseModel) -> tuple[Column, Column]:
-    """The pressures of the healthy rig with these timing and valve effects (the others are passed over)."""
+    """The pressures of the healthy rig with these timing and valve effects (the others are passed over). The monitors'
+    noise stays as it was."""
+    usual = course.reference
+    if not any(cause.slot in (Slot.TIMING, Slot.VALVE) for cause in causes):
+        return usual.p1_mpa, usual.p2_mpa
+    noise = usual.p1_mpa - course.quiet[0], usual.p2_mpa - course.quiet[1]
     course = _late(causes, course)
-    p1, p2 = course.reference.p1_mpa, course.reference.p2_mpa
-    q1, q2 = course.regulated
+    (p1, p2), (q1, q2) = course.quiet, course.regulated
     ahead = [cause for cause in _in(causes, Slot.TIMING) if not cause.exact]
     if ahead:
         u1 = np.concatenate([track.pair.u1_mpa for track in course.tracks])
@@ -161,7 +174,7 @@ def pressures_with(causes: Sequence[Ready], course: Course, nominal: ResponseMod
     for cause in _in(causes, Slot.VALVE):
         (q1, q2), was = _changed(cause, q1, q2, course), (q1, q2)
         p1, p2 = _changed(cause, p1, p2, course) if cause.exact else (p1 + q1 - was[0], p2 + q2 - was[1])
-    return p1, p2
+    return p1 + noise[0], p2 + noise[1]
 
 
 def _regulated(u1: Column, u2: Column, course: Course, nominal: ResponseModel) -> tuple[Column, Column]:
@@ -215,6 +228,7 @@ def later(track: Track, late: Lateness) -> Track:
         reference=Reference(moved(reference.p1_mpa), moved(reference.p2_mpa), moved(reference.angle_deg)),
         regulated=(moved(track.regulated[0]), moved(track.regulated[1])),
         propagated=moved(track.propagated),
+        quiet=(moved(track.quiet[0]), moved(track.quiet[1])),
     )
 
 
