@@ -61,10 +61,11 @@ def _slower(regulator: Regulator, both: float, apart: float) -> Regulator:
 
 
 def _with_regulators(track: Track, other: ResponseModel) -> Track:
-    pair, reference, was = track.pair, track.reference, track.regulated
+    pair, reference, was, quiet = track.pair, track.reference, track.regulated, track.quiet
     now = other.pressures(pair.u1_mpa, pair.u2_mpa, pair.dt_s)
-    moved = Reference(reference.p1_mpa + now[0] - was[0], reference.p2_mpa + now[1] - was[1], reference.angle_deg)
-    return replace(track, reference=moved, regulated=now)
+    first, second = now[0] - was[0], now[1] - was[1]
+    moved = Reference(reference.p1_mpa + first, reference.p2_mpa + second, reference.angle_deg)
+    return replace(track, reference=moved, regulated=now, quiet=(quiet[0] + first, quiet[1] + second))
 
 
 def _monitors(causes: Sequence[Ready], tracks: Sequence[Track], response: ResponseModel) -> Column:
