@@ -21,7 +21,7 @@ SUFFIXES: Final[dict[str, tuple[str, ...]]] = {
     **dict.fromkeys(("mapping_path", "gate", "reference", "tracking", "config", "config_path"), YAML),
     **dict.fromkeys(("folder", "folders", "root", "keep", "records", "other"), FOLDERS),
     "commands": (*LOGS, *YAML),
-    "file": (".csv", ".csv.gz", ".tdms", ".mcap", ".parquet", ".mat"),
+    "files": (".csv", ".csv.gz", ".lvm", ".txt", ".tdms", ".mcap", ".parquet", ".mat"),
     "model_path": (*YAML, ".fmu"),
     **dict.fromkeys(("labels", "against"), (".json",)),
     "priors": YAML,
