@@ -17,7 +17,7 @@ from enum import Enum
 from pathlib import Path
 from typing import Final
 
-from rig.errors import RigError
+from rig.errors import RecordError, RigError
 
 _HEAD_BYTES: Final = 1 << 16
 _NO_LINKS: Final = (errno.EPERM, errno.ENOTSUP, errno.ENOSYS, errno.EXDEV, errno.EMLINK)
@@ -181,6 +181,13 @@ def file_name(name: str) -> str:
     while len(plain.encode()) > _NAME_BYTES:
         plain = plain[:-1]
     return plain or "record"
+
+
+def check_free(targets: Iterable[Path]) -> None:
+    """RecordError where a log is to be written and something stands already."""
+    for target in targets:
+        if target.exists():
+            raise RecordError(f"{target}: exists already; a log is never overwritten")
 
 
 def targets_in(folder: Path, names: Iterable[str], suffix: str) -> list[Path]:

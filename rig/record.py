@@ -61,7 +61,12 @@ class Record:
     @property
     def has_pressures(self) -> bool:
         """Both muscles' pressures were measured."""
-        return self.p1_mpa is not None and self.p2_mpa is not None
+        return not self.unmeasured
+
+    @property
+    def unmeasured(self) -> list[str]:
+        """The pressures that were not measured, by their columns' names."""
+        return [name for name, column in (("p1_mpa", self.p1_mpa), ("p2_mpa", self.p2_mpa)) if column is None]
 
     @property
     def dp_mpa(self) -> Column:

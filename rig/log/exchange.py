@@ -28,7 +28,7 @@ from rig.log.foreign.units import unit_in_name
 from rig.log.mcap.collector import LogLine
 from rig.log.mcap.columns import DTYPES, Array, Samples, kept_as
 from rig.log.mcap.framing import unpacked_limit
-from rig.outputs import Kind, writing
+from rig.outputs import Kind, check_free, writing
 from rig.sample import WIRES, Sample
 
 SUFFIXES: Final = {"csv": ".csv", "csv.gz": ".csv.gz", "parquet": ".parquet", "mat": ".mat"}
@@ -57,9 +57,7 @@ def export(content: LogContent, path: Path, kind: str) -> list[Path]:
     """Write `content` in the format `kind` (a key of SUFFIXES); returns the files. RecordError when one exists or
     cannot be written."""
     files = [path, sidecar_path(path)] if kind.startswith("csv") else [path]
-    for file in files:
-        if file.exists():
-            raise RecordError(f"{file}: exists already; a log is never overwritten")
+    check_free(files)
     with writing(path, Kind.RECORDING) as part:
         _WRITERS[kind](content, part, path)
     return files

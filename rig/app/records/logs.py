@@ -23,7 +23,7 @@ from rig.log.mcap.reader import McapLog
 from rig.log.mcap.schema import ended_of, unsound
 from rig.log.mcap.writer import PARTIAL_SUFFIX
 from rig.model.resample import on_grid
-from rig.outputs import file_name, make_folder, targets_in
+from rig.outputs import check_free, file_name, make_folder, targets_in
 from rig.record import Record
 from rig.sample import Phase
 
@@ -158,8 +158,7 @@ def imports(files: Sequence[Path], mapping_path: Path | None, out: Path | None) 
     else:
         targets = targets_in(out or Path(), map(reader.stem, files), ".mcap")
     if len(files) > 1:
-        if there := next((target for target in targets if target.exists()), None):
-            raise RecordError(f"{there}: exists already; a log is never overwritten")
+        check_free(targets)
         for file in files:
             import_content(file, mapping_path)
     for file, target in zip(files, targets, strict=True):

@@ -28,7 +28,7 @@ from rig.log.replay import (
     recorded_period_ns,
 )
 from rig.model.external import KIND as EXTERNAL
-from rig.outputs import targets_in
+from rig.outputs import check_free, targets_in
 from rig.own_units import own_plain
 from rig.realtime.program import Program
 from rig.report import log_figures
@@ -147,9 +147,7 @@ def replay_all(job: Job, options: ReplayOptions) -> list[Replayed]:
     targets = [out] if single else targets_in(out, (recording.name for recording in job.recordings), ".mcap")
     if len(targets) > 1 and options.figure is not None and options.figure.suffix:
         raise RecordError(f"--figure {options.figure}: {len(targets)} replays need a figure each; give a folder")
-    for target in targets:
-        if target.exists():
-            raise RecordError(f"{target}: exists already; a log is never overwritten")
+    check_free(targets)
     done: list[Replayed] = []
     for recording, target in zip(job.recordings, targets, strict=True):
         done.append(_replay(job, recording, options, target))

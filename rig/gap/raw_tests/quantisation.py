@@ -31,9 +31,9 @@ def quantisation_step(
     want of them: a step makes a noise of step / sqrt(12), so a healthy day's was no larger than that allows."""
     step, spread = step_deg(angles_of(cases))
     base = max((step_deg(angles_of(session))[0] for session in sessions), default=0.0)
-    plain = step > STEP_OVER_NOISE * level_beside_deg(step, angles_of(cases))
     known = bool(sessions) or (described_deg is not None and step > COARSER * math.sqrt(12.0) * described_deg)
-    found = step > COARSER * base and step > LEAST_STEP_DEG and (known or plain)
+    found = step > COARSER * base and step > LEAST_STEP_DEG
+    found = found and (known or step > STEP_OVER_NOISE * level_beside_deg(step, angles_of(cases)))
     text = (
         f"the angle takes values {step:.3g} deg apart, the baselines {base:.3g}"
         if step

@@ -203,7 +203,7 @@ def _all_have_pressures(records: Sequence[Record], others: Mapping[int, Sequence
     lacking, where = next(((record, where) for record, where in without if not record.has_pressures), (None, ""))
     if lacking is None:
         return True
-    missing = [name for name in ("p1_mpa", "p2_mpa") if getattr(lacking, name) is None]
+    missing = lacking.unmeasured
     if any(record.p1_mpa is not None or record.p2_mpa is not None for record in (*records, *days)):
         notes.append(
             f"{' and '.join(missing)} {'was' if len(missing) == 1 else 'were'} not measured in {where} "
@@ -222,8 +222,10 @@ def _clipped(pairs: Sequence[Pair], notes: list[str]) -> bool:
             ("the monitor of p1", "MPa", pair.raw.p1_mpa),
             ("the monitor of p2", "MPa", pair.raw.p2_mpa),
         ):
-            known = np.isfinite(column) if column is not None else np.zeros(0, dtype=bool)
-            for word, end, share in _stays(column[known], moves[known]) if column is not None else ():
+            if column is None:
+                continue
+            known = np.isfinite(column)
+            for word, end, share in _stays(column[known], moves[known]):
                 notes.append(
                     f"{pair.name}: {what} stays at its {word} end {end:.4g} {unit} for {100 * share:.0f} % of "
                     "the time: clipped?"

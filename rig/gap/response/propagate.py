@@ -23,7 +23,7 @@ from rig.model.drive import LEAST_SHARE
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.kernels import over_records
 from rig.model.response import ResponseModel
-from rig.model.slots import Slot
+from rig.model.slots import AHEAD, Slot
 from rig.record import Column
 
 SAME_STIFFNESS = 0.005
@@ -93,6 +93,11 @@ class Course:
         return np.concatenate(first), np.concatenate(second)
 
     @cached_property
+    def noise(self) -> tuple[Column, Column]:
+        """(n,) what their monitors add to these."""
+        return self.reference.p1_mpa - self.quiet[0], self.reference.p2_mpa - self.quiet[1]
+
+    @cached_property
     def measured(self) -> tuple[Column, Column] | None:
         """Both monitors (n,), where all cases have them."""
         cases = [track.pair.case for track in self.tracks]
@@ -157,11 +162,9 @@ def ready(causes: Sequence[Applied], nominal: ResponseModel) -> list[Ready]:
 def pressures_with(causes: Sequence[Ready], course: Course, nominal: ResponseModel) -> tuple[Column, Column]:
     """The pressures of the healthy rig with these timing and valve effects (the others are passed over). The monitors'
     noise stays as it was."""
-    usual = course.reference
-    if not any(cause.slot in (Slot.TIMING, Slot.VALVE) for cause in causes):
-        return usual.p1_mpa, usual.p2_mpa
-    noise = usual.p1_mpa - course.quiet[0], usual.p2_mpa - course.quiet[1]
-    course = _late(causes, course)
+    if not any(cause.slot in AHEAD for cause in causes):
+        return course.reference.p1_mpa, course.reference.p2_mpa
+    noise, course = course.noise, _late(causes, course)
     (p1, p2), (q1, q2) = course.quiet, course.regulated
     ahead = [cause for cause in _in(causes, Slot.TIMING) if not cause.exact]
     if ahead:

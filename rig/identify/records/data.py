@@ -164,7 +164,7 @@ def _check_columns(record: Record, drive: Input) -> None:
     if record.angle_deg is None:
         raise RecordError(f"{record.name}: it has no angle; needed: a column angle_deg with numbers")
     if drive is Input.PRESSURE and not record.has_pressures:
-        raise RecordError(f"{record.name}: {_unmeasured(record)}; use --input command")
+        raise RecordError(f"{record.name}: {_unmeasured(record.unmeasured)}; use --input command")
     if drive is Input.PRESSURE and (dead := dead_monitor(record)):
         raise RecordError(f"{record.name}: {dead} (a broken wire?); use --input command")
     if drive is Input.COMMAND:
@@ -181,9 +181,7 @@ def _check_columns(record: Record, drive: Input) -> None:
             raise RecordError(f"{record.name}: {share:.0%} of {column} is missing; allowed: {MOST_MISSING:.0%}")
 
 
-def _unmeasured(record: Record) -> str:
-    """Which pressure a record lacks."""
-    lacking = [name for name in ("p1_mpa", "p2_mpa") if getattr(record, name) is None]
+def _unmeasured(lacking: list[str]) -> str:
     return f"{lacking[0]} was not measured" if len(lacking) == 1 else "the pressures were not measured"
 
 

@@ -66,7 +66,6 @@ def read_table(
     text = read_text(path)
     lines = text.split("\n")
     names, first = _header(path, lines, style)
-    first += style.units_row
     if require is not None:
         require(names)
     body = lines[first:]
@@ -89,7 +88,6 @@ def numeric_columns(path: Path, style: Style) -> list[str]:
     """
     lines = read_text(path).split("\n")
     names, first = _header(path, lines, style)
-    first += style.units_row
     body = [line for line in lines[first:] if line.strip()]
     if _quick(body, style, len(names)) is not None:
         return names
@@ -108,7 +106,7 @@ def stated_units(path: Path, style: Style) -> dict[str, str]:
         return {}
     lines = read_text(path).split("\n")
     names, first = _header(path, lines, style)
-    cells = next(csv.reader(lines[first : first + 1], delimiter=style.separator), [])
+    cells = next(csv.reader(lines[first - 1 : first], delimiter=style.separator), [])
     return {name: cell.strip(" []()") for name, cell in zip(names, cells, strict=False) if cell.strip(" []()")}
 
 
@@ -152,7 +150,7 @@ def _gunzip(path: Path, raw: bytes) -> bytes:
 
 
 def _header(path: Path, lines: list[str], style: Style) -> tuple[list[str], int]:
-    """The column names, and the index of the line after them; comment lines before them are skipped."""
+    """The column names, and the index of the line after them and their units; comment lines before them are skipped."""
     first = style.skip_rows
     while first < len(lines) and (not lines[first].strip() or lines[first].startswith("#")):
         first += 1
@@ -164,7 +162,7 @@ def _header(path: Path, lines: list[str], style: Style) -> tuple[list[str], int]
     twice = next((name for number, name in enumerate(names) if name in names[:number]), None)
     if twice is not None:
         raise RecordError(f"{path}: the column {twice!r} stands twice in the header")
-    return names, first + 1
+    return names, first + 1 + style.units_row
 
 
 def _quick(body: list[str], style: Style, columns: int) -> NDArray[np.float64] | None:

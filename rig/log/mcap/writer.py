@@ -13,6 +13,7 @@ from typing import Any, Final
 from rig.errors import RecordError
 from rig.log.mcap import schema
 from rig.log.mcap.frame_writer import McapWriter
+from rig.outputs import check_free
 from rig.sample import SAMPLE_BYTES, Wire
 
 PARTIAL_SUFFIX: Final = ".partial"
@@ -81,8 +82,7 @@ class RunWriter:
         self.records = self._chunk_began = 0
         self.dropped = 0
         """Samples that were not written because the disk took nothing for too long."""
-        if path.exists():
-            raise RecordError(f"{path}: exists already; a log is never overwritten")
+        check_free([path])
         self._tail = self._open_tail()
         try:
             self._writer = McapWriter(self._tail, "pamrig")

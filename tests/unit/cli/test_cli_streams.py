@@ -77,16 +77,17 @@ main()
     assert done.stderr.strip() in ("", "pamrig: interrupted")
 
 
-STRIKES = {
-    "in a destructor": """
+DIES = """
     class Dying:
         def __del__(self):
             raise KeyboardInterrupt
     Dying()
     while True:
         pass
-""",
-    "in a destructor, on a machine that then stands still": """
+"""
+STRIKES = {
+    "in a destructor": DIES,
+    "in a destructor, on a machine that then stands still": f"""
     started = threading.Thread.start
 
     def slowly(thread):
@@ -94,14 +95,7 @@ STRIKES = {
         time.sleep(0.05)
 
     threading.Thread.start = slowly
-
-    class Dying:
-        def __del__(self):
-            raise KeyboardInterrupt
-    Dying()
-    while True:
-        pass
-""",
+{DIES}""",
     "in code made from text": """
     exec("raise KeyboardInterrupt")
 """,
