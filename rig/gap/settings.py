@@ -117,7 +117,8 @@ Lower: usual records after a slow session are doubted."""
 EXCITED_POWER = 0.95
 """Share of a command's power below the frequency that counts as its fastest. More: harmonics of triangles count."""
 BEYOND_DAYS = (3.0, 10.0, 30.0, 100.0)
-"""Factors by which the patterns that may differ without being a gap are enlarged, as one form of something unknown."""
+"""Factors by which zeros, gains and lags that may differ without being a gap are enlarged, as one form of something
+unknown. Larger: a larger one is known to be unknown, and costs more."""
 EVEN_CHANCE = 0.5
 """Probability of none below which there is something."""
 FIRSTS_TRIED = 3
@@ -132,8 +133,8 @@ LEAST_CLOSED = 0.02
 """Share of its own factor's gap that a named effect closes at least: less reads as "loses 0 % of its pressure", and
 something unknown is there."""
 LEAST_EXPLAINED = 0.5
-"""Share of a gap above the floor (mean squares) that causes close at least where they are said to explain it; with less
-something unknown makes up the larger part. More: rough laws explain nothing."""
+"""Share of the degrees (rms) by which a gap stands above the floor that causes close at least where they are said to
+explain it; with less something unknown makes up the larger part. More: rough laws explain nothing."""
 SPOILT = 1.02
 """A cause that leaves more than this share of the rms in the simulator is not added to it."""
 PRIORS = Path(__file__).with_name("priors.yaml")

@@ -253,9 +253,9 @@ def _explained(kept: Sequence[Kept], marks: Sequence[Cause], before: float, afte
 
 
 def closes_little(before: float, after: float, floor: float) -> bool:
-    """Less than LEAST_EXPLAINED of a gap above the floor, in mean squares: that leaves more unexplained than it
-    explains, however rough a law may be."""
-    return before**2 - after**2 < LEAST_EXPLAINED * (before**2 - floor**2)
+    """Less than LEAST_EXPLAINED of what stands above the floor, in the degrees that somebody at the rig reads: that
+    leaves more unexplained than it explains, however rough a law may be."""
+    return before - after < LEAST_EXPLAINED * (before - floor)
 
 
 def _rest(kept: Sequence[Kept], before: float) -> Cause:

@@ -45,7 +45,7 @@ def test_what_is_unknown_by_itself_is_a_finding_where_it_is_above_the_floor(size
     assert ("Something smaller than that is likely there" in headline(said)[0]) is not stands
 
 
-@pytest.mark.parametrize(("after_deg", "little"), [(2.3, True), (2.2, False)])
+@pytest.mark.parametrize(("after_deg", "little"), [(2.1, True), (1.9, False)])
 def test_what_closes_less_than_half_of_a_gap_does_not_explain_it(after_deg: float, little: bool) -> None:
-    """Of 3 deg above a floor of 1: half of the mean square is at the root of 5."""
+    """Of 3 deg above a floor of 1: half is at 2."""
     assert closes_little(3.0, after_deg, 1.0) is little
