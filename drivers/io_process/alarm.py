@@ -86,23 +86,16 @@ def let_go_on(pid: int) -> None:
 
 def _let_go_on(mailbox: Mailbox) -> None:
     """The same to the process behind a mailbox, which may be another user's."""
-    if (descriptor := mailbox.process()) is not None:
-        try:
-            with contextlib.suppress(OSError):
-                signal.pidfd_send_signal(descriptor, signal.SIGCONT)
-        finally:
-            os.close(descriptor)
+    with mailbox.process() as process, contextlib.suppress(OSError):
+        if process is not None:
+            signal.pidfd_send_signal(process, signal.SIGCONT)
 
 
 def _end(mailbox: Mailbox, path: Path) -> None:
     """Kill the I/O process that holds the lock of the mailbox at `path`, and wait until it has let go."""
-    if (descriptor := mailbox.process()) is None:
-        return
-    try:
-        with contextlib.suppress(OSError):
-            if (held := attach(path)) is not None:  # it is still the one that was written down, and no later pid
-                held.close()
-                signal.pidfd_send_signal(descriptor, signal.SIGKILL)
-                select.select([descriptor], [], [], _GONE_S)
-    finally:
-        os.close(descriptor)
+    with mailbox.process() as process, contextlib.suppress(OSError):
+        # it is still the one that was written down, and no later pid
+        if process is not None and (held := attach(path)) is not None:
+            held.close()
+            signal.pidfd_send_signal(process, signal.SIGKILL)
+            select.select([process], [], [], _GONE_S)

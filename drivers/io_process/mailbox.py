@@ -17,6 +17,7 @@ import stat
 import struct
 import time
 import zlib
+from collections.abc import Iterator
 from enum import IntEnum
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -218,15 +219,19 @@ class Mailbox:
         """The I/O process; before there is one, the process that is about to start it."""
         return self._served[0]
 
-    def process(self) -> int | None:
-        """A descriptor (pidfd_open(2)) of the process that is written down, which the caller closes; None when it has
-        gone, or is not the mailbox's user's: a number that somebody forged is nobody to send signals to."""
-        with contextlib.suppress(OSError):
+    @contextlib.contextmanager
+    def process(self) -> Iterator[int | None]:
+        """A descriptor (pidfd_open(2)) of the process that is written down, as long as the block lasts; None when it
+        has gone, or is not the mailbox's user's: a number that somebody forged is nobody to send signals to."""
+        try:
             descriptor = os.pidfd_open(self.pid)
-            if _uid_of(self.pid) == self._uid:
-                return descriptor
+        except OSError:
+            yield None
+            return
+        try:
+            yield descriptor if _uid_of(self.pid) == self._uid else None
+        finally:
             os.close(descriptor)
-        return None
 
     @property
     def stuck(self) -> bool:

@@ -16,7 +16,7 @@ from collections import deque
 from collections.abc import AsyncIterator, Awaitable, Callable
 from os.path import samestat
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from rig.errors import ConfigError, StateError
 from rig.service.door import places, protocol
@@ -38,6 +38,22 @@ Handler = Callable[[Request], Awaitable[Any]]
 Snapshot = Callable[[int | None], dict[str, Any]]
 
 
+class _Door(NamedTuple):
+    """The Unix socket by which clients come."""
+
+    path: Path
+    made: os.stat_result
+    """What was made there."""
+    listener: Listener
+
+    @property
+    def is_found(self) -> bool:
+        """What lies at the path is the socket that was made there."""
+        with contextlib.suppress(OSError):
+            return samestat(os.lstat(self.path), self.made)
+        return False
+
+
 class Server:
     """Listens; hands each request to `handle` and each event's making to `snapshot(cursor)`."""
 
@@ -51,11 +67,7 @@ class Server:
         self._viewers: set[Connection] = set()
         self._heard_once: deque[asyncio.Task[Any]] = deque()
         self._group = ""
-        self._path: Path | None = None
-        self._made: os.stat_result | None = None
-        """The socket at `_path`, as it was made."""
-        self._reachable: Listener | None = None
-        """Who listens there."""
+        self._door: _Door | None = None
         self._token = b""
         self._tasks: set[asyncio.Task[Any]] = set()
         self.dropped_events = 0
@@ -79,18 +91,11 @@ class Server:
         places.make_way(path)
         fresh = Listener(_unix_socket(path), self._serve_local, self._ration, self._stopped_at_once)
         self._listeners.append(fresh)
-        if self._reachable is not None:
-            self._reachable.retire()
-        self._path, self._made, self._reachable = path, os.lstat(path), fresh
+        if self._door is not None:
+            self._door.listener.retire()
+        self._door = _Door(path, os.lstat(path), fresh)
         if self._group:
             _give_to(path, self._group)
-
-    @property
-    def _is_found(self) -> bool:
-        """What lies at the path is the socket that was made there."""
-        with contextlib.suppress(OSError):
-            return self._path is not None and self._made is not None and samestat(os.lstat(self._path), self._made)
-        return False
 
     def stay_reachable(self) -> bool:
         """Make the socket anew where somebody has removed it, for nobody could stop the rig by it any more; whether it
@@ -98,10 +103,10 @@ class Server:
         for listener in [each for each in self._listeners if each.over]:
             listener.close()
             self._listeners.remove(listener)
-        if self._path is None or self._is_found:
+        if self._door is None or self._door.is_found:
             return False
-        _make_folder(self._path)
-        self._open(self._path)
+        _make_folder(self._door.path)
+        self._open(self._door.path)
         return True
 
     async def listen_for_viewers(self, host: str, port: int, token: str) -> int:
@@ -124,9 +129,9 @@ class Server:
         for task in list(self._tasks):
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
-        if self._path is not None and self._is_found:
-            self._path.unlink(missing_ok=True)
-        self._path = None
+        if self._door is not None and self._door.is_found:
+            self._door.path.unlink(missing_ok=True)
+        self._door = None
         if self._lock is not None:
             os.close(self._lock)
             self._lock = None

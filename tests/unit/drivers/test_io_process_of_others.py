@@ -122,7 +122,8 @@ def test_no_signal_goes_to_a_process_that_is_not_the_mailbox_s_user_s(tmp_path: 
         os.fchown(descriptor, STRANGER, -1)
     box = Mailbox(descriptor)
     box.served_by(1, 0)
-    assert box.process() is None
+    with box.process() as found:
+        assert found is None
 
 
 def test_the_process_behind_one_s_own_mailbox_is_reached(tmp_path: Path) -> None:
@@ -130,9 +131,10 @@ def test_the_process_behind_one_s_own_mailbox_is_reached(tmp_path: Path) -> None
     assert descriptor is not None
     box = Mailbox(descriptor)
     box.served_by(os.getpid(), 0)
-    found = box.process()
-    assert found is not None
-    os.close(found)
+    with box.process() as found:
+        assert found is not None
+    with pytest.raises(OSError, match="Bad file descriptor"):
+        os.fstat(found)
 
 
 @pytest.mark.parametrize("kind", ["fifo", "link", "folder", "short file"])
