@@ -1,8 +1,10 @@
-"""Tables of numbers as text: CSV and CSV.gz in, with any separator and decimal mark, and every fault named by its row.
+"""Tables of numbers and time stamps as text: CSV and CSV.gz in, with any separator and decimal mark, and every fault
+named by its row.
 
 It knows nothing of what the columns mean; rig.log.reader and rig.log.foreign.mapping do.
 """
 
+import codecs
 import contextlib
 import csv
 import gzip
@@ -20,6 +22,7 @@ from numpy.typing import NDArray
 
 from rig.config import check_regular
 from rig.errors import RecordError
+from rig.log.foreign.stamps import Stamp, Stamps, stamp
 from rig.log.mcap.framing import unpacked_limit
 
 GZIP_MAGIC: Final = b"\x1f\x8b"
@@ -34,6 +37,8 @@ _NO_TEXT: Final = re.compile(r"[\x00-\x08\x0e-\x1f]")
 _SEPARATOR_HINT = "; decimal commas? import it with `separator` and `decimal` in a mapping"
 _POINT_HINT = "; a point beside decimal commas may part thousands: take it out, or give `decimal: '.'`"
 _DECIMAL_HINT = "; decimal comma? import it with `decimal: ','` in a mapping"
+_THOUSANDS_HINT = "; take out what parts thousands"
+_thousands: Final = re.compile(r"\d[.,' \u2019\u00a0\u202f]\d{3}(?!\d)").search
 
 
 @dataclass(frozen=True)
@@ -54,13 +59,14 @@ def read_table(
     require: Callable[[list[str]], None] | None = None,
     wanted: Collection[str] | None = None,
 ) -> dict[str, NDArray[np.float64]]:
-    """Header -> column, in the order of the file; an empty cell is NaN, all columns have the same length.
+    """Header -> column, in the order of the file; an empty cell is NaN, all columns have the same length. Time stamps
+    are seconds since the first, where a column begins with one.
 
     With `wanted` only the columns of these names have to hold numbers; the others may be NaN.
     `require` sees the names before the rows are looked at, and raises when they are not what is wanted.
 
-    RecordError names the row and the column when a cell is not a number, a row is too short or too long, or a name
-    stands twice.
+    RecordError names the row and the column when a cell is neither, a row is too short or too long, or a name stands
+    twice.
     """
     style = style or Style()
     text = read_text(path)
@@ -81,10 +87,10 @@ def read_table(
 
 
 def numeric_columns(path: Path, style: Style) -> list[str]:
-    """The columns of numbers, in the order of the file: not those most of whose filled cells are none (a date, a
-    remark).
+    """The columns of numbers and of time stamps, in the order of the file: not those most of whose filled cells are
+    neither (a date alone, a remark).
 
-    RecordError as for `read_table`, but for cells that are no numbers.
+    RecordError as for `read_table`, but for cells that are neither.
     """
     lines = read_text(path).split("\n")
     names, first = _header(path, lines, style)
@@ -95,7 +101,7 @@ def numeric_columns(path: Path, style: Style) -> list[str]:
     for cells in _rows(path, body, style, first + 1):
         for column, cell in enumerate(cells[: len(names)]):
             if cell.strip():
-                surplus[column] += -1 if is_number(cell, style.decimal) else 1
+                surplus[column] += -1 if is_value(cell, style.decimal) else 1
     return [name for name, more in zip(names, surplus, strict=True) if more <= 0]
 
 
@@ -110,6 +116,14 @@ def stated_units(path: Path, style: Style) -> dict[str, str]:
     return {name: cell.strip(" []()") for name, cell in zip(names, cells, strict=False) if cell.strip(" []()")}
 
 
+def first_stamps(path: Path, style: Style) -> dict[str, Stamp]:
+    """Column -> its first time stamp, for those that begin with one. RecordError as for `read_table`."""
+    lines = read_text(path).split("\n")
+    names, first = _header(path, lines, style)
+    cells = next(csv.reader(lines[first : first + 1], delimiter=style.separator), [])
+    return {name: found for name, cell in zip(names, cells, strict=False) if (found := stamp(cell)) is not None}
+
+
 def read_text(path: Path) -> str:
     """The text of a plain or gzipped file, bounded; RecordError when it cannot be read, or is not text."""
     try:
@@ -120,7 +134,8 @@ def read_text(path: Path) -> str:
     text = _decoded(_gunzip(path, raw) if raw[:2] == GZIP_MAGIC else raw)
     if text is None:
         raise RecordError(
-            f"{path}: neither MCAP, TDMS nor text in UTF-8 or Windows-1252; a log is .mcap, .csv, .csv.gz or .tdms"
+            f"{path}: neither MCAP, TDMS nor text in UTF-8, UTF-16 or Windows-1252; a log is .mcap, .csv, .csv.gz or "
+            ".tdms"
         )
     if not text.strip():
         raise RecordError(f"{path}: the file is empty")
@@ -128,9 +143,11 @@ def read_text(path: Path) -> str:
 
 
 def _decoded(data: bytes) -> str | None:
-    """The text of the bytes, None where they are none. What is no UTF-8 is read as Windows writes it in the West, which
-    moves no number: a degree sign in a header is all that it is about."""
-    for encoding in ("utf-8-sig", "cp1252"):
+    """The text of the bytes, None where they are none. UTF-16 says by its first bytes that it is (Excel's "Unicode
+    text", PowerShell's `>`). What is no UTF-8 is read as Windows writes it in the West, which moves no number: a degree
+    sign in a header is all that it is about."""
+    marked = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    for encoding in ("utf-16",) if marked else ("utf-8-sig", "cp1252"):
         with contextlib.suppress(UnicodeDecodeError):
             text = data.decode(encoding)
             return None if _NO_TEXT.search(text) else text
@@ -182,20 +199,32 @@ def _careful(
     """The table cell by cell, so that a fault can be named; rows are counted from 1 as an editor does. Columns that are
     not looked at are NaN."""
     table = np.full((len(body), len(names)), np.nan)
+    stamps: dict[int, Stamps] = {}
     for number, cells in enumerate(_rows(path, body, style, first_row)):
         where, cells = f"{path}, row {first_row + number}", filled(cells, names)
         if len(cells) != len(names):
             hint = _SEPARATOR_HINT if len(cells) == 2 * len(names) and style.separator == "," else ""
             raise RecordError(f"{where}: {len(cells)} cells where the header names {len(names)} columns{hint}")
+        if number == 0:
+            stamps = {column: Stamps(found) for column in looked_at if (found := stamp(cells[column])) is not None}
         for column in looked_at:
-            cell = cells[column]
+            cell, times = cells[column], stamps.get(column)
             try:
-                table[number, column] = _number(cell, style.decimal)
+                table[number, column] = _number(cell, style.decimal) if times is None else times.seconds(cell)
             except ValueError:
-                hint = _DECIMAL_HINT if style.decimal == "." and "," in cell else ""
-                hint = _POINT_HINT if style.decimal == "," and "." in cell else hint
-                raise RecordError(f"{where}: {names[column]}: {cell[:40]!r} is not a number{hint}") from None
+                wanted = "a number" if times is None else "a time stamp like the first"
+                hint = "" if times is not None else _hint(cell, style.decimal)
+                raise RecordError(f"{where}: {names[column]}: {cell[:40]!r} is not {wanted}{hint}") from None
     return table
+
+
+def _hint(cell: str, decimal: str) -> str:
+    """Why a cell may be none of the numbers that are written with that decimal mark."""
+    if decimal == "," and "." in cell:
+        return _POINT_HINT
+    if decimal == "." and "," in cell and "." not in cell:
+        return _DECIMAL_HINT
+    return _THOUSANDS_HINT if _thousands(cell) else ""
 
 
 def _number(cell: str, decimal: str) -> float:
@@ -206,12 +235,12 @@ def _number(cell: str, decimal: str) -> float:
     return float(cell.replace(decimal, ".")) if cell.strip() else math.nan
 
 
-def is_number(cell: str, decimal: str) -> bool:
-    """Whether a cell is a number by that decimal mark, or empty."""
+def is_value(cell: str, decimal: str) -> bool:
+    """Whether a cell is a number by that decimal mark, a time stamp, or empty."""
     try:
         _number(cell, decimal)
     except ValueError:
-        return False
+        return stamp(cell) is not None
     return True
 
 

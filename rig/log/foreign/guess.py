@@ -19,6 +19,7 @@ from rig.further import PLACES, RESERVED
 from rig.log.foreign.delimited import Style, numeric_columns
 from rig.log.foreign.kinds import Kind, kind_of
 from rig.log.foreign.sniff import sniff
+from rig.log.foreign.stamps import FORMS
 from rig.log.foreign.tables import RawColumn, RawTable, read_delimited, read_tdms
 from rig.log.foreign.units import UNITS, converted
 from rig.log.mcap.columns import Array
@@ -90,7 +91,10 @@ def guess(path: Path) -> Guess:
     found = Guess()
     seen = [_seen(name, column) for name, column in _table(path, found).columns.items()]
     time = _time(seen, found, path)
-    known = [one for one in seen if one is not time and np.isfinite(one.values).any()]
+    other_times = [one.name for one in seen if one is not time and _is_stamped(one)]
+    if other_times:
+        found.meaning.append(f"not imported, as they are further times: {', '.join(map(repr, other_times))}")
+    known = [one for one in seen if one is not time and one.name not in other_times and np.isfinite(one.values).any()]
     rest = [one for one in known if np.ptp(_known(one)) > 0.0]
     if len(rest) < 2:
         raise RecordError(f"{path}: {len(rest)} columns beside the time that move; a command and an answer are needed")
@@ -136,13 +140,18 @@ def _known(one: _Seen) -> Array:
     return one.values[np.isfinite(one.values)]
 
 
+def _is_stamped(one: _Seen) -> bool:
+    """Whether the file itself says that this is a time, and it goes on."""
+    return one.stated and one.quantity == "time" and bool(np.ptp(one.values) > 0.0 and (np.diff(one.values) >= 0).all())
+
+
 def _time(seen: Sequence[_Seen], found: Guess, path: Path) -> _Seen:
     possible = [one for one in seen if one.quantity in (None, "time") or (one.has(_TIME) and not one.stated)]
     rising = [one for one in possible if np.isfinite(one.values).all() and (np.diff(one.values) > 0).all()]
     if not rising:
         raise RecordError(
-            f"{path}: no column of numbers rises from row to row as a time does (a time of day is not read); for rows "
-            "that are evenly apart a mapping says it: `period_s: 0.005`"
+            f"{path}: no column of numbers rises from row to row as a time does, nor one of time stamps ({FORMS}); for "
+            "rows that are evenly apart a mapping says it: `period_s: 0.005`"
         )
     named = [one for one in rising if one.has(_TIME)]
     time = (named or rising)[0]
@@ -152,7 +161,7 @@ def _time(seen: Sequence[_Seen], found: Guess, path: Path) -> _Seen:
     unit = stated or by_size
     period_s = step * UNITS[unit].times / UNITS[unit].by
     found.mapping["columns"] = {"t_s": {"source": time.name, "unit": unit}}
-    why = "its name says" if stated else f"its rows are {step:.4g} apart"
+    why = "the file says" if time.stated else "its name says" if stated else f"its rows are {step:.4g} apart"
     found.meaning.append(
         f"time: {time.name!r} in {unit} ({why}): {len(time.values)} rows every {1e3 * period_s:.4g} ms"
     )

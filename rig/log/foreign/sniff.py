@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Final
 
 from rig.errors import RecordError
-from rig.log.foreign.delimited import LONGEST_HEADER, Style, filled, is_number, read_text
+from rig.log.foreign.delimited import LONGEST_HEADER, Style, filled, is_value, read_text
 from rig.log.foreign.units import UNITS, spelt
 
 MOST_SKIPPED: Final = 40
@@ -51,7 +51,7 @@ def _columns(lines: list[str], separator: str, decimal: str) -> tuple[int, int]:
     rows = [filled(row, header) for row in rows if row]
     if len(rows) < LEAST_ROWS or any(len(row) != len(header) for row in rows):
         return 0, 0
-    numbers = [all(is_number(row[column], decimal) for row in rows) for column in range(len(header))]
-    if all(is_number(name, decimal) for name, number in zip(header, numbers, strict=True) if number):
+    numbers = [all(is_value(row[column], decimal) for row in rows) for column in range(len(header))]
+    if all(is_value(name, decimal) for name, number in zip(header, numbers, strict=True) if number):
         return 0, 0
     return sum(numbers), len(numbers) - sum(numbers)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 
 from rig.errors import RecordError
-from rig.log.foreign.delimited import Style, read_table, stated_units
+from rig.log.foreign.delimited import Style, first_stamps, read_table, stated_units
 from rig.log.foreign.units import conversion, spelt, unit_in_name
 from rig.log.mcap.columns import Array
 from rig.log.mcap.contents import map_file
@@ -92,10 +92,19 @@ def _converted(raw: RawTable, key: str, name: str) -> Array:
 
 
 def read_delimited(path: Path, style: Style, wanted: Collection[str]) -> RawTable:
-    """A text table, of which the columns `wanted` are numbers; RecordError as for `read_table`."""
-    units = {name: spelt(unit) for name, unit in stated_units(path, style).items()}
+    """A text table, of which the columns `wanted` are numbers, or time stamps in seconds since their first. What the
+    first of one column says is the fact `first_time`, and `started_ns` where it says its zone.
+
+    RecordError as for `read_table`.
+    """
     table = read_table(path, style, wanted=wanted)
-    return RawTable(path, {name: RawColumn(values, units.get(name)) for name, values in table.items()})
+    stamps = {name: found for name, found in first_stamps(path, style).items() if name in wanted}
+    units = {name: spelt(unit) for name, unit in stated_units(path, style).items()} | dict.fromkeys(stamps, "s")
+    facts: dict[str, Any] = {}
+    if len(stamps) == 1:
+        (first,) = stamps.values()
+        facts = {"first_time": first.text} | ({"started_ns": first.ns} if first.dated and first.zoned else {})
+    return RawTable(path, {name: RawColumn(values, units.get(name)) for name, values in table.items()}, facts)
 
 
 def read_tdms(path: Path) -> RawTable:
