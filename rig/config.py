@@ -10,6 +10,7 @@ import errno
 import math
 import os
 import sys
+import unicodedata
 from collections.abc import Mapping
 from enum import Enum
 from pathlib import Path
@@ -34,6 +35,8 @@ MOST_BYTES = 4 * 1024 * 1024
 """No config is longer; what is, was meant for another program."""
 _SHOWN_CHARACTERS = 200
 _LONG_NUMBER = 10**20
+_NO_LINE = ("Cc", "Zl", "Zp")
+"""Unicode's categories of what ends a line or commands a terminal: no name or unit of ours has any."""
 
 
 def load(path: Path, schema: type[T]) -> T:
@@ -149,13 +152,20 @@ def _structure_bool(raw: object, _: type) -> bool:
 def _structure_str(raw: object, kind: type) -> str:
     if issubclass(kind, Enum):  # the converter comes here for a StrEnum too
         return cast(str, _structure_enum(raw, kind))
+    text = _text_of(raw)
+    if any(unicodedata.category(one) in _NO_LINE and one != "\t" for one in text):  # a tab may part columns
+        raise ValueError(f"expected text of one line, got {shown(raw)}; behind `>` or `|` a minus drops the line's end")
+    return text
+
+
+def _text_of(raw: object) -> str:
     if not isinstance(raw, str):
         raise ValueError(f"expected text, got {shown(raw)}")
     return raw
 
 
 def _structure_path(raw: object, _: type) -> Path:
-    text = _structure_str(raw, str)
+    text = _text_of(raw)
     if not _can_be_a_name(text):
         raise ValueError(f"expected a path, got {shown(raw)} with a character that no file name can have")
     return Path(text)
@@ -269,7 +279,7 @@ def _step(note: str) -> str:
 
 def _join(path: list[str]) -> str:
     text = ".".join(path).replace(".[", "[")
-    return f"{text}: " if text else ""
+    return f"{text if text.isprintable() else ascii(text)}: " if text else ""
 
 
 def _explain(error: BaseException) -> str:

@@ -18,6 +18,10 @@ roles: {valve_1: main, valve_2: main, angle: main}
 EMPTY = "is empty; the first value must be the smaller one"
 
 
+def no_line(key: str, text: str) -> str:
+    return f"{key}: expected text of one line, got {text!r}; behind `>` or `|` a minus drops the line's end"
+
+
 def load(folder: Path, text: str) -> str:
     path = folder / "rig.yaml"
     path.write_text(text)
@@ -56,6 +60,10 @@ def test_the_smallest_rig_has_the_defaults(tmp_path: Path) -> None:
         ("angle: main", "monitor_1: main", "roles: angle is missing; a rig needs valve_1, valve_2 and angle"),
         ("  main:", "  spare: {kind: simulated}\n  main:", "devices.spare: no role names this device"),
         ("{kind: simulated, model: m.yaml}", "{model: m.yaml}", "devices.main: expected a mapping with the key kind"),
+        ("name: mine", 'name: "mine\\nother.yaml: ok"', no_line("name", "mine\nother.yaml: ok")),
+        ("name: mine", "name: >\n  mine", no_line("name", "mine\n")),
+        ("name: mine", 'name: "\\e[2Jmine"', no_line("name", "\x1b[2Jmine")),
+        ("  main:", '  "ma\\nin":', no_line(r"'devices.ma\nin'", "ma\nin")),
         ("{kind: simulated, model: m.yaml}", "3", "devices.main: expected a mapping with the key kind"),
     ],
 )  # fmt: skip
