@@ -20,7 +20,7 @@ from typing import Final
 from rig.errors import RecordError, RigError
 
 _HEAD_BYTES: Final = 1 << 16
-_NO_LINKS: Final = (errno.EPERM, errno.ENOTSUP, errno.ENOSYS, errno.EXDEV, errno.EMLINK)
+NO_LINKS: Final = (errno.EPERM, errno.ENOTSUP, errno.ENOSYS, errno.EXDEV, errno.EMLINK)
 """What a file system without hard links, such as FAT, says of one."""
 _NAME_BYTES: Final = 100
 FIGURE_SUFFIXES: Final = (".png", ".svg", ".pdf")
@@ -267,7 +267,7 @@ def _took_free_name(part: Path, target: Path) -> bool:
     except FileExistsError:
         return False
     except OSError as error:
-        if error.errno not in _NO_LINKS:
+        if error.errno not in NO_LINKS:
             raise
         with contextlib.suppress(FileExistsError):
             os.close(os.open(target, os.O_CREAT | os.O_EXCL | os.O_WRONLY))  # the name is ours now, and is empty

@@ -57,8 +57,11 @@ def cases_of(logs: tuple[Path, ...]) -> list[Case]:
     return [Case(day.name, (day,)) for day in days] or [Case(None, logs)]
 
 
-def diagnose_case(options: DiagnosisOptions, case: Case, sessions: Sequence[Session] | None = None) -> "Diagnosis":
-    """Read (the sessions too, where the caller has not), diagnose, write the files that were asked for."""
+def diagnose_case(
+    options: DiagnosisOptions, case: Case, sessions: Sequence[Session] | None = None
+) -> "tuple[Diagnosis, str]":
+    """Read (the sessions too, where the caller has not), diagnose, write the files that were asked for; with the
+    diagnosis why one of them was not written, empty when all are."""
     from rig.app.gap.planning import room_of
     from rig.app.shipped import find_config
     from rig.gap.diagnosis import diagnose_with_grounds
@@ -86,8 +89,11 @@ def diagnose_case(options: DiagnosisOptions, case: Case, sessions: Sequence[Sess
         diagnosis = _with_worth(gains, model, diagnosis, grounds, records)
     if said := {name: text for name, text in _told_once(records).items() if text}:
         diagnosis = replace(diagnosis, evidence=replace(diagnosis.evidence, said=said))
-    _write(options, case, model, diagnosis, grounds, _origin(options, case, records, sessions))
-    return diagnosis
+    try:
+        _write(options, case, model, diagnosis, grounds, _origin(options, case, records, sessions))
+    except RigError as error:
+        return diagnosis, str(error)
+    return diagnosis, ""
 
 
 def first_time() -> str:
@@ -136,18 +142,23 @@ def _with_worth(
 
 @dataclass(frozen=True)
 class Campaign:
-    """What became of every day of a campaign, by its name."""
+    """What became of every day of a campaign, by its name; or of the only case, which has none."""
 
     diagnoses: "dict[str | None, Diagnosis]"
     failed: dict[str, str]
     """Day -> why it could not be diagnosed, in one line."""
+    unwritten: "dict[str | None, str]"
+    """Day -> why a file of its diagnosis was not written, in one line; empty when all are."""
 
     def complain(self) -> None:
-        """RigError when days could not be diagnosed, all of them named."""
-        if self.failed:
+        """RigError when days could not be diagnosed, all of them named, or files not written."""
+        lines = [f"{day}: {why}" for day, why in self.failed.items()]
+        if lines:
             count = len(self.failed) + len(self.diagnoses)
-            lines = "; ".join(f"{day}: {why}" for day, why in self.failed.items())
-            raise RigError(f"{len(self.failed)} of {count} days could not be diagnosed: {lines}")
+            lines[0] = f"{len(self.failed)} of {count} days could not be diagnosed: {lines[0]}"
+        lines += [why for why in self.unwritten.values() if why]
+        if lines:
+            raise RigError("; ".join(lines))
 
 
 def diagnose_campaign(
@@ -164,20 +175,21 @@ def diagnose_campaign(
         told = dict(
             each(pool, partial(_diagnosed, options), cases, lambda done: update(done, f"{done} of {len(cases)} days"))
         )
-    ordered = [(case.name, told[case.name]) for case in cases]
-    found = {name: one for name, one in ordered if not isinstance(one, str)}
-    campaign = Campaign(found, {str(name): why for name, why in ordered if isinstance(why, str)})
+    ordered = [(case.name, *told[case.name]) for case in cases]
+    found = {name: one for name, one, _ in ordered if one is not None}
+    failed = {str(name): why for name, one, why in ordered if one is None}
+    campaign = Campaign(found, failed, {name: why for name, one, why in ordered if one is not None})
     if not campaign.diagnoses:
         campaign.complain()
     return campaign
 
 
-def _diagnosed(options: DiagnosisOptions, case: Case) -> "tuple[str | None, Diagnosis | str]":
-    """A case's name with its diagnosis, or with why there is none."""
+def _diagnosed(options: DiagnosisOptions, case: Case) -> "tuple[str | None, tuple[Diagnosis | None, str]]":
+    """A case's name with its diagnosis and why a file of it is missing, or with why there is none."""
     try:
         return case.name, diagnose_case(options, case)
     except RigError as error:
-        return case.name, str(error)
+        return case.name, (None, str(error))
 
 
 def _read(paths: Sequence[Path]) -> "list[Record]":

@@ -151,8 +151,8 @@ def hunt(
         with progress(f"diagnosing after step {len(so_far.steps)}"):
             thought = think(options, model, so_far)
         so_far = so_far.with_last(replace(so_far.steps[-1], set=thought.names))
+        report(so_far.steps[-1], thought)  # before its file: it is said where that cannot be written
         so_far.save()
-        report(so_far.steps[-1], thought)
         if thought.settled:
             return _ended(so_far, thought, thought.settled)
         left_s = 60.0 * (options.minutes - so_far.minutes)
@@ -288,9 +288,9 @@ def hunt_and_tell(
     options: HuntOptions,
     allowed: Callable[[Step], bool],
     report: Callable[[Step], None],
-    emit: Callable[[Hunted], None],
+    tell: Callable[[Hunted], None],
 ) -> Hunted:
-    """`hunt`, with its pages written and its result given to `emit`, also of a hunt that the rig, the daemon, the disk
+    """`hunt`, with its result given to `tell` and its pages written, also of a hunt that the rig, the daemon, the disk
     or somebody cut short: what was learnt so far is kept and said."""
     learnt: list[Thought] = []
 
@@ -301,26 +301,26 @@ def hunt_and_tell(
     try:
         found = hunt(options, allowed, thought_through)
     except (RigError, OSError, Interrupted, KeyboardInterrupt) as error:
-        _tell_cut(options, learnt, error, emit)
+        _tell_cut(options, learnt, error, tell)
         raise
+    tell(found)
     _write_pages(options, found)
-    emit(found)
     return found
 
 
 def _tell_cut(
-    options: HuntOptions, learnt: Sequence[Thought], error: BaseException, emit: Callable[[Hunted], None]
+    options: HuntOptions, learnt: Sequence[Thought], error: BaseException, tell: Callable[[Hunted], None]
 ) -> None:
-    """Say what a hunt that was cut short has learnt, where it had begun; a page that cannot be written either is not
-    what it ended by."""
-    if not (options.folder / FILE).exists():
+    """Say what a hunt that was cut short has learnt, where it had begun, also when its folder is gone; a page that
+    cannot be written either is not what it ended by."""
+    if not learnt and not (options.folder / FILE).exists():
         return
     so_far = open_hunt(options.folder, options.asked)
     why = str(error) or "interrupted"
     cut = Hunted(replace(so_far, ended=f"cut short: {why}"), learnt[-1] if learnt else None)
     with suppress(RigError, OSError):
         _write_pages(options, cut)
-    emit(cut)
+    tell(cut)
 
 
 def _write_pages(options: HuntOptions, found: Hunted) -> None:

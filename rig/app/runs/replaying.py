@@ -139,21 +139,21 @@ def load_gate(path: Path) -> dict[str, float]:
     return structure(raw, dict[str, float], str(path))
 
 
-def replay_all(job: Job, options: ReplayOptions) -> list[Replayed]:
-    """Each recording in a session of its own, so that what comes before it does not matter; a rig that was stopped does
-    not move again for the next one. CheckFailed, with what is known of the safe state, when nothing can be compared."""
+def replay_all(job: Job, options: ReplayOptions) -> Iterator[Replayed]:
+    """Each recording in a session of its own, so that what comes before it does not matter, and told as it is done; a
+    rig that was stopped does not move again for the next one. CheckFailed, with what is known of the safe state, when
+    nothing can be compared."""
     out = options.out or runner.new_folder("replay")
     single = out.suffix == ".mcap" and len(job.recordings) == 1
     targets = [out] if single else targets_in(out, (recording.name for recording in job.recordings), ".mcap")
     if len(targets) > 1 and options.figure is not None and options.figure.suffix:
         raise RecordError(f"--figure {options.figure}: {len(targets)} replays need a figure each; give a folder")
     check_free(targets)
-    done: list[Replayed] = []
     for recording, target in zip(job.recordings, targets, strict=True):
-        done.append(_replay(job, recording, options, target))
-        if done[-1].outcome.stopped:
+        done = _replay(job, recording, options, target)
+        yield done
+        if done.outcome.stopped:
             break
-    return done
 
 
 def _contents(log: Path) -> Iterator[tuple[str, Path, LogContent]]:
@@ -221,7 +221,7 @@ def _replay(job: Job, recording: Recording, options: ReplayOptions, target: Path
                 device_options=job.device_options,
             ),
         )
-    if not outcome.runs or outcome.recorder_lost:  # what a recorder left behind is not whole
+    if not outcome.runs or outcome.recorder_lost or outcome.runs[0].error:  # what was left behind is not whole
         outcome.judge()
         raise CheckFailed(f"{recording.source}: the replay recorded nothing")
     return _compared(recording, outcome, target, options)
@@ -250,9 +250,11 @@ def _compared(recording: Recording, outcome: Outcome, target: Path, options: Rep
         raise CheckFailed(f"{raw}: the replay ended before the sweep")
     comparison = compare(recording.content.samples, made.samples, str(recording.source))
     facts = comparison.facts()
-    write_content(
-        replace(made, result_facts=dict(made.result_facts) | {"replay": facts}, comparison=comparison), target
-    )
+    compared = replace(made, result_facts=dict(made.result_facts) | {"replay": facts}, comparison=comparison)
+    try:
+        write_content(compared, target)
+    except RigError as error:
+        raise RigError(f"{error}; the replay itself is whole and stays at {raw}") from None
     raw.unlink()
     outcome.runs[0].file = target
     figure = (

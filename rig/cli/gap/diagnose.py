@@ -113,19 +113,19 @@ def diagnose(
     if len(cases) == 1:
         with progress("diagnosing") as update:
             update(0.0, first_time())
-            campaign = Campaign({cases[0].name: diagnose_case(chosen, cases[0], days.sessions)}, {})
+            diagnosis, unwritten = diagnose_case(chosen, cases[0], days.sessions)
+        campaign = Campaign({cases[0].name: diagnosis}, {}, {cases[0].name: unwritten})
     else:
         campaign = diagnose_campaign(chosen, cases, dask, workers)
     results = campaign.diagnoses
-    # files first: whoever reads the text may close it after its first lines
-    write_overview(chosen, results, days.sessions)
-    emit(report(results, days), json_to)
     for said in days.odd.values():  # first: what is compared with decides every answer
         console(json_to).print(styled(("note", "yellow"), f": {said}"))
     for name, diagnosis in results.items():
         _show(diagnosis, name, json_to)
     for line in (*days.listed(), *without_next(chosen, results)):
         console(json_to).print(line)
+    write_overview(chosen, results, days.sessions)  # behind the text: a disk that takes no file takes no answer away
+    emit(report(results, days), json_to)
     campaign.complain()
 
 

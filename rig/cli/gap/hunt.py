@@ -118,7 +118,11 @@ def hunt(
         names = ", ".join(f"{name} {100 * chance:.0f} %" for name, chance in step.set)
         out.print(f"still possible: {names}")
 
-    _show(hunt_and_tell(options, allowed, report, lambda result: emit(result.to_json(), json_to)), json_to)
+    def tell(found: "Hunted") -> None:
+        _show(found, json_to)
+        emit(found.to_json(), json_to)
+
+    hunt_and_tell(options, allowed, report, tell)
 
 
 def _daemon(socket: Path | None, rig: str) -> "Client":

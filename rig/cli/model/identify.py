@@ -170,11 +170,12 @@ def identify(logs: tuple[Path, ...], output: Path, json_to: str | None, **asked:
     sweep = _sweep(asked["sweep_range"], asked["amplitude"], records)
     start, search = _part(StartOptions, asked), _part(SearchOptions, asked)
     found = _with_progress(lambda report: identify_model(records, start, search, sweep, options, report))
+    terminal = console(json_to)
+    show_identified(found, terminal)  # before its file: what was found is said where that cannot be written
+    show_worst(found.model, records, found.scores, options, terminal)
     replaces = output.is_file() and output.stat().st_size > 0
     save_model(found.model, output)
-    terminal = console(json_to)
-    show_identified(found, output, terminal, replaces=replaces)
-    show_worst(found.model, records, found.scores, options, terminal)
+    terminal.print(f"model: {output}{', in place of the one that was there' if replaces else ''}")
     if asked["figures"] is not None:
         write_fit_figures(found, records, asked["figures"])
         terminal.print(f"figures and tables: {asked['figures']}")

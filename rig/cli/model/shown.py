@@ -112,9 +112,8 @@ def validation_json(result: Validation, model: Model) -> dict[str, Any]:
     return told | channels_json(model)
 
 
-def show_identified(found: Identified, output: Path, terminal: Console, *, replaces: bool) -> None:
-    """What was chosen and why, the parameters, the error and what limits them; and whether the file in `output`
-    replaces another model."""
+def show_identified(found: Identified, terminal: Console) -> None:
+    """What was chosen and why, the parameters, the error and what limits them."""
     say = speaker(found.model.own_channels)
     for reason in found.choices:
         terminal.print(say(reason), markup=False)
@@ -150,7 +149,6 @@ def show_identified(found: Identified, output: Path, terminal: Console, *, repla
             + (f" and {len(alike) - 4} more pairs" if len(alike) > 4 else "")
         )
     _warn(map(say, found.warnings), terminal)
-    terminal.print(f"model: {output}{', in place of the one that was there' if replaces else ''}")
 
 
 def _largest(verdict: Verdict, model: Model) -> str:

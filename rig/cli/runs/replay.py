@@ -82,9 +82,9 @@ def replay(
 
     job = replaying.prepare(log, rig_path, model_path, p0_mpa, resample)
     options = replaying.ReplayOptions(output, clock, seed, force, figure, replaying.load_gate(gate) if gate else None)
-    done = replaying.replay_all(job, options)
-    terminal = console(json_to)
-    for item in done:
+    terminal, done = console(json_to), []
+    for item in replaying.replay_all(job, options):
+        done.append(item)
         facts = item.comparison
         off = own_text(f"RMSE {facts['rmse_deg']:.4g} deg, largest {facts['max_deg']:.4g} deg", item.channels)
         terminal.print(f"{item.file}: {off} over {facts['compared_ticks']} ticks")

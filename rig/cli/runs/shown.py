@@ -16,4 +16,5 @@ def summary(outcome: Outcome, json_to: str | None) -> None:
     terminal = console(json_to)
     if outcome.runs:
         terminal.print(table)
-        terminal.print(f"{len(outcome.runs)} of {outcome.planned} records in {outcome.runs[0].file.parent}")
+        written = sum(not run.error for run in outcome.runs)
+        terminal.print(f"{written} of {outcome.planned} records in {outcome.runs[0].file.parent}")

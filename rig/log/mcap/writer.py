@@ -13,7 +13,7 @@ from typing import Any, Final
 from rig.errors import RecordError
 from rig.log.mcap import schema
 from rig.log.mcap.frame_writer import McapWriter
-from rig.outputs import check_free
+from rig.outputs import NO_LINKS, check_free
 from rig.sample import SAMPLE_BYTES, Wire
 
 PARTIAL_SUFFIX: Final = ".partial"
@@ -23,6 +23,8 @@ CHUNK_SAMPLES: Final = 200
 """At most, in a chunk of samples that come one by one, which is what a flipped byte costs: 1 s at 5 ms. A recorder on
 the real clock closes them sooner, with each flush; in virtual time minutes pass between two."""
 
+_NO_ROOM: Final = (errno.ENOSPC, errno.EDQUOT)
+"""What a full disk says of a second name; one name in the place of another needs no room."""
 _MEDIA_TYPES = {".yaml": "application/yaml", ".json": "application/json", ".txt": "text/plain"}
 
 
@@ -79,6 +81,8 @@ class RunWriter:
         """
         self.path = path
         self.partial = path.with_name(path.name + unfinished)
+        self._said = self.partial if unfinished == PARTIAL_SUFFIX else path
+        """What a message calls it: what a recording has so far is found under its name."""
         self.records = self._chunk_began = 0
         self.dropped = 0
         """Samples that were not written because the disk took nothing for too long."""
@@ -209,7 +213,7 @@ class RunWriter:
         return samples, writer.add_channel(schema.LOG_TOPIC, "json", log_schema, {})
 
     def _refused(self, error: OSError) -> RecordError:
-        return RecordError(f"{self.partial}: cannot be written: {error.strerror}")
+        return RecordError(f"{self._said}: cannot be written: {error.strerror}")
 
 
 def take_name(partial: Path, path: Path) -> None:
@@ -220,9 +224,9 @@ def take_name(partial: Path, path: Path) -> None:
     except FileExistsError:
         raise RecordError(f"{path}: exists already; the new recording is whole and stays at {partial}") from None
     except OSError as error:
-        if error.errno not in (errno.EPERM, errno.ENOTSUP, errno.ENOSYS, errno.EXDEV, errno.EMLINK) or path.exists():
+        if error.errno not in (*NO_LINKS, *_NO_ROOM) or path.exists():
             raise RecordError(f"{path}: cannot be written: {error.strerror}") from None
-        os.rename(partial, path)  # a file system without hard links, such as FAT
+        os.rename(partial, path)
     folder = os.open(path.parent, os.O_RDONLY)
     try:
         os.fsync(folder)

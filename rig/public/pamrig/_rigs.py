@@ -220,7 +220,7 @@ def replay(
     job = replace(job, device_options={**chosen.options, **job.device_options})
     folder = place_of(out, "out") if out is not None else runner.new_folder("replay")
     options = replaying.ReplayOptions(folder, clock, chosen.seed, force, None, tolerances)
-    done = replaying.replay_all(job, options)
+    done = list(replaying.replay_all(job, options))
     for item in done:
         item.outcome.judge()
     return [Replay(item) for item in done]

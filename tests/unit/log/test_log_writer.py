@@ -76,9 +76,14 @@ def read_content_of_partial(path: Path) -> list[int]:
     return [chunk.start for chunk in found.contents.chunks]
 
 
-def test_finish_works_where_there_are_no_hard_links(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("number", [errno.EPERM, errno.ENOSPC, errno.EDQUOT])
+def test_finish_works_where_there_are_no_hard_links_and_no_room_for_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int
+) -> None:
+    """On a disk whose last inode the recording took, it was whole and told as lost."""
+
     def refuse(*_: object) -> None:
-        raise OSError(errno.EPERM, "Operation not permitted")
+        raise OSError(number, os.strerror(number))
 
     monkeypatch.setattr(writer.os, "link", refuse)
     path = tmp_path / "run.mcap"
@@ -182,6 +187,22 @@ def test_a_conversion_that_fails_leaves_no_file(tmp_path: Path) -> None:
     content.samples.fields["tick"] = np.zeros(3, np.uint32)
     with pytest.raises(ValueError, match="broadcast"):
         write_content(content, tmp_path / "run.mcap")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_disk_without_room_is_said_of_the_place_that_was_asked_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a conversion the name of a file was told that is gone; of a recording it is where its beginning lies."""
+
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(writer.os, "fsync", full)
+    for unfinished, said in ((".7.writing", "run.mcap"), (".partial", "run.mcap.partial")):
+        with pytest.raises(RecordError) as error:
+            RunWriter(tmp_path / "run.mcap", {}, {}, unfinished)
+        assert str(error.value) == f"{tmp_path / said}: cannot be written: No space left on device"
     assert not list(tmp_path.iterdir())
 
 

@@ -46,4 +46,15 @@ def test_with_the_recorder_lost_the_safe_state_is_told_all_the_same(
     monkeypatch.setattr(replaying.runner, "carry_out", lambda *_: lost)
     job = prepare(sorted(RECORDINGS.glob("*.mcap"))[0], None, None, None, resample=False)
     with pytest.raises(CheckFailed, match="RECORDER_DIED; safe state written by the supervisor, seen at the device"):
-        replay_all(job, ReplayOptions(tmp_path / "out"))
+        list(replay_all(job, ReplayOptions(tmp_path / "out")))
+
+
+def test_a_record_that_could_not_be_written_is_said_and_not_looked_for(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """On a full disk a replay ended with "no such file", of its own record."""
+    full = RunResult(1, tmp_path / "x.mcap", error="x.mcap.partial: cannot be written: No space left on device")
+    monkeypatch.setattr(replaying.runner, "carry_out", lambda *_: Outcome([full], 1))
+    job = prepare(sorted(RECORDINGS.glob("*.mcap"))[0], None, None, None, resample=False)
+    with pytest.raises(CheckFailed, match=r"not valid: x\.mcap\.partial: cannot be written: No space left"):
+        list(replay_all(job, ReplayOptions(tmp_path / "out")))

@@ -1,0 +1,129 @@
+"""A file that the disk does not take: what was found is said all the same, and then which file it was."""
+
+import errno
+import os
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from click.testing import CliRunner, Result
+from support.records.made_logs import made_log
+
+from rig.app import compose
+from rig.app.gap import hunting
+from rig.app.gap.diagnosing import Campaign
+from rig.app.gap.hunt_folder import Hunt, Step
+from rig.app.runs import replaying
+from rig.cli.commands import cli
+from rig.errors import RecordError, RigError
+from rig.gap import diagnosis as diagnosing
+from rig.gap.answer.facts import Gap, Verdict, Where
+from rig.gap.answer.result import Diagnosis
+from rig.report import gap_page
+
+MODEL = "configs/models/simulated.yaml"
+NO_ROOM = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+FOUND = Diagnosis(Verdict.NONE, 0.9, Gap(0.2, 0.2, 5.0, 0.0, 0.2, 0.2, 0.3, "sessions"), Where(None), [], [], None)
+
+
+def run(*words: object) -> Result:
+    return CliRunner().invoke(cli, [str(word) for word in words])
+
+
+def full(*_: object, **__: object) -> Any:
+    raise NO_ROOM
+
+
+def test_what_was_identified_is_said_where_the_model_cannot_be_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Half a minute of searching ended in the line alone."""
+    made_log(tmp_path / "rec.mcap")
+    monkeypatch.setattr(os, "fsync", full)
+    quick = ("--seeds", "1", "--particles", "4", "--iterations", "3", "--no-polish", "--unbounded")
+    done = run("identify", tmp_path / "rec.mcap", "-o", tmp_path / "m.yaml", *quick)
+    assert str(done.exception) == f"{tmp_path / 'm.yaml'}: cannot be written: No space left on device"
+    assert "RMSE" in done.output
+    assert "model:" not in done.output
+    assert [path.name for path in tmp_path.iterdir()] == ["rec.mcap"]
+
+
+@pytest.mark.parametrize("lost", ["page", "json"])
+def test_what_was_diagnosed_is_said_where_a_file_cannot_be_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, lost: str
+) -> None:
+    made_log(tmp_path / "rec.mcap")
+    monkeypatch.setattr(diagnosing, "diagnose_with_grounds", lambda *_, **__: (FOUND, None))
+
+    def no_page(path: Path, *_: object) -> None:
+        raise RigError(f"{path}: cannot be written: No space left on device")
+
+    monkeypatch.setattr(gap_page, "write_page", no_page)
+    if lost == "json":
+        monkeypatch.setattr(os, "fsync", full)
+    place = tmp_path / ("gap.html" if lost == "page" else "gap.json")
+    more = ("--html", place, "--json", tmp_path / "gap.json") if lost == "page" else ("--json", place)
+    done = run("gap", "diagnose", "--model", MODEL, "--log", tmp_path / "rec.mcap", *more)
+    assert str(done.exception) == f"{place}: cannot be written: No space left on device"
+    assert "Answer:" in done.output
+    assert (tmp_path / "gap.json").exists() == (lost == "page")
+
+
+def test_a_campaign_says_of_which_days_a_file_is_missing() -> None:
+    no_room = "day_tuesday.html: cannot be written: No space left on device"
+    campaign = Campaign({"monday": FOUND, "tuesday": FOUND}, {"friday": "no angle"}, {"monday": "", "tuesday": no_room})
+    with pytest.raises(RigError, match=f"^1 of 3 days could not be diagnosed: friday: no angle; {no_room}$"):
+        campaign.complain()
+    Campaign({"monday": FOUND}, {}, {"monday": ""}).complain()
+
+
+def a_hunt(folder: Path) -> hunting.HuntOptions:
+    return hunting.HuntOptions(compose.load(Path("simulated_worn")), Path(MODEL), folder, virtual=True)
+
+
+def test_what_a_hunt_has_learnt_is_said_where_its_notes_cannot_be_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The thought after the last sweep was lost with them."""
+    asked = a_hunt(tmp_path)
+    Hunt(tmp_path, asked.asked, (Step("step_1.yaml", "first", 1.0, "step_1_records"),)).save()
+    thought = SimpleNamespace(names=(("delay", 0.97),), settled="named", diagnosis=FOUND, grounds=None)
+
+    def refused(_: Hunt) -> None:
+        raise RigError("hunt.json: cannot be written: No space left on device")
+
+    monkeypatch.setattr(hunting, "think", lambda *_: thought)
+    monkeypatch.setattr(hunting, "write_page", full)
+    monkeypatch.setattr(Hunt, "save", refused)
+    heard: list[Step] = []
+    told: list[hunting.Hunted] = []
+    with pytest.raises(RigError, match=r"hunt\.json: cannot be written"):
+        hunting.hunt_and_tell(asked, lambda _: True, heard.append, told.append)
+    assert [step.set for step in heard] == [(("delay", 0.97),)]
+    assert [one.thought for one in told] == [thought]
+
+
+def test_the_end_of_a_hunt_is_said_where_its_page_cannot_be_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found, told = hunting.Hunted(Hunt(tmp_path), None), []
+    monkeypatch.setattr(hunting, "hunt", lambda *_: found)
+    monkeypatch.setattr(hunting, "write_hunt", full)
+    with pytest.raises(OSError, match="No space left"):
+        hunting.hunt_and_tell(a_hunt(tmp_path), lambda _: True, lambda _: None, told.append)
+    assert told == [found]
+
+
+def test_a_replay_that_cannot_be_compared_on_the_disk_is_said_to_be_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recording = min(Path("tests/replay").glob("*.mcap"), key=lambda path: path.stat().st_size)
+
+    def refused(*_: object) -> None:
+        raise RecordError("out.mcap: cannot be written: No space left on device")
+
+    monkeypatch.setattr(replaying, "write_content", refused)
+    done = run("replay", recording, "-o", tmp_path)
+    (left,) = tmp_path.iterdir()
+    assert str(done.exception).endswith(f"No space left on device; the replay itself is whole and stays at {left}")
