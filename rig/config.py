@@ -26,7 +26,7 @@ from rig.errors import ConfigError
 from rig.fields import bounded
 
 __all__ = [
-    "bounded", "check_regular", "finite", "load", "read_text", "read_yaml", "shown", "structure", "suggest",
+    "bounded", "check_regular", "finite", "load", "one_line", "read_text", "read_yaml", "shown", "structure", "suggest",
     "unstructure",
 ]  # fmt: skip
 
@@ -36,7 +36,7 @@ MOST_BYTES = 4 * 1024 * 1024
 _SHOWN_CHARACTERS = 200
 _LONG_NUMBER = 10**20
 _NO_LINE = ("Cc", "Zl", "Zp")
-"""Unicode's categories of what ends a line or commands a terminal: no name or unit of ours has any."""
+"""Unicode's categories of what ends a line or commands a terminal."""
 
 
 def load(path: Path, schema: type[T]) -> T:
@@ -119,6 +119,15 @@ def unstructure(value: object) -> Any:
     return str(value) if isinstance(value, Path) else value
 
 
+def one_line(name: str, where: str) -> str:
+    """A name itself; ConfigError for one that ends a line or commands a terminal, where it is shown."""
+    if any(unicodedata.category(one) in _NO_LINE for one in name):
+        raise ConfigError(
+            f"{where}: expected text of one line, got {shown(name)}; behind `>` or `|` a minus drops the line's end"
+        )
+    return name
+
+
 def suggest(name: str, allowed: list[str]) -> str:
     """The end of a message about an unknown name: the nearest known one, or all of them."""
     near = difflib.get_close_matches(name, allowed, n=1, cutoff=0.65) if len(name) <= _SHOWN_CHARACTERS else []
@@ -152,20 +161,13 @@ def _structure_bool(raw: object, _: type) -> bool:
 def _structure_str(raw: object, kind: type) -> str:
     if issubclass(kind, Enum):  # the converter comes here for a StrEnum too
         return cast(str, _structure_enum(raw, kind))
-    text = _text_of(raw)
-    if any(unicodedata.category(one) in _NO_LINE and one != "\t" for one in text):  # a tab may part columns
-        raise ValueError(f"expected text of one line, got {shown(raw)}; behind `>` or `|` a minus drops the line's end")
-    return text
-
-
-def _text_of(raw: object) -> str:
     if not isinstance(raw, str):
         raise ValueError(f"expected text, got {shown(raw)}")
     return raw
 
 
 def _structure_path(raw: object, _: type) -> Path:
-    text = _text_of(raw)
+    text = _structure_str(raw, str)
     if not _can_be_a_name(text):
         raise ValueError(f"expected a path, got {shown(raw)} with a character that no file name can have")
     return Path(text)
@@ -279,7 +281,7 @@ def _step(note: str) -> str:
 
 def _join(path: list[str]) -> str:
     text = ".".join(path).replace(".[", "[")
-    return f"{text if text.isprintable() else ascii(text)}: " if text else ""
+    return f"{text}: " if text else ""
 
 
 def _explain(error: BaseException) -> str:

@@ -20,7 +20,7 @@ from typing import Any
 
 from rig.channels import EFFECTS_FACT, PNEUMATIC, Channels, check_channels
 from rig.channels import FACT as CHANNELS_FACT
-from rig.config import bounded, nearest_file, read_yaml, structure, suggest
+from rig.config import bounded, nearest_file, one_line, read_yaml, structure, suggest
 from rig.errors import ConfigError
 from rig.further import FACT as FURTHER_FACT
 from rig.further import Further, check_new, plain
@@ -126,7 +126,7 @@ def load_rig(path: Path) -> RigConfig:
     calibration = _calibration(path, file.calibration)
     named = [] if file.calibration is None else [path.parent / file.calibration]
     return RigConfig(
-        name=file.name,
+        name=one_line(file.name, f"{path}: name"),
         path=path,
         period_ns=round(file.period_ms * 1e6),
         safe=file.safe,
@@ -175,6 +175,7 @@ def _devices(file: _File, path: Path) -> tuple[DeviceEntry, ...]:
 
 
 def _device(name: str, raw: object, roles: dict[str, str], path: Path) -> DeviceEntry:
+    one_line(name, f"{path}: devices")
     if not isinstance(raw, dict) or not isinstance(raw.get("kind"), str):
         raise ConfigError(f"{path}: devices.{name}: expected a mapping with the key kind")
     mine = frozenset(Role(role) for role, device in roles.items() if device == name)

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, cast
 
-from rig.config import read_yaml, shown, structure, suggest
+from rig.config import one_line, read_yaml, shown, structure, suggest
 from rig.errors import ConfigError
 from rig.excite.reference import AMPLITUDE, Amplitude, Reference, Tracking, tracking
 from rig.excite.signals import Chirp, Mixed, Multisine, Signal, Sine, Triangle, amount, sampled
@@ -160,7 +160,8 @@ def load_sweep(path: Path) -> Sweep:
         for index, record in enumerate(records)
         for entry in _record(record, shared, path, f"records[{index}]", angles)
     )
-    return Sweep(head.name or path.stem, entries, head.p0_mpa, head.repeats, head.closed_loop)
+    name = one_line(head.name, f"{path}: name") or path.stem
+    return Sweep(name, entries, head.p0_mpa, head.repeats, head.closed_loop)
 
 
 def with_files(records: list[Any], place: Callable[[Path], Path]) -> list[Any]:

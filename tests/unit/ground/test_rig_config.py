@@ -63,7 +63,7 @@ def test_the_smallest_rig_has_the_defaults(tmp_path: Path) -> None:
         ("name: mine", 'name: "mine\\nother.yaml: ok"', no_line("name", "mine\nother.yaml: ok")),
         ("name: mine", "name: >\n  mine", no_line("name", "mine\n")),
         ("name: mine", 'name: "\\e[2Jmine"', no_line("name", "\x1b[2Jmine")),
-        ("  main:", '  "ma\\nin":', no_line(r"'devices.ma\nin'", "ma\nin")),
+        ("  main:", '  "ma\\nin": {kind: simulated}\n  main:', no_line("devices", "ma\nin")),
         ("{kind: simulated, model: m.yaml}", "3", "devices.main: expected a mapping with the key kind"),
     ],
 )  # fmt: skip
