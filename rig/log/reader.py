@@ -5,8 +5,9 @@ fault.
 """
 
 import logging
+import os
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -108,8 +109,19 @@ def _is_scores(path: Path) -> bool:
 
 
 def holds_logs(folder: Path) -> bool:
-    """A log lies in that folder or below."""
-    return any(map(is_log, folder.rglob("*")))
+    """It is a folder, and a log lies in it or below."""
+    return folder.is_dir() and any(map(is_log, below(folder)))
+
+
+def below(folder: Path) -> Iterator[Path]:
+    """Everything in a folder and in those in it; RecordError for one that may not be read: it is not to pass for
+    empty."""
+
+    def refuse(error: OSError) -> None:
+        raise RecordError(f"{error.filename}: cannot be read: {error.strerror}")
+
+    for place, folders, files in os.walk(folder, onerror=refuse):
+        yield from (Path(place, name) for name in (*folders, *files))
 
 
 def logs_in(folder: Path) -> list[Path]:
@@ -117,7 +129,7 @@ def logs_in(folder: Path) -> list[Path]:
 
     A table of the same name beside an MCAP file is its export: the same record, which counts once.
     """
-    named = sorted(filter(_is_named_like_one, folder.rglob("*")))
+    named = sorted(filter(_is_named_like_one, below(folder)))
     scores = {*filter(_is_scores, named)}
     files = [file for file in named if file not in scores]
     if not files:

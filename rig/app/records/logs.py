@@ -42,7 +42,8 @@ def found_or_unfinished(paths: tuple[Path, ...]) -> tuple[list[Path], list[Path]
     RecordError."""
     finished, unfinished = [], []
     for path in paths:
-        begun = sorted(path.rglob(f"*{PARTIAL_SUFFIX}")) if path.is_dir() else []
+        inside = reader.below(path) if path.is_dir() else ()
+        begun = sorted(file for file in inside if file.name.endswith(PARTIAL_SUFFIX))
         unfinished += begun
         try:
             finished += found_files((path,))

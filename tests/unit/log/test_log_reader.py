@@ -1,12 +1,14 @@
 """Reading logs: phases, names, sessions, slices of time, files of other versions, and every bad file in one clear
 line."""
 
+import errno
 import gzip
 import os
 import struct
 import tracemalloc
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,6 +17,7 @@ from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from mcap.writer import CompressionType, Writer
 from support.records.made_logs import assert_same_samples, made_content, made_log, made_samples
 
+from rig.app.records.logs import found_or_unfinished
 from rig.errors import RecordError
 from rig.log.convert import read_content, write_content, write_record
 from rig.log.exchange import export
@@ -99,6 +102,26 @@ def test_a_folder_without_logs(tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("nothing")
     with pytest.raises(RecordError, match="no log in this folder"):
         read(tmp_path)
+
+
+def test_a_folder_inside_that_may_not_be_read_is_said_and_does_not_pass_for_empty(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`log check` called such a folder whole, and a diagnosis was one of half of the day."""
+    made_log(tmp_path / "open" / "run.mcap")
+    made_log(tmp_path / "closed" / "run.mcap")
+    scandir = os.scandir
+
+    def refusing(place: Any) -> Any:
+        if Path(place).name == "closed":  # root may read everything
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(place))
+        return scandir(place)
+
+    monkeypatch.setattr(os, "scandir", refusing)
+    with pytest.raises(RecordError, match=r"closed: cannot be read: Permission denied$"):
+        read(tmp_path)
+    with pytest.raises(RecordError, match=r"closed: cannot be read: Permission denied$"):
+        found_or_unfinished((tmp_path,))
 
 
 def test_several_runs_in_one_file(tmp_path: Path) -> None:
