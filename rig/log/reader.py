@@ -218,8 +218,9 @@ def require_columns(names: list[str], path: Path) -> None:
 
 
 def pairing_name(facts: Mapping[str, Any], path: Path) -> str:
-    """The name that is the same in every session and for every repeat: that of the run, else the file's."""
-    return _REPEAT.sub("", str(facts.get("name") or stem(path)))
+    """The name that is the same in every session and for every repeat: that of the run, else the file's; in one line,
+    for it stands in many."""
+    return _REPEAT.sub("", " ".join(str(facts.get("name") or stem(path)).split()))
 
 
 def stem(path: Path) -> str:
