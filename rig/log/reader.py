@@ -218,9 +218,10 @@ def require_columns(names: list[str], path: Path) -> None:
 
 
 def pairing_name(facts: Mapping[str, Any], path: Path) -> str:
-    """The name that is the same in every session and for every repeat: that of the run, else the file's; in one line,
-    for it stands in many."""
-    return _REPEAT.sub("", " ".join(str(facts.get("name") or stem(path)).split()))
+    """The name that is the same in every session and for every repeat: that of the run, else the file's; as one line of
+    characters that can be shown, for it stands in many a line, figure and page."""
+    name = str(facts.get("name") or stem(path))
+    return _REPEAT.sub("", " ".join("".join(one if one.isprintable() else " " for one in name).split()))
 
 
 def stem(path: Path) -> str:

@@ -25,8 +25,20 @@ _STILL: Final = 1e-10
 
 
 def dead_monitor(record: Record) -> str | None:
-    """The first monitor that is not heard, in words; None when both are heard, or none was measured."""
-    return next((f"the monitor of {name} {said}" for name in ("p1", "p2") if (said := unheard(record, name))), None)
+    """The first monitor that is not heard, in words, or that both read one pressure; None when both are heard, or none
+    was measured."""
+    dead = next((f"the monitor of {name} {said}" for name in ("p1", "p2") if (said := unheard(record, name))), None)
+    return dead or ("the monitors of p1 and p2 read the same pressure" if _read_one(record) else None)
+
+
+def _read_one(record: Record) -> bool:
+    """Their difference moves less than either, and does not follow its command."""
+    if record.p1_mpa is None or record.p2_mpa is None or not np.ptp(record.dp_cmd_mpa) >= LEAST_SET_MPA:
+        return False
+    known = np.isfinite(record.dp_mpa)
+    if not known.any() or np.std(record.dp_mpa[known]) >= min(np.std(p[known]) for p in (record.p1_mpa, record.p2_mpa)):
+        return False
+    return not follows(record, record.dp_mpa, record.dp_cmd_mpa)
 
 
 def unheard(record: Record, name: str) -> str | None:

@@ -1,9 +1,11 @@
 """How a column is heard to follow its command: the correlations at all lags are those of each lag by itself."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from rig.identify.records.monitors import FOLLOWED_S, LONGEST_LAG_S, correlation, correlations
+from rig.identify.records.monitors import FOLLOWED_S, LONGEST_LAG_S, correlation, correlations, dead_monitor
 from rig.record import Column, Record
 
 T_S = np.arange(0.0, 8.0, FOLLOWED_S)
@@ -35,3 +37,32 @@ def test_what_stands_still_follows_nothing(value: float) -> None:
     record = Record("one", T_S, command)
     assert not np.any(correlations(record, still, command))
     assert not np.any(correlations(record, command, still))
+
+
+def pressures(apart: float, together: float = 0.0, noise_mpa: float = 5e-4) -> Record:
+    """Both monitors 50 ms late of set-points that move so far (MPa) apart, and together."""
+    command, common = apart * np.sin(3.0 * T_S), 0.2 + together * np.sin(2.0 * T_S)
+    random = np.random.default_rng(4)
+    p1, p2 = (
+        np.interp(T_S - 0.05, T_S, common + side * command) + noise_mpa * random.standard_normal(len(T_S))
+        for side in (0.5, -0.5)
+    )
+    set_points = {"p1_cmd_mpa": common + 0.5 * command, "p2_cmd_mpa": common - 0.5 * command}
+    return Record("one", T_S, command, p1_mpa=p1, p2_mpa=p2, **set_points)
+
+
+@pytest.mark.parametrize("noise_mpa", [0.0, 5e-4])
+@pytest.mark.parametrize("muscle", [1, 2])
+def test_two_monitors_on_one_wire_are_no_monitors(muscle: int, noise_mpa: float) -> None:
+    """Their difference stood still beside a command that moved, and was called a dead band, with 84 %."""
+    record = pressures(0.2)
+    one = record.p1_mpa if muscle == 1 else record.p2_mpa
+    assert one is not None
+    other = one + noise_mpa * np.random.default_rng(5).standard_normal(len(T_S))
+    both = replace(record, p1_mpa=one, p2_mpa=other)
+    assert dead_monitor(both) == "the monitors of p1 and p2 read the same pressure"
+
+
+@pytest.mark.parametrize(("apart", "together"), [(0.2, 0.0), (0.02, 0.1), (0.0, 0.1), (0.2, 0.05)])
+def test_monitors_of_two_muscles_that_move_together_are_heard(apart: float, together: float) -> None:
+    assert dead_monitor(pressures(apart, together)) is None

@@ -101,10 +101,10 @@ def test_an_export_beside_its_log_is_no_second_record(tmp_path: Path) -> None:
 def test_a_name_of_many_lines_is_one_line(tmp_path: Path) -> None:
     """Behind it `log compare` and `identify` said lines that were none of theirs."""
     content = made_content(100)
-    facts = dict(content.run_facts) | {"name": "sine\nother.mcap: ok\u2028\x85x_r2"}
+    facts = dict(content.run_facts) | {"name": "sine\nother.mcap: ok\u2028\x1b[2J\x85\u202ex_r2"}
     write_content(replace(content, run_facts=facts), tmp_path / "run.mcap")
     (record,) = read(tmp_path)
-    assert record.name == "sine other.mcap: ok x"
+    assert record.name == "sine other.mcap: ok [2J x"
 
 
 def test_a_folder_without_logs(tmp_path: Path) -> None:
