@@ -1,5 +1,6 @@
 """A file of the daemon's state folder that is written again and again, and must outlive a loss of power."""
 
+import contextlib
 import itertools
 import logging
 import os
@@ -24,6 +25,8 @@ def keep(path: Path, text: str, problem: str = "cannot be written") -> None:
         fresh.replace(path)
         keep_names(path.parent)
     except OSError as error:
+        with contextlib.suppress(OSError):
+            fresh.unlink()
         raise RigError(f"{path}: {problem}: {error.strerror}") from None
 
 

@@ -1,6 +1,7 @@
 """What a loss of power must not take: files that are replaced are on the disk before they have their name, and the name
 is, too."""
 
+import errno
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -112,3 +113,17 @@ def test_a_file_that_cannot_be_put_aside_is_one_line(tmp_path: Path, monkeypatch
     monkeypatch.setattr(Path, "rename", refused)
     with pytest.raises(RigError, match=r"queue\.json: cannot be read, nor put aside: Read-only file system"):
         Queue(tmp_path / "queue.json")
+
+
+def test_a_full_disk_keeps_what_was_there_and_nothing_beside_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    keep(tmp_path / "kept.json", "{}")
+
+    def full(_: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(RigError, match=r"kept\.json: cannot be written: No space left on device"):
+        keep(tmp_path / "kept.json", "[1]")
+    assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [("kept.json", "{}")]
