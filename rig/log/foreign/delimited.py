@@ -38,7 +38,7 @@ _SEPARATOR_HINT = "; decimal commas? import it with `separator` and `decimal` in
 _POINT_HINT = "; a point beside decimal commas may part thousands: take it out, or give `decimal: '.'`"
 _DECIMAL_HINT = "; decimal comma? import it with `decimal: ','` in a mapping"
 _THOUSANDS_HINT = "; take out what parts thousands"
-_thousands: Final = re.compile(r"\d[.,' \u2019\u00a0\u202f]\d{3}(?!\d)").search
+_thousands: Final = re.compile(r"[+-]?\d{1,3}(?:[.,' \u2019\u00a0\u202f]\d{3})+(?:[.,]\d*)?").fullmatch
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,8 @@ def numeric_columns(path: Path, style: Style) -> list[str]:
     for cells in _rows(path, body, style, first + 1):
         for column, cell in enumerate(cells[: len(names)]):
             if cell.strip():
-                surplus[column] += -1 if is_value(cell, style.decimal) else 1
+                number = is_value(cell, style.decimal) or _thousands(cell.strip())  # these are refused with their row
+                surplus[column] += -1 if number else 1
     return [name for name, more in zip(names, surplus, strict=True) if more <= 0]
 
 
@@ -224,7 +225,7 @@ def _hint(cell: str, decimal: str) -> str:
         return _POINT_HINT
     if decimal == "." and "," in cell and "." not in cell:
         return _DECIMAL_HINT
-    return _THOUSANDS_HINT if _thousands(cell) else ""
+    return _THOUSANDS_HINT if _thousands(cell.strip()) else ""
 
 
 def _number(cell: str, decimal: str) -> float:

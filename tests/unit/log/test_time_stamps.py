@@ -163,3 +163,13 @@ def test_parted_thousands_are_said_to_be_that(tmp_path: Path, cell: str, style: 
     path.write_text(f"a{style.separator}b\n0{style.separator}{cell}\n", encoding="utf-8")
     with pytest.raises(RecordError, match=r"is not a number; take out what parts thousands$"):
         read_table(path, style)
+
+
+def test_a_column_of_parted_thousands_is_no_text(tmp_path: Path) -> None:
+    """It was left out, as one that holds text."""
+    angles = [f"{20 * one:.3f}".replace(".", ",") for one in SINE]
+    rows = [f"{now};1.{100 + k},5;{angle}" for k, (now, angle) in enumerate(zip(T_MS, angles, strict=True))]
+    path = tmp_path / "unknown.csv"
+    path.write_text("ms;Soll (mbar);Winkel\n" + "\n".join(rows) + "\n")
+    with pytest.raises(RecordError, match=r"row 2: Soll \(mbar\): '1.100,5' is not a number; a point beside decimal"):
+        guess(path)
