@@ -8,7 +8,16 @@ import numpy as np
 
 from rig.columns import THIRD_DIFFERENCE_POWER, rms, white_noise
 from rig.gap.raw_tests.levels import Measure, angles_of, filled, level_deg, white_level_deg
-from rig.gap.raw_tests.settings import CLEAR, DAYS_NOISE, LEAST_LOUDER, MOST_HEAVY, SLOPE_ROWS, SMOOTHED
+from rig.gap.raw_tests.settings import (
+    CLEAR,
+    DAYS_NOISE,
+    LEAST_LOUDER,
+    MOST_HEAVY,
+    ROWS_NOISE,
+    SLOPE_ROWS,
+    SLOPE_S,
+    SMOOTHED,
+)
 from rig.gap.raw_tests.signature import Signature
 from rig.gap.raw_tests.spectral_lines import without_line
 from rig.gap.raw_tests.statistics import about, between_days, by_chance
@@ -34,7 +43,8 @@ def noise(
     described = [described_deg] if described_deg is not None and even and not sessions else []
     measure = white_level_deg if repeats.found or uneven else level_of
     if described:
-        measure = partial(_beside_the_motion, without_repeats=repeats.found)
+        rows = [min(SLOPE_ROWS, SLOPE_S / case.period_s) for case in cases]
+        measure = partial(_beside_the_motion, rows=rows, without_repeats=repeats.found)
     strongest = max(lines, key=lambda line: line.value, default=None)
     level = measure(
         [without_line(record, strongest.numbers["frequency_hz"]) for record in cases] if strongest else angles_of(cases)
@@ -44,8 +54,10 @@ def noise(
     base = rms(np.array(levels)) if levels else 0.0
     known = bool(levels) and min(levels) > 0.0 and own > 0.0
     days, degrees = between_days(np.log(levels).tolist() if known else [], DAYS_NOISE)
+    unsure = ROWS_NOISE / np.sqrt(sum(map(len, cases))) if described else 0.0  # days show theirs by how they differ
+    days = float(np.hypot(days, unsure))
     louder = float(np.log(own / base)) if known else 0.0
-    found = louder > max(LEAST_LOUDER, CLEAR * max(_spread(levels), DAYS_NOISE)) and not step.found
+    found = louder > max(LEAST_LOUDER, CLEAR * max(_spread(levels), DAYS_NOISE, unsure)) and not step.found
     size = float(np.sqrt(max(own**2 - base**2, 0.0))) * (_heaviness(cases, sessions) if found and sessions else 1.0)
     spread = days * np.hypot(own**2, base**2 / np.sqrt(max(len(levels), 1))) / max(size, 1e-12)
     text = f"noise of {own:.3g} deg rms, {base:.3g} in {'the fingerprint' if described else 'the baselines'}"
@@ -58,9 +70,10 @@ def noise(
     )  # fmt: skip
 
 
-def _beside_the_motion(angles: Sequence[Column], *, without_repeats: bool) -> float:
-    """White noise as a fingerprint measures it, without what of the motion third differences let through."""
-    motions = [smoothed(filled(angle), SLOPE_ROWS, mirrored=True) for angle in angles]
+def _beside_the_motion(angles: Sequence[Column], *, rows: Sequence[float], without_repeats: bool) -> float:
+    """White noise as a fingerprint measures it, without what of the motion, smoothed over so many rows, third
+    differences let through."""
+    motions = [smoothed(filled(angle), over, mirrored=True) for angle, over in zip(angles, rows, strict=True)]
     level = white_noise(angles, without_repeats=without_repeats)
     return float(np.sqrt(max(level**2 - white_noise(motions) ** 2, 0.0)))
 

@@ -36,6 +36,9 @@ SMOOTHED = 0.25
 # repeated samples
 SLOPE_ROWS = 6.0
 """Standard deviation, rows, of the smoothing under which the slope is read."""
+SLOPE_S = 0.02
+"""The same in s at most, where noise is told from motion. Longer: motion is smoothed, too, and passes for noise in rows
+that are 40 ms apart; shorter: noise passes for motion from 30 ms on."""
 MOVING_STEPS = 1.2
 """A row moves when it goes on by more than so many quantisation steps: below, repeats are what a converter does."""
 MOVING_QUANTILE = 0.4
@@ -71,6 +74,9 @@ MOST_LOST = 0.9
 # noise
 NOISE_WINDOW_ROWS = 7
 """Running mean whose rest shows noise that a filter has coloured."""
+ROWS_NOISE = 1.5
+"""Relative standard deviation of a level of noise from n rows, times the square root of n: that of a median of third
+differences of white noise."""
 LEAST_LOUDER = 0.2
 """Least difference of the levels' logarithms that counts: noise 22 % up. Lower: warm-up and cables count."""
 DAYS_NOISE = 0.03

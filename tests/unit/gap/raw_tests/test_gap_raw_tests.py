@@ -294,6 +294,18 @@ def test_what_is_no_noise_is_none_beside_a_fingerprint(change: Change | None, te
     assert list(found_by_a_fingerprint(day(6, change))) == tests
 
 
+def every(rows: int, records: list[Record]) -> list[Record]:
+    return [record.rows(np.arange(len(record)) % rows == 0) for record in records]
+
+
+@pytest.mark.parametrize("rows", [4, 10])
+@pytest.mark.parametrize("seed", [5, 6, 7])
+def test_coarse_rows_are_no_noise_beside_a_fingerprint(rows: int, seed: int) -> None:
+    """The motion between rows that are 40 ms apart and more was noise of the sensor, with 0.9 to 0.99."""
+    assert "noise" not in found_by_a_fingerprint(every(rows, day(seed)[1:]))
+    assert "noise" in found_by_a_fingerprint(every(rows, day(seed, louder(0.6))[1:]))
+
+
 def test_a_diagnosis_by_a_fingerprint_names_a_louder_sensor() -> None:
     noisy = [
         replace(record, angle_deg=record.angle_deg + 0.4 * np.random.default_rng(9).standard_normal(len(record)))
