@@ -79,16 +79,25 @@ def _beside_the_motion(angles: Sequence[Column], *, rows: Sequence[float], witho
 
 
 def _as_sampled(measure: Measure, cases: Sequence[Record], session: Sequence[Record]) -> float:
-    """A session's noise as the case's rows would show it: what of the motion their differences let through counts with
-    it where they lie elsewhere than the session's."""
+    """A session's noise as the case's rows would show it: with what of the motion their differences let through, where
+    they lie elsewhere than the session's. Medians of both together are no sum of theirs, so noise of that level is
+    drawn, always the same."""
     level = measure(angles_of(session))
-    sampled = [(case, day) for case, day in zip(cases, session, strict=True) if _elsewhere(case, day)]
-    if not sampled:
+    pairs = [(case, day, _elsewhere(case, day)) for case, day in zip(cases, session, strict=True)]
+    if not any(elsewhere for *_, elsewhere in pairs):
         return level
-    motions = [(case.t_s, day.t_s, _motion(day)) for case, day in sampled]
-    here = measure([np.interp(t, own, motion) for t, own, motion in motions])
-    there = measure([motion for _, _, motion in motions])
-    return float(np.sqrt(level**2 + max(here**2 - there**2, 0.0)))
+    let_through = measure([_motion(day) for _, day, elsewhere in pairs if elsewhere])
+    own = float(np.sqrt(max(level**2 - let_through**2, 0.0)))
+    random = np.random.default_rng(1)
+    return measure(
+        [
+            np.interp(case.t_s, day.t_s, _motion(day)) + own * random.standard_normal(len(case))
+            if elsewhere
+            else filled(day.angle_deg)
+            for case, day, elsewhere in pairs
+            if day.angle_deg is not None
+        ]
+    )
 
 
 def _elsewhere(case: Record, day: Record) -> bool:

@@ -306,6 +306,15 @@ def test_coarse_rows_are_no_noise_beside_a_fingerprint(rows: int, seed: int) -> 
     assert "noise" in found_by_a_fingerprint(every(rows, day(seed, louder(0.6))[1:]))
 
 
+@pytest.mark.parametrize("rows", [4, 12])
+@pytest.mark.parametrize("seed", [7, 8])
+def test_coarse_rows_are_no_noise_beside_days_of_fine_ones(rows: int, seed: int) -> None:
+    """What of the motion they show was added to the days' noise in squares, and medians are no squares."""
+    healthy, noisy = (results(every(rows, day(seed, change)))["noise"] for change in (None, louder(0.6)))
+    assert (healthy.found, noisy.found) == (False, True)
+    assert healthy.value == pytest.approx(healthy.baseline, rel=0.1)
+
+
 def test_a_diagnosis_by_a_fingerprint_names_a_louder_sensor() -> None:
     noisy = [
         replace(record, angle_deg=record.angle_deg + 0.4 * np.random.default_rng(9).standard_normal(len(record)))
