@@ -165,7 +165,7 @@ def _time(seen: Sequence[_Seen], found: Guess, path: Path) -> _Seen:
     found.meaning.append(
         f"time: {time.name!r} in {unit} ({why}): {len(time.values)} rows every {1e3 * period_s:.4g} ms"
     )
-    if not named:
+    if not named and not time.stated:
         found.doubts.append(f"{time.name!r} is taken for the time because it rises from row to row")
     if stated and not 1e-4 < period_s < 0.5:
         found.doubts.append(f"a row every {period_s:.4g} s is unusual; is {time.name!r} really in {unit}?")

@@ -31,7 +31,7 @@ def table(folder: Path, times: list[str], separator: str = ",", decimal: str = "
         for time, one in zip(times, SINE, strict=True)
     ]
     path = folder / "unknown.csv"
-    path.write_bytes("\r\n".join([separator.join(["Zeit", "Soll (MPa)", "Winkel"]), *rows, ""]).encode(encoding))
+    path.write_bytes("\r\n".join([separator.join(["Uhr", "Soll (MPa)", "Winkel"]), *rows, ""]).encode(encoding))
     return path
 
 
@@ -63,8 +63,9 @@ def test_time_stamps_are_the_time_of_a_table(tmp_path: Path, form: str, style: d
     start_ms = 50_582_125
     path = table(tmp_path, cells(start_ms, form), **style)
     found = guess(path)
-    assert found.mapping["columns"]["t_s"] == {"source": "Zeit", "unit": "s"}
-    assert "time: 'Zeit' in s (the file says): 400 rows every 5 ms" in found.meaning
+    assert found.mapping["columns"]["t_s"] == {"source": "Uhr", "unit": "s"}
+    assert "time: 'Uhr' in s (the file says): 400 rows every 5 ms" in found.meaning
+    assert not any("Uhr" in doubt for doubt in found.doubts)
     content = imported(path)
     assert np.diff(content.samples["scheduled_ns"]).tolist() == [5_000_000] * 399
     assert content.samples["angle_deg"] == pytest.approx(20 * SINE, abs=1e-5)
@@ -86,18 +87,18 @@ def test_a_time_of_day_goes_on_past_midnight_and_never_back(tmp_path: Path) -> N
 def test_stamps_of_two_kinds_are_refused_with_their_row(tmp_path: Path) -> None:
     times = cells(50_582_125, CLOCK)
     times[7] = "35.2"
-    with pytest.raises(RecordError, match=r"row 9: Zeit: '35.2' is not a time stamp like the first$"):
+    with pytest.raises(RecordError, match=r"row 9: Uhr: '35.2' is not a time stamp like the first$"):
         guess(table(tmp_path, times))
 
 
 def test_a_stamp_is_no_pressure_and_no_milliseconds(tmp_path: Path) -> None:
     path, mapping = table(tmp_path, cells(50_582_125, CLOCK)), tmp_path / "by_hand.yaml"
     others = "dp_cmd_mpa: {source: Soll (MPa), unit: MPa}, angle_deg: {source: Winkel, unit: deg}"
-    mapping.write_text(f"columns: {{t_s: {{source: Zeit}}, {others}}}")
+    mapping.write_text(f"columns: {{t_s: {{source: Uhr}}, {others}}}")
     assert import_content(path, mapping)[0].run_facts["first_time"] == "14:03:02.125"
     for wrong, said in (
-        (f"columns: {{t_s: {{source: Zeit, unit: ms}}, {others}}}", "the mapping says 'ms' and the file 's'"),
-        ("period_s: 0.005\ncolumns: {dp_cmd_mpa: {source: Zeit}}", "the unit 's' does not fit dp_cmd_mpa"),
+        (f"columns: {{t_s: {{source: Uhr, unit: ms}}, {others}}}", "the mapping says 'ms' and the file 's'"),
+        ("period_s: 0.005\ncolumns: {dp_cmd_mpa: {source: Uhr}}", "the unit 's' does not fit dp_cmd_mpa"),
     ):
         mapping.write_text(wrong)
         with pytest.raises(RecordError, match=said):
