@@ -232,6 +232,7 @@ def load(path: Path | None) -> RigConfig:
     settings = {entry.name: device_settings(entry, rig, {})[1] for entry in rig.devices}
     _check_further(rig, settings)
     _check_ranges(rig, settings)
+    _check_effects(rig)
     for entry in rig.devices:
         own = settings[entry.name]
         _require_files(entry, own, rig.path)
@@ -243,6 +244,15 @@ def load(path: Path | None) -> RigConfig:
         dataclasses.replace(entry, read=getattr(settings[entry.name], "read_now", dict)()) for entry in rig.devices
     )
     return dataclasses.replace(rig, files=files, devices=devices)
+
+
+def _check_effects(rig: RigConfig) -> None:
+    """ConfigError for an effect that no library has: it would be in the facts of every record, and refused with them
+    when they are diagnosed."""
+    if rig.effects is not None:
+        from rig.gap.offered import named_effects  # most rigs say nothing of it, and start sooner
+
+        named_effects(rig.effects, f"{rig.path}: effects")
 
 
 def _check_further(rig: RigConfig, settings: Mapping[str, Any]) -> None:

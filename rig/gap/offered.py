@@ -35,7 +35,7 @@ def possible(
     listed = [(where, said)] if said is not None else [
         (f"{one.name}: facts: {EFFECTS_FACT}", one.facts[EFFECTS_FACT]) for one in records if EFFECTS_FACT in one.facts
     ]  # fmt: skip
-    wanted = [_named(words, place) for place, words in listed]
+    wanted = [named_effects(words, place) for place, words in listed]
     return [
         name
         for name, effect in LIBRARY.items()
@@ -44,8 +44,8 @@ def possible(
     ]
 
 
-def _named(words: object, where: str) -> set[str]:
-    """The effects of a list of names and stages."""
+def named_effects(words: object, where: str) -> set[str]:
+    """The effects of a list of names and stages; ConfigError for a word that is neither."""
     if not isinstance(words, (list, tuple)):
         raise ConfigError(f"{where}: expected a list of effects or stages")
     stages = {effect.stage for effect in LIBRARY.values()}

@@ -95,6 +95,15 @@ def test_the_roof_checks_the_device_s_own_settings(tmp_path: Path) -> None:
         assert str(error.value) == expected
 
 
+def test_the_roof_knows_the_effects_that_a_rig_may_have(tmp_path: Path) -> None:
+    path, model = tmp_path / "rig.yaml", shipped.configs() / "models" / "simulated.yaml"
+    path.write_text(GOOD.replace("m.yaml", f"{model}") + "effects: [joint, valve_lagg]\n")
+    with pytest.raises(ConfigError, match=r"rig\.yaml: effects: unknown effect or stage 'valve_lagg'; did you mean"):
+        compose.load(path)
+    path.write_text(path.read_text().replace("valve_lagg", "valve_lag"))
+    assert compose.load(path).effects == ("joint", "valve_lag")
+
+
 @pytest.mark.parametrize("path", sorted((shipped.configs() / "rigs").glob("*.yaml")), ids=lambda path: path.stem)
 def test_the_rigs_that_come_with_pamrig_load(path: Path) -> None:
     rig = compose.load(path)
