@@ -5,11 +5,10 @@ from pathlib import Path
 from typing import Final
 from urllib.parse import quote
 
-import jinja2
-
 from rig.gap.answer.result import Diagnosis
 from rig.outputs import Kind, write_text
 from rig.own_units import own_text
+from rig.report.templates import rendered
 
 _PAGE: Final = """<!doctype html>
 <html lang="en">
@@ -54,11 +53,10 @@ td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }
 
 def write_page(path: Path, diagnoses: Mapping[str, Diagnosis], pages: Mapping[str, Path], sessions: list[str]) -> None:
     """Write the page; `pages` has each day's own, in the same folder. RigError when the file cannot be written."""
-    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
     days = [_line(name, diagnosis, pages[name]) for name, diagnosis in diagnoses.items()]
     channels = next(iter(diagnoses.values())).channels
     page = own_text(_PAGE, channels)
-    write_text(path, environment.from_string(page).render(days=days, sessions=sessions), Kind.PAGE)
+    write_text(path, rendered(page, days=days, sessions=sessions), Kind.PAGE)
 
 
 def _line(name: str, diagnosis: Diagnosis, page: Path) -> dict[str, str]:

@@ -4,7 +4,6 @@ Everything here is drawn from the check's JSON; no figure is computed anew.
 """
 
 from collections.abc import Mapping, Sequence
-from importlib.resources import files
 from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -66,20 +65,18 @@ def write_page(result: Mapping[str, Any], path: Path) -> None:
 
 def as_html(result: Mapping[str, Any]) -> str:
     """One self-contained page."""
-    from jinja2 import Environment, StrictUndefined
+    from rig.report.templates import rendered, template
 
-    source = files("rig.report").joinpath("check_page.html.jinja").read_text(encoding="utf-8")
-    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    environment.filters["figure"] = lambda found, unit="%": figure_text(found, unit)
     with_goals = {name for goal in GOALS for name in goal.bounds}
     words = {
         "mode_words": MODE_WORDS, "naive_words": NAIVE_WORDS, "with_goals": with_goals,
         "family_figures": FAMILY_FIGURES,
     }  # fmt: skip
-    text: str = environment.from_string(source).render(
-        result=result, rows=rows_of(result), pictures=_pictures(result), **words
-    )
-    return text
+    return rendered(
+        template("check_page.html.jinja"),
+        {"figure": lambda found, unit="%": figure_text(found, unit)},
+        result=result, rows=rows_of(result), pictures=_pictures(result), **words,
+    )  # fmt: skip
 
 
 def _pictures(result: Mapping[str, Any]) -> dict[str, str]:

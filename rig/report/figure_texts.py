@@ -21,12 +21,17 @@ def as_written(figure: "Figure") -> None:
         text.set_parse_math(False)
         said = text.get_text()
         if not said.replace("\n", "").isprintable():
-            text.set_text("\n".join(map(spelled_out, said.split("\n"))))
+            text.set_text(lines_spelled_out(said))
 
 
 def spelled_out(text: str) -> str:
     """One line; what no font has and what moves a cursor is written as Python writes it."""
     return "".join(each if each.isprintable() else each.encode("unicode_escape").decode("ascii") for each in text)
+
+
+def lines_spelled_out(text: str) -> str:
+    """The same of a text of lines."""
+    return "\n".join(map(spelled_out, text.split("\n")))
 
 
 def in_markdown(text: str) -> str:

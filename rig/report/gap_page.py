@@ -1,10 +1,7 @@
 """The report of a diagnosis: one self-contained HTML page that opens offline, on a phone and in print."""
 
 from collections.abc import Mapping
-from importlib.resources import files
 from pathlib import Path
-
-import jinja2
 
 from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.words.compared import SOURCES, from_model
@@ -16,6 +13,7 @@ from rig.model.parameters import Model
 from rig.outputs import Kind, write_text
 from rig.own_units import own_text
 from rig.report.gap_figures import figures
+from rig.report.templates import rendered, template
 
 
 def write_page(
@@ -31,12 +29,9 @@ def write_page(
 
 def page(diagnosis: Diagnosis, grounds: Grounds, model: Model, origin: Mapping[str, str] | None = None) -> str:
     """The page as text."""
-    environment = jinja2.Environment(
-        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    template = environment.from_string(files("rig.report").joinpath("gap_page.html.jinja").read_text(encoding="utf-8"))
     told = {question.rstrip(":"): answer for question, answer in answers(diagnosis).items()}
-    text = template.render(
+    text = rendered(
+        template("gap_page.html.jinja"),
         title="What does the simulator lack?" if from_model(diagnosis) else "What has changed on the rig?",
         headline=told.pop("Answer"),
         answers=told,

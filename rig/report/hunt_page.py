@@ -5,12 +5,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-import jinja2
-
 from rig.gap.answer.result import Diagnosis
 from rig.gap.answer.words.sentences import headline
 from rig.outputs import Kind, write_text
 from rig.own_units import own_text
+from rig.report.templates import rendered
 
 _PAGE: Final = """<!doctype html>
 <html lang="en">
@@ -78,8 +77,8 @@ def write_hunt(
     report: str,
 ) -> None:
     """Write the page; `report` is the name of the diagnosis' own page beside it. RigError when it cannot be written."""
-    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
-    page = environment.from_string(_PAGE).render(
+    page = rendered(
+        _PAGE,
         rig=rig,
         lines=[] if diagnosis is None else [own_text(line, diagnosis.channels) for line in headline(diagnosis)],
         steps=steps,

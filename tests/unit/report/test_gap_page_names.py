@@ -8,6 +8,7 @@ import pytest
 from jinja2 import Template
 
 from rig.gap.raw_tests.signature import Signature
+from rig.report.templates import rendered
 
 ROOM = files("rig.report")
 PAGE = ROOM.joinpath("gap_page.html.jinja").read_text(encoding="utf-8")
@@ -42,3 +43,8 @@ def test_on_a_phone_a_row_of_many_cells_is_laid_out_as_lines_that_say_what_they_
 def test_what_else_is_possible_is_never_left_empty(probability: dict[str, float], said: str) -> None:
     (cell,) = re.findall(r'<td data-is="else possible">(.*?)</td>', PAGE, re.DOTALL)
     assert Template(cell).render(factor={"probability": probability}) == said
+
+
+def test_what_a_record_says_of_itself_is_shown_and_obeyed_by_nobody() -> None:
+    page = rendered("<td>{{ note }}</td>{{ drawn | safe }}", note="\x1b[2J<b>\nleft", drawn="<svg/>")
+    assert page == r"<td>\x1b[2J&lt;b&gt;" + "\nleft</td><svg/>"
