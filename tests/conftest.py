@@ -20,7 +20,7 @@ settings.load_profile("house")
 
 ROOT = Path(__file__).resolve().parent.parent
 
-pytest_plugins = ("support.rigs.page_rig", "support.plants.family_plants")
+pytest_plugins = ("support.rigs.page_rig", "support.plants.family_plants", "support.plants.begun_hunts")
 
 REAL_PROCESSES = ("contract", "faults", "recovery")
 """Folders whose tests run real processes against the real clock. A machine that stands still for tens of milliseconds,

@@ -1,37 +1,31 @@
 """The hunt: a tie that the next sweep parts, a hunt that is cut short and goes on, what ends it, what it refuses."""
 
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from support.plants.begun_hunts import MODEL, without_a_thought
+from support.plants.begun_hunts import hunt_options as options
 
 from rig.app import compose
 from rig.app.gap.diagnosing import Case, DiagnosisOptions, diagnose_case
 from rig.app.gap.hunt_folder import FILE, Hunt, Step, open_hunt
-from rig.app.gap.hunting import NAMED, NO_GAP, NO_NAME, TIME, Hunted, HuntOptions, hunt, hunt_and_tell
+from rig.app.gap.hunting import NAMED, NO_GAP, NO_NAME, TIME, Hunted, hunt, hunt_and_tell
 from rig.errors import CheckFailed, ConfigError
 from rig.excite.envelope import check_run
 from rig.excite.experiment import expand, load_sweep
 from rig.gap.hypotheses.library import NONE, UNKNOWN
 from rig.log.reader import read
 
-MODEL = Path("configs/models/simulated.yaml")
-
-
-def options(folder: Path, **more: object) -> HuntOptions:
-    rig = compose.load(Path("simulated_worn"))
-    asked = HuntOptions(rig, MODEL, folder, first=Path("quick"), virtual=True, seed=5)
-    return replace(asked, **more)  # type: ignore[arg-type]
+pytestmark = pytest.mark.usefixtures("thought_once")
 
 
 @pytest.fixture(scope="module")
-def found(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def found(begun_hunt: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A hunt that was stopped before its second sweep, then went on."""
-    folder = tmp_path_factory.mktemp("hunt") / "worn"
-    first = hunt(options(folder), allowed=lambda step: step.sweep == "step_1.yaml")
-    assert first.hunt.ended == "not confirmed"
-    assert [step.done for step in first.hunt.steps] == [True, False]
+    folder = shutil.copytree(begun_hunt, tmp_path_factory.mktemp("hunt") / "worn")
     hunt_and_tell(options(folder), lambda step: True, lambda step: None, lambda result: None)
     return folder
 
@@ -81,8 +75,8 @@ def test_a_hunt_of_something_else_is_refused(found: Path) -> None:
         hunt(options(found, model=Path("configs/models/paper_table3.yaml")))
 
 
-def test_the_time_ends_it(tmp_path: Path) -> None:
-    ended = hunt(options(tmp_path / "short", minutes=0.25))
+def test_the_time_ends_it(left_hunt: Path) -> None:
+    ended = hunt(options(without_a_thought(left_hunt), minutes=0.25))
     assert ended.hunt.ended == TIME
     assert len(ended.hunt.steps) == 1
     assert len(ended.hunt.steps[0].set) == 2
@@ -185,9 +179,8 @@ def test_with_an_earlier_day_what_later_sweeps_say_counts_too(tmp_path: Path) ->
     assert [name for name, _ in found.hunt.steps[-1].set] == ["valve_lag"]
 
 
-def test_a_rig_that_faults_loses_nothing_of_what_was_learnt(tmp_path: Path) -> None:
-    folder = tmp_path / "faulty"
-    assert hunt(options(folder), allowed=lambda step: step.sweep == "step_1.yaml").hunt.ended
+def test_a_rig_that_faults_loses_nothing_of_what_was_learnt(left_hunt: Path) -> None:
+    folder = left_hunt
     rig = options(folder).rig
     broken = replace(rig, limits=replace(rig.limits, angle_deg=(-2.0, 2.0)))
     told: list[object] = []

@@ -4,19 +4,17 @@ made."""
 import json
 import shutil
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
+from support.plants.begun_hunts import hunt_options
 
-from rig.app import compose, shipped
 from rig.app.gap.hunt_folder import FILE
 from rig.app.gap.hunting import Hunted, HuntOptions, Thought, hunt, hunt_and_tell
-from rig.app.runs.sweeping import SweepOptions, run_sweep
 from rig.errors import CheckFailed, Interrupted, StateError
 
-FIRST = Path("quick")
+pytestmark = pytest.mark.usefixtures("thought_once")
 
 
 class Killed(BaseException):
@@ -54,12 +52,10 @@ class Daemon:
         return self.status()
 
 
-@pytest.fixture(scope="module")
-def record(tmp_path_factory: pytest.TempPathFactory) -> Path:
+@pytest.fixture
+def record(begun_hunt: Path) -> Path:
     """What the daemon records of the first session."""
-    out = tmp_path_factory.mktemp("daemon") / "job"
-    run_sweep(FIRST, compose.load(Path("simulated_worn")), SweepOptions(out, virtual=True, seed=5)).judge()
-    (made,) = out.glob("*.mcap")
+    (made,) = (begun_hunt / "step_1_records").glob("*.mcap")
     return made
 
 
@@ -70,9 +66,7 @@ def daemon(record: Path) -> Daemon:
 
 @pytest.fixture
 def options(daemon: Daemon, tmp_path: Path) -> HuntOptions:
-    model = shipped.configs() / "models" / "simulated.yaml"
-    asked = HuntOptions(compose.load(Path("simulated_worn")), model, tmp_path / "hunt", first=FIRST)
-    return replace(asked, daemon=daemon)  # type: ignore[arg-type]
+    return hunt_options(tmp_path / "hunt", virtual=False, seed=None, daemon=daemon)
 
 
 def first_only(options: HuntOptions) -> Hunted:

@@ -4,7 +4,6 @@ damaged. Nothing is lost, what was learnt so far is said, and the hunt goes on t
 import json
 import os
 import random
-import shutil
 import signal
 import subprocess
 import sys
@@ -15,22 +14,19 @@ from typing import Any
 
 import pytest
 from click.testing import CliRunner
+from support.plants.begun_hunts import MODEL
+from support.plants.begun_hunts import hunt_options as options
 
-from rig.app import compose
 from rig.app.gap.hunt_folder import FILE, open_hunt
 from rig.app.gap.hunting import NAMED, TIME, Hunted, HuntOptions, hunt, hunt_and_tell
 from rig.cli.commands import cli
 from rig.errors import EnvelopeError, RigError, StateError
 from rig.log.reader import read
 
-MODEL = Path("configs/models/simulated.yaml").resolve()
+pytestmark = pytest.mark.usefixtures("thought_once")
+
 CALL = ("--rig", "simulated_worn", "--model", str(MODEL), "--sweep", "quick", "--clock", "virtual", "--seed", "5")
 PATIENCE_S = 300.0
-
-
-def options(folder: Path, **more: Any) -> HuntOptions:
-    rig = compose.load(Path("simulated_worn"))
-    return replace(HuntOptions(rig, MODEL, folder, first=Path("quick"), virtual=True, seed=5), **more)
 
 
 def tell(asked: HuntOptions) -> tuple[list[Hunted], RigError]:
@@ -39,20 +35,6 @@ def tell(asked: HuntOptions) -> tuple[list[Hunted], RigError]:
     with pytest.raises(RigError) as error:
         hunt_and_tell(asked, lambda step: True, lambda step: None, told.append)
     return told, error.value
-
-
-@pytest.fixture(scope="module")
-def begun(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A hunt that has one step behind it and the next one planned."""
-    folder = tmp_path_factory.mktemp("hunts") / "begun"
-    assert hunt(options(folder), allowed=lambda step: step.sweep == "step_1.yaml").hunt.ended == "not confirmed"
-    return folder
-
-
-@pytest.fixture
-def left(begun: Path, tmp_path: Path) -> Path:
-    """The same, to do with as a test likes."""
-    return Path(shutil.copytree(begun, tmp_path / "left"))
 
 
 def start(folder: Path) -> "subprocess.Popen[str]":
@@ -72,7 +54,7 @@ def killed_when(folder: Path, moment: str, random_s: float) -> None:
     process.communicate()
 
 
-def test_killed_at_any_moment_it_goes_on_to_the_same_end(begun: Path, tmp_path: Path) -> None:
+def test_killed_at_any_moment_it_goes_on_to_the_same_end(begun_hunt: Path, tmp_path: Path) -> None:
     chance, folder = random.Random(8), tmp_path / "killed"
     for moment in ("step_1_records/*.mcap*", "step_2.yaml"):
         killed_when(folder, moment, chance.uniform(0.0, 0.3))
@@ -80,7 +62,7 @@ def test_killed_at_any_moment_it_goes_on_to_the_same_end(begun: Path, tmp_path: 
     out, error = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 0, error
     told = json.loads(out)
-    first = json.loads((begun / FILE).read_text())["steps"][0]
+    first = json.loads((begun_hunt / FILE).read_text())["steps"][0]
     assert told["steps"][0]["set"] == first["set"], "as the hunt that nobody killed"
     assert told["ended"] == NAMED
     assert [name for name, _ in told["steps"][-1]["set"]] == ["valve_lag"]
@@ -100,16 +82,16 @@ def limited(asked: HuntOptions) -> Any:
     return replace(asked.rig, limits=replace(asked.rig.limits, pressure_mpa=(0.19, 0.21)))
 
 
-def test_a_planned_sweep_that_the_limits_no_longer_allow_is_refused_and_the_rest_said(left: Path) -> None:
-    asked = options(left)
+def test_a_planned_sweep_that_the_limits_no_longer_allow_is_refused_and_the_rest_said(left_hunt: Path) -> None:
+    asked = options(left_hunt)
     told, error = tell(replace(asked, rig=limited(asked)))
     assert isinstance(error, EnvelopeError)
     assert "\n" not in str(error)
     (cut,) = told
     assert cut.hunt.ended.startswith("cut short: ")
     assert {name for name, _ in cut.hunt.steps[0].set} == {"delay", "valve_lag"}
-    assert "valve_lag" in (left / "hunt.html").read_text()
-    assert open_hunt(left, {}).ended == "not confirmed", "it can go on"
+    assert "valve_lag" in (left_hunt / "hunt.html").read_text()
+    assert open_hunt(left_hunt, {}).ended == "not confirmed", "it can go on"
 
 
 class Busy:
@@ -119,52 +101,52 @@ class Busy:
         return {"working": True}
 
 
-def test_a_busy_daemon_is_waited_for_by_the_operator(left: Path) -> None:
-    told, error = tell(options(left, daemon=Busy()))
+def test_a_busy_daemon_is_waited_for_by_the_operator(left_hunt: Path) -> None:
+    told, error = tell(options(left_hunt, daemon=Busy()))
     assert isinstance(error, StateError)
     assert "queue" in str(error)
     assert len(told[0].hunt.steps[0].set) == 2
-    assert not list(left.glob("step_2_records*"))
+    assert not list(left_hunt.glob("step_2_records*"))
 
 
-def test_a_record_that_was_damaged_since_is_said_with_its_name(left: Path) -> None:
-    (record,) = (left / "step_1_records").glob("*.mcap")
+def test_a_record_that_was_damaged_since_is_said_with_its_name(left_hunt: Path) -> None:
+    (record,) = (left_hunt / "step_1_records").glob("*.mcap")
     record.write_bytes(b"")
-    _, error = tell(options(left))
+    _, error = tell(options(left_hunt))
     assert record.name in str(error)
     assert "\n" not in str(error)
-    assert not list(left.glob("step_2_records*")), "nothing moves for a hunt that cannot go on"
+    assert not list(left_hunt.glob("step_2_records*")), "nothing moves for a hunt that cannot go on"
 
 
-def test_gone_on_with_less_time_than_the_planned_sweep_takes_it_runs_nothing(left: Path) -> None:
-    found = hunt(options(left, minutes=0.2), allowed=lambda step: pytest.fail("something would have moved"))
+def test_gone_on_with_less_time_than_the_planned_sweep_takes_it_runs_nothing(left_hunt: Path) -> None:
+    found = hunt(options(left_hunt, minutes=0.2), allowed=lambda step: pytest.fail("something would have moved"))
     assert found.hunt.ended == TIME
-    assert not list(left.glob("step_2_records*"))
+    assert not list(left_hunt.glob("step_2_records*"))
 
 
-def test_gone_on_with_and_not_confirmed_the_page_still_says_what_is_known(left: Path) -> None:
+def test_gone_on_with_and_not_confirmed_the_page_still_says_what_is_known(left_hunt: Path) -> None:
     heard: list[str] = []
-    hunt_and_tell(options(left), lambda step: False, lambda step: heard.append(step.sweep), lambda found: None)
+    hunt_and_tell(options(left_hunt), lambda step: False, lambda step: heard.append(step.sweep), lambda found: None)
     assert heard == ["step_1.yaml"], "what is still possible is said before anybody is asked"
-    page = (left / "hunt.html").read_text()
+    page = (left_hunt / "hunt.html").read_text()
     assert 'href="report.html"' in page
     assert "The regulators" in page
 
 
-def test_nobody_to_answer_is_an_interruption_that_says_what_was_learnt(left: Path) -> None:
-    call = ["gap", "hunt", *CALL, "--confirm", "-o", f"{left}", "--json", f"{left / 'told.json'}"]
+def test_nobody_to_answer_is_an_interruption_that_says_what_was_learnt(left_hunt: Path) -> None:
+    call = ["gap", "hunt", *CALL, "--confirm", "-o", f"{left_hunt}", "--json", f"{left_hunt / 'told.json'}"]
     CliRunner().invoke(cli, call, input="")
-    told = json.loads((left / "told.json").read_text())
+    told = json.loads((left_hunt / "told.json").read_text())
     assert told["ended"] == "cut short: interrupted"
     assert told["diagnosis"] is not None
 
 
-def test_a_disk_without_room_loses_nothing(begun: Path, tmp_path: Path) -> None:
+def test_a_disk_without_room_loses_nothing(begun_hunt: Path, tmp_path: Path) -> None:
     """The second sweep is to be recorded on a file system with no room left."""
     inside = tmp_path / "small"
     inside.mkdir()
     script = (
-        f"mount -t tmpfs -o size=2m none {inside} && cp -r {begun} {inside}/hunt && "
+        f"mount -t tmpfs -o size=2m none {inside} && cp -r {begun_hunt} {inside}/hunt && "
         f"(dd if=/dev/zero of={inside}/full bs=4k 2>/dev/null; true) && "
         f"{{ {sys.executable} -m rig.cli.main gap hunt {' '.join(CALL)} -o {inside}/hunt --json -; "
         f"echo STATUS $?; cat {inside}/hunt/{FILE} >&2; }}"

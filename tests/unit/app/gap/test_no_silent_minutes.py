@@ -9,12 +9,12 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
+from support.plants.begun_hunts import hunt_options, without_a_thought
 from support.plants.gap_rigs import session
 
-from rig.app import compose
 from rig.app.gap import hunting
 from rig.app.gap.diagnosing import first_time
-from rig.app.gap.hunting import HuntOptions, hunt
+from rig.app.gap.hunting import hunt
 from rig.app.gap.known_rigs import Asked
 from rig.app.gap.planning import design_session
 
@@ -30,7 +30,8 @@ def test_a_design_says_what_it_is_at_from_its_start_to_the_choice() -> None:
     assert all(before <= after <= 1.0 for (before, _), (after, _) in pairwise(heard))
 
 
-def test_a_hunt_says_that_it_diagnoses_and_plans(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.usefixtures("thought_once")
+def test_a_hunt_says_that_it_diagnoses_and_plans(left_hunt: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     said: list[str] = []
 
     @contextmanager
@@ -39,9 +40,7 @@ def test_a_hunt_says_that_it_diagnoses_and_plans(tmp_path: Path, monkeypatch: py
         yield lambda done, note: None
 
     monkeypatch.setattr(hunting, "progress", told, raising=False)
-    rig = compose.load(Path("simulated_worn"))
-    asked = HuntOptions(rig, MODEL, tmp_path / "worn", first=Path("quick"), virtual=True, seed=5)
-    hunt(asked, allowed=lambda step: step.sweep == "step_1.yaml")
+    hunt(hunt_options(without_a_thought(left_hunt)), allowed=lambda step: False)
     assert said == ["diagnosing after step 1", "planning what tells more"]
 
 
