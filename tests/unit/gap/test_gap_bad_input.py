@@ -29,8 +29,9 @@ def ask(way: str, records: list[Record], pressures: bool = True, library: list[s
     return diagnose(simulator, records, days, pressures=pressures, reference=reference, library=library)
 
 
-def healthy(made: Made) -> list[Record]:
-    return [made(record) for record in session(303)]
+def healthy(made: Made, count: int = 2) -> list[Record]:
+    """So many records of a healthy day: for an answer the two slower ones are enough."""
+    return [made(record) for record in session(303)[:count]]
 
 
 def of(**columns: Callable[[Record], Column | None]) -> Made:
@@ -67,7 +68,7 @@ REFUSED: dict[str, tuple[Made, str]] = {
 def test_what_cannot_be_right_is_one_clear_line(what: str, way: str) -> None:
     made, said = REFUSED[what]
     with pytest.raises(RigError, match=said) as refused:
-        ask(way, healthy(made))
+        ask(way, healthy(made, 3))
     assert "\n" not in str(refused.value)
 
 
@@ -116,6 +117,7 @@ def _noisy(record: Record) -> Record:
 def test_a_clipped_sensor_gives_no_confident_name(column: str, way: str) -> None:
     found = ask(way, healthy(of(**{column: lambda r: clipped(getattr(r, column))})))
     assert any("clipped?" in note for note in found.notes)
+    assert found.causes or way in ("simulator", "sister"), "which may itself miss what a monitor does"
     assert all(cause.confidence <= SURE for cause in found.causes if cause.effect != "unknown")
 
 

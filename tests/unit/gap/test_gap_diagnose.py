@@ -262,19 +262,6 @@ def test_a_dead_monitor_at_a_rail_is_no_other_rest_pressure() -> None:
     assert diagnose(model(), rail, told).verdict == "none"
 
 
-@pytest.mark.parametrize("column", ["p1_mpa", "angle_deg"])
-def test_a_clipped_sensor_gives_no_confident_name(column: str) -> None:
-    def clip(record: Record) -> Column:
-        values = getattr(record, column)
-        middle = 0.5 * (values.max() + values.min())
-        return np.clip(values, None, middle + 0.2 * (values.max() - values.min()))
-
-    found = asked(_worse(session(155), **{column: clip}))
-    assert any("clipped?" in note for note in found.notes)
-    assert found.causes
-    assert all(cause.confidence <= 0.5 for cause in found.causes)
-
-
 def test_a_session_of_another_rig_is_left_out_and_said() -> None:
     other = session(156, AddedEffect("sensor_gain", {"gain": 0.2}))
     late = session(157, AddedEffect("delay", {"delay_s": 0.03}))
