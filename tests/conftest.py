@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 from hypothesis import settings
 from support.standstill import NOT_JUDGED_AT_MOST, RERUNS, STANDSTILLS, Standstills, Witness
+from support.warm import Warm
 
 settings.register_profile("house", deadline=None, derandomize=True)  # the same examples on every machine, however slow
 settings.load_profile("house")
@@ -47,6 +48,13 @@ def _emulated_rigs_end_with_their_file() -> Iterator[None]:
     yield
     if kept := sys.modules.get("support.rigs.fieldbus_rigs"):
         kept.end_all()
+
+
+@pytest.fixture(scope="session")
+def warm() -> Iterator[Warm]:
+    """For commands that need a process, but not one from scratch."""
+    with contextlib.closing(Warm()) as warm:
+        yield warm
 
 
 _FAILED = pytest.StashKey[bool]()

@@ -41,16 +41,6 @@ def pamrig(
     )
 
 
-def refused(done: subprocess.CompletedProcess[str]) -> str:
-    """The one line of a call that is wrong."""
-    assert done.returncode == 2, done
-    assert done.stdout == ""
-    lines = done.stderr.splitlines()
-    assert len(lines) == 1, done.stderr
-    assert lines[0].startswith("pamrig")
-    return lines[0]
-
-
 def until(look: Callable[[], T | None]) -> T:
     """What `look` finds, as soon as it finds it."""
     deadline = time.monotonic() + PATIENCE_S

@@ -33,11 +33,12 @@ class Warm:
             [sys.executable, __file__], stdin=pipe, stdout=pipe, env=environment, text=True, bufsize=1
         )
 
-    def run(self, call: list[str], folder: Path) -> tuple[int, str]:
-        """Exit status, as `subprocess` has it, and all that was written to stdout and stderr."""
+    def run(self, call: list[str], folder: Path, *, reader: bool = True) -> tuple[int, str]:
+        """Exit status, as `subprocess` has it, and all that was written to stdout and stderr; without a reader stdout
+        is a pipe that nobody reads."""
         assert self._process.stdin
         assert self._process.stdout
-        print(json.dumps([call, str(folder)]), file=self._process.stdin)
+        print(json.dumps([call, str(folder), reader]), file=self._process.stdin)
         status, written = json.loads(self._process.stdout.readline())
         return status, written
 
@@ -61,15 +62,22 @@ def carry_out(call: list[str]) -> None:
         sys.modules["rig.cli.main"].main()
 
 
-def forked(call: list[str], folder: str, output: int) -> int:
+def unread() -> int:
+    """The end for writing of a pipe whose other end is closed."""
+    read_end, write_end = os.pipe()
+    os.close(read_end)
+    return write_end
+
+
+def forked(call: list[str], folder: str, output: int, reader: bool) -> int:
     """The status of a process of its own that carries it out; in that process it does not return."""
     if pid := os.fork():
         return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
     signal.setitimer(signal.ITIMER_REAL, PATIENCE_S)
     os.chdir(folder)
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
-    for stream in (1, 2):
-        os.dup2(output, stream)
+    os.dup2(output if reader else unread(), 1)
+    os.dup2(output, 2)
     carry_out(call)
     sys.exit(0)  # what it raised ends this process as it ends any
 
@@ -81,9 +89,9 @@ def serve() -> None:
         importlib.import_module(name)
     answers = os.fdopen(os.dup(1), "w", buffering=1)
     for line in iter(sys.stdin.readline, ""):
-        call, folder = json.loads(line)
+        call, folder, reader = json.loads(line)
         with tempfile.TemporaryFile() as output:
-            status = forked(call, folder, output.fileno())
+            status = forked(call, folder, output.fileno(), reader)
             output.seek(0)
             answers.write(json.dumps([status, output.read().decode("utf-8", "replace")]) + "\n")
 

@@ -13,6 +13,7 @@ import pytest
 from support.plants.gap_rigs import MODEL, session
 from support.records.made_logs import made_log
 from support.run_command import SWEEP
+from support.warm import Warm
 
 from rig.cli.commands import cli
 from rig.cli.outputs import Output
@@ -77,7 +78,7 @@ def writing(command: click.Command, name: str = "") -> Iterator[str]:
 
 
 @pytest.fixture(scope="module")
-def lab(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+def lab(warm: Warm, tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     """The files that the calls read, by their words."""
     root = tmp_path_factory.mktemp("lab")
     texts = {"SWEEP": SWEEP, "REFERENCE": REFERENCE, "POINTS": POINTS}
@@ -90,8 +91,7 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
         (root / "days" / day).mkdir(parents=True)
         for record in session(1 + len(effects), *effects):
             write_record(replace(record, facts={"p0_mpa": 0.2}), root / "days" / day / f"{record.name}.mcap", {})
-    run = ["run", f"{root / 'sweep.yaml'}", "--clock", "virtual", "-o", f"{root / 'run'}"]
-    subprocess.run([sys.executable, "-m", "rig.cli.main", *run], check=True, stdout=subprocess.DEVNULL)
+    assert warm.run(shlex.split("pamrig run sweep.yaml --clock virtual -o run"), root)[0] == 0
     places = {name: f"{root / name.lower()}.yaml" for name in texts}
     files = {"LOG": "log.mcap", "CUT": "cut.mcap", "TABLE": "table.csv", "DAYS": "days"}
     (recorded,) = (root / "run").glob("*.mcap")
@@ -114,16 +114,13 @@ def test_every_command_that_writes_files_is_called_here() -> None:
 
 
 @pytest.mark.parametrize("name", list(CALLS))
-def test_its_files_stand_although_nobody_reads_its_text(name: str, lab: dict[str, str], tmp_path: Path) -> None:
+def test_its_files_stand_although_nobody_reads_its_text(
+    name: str, lab: dict[str, str], tmp_path: Path, warm: Warm
+) -> None:
     words = words_of(name, lab, tmp_path)
-    pipe = subprocess.PIPE
-    with subprocess.Popen([sys.executable, "-m", "rig.cli.main", *words], stdout=pipe, stderr=pipe, text=True) as call:
-        assert call.stdout is not None
-        assert call.stderr is not None
-        call.stdout.close()
-        said = call.stderr.read()
+    status, said = warm.run(["pamrig", *words], tmp_path, reader=False)
     assert "Traceback" not in said
-    assert call.returncode == 0, said
+    assert status == 0, said
     for word in words:
         if word.startswith(f"{tmp_path}/"):
             assert Path(word).exists(), said

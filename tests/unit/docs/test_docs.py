@@ -8,8 +8,6 @@ programs; all of a page are carried out in order in one empty folder.
 import importlib.util
 import re
 import shlex
-from collections.abc import Iterator
-from contextlib import closing
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -39,12 +37,6 @@ def carried_out(page: Path) -> Any:
     """The page as a parameter: only where devices are probed does anything keep real time."""
     probes = any("$ pamrig devices probe" in text for _, _, text in snippets(page))
     return pytest.param(page, marks=[pytest.mark.real_time] if probes else [], id=name(page))
-
-
-@pytest.fixture(scope="module")
-def warm() -> Iterator[Warm]:
-    with closing(Warm()) as warm:
-        yield warm
 
 
 @pytest.mark.parametrize("page", [carried_out(page) for page in PAGES if snippets(page)])

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from conftest import ROOT
-from support.run_command import pamrig
+from support.warm import Warm
 
 from rig.gap import diagnose
 from rig.log.reader import read
@@ -15,14 +15,14 @@ PAGE = (ROOT / "docs/tutorial/diagnose_practice.md").read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
-def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def recorded(warm: Warm, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder in which the page's records were made."""
     place = tmp_path_factory.mktemp("practice")
     (rig,) = re.findall(r"```yaml file=bad_day.yaml\n(.*?)```", PAGE, re.DOTALL)
     (place / "bad_day.yaml").write_text(rig, encoding="utf-8")
     for line in re.findall(r"^pamrig (run .*)$", PAGE, re.MULTILINE):
-        done = pamrig(*line.split(), cwd=place)
-        assert done.returncode == 0, done.stderr
+        status, written = warm.run(["pamrig", *line.split()], place)
+        assert status == 0, written
     return place
 
 

@@ -6,10 +6,19 @@ from pathlib import Path
 
 import pytest
 from support.records.mcap_files import contents
-from support.run_command import SWEEP, pamrig, refused
+from support.run_command import SWEEP, pamrig
+from support.warm import Warm
 
 pytest_plugins = "support.rigs.run_rig"
-pytestmark = pytest.mark.real_time
+
+
+def refused(ended: tuple[int, str]) -> str:
+    """The one line of a call that is wrong."""
+    status, said = ended
+    assert status == 2, said
+    (line,) = said.splitlines()
+    assert line.startswith("pamrig")
+    return line
 
 
 # what comes out
@@ -62,8 +71,8 @@ def test_without_out_the_records_lie_under_logs(sweep: Path, tmp_path: Path) -> 
         (["quick", "--json", "/nowhere/r.json"], "/nowhere/r.json: cannot be written: no such folder"),
     ],
 )
-def test_wrong_calls_are_one_line(arguments: list[str], says: str, tmp_path: Path) -> None:
-    assert says in refused(pamrig("run", *arguments, cwd=tmp_path))
+def test_wrong_calls_are_one_line(arguments: list[str], says: str, tmp_path: Path, warm: Warm) -> None:
+    assert says in refused(warm.run(["pamrig", "run", *arguments], tmp_path))
     assert not list(tmp_path.iterdir()), "nothing was made"
 
 
@@ -79,20 +88,20 @@ def test_wrong_calls_are_one_line(arguments: list[str], says: str, tmp_path: Pat
         ("records:", "recrods:", "records: expected a list of signals"),
     ],
 )
-def test_impossible_sweeps_are_one_line(sweep: Path, tmp_path: Path, old: str, new: str, says: str) -> None:
+def test_impossible_sweeps_are_one_line(sweep: Path, tmp_path: Path, warm: Warm, old: str, new: str, says: str) -> None:
     sweep.write_text(SWEEP.replace(old, new))
-    assert says in refused(pamrig("run", sweep, "--out", tmp_path / "out"))
+    assert says in refused(warm.run(["pamrig", "run", f"{sweep}", "--out", "out"], tmp_path))
     assert not (tmp_path / "out").exists()
 
 
-def test_a_model_that_is_missing_is_one_line(sweep: Path, rig: Path, tmp_path: Path) -> None:
+def test_a_model_that_is_missing_is_one_line(sweep: Path, rig: Path, tmp_path: Path, warm: Warm) -> None:
     rig.write_text(rig.read_text().replace("simulated.yaml", "simulatd.yaml"))
-    said = refused(pamrig("run", sweep, "--rig", rig, "--out", tmp_path / "out"))
+    said = refused(warm.run(["pamrig", "run", f"{sweep}", "--rig", f"{rig}", "--out", "out"], tmp_path))
     assert "devices.main.model: " in said
     assert "simulatd.yaml; did you mean " in said
 
 
-def test_nothing_is_ever_overwritten(sweep: Path, tmp_path: Path) -> None:
+def test_nothing_is_ever_overwritten(sweep: Path, tmp_path: Path, warm: Warm) -> None:
     for name, says in [
         ("sine_2hz_0.10mpa.mcap", "exists already"),
         ("sine_2hz_0.10mpa.mcap.partial", "an unfinished record lies there"),
@@ -100,7 +109,7 @@ def test_nothing_is_ever_overwritten(sweep: Path, tmp_path: Path) -> None:
         folder = tmp_path / name
         folder.mkdir()
         (folder / name).write_text("precious")
-        assert says in refused(pamrig("run", sweep, "--clock", "virtual", "--out", folder))
+        assert says in refused(warm.run(["pamrig", "run", f"{sweep}", "--clock", "virtual", "--out", name], tmp_path))
         assert [(p.name, p.read_text()) for p in folder.iterdir()] == [(name, "precious")]
 
 
@@ -118,6 +127,7 @@ def without_privileges() -> None:
     resource.setrlimit(resource.RLIMIT_MEMLOCK, (65536, 65536))
 
 
+@pytest.mark.real_time
 def test_without_permission_for_real_time_the_simulated_rig_runs_and_says_so(
     sweep: Path, rig: Path, tmp_path: Path
 ) -> None:
