@@ -23,7 +23,7 @@ ROOT = Path(__file__).resolve().parent.parent
 
 pytest_plugins = ("support.rigs.page_rig", "support.plants.family_plants", "support.plants.begun_hunts")
 
-REAL_PROCESSES = ("contract", "faults", "recovery")
+REAL_PROCESSES = ("faults", "recovery")
 """Folders whose tests run real processes against the real clock. A machine that stands still for tens of milliseconds,
 as a busy virtual one does, spoils what they measure; such a test is run again, and the summary says so (decisions
 0005, 0426)."""

@@ -16,20 +16,25 @@ from rig.interfaces import Device, Measurement, Role
 from rig.realtime.clock import VirtualClock
 from rig.sample import Flag
 
+REAL: frozenset[str] = frozenset()
+"""Whose wires keep real time; the others' clock is turned."""
 if find_spec("factories_fieldbus"):
     from factories_fieldbus import FIELDBUS
 
+    REAL = frozenset(FIELDBUS)
     FACTORIES |= FIELDBUS
+BENCHES = [pytest.param(name, marks=[pytest.mark.real_time] if name in REAL else []) for name in FACTORIES]
+PLUGGED = [bench for bench in BENCHES if bench.values[0] not in WITHOUT_PLUG]
 PULLS = ("open", "read", "write", "safe", "close")
 
 
-@pytest.fixture(params=list(FACTORIES))
+@pytest.fixture(params=BENCHES)
 def bench(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Bench]:
     with FACTORIES[request.param](tmp_path) as made:
         yield made
 
 
-@pytest.fixture(params=[name for name in FACTORIES if name not in WITHOUT_PLUG])
+@pytest.fixture(params=PLUGGED)
 def plugged(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Bench]:
     with FACTORIES[request.param](tmp_path) as made:
         yield made

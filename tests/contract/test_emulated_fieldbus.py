@@ -23,6 +23,8 @@ from rig.model.chain import Chain
 from rig.model.parameters import load_model
 from rig.realtime.clock import MonotonicClock
 
+pytestmark = pytest.mark.real_time
+
 MODEL = CONFIGS / "models/simulated.yaml"
 WAGO_V = 10.0 / 32760
 E1240_V = 10.0 / 65534

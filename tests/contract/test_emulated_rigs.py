@@ -59,6 +59,7 @@ roles: {{valve_1: myrio, valve_2: myrio, monitor_1: myrio, monitor_2: myrio, ang
 """
 
 
+@pytest.mark.real_time
 def test_roles_on_different_devices_and_valves_of_different_makes(tmp_path: Path) -> None:
     """One plant behind a myRIO and a Modbus module: valve 1 is 0-10 V for 0.9 MPa, valve 2 4-20 mA for 0.5 MPa."""
     (tmp_path / "mixed.yaml").write_text(MIXED.format(maps=CONFIGS / "modbus"))

@@ -4,6 +4,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -12,6 +14,7 @@ def pytest_in_the_lab(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
 
 
+@pytest.mark.real_time
 def test_the_reading_tests_pass_on_the_emulated_rig() -> None:
     done = pytest_in_the_lab(
         "tests/hardware", "-m", "hardware", "-k", "wire or safe", "--rig", "configs/rigs/emulated_myrio.yaml"

@@ -22,7 +22,7 @@ STANDSTILLS: Final = 6
 PATIENCE_S: Final = 240.0
 """Nor is it judged when its attempts took longer than this together: others wait."""
 NOT_JUDGED_AT_MOST: Final = 60
-"""Tests, of the 1400 that read the clock: with more the run has not passed."""
+"""Tests, of the 540 that read the clock: with more the run has not passed."""
 _LOOK_S: Final = 0.005
 _KEPT: Final = 64
 _SLOT: Final = struct.Struct("dd")

@@ -20,8 +20,6 @@ from rig.blind_check.sandbox import LAYERS
 from rig.blind_check.seal import new_key, open_sealed, seal
 from rig.errors import RecordError
 
-pytestmark = pytest.mark.real_time
-
 LABELS = {"seed": 7, "cases": [{"effects": ["valve_lag"]}, {"effects": []}]}
 
 PROBE = """
@@ -200,6 +198,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.real_time
 def test_nobody_goes_on_answering_for_a_check_that_was_ended(tmp_path: Path) -> None:
     """The answering process has its question in its command line; the workers hold the end of what they all print."""
     records, script = tmp_path / "questions" / "a" / "records", tmp_path / "asking.py"

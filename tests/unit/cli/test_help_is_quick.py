@@ -6,12 +6,9 @@ import subprocess
 import sys
 
 import click
-import pytest
 from conftest import ROOT
 
 from rig.cli.commands import COMMANDS
-
-pytestmark = pytest.mark.real_time
 
 HEAVY = {
     "numpy",

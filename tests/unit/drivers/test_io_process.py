@@ -14,8 +14,6 @@ from drivers.io_process.mailbox import LinkState, Mailbox, Mode, Report, Trip
 from drivers.io_process.worker import Exchange, Job, Worker
 from rig.errors import DeviceError, DeviceLost
 
-pytestmark = pytest.mark.real_time
-
 SAFE = (409.0,)
 SILENCE_NS = 25_000_000
 

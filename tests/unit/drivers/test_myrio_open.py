@@ -18,8 +18,6 @@ from hil.emulators.nifpga.shared import OPEN
 from rig.config import structure
 from rig.errors import ConfigError, DeviceLost, RigError
 
-pytestmark = pytest.mark.real_time
-
 
 @pytest.fixture
 def lab(tmp_path: Path) -> Iterator[Lab]:

@@ -18,8 +18,6 @@ from hil.emulators.nifpga.shared import CONTROL, OPEN, READ, WRITE
 from rig.errors import ConfigError, DeviceError, DeviceLost
 from rig.sample import Flag
 
-pytestmark = pytest.mark.real_time
-
 
 @pytest.fixture
 def lab(tmp_path: Path) -> Iterator[Lab]:

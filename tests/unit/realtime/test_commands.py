@@ -13,8 +13,6 @@ from rig.realtime.commands import CONTROL_PATIENCE_NS, Answer, Mailbox, Request,
 from rig.realtime.faults import Fault
 from rig.realtime.state import State
 
-pytestmark = pytest.mark.real_time
-
 SESSION = 77
 
 

@@ -10,8 +10,6 @@ import pytest
 from rig.realtime import measures
 from rig.realtime.measures import Measures
 
-pytestmark = pytest.mark.real_time
-
 ALL = {"gc_frozen", "timer_slack", "mlock", "cpu_dma_latency", "fifo"}
 
 

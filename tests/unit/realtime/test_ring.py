@@ -12,8 +12,6 @@ from rig.realtime.ring import Ring, RingReader, RingWriter
 from rig.realtime.shared import SharedBlock
 from rig.sample import WIRES, Sample, unpack
 
-pytestmark = pytest.mark.real_time
-
 
 def sample(tick: int) -> Sample:
     return Sample(*[tick if name == "tick" else 0 for name in WIRES])

@@ -29,8 +29,6 @@ from rig.service.settings import DaemonSettings, load_settings
 from rig.service.views import metrics
 from rig.service.views.notify import Notifier
 
-pytestmark = pytest.mark.real_time
-
 
 def install(root: Path, *arguments: str) -> str:
     outcome = CliRunner().invoke(service, ["install", "--root", str(root), *arguments], catch_exceptions=False)

@@ -12,12 +12,14 @@ from multiprocessing import active_children
 from pathlib import Path
 
 import pytest
+from conftest import ROOT
 from support.cluster_work import die, fail, leave_trace
 
 from rig.errors import RigError
 from rig.parallel import each, executor
 
 PIECES = 16
+TESTS = str(ROOT / "tests")
 
 
 def test_local_processes_do_every_piece_once(tmp_path: Path) -> None:
@@ -76,7 +78,7 @@ if __name__ == "__main__":
 def test_ctrl_c_ends_pieces_that_never_would_and_says_nothing(work: str, pieces: int, tmp_path: Path) -> None:
     script = tmp_path / "work.py"
     script.write_text(INTERRUPTED.replace("WORK", work))
-    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
+    environment = os.environ | {"PYTHONPATH": TESTS}
     process = subprocess.Popen(
         [sys.executable, str(script), str(tmp_path)],
         env=environment,
@@ -135,7 +137,7 @@ def test_a_cluster_that_is_not_there_is_one_clear_line(monkeypatch: pytest.Monke
 
 def _started(folder: Path, tool: str, *options: str) -> "subprocess.Popen[bytes]":
     """One process of the cluster, quiet, that can import the tests' work."""
-    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parent.parent)}
+    environment = os.environ | {"PYTHONPATH": TESTS}
     call = [sys.executable, "-m", f"distributed.cli.{tool}", "--no-dashboard", *options]
     return subprocess.Popen(call, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=environment, cwd=folder)
 
