@@ -9,7 +9,7 @@ import sys
 from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import pytest
 from hypothesis import settings
@@ -20,6 +20,7 @@ settings.register_profile("house", deadline=None, derandomize=True)  # the same 
 settings.load_profile("house")
 
 ROOT = Path(__file__).resolve().parent.parent
+T = TypeVar("T")
 
 pytest_plugins = ("support.rigs.page_rig", "support.plants.family_plants", "support.plants.begun_hunts")
 
@@ -153,6 +154,17 @@ def reads_the_clock(item: pytest.Item) -> bool:
     return real or item.get_closest_marker("real_time") is not None
 
 
+def holds_a_browser(item: Any) -> bool:
+    return "chromium" in item.fixturenames
+
+
+def arranged(clock: list[T], browser: list[T], rest: list[T], workers: int) -> list[T]:
+    """Each of several workers begins with a piece as long as the others' (`--dist worksteal`): what reads the clock
+    begins the first, what holds a browser the second, for each has a lane of its own."""
+    before = max((len(clock) + len(browser) + len(rest)) // workers - len(clock), 0) if workers > 1 else 0
+    return [*clock, *rest[:before], *browser, *rest[before:]]
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
     if seen := item.stash.get(_STANDSTILLS, None):
@@ -181,7 +193,7 @@ def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
 def lane_of(item: Any) -> Iterator[None]:
     """One test at a time, of all workers, reads the clock; one more may hold a browser, before a rig that bears
     seconds (decision 0712)."""
-    lane = "support/rigs/page_rig.py" if "chromium" in item.fixturenames else "conftest.py"
+    lane = "support/rigs/page_rig.py" if holds_a_browser(item) else "conftest.py"
     with (Path(__file__).parent / lane).open() as locked:
         fcntl.flock(locked, fcntl.LOCK_EX)
         try:
@@ -214,10 +226,16 @@ def may_come_forward() -> bool:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """What reads the clock first, so that one worker has it (decision 0712), or all in the order that was drawn;
-    hardware tests run only when a rig is named."""
+    """One worker has all that reads the clock, another what holds a browser (decisions 0712, 0723), or all is in the
+    order that was drawn; hardware tests run only when a rig is named."""
     seed = config.getoption("--shuffle")
-    items[:] = shuffled(items, seed) if seed is not None else sorted(items, key=lambda item: not reads_the_clock(item))
+    if seed is not None:
+        items[:] = shuffled(items, seed)
+    else:
+        browser = [item for item in items if holds_a_browser(item)]
+        clock = [item for item in items if reads_the_clock(item) and not holds_a_browser(item)]
+        rest = [item for item in items if not (reads_the_clock(item) or holds_a_browser(item))]
+        items[:] = arranged(clock, browser, rest, int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1")))
     for item in items:
         if reads_the_clock(item):
             again = functools.partial(may_run_again, item)

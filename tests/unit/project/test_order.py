@@ -1,9 +1,9 @@
-"""Who reads the clock goes first, and who computes steps back for it (decision 0712)."""
+"""Who reads the clock goes first, and who computes steps back for it (decisions 0712, 0723)."""
 
 import os
 
 import pytest
-from conftest import STEPS_BACK, may_come_forward, reads_the_clock
+from conftest import STEPS_BACK, arranged, holds_a_browser, may_come_forward, reads_the_clock
 
 BESIDE_OTHERS = "PYTEST_XDIST_WORKER" in os.environ
 
@@ -16,9 +16,22 @@ def nicer() -> int:
 def test_who_reads_the_clock_goes_first(request: pytest.FixtureRequest) -> None:
     if request.config.getoption("--shuffle") is not None:
         pytest.skip("in an order that was drawn")
-    clocks = [reads_the_clock(item) for item in request.session.items]
+    clocks = [reads_the_clock(item) for item in request.session.items if not holds_a_browser(item)]
     assert clocks == sorted(clocks, reverse=True)
     assert clocks.count(True) >= 1, "the test below"
+
+
+@pytest.mark.parametrize(
+    ("workers", "order"),
+    [
+        (1, ["clock"] * 2 + ["browser"] * 2 + ["rest"] * 8),
+        (3, ["clock"] * 2 + ["rest"] * 2 + ["browser"] * 2 + ["rest"] * 6),
+        (6, ["clock"] * 2 + ["browser"] * 2 + ["rest"] * 8),
+        (12, ["clock"] * 2 + ["browser"] * 2 + ["rest"] * 8),
+    ],
+)
+def test_clock_and_browsers_begin_the_pieces_of_two_workers(workers: int, order: list[str]) -> None:
+    assert arranged(["clock"] * 2, ["browser"] * 2, ["rest"] * 8, workers) == order
 
 
 @pytest.mark.skipif(not BESIDE_OTHERS, reason="there is nobody to step back for")
