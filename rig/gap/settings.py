@@ -117,8 +117,7 @@ Lower: usual records after a slow session are doubted."""
 EXCITED_POWER = 0.95
 """Share of a command's power below the frequency that counts as its fastest. More: harmonics of triangles count."""
 BEYOND_DAYS = (3.0, 10.0, 30.0, 100.0)
-"""Factors by which zeros, gains and lags that may differ without being a gap are enlarged, as one form of something
-unknown. Larger: a larger one is known to be unknown, and costs more."""
+"""Factors by which the patterns that may differ without being a gap are enlarged, as one form of something unknown."""
 EVEN_CHANCE = 0.5
 """Probability of none below which there is something."""
 FIRSTS_TRIED = 3

@@ -156,9 +156,8 @@ def heard(posterior: Posterior) -> dict[str, float]:
 
 def log_unknown(scene: Scene, expected: Gaussian, left: Column) -> float:
     """Evidence, beside what is `expected`, that there is something unknown in what is left (lines): as likely a broad
-    process as a zero, a gain and a lag larger than is ever expected."""
-    shifted = expected.differing_in(scene.factor.shifts)
-    return float(np.logaddexp(_log_broad(scene, expected, left), _log_beyond(shifted, left)) - np.log(2.0))
+    process as more of what days differ in than is ever expected."""
+    return float(np.logaddexp(_log_broad(scene, expected, left), _log_beyond(expected, left)) - np.log(2.0))
 
 
 def _log_broad(scene: Scene, expected: Gaussian, left: Column) -> float:

@@ -6,7 +6,6 @@ much the patterns that days differ in are larger or smaller on this rig is a fac
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
@@ -162,11 +161,6 @@ class Gaussian:
         taken = np.sum((self._weighed @ inverse) * self._weighed, axis=1)
         by_line = 0.5 * (stiff * left**2 + taken - self.effective / len(left))
         return stiff * sizes**2 + np.diag(inverse) - 1.0, by_line
-
-    def differing_in(self, places: Sequence[int]) -> "Gaussian":
-        """The same with these patterns as those that are all larger by one factor."""
-        others = [place for place in range(self.patterns.shape[1]) if place not in places]
-        return replace(self, patterns=self.patterns[:, [*places, *others]], between_days=len(places))
 
     def with_patterns(self, more: Column) -> "Gaussian":
         """The same with further patterns (l, k)."""

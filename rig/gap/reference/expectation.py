@@ -58,8 +58,6 @@ LOOP_STEP = 0.02
 balance's own precision."""
 BANK = "bank"
 """Any of the response model's terms."""
-SHIFTS = ("offset_mpa", "offset", "gain", "lag_s")
-"""Of all these a zero, a gain and a lag: what any instrument may be off by, whatever the rig does."""
 
 
 @dataclass(frozen=True)
@@ -72,8 +70,6 @@ class Factor:
     healthy: Gaussian
     floor: float
     """Rms that a gap has when there is none, in the columns' unit."""
-    shifts: tuple[int, ...] = ()
-    """Places of SHIFTS among what is expected to differ."""
 
     @cached_property
     def gap_lines(self) -> Column:
@@ -177,7 +173,6 @@ class Parts:
             self.gap,
             Gaussian(variance, self.columns * spread, self._effective(prior), prior.degrees, len(self.names)),
             levels.floor * self.span,
-            tuple(place for place, name in enumerate(self.names) if name in SHIFTS),
         )
 
     def _effective(self, prior: Prior) -> float:

@@ -1,6 +1,7 @@
 """Outputs and inputs in two modules, of which the one with the inputs is lost: the valves' module answers, and nothing
 may stand in the way of its safe set-points."""
 
+import contextlib
 import os
 import signal
 from collections.abc import Callable, Iterator
@@ -142,25 +143,23 @@ def test_a_module_with_valves_only_is_fed_while_nothing_is_driven(mode: Mode) ->
     """Its watchdog took the safe set-points away from a disarmed rig, which said that they had been seen."""
     running = rigs.wago("valves_only")
     settings = rigs.modbus_settings(running.places["io"], mode, watchdog_s=0.3)
-    device = ModbusIo(settings, rigs.context(Role.VALVE_1, Role.VALVE_2))
-    device.open()
-    device.safe()
-    assert not rigs.soon(lambda: bool(device.read()) and told(running) != rigs.SAFE, 1.0)
-    assert device.holds_safe() is True
-    device.write(0.3, 0.3)
-    assert rigs.soon(lambda: told(running) == (0.3, 0.3))
-    device.close()
+    with contextlib.closing(ModbusIo(settings, rigs.context(Role.VALVE_1, Role.VALVE_2))) as device:
+        device.open()
+        device.safe()
+        assert not rigs.soon(lambda: bool(device.read()) and told(running) != rigs.SAFE, 1.0)
+        assert device.holds_safe() is True
+        device.write(0.3, 0.3)
+        assert rigs.soon(lambda: told(running) == (0.3, 0.3))
 
 
 def test_outputs_that_stand_still_beside_another_input_module_are_fed() -> None:
     running = rigs.pair("fed_pair", rigs.BAUD, "wago")
     settings = rigs.pair_settings(running, map=rigs.MAPS / "wago_750.yaml", watchdog_s=0.3, patience_s=0.1)
-    device = ModbusIo(settings, rigs.context())
-    device.open()
-    device.write(0.3, 0.3)
-    assert rigs.soon(lambda: told(running) == (0.3, 0.3))
-    assert not rigs.soon(lambda: bool(device.read()) and told(running) != (0.3, 0.3), 1.0)
-    device.close()
+    with contextlib.closing(ModbusIo(settings, rigs.context())) as device:
+        device.open()
+        device.write(0.3, 0.3)
+        assert rigs.soon(lambda: told(running) == (0.3, 0.3))
+        assert not rigs.soon(lambda: bool(device.read()) and told(running) != (0.3, 0.3), 1.0)
 
 
 def test_a_device_that_holds_is_fed_after_another_of_the_rig_was_lost() -> None:

@@ -59,14 +59,6 @@ def test_with_a_level_surely_known_it_is_a_normal_density(seed: int, lines: int,
     assert wider - known == pytest.approx(expected, abs=1e-4)
 
 
-def test_any_patterns_may_be_those_that_are_larger() -> None:
-    one, residual = made(3, 12, 4)
-    usual, larger = one.differing_in([3, 1]).log_densities(residual, np.array([1.0, 10.0]))
-    scaled = replace(one, patterns=one.patterns * np.array([1.0, 10.0, 1.0, 10.0]))
-    expected = normal_density(scaled, residual) - normal_density(one, residual)
-    assert larger - usual == pytest.approx(expected, abs=1e-4)
-
-
 def test_what_days_may_differ_by_is_averaged_over() -> None:
     """Against the mean of many draws of the factor."""
     known, residual = made(7, 12, 4)
