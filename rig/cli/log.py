@@ -1,5 +1,6 @@
 """`pamrig log`: look into logs, check them, rescue them, and carry them to and from other tools."""
 
+import contextlib
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -149,13 +150,16 @@ def import_(
 
     own, said, terminal = parse_tags(tags, "--tag"), check_note(note, "--note"), console(json_to)
     made: list[dict[str, Any]] = []
-    for one in imports(files, mapping_path, output):
-        content = replace(one.content, run_facts=tagged(one.content.run_facts, own, said))
-        target = write_content(content, one.target)
-        terminal.print(f"{target}: {len(content.samples)} rows")
-        if one.not_kept and one.not_kept != (made[-1]["not_kept"] if made else []):
-            terminal.print(f"  not kept, by the mapping or for want of a field: {', '.join(one.not_kept)}")
-        made.append({"file": str(target), "records": len(content.samples), "not_kept": one.not_kept})
+    with contextlib.ExitStack() as undone:  # a disk that fills, or Ctrl-C, leaves no half of a day
+        for one in imports(files, mapping_path, output):
+            content = replace(one.content, run_facts=tagged(one.content.run_facts, own, said))
+            target = write_content(content, one.target)
+            undone.callback(target.unlink, missing_ok=True)
+            terminal.print(f"{target}: {len(content.samples)} rows")
+            if one.not_kept and one.not_kept != (made[-1]["not_kept"] if made else []):
+                terminal.print(f"  not kept, by the mapping or for want of a field: {', '.join(one.not_kept)}")
+            made.append({"file": str(target), "records": len(content.samples), "not_kept": one.not_kept})
+        undone.pop_all()
     emit((made[0] if len(made) == 1 else {}) | {"files": made}, json_to)
 
 

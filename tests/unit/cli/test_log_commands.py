@@ -8,7 +8,9 @@ import pytest
 from support.records.made_logs import assert_same_content, made_content, made_log
 
 from rig.cli.main import main
-from rig.log.convert import read_content, write_content
+from rig.errors import RecordError
+from rig.log import convert
+from rig.log.convert import LogContent, read_content, write_content
 from rig.log.reader import read
 from rig.report import log_figures
 
@@ -118,6 +120,24 @@ def test_a_folder_of_files_is_imported_by_one_call_or_not_at_all(call, tmp_path:
     (tmp_path / "c.csv").write_text("t_s,load_n\n0,0\n")
     status, _, err = call("log", "import", *files, tmp_path / "c.csv", "-o", tmp_path / "next")
     assert (status, "c.csv: no column dp_cmd_mpa" in err, (tmp_path / "next").exists()) == (2, True, False)
+
+
+def test_a_disk_that_fills_midway_leaves_no_half_of_a_day(
+    call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.csv").write_text("t_s,dp_cmd_mpa\n0,0\n1,1\n")
+
+    def until_full(content: LogContent, path: Path) -> Path:
+        if path.name == "b.mcap":
+            raise RecordError(f"{path}: cannot be written: No space left on device")
+        return write_content(content, path)
+
+    with monkeypatch.context() as full:
+        full.setattr(convert, "write_content", until_full)
+        status, _, err = call("log", "import", *sorted(tmp_path.glob("*.csv")), "-o", tmp_path / "day")
+    assert (status, "b.mcap: cannot be written" in err, [*(tmp_path / "day").iterdir()]) == (2, True, [])
+    assert call("log", "import", *sorted(tmp_path.glob("*.csv")), "-o", tmp_path / "day")[0] == 0
 
 
 def test_several_imports_say_as_json_what_one_says(call, tmp_path: Path) -> None:
