@@ -147,8 +147,8 @@ class Campaign:
     diagnoses: "dict[str | None, Diagnosis]"
     failed: dict[str, str]
     """Day -> why it could not be diagnosed, in one line."""
-    unwritten: "dict[str | None, str]"
-    """Day -> why a file of its diagnosis was not written, in one line; empty when all are."""
+    unwritten: list[str]
+    """Why files of some diagnoses were not written, a line each."""
 
     def complain(self) -> None:
         """RigError when days could not be diagnosed, all of them named, or files not written."""
@@ -156,9 +156,8 @@ class Campaign:
         if lines:
             count = len(self.failed) + len(self.diagnoses)
             lines[0] = f"{len(self.failed)} of {count} days could not be diagnosed: {lines[0]}"
-        lines += [why for why in self.unwritten.values() if why]
-        if lines:
-            raise RigError("; ".join(lines))
+        if lines or self.unwritten:
+            raise RigError("; ".join([*lines, *self.unwritten]))
 
 
 def diagnose_campaign(
@@ -178,7 +177,7 @@ def diagnose_campaign(
     ordered = [(case.name, *told[case.name]) for case in cases]
     found = {name: one for name, one, _ in ordered if one is not None}
     failed = {str(name): why for name, one, why in ordered if one is None}
-    campaign = Campaign(found, failed, {name: why for name, one, why in ordered if one is not None})
+    campaign = Campaign(found, failed, [why for _, one, why in ordered if one is not None and why])
     if not campaign.diagnoses:
         campaign.complain()
     return campaign

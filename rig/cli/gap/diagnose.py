@@ -114,7 +114,7 @@ def diagnose(
         with progress("diagnosing") as update:
             update(0.0, first_time())
             diagnosis, unwritten = diagnose_case(chosen, cases[0], days.sessions)
-        campaign = Campaign({cases[0].name: diagnosis}, {}, {cases[0].name: unwritten})
+        campaign = Campaign({cases[0].name: diagnosis}, {}, [unwritten] if unwritten else [])
     else:
         campaign = diagnose_campaign(chosen, cases, dask, workers)
     results = campaign.diagnoses

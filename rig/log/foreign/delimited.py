@@ -106,23 +106,18 @@ def numeric_columns(path: Path, style: Style) -> list[str]:
     return [name for name, more in zip(names, surplus, strict=True) if more <= 0]
 
 
-def stated_units(path: Path, style: Style) -> dict[str, str]:
-    """Column -> its unit as the line below the header says it, without brackets; nothing for a file without such a
-    line. RecordError as for `read_table`."""
-    if not style.units_row:
-        return {}
+def below_header(path: Path, style: Style) -> tuple[dict[str, str], dict[str, Stamp]]:
+    """Column -> the unit that the line below the header states, without brackets, where there is such a line; and
+    column -> its first time stamp, for those that begin with one. RecordError as for `read_table`."""
     lines = read_text(path).split("\n")
     names, first = _header(path, lines, style)
-    cells = next(csv.reader(lines[first - 1 : first], delimiter=style.separator), [])
-    return {name: cell.strip(" []()") for name, cell in zip(names, cells, strict=False) if cell.strip(" []()")}
 
+    def cells(line: int) -> Iterator[tuple[str, str]]:
+        return zip(names, next(csv.reader(lines[line : line + 1], delimiter=style.separator), []), strict=False)
 
-def first_stamps(path: Path, style: Style) -> dict[str, Stamp]:
-    """Column -> its first time stamp, for those that begin with one. RecordError as for `read_table`."""
-    lines = read_text(path).split("\n")
-    names, first = _header(path, lines, style)
-    cells = next(csv.reader(lines[first : first + 1], delimiter=style.separator), [])
-    return {name: found for name, cell in zip(names, cells, strict=False) if (found := stamp(cell)) is not None}
+    stated = ((name, cell.strip(" []()")) for name, cell in cells(first - 1)) if style.units_row else ()
+    stamps = ((name, stamp(cell)) for name, cell in cells(first))
+    return {name: unit for name, unit in stated if unit}, {name: found for name, found in stamps if found is not None}
 
 
 def read_text(path: Path) -> str:

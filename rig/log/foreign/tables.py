@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 
 from rig.errors import RecordError
-from rig.log.foreign.delimited import Style, first_stamps, read_table, stated_units
+from rig.log.foreign.delimited import Style, below_header, read_table
 from rig.log.foreign.units import conversion, spelt, unit_in_name
 from rig.log.mcap.columns import Array
 from rig.log.mcap.contents import map_file
@@ -98,8 +98,9 @@ def read_delimited(path: Path, style: Style, wanted: Collection[str]) -> RawTabl
     RecordError as for `read_table`.
     """
     table = read_table(path, style, wanted=wanted)
-    stamps = {name: found for name, found in first_stamps(path, style).items() if name in wanted}
-    units = {name: spelt(unit) for name, unit in stated_units(path, style).items()} | dict.fromkeys(stamps, "s")
+    stated, begun = below_header(path, style)
+    stamps = {name: found for name, found in begun.items() if name in wanted}
+    units = {name: spelt(unit) for name, unit in stated.items()} | dict.fromkeys(stamps, "s")
     facts: dict[str, Any] = {}
     if len(stamps) == 1:
         (first,) = stamps.values()

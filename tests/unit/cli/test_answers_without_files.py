@@ -72,10 +72,10 @@ def test_what_was_diagnosed_is_said_where_a_file_cannot_be_written(
 
 def test_a_campaign_says_of_which_days_a_file_is_missing() -> None:
     no_room = "day_tuesday.html: cannot be written: No space left on device"
-    campaign = Campaign({"monday": FOUND, "tuesday": FOUND}, {"friday": "no angle"}, {"monday": "", "tuesday": no_room})
+    campaign = Campaign({"monday": FOUND, "tuesday": FOUND}, {"friday": "no angle"}, [no_room])
     with pytest.raises(RigError, match=f"^1 of 3 days could not be diagnosed: friday: no angle; {no_room}$"):
         campaign.complain()
-    Campaign({"monday": FOUND}, {}, {"monday": ""}).complain()
+    Campaign({"monday": FOUND}, {}, []).complain()
 
 
 def a_hunt(folder: Path) -> hunting.HuntOptions:
