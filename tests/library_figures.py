@@ -23,8 +23,8 @@ from fmpy.fmi3 import FMU3Slave
 from support.plants.fmu_plant import make_fmu
 
 from rig.app.model.simulating import commands_of
-from rig.model.kernels import simulate
 from rig.model.parameters import load_model
+from rig.model.simulation import simulate
 from rig.qualify.benchmarks import figure
 from rig.qualify.figures.machine import machine
 from rig.qualify.figures.rounds import measured

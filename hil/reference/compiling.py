@@ -6,7 +6,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.model.machine_code import kernel
+from rig.model.compiled.machine_code import kernel
 
 Array = NDArray[np.float64]
 State = MutableSequence[float]
@@ -15,5 +15,5 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def compiled(function: F) -> F:
-    """Compile at the first call and keep the result on the disk: `rig.model.machine_code`."""
+    """Compile at the first call and keep the result on the disk: `rig.model.compiled.machine_code`."""
     return kernel(error_model="numpy")(function)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from rig.config import suggest
 from rig.errors import ConfigError
-from rig.model.external import is_external
+from rig.model.external.simulator import is_external
 
 OWN_FOLDERS = {"model": "models", "rig": "rigs", "map": "modbus", "input_map": "modbus"}
 """Setting of a device that names a file -> folder of pamrig's own files that may be named without path and suffix."""

@@ -154,8 +154,8 @@ def _model_change(
     """What the added effects (and another law of the mean pressure with them) change in the simulated angle (deg),
     shape (n,); nothing when either simulation fails."""
     from rig.gap.answer.how_far.augment import with_mean_exponent
-    from rig.model.kernels import simulate
     from rig.model.parameters import AddedEffect
+    from rig.model.simulation import simulate
 
     with_causes = replace(model, effects=[AddedEffect(each["effect"], dict(each["parameters"])) for each in added])
     if mean_exponent is not None:

@@ -10,8 +10,8 @@ from typing import Final
 import numpy as np
 
 from rig.excite.setpoints import around
-from rig.model.kernels import simulate
 from rig.model.parameters import Model
+from rig.model.simulation import simulate
 from rig.record import Column, Record
 
 REST_S: Final = 4.0

@@ -16,9 +16,9 @@ from rig.control.frequency_response import FrequencyResponse, best_linear_approx
 from rig.control.plant import plant_of
 from rig.control.tuning import controller
 from rig.gains import ClosedLoop
-from rig.model.kernels import simulate
 from rig.model.parameters import Model
 from rig.model.resample import on_clock
+from rig.model.simulation import simulate
 from rig.record import Column, Record
 
 AMPLITUDE_MPA: Final = 0.1

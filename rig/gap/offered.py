@@ -11,7 +11,7 @@ from rig.channels import EFFECTS_FACT, Channels, common
 from rig.config import suggest
 from rig.errors import ConfigError
 from rig.gap.hypotheses.library import LIBRARY
-from rig.model.external import KIND as EXTERNAL
+from rig.model.external.simulator import KIND as EXTERNAL
 from rig.model.parameters import Model
 from rig.record import Record
 

@@ -24,8 +24,8 @@ from rig.identify.search.stability import StabilityTerm, SweepRange, Verdict, ch
 from rig.identify.search.swarm import SwarmSettings
 from rig.identify.search.uncertainty import Uncertainty, local_uncertainty
 from rig.identify.validate import Score, angle_limit, excited_hz, score
+from rig.model.compiled.swarm import cores
 from rig.model.parameters import AddedEffect, Input, Model, StageKind, ValidRange
-from rig.model.swarm_kernel import cores
 from rig.record import Record
 
 _POOR = 0.05

@@ -12,9 +12,9 @@ from rig.identify.search.objective import predict
 from rig.identify.search.stability import SweepRange, Verdict, check_bounded
 from rig.model.chain import lay_out
 from rig.model.driving import driving_pressures
-from rig.model.fingerprint_check import fingerprint_trouble
-from rig.model.kernels import DIVERGED_DEG, before_sensor, run_stages
 from rig.model.parameters import Input, Model
+from rig.model.response.fingerprint_check import fingerprint_trouble
+from rig.model.simulation import DIVERGED_DEG, before_sensor, run_stages
 from rig.record import Column, Record
 
 _POWER_SHARE = 0.02

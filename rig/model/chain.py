@@ -1,18 +1,18 @@
 """The chain of stages of a model: laid out in order, and run tick by tick in pure Python.
 
-This is the simulator as the simulated rig drives it, without numpy, on the controller. `rig.model.kernels` compiles the
-same stages and runs whole records.
+This is the simulator as the simulated rig drives it, without numpy, on the controller. `rig.model.simulation` runs the
+same stages, compiled, over whole records.
 """
 
 from collections.abc import Mapping, Sequence
 
 from rig.config import suggest
 from rig.errors import ModelError
-from rig.model import stages
 from rig.model.effect_stages import EFFECT_STAGES, FORMER_NAMES
 from rig.model.effect_stages.timing import MOST_TICKS
-from rig.model.external import KIND as EXTERNAL
-from rig.model.external import External
+from rig.model.equations import stages
+from rig.model.external.simulator import KIND as EXTERNAL
+from rig.model.external.simulator import External
 from rig.model.parameters import (
     KINDS,
     AddedEffect,

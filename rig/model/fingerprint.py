@@ -1,9 +1,9 @@
 """What `pamrig identify` leaves in a model's file beside the parameters, so that the file alone is worth a day of
 records.
 
-The numbers of a response model (`rig.model.response`), what it misses of the records that it was fitted to, their
+The numbers of a response model (`rig.model.response.model`), what it misses of the records that it was fitted to, their
 noise, and the range that they showed. Plain data, read and written with the model;
-`rig.identify.response.fingerprint` makes it, `rig.model.fingerprint_check` says whether it may be used.
+`rig.identify.response.fingerprint` makes it, `rig.model.response.fingerprint_check` says whether it may be used.
 """
 
 from dataclasses import dataclass
@@ -42,15 +42,15 @@ class Fingerprint:
     regulators_s: tuple[tuple[float, float, float], ...] = ()
     """Dead time, fill and exhaust time constant of each valve."""
     corrections: tuple[tuple[float, ...], ...] = ()
-    """Of each valve: what its monitor shows beside the regulator, see `rig.model.response.regulator_terms`; none where
-    the pressures are virtual, and in version 1."""
+    """Of each valve: what its monitor shows beside the regulator, see `rig.model.response.model.regulator_terms`;
+    none where the pressures are virtual, and in version 1."""
     weights: tuple[float, ...] = ()
-    """Of the bank, see `rig.model.response_kernels`."""
+    """Of the bank, see `rig.model.compiled.response`."""
     viscous_s: float = 0.0
     inertia_s: float = 0.0
     slip: tuple[float, ...] = ()
     curve: tuple[float, ...] = ()
-    """The joint's balance, see `rig.model.response.Balance`."""
+    """The joint's balance, see `rig.model.response.model.Balance`."""
     exponent: float = 1.0
     misfit_deg: float = 0.0
     """Rms that the response model leaves of the angles it was fitted to."""
@@ -67,4 +67,4 @@ class Fingerprint:
     mean_mpa: tuple[float, float] = (0.0, 0.0)
     """Lowest and highest drive d and mean pressure that the records showed; outside of it nothing is known."""
     day: str = ""
-    """The records themselves, see `rig.model.kept_day`; none in versions 1 and 2."""
+    """The records themselves, see `rig.model.response.kept_day`; none in versions 1 and 2."""

@@ -2,7 +2,7 @@
 valid for.
 
 Reads and writes the YAML files of `configs/models`. It knows which kinds of stage each slot has and the names of their
-parameters, and nothing about running them (see `rig.model.chain` and `rig.model.kernels`).
+parameters, and nothing about running them (see `rig.model.chain` and `rig.model.simulation`).
 """
 
 import dataclasses
@@ -17,9 +17,9 @@ import yaml
 from rig.channels import PNEUMATIC, Channels, check_channels
 from rig.config import bounded, read_yaml, structure, suggest, unstructure
 from rig.errors import ModelError
-from rig.model.external import KIND as EXTERNAL
-from rig.model.external import PATIENCE_S, PYTHON, is_external
-from rig.model.external import load as load_external
+from rig.model.external.simulator import KIND as EXTERNAL
+from rig.model.external.simulator import PATIENCE_S, PYTHON, is_external
+from rig.model.external.simulator import load as load_external
 from rig.model.fingerprint import FORMER, VERSION, Fingerprint
 from rig.outputs import Kind, write_text
 
@@ -66,7 +66,7 @@ class MuscleModel(StageModel):
 
     input: Input = Input.PRESSURE
     source: str = ""
-    """Of the kind external: python:MODULE:FUNCTION or an FMU, see `rig.model.external`."""
+    """Of the kind external: python:MODULE:FUNCTION or an FMU, see `rig.model.external.simulator`."""
     names: dict[str, str] = field(default_factory=dict)
     """Of an FMU: our names of its inputs and its output -> its own."""
     patience_s: float = bounded(0.1, 86_400.0, "s", default=PATIENCE_S)

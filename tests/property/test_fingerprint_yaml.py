@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rig.model.fingerprint import READ, Fingerprint, PressureSource
-from rig.model.fingerprint_check import fingerprint_checksum, fingerprint_trouble
 from rig.model.parameters import Model, load_model, save_model
+from rig.model.response.fingerprint_check import fingerprint_checksum, fingerprint_trouble
 
 RIG = load_model(Path(__file__).parents[2] / "configs" / "models" / "simulated.yaml")
 NUMBER = st.floats(allow_nan=False, allow_infinity=False, width=64)

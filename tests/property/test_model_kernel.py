@@ -5,9 +5,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from rig.model.kernels import compiled
-from rig.model.stages import modified_bouc_wen
-from rig.model.swarm_kernel import (
+from rig.model.compiled.stages import compiled
+from rig.model.compiled.swarm import (
     BLOCK,
     HOPELESS,
     lay_inputs,
@@ -16,6 +15,7 @@ from rig.model.swarm_kernel import (
     swarm_errors,
     swarm_peaks,
 )
+from rig.model.equations.stages import modified_bouc_wen
 
 ANYTHING = [
     (0.0, 1.2),

@@ -98,7 +98,7 @@ def diagnose_case(
 
 def first_time() -> str:
     """Why the first diagnosis on a machine takes a minute more; empty ever after."""
-    from rig.model.kernels import is_machine_code_kept
+    from rig.model.compiled.stages import is_machine_code_kept
 
     return "" if is_machine_code_kept() else "the first time: compiling"
 

@@ -20,10 +20,10 @@ from rig.gap.reference.build import AUTO, Kind, choose, expect, from_response, k
 from rig.gap.settings import fitted
 from rig.identify.response.fingerprint import fingerprint_of
 from rig.model.fingerprint import Fingerprint, PressureSource
-from rig.model.kept_day import unpacked
-from rig.model.kernels import simulate
 from rig.model.parameters import Model, load_model
-from rig.model.response import response_of
+from rig.model.response.kept_day import unpacked
+from rig.model.response.model import response_of
+from rig.model.simulation import simulate
 from rig.record import Record
 from rig.rig_config import load_rig
 

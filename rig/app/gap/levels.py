@@ -28,8 +28,8 @@ from rig.gap.records.pairs import pair_up
 from rig.gap.reference.build import SISTER, Expected, Kind, expect
 from rig.gap.reference.expectation import Parts
 from rig.gap.settings import Fitted, Levels, Prior, Provenance, fitted
-from rig.model.fingerprint_check import fingerprint_checksum
 from rig.model.parameters import Model
+from rig.model.response.fingerprint_check import fingerprint_checksum
 from rig.outputs import Kind as Output
 from rig.outputs import write_text
 from rig.parallel import executor

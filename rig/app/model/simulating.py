@@ -15,10 +15,10 @@ from rig.excite.experiment import expand, load_sweep
 from rig.excite.setpoints import around
 from rig.log.convert import write_record
 from rig.log.reader import read
-from rig.model.external import KIND as EXTERNAL
-from rig.model.kernels import simulate
+from rig.model.external.simulator import KIND as EXTERNAL
 from rig.model.parameters import Input, Model, load_model
 from rig.model.resample import set_points
+from rig.model.simulation import simulate
 from rig.outputs import targets_in
 from rig.own_units import own_plain
 from rig.record import MAIN_COLUMNS, Record

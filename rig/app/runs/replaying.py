@@ -27,7 +27,7 @@ from rig.log.replay import (
     program_of,
     recorded_period_ns,
 )
-from rig.model.external import KIND as EXTERNAL
+from rig.model.external.simulator import KIND as EXTERNAL
 from rig.outputs import check_free, targets_in
 from rig.own_units import own_plain
 from rig.realtime.program import Program

@@ -14,8 +14,8 @@ import numpy as np
 
 from rig.interfaces import Role
 from rig.log.convert import write_record
-from rig.model.kernels import simulate
 from rig.model.parameters import Model
+from rig.model.simulation import simulate
 from rig.realtime.program import Program
 from rig.record import Record
 from rig.rig_config import DeviceEntry, RigConfig

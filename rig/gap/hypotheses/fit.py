@@ -38,7 +38,7 @@ from rig.gap.settings import (
 from rig.identify.response.descent import Fit as Descent
 from rig.identify.response.descent import descend
 from rig.model.effect_stages import EFFECT_STAGES
-from rig.model.response import ResponseModel
+from rig.model.response.model import ResponseModel
 from rig.record import Column
 
 EXACT = 0.0

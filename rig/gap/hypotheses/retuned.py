@@ -17,7 +17,7 @@ from rig.gap.reference.expectation import REGULATOR_PATTERNS, REGULATOR_STEP, Pa
 from rig.gap.response.nominal import Reference
 from rig.gap.response.propagate import Applied, Course, Ready, Track, pressures_with, ready
 from rig.gap.settings import FASTEST_REGULATOR, FactorLevels
-from rig.model.response import Regulator, ResponseModel
+from rig.model.response.model import Regulator, ResponseModel
 from rig.record import Column
 
 

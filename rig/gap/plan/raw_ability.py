@@ -13,8 +13,8 @@ from rig.gap.plan.directions import unit_of
 from rig.gap.raw_tests.read import read_signatures
 from rig.gap.records.pairs import pair_up
 from rig.model.effect_stages import EFFECT_STAGES
-from rig.model.kernels import simulate
 from rig.model.parameters import AddedEffect, Model
+from rig.model.simulation import simulate
 from rig.record import Record
 
 RAW: Final = "raw samples"

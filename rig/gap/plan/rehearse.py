@@ -20,10 +20,10 @@ from rig.gap.reference.unrepeated import of_tracks
 from rig.gap.response.propagate import Track
 from rig.gap.settings import Fitted
 from rig.identify.response.response_fit import GRID_S
-from rig.model.external import KIND as EXTERNAL
-from rig.model.kernels import simulate
+from rig.model.external.simulator import KIND as EXTERNAL
 from rig.model.parameters import Model
-from rig.model.response import ResponseModel
+from rig.model.response.model import ResponseModel
+from rig.model.simulation import simulate
 from rig.record import Column, Record
 
 

@@ -9,7 +9,7 @@ from rig.errors import RecordError
 from rig.gap.records.pairs import Pair, Pairing, pair_up
 from rig.gap.records.settings import LEAST_COVERED_SAID, LEAST_KEPT
 from rig.model.fingerprint import Fingerprint
-from rig.model.kept_day import unpacked
+from rig.model.response.kept_day import unpacked
 from rig.record import Record
 
 

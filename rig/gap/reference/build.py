@@ -26,11 +26,12 @@ from rig.gap.reference.simulated import Modelled, at_rest, followed, modelled
 from rig.gap.response.nominal import Reference, describe, mean_session, references_of
 from rig.gap.response.propagate import Applied, Course, Track, angle_under, lay_tracks, ready, response_with
 from rig.gap.settings import LAG_SAID, OUTSIDE_SEEN, RUNS_OFF
+from rig.model.compiled.columns import drive
 from rig.model.fingerprint import Fingerprint, PressureSource
-from rig.model.fingerprint_check import fingerprint_trouble
-from rig.model.kernels import drive, simulate
 from rig.model.parameters import Input, Model
-from rig.model.response import ResponseModel, response_of
+from rig.model.response.fingerprint_check import fingerprint_trouble
+from rig.model.response.model import ResponseModel, response_of
+from rig.model.simulation import simulate
 from rig.record import Column
 
 AUTO = "auto"

@@ -32,15 +32,15 @@ from rig.gap.settings import (
     FactorLevels,
     Prior,
 )
-from rig.model.drive import LEAST_SHARE
+from rig.model.compiled.response import RESPONSE_TERMS, regulated, response_terms
 from rig.model.effect_stages.valve import ATMOSPHERE_MPA
-from rig.model.response import ResponseModel, regulator_terms
-from rig.model.response_kernels import RESPONSE_TERMS, regulated, response_terms
+from rig.model.equations.drive import LEAST_SHARE
+from rig.model.response.model import ResponseModel, regulator_terms
 from rig.record import Column
 
 VALVE_PATTERNS = ("offset_mpa", "gain", "lag_s", "curvature_s2", "one_way_s", "bend")
-"""What is unsure of each regulator with its monitor, the first of `rig.model.response.regulator_terms`: zero, gain,
-first and second order of its answer, filling against exhausting, curvature of its characteristic."""
+"""What is unsure of each regulator with its monitor, the first of `rig.model.response.model.regulator_terms`: zero,
+gain, first and second order of its answer, filling against exhausting, curvature of its characteristic."""
 REGULATOR_PATTERNS = ("regulators", "one_way")
 """What is unsure of both regulators alike, which are of one make: their time constant, and that of exhausting against
 filling; relative."""

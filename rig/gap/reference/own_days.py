@@ -26,7 +26,7 @@ from rig.gap.settings import (
     FactorLevels,
     Prior,
 )
-from rig.model.response import ResponseModel
+from rig.model.response.model import ResponseModel
 from rig.record import Column
 
 ROUNDS = 10

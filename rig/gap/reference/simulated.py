@@ -9,8 +9,8 @@ from rig.columns import rms
 from rig.errors import RigError
 from rig.gap.records.pairs import Pair, Pairing
 from rig.gap.records.usable import beyond_reach, check_reach, farther
-from rig.model.kernels import simulate
 from rig.model.parameters import Model
+from rig.model.simulation import simulate
 from rig.record import Column
 
 

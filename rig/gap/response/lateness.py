@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rig.model.kernels import compiled
+from rig.model.compiled.stages import compiled
 from rig.model.slots import Values
 from rig.record import Column
 

@@ -2,7 +2,7 @@
 never to the case.
 
 The response model is used in differences only: what an effect changes in it is added to the measured baseline, so its
-own misfit cancels. The model is `rig.model.response`, its fits are `rig.identify.response.response_fit`.
+own misfit cancels. The model is `rig.model.response.model`, its fits are `rig.identify.response.response_fit`.
 """
 
 from collections.abc import Sequence
@@ -12,9 +12,9 @@ import numpy as np
 
 from rig.gap.records.pairs import Pair
 from rig.identify.response.response_fit import Drive, Line, fit_regulator, fit_response
+from rig.model.compiled.response import regulated
 from rig.model.parameters import Model
-from rig.model.response import Regulator, ResponseModel, regulators_of
-from rig.model.response_kernels import regulated
+from rig.model.response.model import Regulator, ResponseModel, regulators_of
 from rig.record import Column
 
 

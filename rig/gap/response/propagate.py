@@ -19,10 +19,10 @@ from rig.gap.records.pairs import Pair
 from rig.gap.response.lateness import IN_TIME, Lateness, delayed, displaced
 from rig.gap.response.nominal import Reference
 from rig.gap.response.quiet import without_noise
-from rig.model.drive import LEAST_SHARE
+from rig.model.compiled.stages import over_records
 from rig.model.effect_stages import EFFECT_STAGES
-from rig.model.kernels import over_records
-from rig.model.response import ResponseModel
+from rig.model.equations.drive import LEAST_SHARE
+from rig.model.response.model import ResponseModel
 from rig.model.slots import AHEAD, Slot
 from rig.record import Column
 

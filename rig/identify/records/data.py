@@ -16,7 +16,7 @@ from rig.errors import RecordError
 from rig.identify.records.mix_ups import mix_ups, strange_clock
 from rig.identify.records.monitors import dead_monitor
 from rig.model.driving import driving_pressures
-from rig.model.external import KIND as EXTERNAL
+from rig.model.external.simulator import KIND as EXTERNAL
 from rig.model.parameters import Input, Model
 from rig.model.resample import commanded, is_regular, on_grid
 from rig.record import Column, Record

@@ -9,9 +9,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from rig.model.compiled.response import RESPONSE_TERMS, response_terms
 from rig.model.driving import driving_pressures
 from rig.model.parameters import Input
-from rig.model.response_kernels import RESPONSE_TERMS, response_terms
 from rig.record import Column, Record
 
 LEAST = 0.01

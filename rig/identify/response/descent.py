@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.model.machine_code import kernel
+from rig.model.compiled.machine_code import kernel
 from rig.record import Column
 
 STANDS = 1e-4

@@ -24,14 +24,14 @@ from rig.identify.response.response_fit import (
     fit_response,
     mean_pressure_moves,
 )
+from rig.model.compiled.columns import drive
+from rig.model.compiled.response import RESPONSE_TERMS, regulated
 from rig.model.fingerprint import Fingerprint, PressureSource
-from rig.model.fingerprint_check import fingerprint_checksum
-from rig.model.kept_day import packed
-from rig.model.kernels import drive
 from rig.model.parameters import Input, Model
 from rig.model.resample import set_points
-from rig.model.response import REGULATOR_TERMS, Regulator, regulators_of
-from rig.model.response_kernels import RESPONSE_TERMS, regulated
+from rig.model.response.fingerprint_check import fingerprint_checksum
+from rig.model.response.kept_day import packed
+from rig.model.response.model import REGULATOR_TERMS, Regulator, regulators_of
 from rig.record import Column, Record
 from rig.smoothing import smoothed
 

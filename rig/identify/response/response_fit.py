@@ -1,4 +1,4 @@
-"""Fits of the response model (`rig.model.response`) to records on a regular grid.
+"""Fits of the response model (`rig.model.response.model`) to records on a regular grid.
 
 Nothing is known here of sessions, pairs or files: a `Drive` holds the columns of one record.
 """
@@ -11,10 +11,10 @@ import numpy as np
 from rig.columns import rms
 from rig.identify.response.descent import descend
 from rig.identify.response.nonnegative import nonnegative
-from rig.model.joint_balance import LOOP_RADII_DEG, REACHES_DEG, SHARES
-from rig.model.kernels import drive
-from rig.model.response import NO_FRICTION, REGULATOR_TERMS, Balance, Regulator, ResponseModel, regulator_terms
-from rig.model.response_kernels import RESPONSE_TERMS, regulated, response_terms, stops
+from rig.model.compiled.columns import drive
+from rig.model.compiled.response import RESPONSE_TERMS, regulated, response_terms, stops
+from rig.model.equations.joint_balance import LOOP_RADII_DEG, REACHES_DEG, SHARES
+from rig.model.response.model import NO_FRICTION, REGULATOR_TERMS, Balance, Regulator, ResponseModel, regulator_terms
 from rig.record import Column
 from rig.smoothing import smoothed
 

@@ -15,10 +15,10 @@ from rig.columns import rms
 from rig.errors import RecordError
 from rig.identify.response.descent import descend
 from rig.identify.search.uncertainty import independent_samples, inverse_information, spread_within
-from rig.model.kernels import compiled
+from rig.model.compiled.stages import compiled
+from rig.model.equations.stages import regulators
 from rig.model.parameters import Parameter, StageKind, StageModel
 from rig.model.resample import held_commands, on_grid
-from rig.model.stages import regulators
 from rig.record import Column, Record
 
 _BOUNDS = {

@@ -14,10 +14,11 @@ from rig.identify.records.data import Prepared
 from rig.identify.search.space import Space
 from rig.identify.search.stability import StabilityTerm
 from rig.model.chain import lay_out
-from rig.model.kernels import DIVERGED_DEG, before_sensor, drive, run_stages
+from rig.model.compiled.columns import drive
+from rig.model.compiled.swarm import HOPELESS, LAW, Table, lay_inputs, swarm_courses, swarm_errors
 from rig.model.parameters import Model, StageKind
+from rig.model.simulation import DIVERGED_DEG, before_sensor, run_stages
 from rig.model.slots import Placed, Slot
-from rig.model.swarm_kernel import HOPELESS, LAW, Table, lay_inputs, swarm_courses, swarm_errors
 from rig.record import Column
 
 _BW_NAMES = {"xi1": "xi", "phi1": "psi", "beta1": "beta"}
@@ -50,7 +51,7 @@ class Objective(Protocol):
 
 
 def muscle_input(model: Model, p1_mpa: Column, p2_mpa: Column) -> Column:
-    """u of (11) in the model's unit, as `rig.model.stages.modified_bouc_wen` forms it."""
+    """u of (11) in the model's unit, as `rig.model.equations.stages.modified_bouc_wen` forms it."""
     muscle = model.muscle
     return drive(p1_mpa, p2_mpa, model.p0_mpa, muscle.value("mean_exponent")) / muscle.value("u_unit_mpa")
 

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from rig.errors import ModelError
 from rig.excite.signals import MIXED_PARTS, Mixed, Signal, Sine, Triangle, sampled
-from rig.model.external import KIND as EXTERNAL
-from rig.model.kernels import simulate
+from rig.model.compiled.swarm import Inputs, lay_inputs, swarm_peaks
+from rig.model.external.simulator import KIND as EXTERNAL
 from rig.model.parameters import Input, Model
-from rig.model.swarm_kernel import Inputs, lay_inputs, swarm_peaks
+from rig.model.simulation import simulate
 from rig.record import Column, Record
 
 Table = NDArray[np.float64]

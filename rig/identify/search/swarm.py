@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.fields import bounded
-from rig.model.machine_code import kernel
+from rig.model.compiled.machine_code import kernel
 
 Table = NDArray[np.float64]
 

@@ -8,13 +8,13 @@ that.
 import math
 from collections.abc import Sequence
 
-from rig.model.joint_balance import AT_REST_S, STATE_SIZE, balanced_angle, equilibrium_angle
+from rig.model.equations.joint_balance import AT_REST_S, STATE_SIZE, balanced_angle, equilibrium_angle
 from rig.model.slots import Values
 
 
 def balance_again(p1: Values, p2: Values, y: Values, state: Values, params: Sequence[float], dt_s: float) -> None:
-    """The joint's balance (`rig.model.joint_balance`) solved once more with something added: dry or viscous friction,
-    mass, a weight.
+    """The joint's balance (`rig.model.equations.joint_balance`) solved once more with something added: dry or viscous
+    friction, mass, a weight.
 
     y is the nominal angle. From it and from the nominal joint follows the angle to which the muscles pull; the same
     balance with the added terms is then solved for the new angle. Nothing added: y as it was.

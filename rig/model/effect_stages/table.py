@@ -10,7 +10,7 @@ from functools import cached_property
 from typing import Final
 
 from rig.model.effect_stages import joint, muscle, sensor, timing, valve
-from rig.model.joint_balance import LOOP_RADII_DEG, STATE_SIZE
+from rig.model.equations.joint_balance import LOOP_RADII_DEG, STATE_SIZE
 from rig.model.slots import Slot, StageFunction
 
 

@@ -23,7 +23,7 @@ SEEDS = range(1, 21)
 ROUNDS = 5
 _COMPILE = """
 import time, numpy as np
-from rig.model.swarm_kernel import lay_inputs, swarm_errors, swarm_peaks
+from rig.model.compiled.swarm import lay_inputs, swarm_errors, swarm_peaks
 from rig.identify.search.swarm import Swarm
 t = np.arange(64) * 0.005
 inputs = lay_inputs([np.sin(t)], [np.sin(t)], 0.005, [0])
@@ -176,7 +176,7 @@ def steps_per_second() -> float:
     """Of the bare kernel on one core, every lane busy."""
     import numpy as np
 
-    from rig.model.swarm_kernel import swarm_errors
+    from rig.model.compiled.swarm import swarm_errors
 
     objective, space = _objective()
     table = objective.law(np.random.default_rng(1).random((960, len(space))))
@@ -185,7 +185,7 @@ def steps_per_second() -> float:
 
 def _limit() -> dict[str, Any]:
     """Steps a second of the bare kernel with every lane busy."""
-    from rig.model.lanes import WIDTH
+    from rig.model.compiled.lanes import WIDTH
 
     rate = steps_per_second()
     return {
@@ -204,7 +204,7 @@ def _growth() -> dict[str, Any]:
     """Time of one ask as records, particles and cores grow, against 1 record, 60 particles, 1 core."""
     import numpy as np
 
-    from rig.model.swarm_kernel import cores, swarm_errors
+    from rig.model.compiled.swarm import cores, swarm_errors
 
     found: dict[str, Any] = {}
 

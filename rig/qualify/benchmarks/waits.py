@@ -69,7 +69,7 @@ def diagnosed(place: Path) -> dict[str, Any]:
 def identified(place: Path) -> dict[str, Any]:
     """`identify` of a session; the limit is every step of the model in all lanes of all cores."""
     from rig.log.reader import read
-    from rig.model.swarm_kernel import cores
+    from rig.model.compiled.swarm import cores
     from rig.qualify.benchmarks.identify import steps_per_second
 
     seconds = _pamrig(place, "identify", "day_1", "-o", "again.yaml", "--json", "identified.json")

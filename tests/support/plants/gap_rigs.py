@@ -11,8 +11,8 @@ import numpy as np
 from rig.blind_check.generate import nominal_model
 from rig.gap import diagnose
 from rig.gap.answer.result import Diagnosis
-from rig.model.kernels import simulate
 from rig.model.parameters import AddedEffect, Model, load_model
+from rig.model.simulation import simulate
 from rig.record import Record
 
 MODEL = Path(__file__).resolve().parents[3] / "configs" / "models" / "simulated.yaml"

@@ -232,7 +232,7 @@ def columns(gain: float, noise: int) -> dict[str, np.ndarray]:
 def test_realised_fraction_is_what_the_augmented_model_closes(stated: float | None, expected: float) -> None:
     model = gain_model()
     from rig.blind_check.source import records_of
-    from rig.model.kernels import simulate
+    from rig.model.simulation import simulate
 
     swing = np.ptp(simulate(model, records_of({"x": columns(1.0, 0)})[0], start_deg=0.0).angle_deg) / 80.0
     case, days = {"x": columns(1.0 + 0.1 * swing, 1)}, [{"x": columns(1.0, k)} for k in (2, 3, 4)]

@@ -13,8 +13,8 @@ from rig.cli.common import plain
 from rig.errors import ModelError, RecordError
 from rig.gap import diagnose
 from rig.gap.answer.words.sentences import answers
-from rig.model.kernels import simulate
 from rig.model.parameters import AddedEffect
+from rig.model.simulation import simulate
 from rig.record import Column, Record
 
 

@@ -27,8 +27,8 @@ from rig.gap.response.lateness import IN_TIME, Lateness, delayed, displaced
 from rig.gap.response.propagate import Applied, Course, late, ready, response_with
 from rig.gap.settings import fitted
 from rig.log.reader import read
+from rig.model.compiled.stages import compiled
 from rig.model.effect_stages import EFFECT_STAGES
-from rig.model.kernels import compiled
 from rig.record import Column, Record
 
 RECORDS = 3

@@ -10,9 +10,9 @@ from rig.gap import diagnose
 from rig.gap.answer.result import Interval
 from rig.gap.answer.words.on_the_rig import ON_THE_RIG
 from rig.gap.answer.words.sentences import headline
+from rig.model.compiled.stages import compiled
 from rig.model.effect_stages import EFFECT_STAGES
-from rig.model.joint_balance import LOOP_RADII_DEG, kept_slip
-from rig.model.kernels import compiled
+from rig.model.equations.joint_balance import LOOP_RADII_DEG, kept_slip
 from rig.model.parameters import AddedEffect
 from rig.record import Column
 

@@ -16,11 +16,11 @@ from rig.identify.response.fingerprint import make_fingerprint
 from rig.identify.search.stability import SweepRange
 from rig.identify.validate import validate
 from rig.model.fingerprint import Fingerprint, PressureSource
-from rig.model.fingerprint_check import fingerprint_checksum, fingerprint_trouble
-from rig.model.kept_day import unpacked
-from rig.model.kernels import simulate
 from rig.model.parameters import AddedEffect, Input, Model, SourceLog, load_model, save_model
-from rig.model.response import regulators_of, response_of
+from rig.model.response.fingerprint_check import fingerprint_checksum, fingerprint_trouble
+from rig.model.response.kept_day import unpacked
+from rig.model.response.model import regulators_of, response_of
+from rig.model.simulation import simulate
 from rig.record import Column, Record
 
 MODELS = Path(__file__).parents[3] / "configs" / "models"

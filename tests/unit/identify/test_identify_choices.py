@@ -16,9 +16,9 @@ from rig.identify.records.data import Options, best_input, prepare
 from rig.identify.records.zero import zero_shown
 from rig.identify.response.mean_law import hold, is_free, mean_law
 from rig.identify.search.swarm import SwarmSettings
-from rig.model.fingerprint_check import fingerprint_trouble
-from rig.model.kernels import simulate
 from rig.model.parameters import Input, StageKind, load_model
+from rig.model.response.fingerprint_check import fingerprint_trouble
+from rig.model.simulation import simulate
 from rig.record import Record
 
 RIG = load_model(Path(__file__).parents[3] / "configs" / "models" / "simulated.yaml")

@@ -18,8 +18,8 @@ from rig.identify.search.swarm import SwarmSettings
 from rig.identify.search.uncertainty import independent_samples
 from rig.identify.templates import Template, input_gain, rest_pressure, template_model
 from rig.identify.validate import excited_hz, score, validate
-from rig.model.kernels import simulate
 from rig.model.parameters import AddedEffect, Input, Model, Parameter, load_model
+from rig.model.simulation import simulate
 from rig.record import Record
 
 MODELS = Path(__file__).parents[3] / "configs" / "models"

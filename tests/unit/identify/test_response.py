@@ -14,8 +14,8 @@ from rig.identify.response.response_fit import (
     fit_response,
     mean_pressure_moves,
 )
-from rig.model.response import REGULATOR_TERMS, Balance, ResponseModel
-from rig.model.response_kernels import RESPONSE_TERMS, regulated
+from rig.model.compiled.response import RESPONSE_TERMS, regulated
+from rig.model.response.model import REGULATOR_TERMS, Balance, ResponseModel
 from rig.record import Column
 
 DT_S = 0.01

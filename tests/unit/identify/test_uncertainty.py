@@ -19,8 +19,8 @@ from rig.identify.search.space import Space
 from rig.identify.search.swarm import SwarmSettings
 from rig.identify.search.uncertainty import inverse_information, local_uncertainty
 from rig.identify.templates import Template, template_model
-from rig.model.kernels import simulate
 from rig.model.parameters import Input, Model, load_model
+from rig.model.simulation import simulate
 from rig.record import Record
 
 CONFIGS = Path(__file__).parents[3] / "configs" / "models"

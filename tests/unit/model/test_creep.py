@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rig.model.compiled.stages import compiled
 from rig.model.effect_stages import EFFECT_STAGES
-from rig.model.kernels import compiled
 from rig.record import Column
 
 DT_S = 0.02

@@ -18,8 +18,8 @@ from rig.identify.search.stability import SweepRange
 from rig.identify.validate import validate
 from rig.log.convert import write_record
 from rig.model.chain import Chain
-from rig.model.kernels import simulate
 from rig.model.parameters import AddedEffect, load_model, save_model
+from rig.model.simulation import simulate
 from rig.record import Record
 
 PLANT = f"""

@@ -13,7 +13,7 @@ def modules_after(code: str) -> list[str]:
 
 def test_the_first_kernel_loads_no_linear_algebra_of_scipy() -> None:
     code = (
-        "import numpy as np\nfrom rig.model.response_kernels import stops\n"
+        "import numpy as np\nfrom rig.model.compiled.response import stops\n"
         "print(stops(np.array([0.0, 1.0, 3.0]), np.array([2.0]), np.ones(1)).tolist())"
     )
     after = modules_after(code)
@@ -24,7 +24,7 @@ def test_the_first_kernel_loads_no_linear_algebra_of_scipy() -> None:
 
 def test_a_kernel_of_someone_else_still_finds_linear_algebra() -> None:
     code = (
-        "import numpy as np, numba\nimport rig.model.kernels\n"
+        "import numpy as np, numba\nimport rig.model.compiled.stages\n"
         "print(numba.njit(lambda a, b: np.dot(a, b))(np.ones(3), np.ones(3)))"
     )
     after = modules_after(code)

@@ -7,8 +7,10 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rig.model.compiled.columns import balanced
+from rig.model.compiled.stages import compiled
 from rig.model.effect_stages import EFFECT_STAGES
-from rig.model.joint_balance import (
+from rig.model.equations.joint_balance import (
     DRY,
     LOOP_RADII_DEG,
     NEW,
@@ -22,7 +24,6 @@ from rig.model.joint_balance import (
     moved_on,
     on_its_line,
 )
-from rig.model.kernels import balanced, compiled
 
 DT_S = 0.005
 P0_MPA = 0.2

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from rig.conditions import conditions
 from rig.errors import ModelError
-from rig.model.kept_day import KEPT_PERIOD_S, MOST_S, packed, unpacked
+from rig.model.response.kept_day import KEPT_PERIOD_S, MOST_S, packed, unpacked
 from rig.record import Record
 
 PERIOD_S = 0.005

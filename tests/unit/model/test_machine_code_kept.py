@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from conftest import ROOT
 
-from rig.model import lanes
+from rig.model.compiled import lanes
+from rig.model.compiled.machine_code import kept, kernel, made_of
 from rig.model.effect_stages.joint import stiffness
-from rig.model.machine_code import kept, kernel, made_of
 
 
 def with_globals(function: FunctionType, **others: object) -> FunctionType:
@@ -80,14 +80,14 @@ def test_a_kernel_above_what_it_calls_is_refused() -> None:
 
 CALLS = "import caller; print(caller.answer(1.0))"
 CALLER = """
-from rig.model.machine_code import kernel
+from rig.model.compiled.machine_code import kernel
 from called import FACTOR, called
 @kernel()
 def answer(x):
     return FACTOR * called(x)
 """
 CALLED = """
-from rig.model.machine_code import kernel
+from rig.model.compiled.machine_code import kernel
 FACTOR = 2.0
 @kernel()
 def called(x):

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from rig.errors import ConfigError, ModelError, RecordError
-from rig.model import stages
 from rig.model.chain import Chain, lay_out
-from rig.model.kernels import simulate
+from rig.model.equations import stages
 from rig.model.parameters import AddedEffect, Input, Model, Parameter, StageModel, load_model, save_model
+from rig.model.simulation import simulate
 from rig.model.slots import Slot
 from rig.record import Record
 

@@ -9,7 +9,7 @@ import pytest
 from rig.excite.signals import Mixed, Signal, Sine, Triangle
 from rig.identify.search.stability import excitation
 from rig.model.chain import lay_out
-from rig.model.kernels import compiled
+from rig.model.compiled.stages import compiled
 from rig.model.paper import DEGREES_PER_RADIAN, FIG_1, FIG_1_READING, LITERAL, TABLE_3, Reading, printed_model
 
 SWEEP = [Sine(f, 0.2) for f in (0.2, 0.5, 0.8)]

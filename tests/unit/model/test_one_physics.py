@@ -7,12 +7,13 @@ import pytest
 
 from rig.columns import rms, white_noise
 from rig.excite.setpoints import around
-from rig.model import stages
 from rig.model.chain import place_effect
-from rig.model.drive import mean_pressure_factor
+from rig.model.compiled.columns import balanced, drive
+from rig.model.compiled.stages import compiled
 from rig.model.effect_stages import EFFECT_STAGES
-from rig.model.joint_balance import LOOP_RADII_DEG
-from rig.model.kernels import balanced, compiled, drive
+from rig.model.equations import stages
+from rig.model.equations.drive import mean_pressure_factor
+from rig.model.equations.joint_balance import LOOP_RADII_DEG
 from rig.model.parameters import AddedEffect
 
 ANGLE = 15.0 * np.sin(np.linspace(0.0, 12.0, 2400))

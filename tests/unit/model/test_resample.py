@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rig.model.kernels import simulate
 from rig.model.parameters import AddedEffect, Model, MuscleModel, Parameter, StageKind
 from rig.model.resample import on_grid
+from rig.model.simulation import simulate
 from rig.record import Column, Record
 
 OWN_S, LONGER_S = 0.005, 0.02

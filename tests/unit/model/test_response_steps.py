@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from rig.model.response_kernels import RESPONSE_TERMS, STEP_S, propagated, regulated, response_terms
+from rig.model.compiled.response import RESPONSE_TERMS, STEP_S, propagated, regulated, response_terms
 from rig.record import Column
 
 HERTZ = 0.5

@@ -15,8 +15,8 @@ from rig.gap.answer.result import Diagnosis
 from rig.gap.reference.build import Expected, commanded_gaps, from_own_zeros
 from rig.gap.response.propagate import Applied, full_numbers
 from rig.identify.response.descent import square_sum
-from rig.model.kernels import simulate
 from rig.model.parameters import AddedEffect, Model
+from rig.model.simulation import simulate
 from rig.record import Column
 
 MEAN_EXPONENTS = (0.6, 0.7, 0.8, 0.9, 1.0)

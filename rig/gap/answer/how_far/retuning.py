@@ -18,8 +18,8 @@ from rig.gap.reference.build import Expected
 from rig.gap.reference.simulated import at_rest
 from rig.identify.provenance import FITTED_AGAIN
 from rig.identify.response.descent import Fit, descend, square_sum
-from rig.model.kernels import simulate
 from rig.model.parameters import Model, Parameter, StageModel
+from rig.model.simulation import simulate
 from rig.record import Column
 
 STEPS = 5

@@ -15,8 +15,8 @@ from rig.app.gap.baselines import sessions_of
 from rig.cli.gap.group import gap
 from rig.errors import RecordError, RigError
 from rig.excite.experiment import load_sweep
-from rig.model.kernels import simulate
 from rig.model.parameters import AddedEffect, load_model
+from rig.model.simulation import simulate
 from rig.record import Record
 
 

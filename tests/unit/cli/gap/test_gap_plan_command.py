@@ -12,8 +12,8 @@ from rig.app.model.simulating import commands_of
 from rig.cli.commands import cli
 from rig.errors import RigError
 from rig.excite.experiment import load_sweep
-from rig.model.kernels import simulate
 from rig.model.parameters import load_model
+from rig.model.simulation import simulate
 
 MODEL = "configs/models/simulated.yaml"
 

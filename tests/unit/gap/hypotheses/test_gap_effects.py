@@ -9,9 +9,9 @@ from support.plants.gap_rigs import model
 
 from rig.gap.hypotheses.library import LIBRARY, alike
 from rig.model.chain import lay_out
+from rig.model.compiled.stages import compiled
 from rig.model.effect_stages import EFFECT_STAGES
 from rig.model.effect_stages.valve import ATMOSPHERE_MPA
-from rig.model.kernels import compiled
 from rig.model.parameters import AddedEffect
 from rig.report.effects_page import effects_markdown
 

@@ -27,8 +27,8 @@ from rig.gap.plan.rehearse import Rig, factors_of, rehearse, within
 from rig.gap.records.usable import usable
 from rig.gap.response.propagate import Applied
 from rig.gap.settings import SESSION_S, Odds, fitted
-from rig.model.kernels import simulate
 from rig.model.parameters import load_model
+from rig.model.simulation import simulate
 from rig.record import Column
 
 PERIOD_NS = 10_000_000

@@ -11,8 +11,8 @@ from rig.errors import RecordError
 from rig.gap.records.kept import pair_with_kept
 from rig.gap.records.pairs import pair_up
 from rig.model.fingerprint import Fingerprint
-from rig.model.kept_day import packed
-from rig.model.kernels import simulate
+from rig.model.response.kept_day import packed
+from rig.model.simulation import simulate
 from rig.record import Record
 
 P0_MPA = 0.2

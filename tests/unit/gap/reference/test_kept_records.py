@@ -9,8 +9,8 @@ from support.plants.gap_rigs import SWEEPS, model, session
 from rig.gap import diagnose
 from rig.gap.answer.result import Diagnosis
 from rig.identify.response.fingerprint import fingerprint_of
-from rig.model.fingerprint_check import fingerprint_checksum
 from rig.model.parameters import AddedEffect, Model
+from rig.model.response.fingerprint_check import fingerprint_checksum
 from rig.record import Record
 
 COG_DEG, PER_DEG = 0.4, 2.0

@@ -10,8 +10,8 @@ from conftest import ROOT
 
 from rig.app.model.simulating import commands_of
 from rig.gap import diagnose
-from rig.model.kernels import simulate
 from rig.model.parameters import load_model
+from rig.model.simulation import simulate
 from rig.record import Record
 
 MODEL = load_model(ROOT / "configs" / "models" / "simulated.yaml")

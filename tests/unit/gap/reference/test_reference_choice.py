@@ -9,8 +9,8 @@ from conftest import ROOT
 from rig.errors import ConfigError
 from rig.gap.reference.build import Kind, because, choose, outside_fingerprint
 from rig.model.fingerprint import Fingerprint
-from rig.model.fingerprint_check import fingerprint_checksum
 from rig.model.parameters import Model, load_model
+from rig.model.response.fingerprint_check import fingerprint_checksum
 
 RIG = load_model(ROOT / "configs" / "models" / "simulated.yaml")
 KNOWN = Fingerprint(drive_mpa=(-0.2, 0.2), mean_mpa=(0.19, 0.21))

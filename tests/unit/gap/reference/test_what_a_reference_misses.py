@@ -12,8 +12,8 @@ from rig.gap.likelihood.gaussian import Gaussian
 from rig.gap.pipeline import Grounds
 from rig.gap.settings import fitted
 from rig.identify.response.fingerprint import fingerprint_of
-from rig.model.fingerprint_check import fingerprint_checksum
 from rig.model.parameters import Model
+from rig.model.response.fingerprint_check import fingerprint_checksum
 
 MISSED_MPA = 0.006
 

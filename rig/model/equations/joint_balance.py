@@ -7,7 +7,8 @@ everything over the joint's stiffness at P0, so that every size is an angle (deg
 Maxwell-slip weights, stop_j the deflection of an element that slips after about LOOP_RADII_DEG[j], part by part, T_v
 the viscous and T_i the inertia time, F the equilibrium angle to which the muscles pull. Effects solve the balance once
 more with something added (decision 0501); the diagnosis solves it with the equilibrium angle offset and the compliance
-changed. Both use the functions below, which numba compiles; on whole columns: `rig.model.kernels.balanced`.
+changed. Both use the functions below, which numba compiles; on whole columns:
+`rig.model.compiled.columns.balanced`.
 """
 
 import math

@@ -1,7 +1,8 @@
 """What drives the joint: the difference of the pressures, scaled by their mean, d = (p1 - p2) (2 P0 / (p1 + p2))^n.
 
 The stiffness of both muscles rises with their mean pressure, so the same difference turns the joint less at a higher
-mean (n = 1 in proportion, 0 not at all). Pure Python that numba compiles; on columns: `rig.model.kernels.drive`.
+mean (n = 1 in proportion, 0 not at all). Pure Python that numba compiles; on columns:
+`rig.model.compiled.columns.drive`.
 """
 
 from collections.abc import Sequence

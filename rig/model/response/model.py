@@ -12,11 +12,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.model.compiled.columns import balanced, drive
+from rig.model.compiled.response import propagated, regulated
+from rig.model.equations.joint_balance import LOOP_RADII_DEG
 from rig.model.fingerprint import Fingerprint
-from rig.model.joint_balance import LOOP_RADII_DEG
-from rig.model.kernels import balanced, drive
 from rig.model.parameters import Model, StageKind, regulator_times_s
-from rig.model.response_kernels import propagated, regulated
 from rig.record import Column
 
 Regulator = tuple[float, float, float]
@@ -25,7 +25,7 @@ Regulator = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Balance:
-    """The numbers of `rig.model.joint_balance`, and the equilibrium angle as a polynomial of the drive."""
+    """The numbers of `rig.model.equations.joint_balance`, and the equilibrium angle as a polynomial of the drive."""
 
     viscous_s: float
     inertia_s: float
@@ -113,7 +113,7 @@ class ResponseModel:
         ends: NDArray[np.intp] | None = None,
     ) -> Column:
         """The joint's angle when its equilibrium lies `offset` degrees further and its friction counts `compliance`
-        times; all (n,); of several records with their `ends` and each one's dt_s, see `kernels.balanced`."""
+        times; all (n,); of several records with their `ends` and each one's dt_s, see `compiled.columns.balanced`."""
         joint = self.balance
         return balanced(angle, offset, compliance, joint.viscous_s, joint.inertia_s, np.array(joint.slip), dt_s, ends)
 

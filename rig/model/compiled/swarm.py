@@ -15,8 +15,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.model.lanes import any_below, difference, fused, larger, load, magnitude, negative, product, spread, store
-from rig.model.machine_code import kernel
+from rig.model.compiled.lanes import (
+    any_below,
+    difference,
+    fused,
+    larger,
+    load,
+    magnitude,
+    negative,
+    product,
+    spread,
+    store,
+)
+from rig.model.compiled.machine_code import kernel
 from rig.record import Column
 
 Table = NDArray[np.float64]

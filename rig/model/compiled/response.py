@@ -5,9 +5,9 @@ from math import exp, floor
 
 import numpy as np
 
-from rig.model.drive import mean_pressure_factor
-from rig.model.kernels import compiled
-from rig.model.machine_code import kernel
+from rig.model.compiled.machine_code import kernel
+from rig.model.compiled.stages import compiled
+from rig.model.equations.drive import mean_pressure_factor
 from rig.record import Column
 
 LAGS_S = (0.02, 0.05, 0.12, 0.3, 1.0, 4.0)
@@ -98,7 +98,7 @@ def _to_next(last: float, d: float, first: bool, steps: int, keep: Column, row: 
 def response_terms(
     p1: Column, p2: Column, p0: float, exponent: float, dt_s: float, out: Column
 ) -> None:  # pragma: no cover
-    """The bank under the drive of `rig.model.drive`; fills out (n, RESPONSE_TERMS)."""
+    """The bank under the drive of `rig.model.equations.drive`; fills out (n, RESPONSE_TERMS)."""
     keep, row, steps, last = _keeps(dt_s), np.empty(RESPONSE_TERMS), _steps(dt_s), 0.0
     for i in range(len(p1)):
         d = _drive(p1[i], p2[i], p0, exponent)

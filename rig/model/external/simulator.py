@@ -1,7 +1,7 @@
 """A simulator that is not ours: a Python function or an FMU that answers set-points with an angle.
 
     python:MODULE:FUNCTION      function(time_s, p1_cmd_mpa, p2_cmd_mpa) -> angle_deg, all of shape (n,)
-    PLANT.fmu                   FMI 2 or 3 for co-simulation, see rig.model.fmu
+    PLANT.fmu                   FMI 2 or 3 for co-simulation, see rig.model.external.fmu
 
 It stands where the muscles stand in the chain of a model; effects are added before it, behind it and at the sensor.
 """
@@ -81,7 +81,7 @@ def load(source: str, names: Mapping[str, str]) -> None:
 def _loaded(source: str, names: tuple[tuple[str, str], ...]) -> Answer:
     if source.startswith(PYTHON):
         return _python(source)
-    from rig.model.fmu import load_fmu
+    from rig.model.external.fmu import load_fmu
 
     return load_fmu(Path(source), dict(names))
 

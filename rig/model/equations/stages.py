@@ -9,7 +9,7 @@ out are in `rig.model.effect_stages`. The two stages that every rig has choose b
 import math
 from collections.abc import Sequence
 
-from rig.model.drive import mean_pressure_factor
+from rig.model.equations.drive import mean_pressure_factor
 from rig.model.slots import Values
 
 OUTPUT_LIMIT = 1e6
