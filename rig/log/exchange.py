@@ -22,7 +22,7 @@ from rig.config import check_regular
 from rig.errors import RecordError
 from rig.further import PLACES, furthers_of
 from rig.log.convert import LogContent
-from rig.log.foreign.delimited import read_text
+from rig.log.foreign.delimited import read_lines
 from rig.log.foreign.sidecar import Sidecar, from_plain, read_sidecar, sidecar_path, write_sidecar
 from rig.log.foreign.units import unit_in_name
 from rig.log.mcap.collector import LogLine
@@ -159,7 +159,7 @@ def _text_file(path: Path, name: str) -> Iterator[TextIO]:
 
 def _read_csv(path: Path) -> LogContent | None:
     """The log in a CSV that holds every field; one whose metadata file was left behind is without its facts."""
-    lines = read_text(path).split("\n")
+    lines = read_lines(path)
     names = lines[0].split(",")
     if not set(names) >= _NEEDED:
         return None  # somebody's table, or one of ours without some fields

@@ -12,8 +12,9 @@ import io
 import math
 import re
 import zlib
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Final
 
@@ -53,75 +54,110 @@ class Style:
     """Whether the line below the header says in which units the columns are."""
 
 
+@dataclass(frozen=True)
+class TextTable:
+    """The names of a table's columns, and its rows as text: what may be asked of it without reading the file again."""
+
+    path: Path
+    style: Style
+    names: list[str]
+    units_line: str
+    """The line below the header, where the style says that it holds units."""
+    rows: list[str]
+    first_row: int
+    """Number of the first of them in the file, counted from 1 as an editor does."""
+
+    def columns(self, wanted: Collection[str] | None = None) -> dict[str, NDArray[np.float64]]:
+        """Name -> column, in the order of the file; an empty cell is NaN, all columns have the same length. Time stamps
+        are seconds since the first, where a column begins with one.
+
+        With `wanted` only the columns of these names have to hold numbers; the others may be NaN. RecordError names the
+        row and the column when a cell is neither, or a row is too short or too long.
+        """
+        if not self.rows:
+            raise RecordError(f"{self.path}: a header and no rows")
+        table = self._plain
+        if table is None:
+            table = _careful(self, [k for k, name in enumerate(self.names) if wanted is None or name in wanted])
+        return {name: np.ascontiguousarray(table[:, number]) for number, name in enumerate(self.names)}
+
+    def numeric(self) -> list[str]:
+        """The columns of numbers and of time stamps, in the order of the file: not those most of whose filled cells are
+        neither (a date alone, a remark)."""
+        if self._plain is not None:
+            return self.names
+        surplus = [0] * len(self.names)
+        for cells in _cells(self):
+            for column, cell in enumerate(cells[: len(self.names)]):
+                if cell.strip():
+                    number = is_value(cell, self.style.decimal)
+                    number = number or _thousands(cell.strip()) is not None  # these are refused with their row
+                    surplus[column] += -1 if number else 1
+        return [name for name, more in zip(self.names, surplus, strict=True) if more <= 0]
+
+    def units(self) -> dict[str, str]:
+        """Column -> the unit that the line below the header states, without brackets."""
+        stated = self._named(self.units_line)
+        return {name: unit for name, cell in stated if (unit := cell.strip(" []()"))}
+
+    def first_stamps(self) -> dict[str, Stamp]:
+        """Column -> its first time stamp, for those that begin with one."""
+        cells = self._named(*self.rows[:1])
+        return {name: found for name, cell in cells if (found := stamp(cell)) is not None}
+
+    @cached_property
+    def _plain(self) -> NDArray[np.float64] | None:
+        """The table by numpy's parser; None when some cell is not a plain number."""
+        if self.style.decimal != ".":
+            return None
+        try:
+            table: NDArray[np.float64] = np.loadtxt(self.rows, delimiter=self.style.separator, comments=None, ndmin=2)
+        except (ValueError, IndexError, UserWarning):
+            return None
+        return table if table.shape == (len(self.rows), len(self.names)) else None
+
+    def _named(self, *line: str) -> Iterable[tuple[str, str]]:
+        """The cells of a line with the columns that they stand in."""
+        return zip(self.names, next(csv.reader(line, delimiter=self.style.separator), []), strict=False)
+
+
 def read_table(
     path: Path,
     style: Style | None = None,
     require: Callable[[list[str]], None] | None = None,
     wanted: Collection[str] | None = None,
 ) -> dict[str, NDArray[np.float64]]:
-    """Header -> column, in the order of the file; an empty cell is NaN, all columns have the same length. Time stamps
-    are seconds since the first, where a column begins with one.
-
-    With `wanted` only the columns of these names have to hold numbers; the others may be NaN.
-    `require` sees the names before the rows are looked at, and raises when they are not what is wanted.
-
-    RecordError names the row and the column when a cell is neither, a row is too short or too long, or a name stands
-    twice.
-    """
-    style = style or Style()
-    text = read_text(path)
-    lines = text.split("\n")
-    names, first = _header(path, lines, style)
+    """The columns of the file at `path`, see `TextTable.columns`. `require` sees the names before the rows are looked
+    at, and raises when they are not what is wanted."""
+    table = text_table(path, read_lines(path), style or Style())
     if require is not None:
-        require(names)
-    body = lines[first:]
-    while body and not body[-1].strip():
-        body.pop()
-    if not body:
-        raise RecordError(f"{path}: a header and no rows")
-    table = _quick(body, style, len(names))
-    if table is None:
-        looked_at = [number for number, name in enumerate(names) if wanted is None or name in wanted]
-        table = _careful(path, body, names, style, first + 1, looked_at)
-    return {name: np.ascontiguousarray(table[:, number]) for number, name in enumerate(names)}
+        require(table.names)
+    return table.columns(wanted)
 
 
-def numeric_columns(path: Path, style: Style) -> list[str]:
-    """The columns of numbers and of time stamps, in the order of the file: not those most of whose filled cells are
-    neither (a date alone, a remark).
-
-    RecordError as for `read_table`, but for cells that are neither.
-    """
-    lines = read_text(path).split("\n")
-    names, first = _header(path, lines, style)
-    body = [line for line in lines[first:] if line.strip()]
-    if _quick(body, style, len(names)) is not None:
-        return names
-    surplus = [0] * len(names)
-    for cells in _rows(path, body, style, first + 1):
-        for column, cell in enumerate(cells[: len(names)]):
-            if cell.strip():
-                number = is_value(cell, style.decimal) or _thousands(cell.strip())  # these are refused with their row
-                surplus[column] += -1 if number else 1
-    return [name for name, more in zip(names, surplus, strict=True) if more <= 0]
-
-
-def below_header(path: Path, style: Style) -> tuple[dict[str, str], dict[str, Stamp]]:
-    """Column -> the unit that the line below the header states, without brackets, where there is such a line; and
-    column -> its first time stamp, for those that begin with one. RecordError as for `read_table`."""
-    lines = read_text(path).split("\n")
-    names, first = _header(path, lines, style)
-
-    def cells(line: int) -> Iterator[tuple[str, str]]:
-        return zip(names, next(csv.reader(lines[line : line + 1], delimiter=style.separator), []), strict=False)
-
-    stated = ((name, cell.strip(" []()")) for name, cell in cells(first - 1)) if style.units_row else ()
-    stamps = ((name, stamp(cell)) for name, cell in cells(first))
-    return {name: unit for name, unit in stated if unit}, {name: found for name, found in stamps if found is not None}
+def text_table(path: Path, lines: Sequence[str], style: Style) -> TextTable:
+    """The table in the lines of the file at `path`; comment lines before its header are skipped. RecordError when there
+    is no header, or a name stands in it twice."""
+    first = style.skip_rows
+    while first < len(lines) and (not lines[first].strip() or lines[first].startswith("#")):
+        first += 1
+    if first >= len(lines):
+        raise RecordError(f"{path}: no header line")
+    names = [name.strip() for name in next(csv.reader([lines[first][:LONGEST_HEADER]], delimiter=style.separator))]
+    if len(names) > _COLUMNS_LIMIT:
+        raise RecordError(f"{path}: {len(names)} columns in the header, at most {_COLUMNS_LIMIT} are allowed")
+    twice = next((name for number, name in enumerate(names) if name in names[:number]), None)
+    if twice is not None:
+        raise RecordError(f"{path}: the column {twice!r} stands twice in the header")
+    begin, end = first + 1 + style.units_row, len(lines)
+    while end > begin and not lines[end - 1].strip():
+        end -= 1
+    units_line = lines[first + 1] if style.units_row and first + 1 < len(lines) else ""
+    return TextTable(path, style, names, units_line, list(lines[begin:end]), begin + 1)
 
 
-def read_text(path: Path) -> str:
-    """The text of a plain or gzipped file, bounded; RecordError when it cannot be read, or is not text."""
+def read_lines(path: Path) -> list[str]:
+    """The lines of a plain or gzipped text, bounded; RecordError when the file cannot be read, or is not text."""
     try:
         check_regular(path, _MOST_BYTES)
         raw = path.read_bytes()
@@ -135,7 +171,7 @@ def read_text(path: Path) -> str:
         )
     if not text.strip():
         raise RecordError(f"{path}: the file is empty")
-    return text.replace("\r\n", "\n").replace("\r", "\n")
+    return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
 
 
 def _decoded(data: bytes) -> str | None:
@@ -162,56 +198,27 @@ def _gunzip(path: Path, raw: bytes) -> bytes:
     return data
 
 
-def _header(path: Path, lines: list[str], style: Style) -> tuple[list[str], int]:
-    """The column names, and the index of the line after them and their units; comment lines before them are skipped."""
-    first = style.skip_rows
-    while first < len(lines) and (not lines[first].strip() or lines[first].startswith("#")):
-        first += 1
-    if first >= len(lines):
-        raise RecordError(f"{path}: no header line")
-    names = [name.strip() for name in next(csv.reader([lines[first][:LONGEST_HEADER]], delimiter=style.separator))]
-    if len(names) > _COLUMNS_LIMIT:
-        raise RecordError(f"{path}: {len(names)} columns in the header, at most {_COLUMNS_LIMIT} are allowed")
-    twice = next((name for number, name in enumerate(names) if name in names[:number]), None)
-    if twice is not None:
-        raise RecordError(f"{path}: the column {twice!r} stands twice in the header")
-    return names, first + 1 + style.units_row
-
-
-def _quick(body: list[str], style: Style, columns: int) -> NDArray[np.float64] | None:
-    """The table by numpy's parser; None when some cell is not a plain number."""
-    if style.decimal != ".":
-        return None
-    try:
-        table: NDArray[np.float64] = np.loadtxt(body, delimiter=style.separator, comments=None, ndmin=2)
-    except (ValueError, IndexError, UserWarning):
-        return None
-    return table if table.shape == (len(body), columns) else None
-
-
-def _careful(
-    path: Path, body: list[str], names: list[str], style: Style, first_row: int, looked_at: list[int]
-) -> NDArray[np.float64]:
-    """The table cell by cell, so that a fault can be named; rows are counted from 1 as an editor does. Columns that are
-    not looked at are NaN."""
-    table = np.full((len(body), len(names)), np.nan)
+def _careful(table: TextTable, looked_at: list[int]) -> NDArray[np.float64]:
+    """The table cell by cell, so that a fault can be named. Columns that are not looked at are NaN."""
+    names, decimal = table.names, table.style.decimal
+    numbers = np.full((len(table.rows), len(names)), np.nan)
     stamps: dict[int, Stamps] = {}
-    for number, cells in enumerate(_rows(path, body, style, first_row)):
-        where, cells = f"{path}, row {first_row + number}", filled(cells, names)
+    for number, row in enumerate(_cells(table)):
+        where, cells = f"{table.path}, row {table.first_row + number}", filled(row, names)
         if len(cells) != len(names):
-            hint = _SEPARATOR_HINT if len(cells) == 2 * len(names) and style.separator == "," else ""
+            hint = _SEPARATOR_HINT if len(cells) == 2 * len(names) and table.style.separator == "," else ""
             raise RecordError(f"{where}: {len(cells)} cells where the header names {len(names)} columns{hint}")
         if number == 0:
             stamps = {column: Stamps(found) for column in looked_at if (found := stamp(cells[column])) is not None}
         for column in looked_at:
             cell, times = cells[column], stamps.get(column)
             try:
-                table[number, column] = _number(cell, style.decimal) if times is None else times.seconds(cell)
+                numbers[number, column] = _number(cell, decimal) if times is None else times.seconds(cell)
             except ValueError:
                 wanted = "a number" if times is None else "a time stamp like the first"
-                hint = "" if times is not None else _hint(cell, style.decimal)
+                hint = "" if times is not None else _hint(cell, decimal)
                 raise RecordError(f"{where}: {names[column]}: {cell[:40]!r} is not {wanted}{hint}") from None
-    return table
+    return numbers
 
 
 def _hint(cell: str, decimal: str) -> str:
@@ -245,13 +252,15 @@ def filled(cells: list[str], names: list[str]) -> list[str]:
     return [*cells, ""] if len(cells) == len(names) - 1 and names[-1].strip() == "Comment" else cells
 
 
-def _rows(path: Path, body: list[str], style: Style, first_row: int) -> Iterator[list[str]]:
-    """The cells of each line; RecordError where a line break stands inside quotes, for rows are lines."""
-    reader = csv.reader(body, delimiter=style.separator, strict=True)
+def _cells(table: TextTable) -> Iterator[list[str]]:
+    """The cells of each row; RecordError where a line break stands inside quotes, for rows are lines."""
+    reader = csv.reader(table.rows, delimiter=table.style.separator, strict=True)
     try:
         for number, cells in enumerate(reader):
             if reader.line_num != number + 1:
-                raise RecordError(f"{path}, row {first_row + number}: a cell in quotes goes on in the next line")
+                raise RecordError(
+                    f"{table.path}, row {table.first_row + number}: a cell in quotes goes on in the next line"
+                )
             yield cells
     except csv.Error as error:
-        raise RecordError(f"{path}: not a table: {error}") from None
+        raise RecordError(f"{table.path}: not a table: {error}") from None

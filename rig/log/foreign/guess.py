@@ -16,11 +16,11 @@ import numpy as np
 from rig.channels import LONGEST_NAME, Channel
 from rig.errors import RecordError
 from rig.further import PLACES, RESERVED
-from rig.log.foreign.delimited import Style, numeric_columns
+from rig.log.foreign.delimited import Style, read_lines, text_table
 from rig.log.foreign.kinds import Kind, kind_of
 from rig.log.foreign.sniff import sniff
 from rig.log.foreign.stamps import FORMS
-from rig.log.foreign.tables import RawColumn, RawTable, read_delimited, read_tdms
+from rig.log.foreign.tables import RawColumn, RawTable, raw_delimited, read_tdms
 from rig.log.foreign.units import UNITS, converted
 from rig.log.mcap.columns import Array
 from rig.sample import WIRES
@@ -116,15 +116,17 @@ def _table(path: Path, found: Guess) -> RawTable:
         return read_tdms(path)
     if kind is Kind.MCAP:
         raise RecordError(f"{path}: a mapping for MCAP is not guessed; `pamrig log info` lists its channels")
-    style = sniff(path)
+    lines = read_lines(path)
+    style = sniff(path, lines)
     usual = Style()
     for key in ("separator", "decimal", "skip_rows", "units_row"):
         if getattr(style, key) != getattr(usual, key):
             found.mapping[key] = getattr(style, key)
-    numeric = numeric_columns(path, style)
-    table = read_delimited(path, style, wanted=numeric)
-    if text := [repr(name) for name in table.columns if name not in numeric]:
-        found.meaning.append(f"not imported, as they hold text: {', '.join(text)}")
+    text = text_table(path, lines, style)
+    numeric = text.numeric()
+    table = raw_delimited(text, wanted=numeric)
+    if worded := [repr(name) for name in table.columns if name not in numeric]:
+        found.meaning.append(f"not imported, as they hold text: {', '.join(worded)}")
     return replace(table, columns={name: table.columns[name] for name in numeric})
 
 

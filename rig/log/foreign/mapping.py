@@ -16,10 +16,10 @@ from rig.errors import ConfigError, RecordError
 from rig.fields import bounded
 from rig.further import FACT as FURTHER_FACT
 from rig.further import Further, check_new, plain
-from rig.log.foreign.delimited import Style
+from rig.log.foreign.delimited import Style, read_lines, text_table
 from rig.log.foreign.kinds import Kind, kind_of
 from rig.log.foreign.mcap_channels import TIME_COLUMN, read_foreign
-from rig.log.foreign.tables import RawTable, read_delimited, read_tdms
+from rig.log.foreign.tables import RawTable, raw_delimited, read_tdms
 from rig.log.foreign.units import conversion, converted, unit_in_name
 from rig.log.mcap.columns import Array
 from rig.record import MAIN_COLUMNS
@@ -166,7 +166,7 @@ def raw_table(path: Path, mapping: Mapping) -> RawTable:
             return read_foreign(path, mapping.topic)
     sources = {one.source for one in (*mapping.columns.values(), *mapping.further.values())}
     style = Style(mapping.separator, mapping.decimal, mapping.skip_rows, mapping.units_row)
-    return read_delimited(path, style, wanted=sources)
+    return raw_delimited(text_table(path, read_lines(path), style), wanted=sources)
 
 
 def _column(raw: RawTable, name: str, source: Source) -> Array:

@@ -2,11 +2,12 @@
 text may stand among those of numbers."""
 
 import csv
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
 from rig.errors import RecordError
-from rig.log.foreign.delimited import LONGEST_HEADER, Style, filled, is_value, read_text
+from rig.log.foreign.delimited import LONGEST_HEADER, Style, filled, is_value
 from rig.log.foreign.units import UNITS, spelt
 
 MOST_SKIPPED: Final = 40
@@ -18,10 +19,9 @@ _ROWS: Final = 10
 _STYLES: Final = ((",", "."), (";", ","), (";", "."), ("\t", "."), ("\t", ","))
 
 
-def sniff(path: Path) -> Style:
-    """The style under which most columns are numbers, and of these the one with the fewest that are not; RecordError
-    when none has two of them."""
-    lines = read_text(path).split("\n")
+def sniff(path: Path, lines: Sequence[str]) -> Style:
+    """The style under which most columns of these lines are numbers, and of such styles the one with the fewest columns
+    that are not; RecordError, which names the file at `path`, when none has two of them."""
     most, best = (1, 0), Style()
     for separator, decimal in _STYLES:
         for skip in range(min(MOST_SKIPPED, max(len(lines) - LEAST_ROWS, 0))):
@@ -37,7 +37,7 @@ def sniff(path: Path) -> Style:
     return best
 
 
-def _has_units(lines: list[str], separator: str) -> bool:
+def _has_units(lines: Sequence[str], separator: str) -> bool:
     """Whether the second line says the units of the columns that the first one names."""
     header, *below = csv.reader([line[:LONGEST_HEADER] for line in lines], delimiter=separator)
     cells = [] if len(below) != 1 or len(below[0]) != len(header) else [cell.strip(" []()") for cell in below[0]]

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 
 from rig.errors import RecordError
-from rig.log.foreign.delimited import Style, below_header, read_table
+from rig.log.foreign.delimited import TextTable
 from rig.log.foreign.units import conversion, spelt, unit_in_name
 from rig.log.mcap.columns import Array
 from rig.log.mcap.contents import map_file
@@ -91,21 +91,20 @@ def _converted(raw: RawTable, key: str, name: str) -> Array:
     return column.values * times / by
 
 
-def read_delimited(path: Path, style: Style, wanted: Collection[str]) -> RawTable:
+def raw_delimited(text: TextTable, wanted: Collection[str]) -> RawTable:
     """A text table, of which the columns `wanted` are numbers, or time stamps in seconds since their first. What the
     first of one column says is the fact `first_time`, and `started_ns` where it says its zone.
 
-    RecordError as for `read_table`.
+    RecordError as for `TextTable.columns`.
     """
-    table = read_table(path, style, wanted=wanted)
-    stated, begun = below_header(path, style)
-    stamps = {name: found for name, found in begun.items() if name in wanted}
-    units = {name: spelt(unit) for name, unit in stated.items()} | dict.fromkeys(stamps, "s")
+    table = text.columns(wanted)
+    stamps = {name: found for name, found in text.first_stamps().items() if name in wanted}
+    units = {name: spelt(unit) for name, unit in text.units().items()} | dict.fromkeys(stamps, "s")
     facts: dict[str, Any] = {}
     if len(stamps) == 1:
         (first,) = stamps.values()
         facts = {"first_time": first.text} | ({"started_ns": first.ns} if first.dated and first.zoned else {})
-    return RawTable(path, {name: RawColumn(values, units.get(name)) for name, values in table.items()}, facts)
+    return RawTable(text.path, {name: RawColumn(values, units.get(name)) for name, values in table.items()}, facts)
 
 
 def read_tdms(path: Path) -> RawTable:

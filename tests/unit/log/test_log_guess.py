@@ -347,3 +347,19 @@ def test_what_is_no_record_is_refused(tmp_path: Path, text: str, said: str) -> N
     path.write_text(text, encoding="utf-8")
     with pytest.raises(RecordError, match=said):
         guess(path)
+
+
+@pytest.mark.parametrize("remark", ["", ",ok"])
+def test_a_table_is_read_from_the_disk_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, remark: str) -> None:
+    """Somebody may be writing it: names, rows and stamps are those of one moment."""
+    path = table(tmp_path, "time,cmd,p1,p2,angle", 0.005 * T, 0.2 * SINE, 0.2 - 0.1 * SINE, 0.2 + 0.1 * SINE, 20 * SINE)
+    path.write_text("".join(f"{line}{remark}\n" for line in path.read_text().splitlines()))
+    read_bytes, reads = Path.read_bytes, []
+
+    def counted(self: Path) -> bytes:
+        reads.append(self)
+        return read_bytes(self)
+
+    monkeypatch.setattr(Path, "read_bytes", counted)
+    assert set(guess(path).mapping["columns"]) == {"t_s", "dp_cmd_mpa", "p1_mpa", "p2_mpa", "angle_deg"}
+    assert reads == [path]
