@@ -56,7 +56,7 @@ def butterworth(column: Array, hz: float, period_s: float) -> Array:
 
 
 @compiled
-def pushed(angle_deg: Array, half_deg: float, jump: float) -> Array:
+def with_jumping_play(angle_deg: Array, half_deg: float, jump: float) -> Array:
     """(n,) where a loose magnet is: at rest until a flank reaches it, then it jumps ahead by a share of the
     clearance."""
     out = np.empty_like(angle_deg)
@@ -185,7 +185,7 @@ def angle_reading(motion: Array, law: ReadingLaw, session: Session, period_s: fl
     n: int = motion.shape[1]
     angle, white = np.degrees(motion[2]), ANGLE_NOISE_DEG * random.standard_normal(n)
     if law.play_deg > 0.0:
-        angle = pushed(angle, 0.5 * law.play_deg, law.play_jump)
+        angle = with_jumping_play(angle, 0.5 * law.play_deg, law.play_jump)
     angle = bent(line(angle, session.physics), law, session)
     if law.lag_s > 0.0:
         angle = delayed(angle, law.lag_s, period_s)

@@ -64,22 +64,22 @@ def on_its_line(step: float, state: Values, at: int, params: Sequence[float]) ->
     for j in range(ELEMENTS):
         if params[8 + j] == 0.0:  # carries nothing, wherever its parts stand
             continue
-        carried, steep = 0.0, 0.0
+        stop, slope = 0.0, 0.0
         for k in range(OF_AN_ELEMENT * j, OF_AN_ELEMENT * (j + 1)):
             held = deflection(k, state, at)
             state[at + k] = held
             if held + step >= REACHES_DEG[k]:
-                carried += FULL[k]
+                stop += FULL[k]
                 least, forwards = max(least, REACHES_DEG[k] - held), 1.0
             elif held + step <= -REACHES_DEG[k]:
-                carried -= FULL[k]
+                stop -= FULL[k]
                 most, backwards = min(most, -REACHES_DEG[k] - held), 1.0
             else:
-                carried += SHARES[k] * (held + step)
-                steep += SHARES[k]
+                stop += SHARES[k] * (held + step)
+                slope += SHARES[k]
                 least, most = max(least, -REACHES_DEG[k] - held), min(most, REACHES_DEG[k] - held)
-        force += params[8 + j] * carried
-        stiffness += params[8 + j] * steep
+        force += params[8 + j] * stop
+        stiffness += params[8 + j] * slope
     state[at + TRAVELLED], state[at + FORCE], state[at + STIFFNESS] = 0.0, force - stiffness * step, stiffness
     state[at + LEAST], state[at + MOST] = least, most
     state[at + FORWARDS], state[at + BACKWARDS] = forwards, backwards

@@ -22,7 +22,7 @@ from hil.reference.sleeve.mechanics import (
 from hil.reference.sleeve.physics import Physics
 from hil.reference.sleeve.pneumatics import CRITICAL, filter_flow, ideal, sharp_edge, step_air
 from hil.reference.sleeve.regulator import AIR, EDDY, MASS, through_core
-from hil.reference.sleeve.sensing import BESSEL, coded, pushed, saturated, second_order
+from hil.reference.sleeve.sensing import BESSEL, coded, saturated, second_order, with_jumping_play
 from hil.reference.sleeve.sleeves import (
     arc_volume,
     flow_rate,
@@ -168,7 +168,7 @@ def test_bessels_filter_is_late_by_what_is_said(lag_s):
 
 def test_a_loose_magnet_follows_at_the_edge_of_its_clearance_and_jumps():
     angle = np.concatenate([np.linspace(0.0, 10.0, 1001), np.linspace(10.0, 0.0, 1001)])
-    place = pushed(angle, 1.0, 0.1)
+    place = with_jumping_play(angle, 1.0, 0.1)
     assert set(np.round(np.unique(np.diff(place[:1000])), 2)) >= {0.0, 0.1}
     assert 0.89 < np.abs(angle - place)[500:1000].min() < np.abs(angle - place).max() < 1.02
 
