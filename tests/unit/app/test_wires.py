@@ -187,20 +187,28 @@ def test_a_port_is_one_wire_by_each_of_its_links(tmp_path: Path) -> None:
 
 def test_who_only_looks_keeps_nobody_from_a_wire() -> None:
     """A status asks for the driver each time, and must not be taken for one."""
-    over = threading.Event()
+    over, seen = threading.Event(), set[str]()
 
     def look() -> None:
         while not over.is_set():
-            wires.driver(["RIO0"])
+            seen.add(wires.driver(["RIO0"]))
 
     lookers = [threading.Thread(target=look) for _ in range(2)]
     for looker in lookers:
         looker.start()
     try:
-        for _ in range(500):
+        for rounds in range(20_000):
             with wires.held(["RIO0"]):
                 pass
+            if rounds >= 500 and len(seen) > 1:  # they looked while it was held, and while it was free
+                break
+    except DeviceLost as taken:
+        pytest.fail(f"whoever looked held the wire: {taken}")
     finally:
         over.set()
         for looker in lookers:
             looker.join()
+    driven = seen - {""}
+    assert "" in seen
+    assert driven
+    assert all(one.startswith("RIO0 is driven by ") for one in driven)
