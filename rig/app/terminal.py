@@ -1,11 +1,12 @@
 """The terminal for a person: where text goes, plain tables, and progress."""
 
 import os
-import re
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
+
+from rig.shown_text import in_lines
 
 if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions, RenderResult
@@ -18,11 +19,6 @@ _CELL_COLUMNS: Final = 12
 """No cell is folded to less: its longest word, up to so many columns, stays whole."""
 _GAP_COLUMNS: Final = 2
 """Between two columns of a table, at most."""
-_CONTROL: Final = r"\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff"
-"""Control codes of terminals (C0, C1), marks that turn the direction of text, and halves of characters that cannot be
-encoded."""
-_UNFIT: Final = re.compile(f"[{_CONTROL}]")
-_UNFIT_IN_A_LINE: Final = re.compile(f"[{_CONTROL}\t\n]")
 
 
 def console(json_to: str | None = None) -> "Console":
@@ -36,7 +32,7 @@ def console(json_to: str | None = None) -> "Console":
 
     class Terminal(Console):
         def render_str(self, text: str, **how: Any) -> "Text":
-            return super().render_str(visible(text), **how)
+            return super().render_str(in_lines(text), **how)
 
         def print(self, *what: Any, **how: Any) -> None:
             # a table that is wider than the terminal is wrapped by it; rich would cut what does not fit
@@ -49,22 +45,11 @@ def console(json_to: str | None = None) -> "Console":
     return Terminal(stderr=to_stderr, markup=False, highlight=False, soft_wrap=piped, width=width)
 
 
-def visible(text: str, *, one_line: bool = False) -> str:
-    """Text from a file or a name, fit for a terminal: what would move the cursor, colour or turn the line is spelled
-    out.
-
-    With `one_line`, a line's end too, so that one value cannot pass for several lines of ours.
-    """
-    return (_UNFIT_IN_A_LINE if one_line else _UNFIT).sub(
-        lambda found: found[0].encode("unicode_escape").decode("ascii"), text
-    )
-
-
 def styled(*parts: str | tuple[str, str]) -> "Text":
     """A line whose parts are plain text, or text with a style, each fit for a terminal."""
     from rich.text import Text
 
-    return Text.assemble(*(visible(part) if isinstance(part, str) else (visible(part[0]), part[1]) for part in parts))
+    return Text.assemble(*(in_lines(part) if isinstance(part, str) else (in_lines(part[0]), part[1]) for part in parts))
 
 
 def listing(names: str, *titles: str, title: str | None = None) -> "Table":
@@ -76,7 +61,7 @@ def listing(names: str, *titles: str, title: str | None = None) -> "Table":
 
     class Listing(Table):
         def add_row(self, *cells: Any, **how: Any) -> None:
-            shown = [Text(visible(cell)) if isinstance(cell, str) else cell for cell in cells]
+            shown = [Text(in_lines(cell)) if isinstance(cell, str) else cell for cell in cells]
             for number, (column, cell) in enumerate(zip(self.columns, shown, strict=False)):
                 pieces = str(cell).split() if number else str(cell).splitlines()
                 longest = max(map(cell_len, [str(column.header) if number else "", *pieces]), default=0)

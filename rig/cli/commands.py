@@ -124,9 +124,9 @@ def _status() -> Any:
 
 def _say(line: str, *, apart: bool = False) -> None:
     """The one line of an error, whatever the names in it hold; `apart` from what stands in the line already."""
-    from rig.app.terminal import visible
+    from rig.shown_text import in_one_line
 
-    click.echo("\n" * apart + visible(line, one_line=True), err=True)
+    click.echo("\n" * apart + in_one_line(line), err=True)
 
 
 def _called(error: click.ClickException) -> str:

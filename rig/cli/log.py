@@ -8,10 +8,11 @@ from typing import Any
 
 import click
 
-from rig.app.terminal import console, styled, visible
+from rig.app.terminal import console, styled
 from rig.cli.common import Number, emit, json_option
 from rig.cli.outputs import Group, output_option
 from rig.outputs import Kind, targets_in, write_text
+from rig.shown_text import in_lines, in_one_line
 
 _FILES = click.argument("logs", nargs=-1, required=True, metavar="LOG...", type=click.Path(path_type=Path))
 _FILE = click.argument("log_file", metavar="LOG", type=click.Path(path_type=Path))
@@ -36,7 +37,7 @@ def info(logs: tuple[Path, ...], json_to: str | None) -> None:
         for line in plain_lines({key: value for key, value in item.items() if key not in ("file", "log")}):
             terminal.print(f"  {line}")
         for time_s, level, message in item.get("log", []):
-            terminal.print(f"  {time_s:9.3f} s  {level}: {visible(message, one_line=True)}")
+            terminal.print(f"  {time_s:9.3f} s  {level}: {in_one_line(message)}")
     emit({"files": descriptions}, json_to)
 
 
@@ -169,14 +170,14 @@ def _guess(file: Path, output: Path | None, json_to: str | None) -> None:
 
     found, text = proposed_mapping(file)
     terminal = console(json_to)
-    terminal.print(visible(text), markup=False)
+    terminal.print(in_lines(text), markup=False)
     for line in found.meaning:
-        terminal.print(visible(f"# {line}"), markup=False)
+        terminal.print(in_lines(f"# {line}"), markup=False)
     for line in found.doubts:
-        terminal.print(styled(("# look at:", "yellow"), f" {visible(line)}"))
+        terminal.print(styled(("# look at:", "yellow"), f" {in_lines(line)}"))
     if output is not None:
         write_text(output, text, Kind.MAPPING)
-        terminal.print(visible(f"# next: pamrig log import {file} --mapping {output}"), markup=False)
+        terminal.print(in_lines(f"# next: pamrig log import {file} --mapping {output}"), markup=False)
     emit({"file": str(file), "mapping": found.mapping, "meaning": found.meaning, "doubts": found.doubts}, json_to)
 
 
@@ -244,7 +245,7 @@ def plot(log_file: Path, output: Path | None, whole: bool, from_s: float, to_s: 
             raise RecordError(f"{log_file}: {record.name} has {len(part)} rows {asked}; it lasts {record.t_s[-1]:g} s")
         if target is None:
             size = shutil.get_terminal_size((100, 30))
-            click.echo(visible(log_figures.terminal_picture(part, min(size.columns, 120), min(size.lines - 2, 25))))
+            click.echo(in_lines(log_figures.terminal_picture(part, min(size.columns, 120), min(size.lines - 2, 25))))
             continue
         log_figures.save(log_figures.run_figure(part), target)
         console().print(f"{target}")

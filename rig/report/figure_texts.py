@@ -4,6 +4,8 @@ signs are in it."""
 import re
 from typing import TYPE_CHECKING
 
+from rig.shown_text import in_lines, in_one_line
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
@@ -21,19 +23,9 @@ def as_written(figure: "Figure") -> None:
         text.set_parse_math(False)
         said = text.get_text()
         if not said.replace("\n", "").isprintable():
-            text.set_text(lines_spelled_out(said))
-
-
-def spelled_out(text: str) -> str:
-    """One line; what no font has and what moves a cursor is written as Python writes it."""
-    return "".join(each if each.isprintable() else each.encode("unicode_escape").decode("ascii") for each in text)
-
-
-def lines_spelled_out(text: str) -> str:
-    """The same of a text of lines."""
-    return "\n".join(map(spelled_out, text.split("\n")))
+            text.set_text(in_lines(said))
 
 
 def in_markdown(text: str) -> str:
     """The cell of a table in Markdown that shows `text`."""
-    return re.sub(r"([\\|<&`\[*])", r"\\\1", spelled_out(text))
+    return re.sub(r"([\\|<&`\[*])", r"\\\1", in_one_line(text))

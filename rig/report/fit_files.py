@@ -14,8 +14,9 @@ from rig.model.parameters import Input, Model
 from rig.outputs import Kind, targets_in, write_text, writing
 from rig.own_units import own_plain, own_text
 from rig.record import Record
-from rig.report.figure_texts import in_markdown, spelled_out
+from rig.report.figure_texts import in_markdown
 from rig.report.fit_figures import comparison_figure, convergence_figure, save_figure
+from rig.shown_text import in_one_line
 
 
 def write_fit_figures(found: Identified, records: Sequence[Record], folder: Path) -> None:
@@ -41,7 +42,7 @@ def write_scores(scores: Sequence[Score], folder: Path, channels: Channels = PNE
     """Table IV as scores.csv and scores.md."""
     names = ("rmse_deg", "nrmse", "fit_percent", "max_deg", "command_rmse_deg")
     head = ["record", *own_plain(dict.fromkeys(names, 0.0), channels)]
-    rows = [[spelled_out(Path(row.log).name), *score_cells(row, channels)] for row in scores]
+    rows = [[in_one_line(Path(row.log).name), *score_cells(row, channels)] for row in scores]
     lines = [" | ".join(map(in_markdown, cells)) for cells in (head, ["---"] * len(head), *rows)]
     try:
         folder.mkdir(parents=True, exist_ok=True)

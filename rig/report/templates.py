@@ -7,14 +7,14 @@ from typing import Any
 
 import jinja2
 
-from rig.report.figure_texts import lines_spelled_out
+from rig.shown_text import in_lines
 
 
 def rendered(source: str, filters: Mapping[str, Callable[..., object]] = MappingProxyType({}), **words: object) -> str:
     """The page that a template makes of these words. What a record says of itself may hold control characters, which a
     browser passes over and a terminal obeys: they are written out."""
     environment = jinja2.Environment(
-        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, finalize=_spelled_out
+        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, finalize=_shown
     )
     environment.filters |= filters
     return environment.from_string(source).render(words)
@@ -25,5 +25,5 @@ def template(name: str) -> str:
     return files("rig.report").joinpath(name).read_text(encoding="utf-8")
 
 
-def _spelled_out(value: Any) -> Any:
-    return lines_spelled_out(value) if type(value) is str else value
+def _shown(value: Any) -> Any:
+    return in_lines(value) if type(value) is str else value

@@ -8,7 +8,6 @@ from typing import Any, Final, NamedTuple
 
 import yaml
 
-from rig.app.terminal import visible
 from rig.errors import RecordError
 from rig.further import furthers_of
 from rig.log import reader
@@ -26,6 +25,7 @@ from rig.model.resample import on_grid
 from rig.outputs import check_free, file_name, make_folder, targets_in
 from rig.record import Record
 from rig.sample import Phase
+from rig.shown_text import in_one_line
 
 IMPORTED: Final = "imported_from"
 """The run fact of a log that was made of another tool's file, of whose run nothing is known: that file's name."""
@@ -69,10 +69,10 @@ def plain_lines(told: Mapping[str, Any]) -> Iterator[str]:
     """A description for a person: a line a value, what belongs to one key below it."""
     for key, value in told.items():
         if isinstance(value, Mapping) and value:
-            yield visible(f"{key}:", one_line=True)
+            yield in_one_line(f"{key}:")
             yield from (f"  {line}" for line in plain_lines(value))
         else:
-            yield visible(f"{key}: {_shown(key, value)}", one_line=True)
+            yield in_one_line(f"{key}: {_shown(key, value)}")
 
 
 def _shown(key: str, value: Any) -> str:

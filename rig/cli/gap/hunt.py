@@ -5,12 +5,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rig.app.terminal import console, visible
+from rig.app.terminal import console
 from rig.cli.common import Number, emit, json_option
 from rig.cli.gap.options import baseline_option, reference_option
 from rig.cli.outputs import Command, output_option
 from rig.cli.service.daemon import socket_option
 from rig.outputs import Kind
+from rig.shown_text import in_one_line
 
 if TYPE_CHECKING:
     from rig.app.gap.hunt_folder import Step
@@ -110,7 +111,7 @@ def hunt(
     def allowed(step: "Step") -> bool:
         out.print(f"next, {step.minutes:.1f} min: {step.why}")
         try:
-            return not asks or click.confirm(visible(f"Run {step.sweep} on {rig.name}?", one_line=True), err=True)
+            return not asks or click.confirm(in_one_line(f"Run {step.sweep} on {rig.name}?"), err=True)
         except click.Abort:  # Ctrl-C, or nobody to answer: what was learnt is told as of any other interruption
             raise KeyboardInterrupt from None
 

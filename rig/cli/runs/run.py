@@ -4,10 +4,10 @@ from pathlib import Path
 
 import click
 
-from rig.app.terminal import visible
 from rig.cli.common import emit, json_option
 from rig.cli.outputs import Command, output_option
 from rig.outputs import Kind
+from rig.shown_text import in_lines
 
 
 @click.command(cls=Command)
@@ -59,7 +59,7 @@ def run(
 
     rig = compose.load(rig_path)
     for line in inventory.warnings(rig):
-        click.echo(f"pamrig: warning: {visible(line)}", err=True)
+        click.echo(f"pamrig: warning: {in_lines(line)}", err=True)
     facts = tagged(rig.own_facts, parse_tags(tags, "--tag"), check_note(note, "--note"))
     result = run_sweep(sweep, rig, SweepOptions(output, clock == "virtual", seed, force, facts))
     summary(result, json_to)

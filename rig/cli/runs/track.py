@@ -5,10 +5,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rig.app.terminal import console, listing, visible
+from rig.app.terminal import console, listing
 from rig.cli.common import Number, emit, json_option
 from rig.cli.outputs import Command, Output, output_option
 from rig.outputs import Kind
+from rig.shown_text import in_lines
 
 if TYPE_CHECKING:
     from rig.app.runs.tracking import Prepared, Tracked
@@ -78,7 +79,7 @@ def track(
     if clock == "virtual":
         compose.allow_virtual(rig)
     for line in inventory.warnings(rig):
-        click.echo(f"pamrig: warning: {visible(line)}", err=True)
+        click.echo(f"pamrig: warning: {in_lines(line)}", err=True)
     chosen = kinds or (("model",) if any(models.values()) else ("none",))
     options = tracking.TrackOptions(reference, kinds=tuple(tracking.Kind(kind) for kind in chosen), **models)
     with progress("computing the feed-forward", None):

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rig.app.terminal import console, visible
+from rig.app.terminal import console
 from rig.cli.common import F, Number, emit, json_option
 from rig.cli.outputs import Command
+from rig.shown_text import in_one_line
 
 if TYPE_CHECKING:
     from rig.service.settings import DaemonSettings
@@ -119,7 +120,7 @@ def _logging() -> Iterator[None]:
 
     class Visible(logging.Formatter):
         def formatMessage(self, record: logging.LogRecord) -> str:  # noqa: N802 - the library's name
-            return visible(super().formatMessage(record), one_line=True)
+            return in_one_line(super().formatMessage(record))
 
     lines: queue.SimpleQueue[logging.LogRecord] = queue.SimpleQueue()
     writer = logging.StreamHandler()

@@ -5,8 +5,8 @@ from typing import Any, Final
 
 from rich.markup import escape
 
-from rig.app.terminal import visible
 from rig.channels import PNEUMATIC, Channels, channels_of
+from rig.shown_text import in_one_line
 
 COLOURS = {"disarmed": "white", "armed": "yellow", "running": "green", "done": "cyan", "fault": "bold red"}
 
@@ -57,7 +57,7 @@ def _fit(value: Any) -> Any:
         return {key: _fit(item) for key, item in value.items()}
     if isinstance(value, list):
         return [_fit(item) for item in value]
-    return escape(visible(value, one_line=True)) if isinstance(value, str) else value
+    return escape(in_one_line(value)) if isinstance(value, str) else value
 
 
 def queue_lines(status: dict[str, Any]) -> Iterator[str]:

@@ -12,18 +12,13 @@ from click.testing import CliRunner
 from rich.text import Text
 from support.records.made_logs import made_content
 
-from rig.app.terminal import console, listing, styled, visible
+from rig.app.terminal import console, listing, styled
 from rig.cli.commands import cli
 from rig.cli.service.picture import status_lines
 from rig.log.convert import write_content
+from rig.shown_text import in_one_line
 
 HOSTILE = "\x1b[2J\x1b]0;title\x07\r\u202e[/x][bold]\n  log: ok\ud800"
-
-
-def test_what_moves_the_cursor_or_turns_the_line_is_spelled_out() -> None:
-    assert visible("\x1b[31mred\x9b\r\u202e") == "\\x1b[31mred\\x9b\\r\\u202e"
-    assert visible("two\nlines\tand ÄÖ µ °") == "two\nlines\tand ÄÖ µ °"
-    assert visible("one\nline", one_line=True) == "one\\nline"
 
 
 def test_facts_log_lines_and_findings_reach_the_terminal_as_text(tmp_path: Path) -> None:
@@ -69,7 +64,7 @@ def test_a_daemon_may_say_anything_in_its_status(name: str) -> None:
     shown = [
         Text.from_markup(line).plain for line in status_lines(status(rig=name, fault=fault, record=record, logs=name))
     ]
-    assert visible(name, one_line=True) in shown[0]
+    assert in_one_line(name) in shown[0]
     assert not [letter for line in shown for letter in line if not letter.isprintable()]
 
 
