@@ -1,0 +1,32 @@
+"""Sizes in words: no more digits than they are worth, in the units that people use."""
+
+import pytest
+
+from rig.gap.answer.result import Interval
+from rig.gap.answer.words.sizes import rounded, size
+
+
+@pytest.mark.parametrize(
+    ("value", "width", "text"),
+    [
+        (0.0102, 0.0, 0.01),
+        (12.34, 0.01, 12.0),
+        (12.34, 3.0, 12.0),
+        (12.34, 30.0, 10.0),
+        (0.751, 0.0, 0.75),
+        (0.0, 0.0, 0.0),
+        (1234.0, 0.0, 1200.0),
+    ],
+)
+def test_no_more_digits_than_they_are_worth(value: float, width: float, text: float) -> None:
+    assert float(rounded(value, width)) == pytest.approx(text)
+
+
+def test_units_are_those_that_people_use() -> None:
+    assert size(Interval(0.0102, 0.0101, 0.0103, "s")) == "10 ms"
+    assert size(Interval(0.004, 0.0039, 0.0041, "MPa")) == "4.0 kPa"
+    assert size(Interval(-0.021, -0.022, -0.02, "1")) == "2.1 %"
+    assert size(Interval(0.23, 0.18, 0.29, "MPa")) == "0.23 MPa", "and not 0.2, which is the rest pressure"
+    assert size(Interval(0.036, 0.025, 0.05, "s")) == "36 ms"
+    assert size(Interval(0.036, 0.0, 0.1, "s")) == "40 ms"
+    assert size(Interval(-12.0, -13.0, -11.0, "deg"), signed=True) == "-12 deg"
