@@ -124,7 +124,7 @@ def _status() -> Any:
 
 def _say(line: str, *, apart: bool = False) -> None:
     """The one line of an error, whatever the names in it hold; `apart` from what stands in the line already."""
-    from rig.shown_text import in_one_line
+    from rig.report.shown_text import in_one_line
 
     click.echo("\n" * apart + in_one_line(line), err=True)
 

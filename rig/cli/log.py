@@ -12,7 +12,7 @@ from rig.app.terminal import console, styled
 from rig.cli.common import Number, emit, json_option
 from rig.cli.outputs import Group, output_option
 from rig.outputs import Kind, targets_in, write_text
-from rig.shown_text import in_lines, in_one_line
+from rig.report.shown_text import in_lines, in_one_line
 
 _FILES = click.argument("logs", nargs=-1, required=True, metavar="LOG...", type=click.Path(path_type=Path))
 _FILE = click.argument("log_file", metavar="LOG", type=click.Path(path_type=Path))

@@ -4,7 +4,7 @@ signs are in it."""
 import re
 from typing import TYPE_CHECKING
 
-from rig.shown_text import in_lines, in_one_line
+from rig.report.shown_text import in_lines, in_one_line
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

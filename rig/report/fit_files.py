@@ -16,7 +16,7 @@ from rig.own_units import own_plain, own_text
 from rig.record import Record
 from rig.report.figure_texts import in_markdown
 from rig.report.fit_figures import comparison_figure, convergence_figure, save_figure
-from rig.shown_text import in_one_line
+from rig.report.shown_text import in_one_line
 
 
 def write_fit_figures(found: Identified, records: Sequence[Record], folder: Path) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import jinja2
 
-from rig.shown_text import in_lines
+from rig.report.shown_text import in_lines
 
 
 def rendered(source: str, filters: Mapping[str, Callable[..., object]] = MappingProxyType({}), **words: object) -> str:

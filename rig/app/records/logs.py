@@ -24,8 +24,8 @@ from rig.log.mcap.writer import PARTIAL_SUFFIX
 from rig.model.resample import on_grid
 from rig.outputs import check_free, file_name, make_folder, targets_in
 from rig.record import Record
+from rig.report.shown_text import in_one_line
 from rig.sample import Phase
-from rig.shown_text import in_one_line
 
 IMPORTED: Final = "imported_from"
 """The run fact of a log that was made of another tool's file, of whose run nothing is known: that file's name."""

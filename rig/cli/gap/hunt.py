@@ -11,7 +11,7 @@ from rig.cli.gap.options import baseline_option, reference_option
 from rig.cli.outputs import Command, output_option
 from rig.cli.service.daemon import socket_option
 from rig.outputs import Kind
-from rig.shown_text import in_one_line
+from rig.report.shown_text import in_one_line
 
 if TYPE_CHECKING:
     from rig.app.gap.hunt_folder import Step

@@ -7,7 +7,7 @@ import click
 from rig.cli.common import emit, json_option
 from rig.cli.outputs import Command, output_option
 from rig.outputs import Kind
-from rig.shown_text import in_lines
+from rig.report.shown_text import in_lines
 
 
 @click.command(cls=Command)

@@ -9,7 +9,7 @@ from rig.app.terminal import console, listing
 from rig.cli.common import Number, emit, json_option
 from rig.cli.outputs import Command, Output, output_option
 from rig.outputs import Kind
-from rig.shown_text import in_lines
+from rig.report.shown_text import in_lines
 
 if TYPE_CHECKING:
     from rig.app.runs.tracking import Prepared, Tracked

@@ -12,7 +12,7 @@ import click
 from rig.app.terminal import console
 from rig.cli.common import F, Number, emit, json_option
 from rig.cli.outputs import Command
-from rig.shown_text import in_one_line
+from rig.report.shown_text import in_one_line
 
 if TYPE_CHECKING:
     from rig.service.settings import DaemonSettings

@@ -6,7 +6,7 @@ from typing import Any, Final
 from rich.markup import escape
 
 from rig.channels import PNEUMATIC, Channels, channels_of
-from rig.shown_text import in_one_line
+from rig.report.shown_text import in_one_line
 
 COLOURS = {"disarmed": "white", "armed": "yellow", "running": "green", "done": "cyan", "fault": "bold red"}
 

@@ -16,7 +16,7 @@ from rig.app.terminal import console, listing, styled
 from rig.cli.commands import cli
 from rig.cli.service.picture import status_lines
 from rig.log.convert import write_content
-from rig.shown_text import in_one_line
+from rig.report.shown_text import in_one_line
 
 HOSTILE = "\x1b[2J\x1b]0;title\x07\r\u202e[/x][bold]\n  log: ok\ud800"
 

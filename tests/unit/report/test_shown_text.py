@@ -2,7 +2,7 @@
 
 import pytest
 
-from rig.shown_text import in_lines, in_one_line
+from rig.report.shown_text import in_lines, in_one_line
 
 
 @pytest.mark.parametrize("shown", [in_one_line, in_lines])
