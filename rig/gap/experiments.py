@@ -12,7 +12,7 @@ from dataclasses import replace
 from rig.errors import RecordError
 from rig.gap.answer.result import Diagnosis
 from rig.gap.evidence.posterior import heard
-from rig.gap.pipeline import Grounds, Question, Said, answer, weigh
+from rig.gap.pipeline import FurtherEvidence, Grounds, Question, answer, weigh
 from rig.gap.reference.build import Kind
 from rig.gap.reference.fast import known_hz
 from rig.identify.response.fingerprint import fingerprint_of
@@ -29,11 +29,13 @@ def answer_with(question: Question, experiments: Sequence[Sequence[Record]]) -> 
     if not question.days:
         question = replace(question, known_hz=known_hz(question.records))
     records = [record for some in experiments for record in some]
-    return answer(replace(question, said=_said_by(_for_experiments(question), records)) if records else question)
+    if not records:
+        return answer(question)
+    return answer(replace(question, further=_further_evidence(_for_experiments(question), records)))
 
 
-def _said_by(question: Question, records: Sequence[Record]) -> Said:
-    """What the records of experiments say once the session is known, by factor."""
+def _further_evidence(question: Question, records: Sequence[Record]) -> FurtherEvidence:
+    """The evidence in the records of experiments once that of the session is known."""
     named = [replace(record, name=f"{number}_{record.name}") for number, record in enumerate(records, 1)]
     before, after = _heard(question), _heard(replace(question, records=[*question.records, *named]))
     return {
@@ -42,7 +44,7 @@ def _said_by(question: Question, records: Sequence[Record]) -> Said:
     }
 
 
-def _heard(question: Question) -> Said:
+def _heard(question: Question) -> FurtherEvidence:
     _, _, posteriors = weigh(question)
     return {posterior.stand.name: heard(posterior) for posterior in posteriors if not posterior.given}
 

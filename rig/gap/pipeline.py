@@ -36,7 +36,7 @@ from rig.model.fingerprint import Fingerprint
 from rig.model.parameters import Model
 from rig.record import Column, Record
 
-USUAL_P0_MPA = 0.2
+DEFAULT_P0_MPA = 0.2
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Grounds:
     posteriors: tuple[Posterior, ...]
 
 
-Said = Mapping[str, Mapping[str, float]]
+FurtherEvidence = Mapping[str, Mapping[str, float]]
 """Log evidence (nats) of further experiments, by factor and hypothesis; it is added to the prior odds."""
 
 
@@ -64,7 +64,7 @@ class Question:
     """The simulator was made for another rig of the build, or from data sheets."""
     pressures: bool = True
     library: Sequence[str] | None = None
-    said: Said = field(default_factory=dict)
+    further: FurtherEvidence = field(default_factory=dict)
     known_hz: float = np.inf
     """Fastest excitation that the reference is known from, see `Expected`."""
     withheld: Sequence[str] = ()
@@ -96,7 +96,7 @@ def answer(question: Question) -> tuple[Diagnosis, Grounds]:
     def after(causes: Sequence[tuple[str, Fit]]) -> HowFar:
         return how_far(causes, expected, simulator, settings)
 
-    retuning = None if refit is None else refit.told
+    retuning = None if refit is None else refit.retuning
     findings = Findings(
         expected, simulator, posteriors, marks, retuning, settings, missed, bool(question.withheld), question.room
     )
@@ -150,44 +150,44 @@ def _judged(
     """What competes on each factor, upstream first; and what was expected of the angle, given what the pressures
     say."""
 
-    def said(stand: Stand) -> Mapping[str, float]:
-        return question.said.get(stand.name, {})
+    def further(stand: Stand) -> Mapping[str, float]:
+        return question.further.get(stand.name, {})
 
     def judged(stand: Stand) -> Posterior:
-        return judge(effects, _with_withheld(question, stand), said(stand))
+        return judge(effects, _with_withheld(question, stand), further(stand))
 
     def seconded(alone: Posterior) -> tuple[Posterior, ...]:
-        return with_second(effects, alone, said(alone.stand))
+        return with_second(effects, alone, further(alone.stand))
 
     if not expected.driven or not question.ahead:
         return expected, seconded(judged(angle_stand(expected, settings)))
     ahead = judged(pressure_stand(expected, settings))
     days = pressure_days(expected.tracks)
-    told = {name: _told_by(ahead, name, expected, days, settings) for name in ahead.likely(STILL_LIKELY)}
-    found = {name: judged(angle_stand(told[name], settings)) for name in told}
-    faint = _faint(ahead, told, expected, days, settings)
-    if len(told) + len(faint) > 1:
+    given = {name: _given(ahead, name, expected, days, settings) for name in ahead.likely(STILL_LIKELY)}
+    found = {name: judged(angle_stand(given[name], settings)) for name in given}
+    faint = _faint(ahead, given, expected, days, settings)
+    if len(given) + len(faint) > 1:
         heard = {name: one.log_evidence for name, one in found.items()}
         few = _still_open(effects, found.values())
         heard |= {name: judge(few, angle_stand(one, settings)).log_evidence for name, one in faint.items()}
         ahead = ahead.with_evidence(heard)
-    best = max((*told, *faint), key=lambda name: ahead.probability[name])
+    best = max((*given, *faint), key=lambda name: ahead.probability[name])
     if best in faint:
-        told, found = faint, {best: judged(angle_stand(faint[best], settings))}
-    return told[best], (*seconded(ahead), *seconded(found[best]))
+        given, found = faint, {best: judged(angle_stand(faint[best], settings))}
+    return given[best], (*seconded(ahead), *seconded(found[best]))
 
 
 def _faint(
-    ahead: Posterior, told: Mapping[str, Expected], expected: Expected, days: Column, settings: Fitted
+    ahead: Posterior, given: Mapping[str, Expected], expected: Expected, days: Column, settings: Fitted
 ) -> dict[str, Expected]:
     """What is expected of the angle by hypotheses ahead of the monitors that are unlikely by the pressures, and that
     read the monitors otherwise than the likeliest: an offset that is really there moves the joint, one of a monitor
     does not, and the pressures alone do not tell these apart."""
-    likeliest = next(iter(told.values())).misread
+    likeliest = next(iter(given.values())).misread
     if likeliest is None:
         return {}
-    unlikely = [name for name in ahead.likely(FAINT) if name not in told and name in ahead.fits][:MOST_FAINT]
-    made = {name: _told_by(ahead, name, expected, days, settings) for name in unlikely}
+    unlikely = [name for name in ahead.likely(FAINT) if name not in given and name in ahead.fits][:MOST_FAINT]
+    made = {name: _given(ahead, name, expected, days, settings) for name in unlikely}
     return {name: one for name, one in made.items() if one.misread and one.misread.differs(likeliest)}
 
 
@@ -197,7 +197,7 @@ def _still_open(effects: Sequence[Effect], found: Iterable[Posterior]) -> list[E
     return [effect for effect in effects if effect.name in possible]
 
 
-def _told_by(ahead: Posterior, name: str, expected: Expected, days: Column, settings: Fitted) -> Expected:
+def _given(ahead: Posterior, name: str, expected: Expected, days: Column, settings: Fitted) -> Expected:
     """What is expected of the angle once a hypothesis holds ahead of the monitors; `days`: the pressures of the earlier
     days (n, K)."""
     if name == UNKNOWN:
@@ -219,7 +219,7 @@ def _with_withheld(question: Question, stand: Stand) -> Stand:
 
 
 def _paired(question: Question, records: Sequence[Record], days: Sequence[Sequence[Record]]) -> Pairing:
-    p0_mpa = question.model.p0_mpa if question.model else USUAL_P0_MPA
+    p0_mpa = question.model.p0_mpa if question.model else DEFAULT_P0_MPA
     if not question.kind.by_days:
         return pair_with_kept(records, _fingerprint(question), p0_mpa, pressures=question.pressures)
     pairing = pair_up(records, days, p0_mpa, pressures=question.pressures)

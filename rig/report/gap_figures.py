@@ -264,7 +264,7 @@ def _ranking(diagnosis: Diagnosis) -> "Figure":
     for row, line in zip(rows, lines, strict=True):
         axes.text(1.04, float(row), f"{line.probability:.2f}", va="center", fontsize=8)
     axes.text(1.04, -0.8, "probability", va="center", fontsize=8)
-    axes.set_yticks(rows, [f"{line.effect} ({line.side})" for line in lines], fontsize=8)
+    axes.set_yticks(rows, [f"{line.effect} ({line.judged_on})" for line in lines], fontsize=8)
     axes.set_xlim(0.0, 1.25)
     axes.set_ylim(len(lines) - 0.4, -1.4)
     axes.set_xlabel("share that it explains of what it was judged on")

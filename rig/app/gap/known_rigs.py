@@ -27,7 +27,7 @@ from rig.model.simulation import simulate
 from rig.record import Record
 from rig.rig_config import load_rig
 
-USUAL_SWEEP = Path("gap")
+DEFAULT_SWEEP = Path("gap")
 """What a simulator's answer is described on, and what is asked about when no sweep is named."""
 
 
@@ -113,7 +113,7 @@ def _by_fingerprint(known: Fingerprint) -> Rig:
 
 
 def _by_simulator(model: Model, *, sister: bool) -> Rig:
-    records = [simulate(model, record) for record in commands_of(USUAL_SWEEP, model.sample_time_s)]
+    records = [simulate(model, record) for record in commands_of(DEFAULT_SWEEP, model.sample_time_s)]
     known = known_rig(expect(Kind.SIMULATOR, sister, model, pair_up(records, [], model.p0_mpa)))
     return replace(known, noise=Noise())  # a simulator's own records have none
 
@@ -121,7 +121,7 @@ def _by_simulator(model: Model, *, sister: bool) -> Rig:
 def family_rig(family: str, unit: int) -> Rig:
     """A unit of a plant family, described by a fingerprint of one day of the usual session."""
     simulator = by_plant(family, unit, 0)
-    records = [simulator.answer(record) for record in commands_of(USUAL_SWEEP, simulator.period_s)]
+    records = [simulator.answer(record) for record in commands_of(DEFAULT_SWEEP, simulator.period_s)]
     model = load_model(find_config(Path("simulated"), "models"))
     known = fingerprint_of(records, model)
     assert known is not None

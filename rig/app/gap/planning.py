@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from rig.app.gap.effects import sizes_of
-from rig.app.gap.known_rigs import USUAL_SWEEP, Asked, Known, family_rig, known_by_call
+from rig.app.gap.known_rigs import DEFAULT_SWEEP, Asked, Known, family_rig, known_by_call
 from rig.app.gap.levels import known_families
 from rig.app.model.simulating import commands_of
 from rig.app.shipped import find_config
@@ -20,7 +20,7 @@ from rig.gap.hypotheses.library import LIBRARY
 from rig.gap.plan.candidates import Room, candidates, lasting_s, planned, sweep_text
 from rig.gap.plan.capability import FALSE_ALARM_RATE, Ability, Capability, capability
 from rig.gap.plan.data_sheet import ALLOWED, Allowed
-from rig.gap.plan.design import Design, Told, appraise, design
+from rig.gap.plan.design import Design, DetectionPower, appraise, design
 from rig.gap.plan.raw_ability import raw_abilities
 from rig.gap.plan.rehearse import rehearse, within
 from rig.gap.records.usable import reasons, usable
@@ -56,7 +56,7 @@ def capability_of(asked: Asked, sweeps: Sequence[Path]) -> Able:
     known, settings = known_by_call(asked), fitted()
     found: dict[str, Capability] = {}
     notes: list[str] = []
-    for path in sweeps or [USUAL_SWEEP]:
+    for path in sweeps or [DEFAULT_SWEEP]:
         sweep = load_sweep(find_config(path, "sweeps"))
         _check_limits(sweep, asked.rig)
         commands = commands_of(path, known.period_s)
@@ -115,21 +115,22 @@ def room_of(rig: Path | None) -> Room:
 
 @dataclass(frozen=True)
 class Designed:
-    """A designed session beside the usual one."""
+    """A designed session beside the default one."""
 
     design: Design
-    usual: Told
-    usual_s: float
+    default: DetectionPower
+    """Of the default sweep, which takes `default_s`."""
+    default_s: float
     rigs: int
     channels: Channels = PNEUMATIC
 
     def text(self, name: str) -> str:
         """The sweep's YAML."""
-        told = self.design.told
+        power = self.design.power
         comment = (
             f"A session designed on {self.rigs} rigs: {self.design.seconds / 60:.1f} min, "
-            f"{100 * told.seen:.0f} % of the effects seen and\n{100 * told.parted:.0f} % of their pairs told apart at "
-            f"their usual sizes, as the likelihood predicts (`pamrig gap design`)."
+            f"{100 * power.seen:.0f} % of the effects seen and\n{100 * power.parted:.0f} % of their pairs told apart "
+            f"at their usual sizes, as the likelihood predicts (`pamrig gap design`)."
         )
         return sweep_text(name, self.design.entries, comment + _working_range(self.channels))
 
@@ -170,8 +171,8 @@ def design_session(
     found = design(rigs, pool, seconds, effects, settings, known_of_rigs)
     if not found.entries:
         raise ConfigError(f"--minutes {seconds / 60:g}: no record fits into that; one takes 15 s at least")
-    usual = resting(load_sweep(find_config(USUAL_SWEEP, "sweeps")))
-    return Designed(found, appraise(rigs, usual, effects, settings), lasting_s(usual), len(rigs), known.channels)
+    default = resting(load_sweep(find_config(DEFAULT_SWEEP, "sweeps")))
+    return Designed(found, appraise(rigs, default, effects, settings), lasting_s(default), len(rigs), known.channels)
 
 
 def _pool(known: Known, room: Room) -> list[Entry]:

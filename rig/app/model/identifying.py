@@ -14,14 +14,14 @@ from rig.fields import bounded
 from rig.identify.fit import Identified, Settings, identify
 from rig.identify.records.data import Options, best_input, check_length, cut
 from rig.identify.records.zero import zero_shown
-from rig.identify.response.mean_law import USUAL, mean_law
+from rig.identify.response.mean_law import PROPORTIONAL, mean_law
 from rig.identify.search.stability import SweepRange
 from rig.identify.search.swarm import SwarmSettings
 from rig.identify.templates import Template, input_gain, rest_pressure, template_model
 from rig.model.parameters import Input, Model, StageKind, load_model
 from rig.record import Record
 
-USUAL_SAMPLE_TIME_S = 0.005
+DEFAULT_SAMPLE_TIME_S = 0.005
 SHORTEST_SAMPLE_TIME_S, LONGEST_SAMPLE_TIME_S = 0.001, 0.05
 """Outside, a period is more often a wrong unit of time than a rig."""
 SLOWEST_HZ, FASTEST_HZ = 0.01, 20.0
@@ -119,7 +119,7 @@ def start_model(start: StartOptions, records: list[Record], options: Options) ->
     shown = [cut(record, options) for record in records]
     free_offset = start.free_offset
     if free_offset is None:
-        why = zero_shown(shown, drive, p0_mpa, USUAL if exponent is None else exponent)
+        why = zero_shown(shown, drive, p0_mpa, PROPORTIONAL if exponent is None else exponent)
         choices += [why] if why else []
         free_offset = bool(why)
     template = Template(
@@ -141,7 +141,7 @@ def sample_time_s(records: Sequence[Record], options: Options) -> float:
     Periods of logs differ in their last digits: three are kept.
     """
     if options.resample:
-        return USUAL_SAMPLE_TIME_S
+        return DEFAULT_SAMPLE_TIME_S
     period = float(f"{np.median([record.period_s for record in records if len(record) > 1] or [0.0]):.3g}")
     if period and not SHORTEST_SAMPLE_TIME_S <= period <= LONGEST_SAMPLE_TIME_S:
         fits = [unit for unit, of in _SMALLER if SHORTEST_SAMPLE_TIME_S <= period / of <= LONGEST_SAMPLE_TIME_S]
@@ -149,9 +149,9 @@ def sample_time_s(records: Sequence[Record], options: Options) -> float:
         raise RecordError(
             f"{records[0].name}: sampled every {1e3 * period:.4g} ms; a model is identified at "
             f"{1e3 * SHORTEST_SAMPLE_TIME_S:g} to {1e3 * LONGEST_SAMPLE_TIME_S:g} ms; {doubt}--resample puts the "
-            f"records onto {1e3 * USUAL_SAMPLE_TIME_S:g} ms, --sample-time insists"
+            f"records onto {1e3 * DEFAULT_SAMPLE_TIME_S:g} ms, --sample-time insists"
         )
-    return period or USUAL_SAMPLE_TIME_S
+    return period or DEFAULT_SAMPLE_TIME_S
 
 
 def sweep_range(low_hz: float, high_hz: float, amplitude_mpa: float | None, records: Sequence[Record]) -> SweepRange:

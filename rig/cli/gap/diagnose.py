@@ -150,7 +150,7 @@ def _show(diagnosis: "Diagnosis", name: str | None, json_to: str | None) -> None
             table.add_row(
                 line.effect,
                 stage_name(line.stage, diagnosis.channels),
-                say(line.side),
+                say(line.judged_on),
                 f"{100 * line.explained_fraction:.0f} %",
                 f"{line.probability:.2f}",
             )

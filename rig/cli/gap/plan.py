@@ -148,21 +148,21 @@ def design(
             update,
         )
     write_text(output, found.text(output.stem), Kind.SWEEP)
-    told, usual = found.design.told, found.usual
+    power, default = found.design.power, found.default
     out = console(json_to)
     for line in compared_with(baselines, model, every=every_day):
         out.print(line)
     table = listing("session", "minutes", "effects seen", "pairs told apart")
-    for name, one, seconds in ((str(output), told, found.design.seconds), ("gap", usual, found.usual_s)):
+    for name, one, seconds in ((str(output), power, found.design.seconds), ("gap", default, found.default_s)):
         table.add_row(name, f"{seconds / 60:.1f}", f"{100 * one.seen:.0f} %", f"{100 * one.parted:.0f} %")
     out.print(table)
     emit(
         {
             "sweep": str(output),
             "minutes": found.design.seconds / 60,
-            "seen": told.seen,
-            "parted": told.parted,
-            "usual": {"sweep": "gap", "minutes": found.usual_s / 60, "seen": usual.seen, "parted": usual.parted},
+            "seen": power.seen,
+            "parted": power.parted,
+            "usual": {"sweep": "gap", "minutes": found.default_s / 60, "seen": default.seen, "parted": default.parted},
             "rigs": found.rigs,
         },
         json_to,

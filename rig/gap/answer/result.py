@@ -32,8 +32,8 @@ class Cause:
 
     effect: str
     stage: str
-    side: str
-    """What it was judged on: pressures, angle, or the raw samples (RAW)."""
+    judged_on: str
+    """Pressures, angle, or the raw samples (RAW)."""
     applied: Applied | None
     parameters: Mapping[str, Interval]
     gap_before_deg: float
@@ -50,13 +50,13 @@ class Cause:
     @property
     def is_raw(self) -> bool:
         """Judged on the raw samples: the smoothed angle need not show it."""
-        return self.side in RAW
+        return self.judged_on in RAW
 
     def to_json(self) -> dict[str, Any]:
         return {
             "effect": self.effect,
             "stage": self.stage,
-            "judged_on": self.side,
+            "judged_on": self.judged_on,
             "parameters": {name: number.to_json() for name, number in self.parameters.items()},
             "gap_before_deg": self.gap_before_deg,
             "gap_after_deg": self.gap_after_deg,
@@ -101,7 +101,7 @@ class Ranked:
 
     effect: str
     stage: str
-    side: str
+    judged_on: str
     explained_fraction: float
     probability: float
     minus_log_evidence: float
@@ -111,7 +111,7 @@ class Ranked:
         return {
             "effect": self.effect,
             "stage": self.stage,
-            "judged_on": self.side,
+            "judged_on": self.judged_on,
             "explained_fraction": self.explained_fraction,
             "probability": self.probability,
             "minus_log_evidence_nats": self.minus_log_evidence,
@@ -149,7 +149,7 @@ class Diagnosis:
     @property
     def added(self) -> list[Applied]:
         """What goes into the simulator and has a course there: the causes without those found by a signature."""
-        return [cause.applied for cause in self.causes if cause.applied is not None and cause.side != SIGNATURE]
+        return [cause.applied for cause in self.causes if cause.applied is not None and cause.judged_on != SIGNATURE]
 
     def to_json(self) -> dict[str, Any]:
         """The JSON of the command, plain data throughout, in the rig's own units."""

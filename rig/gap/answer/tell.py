@@ -98,7 +98,7 @@ def _unknown_beside(
         return [_rest(kept, before)], []
     if findings.limited and not kept:
         return suspected, []
-    small = [one for one in suspected if left <= above and (above < before or not _stands_out(findings, one.side))]
+    small = [one for one in suspected if left <= above and (above < before or not _stands_out(findings, one.judged_on))]
     why = "with what is named nothing is left" if above < before else "nothing stands"
     notes = (
         f"something small that is not in the library may act{' as well' if kept else ''}, at the {one.stage} "
@@ -313,7 +313,7 @@ def _shares(findings: Findings) -> dict[str, float]:
 
 def _ranking(findings: Findings, marks: Sequence[Cause]) -> list[Ranked]:
     """What the raw samples show and all effects of both factors, by probability."""
-    lines = [Ranked(one.effect, one.stage, one.side, one.explained_fraction, one.confidence, 0.0) for one in marks]
+    lines = [Ranked(one.effect, one.stage, one.judged_on, one.explained_fraction, one.confidence, 0.0) for one in marks]
     for posterior in findings.posteriors:
         for name, fit in posterior.fits.items():
             lies_in = EFFECT_STAGES[fit.applied.stage].lies_in

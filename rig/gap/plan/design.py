@@ -20,7 +20,7 @@ from rig.record import Column
 SWAPS = 3
 """Passes that try another record in place of each chosen one; more change nothing on the rigs tried."""
 
-MORE_TOLD = 0.001
+LEAST_GAIN = 0.001
 """Of the score, that a further record adds at least. More: shorter sessions. Less: records that tell nothing."""
 LISTED = 40
 """Records that are tried in place of a chosen one. More: slower."""
@@ -29,8 +29,8 @@ FEW = 10
 
 
 @dataclass(frozen=True)
-class Told:
-    """What a selection of records would tell, in the mean over the rigs that it was designed on."""
+class DetectionPower:
+    """How well a selection of records would tell effects, in the mean over the rigs that it was designed on."""
 
     seen: float
     """Share of the effects that would be seen at their usual size; parts of what it takes count in part."""
@@ -48,7 +48,7 @@ class Design:
     """The chosen records, what they tell, and how long they take on the rig."""
 
     entries: tuple[Entry, ...]
-    told: Told
+    power: DetectionPower
     seconds: float
 
 
@@ -61,7 +61,7 @@ def design(
     report: Callable[[int], None] = lambda done: None,
 ) -> Design:
     """The records of the pool that together tell most within `seconds`: the best addition a second, again and again,
-    then exchanges (Fedorov 1972). It ends before the time does where no record adds MORE_TOLD: the likelihood believes
+    then exchanges (Fedorov 1972). It ends before the time does where no record adds LEAST_GAIN: the likelihood believes
     long sessions no more than those of SESSION_S, so that a record with little to tell takes from the others."""
     known = _all_known(rigs, pool, effects, settings, report)
     times = [lasts_s(entry) for entry in pool]
@@ -71,12 +71,14 @@ def design(
     for _ in range(SWAPS):
         if not _exchanged(known, chosen, times, seconds):
             break
-    return Design(tuple(pool[k] for k in chosen), told_by(known, chosen), sum(times[k] for k in chosen))
+    return Design(tuple(pool[k] for k in chosen), power_of(known, chosen), sum(times[k] for k in chosen))
 
 
-def appraise(rigs: Sequence[Rig], entries: Sequence[Entry], effects: Sequence[Effect], settings: Fitted) -> Told:
+def appraise(
+    rigs: Sequence[Rig], entries: Sequence[Entry], effects: Sequence[Effect], settings: Fitted
+) -> DetectionPower:
     """What a session that there is would tell."""
-    return told_by([_known(rig, entries, effects, settings) for rig in rigs], range(len(entries)))
+    return power_of([_known(rig, entries, effects, settings) for rig in rigs], range(len(entries)))
 
 
 @dataclass(frozen=True)
@@ -146,15 +148,15 @@ def _needed(directions: Sequence[Direction], prior: Prior, odds: Odds, effects: 
     return np.array([seen_separation(prior, odds, count, effects) for count in choices])
 
 
-def told_by(known: Sequence[_Known], chosen: Sequence[int]) -> Told:
+def power_of(known: Sequence[_Known], chosen: Sequence[int]) -> DetectionPower:
     """What some records of the pool tell, in the mean over the rigs."""
     if not chosen:
-        return Told(0.0, 0.0)
-    both = np.array([_told_on(rig, chosen) for rig in known])
-    return Told(float(both[:, 0].mean()), float(both[:, 1].mean()))
+        return DetectionPower(0.0, 0.0)
+    both = np.array([_power_on(rig, chosen) for rig in known])
+    return DetectionPower(float(both[:, 0].mean()), float(both[:, 1].mean()))
 
 
-def _told_on(rig: _Known, chosen: Sequence[int]) -> tuple[float, float]:
+def _power_on(rig: _Known, chosen: Sequence[int]) -> tuple[float, float]:
     seen: list[float] = []
     parted: list[float] = []
     for factor, owners, needed in zip(rig.factors, rig.owners, rig.needed, strict=True):
@@ -166,19 +168,19 @@ def _told_on(rig: _Known, chosen: Sequence[int]) -> tuple[float, float]:
 
 
 def _addition(known: Sequence[_Known], chosen: Sequence[int], times: Sequence[float], seconds: float) -> int | None:
-    """The record that adds most a second; None when none fits any more, or adds MORE_TOLD."""
+    """The record that adds most a second; None when none fits any more, or adds LEAST_GAIN."""
     left = seconds - sum(times[k] for k in chosen)
-    before = told_by(known, chosen).score
+    before = power_of(known, chosen).score
     fitting = [k for k in range(len(times)) if k not in chosen and times[k] <= left]
     gains = {k: score - before for k, score in _scores(known, chosen, fitting).items()}
-    worth = [k for k, gain in gains.items() if gain >= MORE_TOLD]
+    worth = [k for k, gain in gains.items() if gain >= LEAST_GAIN]
     return max(worth, key=lambda k: gains[k] / times[k], default=None)
 
 
 def _scores(known: Sequence[_Known], chosen: Sequence[int], further: Sequence[int]) -> dict[int, float]:
     """Of the chosen records with each of the further ones."""
     beside = [one.beside(chosen) for one in known]
-    return {k: told_by(beside, [k]).score for k in further}
+    return {k: power_of(beside, [k]).score for k in further}
 
 
 def _short_list(known: Sequence[_Known], chosen: Sequence[int]) -> list[int]:

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from rig.gap.records.dropouts import MEASURED, Rows
-from rig.gap.records.settings import FAR_OUT, MOST_OUTLIERS, OUTLIER_ROWS, RETURNS, USUAL
+from rig.gap.records.settings import FAR_OUT, MOST_OUTLIERS, OUTLIER_ROWS, RETURNS, SPREAD_QUANTILE
 from rig.record import Column, Record
 
 
@@ -55,7 +55,7 @@ def _excursions(values: Column, width: int) -> Rows:
     off = np.array([values[1 + row : 1 + row + last] - middle for row in range(width)])
     lowest, highest = off.min(axis=0), off.max(axis=0)
     depth = np.maximum(lowest, -highest)
-    usual = float(np.quantile(np.maximum(highest, -lowest), USUAL))
+    usual = float(np.quantile(np.maximum(highest, -lowest), SPREAD_QUANTILE))
     rows = np.zeros(len(values), dtype=bool)
     if depth.max() <= FAR_OUT * usual:  # most columns are done here
         return rows

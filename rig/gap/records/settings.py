@@ -34,7 +34,7 @@ FEWEST_DROPOUTS = 3
 """Samples that fell to one rail from which on they are drop-outs and not outliers; 0.5 % of two 20 s records are 40."""
 OUTLIER_ROWS = 3
 """Samples in a row that may be one outlier. More: a joint that snaps and comes back is left out."""
-USUAL, FAR_OUT = 0.99, 8.0
+SPREAD_QUANTILE, FAR_OUT = 0.99, 8.0
 """An outlier stands this many times further from its neighbours than all but the largest hundredth do: beyond twenty
 standard deviations of normal noise, eight steps of a converter. Fewer: heavy-tailed noise loses its tails; more: pulses
 stay in."""

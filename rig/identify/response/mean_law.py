@@ -15,7 +15,7 @@ from rig.model.parameters import Input, Model, Parameter
 from rig.record import Column, Record
 
 NAME = "mean_exponent"
-USUAL = 1.0
+PROPORTIONAL = 1.0
 """Of antagonistic muscles whose stiffness rises in proportion with their pressure."""
 
 
@@ -28,7 +28,10 @@ def mean_law(records: Sequence[Record], drive: Input, p0_mpa: float) -> tuple[fl
         return None, f"law of the mean pressure: identified, the mean moves from {low:.3g} to {high:.3g} MPa"
     if drive is Input.COMMAND:
         return 0.0, f"law of the mean pressure: none, {shown}"
-    return USUAL, f"law of the mean pressure: mean_exponent held at {USUAL:g}, {shown} and shows nothing of it"
+    return (
+        PROPORTIONAL,
+        f"law of the mean pressure: mean_exponent held at {PROPORTIONAL:g}, {shown} and shows nothing of it",
+    )
 
 
 def _mean_mpa(record: Record, drive: Input) -> Column | None:

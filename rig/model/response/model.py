@@ -43,7 +43,7 @@ class Balance:
 
 REGULATOR_TERMS = 8
 """Numbers of a regulator's correction, see `regulator_terms`."""
-USUAL_REGULATOR: Regulator = (0.005, 0.05, 0.05)
+TYPICAL_REGULATOR: Regulator = (0.005, 0.05, 0.05)
 """A regulator of which nothing is known."""
 NO_FRICTION = Balance(0.0, 0.0, (0.0,) * len(LOOP_RADII_DEG), (0.0, 0.0, 0.0))
 
@@ -159,6 +159,6 @@ def regulators_of(model: Model | None) -> tuple[Regulator, Regulator]:
     """The model's regulators as the response model has them, without limits of the flow; usual ones where it has
     none."""
     if model is None or model.valve.kind != StageKind.REGULATORS:
-        return USUAL_REGULATOR, USUAL_REGULATOR
+        return TYPICAL_REGULATOR, TYPICAL_REGULATOR
     fills_s, exhausts_s = np.clip(regulator_times_s(model.valve), 0.002, 1.0).tolist()
-    return (USUAL_REGULATOR[0], fills_s[0], exhausts_s[0]), (USUAL_REGULATOR[0], fills_s[1], exhausts_s[1])
+    return (TYPICAL_REGULATOR[0], fills_s[0], exhausts_s[0]), (TYPICAL_REGULATOR[0], fills_s[1], exhausts_s[1])

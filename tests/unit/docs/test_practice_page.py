@@ -30,7 +30,7 @@ def test_the_tutorial_tells_what_comes_out(recorded: Path) -> None:
     baselines = [read(day) for day in sorted(recorded.glob("healthy/*"))]
     found = diagnose(load_model(ROOT / "configs/models/simulated.yaml"), read(recorded / "bad_day"), baselines)
     size = {cause.effect: next(iter(cause.parameters.values())).value for cause in found.causes}
-    chance = {(line.effect, line.side): f"{line.probability:.2f}" for line in found.ranking}
+    chance = {(line.effect, line.judged_on): f"{line.probability:.2f}" for line in found.ranking}
     for said in (
         f"{100 * found.where.shares['valve']:.0f} % of the angle gap",
         f"a delay of {1e3 * size['delay']:.0f} ms and a backlash of +-{size['backlash']:.2f} degrees",

@@ -106,8 +106,8 @@ def test_retuning_finds_the_parameter_that_moved() -> None:
     moved = replace(rig, valve=replace(rig.valve, parameters={**rig.valve.parameters, "valve1_tau_s": slower}))
     found = retune(moved, pair_up(session(72), [], rig.p0_mpa).pairs, True)
     assert found is not None
-    assert found.told.closes_fraction > 0.9
-    (tau,) = [one for one in found.told.moved if one.name == "valve1_tau_s"]
+    assert found.retuning.closes_fraction > 0.9
+    (tau,) = [one for one in found.retuning.moved if one.name == "valve1_tau_s"]
     assert tau.after == pytest.approx(rig.valve.parameters["valve1_tau_s"].value, rel=0.05)
     assert tau.low <= tau.after <= tau.high
 
@@ -115,8 +115,8 @@ def test_retuning_finds_the_parameter_that_moved() -> None:
 def test_retuning_a_simulator_that_fits_moves_no_time_constant() -> None:
     found = retune(model(), pair_up(session(73), [], model().p0_mpa).pairs, True)
     assert found is not None
-    assert [one.name for one in found.told.moved if one.name.endswith("tau_s")] == []
-    assert found.told.after_deg < 2.0 * found.told.before_deg
+    assert [one.name for one in found.retuning.moved if one.name.endswith("tau_s")] == []
+    assert found.retuning.after_deg < 2.0 * found.retuning.before_deg
 
 
 def sister(fill: float = 1.0, exhaust: float = 1.0) -> Model:
@@ -166,7 +166,7 @@ def test_a_lag_is_named_beside_another_zero() -> None:
 def test_retuning_finds_that_exhausting_takes_longer() -> None:
     found = retune(sister(1.0, 0.7), pair_up(session(76), [], model().p0_mpa).pairs, True)
     assert found is not None
-    (ratio,) = [one for one in found.told.moved if one.name == "valve1_exhaust_ratio"]
+    (ratio,) = [one for one in found.retuning.moved if one.name == "valve1_exhaust_ratio"]
     assert (ratio.before, ratio.after) == (pytest.approx(0.7), pytest.approx(1.0, abs=0.1))
 
 

@@ -70,7 +70,7 @@ def _errors(model: Model, records: Sequence[Record]) -> tuple[float, float] | No
     """Rms (deg) of the simulator's error on records that the fit has not seen, before and after it."""
     pairing = pair_up(list(records), [], model.p0_mpa)
     found = retune(model, pairing.pairs, pairing.pressures)
-    return None if found is None else (found.told.before_deg, found.told.after_deg)
+    return None if found is None else (found.retuning.before_deg, found.retuning.after_deg)
 
 
 def table(found: Sequence[Swallowed]) -> Iterator[tuple[str, float | None, int]]:

@@ -61,7 +61,7 @@ class Asked:
 
 
 @dataclass(frozen=True)
-class Said:
+class Answer:
     """One answer, as far as it is compared."""
 
     verdict: Verdict | None
@@ -115,7 +115,7 @@ def _priors() -> Iterator[Number]:
     yield Number(PRIORS, "commanded_floor", next(iter(known.levels.values())).commanded_floor)
 
 
-def answered(asked: Asked, number: Number | None = None, factor: float = 1.0) -> list[Said]:
+def answered(asked: Asked, number: Number | None = None, factor: float = 1.0) -> list[Answer]:
     """The answers to the cases with one number moved."""
     at_hand = moved_priors(fitted(), number, factor) if number and number.where == PRIORS else fitted()
     with _constant(number, factor):
@@ -124,7 +124,7 @@ def answered(asked: Asked, number: Number | None = None, factor: float = 1.0) ->
 
 def sensitivity(
     asked: Asked, workers: int | None = None, report: Callable[[int], None] = lambda done: None
-) -> tuple[list[Said], list[Moved]]:
+) -> tuple[list[Answer], list[Moved]]:
     """The answers as they are, and what each number does to them."""
     base = answered(asked)
     work = [(number, factor) for number in numbers() for factor in FACTORS]
@@ -132,12 +132,12 @@ def sensitivity(
         return base, list(each(pool, partial(_moved, asked, tuple(base)), work, report))
 
 
-def _moved(asked: Asked, base: Sequence[Said], work: tuple[Number, float]) -> Moved:
+def _moved(asked: Asked, base: Sequence[Answer], work: tuple[Number, float]) -> Moved:
     number, factor = work
-    said = answered(asked, number, factor)
-    verdicts = sum(one.verdict != other.verdict for one, other in zip(said, base, strict=True))
-    names = sum(one.named != other.named for one, other in zip(said, base, strict=True))
-    return Moved(number, factor, verdicts, names, sum(one.right for one in said))
+    answers = answered(asked, number, factor)
+    verdicts = sum(one.verdict != other.verdict for one, other in zip(answers, base, strict=True))
+    names = sum(one.named != other.named for one, other in zip(answers, base, strict=True))
+    return Moved(number, factor, verdicts, names, sum(one.right for one in answers))
 
 
 def moved_priors(known: Fitted, number: Number, factor: float) -> Fitted:
@@ -221,16 +221,16 @@ def _model(healthy: Sequence[Record], p0_mpa: float, case: Case) -> Model:
     return _models[key]
 
 
-def answer_to(case: Case, way: str, at_hand: Fitted) -> Said:
+def answer_to(case: Case, way: str, at_hand: Fitted) -> Answer:
     """What the diagnosis says of a case asked in one of WAYS, by these levels."""
     records, day, model = _read(case)
     simulator = {"session": None, "simulator": without_fingerprint(model)}.get(way, model)
     try:
         found, _ = diagnose_with_grounds(simulator, records, [day] if way == "session" else [], settings=at_hand)
     except RigError:
-        return Said(None, (), False)
+        return Answer(None, (), False)
     named = tuple(cause.effect for cause in found.causes if cause.is_named)
-    return Said(found.verdict, named, _right(case, found.verdict, named))
+    return Answer(found.verdict, named, _right(case, found.verdict, named))
 
 
 def _right(case: Case, verdict: Verdict, named: Sequence[str]) -> bool:

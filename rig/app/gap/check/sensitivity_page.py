@@ -4,14 +4,14 @@ many numbers decide at all."""
 from collections.abc import Mapping, Sequence
 from datetime import date
 
-from rig.app.gap.check.sensitivity import FACTORS, PRIORS, Asked, Moved, Number, Said
+from rig.app.gap.check.sensitivity import FACTORS, PRIORS, Answer, Asked, Moved, Number
 
 LIBRARY = "hypotheses/library.py"
 """Bounds and grids of the effects: physics, not judgement; counted apart."""
 
 
 def as_markdown(
-    asked: Asked, base: Sequence[Said], moved: Sequence[Moved], counted: Mapping[str, tuple[int, int]]
+    asked: Asked, base: Sequence[Answer], moved: Sequence[Moved], counted: Mapping[str, tuple[int, int]]
 ) -> str:
     """The page."""
     right, total = sum(one.right for one in base), len(base)

@@ -12,7 +12,7 @@ import numpy as np
 
 from hil.reference.families import disturbance, family
 from hil.reference.families import unit as plant_unit
-from rig.app.gap.known_rigs import USUAL_SWEEP, known_of
+from rig.app.gap.known_rigs import DEFAULT_SWEEP, known_of
 from rig.app.gap.planning import best_of
 from rig.app.shipped import find_config
 from rig.blind_check.follow_up import commands_of
@@ -35,11 +35,11 @@ from rig.record import Record
 DRIFT: Final = 0.01
 """Relative standard deviation of what drifts from day to day: the middle of what the blind check draws."""
 REACH: Final = 4.0
-"""Sizes are tried from this many times below to this many times above what is said."""
+"""Sizes are tried from this many times below to this many times above what is predicted."""
 HALVINGS: Final = 4
 """Of that range on a logarithmic scale: 2.8 octaves to 1.19."""
 WITHIN: Final = 1.5
-"""Factor within which said and found sizes are meant to agree."""
+"""Factor within which predicted and found sizes are meant to agree."""
 P0_MPA: Final = 0.2
 
 
@@ -50,9 +50,10 @@ class Found:
     family: str
     unit: int
     effect: str
-    said: float
+    predicted: float
+    """Seen in nine of ten cases, as the capability says."""
     found: float | None
-    """None where it is not found even at REACH times what is said."""
+    """None where it is not found even at REACH times what is predicted."""
 
 
 def compare_sizes(
@@ -79,18 +80,18 @@ def of_unit(rig: tuple[str, int, str]) -> list[Found]:
     model, kind = nominal_model(healthy, P0_MPA), Kind(reference)
     before = [healthy] if kind is Kind.SESSION else []
     known = known_of(model, before, reference)
-    plans = expand(load_sweep(find_config(USUAL_SWEEP, "sweeps")), known.grid_ns)
+    plans = expand(load_sweep(find_config(DEFAULT_SWEEP, "sweeps")), known.grid_ns)
     made = capability(rehearse(known, plans), list(LIBRARY.values()), fitted())
-    said = {one.effect: abs(one.detectable) for one in best_of(made.abilities) if one.detectable is not None}
+    predicted = {one.effect: abs(one.detectable) for one in best_of(made.abilities) if one.detectable is not None}
     shared = [effect for effect, law in family(name).effects.items() if law.library_parameter and not law.falling]
 
     def found(effect: str) -> float | None:
         def seen(size: float) -> bool:
             return detected(model, days.recorded({effect: size}, 1), before, kind)
 
-        return threshold(seen, said[effect])
+        return threshold(seen, predicted[effect])
 
-    return [Found(name, number, effect, said[effect], found(effect)) for effect in shared if effect in said]
+    return [Found(name, number, effect, predicted[effect], found(effect)) for effect in shared if effect in predicted]
 
 
 class _Days:
@@ -98,7 +99,7 @@ class _Days:
 
     def __init__(self, name: str, number: int) -> None:
         self._family, self._plant = name, plant_unit(name, number)
-        self._commands = commands_of(find_config(USUAL_SWEEP, "sweeps"))
+        self._commands = commands_of(find_config(DEFAULT_SWEEP, "sweeps"))
 
     def recorded(self, sizes: Mapping[str, float], day: int) -> list[Record]:
         """A day with these effects in it."""
@@ -121,15 +122,15 @@ def detected(model: Model, records: Sequence[Record], days: Sequence[Sequence[Re
     return any(judge(effects, stand).found for stand in (*stands, angle_stand(expected, settings)))
 
 
-def threshold(seen: Callable[[float], bool], said: float) -> float | None:
-    """The size from which an effect is seen, between REACH times below and above what is said; None where it is not
-    seen at all, or the plant cannot bear it."""
+def threshold(seen: Callable[[float], bool], predicted: float) -> float | None:
+    """The size from which an effect is seen, between REACH times below and above what is predicted; None where it is
+    not seen at all, or the plant cannot bear it."""
     try:
-        if not seen(REACH * said):
+        if not seen(REACH * predicted):
             return None
     except RigError:
         return None
-    low, high = said / REACH, said * REACH
+    low, high = predicted / REACH, predicted * REACH
     for _ in range(HALVINGS):
         middle = float(np.sqrt(low * high))
         low, high = (low, middle) if seen(middle) else (middle, high)
@@ -141,22 +142,22 @@ class Row:
     """One effect over all units."""
 
     effect: str
-    said: float
-    """Median of what was said, in `unit`."""
+    predicted: float
+    """Median of what was predicted, in `unit`."""
     found: float | None
     """Median of what was found."""
     unit: str
     ratios: tuple[float, ...]
-    """Found over said on each unit, infinite where it was not found."""
+    """Found over predicted on each unit, infinite where it was not found."""
 
     @property
     def ratio(self) -> float:
-        """Found over said where nine of ten are found: what is said is said for nine of ten."""
+        """Found over predicted where nine of ten are found: the prediction is for nine of ten."""
         return float(np.quantile(self.ratios, CHANCE, method="inverted_cdf"))
 
     @property
     def within(self) -> bool:
-        """Whether said and found agree."""
+        """Whether prediction and finding agree."""
         return 1.0 / WITHIN <= self.ratio <= WITHIN
 
 
@@ -165,18 +166,18 @@ def rows_of(found: Sequence[Found]) -> list[Row]:
     rows = []
     for effect in dict.fromkeys(one.effect for one in found):
         some = [one for one in found if one.effect == effect]
-        ratios = tuple(np.inf if one.found is None else one.found / one.said for one in some)
+        ratios = tuple(np.inf if one.found is None else one.found / one.predicted for one in some)
         seen = [one.found for one in some if one.found is not None]
         unit = family(some[0].family).effects[effect].unit
         middle = float(np.median(seen)) if seen else None
-        rows.append(Row(effect, float(np.median([one.said for one in some])), middle, unit, ratios))
+        rows.append(Row(effect, float(np.median([one.predicted for one in some])), middle, unit, ratios))
     return rows
 
 
 def sizes_page(rows: Sequence[Row], reference: str, asked: str) -> str:
     """The table as Markdown; `asked`: the command, with its date."""
     body = "\n".join(
-        f"| {row.effect} | {row.said:.2g} {row.unit} | {_size(row)} | {min(row.ratios):.2f} | "
+        f"| {row.effect} | {row.predicted:.2g} {row.unit} | {_size(row)} | {min(row.ratios):.2f} | "
         f"{np.median(row.ratios):.2f} | {row.ratio:.2f} | {len(row.ratios)} | {'yes' if row.within else 'no'} |"
         for row in rows
     )

@@ -68,7 +68,7 @@ class Refit:
     """A simulator whose own parameters were fitted again."""
 
     model: Model
-    told: Retuning
+    retuning: Retuning
 
 
 def retuned_model(model: Model, expected: Expected) -> Model:
@@ -114,13 +114,13 @@ def retune(
         for k, (slot, name) in enumerate(names)
         if abs(x[k]) > max(PLAIN * spread[k], LEAST_MOVE) and slot != "muscle" and after.mean() < USEFUL * before.mean()
     ]
-    told = Retuning(
+    retuning = Retuning(
         float(np.sqrt(before.mean())),
         float(np.sqrt(after.mean())),
         tuple(sorted(moved, key=lambda one: -abs(one.after - one.before) / max(one.high - one.low, 1e-12))),
         _alike(errors, fit, len(names), changes or {}),
     )
-    return Refit(_with(model, names, start + scales * x), told)
+    return Refit(_with(model, names, start + scales * x), retuning)
 
 
 def _tuned(model: Model) -> list[tuple[str, str]]:

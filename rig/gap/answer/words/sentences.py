@@ -118,7 +118,7 @@ def _rest(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict is Verdict.PARTLY_EXPLAINED:
         return f"; something else is there too{_seen(diagnosis)}, that {_lacks(diagnosis)}"
     gap = diagnosis.gap
-    if gap.after_deg > FAR * gap.floor_deg and any(cause.side not in RAW for cause in _named(diagnosis)):
+    if gap.after_deg > FAR * gap.floor_deg and any(cause.judged_on not in RAW for cause in _named(diagnosis)):
         return "; the laws follow these records only roughly, and no others do so more closely"
     return "; nothing else is needed to explain these records"
 
@@ -128,12 +128,12 @@ def _lacks(diagnosis: Diagnosis) -> str:
 
 
 def _seen(diagnosis: Diagnosis) -> str:
-    sides = dict.fromkeys(_side(cause) for cause in diagnosis.causes if not cause.is_named)
-    return f", seen in {' and '.join(sides)}" if sides else ""
+    places = dict.fromkeys(_seen_in(cause) for cause in diagnosis.causes if not cause.is_named)
+    return f", seen in {' and '.join(places)}" if places else ""
 
 
-def _side(cause: Cause) -> str:
-    return {"pressures": "the pressures", "angle": "the angle"}.get(cause.side, "the raw angle")
+def _seen_in(cause: Cause) -> str:
+    return {"pressures": "the pressures", "angle": "the angle"}.get(cause.judged_on, "the raw angle")
 
 
 def _alike(cause: Cause) -> str:
@@ -244,7 +244,7 @@ def _first_of(effects: Sequence[str]) -> str:
 
 def _in_pressures(diagnosis: Diagnosis) -> bool:
     """A cause was told from others by the measured pressures, whatever the angle alone could be taken for."""
-    return any(cause.side == "pressures" for cause in _named(diagnosis))
+    return any(cause.judged_on == "pressures" for cause in _named(diagnosis))
 
 
 def _swallowed(diagnosis: Diagnosis) -> bool:

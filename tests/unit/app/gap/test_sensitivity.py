@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from rig.app.gap.check import sensitivity
-from rig.app.gap.check.sensitivity import Asked, Moved, Number, Said, deciding, moved_priors, numbers
+from rig.app.gap.check.sensitivity import Answer, Asked, Moved, Number, deciding, moved_priors, numbers
 from rig.app.gap.check.sensitivity_page import as_markdown
 from rig.gap import settings
 from rig.gap.answer.facts import Verdict
@@ -55,7 +55,7 @@ def test_the_table_begins_with_what_moves_most() -> None:
     quiet = replace(TOP, name="ENVELOPE_HZ")
     moved = [Moved(quiet, factor, 0, 0, 3) for factor in sensitivity.FACTORS]
     moved += [Moved(TOP, factor, 1, 2, 1) for factor in sensitivity.FACTORS]
-    base = [Said(Verdict.NONE, (), True)] * 3 + [Said(Verdict.UNKNOWN, (), False)]
+    base = [Answer(Verdict.NONE, (), True)] * 3 + [Answer(Verdict.UNKNOWN, (), False)]
     page = as_markdown(Asked(("pleated",), 1, 4), base, moved, {"some.py": (4, 6)})
     assert "3 of 4 answers are right" in page
     assert page.index("| `TOP_HZ` | 6 | 1, 2, 1 | 1, 2, 1 |") < page.index("| `ENVELOPE_HZ` |")

@@ -17,9 +17,13 @@ from rig.cli.gap.group import gap
 from rig.gap import history, history_words
 
 MODEL = "configs/models/simulated.yaml"
-TOLD = SimpleNamespace(seen=0.5, parted=0.5)
+POWER = SimpleNamespace(seen=0.5, parted=0.5)
 SESSION = SimpleNamespace(
-    text=lambda _: "records: []\n", design=SimpleNamespace(told=TOLD, seconds=60.0), usual=TOLD, usual_s=60.0, rigs=1
+    text=lambda _: "records: []\n",
+    design=SimpleNamespace(power=POWER, seconds=60.0),
+    default=POWER,
+    default_s=60.0,
+    rigs=1,
 )
 ABLE = SimpleNamespace(kind=SimpleNamespace(value="sessions"), sweeps={}, channels=PNEUMATIC, notes=())
 HUNTED = SimpleNamespace(thought=None, hunt=SimpleNamespace(ended="named", minutes=1.0, folder=Path()))

@@ -14,7 +14,7 @@ LAG = Cause(
     "valve_lag", "valve", "pressures", None, {"tau_s": Interval(0.0102, 0.0097, 0.0107, "s")}, 0.751, 0.0804, 0.98, (),
     0.97,
 )  # fmt: skip
-PLAY = replace(LAG, effect="backlash", stage="joint", side="angle", parameters={})
+PLAY = replace(LAG, effect="backlash", stage="joint", judged_on="angle", parameters={})
 UNKNOWN = Cause("unknown", "joint", "angle", None, {}, 0.751, 0.751, 0.0, (), 0.9)
 
 

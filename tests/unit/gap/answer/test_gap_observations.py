@@ -65,7 +65,7 @@ def test_where_only_a_mark_is_named_the_gap_is_explained_by_its_share() -> None:
     assert names(found) == {"quantisation"}
     assert found.gap.explained_fraction == found.causes[0].explained_fraction < 1.0
     ranked = next(line for line in found.ranking if line.effect == "quantisation")
-    assert (ranked.side, ranked.minus_log_evidence) == (found.causes[0].side, 0.0)
+    assert (ranked.judged_on, ranked.minus_log_evidence) == (found.causes[0].judged_on, 0.0)
 
 
 def test_what_no_effect_makes_is_an_observation_unless_it_is_in_the_angle() -> None:

@@ -191,7 +191,7 @@ def test_a_design_tells_more_than_its_first_record_and_keeps_the_time(rig: Rig, 
     pool = candidates(Room(rests_mpa=(0.2,)), (10.0,), PERIOD_NS)
     short, whole = (design([rig], pool, seconds, FEW, fitted()) for seconds in (20.0, 60.0))
     assert sum(lasts_s(entry) for entry in whole.entries) <= 60.0
-    assert whole.told.score > short.told.score > 0.0
+    assert whole.power.score > short.power.score > 0.0
     (tmp_path / "made.yaml").write_text(sweep_text("made", whole.entries, "why"))
     again = expand(load_sweep(tmp_path / "made.yaml"), PERIOD_NS)
     assert [list(plan.dp_mpa) for plan in again] == [list(plan.dp_mpa) for plan in planned(whole.entries, PERIOD_NS)]
@@ -200,7 +200,7 @@ def test_a_design_tells_more_than_its_first_record_and_keeps_the_time(rig: Rig, 
 def test_a_design_leaves_time_over_that_no_record_would_make_it_tell_more_in(rig: Rig) -> None:
     pool = candidates(Room(rests_mpa=(0.2,)), (10.0,), PERIOD_NS)
     some, all_day = (design([rig], pool, seconds, FEW, fitted()) for seconds in (120.0, 7200.0))
-    assert all_day.told.score >= some.told.score
+    assert all_day.power.score >= some.power.score
     assert all_day.seconds < sum(map(lasts_s, pool))
 
 
