@@ -12,6 +12,10 @@ from rig.tags import tags_of
 WORDS: Final = ("p0", "load", "tension", "temperature")
 """A fact or a column whose name begins with one of these is a condition: load_kg."""
 
+MEASURED_REST: Final = "measured_p0_mpa"
+"""Fact of a record that does not say its P0, beside others around another one: what it is taken for. No condition: it
+was commanded, or both pressures are shifted."""
+
 
 def conditions(record: Record) -> dict[str, float | str]:
     """Name -> value of every condition that the record says: a fact, or the median of a column of that name."""
@@ -32,6 +36,13 @@ def commanded_rest(record: Record) -> float | None:
     if record.p1_cmd_mpa is not None and record.p2_cmd_mpa is not None:
         return float(np.nanmedian(0.5 * (record.p1_cmd_mpa + record.p2_cmd_mpa)))
     return float(record.facts["p0_mpa"]) if "p0_mpa" in record.facts else None
+
+
+def taken_rest(record: Record, p0_mpa: float) -> float:
+    """P0 (MPa) about which a record's difference of set-points is split: its own, else what was read from its measured
+    pressures because the records of its day lie around several (`MEASURED_REST`), else `p0_mpa`."""
+    said = commanded_rest(record)
+    return said if said is not None else float(record.facts.get(MEASURED_REST, p0_mpa))
 
 
 def stated(record: Record) -> list[Further]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from rig.columns import rms
 from rig.identify.records.data import Options, Prepared, prepare
+from rig.identify.records.rest import at_own_rest
 from rig.identify.search.objective import predict
 from rig.identify.search.stability import SweepRange, Verdict, check_bounded
 from rig.model.chain import lay_out
@@ -64,9 +65,11 @@ def score(name: str, measured: Column, simulated: Column, skip: int = 0) -> Scor
 
 def validate(model: Model, records: Sequence[Record], sweep: SweepRange, options: Options | None = None) -> Validation:
     """Score `model` on each record, driven as it was identified, and check it over the sweep range."""
+    records, rests = at_own_rest(records)
     prepared = [prepare(record, model, options) for record in records]
     scores = [_score_of(model, each) for each in prepared]
     warnings = [text for each in prepared for text in each.warnings + outside(model, each)]
+    warnings += [rests] if rests else []
     warnings += [trouble] if (trouble := fingerprint_trouble(model)) else []
     return Validation(scores, check_bounded(model, sweep, angle_limit(prepared, sweep)), warnings)
 

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from rig.conditions import taken_rest
 from rig.errors import RecordError
 from rig.excite.setpoints import around
 from rig.record import MOST_ROWS, Column, Record
@@ -93,9 +94,9 @@ def commanded(record: Record) -> dict[str, Column]:
 
 def set_points(record: Record, p0_mpa: float) -> tuple[Column, Column]:
     """Set-points of both muscles as they were written; without a column for each, the difference is split in halves
-    about P0."""
+    about the record's own P0, and about `p0_mpa` where it has none."""
     first, *second = commanded(record).values()
-    return (first, second[0]) if second else around(p0_mpa, first)
+    return (first, second[0]) if second else around(taken_rest(record, p0_mpa), first)
 
 
 def held_commands(record: Record, p0_mpa: float) -> tuple[Column, Column]:

@@ -13,6 +13,7 @@ from rig.errors import ConfigError, RecordError
 from rig.fields import bounded
 from rig.identify.fit import Identified, Settings, identify
 from rig.identify.records.data import Options, best_input, check_length, cut
+from rig.identify.records.rest import at_own_rest
 from rig.identify.records.zero import zero_shown
 from rig.identify.response.mean_law import PROPORTIONAL, mean_law
 from rig.identify.search.stability import SweepRange
@@ -92,9 +93,10 @@ def identify_model(
     for record in records:
         check_length(record)
     channels = common([(record.name, record.channels) for record in records])
+    records, rests = at_own_rest(records)
     model, choices = start_model(start, records, options)
     model = replace(model, channels=None if channels.has_valves else channels)
-    return replace(identify(records, model, settings, options, report), choices=choices)
+    return replace(identify(records, model, settings, options, report), choices=choices + [rests] * bool(rests))
 
 
 def start_model(start: StartOptions, records: list[Record], options: Options) -> tuple[Model, list[str]]:

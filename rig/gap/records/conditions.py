@@ -5,11 +5,9 @@ What only one of two records says is not compared.
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from rig.conditions import commanded_rest, conditions, stated, word_of
 from rig.gap.records.settings import CONDITION_LIMITS, SHIFTED_MPA
-from rig.identify.records.monitors import dead_monitor
+from rig.identify.records.rest import measured_rest
 from rig.record import Record
 
 
@@ -29,13 +27,6 @@ class Difference:
         if isinstance(self.mine, str) or isinstance(self.other, str):
             return f"{self.name} is {self.mine}, not {self.other}"
         return f"{self.name} is {self.mine:.4g}, not {self.other:.4g} (allowed: {self.limit:.2g} off)"
-
-
-def measured_rest(record: Record) -> float | None:
-    """P0 by the measured pressures, MPa; None where one of them was not measured, or its monitor is not heard."""
-    if record.p1_mpa is None or record.p2_mpa is None or dead_monitor(record):
-        return None
-    return float(np.nanmedian(0.5 * (record.p1_mpa + record.p2_mpa)))
 
 
 def difference(record: Record, other: Record) -> Difference | None:

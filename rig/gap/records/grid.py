@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rig.conditions import taken_rest
 from rig.excite.setpoints import around
 from rig.gap.records.alignment import on_clock_of
 from rig.gap.records.dropouts import Dropouts, Rows
@@ -157,7 +158,7 @@ def _commands(record: Record, t: Column, p0_mpa: float) -> tuple[Column, Column]
     own = record.t_s - record.t_s[0]
     if record.p1_cmd_mpa is not None and record.p2_cmd_mpa is not None:
         return np.interp(t, own, record.p1_cmd_mpa), np.interp(t, own, record.p2_cmd_mpa)
-    return around(p0_mpa, np.interp(t, own, record.dp_cmd_mpa).astype(float))
+    return around(taken_rest(record, p0_mpa), np.interp(t, own, record.dp_cmd_mpa).astype(float))
 
 
 def _session(

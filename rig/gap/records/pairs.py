@@ -15,7 +15,7 @@ from rig.gap.records.dropouts import Dropouts, Rows, without_dropouts
 from rig.gap.records.grid import Pair, Session, on_grid
 from rig.gap.records.outliers import without_outliers
 from rig.gap.records.partners import Match, Partner, find_partner, named_session, require_partners
-from rig.gap.records.rest import rest_pressure, say_shift
+from rig.gap.records.rest import at_rests, rest_pressure, say_shift
 from rig.gap.records.settings import CLIPPED, CLIPPED_OVER_NEXT
 from rig.gap.records.usable import check_direction, check_scale, hole, reasons, runs_against, usable
 from rig.identify.records.monitors import dead_monitor
@@ -75,9 +75,13 @@ def pair_up(
         told = [hole(record), *(hole(other, "baseline ") for other in others[id(record)])]
         notes.extend(text for text in told if text)
     p0 = rest_pressure(kept, p0_mpa, bool(sessions))
-    elsewhere = say_shift(kept, [other for record in kept for other in others[id(record)]], p0_mpa, notes)
+    placed = at_rests(kept, others, p0_mpa, notes)
+    elsewhere = say_shift(placed, [other for record in kept for other in others[id(record)]], p0_mpa, notes)
     pressed = pressures and _all_have_pressures(kept, others, notes)
-    pairs = [on_grid(record, partners[id(record)], p0, pressed, fallen, notes) for record in kept]
+    for record, at_rest in zip(kept, placed, strict=True):
+        partners[id(at_rest)] = partners[id(record)]
+        fallen[id(at_rest)] = fallen.get(id(record), ())
+    pairs = [on_grid(record, partners[id(record)], p0, pressed, fallen, notes) for record in placed]
     _check_directions(pairs)
     clipped = _clipped(pairs, notes)
     return Pairing(pairs, pressed, len(pairs[0].sessions), p0, tuple(notes), unpaired, clipped, matches, elsewhere)

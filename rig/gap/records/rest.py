@@ -1,12 +1,12 @@
 """The rest pressure P0 of records: commanded, or measured where nobody says."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from rig.conditions import commanded_rest
-from rig.gap.records.conditions import measured_rest
+from rig.conditions import MEASURED_REST, commanded_rest
 from rig.gap.records.settings import LEAST_REST_MPA, SHIFTED_MPA
+from rig.identify.records.rest import measured_rest, said_of, taken_for, unsaid_rests
 from rig.record import Record
 
 
@@ -21,10 +21,39 @@ def rest_pressure(records: Sequence[Record], p0_mpa: float, days: bool) -> float
     return max(float(np.round(np.median(measured), 2)), LEAST_REST_MPA) if measured and days else p0_mpa
 
 
+def at_rests(
+    records: Sequence[Record], others: Mapping[int, Sequence[Record]], p0_mpa: float, notes: list[str]
+) -> list[Record]:
+    """The records; where they lie around several P0s and do not say so, each is taken to be commanded around that of
+    its partners (by the record's identity). Without partners the one nearest to the model's is at it, the others as far
+    from there as measured: what moves them all alike is left to be found; a note says so."""
+    rests = unsaid_rests(records)
+    if not rests:
+        return list(records)
+    nearest = min(rests.values(), key=lambda rest: abs(rest - p0_mpa))
+    off = nearest - p0_mpa if abs(nearest - p0_mpa) <= SHIFTED_MPA else 0.0
+
+    def taken(k: int, record: Record) -> Record:
+        theirs = [rest for other in others[id(record)] if (rest := _known_rest(other)) is not None]
+        return taken_for(record, float(np.median(theirs)) if theirs else rests[k] - off)
+
+    found = [taken(k, record) if k in rests else record for k, record in enumerate(records)]
+    alone = [found[k] for k in rests if not others[id(records[k])]]
+    notes.extend([said_of(alone)] if alone else [])
+    return found
+
+
+def _known_rest(record: Record) -> float | None:
+    """P0 that an earlier day's record says, or by its measured pressures."""
+    said = commanded_rest(record)
+    return said if said is not None else measured_rest(record)
+
+
 def say_shift(records: Sequence[Record], partners: Sequence[Record], p0_mpa: float, notes: list[str]) -> bool:
     """Whether nobody says P0 and the measured one lies elsewhere than the earlier days', or without them than the
     model's; a note where it does."""
-    mine, theirs = measured_rests(records), measured_rests(partners) if partners else [p0_mpa]
+    taken = [float(rest) for record in records if (rest := record.facts.get(MEASURED_REST)) is not None]
+    mine, theirs = measured_rests(records), measured_rests(partners) if partners else taken or [p0_mpa]
     said = any(commanded_rest(record) is not None for record in records)
     if said or not mine or not theirs or abs(np.median(mine) - np.median(theirs)) <= SHIFTED_MPA:
         return False

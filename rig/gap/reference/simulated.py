@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from rig.columns import rms
+from rig.conditions import MEASURED_REST, commanded_rest
 from rig.errors import RigError
 from rig.gap.records.pairs import Pair, Pairing
 from rig.gap.records.usable import beyond_reach, check_reach, farther
@@ -15,10 +16,10 @@ from rig.record import Column
 
 
 def at_rest(model: Model, pairing: Pairing) -> Model:
-    """The model as it is asked about these records. Its P0 is that of its law of the mean pressure, and stays where the
-    records hold set-points; where they hold only their difference, it is around the P0 of these."""
-    commanded = all(pair.raw.p1_cmd_mpa is not None and pair.raw.p2_cmd_mpa is not None for pair in pairing.pairs)
-    return model if commanded else replace(model, p0_mpa=pairing.p0_mpa)
+    """The model as it is asked about these records. Its P0 is that of its law of the mean pressure, and stays where
+    each record has its own; where they hold only the difference of their set-points, it is around the P0 of these."""
+    own = all(MEASURED_REST in pair.raw.facts or commanded_rest(pair.raw) is not None for pair in pairing.pairs)
+    return model if own else replace(model, p0_mpa=pairing.p0_mpa)
 
 
 Modelled = tuple[Column | None, Column | None, Column]

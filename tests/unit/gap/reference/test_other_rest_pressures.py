@@ -40,3 +40,28 @@ def test_a_rig_that_its_simulator_says_exactly_has_no_gap_at_any_rest_pressure(t
     found = diagnose(MODEL, day(sweep))
     assert found.verdict == "none", found.causes
     assert found.gap.rms_deg < 0.2
+
+
+@pytest.mark.parametrize("says", ["a fact", "nothing"])
+def test_nor_where_its_records_hold_the_difference_of_their_set_points_alone(tmp_path: Path, says: str) -> None:
+    """All about one P0 they were: each record of another one was answered by regulators that are 50 kPa off."""
+    sweep = tmp_path / "several.yaml"
+    sweep.write_text(
+        "name: several\np0_mpa: [0.15, 0.2, 0.25]\nsettle_s: 3.0\nduration_s: 10.0\nrecords:\n"
+        "  - sine: {frequency_hz: 0.5, amplitude_mpa: 0.15}\n"
+        "  - sine: {frequency_hz: 1.0, amplitude_mpa: 0.1}\n"
+    )
+    records = [
+        replace(
+            record,
+            p1_cmd_mpa=None,
+            p2_cmd_mpa=None,
+            facts={name: value for name, value in record.facts.items() if name != "p0_mpa" or says == "a fact"},
+        )
+        for record in day(sweep)
+    ]
+    assert all(("p0_mpa" in record.facts) == (says == "a fact") for record in records)
+    found = diagnose(MODEL, records)
+    assert found.verdict == "none", found.causes
+    assert found.gap.rms_deg < 0.2
+    assert any(note.startswith("P0 stands in no record") for note in found.notes) == (says == "nothing")

@@ -1,0 +1,58 @@
+"""About which P0 records lie that do not say it: by their measured pressures, where these lie around several."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from rig.conditions import MEASURED_REST, commanded_rest
+from rig.identify.records.monitors import dead_monitor
+from rig.record import Record
+
+SEVERAL_MPA: Final = 0.03
+"""Measured P0s of one day that lie this far apart were commanded, MPa: three times what regulators and monitors differ
+by; laboratories set P0 in steps of 50 kPa. Less: a fault of one record is taken for another P0."""
+_STEP_DIGITS: Final = 2
+"""P0 is set in whole 10 kPa."""
+
+
+def measured_rest(record: Record) -> float | None:
+    """P0 by the measured pressures, MPa; None where one of them was not measured, or its monitor is not heard."""
+    if record.p1_mpa is None or record.p2_mpa is None or dead_monitor(record):
+        return None
+    return float(np.nanmedian(0.5 * (record.p1_mpa + record.p2_mpa)))
+
+
+def unsaid_rests(records: Sequence[Record]) -> dict[int, float]:
+    """The measured P0 (MPa) of each record that does not say its own, by the record's place; empty where they are one
+    P0, or nobody knows."""
+    found = {
+        k: rest
+        for k, record in enumerate(records)
+        if record.channels.has_valves and commanded_rest(record) is None and (rest := measured_rest(record)) is not None
+    }
+    return found if found and max(found.values()) - min(found.values()) > SEVERAL_MPA else {}
+
+
+def taken_for(record: Record, rest_mpa: float) -> Record:
+    """The record, taken to be commanded around that P0."""
+    return replace(record, facts={**record.facts, MEASURED_REST: round(rest_mpa, _STEP_DIGITS)})
+
+
+def at_own_rest(records: Sequence[Record]) -> tuple[list[Record], str]:
+    """Records of a rig as it is: where they lie around several P0s and do not say so, each is taken to be commanded
+    around its measured one; and a line that says so, empty where nothing was taken."""
+    rests = unsaid_rests(records)
+    taken = [taken_for(record, rests[k]) if k in rests else record for k, record in enumerate(records)]
+    return taken, said_of([taken[k] for k in rests]) if rests else ""
+
+
+def said_of(records: Sequence[Record]) -> str:
+    """Around which P0s these records are taken to be commanded."""
+    rests = [f"{rest:.2f}" for rest in sorted({float(record.facts[MEASURED_REST]) for record in records})]
+    listed = " and ".join([", ".join(rests[:-1]), rests[-1]] if len(rests) > 1 else rests)
+    return (
+        f"P0 stands in no record and is read from the measured pressures: {listed} MPa; p1_cmd_mpa and p2_cmd_mpa, or "
+        "the fact p0_mpa of a mapping, would say it"
+    )
