@@ -71,6 +71,9 @@ def plain_lines(told: Mapping[str, Any]) -> Iterator[str]:
         if isinstance(value, Mapping) and value:
             yield in_one_line(f"{key}:")
             yield from (f"  {line}" for line in plain_lines(value))
+        elif isinstance(value, list) and value and all(isinstance(each, Mapping) for each in value):
+            yield visible(f"{key}:", one_line=True)
+            yield from (f"  {line}" for each in value for line in plain_lines(each))
         else:
             yield in_one_line(f"{key}: {_shown(key, value)}")
 
@@ -78,6 +81,8 @@ def plain_lines(told: Mapping[str, Any]) -> Iterator[str]:
 def _shown(key: str, value: Any) -> str:
     if key == "started_ns" and not unsound({key: value}):
         return f"{value} ({datetime.fromtimestamp(value / 1e9, UTC):%Y-%m-%d %H:%M:%S} UTC)"
+    if isinstance(value, list):
+        return ", ".join(map(str, value))
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 

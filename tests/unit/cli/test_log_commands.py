@@ -36,6 +36,16 @@ def test_info(call, tmp_path: Path) -> None:
     assert item["log"][0] == [0.0, "info", "begun"]
 
 
+def test_info_of_a_table_is_told_in_lines(call, tmp_path: Path) -> None:
+    (tmp_path / "sine.csv").write_text("t_s,dp_cmd_mpa,angle_deg\n0,0,0\n0.01,0.1,1\n0.02,0.2,3\n")
+    status, out, _ = call("log", "info", tmp_path / "sine.csv")
+    assert status == 0
+    assert out.splitlines()[1:7] == [
+        *("  records:", "    name: sine", "    rows: 3", "    seconds: 0.02"),
+        *("    period_s: 0.01", "    columns: t_s, dp_cmd_mpa, angle_deg"),
+    ], "a person read Python's own words for a list"
+
+
 def test_check_says_all_findings_and_ends_with_one(call, tmp_path: Path) -> None:
     made_log(tmp_path / "a.mcap", 300)
     content = made_content(300)
