@@ -22,6 +22,7 @@ from rig.log.foreign.mcap_channels import TIME_COLUMN, read_foreign
 from rig.log.foreign.tables import RawTable, raw_delimited, read_tdms
 from rig.log.foreign.units import conversion, converted, unit_in_name
 from rig.log.mcap.columns import Array
+from rig.log.mcap.schema import unsound
 from rig.record import MAIN_COLUMNS
 from rig.sample import WIRES
 
@@ -29,6 +30,8 @@ COLUMN_NAMES = (*MAIN_COLUMNS, "p1_raw", "p2_raw", "angle_raw", "excitation_raw"
 """What a mapping may fill."""
 INPUT, OUTPUT = "input", "output"
 """The columns of a rig with a channel map."""
+MOST_REST_MPA = 1.0
+"""P0 above which a number is in another unit: regulators of such rigs end at 0.5 to 0.9 MPa."""
 _PNEUMATIC_ONLY = frozenset(MAIN_COLUMNS) - {"t_s"}
 
 
@@ -83,8 +86,10 @@ def mapping_of(raw: object, path: Path) -> Mapping:
     """The mapping that plain data from `path` say; ConfigError when they say none."""
     if not isinstance(raw, dict) or not isinstance(raw.get("columns"), dict) or not raw["columns"]:
         raise ConfigError(f"{path}: expected `columns:`, a mapping of our columns to their sources")
+    _check_commas(raw.get("facts"), path)
     mapping = structure(raw, Mapping, str(path))
     _check_names(mapping, path)
+    _check_facts(mapping.facts, path)
     if ("t_s" in mapping.columns) == bool(mapping.period_s):
         raise ConfigError(f"{path}: give either the column t_s or period_s, one of the two")
     if len(mapping.separator) != 1 or mapping.decimal not in (".", ",") or mapping.separator == mapping.decimal:
@@ -105,6 +110,26 @@ def _check_names(mapping: Mapping, path: Path) -> None:
     if unknown is not None:
         raise ConfigError(f"{path}: columns: unknown column {unknown!r}; {suggest(unknown, list(allowed))}")
     check_new(_furthers(mapping), f"{path}: further", mapping.channels or PNEUMATIC, WIRES)
+
+
+def _check_commas(facts: object, path: Path) -> None:
+    """ConfigError for {p0_mpa: 0,15}, which YAML reads as p0_mpa: 0 and a fact that is called 15."""
+    named = facts if isinstance(facts, dict) else {}
+    wrong = next((name for name, value in named.items() if value is None and isinstance(name, (int, float))), None)
+    if wrong is not None:
+        raise ConfigError(f"{path}: facts: {wrong!r} is no name of a fact; is it behind a comma for a decimal point?")
+
+
+def _check_facts(facts: dict[str, Any], path: Path) -> None:
+    """ConfigError for a fact that others count on and that is of another kind; a reader would take it for not said."""
+    name, allowed = next(iter(unsound(facts).items()), (None, ""))
+    if name is not None:
+        raise ConfigError(f"{path}: facts: {name} is {facts[name]!r}; allowed: {allowed}")
+    rest = facts.get("p0_mpa", 0.0)
+    if not 0.0 <= rest <= MOST_REST_MPA:
+        raise ConfigError(
+            f"{path}: facts: p0_mpa is {rest:g}; allowed: 0 to {MOST_REST_MPA:g} MPa (is it in bar, or in kPa?)"
+        )
 
 
 def _furthers(mapping: Mapping) -> tuple[Further, ...]:
