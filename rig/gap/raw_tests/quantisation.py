@@ -8,8 +8,12 @@ import numpy as np
 from rig.gap.raw_tests.levels import angles_of, filled, level_beside_deg
 from rig.gap.raw_tests.settings import (
     COARSER,
+    LATTICE_STEPS,
     LEAST_GAP,
+    LEAST_LATTICE,
     LEAST_STEP_DEG,
+    OFF_LATTICE,
+    ON_LATTICE,
     STEP_DIGITS,
     STEP_OVER_NOISE,
     UNEVEN,
@@ -60,6 +64,26 @@ def step_deg(angles: Sequence[Column]) -> tuple[float, float]:
     if len(steps) <= 0.5 * len(angles):
         return 0.0, 0.0
     return float(np.median(steps)), float(np.std(steps) / np.sqrt(len(steps)))
+
+
+def lattice_deg(angles: Sequence[Column]) -> float:
+    """The step (deg) of a converter so fine that too few values come twice for `step_deg`: where the values that lie
+    nearest to each other are whole steps apart. 0 where they are not, as without a converter."""
+    steps = [_lattice(column[np.isfinite(column)]) for column in angles]
+    shown = [step for step in steps if step > 0.0]
+    return float(np.median(shown)) if len(shown) > 0.5 * len(steps) else 0.0
+
+
+def _lattice(angle: Column) -> float:
+    gaps = np.diff(np.unique(np.round(angle, STEP_DIGITS)))
+    if not len(gaps):
+        return 0.0
+    least = float(gaps.min())
+    near = gaps[gaps < (LATTICE_STEPS + 0.5) * least] / least
+    apart = np.round(near)
+    if len(near) < LEAST_LATTICE or np.mean(np.abs(near - apart) < OFF_LATTICE) < ON_LATTICE:
+        return 0.0
+    return least * float(np.sum(near) / np.sum(apart))
 
 
 def _by_chance(angles: Sequence[Column], step: float) -> float:
