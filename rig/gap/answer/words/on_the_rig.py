@@ -165,7 +165,7 @@ ON_THE_RIG: Mapping[str, OnTheRig] = {
     "valve_offset": OnTheRig("another zero of the valves", _valve_offset,
         "the regulator's zero; the zero of the analogue output or of the monitor", "both monitors with the air vented: they should read 0"),
     "valve_lag": OnTheRig("slower or quicker regulators", lambda n: f"{_valves(n, 'The regulators answer', 'Regulator {} answers')} {size(n['tau_s'])} {_more(n, 'tau_s', 'later', 'sooner')} {{than}}",
-        "a low supply pressure; long or thin hoses; larger muscles; a clogged filter or silencer", "the supply while the rig moves; hoses, filters and silencers; a step of the set-point"),
+        "later: a low supply pressure, long or thin hoses, larger muscles, a clogged filter or silencer; sooner: a higher supply pressure, shorter or wider hoses, a filter or silencer that was cleaned", "the supply while the rig moves; hoses, filters and silencers; a step of the set-point"),
     "valve_slew": OnTheRig("a limited flow", _valve_slew,
         "too small a valve, nozzle or hose; a throttle; a low supply", "throttles, nozzles and silencers; a large step of the set-point"),
     "fill_exhaust_asymmetry": OnTheRig("filling and emptying at different speeds", _one_way,
