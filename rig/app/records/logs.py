@@ -72,7 +72,7 @@ def plain_lines(told: Mapping[str, Any]) -> Iterator[str]:
             yield in_one_line(f"{key}:")
             yield from (f"  {line}" for line in plain_lines(value))
         elif isinstance(value, list) and value and all(isinstance(each, Mapping) for each in value):
-            yield visible(f"{key}:", one_line=True)
+            yield in_one_line(f"{key}:")
             yield from (f"  {line}" for each in value for line in plain_lines(each))
         else:
             yield in_one_line(f"{key}: {_shown(key, value)}")

@@ -11,8 +11,8 @@ from rig.identify.records.rest import at_own_rest
 from rig.identify.response.valves import identify_valves
 from rig.identify.search.stability import SweepRange
 from rig.identify.validate import validate
-from rig.model.kernels import simulate
 from rig.model.parameters import load_model
+from rig.model.simulation import simulate
 from rig.record import Record
 
 RIG = load_model(Path(__file__).parents[3] / "configs" / "models" / "simulated.yaml")
