@@ -77,7 +77,7 @@ ZERO_BY_HAND = 0.05
 """Standard deviation, as a share of the angle's span, of where the zero of another rig of the build lies, which is set
 when the sensor is mounted, to some degrees; and of each record's where the loop took the angle at rest for it. Smaller:
 every sister's simulator lacks an offset, and what turns the joint at rest brings a second cause."""
-MOST_MISSED, MISSED_STEPS = 3.0, 31
+MOST_MISSED, MISSED_STEPS = 2.0, 21
 """Logarithm of the largest share of the usual by which a simulator's class may miss a build, and how many are tried up
 to there. Less: a build that is missed by more is given a cause."""
 MOST_ROUGH = 0.6

@@ -27,7 +27,8 @@ class Floor:
 def floor_of(expected: Expected, settings: Fitted) -> Floor:
     """What is usual, or what the rig's own days differ by, and no less than what the reference is known to miss, of the
     angle and through the pressures, or than what the rig does not repeat."""
-    usual = settings.levels[expected.levels].commanded_floor * float(np.ptp(np.concatenate(expected.base)))
+    moves_deg = float(np.ptp(np.concatenate([track.reference.angle_deg for track in expected.tracks])))
+    usual = settings.levels[expected.levels].commanded_floor * moves_deg
     commanded = partial(angle_days, response=expected.response, driven=False)
     own = own_floor(usual, commanded(expected.tracks), np.concatenate([pair.used for pair in expected.pairs]))
     known = float(np.hypot(expected.missed_deg, _through_pressures(expected)))

@@ -20,6 +20,8 @@ NONE, UNKNOWN = "none", "unknown"
 """What an answer may name beside the effects: nothing at all, and something that is not here."""
 BOTH_SIGNS = (-1.0, 1.0)
 FINE = (0.005, 0.01, 0.02, 0.04, 0.08, 0.16)
+FAR = (*FINE, 0.3, 0.6)
+"""Up to the worst that can happen, where the way there bends: from 0.16 no descent reaches half a muscle."""
 
 
 @dataclass(frozen=True)
@@ -100,9 +102,9 @@ def _both(*more: Mapping[str, float]) -> tuple[Mapping[str, float], ...]:
 
 
 ONE_VALVE = ({"balance": 1.0}, {"balance": -1.0})
-HOLDS = tuple(0.012 * 1.28**k for k in range(13))
-"""A hold is discontinuous in its width: a close grid."""
-RESONANCES = tuple(0.01 * 1.25**k for k in range(13))
+HOLDS = tuple(0.012 * 1.28**k for k in range(18))
+"""A hold is discontinuous in its width: a close grid, up to one that leaves a fifth of the swing."""
+RESONANCES = tuple(0.01 * 1.25**k for k in range(16))
 """A mass on a lightly damped joint fits within a tenth of its resonance only: a close grid, too."""
 FREE_JOINT = dict.fromkeys(("viscous_time_s", "inertia_time_s", *(f"loop_{k}" for k in range(1, 6))), 0.0)
 """A joint without friction of its own: the hysteresis is that of the muscles, as a Bouc-Wen model has it, and what
@@ -116,6 +118,9 @@ EITHER_MUSCLE = ({"muscle": 1.0}, {"muscle": 2.0})
 CHOKED_LEAK = ({"muscle": 1.0, "absolute": 1.0}, {"muscle": 2.0, "absolute": 1.0})
 BOTH_STOPS = tuple({"low_deg": -36.0 * 0.92**k} for k in range(16))
 """A stop that is a little too near costs more than none, and one out of reach has no slope: a close grid."""
+WIDTHS = (0.01, 0.03, 0.1, 0.3, 0.6, 1.0)
+"""Of a friction or a play, in halves of the angle's range: up to one that hardly lets the joint move, which no descent
+finds from smaller ones."""
 TIMES = (0.004, 0.008, 0.016, 0.03, 0.06, 0.12, 0.25)
 
 _LIBRARY: tuple[Effect, ...] = (
@@ -151,13 +156,13 @@ _LIBRARY: tuple[Effect, ...] = (
         Law("valve_slew", ("fill_mpa_s",), (10.0, 4.0, 2.0, 1.0, 0.5), "rate_mpa_s", shapes=({"soft": 1.0},)),
     ), "pressures late in one direction only, so their mean moves with speed", "one_way", "one_way"),
     Effect("valve_dead_band", (
-        Law("valve_dead_band", ("width_mpa",), FINE, "swing_mpa", shapes=({"edge": 1.0},)),
+        Law("valve_dead_band", ("width_mpa",), FAR, "swing_mpa", shapes=({"edge": 1.0},)),
         Law("valve_dead_band", ("width_mpa",), HOLDS, "swing_mpa", shapes=({"edge": 0.1}, {"edge": 0.3}, {"edge": 0.6})),
-        Law("valve_dead_band", ("width_mpa",), FINE, "swing_mpa", shapes=tuple({"edge": 1.0} | one for one in ONE_VALVE)),
+        Law("valve_dead_band", ("width_mpa",), FAR, "swing_mpa", shapes=tuple({"edge": 1.0} | one for one in ONE_VALVE)),
     ), "pressures stand still at turning points and stay short of the set-point", "play", "dead_band"),
     Effect("pressure_ceiling", (
-        Law("pressure_ceiling", ("ceiling_mpa",), (0.99, 0.97, 0.94, 0.9, 0.85, 0.78, 0.7), "top_mpa"),
-        Law("low_supply", ("supply_mpa",), (1.4, 1.25, 1.15, 1.08, 1.03, 1.0, 0.95, 0.9, 0.8, 0.7), "top_mpa"),
+        Law("pressure_ceiling", ("ceiling_mpa",), (0.99, 0.97, 0.94, 0.9, 0.85, 0.78, 0.7, 0.55, 0.4, 0.2), "top_mpa"),
+        Law("low_supply", ("supply_mpa",), (1.4, 1.25, 1.15, 1.08, 1.03, 1.0, 0.95, 0.9, 0.8, 0.7, 0.55, 0.4, 0.2), "top_mpa"),
     ),
            "peaks of pressure cut off at one height", "cut", "ceiling"),
     Effect("supply_droop", (
@@ -169,11 +174,11 @@ _LIBRARY: tuple[Effect, ...] = (
     ), "filling falls behind, exhausting does not", "one_way", "one_way"),
     Effect("co_contraction", (Law("co_contraction", ("shift_mpa",), FINE, signs=BOTH_SIGNS),),
            "both pressures off by the same constant; the angle's gain changes against it", "gain", "co_contraction"),
-    Effect("muscle_mismatch", (Law("muscle_mismatch", ("mismatch",), FINE, signs=BOTH_SIGNS),),
+    Effect("muscle_mismatch", (Law("muscle_mismatch", ("mismatch",), FAR, signs=BOTH_SIGNS),),
            "the angle is off, and its gain a little, as if one pressure counted more", "offset", "mismatch"),
     Effect("leak", (
-        Law("leak", ("loss",), FINE, shapes=(*EITHER_MUSCLE, *CHOKED_LEAK)),
-        Law("leak_ahead", ("loss",), FINE, shapes=(*EITHER_MUSCLE, *CHOKED_LEAK)),
+        Law("leak", ("loss",), FAR, shapes=(*EITHER_MUSCLE, *CHOKED_LEAK)),
+        Law("leak_ahead", ("loss",), FAR, shapes=(*EITHER_MUSCLE, *CHOKED_LEAK)),
     ), "one pressure lower by a share; behind the monitor only the angle shows it", "offset", "mismatch"),
     Effect("creep", (
         Law("creep", ("share", "tau_s"), (0.02, 0.1), signs=BOTH_SIGNS, shapes=tuple({"tau_s": t, "relaxed": 0.0} for t in (0.7, 3.0, 12.0)),
@@ -187,8 +192,8 @@ _LIBRARY: tuple[Effect, ...] = (
                              Law("stiffness", ("rise_per_min",), (0.3, 1.0, 3.0)), Law("stiffness", ("rise_per_min",), (-0.2, -0.6, -1.5)),
                              Law("one_muscle_warms", ("rate_per_min",), (0.01, 0.05, 0.2, 0.6), signs=BOTH_SIGNS, shapes=EITHER_MUSCLE)),
            "the amplitude grows or shrinks through each record, and the angle wanders where one muscle warms more", "drift", "thermal"),
-    Effect("coulomb_friction", (Law("coulomb_friction", ("width_deg",), (0.01, 0.03, 0.1, 0.3), "span_deg"),
-                                Law("coulomb_friction", ("width_deg",), (0.003, 0.01, 0.03, 0.1, 0.3), "span_deg", shapes=(FREE_JOINT,), like="backlash"),
+    Effect("coulomb_friction", (Law("coulomb_friction", ("width_deg",), WIDTHS, "span_deg"),
+                                Law("coulomb_friction", ("width_deg",), (0.003, *WIDTHS), "span_deg", shapes=(FREE_JOINT,), like="backlash"),
                                 Law("coulomb_friction", ("width_deg",), (-0.01, -0.03, -0.1), "span_deg")),
            "the loop is wider, or narrower, at every speed, with corners at turning points", "play", "play"),
     Effect("viscous_friction", (Law("viscous_friction", ("tau_s",), (0.01, 0.03, 0.1, 0.3)),
@@ -200,7 +205,7 @@ _LIBRARY: tuple[Effect, ...] = (
                        Law("inertia", ("time_s",), (-0.015, -0.03, -0.06))),
            "fast parts of the angle overshoot and ring", "late", "inertia"),
     Effect("gravity_load", (
-        Law("gravity_load", ("load_deg",), (0.01, 0.05, 0.2), "span_deg", BOTH_SIGNS),
+        Law("gravity_load", ("load_deg",), (0.01, 0.05, 0.2, 0.6), "span_deg", BOTH_SIGNS),
         Law("gravity_load", ("load_deg", "phase_deg"), (0.05, 0.2), "span_deg", BOTH_SIGNS, shapes=({"phase_deg": 30.0}, {"phase_deg": -30.0}),
             bounds={"phase_deg": (-45.0, 45.0)}),
         Law("gravity_load", ("load_deg", "phase_deg"), (0.01, 0.05, 0.2), "span_deg", BOTH_SIGNS, bounds={"phase_deg": (-45.0, 45.0)},
@@ -211,7 +216,7 @@ _LIBRARY: tuple[Effect, ...] = (
         Law("stiffness", ("stiffness",), (0.02, 0.06, 0.2), signs=BOTH_SIGNS, shapes=({"spring": 1.0},)),
         Law("stiffness", ("stiffness", "load_deg"), (0.15, 0.4, 1.0), signs=BOTH_SIGNS, shapes=({"load_deg": 5.0}, {"load_deg": -5.0})),
     ), "friction, mass and weight all count less, or more, by the same share", "stiffness", "stiffness"),
-    Effect("backlash", (Law("backlash", ("width_deg",), (0.003, 0.01, 0.03, 0.1, 0.3), "span_deg"),),
+    Effect("backlash", (Law("backlash", ("width_deg",), (0.003, *WIDTHS), "span_deg"),),
            "the angle stands still after each turning point, then moves on short by the play", "play", "play"),
     Effect("end_stop", (
         Law("end_stop", ("high_deg", "give"), (0.97, 0.9, 0.8, 0.65, 0.45), "high_deg", bounds={"give": (0.0, 0.6)}),

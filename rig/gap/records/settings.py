@@ -93,6 +93,11 @@ RADIANS = (0.75 * math.pi / 180, 1.25 * math.pi / 180)
 """An angle that spreads by this share of the baseline's is the same angle in radians."""
 STRANGE = 4.0
 """A model that moves this many times as far as the rig, or as little, is no reference."""
+UNIT_SHAPE = 0.8
+"""Correlation, at the best lag, from which on a motion is another one in another unit. More: an angle in radians under
+strong friction is taken for a joint that is held."""
+HALF_TURN_DEG = 180.0
+"""No joint between two muscles turns farther: a model that does has left its range."""
 FARTHEST = 4.0
 """An angle that spreads by so many times the baseline's is another rig's or in another unit: no effect of the library
 reaches so far. Less than the baseline's may be a joint that is nearly stuck."""

@@ -14,6 +14,7 @@ from rig.gap.records.settings import (
     ALMOST,
     ANGLE_AGAINST,
     FARTHEST,
+    HALF_TURN_DEG,
     LEAST_COMMAND_MPA,
     LEAST_MEASURED,
     LEAST_ROWS,
@@ -25,9 +26,17 @@ from rig.gap.records.settings import (
     SHORTEST_S,
     STILL_DEG,
     STRANGE,
+    UNIT_SHAPE,
 )
 from rig.identify.records.data import strange_units
-from rig.identify.records.monitors import LONGEST_LAG_S, STILL_MPA, correlation, correlations, follows
+from rig.identify.records.monitors import (
+    LONGEST_LAG_S,
+    STILL_MPA,
+    correlation,
+    correlations,
+    follows,
+    nothing_answers,
+)
 from rig.record import Column, Record
 
 
@@ -59,6 +68,12 @@ def usable(record: Record, notes: list[str], kind: str = "") -> bool:
         )
     elif np.ptp(record.angle_deg[np.isfinite(record.angle_deg)]) < STILL_DEG:
         notes.append(f"{where}: the angle never moves; broken sensor or stuck joint")
+    elif nothing_answers(record):
+        notes.append(
+            f"{where}: neither the pressures nor the angle follow their command; is there air, and do the regulators "
+            "get their set-points?"
+        )
+        return True
     elif not follows(record, record.angle_deg, record.dp_cmd_mpa):
         notes.append(
             f"{where}: the angle does not follow its command at any lag up to {LONGEST_LAG_S:g} s; broken sensor or "
@@ -126,11 +141,26 @@ def check_reach(said: Sequence[Column], measured: Sequence[Column], pressure_rat
     that hardly fills is an effect."""
     ranges = [math.hypot(*(float(np.ptp(column)) for column in columns)) for columns in (said, measured)]
     times, usual = ranges[0] / max(ranges[1], 1e-9), max(pressure_ratio, 1.0)
-    if not usual / STRANGE < times < usual * STRANGE:
+    if not 1.0 / STRANGE < times < usual * STRANGE and not is_held(said, measured):
         raise ModelError(
             f"the model moves {times:.3g} times as far as the rig: other units, or outside its range; "
-            f"allowed without a baseline: {usual / STRANGE:.2g} .. {usual * STRANGE:.3g} times"
+            f"allowed without a baseline: {1.0 / STRANGE:.2g} .. {usual * STRANGE:.3g} times"
         )
+
+
+def is_held(said: Sequence[Column], measured: Sequence[Column]) -> bool:
+    """Whether the joint moves so much less than a model says (deg, (n,) a record) because something holds it: another
+    unit, or another rig, is one factor in all records at all times, and what holds a joint is not."""
+    farthest_deg = max(float(np.ptp(column)) for column in said)
+    if not STRANGE * max(float(np.ptp(column)) for column in measured) < farthest_deg < HALF_TURN_DEG:
+        return False
+    together, own, other = np.zeros(2 * max(map(len, said))), 0.0, 0.0
+    for one, two in zip(said, measured, strict=True):
+        one, two = one - np.mean(one), two - np.mean(two)
+        spectrum = np.fft.rfft(one, len(together)).conj() * np.fft.rfft(two, len(together))
+        together += np.fft.irfft(spectrum, len(together))
+        own, other = own + float(one @ one), other + float(two @ two)
+    return float(np.max(np.abs(together))) < UNIT_SHAPE * float(np.sqrt(own * other))
 
 
 def beyond_reach(name: str, said: Column, farthest_deg: float, pressure_ratio: float = 1.0) -> str:

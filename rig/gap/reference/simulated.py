@@ -9,7 +9,7 @@ from rig.columns import rms
 from rig.conditions import MEASURED_REST, commanded_rest
 from rig.errors import RigError
 from rig.gap.records.pairs import Pair, Pairing
-from rig.gap.records.usable import beyond_reach, check_reach, farther
+from rig.gap.records.usable import beyond_reach, check_reach, farther, is_held
 from rig.model.parameters import Model
 from rig.model.simulation import simulate
 from rig.record import Column
@@ -45,6 +45,8 @@ def followed(pairs: Sequence[Pair], said: Sequence[Modelled]) -> list[str]:
     rig, by how far it moves in those that it follows."""
     farthest_deg = max(float(np.ptp(pair.case.angle_deg)) for pair in pairs)
     ratios = [_farther(pair, one) for pair, one in zip(pairs, said, strict=True)]
+    if is_held([one[2] for one in said], [pair.case.angle_deg for pair in pairs]):
+        return [""] * len(pairs)
     why = [
         beyond_reach(pair.name, one[2], farthest_deg, ratio)
         for pair, one, ratio in zip(pairs, said, ratios, strict=True)

@@ -31,6 +31,15 @@ def dead_monitor(record: Record) -> str | None:
     return dead or ("the monitors of p1 and p2 read the same pressure" if _read_one(record) else None)
 
 
+def nothing_answers(record: Record) -> bool:
+    """Neither both measured pressures nor the angle follow the command: the regulators stand still, and their monitors
+    say so rightly."""
+    if record.p1_mpa is None or record.p2_mpa is None or record.angle_deg is None:
+        return False
+    columns = (record.angle_deg, record.p1_mpa, record.p2_mpa, record.dp_mpa)
+    return not any(follows(record, column, record.dp_cmd_mpa) for column in columns)
+
+
 def _read_one(record: Record) -> bool:
     """Their difference moves less than either, and does not follow its command."""
     if record.p1_mpa is None or record.p2_mpa is None or not np.ptp(record.dp_cmd_mpa) >= LEAST_SET_MPA:

@@ -258,7 +258,7 @@ def test_a_rig_whose_pressures_hardly_move_moves_less_and_is_no_other_rig(moved:
 
 
 def test_the_share_that_is_refused_is_told_with_what_is_allowed_there() -> None:
-    with pytest.raises(ModelError, match=r"moves 9 times .* allowed without a baseline: 0\.5 \.\. 8 times"):
+    with pytest.raises(ModelError, match=r"moves 9 times .* allowed without a baseline: 0\.25 \.\. 8 times"):
         check_reach([9.0 * np.sin(T)], [np.sin(T)], pressure_ratio=2.0)
 
 
