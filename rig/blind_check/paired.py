@@ -7,8 +7,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-from scipy.stats import binomtest
-
 from rig.blind_check.folder import CheckFolder
 from rig.blind_check.generate import open_labels
 from rig.blind_check.rates import Rate
@@ -48,6 +46,8 @@ class Beside:
     @property
     def p_value(self) -> float:
         """Of their difference, by an exact sign test on those cases."""
+        from scipy.stats import binomtest  # two thirds of a second to import
+
         alone = self.only_first + self.only_other
         return float(binomtest(self.only_first, alone).pvalue) if alone else 1.0
 

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import minimize
 from scipy.special import ndtri, stdtrit
 
 from rig.gap.reference.expectation import Factor, Parts
@@ -102,6 +101,8 @@ def _mean(values: Sequence[float]) -> float:
 
 def _of_family(days: Sequence[Parts], prior: Prior) -> Column:
     """Logarithms of the likeliest levels over all days of one family, in the order of `_start`."""
+    from scipy.optimize import minimize  # half a second to import
+
     names = _names(days)
     start = _start(names)
     residuals = [day.lines.of(day.gap) for day in days]

@@ -13,9 +13,7 @@ from functools import lru_cache
 from typing import Final
 
 import numpy as np
-from scipy.signal import lfilter
 from scipy.special import ndtr
-from scipy.stats import theilslopes
 
 from rig.columns import NORMAL_95
 from rig.record import Column
@@ -109,6 +107,8 @@ def _without_change(days: int, trials: int) -> tuple[Column, Column]:
 
 def _drawn(days: int, trials: int) -> Iterator[Column]:
     """(t, n) series without change or slope, for each of MEMORIES."""
+    from scipy.signal import lfilter  # a third of a second to import
+
     fresh = np.random.default_rng(0).standard_normal((trials, days + _FORGOTTEN))
     for memory in MEMORIES:
         yield lfilter([1.0], [1.0, -memory], fresh, axis=1)[:, _FORGOTTEN:]
@@ -152,6 +152,8 @@ def slope(days: Column, values: Column) -> tuple[float, float, float] | None:
     have no such interval."""
     if len(np.unique(days)) < FEWEST_FOR_SLOPE:
         return None
+    from scipy.stats import theilslopes  # two thirds of a second to import
+
     edges = _without_slope(tuple(days.tolist()))
     memory = float(np.interp(_correlation(_beside_slope(days, values[None, :]))[0], edges, MEMORIES))
     beyond = 2.0 * float(ndtr(-NORMAL_95 * np.sqrt((1.0 + memory) / (1.0 - memory))))

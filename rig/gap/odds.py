@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from enum import IntEnum
 
 import numpy as np
-from scipy.optimize import minimize
 
 from rig.gap.settings import Odds
 from rig.record import Column
@@ -52,6 +51,7 @@ def fit_odds(families: Sequence[Sequence[Judgement]], odds: Odds) -> Odds:
 
 def _shifts(judged: Sequence[Judgement]) -> Column:
     """By how much odds of none and of something unknown must move for these truths to be likeliest."""
+    from scipy.optimize import minimize  # half a second to import
 
     def cost(shifts: Column) -> float:
         return -_log_likelihood(judged, *shifts) + 0.5 * float(shifts @ shifts) / HELD**2
