@@ -148,10 +148,14 @@ def shuffled(items: list[pytest.Item], seed: int) -> list[pytest.Item]:
     return [item for name in files for item in by_file[name]]
 
 
+@functools.cache
+def of_real_processes(file: Path) -> bool:
+    return any(file.is_relative_to(ROOT / "tests" / room) for room in REAL_PROCESSES)
+
+
 def reads_the_clock(item: pytest.Item) -> bool:
     """It runs real processes, or against the real clock."""
-    real = any(item.path.is_relative_to(ROOT / "tests" / room) for room in REAL_PROCESSES)
-    return real or item.get_closest_marker("real_time") is not None
+    return of_real_processes(item.path) or item.get_closest_marker("real_time") is not None
 
 
 def holds_a_browser(item: Any) -> bool:

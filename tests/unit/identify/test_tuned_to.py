@@ -30,17 +30,19 @@ def fitted_to(*names: str, text: str = "") -> Model:
 
 
 @pytest.mark.parametrize(
-    ("model", "said"),
+    ("names", "text", "said"),
     [
-        (fitted_to("sine_0.3", "sine_0.8", "sine_1.3"), "was identified on these very records"),
-        (fitted_to("sine_0.8", "other"), "was identified on 1 of these 3 records (sine_0.8)"),
-        (fitted_to("other"), "was not tuned to these records"),
-        (fitted_to(), "does not say which records it was tuned to"),
-        (fitted_to("other", text=FITTED_AGAIN), "was fitted again by a diagnosis; its file does not say to which"),
+        (("sine_0.3", "sine_0.8", "sine_1.3"), "", "was identified on these very records"),
+        (("sine_0.8", "other"), "", "was identified on 1 of these 3 records (sine_0.8)"),
+        (("other",), "", "was not tuned to these records"),
+        ((), "", "does not say which records it was tuned to"),
+        (("other",), FITTED_AGAIN, "was fitted again by a diagnosis; its file does not say to which"),
     ],
 )
-def test_what_a_model_was_tuned_to_is_said_as_its_file_knows_it(model: Model, said: str, records: list[Record]) -> None:
-    assert tuned_to(model, records).startswith(said)
+def test_what_a_model_was_tuned_to_is_said_as_its_file_knows_it(
+    names: tuple[str, ...], text: str, said: str, records: list[Record]
+) -> None:
+    assert tuned_to(fitted_to(*names, text=text), records).startswith(said)
 
 
 def test_of_records_without_a_file_nobody_knows() -> None:
