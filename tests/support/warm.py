@@ -1,10 +1,11 @@
 """Commands and programs that need no process from scratch: a process that has imported the packages is forked for each,
 which then does what `pamrig WORDS`, or `python -c TEXT`, does in that folder.
 
-Two seconds of the processor a call are imports. What is about starting, streams or signals needs the real thing
-(`support.run_command`).
+Three seconds of the processor a call are imports, machine code that is loaded, and their end. What is about starting,
+streams or signals needs the real thing (`support.run_command`).
 """
 
+import gc
 import importlib
 import json
 import os
@@ -17,7 +18,9 @@ from pathlib import Path
 IMPORTED = (
     *("rig.cli.main", "rig.cli.commands", "rig.app.runs.sweeping", "rig.app.runs.tracking", "rig.app.runs.replaying"),
     *("rig.app.records.logs", "rig.identify.fit", "rig.gap.diagnosis", "rig.report.gap_page", "rig.report.log_figures"),
+    *("rig.cli.runs.run", "rig.cli.runs.replay", "rig.cli.log", "rig.cli.model", "rig.cli.gap", "rig.app.gap.planning"),
     *("hil.bench", "pamrig._diagnosing", "pamrig._models", "pamrig._rigs", "pamrig._comparing"),
+    *("matplotlib.figure", "matplotlib.backends.backend_agg", "matplotlib.backends.backend_svg", "rich.table"),
 )
 PATIENCE_S = 240.0
 """A process that takes longer is ended."""
@@ -48,6 +51,19 @@ class Warm:
         self._process.stdin.close()
         self._process.wait()
         self._process.stdout.close()
+
+
+def load_machine_code() -> None:
+    """What every simulation runs; without it, each fork reads it from the disk."""
+    import numpy as np
+
+    from rig.app import shipped
+    from rig.model.kernels import simulate
+    from rig.model.parameters import load_model
+    from rig.record import Record
+
+    still = Record("still", 0.005 * np.arange(100), np.zeros(100))
+    simulate(load_model(shipped.configs() / "models" / "simulated.yaml"), still, start_deg=0.0)
 
 
 def carry_out(call: list[str]) -> None:
@@ -87,6 +103,8 @@ def serve() -> None:
     sys.path[0] = ""
     for name in IMPORTED:
         importlib.import_module(name)
+    load_machine_code()
+    gc.freeze()  # what is here stays: a fork that ends looks at none of it
     answers = os.fdopen(os.dup(1), "w", buffering=1)
     for line in iter(sys.stdin.readline, ""):
         call, folder, reader = json.loads(line)
