@@ -4,6 +4,7 @@ nothing, and may be a broken wire."""
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rig.model.resample import set_points
 from rig.record import Column, Record
@@ -18,6 +19,8 @@ Farther apart: the lag at which a fast sine follows lies between two of them, an
 one; half the distance of 6 Hz is 11 degrees, whose cosine is 0.98."""
 FOLLOWS: Final = 0.3
 """A column that follows at all correlates by more than this with what drives it, at some lag up to LONGEST_LAG_S."""
+_FEW: Final = 10
+"""Of so many lags one is looked at first: a column that follows is seen to do so at one of these nearly always."""
 _LEAST_ROWS: Final = 50
 """Fewer rows show no response."""
 _STILL: Final = 1e-10
@@ -69,24 +72,25 @@ def follows(record: Record, column: Column, command: Column) -> bool:
     """Whether a column (n,) has anything to do with a command (n,), either way round and with some lag."""
     if min(np.isfinite(column).sum(), np.isfinite(command).sum()) < _LEAST_ROWS:
         return True
-    return bool(np.max(np.abs(correlations(record, column, command))) > FOLLOWS)
+    return any(np.max(np.abs(correlations(record, column, command, every))) > FOLLOWS for every in (_FEW, 1))
 
 
-def correlations(record: Record, column: Column, command: Column) -> Column:
-    """(lags,) correlations of a column (n,) with a command (n,), at lags from 0 to LONGEST_LAG_S, FOLLOWED_S apart."""
+def correlations(record: Record, column: Column, command: Column, every: int = 1) -> Column:
+    """(lags,) correlations of a column (n,) with a command (n,), at lags from 0 to LONGEST_LAG_S, FOLLOWED_S apart, or
+    at one of so many of these."""
     t = np.linspace(record.t_s[0], record.t_s[-1], max(int((record.t_s[-1] - record.t_s[0]) / FOLLOWED_S), 2))
     heard, said = (
         np.interp(t, record.t_s[known], one[known]) for one in (column, command) for known in (np.isfinite(one),)
     )
-    return _at_lags(said, heard, max(min(int(LONGEST_LAG_S / FOLLOWED_S), len(t) // 2), 1))
+    return _at_lags(said, heard, np.arange(0, max(min(int(LONGEST_LAG_S / FOLLOWED_S), len(t) // 2), 1), every))
 
 
-def _at_lags(said: Column, heard: Column, count: int) -> Column:
-    """`correlation` of the rows of `heard` (n,) that are 0, 1, ... rows later with those of `said` (n,): (count,).
+def _at_lags(said: Column, heard: Column, lags: NDArray[np.int64]) -> Column:
+    """`correlation` of the rows of `heard` (n,) that are so many rows later, 0 first, with those of `said` (n,).
 
     Means and squares of all these stretches are differences of one sum each; only the products are formed anew.
     """
-    rows = len(said) - np.arange(count)
+    rows = len(said) - lags
     one, other = said - said.mean(), heard - heard.mean()
     ones, squares = np.cumsum(one)[rows - 1], np.cumsum(one**2)[rows - 1]
     others, other_squares = (np.cumsum(column[::-1])[rows - 1] for column in (other, other**2))
