@@ -190,7 +190,7 @@ def test_refusal_of_many_records_stays_one_short_line() -> None:
 def test_a_hundred_records_are_one_diagnosis() -> None:
     day = session(141, AddedEffect("delay", {"delay_s": 0.03}))
     many = [
-        replace(record.rows(record.t_s < 4.0), facts={**record.facts, "repeat": k}) for k in range(36) for record in day
+        replace(record.rows(record.t_s < 2.5), facts={**record.facts, "repeat": k}) for k in range(36) for record in day
     ]
     found = asked(many)
     assert len(many) > 100
