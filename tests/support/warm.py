@@ -58,8 +58,8 @@ def load_machine_code() -> None:
     import numpy as np
 
     from rig.app import shipped
-    from rig.model.kernels import simulate
     from rig.model.parameters import load_model
+    from rig.model.simulation import simulate
     from rig.record import Record
 
     still = Record("still", 0.005 * np.arange(100), np.zeros(100))
